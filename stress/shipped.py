@@ -11,14 +11,15 @@ from missions.scenarios.scenario import Scenario
 from missions.sweeps.additions import importable
 from remoras.errors import PluginError
 from remoras.plugins import faults_of, named_object
-from stress.invariants import ending, knowledge, motion, organisation
+from stress.invariants import ending, knowledge, motion, organisation, record
 from stress.invariants.seam import Invariant, Moment
 
 SHIPPED: tuple[type[Invariant], ...] = (
     ending.NoException, knowledge.Beliefs, knowledge.Recorded, knowledge.WholeBlocks, knowledge.Remembered,
-    knowledge.OneContent, knowledge.Past, knowledge.SoundPackets, knowledge.Agreement, knowledge.Rest,
-    organisation.Authority, organisation.Cardinality, motion.Finite, motion.Borders, motion.Speed, motion.Energy,
-    motion.Separation, ending.TrueVerdict, ending.SummaryOfTables, ending.Finishes, ending.SameDigest,
+    knowledge.OneContent, knowledge.Newest, knowledge.Past, knowledge.SoundPackets, knowledge.Agreement,
+    knowledge.Rest, organisation.Authority, organisation.Cardinality, motion.Finite, motion.Borders, motion.Speed,
+    motion.Energy, motion.Separation, ending.TrueVerdict, record.WholeTables, ending.SummaryOfTables, ending.Finishes,
+    ending.SameDigest,
 )  # fmt: skip
 """In the order of tables."""
 

@@ -113,6 +113,9 @@ def shrunk(outcome: Outcome, trial: Callable[[Schedule], Outcome]) -> Shrunk:
         raise ValueError("nothing is broken: there is nothing to shrink")
     search = _Search(outcome, outcome.broken, trial)
     search.leave_out()
+    fewest = search.best
     search.shorten()
     search.simplify()
+    if search.best != fewest:  # a shorter fault, or an earlier end, may have made another needless
+        search.leave_out()
     return Shrunk(search.best, search.broken, search.n_runs, search.digest)

@@ -31,6 +31,7 @@ class Breach(StrEnum):
     UNRECORDED = "a value that nobody recorded"
     OTHER_CONTENT = "other content under a known name"
     PARTIAL = "part of a block"
+    OUTDATED = "an older value that counts"
     LOST = "knowledge that was lost"
     APART = "knowledge that differs after a quiet time"
     RESTLESS = "no rest after a quiet time"
@@ -173,6 +174,20 @@ class Witness:
                 continue
             if guid[0] not in self.doubled and model.content(known) > model.content(true):
                 yield Flaw(Breach.OTHER_CONTENT, f"{life.name} knows {known}, though its origin told {true}")
+
+    def outdated(self, life: Life) -> Iterator[Flaw]:
+        """What counts for a vehicle although it holds something newer of the same; what is banned is left out."""
+        model = life.model
+        newest: dict[tuple[int, int], Block] = {}
+        for block in filter(model.is_seen, chain(model.blocks(), model.statuses())):
+            for fact in block.facts:
+                known = newest.get((fact.subject, fact.attribute))
+                if known is None or known.time_s < block.time_s:
+                    newest[fact.subject, fact.attribute] = block
+        for slot, block in newest.items():
+            counting = model.latest(*slot)
+            if counting is None or counting.block.time_s < block.time_s:
+                yield Flaw(Breach.OUTDATED, f"{life.name} goes by {counting}, though it holds {block}")
 
     def apart(self, alive: Iterable[Life], of_all: bool = True) -> Iterator[Flaw]:
         """What some of those who hear each other lack of others after a quiet time.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from remoras.contents import Content
 from stress.invariants.motion import has_current
 from stress.invariants.seam import Moment, Scene
 from stress.kinds import ENDING
@@ -71,9 +72,12 @@ class TrueVerdict:
         run, summary = scene.finished, scene.summary
         if run is None:
             return None
-        is_noted = any(one.name == "mission_complete" for one in run.milestones)
-        if run.completed and (run.goal_fraction < 1.0 or run.reason or not is_noted):
+        noted_s = [one.time_s for one in run.milestones if one.name == "mission_complete"]
+        if run.completed and (run.goal_fraction < 1.0 or run.reason):
             return f"completed with {run.goal_fraction:g} of the goal, reason {run.reason!r}"
+        ended_s, tick_s = scene.fleet.ended_s, scene.fleet.tick_s
+        if len(noted_s) != run.completed or any(not 0.0 <= ended_s - at_s <= tick_s for at_s in noted_s):
+            return f"completed: {run.completed} at {ended_s:g} s; milestones mission_complete at {noted_s}"
         if not run.completed and not run.reason:
             return "not completed, for no reason"
         if bool(summary["completed"]) is not run.completed or summary["goal_fraction"] > 1.0:
@@ -99,8 +103,13 @@ class SummaryOfTables:
                 distance_m += math.hypot(x_m - at[vehicle][0], y_m - at[vehicle][1])
             at[vehicle], energy_j[vehicle] = (x_m, y_m), used_j
         n_heard, n_lost = sum(len(row[6]) for row in packets), sum(len(row[7]) + len(row[-1]) for row in packets)
+        observed_s = {row[2]: row[0] for row in run.recorder.knowledge if row[4] == "observed"}
+        received = [(row[0], row[2]) for row in run.recorder.knowledge if row[4] == "received"]
+        waits_s = [time_s - observed_s[item] for time_s, item in received if item in observed_s]
         expected = {
             "n_packets": len(packets),
+            "observations_per_min": round(60.0 * len(received) / (len(at) * run.end_s), 4) if run.end_s else 0.0,
+            "mean_latency_s": round(math.fsum(waits_s) / len(waits_s), 4) if waits_s else None,
             "n_bytes": sum(row[3] for row in packets) // 8,
             "delivery_ratio": n_heard / (n_heard + n_lost) if n_heard + n_lost else None,
             "energy_j": round(math.fsum(energy_j.values()), 2),
@@ -111,6 +120,9 @@ class SummaryOfTables:
             given = scene.summary.get(name)
             if (value is None) != (given is None) or (value is not None and abs(given - value) > CLOSE * (1 + value)):
                 return f"{name} is {given}; the tables say {value}"
+        n_bits, by_content = sum(row[3] for row in packets), [scene.summary[f"bits_{one.value}"] for one in Content]
+        if sum(by_content) != n_bits or min(by_content) < 0:
+            return f"bits are {by_content} by their contents; the tables say {n_bits} in all"
         if not has_current(scene) and abs(scene.summary["distance_m"] - distance_m) > 1.0:
             return f"distance_m is {scene.summary['distance_m']}; the tracks are {distance_m:.3f} m long"
         times = [one.time_s for one in run.milestones]

@@ -121,6 +121,18 @@ class OneContent:
         return _said(chain.from_iterable(map(scene.witness.kept_out, scene.lives.values())))
 
 
+class Newest:
+    """Of what a vehicle holds of one thing, that counts which was observed last, whatever came in last."""
+
+    name = "newest"
+    moment = Moment.END
+    not_under = frozenset[str]()
+
+    def broken(self, scene: Scene) -> str | None:
+        """Ask world models for what counts, and look at all that they hold."""
+        return _said(chain.from_iterable(map(scene.witness.outdated, scene.witness.all_alive())))
+
+
 class Past:
     """No fact counts that lies in the future of who heard it, beyond the tolerance of clocks."""
 

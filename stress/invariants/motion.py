@@ -6,10 +6,12 @@ import itertools
 import math
 
 from missions.scenarios.sea import CurrentTable
+from remoras.recorder import PACKETS
 from remoras.separation import SAME_DEPTH_M
 from stress.invariants.seam import Moment, Scene
 
-ROUNDING_M, ROUNDING_J = 1e-3, 1e-6
+ROUNDING_M, ROUNDING_J, ROUNDING_MPS, ROUNDING_RAD = 1e-3, 1e-6, 1e-9, 1e-6
+SENDER, SIZE_BITS = map(PACKETS.column_names.index, ("sender", "size_bits"))
 OVERSHOOT_M = 60.0
 """How far beyond the borders a vehicle may drift while it turns."""
 LEAST_SHARE = 0.5
@@ -64,7 +66,7 @@ class Borders:
 
 
 class Energy:
-    """No vehicle gains energy, or uses more than it has."""
+    """A vehicle has used what its systems, its motion, its modem and its faults took, and no more than it has."""
 
     name = "energy"
     moment = Moment.TICK
@@ -72,19 +74,37 @@ class Energy:
 
     def __init__(self) -> None:
         self._used_j: dict[str, float] = {}
+        self._before_s = 0.0
+        self._n_packets = 0
 
     def broken(self, scene: Scene) -> str | None:
-        """Compare with the tick before."""
+        """Work it out from the tick before; an empty battery gives nothing more."""
+        if scene.finished is not None:
+            return None
+        dt_s, self._before_s = scene.now_s - self._before_s, scene.now_s
+        packets = scene.fleet.recorder.packets
+        sent, self._n_packets = packets[self._n_packets :], len(packets)
         for vehicle in scene.fleet.vehicles:
-            used_j, before_j = vehicle.functional.motion.energy_j, self._used_j.get(vehicle.name, 0.0)
-            if used_j < before_j - ROUNDING_J or used_j > vehicle.functional.data.energy_j + ROUNDING_J:
-                return f"{vehicle.name} had used {before_j:.1f} J, now {used_j:.1f} J at {scene.now_s:g} s"
-            self._used_j[vehicle.name] = used_j
+            m, data, name = vehicle.functional.motion, vehicle.functional.data, vehicle.name
+            before_j = due_j = self._used_j.get(name, 0.0)
+            for row in sent:
+                if row[SENDER] == name:
+                    due_j += data.transmit_j_per_packet + row[SIZE_BITS] * data.transmit_j_per_bit
+            if vehicle.is_alive:
+                due_j += (data.hotel_w + data.drag_w_per_mps3 * m.speed_mps**3 + vehicle.condition.drain_w) * dt_s
+            is_right = abs(m.energy_j - due_j) <= ROUNDING_J * (1.0 + due_j)
+            if m.energy_j > data.energy_j + ROUNDING_J or not (is_right or vehicle.functional.exhausted):
+                return (
+                    f"{name} had used {before_j:.1f} J, now {m.energy_j:.1f} J at {scene.now_s:g} s; due {due_j:.1f} J"
+                )
+            if m.energy_j < before_j - ROUNDING_J:
+                return f"{name} had used {before_j:.1f} J, now {m.energy_j:.1f} J at {scene.now_s:g} s"
+            self._used_j[name] = m.energy_j
         return None
 
 
 class Speed:
-    """No vehicle is anywhere else than it can have gone."""
+    """No vehicle is anywhere else than it can have gone, or turns or gains speed faster than it can."""
 
     name = "speed"
     moment = Moment.TICK
@@ -92,18 +112,31 @@ class Speed:
 
     def __init__(self) -> None:
         self._at: dict[str, tuple[float, float, float]] = {}
+        self._way: dict[str, tuple[float, tuple[float, float]]] = {}
 
     def broken(self, scene: Scene) -> str | None:
-        """Compare with the tick before; in a current there is no saying."""
-        for vehicle in () if has_current(scene) else scene.fleet.vehicles:
+        """Compare with the tick before; in a current there is no saying where it carries a vehicle."""
+        is_still = not has_current(scene)
+        for vehicle in scene.fleet.vehicles:
             m, data = vehicle.functional.motion, vehicle.functional.data
             now_s, x_m, y_m = scene.now_s, m.x_m, m.y_m
             if (before := self._at.get(vehicle.name)) is not None:
+                dt_s, (speed_mps, ahead) = now_s - before[0], self._way[vehicle.name]
                 top_mps = max(data.transit_speed_mps, data.survey_speed_mps)
                 gone_m = math.hypot(x_m - before[1], y_m - before[2])
-                if gone_m > top_mps * (now_s - before[0]) * 1.001 + ROUNDING_M:
+                if is_still and gone_m > top_mps * dt_s * 1.001 + ROUNDING_M:
                     return f"{vehicle.name} went {gone_m:.2f} m from {before[0]:g} s to {now_s:g} s"
-            self._at[vehicle.name] = now_s, x_m, y_m
+                gained_mps = m.speed_mps - speed_mps
+                if gained_mps > data.acceleration_mps2 * dt_s + ROUNDING_MPS:
+                    return f"{vehicle.name} gained {gained_mps:.2f} m/s from {before[0]:g} s to {now_s:g} s"
+                along, across = (
+                    m.ahead[0] * ahead[0] + m.ahead[1] * ahead[1],
+                    m.ahead[1] * ahead[0] - m.ahead[0] * ahead[1],
+                )
+                turned_rad = abs(math.atan2(across, along))
+                if turned_rad > data.turn_rate_radps * dt_s + ROUNDING_RAD:
+                    return f"{vehicle.name} turned by {turned_rad:.2f} rad from {before[0]:g} s to {now_s:g} s"
+            self._at[vehicle.name], self._way[vehicle.name] = (now_s, x_m, y_m), (m.speed_mps, m.ahead)
         return None
 
 

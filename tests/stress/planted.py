@@ -9,7 +9,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import pytest
@@ -24,10 +24,15 @@ from missions.mapping.truth import MappingTruth
 from missions.meeting.meeting import Meeting
 from missions.meeting.truth import MeetingTruth
 from missions.runs import assembly, metrics
-from remoras import authority, radio, vehicle
+from remoras import authority, motion, radio, traffic, vehicle
+from remoras.contents import BitCount, Content
+from remoras.database import VehicleData
+from remoras.diary import Diary
+from remoras.fleet import Fleet
 from remoras.functional.layer import FunctionalLayer
 from remoras.functional.sensing import Sensing
 from remoras.jumps import Jumps
+from remoras.motion import Motion
 from remoras.radio import Radio
 from remoras.separation import Separation
 from remoras.social import consultation
@@ -83,6 +88,7 @@ class Planted:
 
 CHECKED = ("communication.crc_bits=32",)
 REAL_MERGE, REAL_EMBODY, REAL_WORLD_MODEL = radio.merge, vehicle.embody, assembly.world_model
+REAL_MOVE = motion._move
 N_CALLS = itertools.count()
 
 
@@ -188,6 +194,90 @@ def begin_anew_charged(patch: Patch) -> None:
     patch.setattr(vehicle, "embody", embody)
 
 
+def count_what_the_first_uses_alone(patch: Patch) -> None:
+    def move(of: Motion, data: VehicleData, *rest: Any) -> None:
+        before_j = of.energy_j
+        REAL_MOVE(of, data, *rest)
+        if data.node:
+            of.energy_j = before_j
+
+    patch.setattr(motion, "_move", move)
+
+
+def turn_at_once(patch: Patch) -> None:
+    patch.setattr(motion, "_turn", lambda most_rad: (-2.0, 0.0))
+
+
+def let_the_older_of_two_count(patch: Patch) -> None:
+    sound = Store.latest
+
+    def latest(self: Store, subject: int, attribute: int, at_s: float | None = None) -> Any:
+        past = tuple(self.history(subject, attribute))
+        return past[0] if len(past) == 2 and at_s is None else sound(self, subject, attribute, at_s)
+
+    patch.setattr(Store, "latest", latest)
+
+
+def forget_a_reception(patch: Patch) -> None:
+    sound = Radio._record_item
+
+    def record(self: Radio, now_s: float, uid: Any, event: str) -> None:
+        if event != "received" or uid.sequence % 10 != 9:
+            sound(self, now_s, uid, event)
+
+    patch.setattr(Radio, "_record_item", record)
+
+
+def forget_a_tick(patch: Patch) -> None:
+    sound = Fleet._record
+
+    def record(self: Fleet, now_s: float) -> None:
+        sound(self, now_s)
+        if now_s == 99.0:
+            self.recorder.trajectories.pop()
+
+    patch.setattr(Fleet, "_record", record)
+
+
+def forget_that_roles_were_left(patch: Patch) -> None:
+    sound = Diary.roles
+
+    def roles(self: Diary, now_s: float, roles: Any, event: str) -> None:
+        sound(self, now_s, () if event == "left" else roles, event)
+
+    patch.setattr(Diary, "roles", roles)
+
+
+def forget_that_faults_were_over(patch: Patch) -> None:
+    sound = Fleet._befall
+
+    def befall(self: Fleet, fault: Any, begins: bool, now_s: float) -> None:
+        sound(self, fault, begins, now_s)
+        if not begins:
+            self.recorder.faults.pop()
+
+    patch.setattr(Fleet, "_befall", befall)
+
+
+def let_the_deaf_hear(patch: Patch) -> None:
+    patch.setattr(traffic, "hears_throughout", lambda *rest: True)
+
+
+def leave_out_the_longest_wait(patch: Patch) -> None:
+    sound = metrics.latencies_s
+    patch.setattr(metrics, "latencies_s", lambda recorder: sound(recorder)[:-1])
+
+
+def count_a_byte_less_of_headers(patch: Patch) -> None:
+    sound = BitCount.add
+
+    def add(self: BitCount, sent: Any) -> None:
+        sound(self, sent)
+        self._counts[Content.HEADERS] -= 8
+
+    patch.setattr(BitCount, "add", add)
+
+
 def see_nobody(patch: Patch) -> None:
     patch.setattr(Separation, "look", lambda self: {})
 
@@ -199,6 +289,18 @@ def complete_before_the_meeting(patch: Patch) -> None:
         return sound(self, view, now_s) or self.goal_fraction >= 1.0
 
     patch.setattr(MappingTruth, "observe", observe)
+
+
+def complete_a_while_ago(patch: Patch) -> None:
+    sound = MeetingTruth.observe
+
+    def observe(self: MeetingTruth, view: Any, now_s: float) -> bool:
+        is_complete = sound(self, view, now_s)
+        if is_complete:
+            self.milestones[-1] = replace(self.milestones[-1], time_s=now_s - 5.0)
+        return is_complete
+
+    patch.setattr(MeetingTruth, "observe", observe)
 
 
 def count_bytes_twice(patch: Patch) -> None:
@@ -265,8 +367,19 @@ PLANTS = (
     Planted("borders", begin_anew_elsewhere(5000.0), frozenset({"restarts"})),
     Planted("speed", begin_anew_elsewhere(50.0), frozenset({"restarts"})),
     Planted("energy", begin_anew_charged, frozenset({"restarts"})),
+    Planted("energy", count_what_the_first_uses_alone),
+    Planted("speed", turn_at_once),
+    Planted("newest", let_the_older_of_two_count),
+    Planted("tables", forget_a_reception),
+    Planted("tables", forget_a_tick),
+    Planted("tables", forget_that_roles_were_left, frozenset({"lost"})),
+    Planted("tables", forget_that_faults_were_over, frozenset({"deaf", "mute", "slow"})),
+    Planted("tables", let_the_deaf_hear, frozenset({"deaf"})),
+    Planted("summary", leave_out_the_longest_wait),
+    Planted("summary", count_a_byte_less_of_headers),
     Planted("separation", see_nobody),
     Planted("verdict", complete_before_the_meeting),
+    Planted("verdict", complete_a_while_ago),
     Planted("summary", count_bytes_twice, frozenset({"cut", "bits", "late", "twice"})),
     Planted("finishes", claim_nothing, frozenset({"lost"})),
     Planted("repeats", keep_count_between_runs),

@@ -1,0 +1,97 @@
+"""Invariants of the record: nothing that happened is missing in the tables."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+
+from remoras.faults import NOT_HEARING, OVER, FaultKind
+from stress.invariants.seam import Heard, Moment, Scene
+
+
+class WholeTables:
+    """Tracks, packets, receptions, faults and roles stand in the tables as they were."""
+
+    name = "tables"
+    moment = Moment.EVENT
+    not_under = frozenset[str]()
+
+    def __init__(self) -> None:
+        self._sent: set[tuple[int, str]] = set()
+        self._received: Counter[tuple[str, str]] = Counter()
+
+    def broken(self, scene: Scene) -> str | None:
+        """Note what is heard during the mission; at the end compare."""
+        if scene.heard is not None:
+            if scene.fleet.running:
+                self._note(scene, scene.heard)
+            return None
+        return next(self._missing(scene), None) if scene.finished is not None else None
+
+    def _note(self, scene: Scene, heard: Heard) -> None:
+        if heard.aired is not None:
+            self._sent.add((heard.aired.slot, scene.fleet.vehicles[heard.aired.sender.node].name))
+        if heard.reception.fault is None:
+            self._received.update((heard.vehicle.name, str(uid)) for uid in heard.reception.items)
+
+    def _missing(self, scene: Scene) -> Iterator[str]:
+        fleet, recorder = scene.fleet, scene.fleet.recorder
+        due, n_rows = len(fleet.vehicles) * fleet.steps, len(recorder.trajectories)
+        if n_rows != due:
+            yield f"trajectories has {n_rows} rows of {len(fleet.vehicles)} vehicles in {fleet.steps} ticks"
+        for slot, sender in sorted(self._sent - {(row[0], row[2]) for row in recorder.packets}):
+            yield f"packets lacks that of {sender} in slot {slot}, which was heard"
+        rows = Counter((row[1], row[2]) for row in recorder.knowledge if row[4] == "received")
+        wrong = self._received - rows
+        if not scene.is_selective:  # there what was set aside is received when it comes to be needed
+            wrong |= rows - self._received
+        for vehicle, uid in sorted(wrong):
+            n_rows, n_times = rows[vehicle, uid], self._received[vehicle, uid]
+            yield f"knowledge has {n_rows} rows of {vehicle} receiving {uid}, which it did {n_times} times"
+        yield from _heard(scene)
+        yield from _faults(scene)
+        yield from _roles(scene)
+
+
+def _heard(scene: Scene) -> Iterator[str]:
+    """Packets that somebody is said to have heard who was deaf or off, or whose sender was mute."""
+    for fault in scene.fleet._faults:
+        begins_s, ends_s = fault.span_s
+        for row in scene.fleet.recorder.packets:
+            slot, sent_s, sender, receivers, arrivals_s = row[0], row[1], row[2], row[6], row[9]
+            if fault.kind is FaultKind.MUTE:
+                if sender == fault.vehicle and begins_s < sent_s < ends_s and receivers:
+                    yield f"packets has {receivers} hearing {sender} in slot {slot}, which was mute"
+            elif fault.kind in NOT_HEARING and fault.vehicle in receivers:
+                heard_s = arrivals_s[receivers.index(fault.vehicle)]
+                if begins_s < heard_s and sent_s < ends_s:
+                    yield f"packets has {fault.vehicle} hearing {sender} in slot {slot}: {fault.kind.value} befell it"
+
+
+def _faults(scene: Scene) -> Iterator[str]:
+    """Faults of which the begin or the end is missing."""
+    fleet = scene.fleet
+    told = {(row[1], row[2], row[3] == OVER, row[0]) for row in fleet.recorder.faults}
+    for fault in fleet._faults:
+        for at_s, is_over in zip(fault.span_s, (False, True), strict=True):
+            if at_s < fleet.ended_s and (fault.vehicle, fault.kind.value, is_over, at_s) not in told:
+                event = "was over at" if is_over else "befell"
+                yield f"faults lacks that {fault.kind.value} {event} {fault.vehicle} at {at_s:g} s"
+
+
+def _roles(scene: Scene) -> Iterator[str]:
+    """Roles that a vehicle plays, as it sees itself, and that its rows do not come to, or the other way round."""
+    fleet = scene.fleet
+    anew_s = {row[1]: row[0] for row in fleet.recorder.faults if row[2:4] == (FaultKind.RESTARTS.value, OVER)}
+    for vehicle in fleet.vehicles:
+        told: set[tuple[str, str]] = set()
+        for time_s, name, group, role, event in fleet.recorder.roles:
+            if name != vehicle.name or time_s < anew_s.get(name, 0.0):
+                continue
+            if event == "assigned":
+                told.add((group, role))
+            elif event == "left":
+                told.discard((group, role))
+        plays = {(one.group, one.role) for one in vehicle.social.organisation.roles_of(vehicle.name)}
+        if told != plays:
+            yield f"roles comes to {sorted(told)} of {vehicle.name}, which plays {sorted(plays)}"
