@@ -10,7 +10,7 @@ set aside it holds as others believe; if it comes to need it, it takes it from t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 from exchange.ack import Words
@@ -204,6 +204,17 @@ class Interests:
         """
         for column in self._ledger.columns(self._sendable & ~(done | self._queue.open)):
             self._send(column, now_s)
+
+    def postponed(self, believes: Words) -> Iterator[tuple[int, ItemUid]]:
+        """Peers that are away, and the items that each is told once it is there again.
+
+        Args:
+            believes: item set that each node is believed to hold.
+        """
+        for node, unneeded in enumerate(self._ledger.unneeded):
+            if self._ledger.away >> node & 1:
+                for column in self._ledger.columns(self._sendable & ~(believes[node] | unneeded)):
+                    yield node, self._ledger.uid(column)
 
     def _needed_by(self, column: int) -> int:
         """Nodes (bit word) that need an item, by the last judgement."""

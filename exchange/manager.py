@@ -18,7 +18,7 @@ is acknowledged.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 
 from exchange import ack
 from exchange.ageing import ageing_of
@@ -279,10 +279,8 @@ class ExchangeManager:
         if self._upkeep.summaries and not summary:
             summary = telling.spare(packing.left_bits)
         content = sum(1 << column for column in columns)
-        items = tuple(self._ledger.uid(column) for column in columns)
         rows = [0] * self._n_nodes
-        stated = 0 if self._peers.is_doubted(self._me, frame) else content
-        self._ageing.compose(slot, stated, rows)
+        self._ageing.compose(slot, 0 if self._peers.is_doubted(self._me, frame) else content, rows)
         place, n_turns = slot % self._schedule.n_slots, max(1, len(self.turns.slots))
         data = self._codec.encode(
             self._me, rows, packing.fragments, signals, frame, self._epoch, start_s, summary, place, n_turns
@@ -292,7 +290,7 @@ class ExchangeManager:
             slot,
             data,
             8 * len(data),
-            items,
+            tuple(self._ledger.uid(column) for column in columns),
             self._codec.header.n_set(self._me, rows, frame),
             packing.sizes(),
             signals_bits,
@@ -316,3 +314,7 @@ class ExchangeManager:
     def n_open(self) -> int:
         """Items that this vehicle goes on sending."""
         return self.queue.open.bit_count()
+
+    def postponed(self) -> Iterator[tuple[int, ItemUid]]:
+        """Peers that are parked, and the items that each is told once it is heard again."""
+        return self._interests.postponed(self._state.believes)

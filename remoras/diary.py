@@ -42,6 +42,12 @@ class Diary:
         """The vehicle itself has taken or left roles."""
         self._recorder.roles.extend((now_s, self._me, one.group, one.role, event) for one in roles)
 
+    def own_roles(self, now_s: float, rulings: Iterable[Ruling]) -> None:
+        """The vehicle itself has taken and left roles by these rulings, in their order: it may take one anew."""
+        for one in rulings:
+            if one.event in ("assigned", "left") and one.asked.assignee == self._me:
+                self.roles(now_s, [RoleAssignment(one.asked.group, one.asked.role, self._me)], one.event)
+
     def founded(self, organisation: Organisation, objectives: Iterable[Objective], began_s: float) -> None:
         """What was agreed before the mission, by nobody in particular; it counts for the vehicle since it began."""
         self.roles(began_s, organisation.roles_of(self._me), "assigned")

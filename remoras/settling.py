@@ -55,8 +55,14 @@ def settle(fleet: Fleet, settle_s: float) -> Settled:
 
 
 def _is_settled(fleet: Fleet) -> bool:
-    """True if no vehicle that speaks has an item left that somebody lacks."""
-    return not any(vehicle.radio.manager.n_open for vehicle in fleet.vehicles if _speaks(vehicle))
+    """True if no vehicle that speaks has an item left that somebody lacks, who may only seem to be away."""
+    speaking = [vehicle for vehicle in fleet.vehicles if _speaks(vehicle)]
+    if any(vehicle.radio.manager.n_open for vehicle in speaking):
+        return False
+    there = {v.data.node: v.radio.manager for v in speaking if not (v.condition.is_mute or v.condition.is_deaf)}
+    return all(
+        there[node].holds(uid) for manager in there.values() for node, uid in manager.postponed() if node in there
+    )
 
 
 def _speaks(vehicle: Vehicle) -> bool:

@@ -221,8 +221,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
 
     def _take_on(self, result: Review | Consulted, now_s: float) -> None:
         """Play the roles that changed, by activities chosen anew where they have to be."""
-        self._diary.roles(now_s, result.assigned, "assigned")
-        self._diary.roles(now_s, result.left, "left")
+        self._diary.own_roles(now_s, result.rulings)
         self._diary.rulings(now_s, result.rulings)
         if result.activities_due:
             self._adopt()

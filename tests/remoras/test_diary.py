@@ -52,6 +52,20 @@ def test_nothing_is_written_while_only_numbers_change() -> None:
     assert [row[0] for row in recorder.decisions] == [0.0] * 3 + [30.0] * 3 + [32.0] * 2
 
 
+def test_a_role_that_is_left_and_taken_anew_at_once_is_one_that_it_plays() -> None:
+    recorder = Recorder()
+    asked = [
+        Request("AUV01", act, "Operational", "LeftWinger", name)
+        for name in ("AUV01", "AUV02")
+        for act in (Act.RELEASE, Act.ASSIGN)
+    ]
+    Diary("AUV01", NAMES, recorder).own_roles(8.0, [Ruling(one, Outcome.SUCCESS) for one in asked])
+    assert recorder.roles == [
+        (8.0, "AUV01", "Operational", "LeftWinger", "left"),
+        (8.0, "AUV01", "Operational", "LeftWinger", "assigned"),
+    ]
+
+
 def test_roles_begin_and_cease_to_drive_and_activities_are_those_of_the_choice() -> None:
     recorder = Recorder()
     diary = Diary("AUV01", NAMES, recorder)

@@ -81,6 +81,21 @@ def test_a_deaf_vehicle_keeps_it_from_ending_and_the_others_know_the_same() -> N
     assert len(others) == 1
 
 
+def test_who_only_seems_to_be_away_is_waited_for() -> None:
+    """AUV02 has not heard ASV00 for long when the mission ends, and would tell it two items that it lacks."""
+    cut = ("scenario.duration_s=300", SETTLED, "communication.crc_bits=32")
+    setup = resolved(load("arrows-archaeology", [("--set", one) for one in cut]))
+    fleet = assemble(setup, 301)
+    fleet.run()
+    teller, lacking = fleet.vehicles[2].radio.manager, fleet.vehicles[0].radio.manager
+    assert not any(vehicle.radio.manager.n_open for vehicle in fleet.vehicles)
+    assert sum(node == 0 and not lacking.holds(uid) for node, uid in teller.postponed()) == 2
+    settled = settled_of(setup, fleet)
+    assert settled is not None
+    assert settled.complete
+    assert len(knowledge(fleet)[0]) == 1
+
+
 def of_mission(results: MemoryResults) -> dict[str, Any]:
     """Summary and tables, without what is said of the time after the mission, and of the machine."""
     summary = {name: one for name, one in results.summary.items() if name not in ("run_id", "wall_s")}
