@@ -102,7 +102,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         self.condition = condition
         self.functional.impair(condition.speed_factor, condition.dead_sensors, condition.drain_w)
         if not condition.is_alive:
-            self.functional.motion.speed_mps = 0.0
+            self.functional.stop()
 
     # One tick ------------------------------------------------------------------------------------
 

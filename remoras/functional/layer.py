@@ -147,6 +147,11 @@ class FunctionalLayer:
         self._reserve_per_m = _reserve_per_m(self.data, speed_factor * self.data.survey_speed_mps)
         self._sensing.impair(dead_sensors)
 
+    def stop(self) -> None:
+        """Be off: neither move nor look, until the next tick in which it acts."""
+        self.motion.speed_mps = 0.0
+        self._sensing.looking = ()
+
     # Energy --------------------------------------------------------------------------------------
 
     def transmitted(self, size_bits: int) -> None:

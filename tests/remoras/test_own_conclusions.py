@@ -105,3 +105,17 @@ def test_plans_may_ask_what_is_of_a_class() -> None:
     assert auv.social.facts.get(("instances", "TargetReacquisition")) == ()
     auv.conclude([auv.beliefs.fact("IAUV00 camera", "providedBy", "IAUV00")], 1.0)
     assert auv.social.facts.get(("instances", "TargetReacquisition")) == ("IAUV00 camera",)
+
+
+def test_who_is_back_looks_at_nothing_before_it_acts_again() -> None:
+    """Else what stood under a sensor that went too fast to see would be seen by it at rest."""
+    whole = assemble(resolved(load("mapping-rendezvous")), 2)
+    while not any(vehicle.functional.sensing for vehicle in whole.vehicles):
+        whole.step()
+    vehicle = next(one for one in whole.vehicles if one.functional.sensing)
+    for faults in ([Fault(FaultKind.LOST, vehicle.name, 0.0)], []):
+        vehicle.suffer(Condition.under(faults))
+        assert vehicle.functional.sensing == ()
+        assert vehicle.functional.motion.speed_mps == 0.0
+    whole.step()
+    assert vehicle.functional.sensing
