@@ -333,7 +333,7 @@ class MappingMission(Mission):
         if group.formed_by is not None or (is_left and not self.meeting.is_overdue(group, beliefs, picture)):
             return ()
         found = self.meeting.findings(group, organisation, beliefs, picture, motion)
-        return found or given_anew(group, self._surveys, self.meeting, beliefs, picture)
+        return found or given_anew(group, organisation, self._surveys, self.meeting, beliefs, picture)
 
     def completion(self, objective: Objective, vehicle: str) -> Finding | None:
         """An area that is explored is done."""

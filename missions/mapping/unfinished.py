@@ -19,7 +19,7 @@ from remoras.htn import FactsLike
 from remoras.known import Known
 from remoras.mission import Finding
 from remoras.motion import Motion
-from remoras.organisation import Group
+from remoras.organisation import Group, Organisation
 from remoras.picture import Picture
 
 EXPLORING = "objectiveExploring"
@@ -32,16 +32,21 @@ def is_to_be_inspected(facts: FactsLike, find: str) -> bool:
 
 
 def given_anew(
-    group: Group, surveys: Mapping[str, SurveyJob], meeting: Meeting, beliefs: Beliefs, picture: Picture
+    group: Group,
+    organisation: Organisation,
+    surveys: Mapping[str, SurveyJob],
+    meeting: Meeting,
+    beliefs: Beliefs,
+    picture: Picture,
 ) -> list[Finding]:
-    """Orders for the areas of a group of which not all cells are known to be mapped, though all groups have met.
+    """Orders for areas of a group that are held or said to be done, and of which not all cells are known to be mapped.
 
     Whoever is done with an area knows all its cells, and tells them when it meets the others. So half the patience
-    after a meeting in vain, that an area is done counts no longer, whoever has heard it. What is said in spite of that
-    is believed.
+    after a meeting in vain the word counts no longer, whoever has heard it; an area that somebody holds and does not do
+    it may know to be done by a word that the head has not heard. What is said in spite of that is believed.
 
     Args:
-        group: whose head asks.
+        group: whose head asks; organisation: without the absent.
         surveys: of all areas, by name.
         meeting: of all groups.
         beliefs: of the head; picture: what else it knows.
@@ -51,11 +56,14 @@ def given_anew(
         return []
     found = []
     for role in group.roles:
-        job, given = surveys.get(role.job or ""), (EXPLORING, group.path(role.name))
-        if job is None or (beliefs.observed_s(given) or 0.0) > met_s:
+        job, path = surveys.get(role.job or ""), group.path(role.name)
+        given_s = beliefs.observed_s((EXPLORING, path))
+        if job is None or (given_s or 0.0) > met_s:
+            continue
+        if not beliefs.values(job.done) and not organisation.members(group.name, role.name):
             continue
         if job.left(beliefs).bits and beliefs.counts_from_s(job.done) == -math.inf:
-            found.append(Finding(given[1], EXPLORING, job.name))
+            found.append(Finding(path, EXPLORING, job.name))
     return found
 
 
