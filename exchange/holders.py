@@ -94,9 +94,9 @@ class Holders:
         if not by_alarm:
             self.telling.alarm(life)
         self._noted.clear()
-        if node == self._me:
+        if is_new or node == self._me:
             for peer, items in enumerate(self._ledger.origins):
-                self._state.believes[peer] |= items
+                self._state.believes[peer] |= items if peer != node or node == self._me else 0
         return is_new
 
     def note(self, sender: int, summary: Summary) -> list[int]:

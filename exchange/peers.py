@@ -12,6 +12,8 @@ again, and catches up.
 
 *Two in one slot.* Who hears two packets of one sender and slot, or itself hears a packet in its own name, cannot tell
 what an acknowledgement of that name means. It neither gives nor heeds any until the doubt has lasted for some frames.
+Nor does it believe any longer what it has believed of anybody: others may have acknowledged the one packet while it
+held the other for it. And of matrices it heeds until then only what senders say of themselves.
 """
 
 from __future__ import annotations
@@ -155,12 +157,10 @@ class Peers:
             self._n_nodes, frame % self._period_frames, sender, sender, self._me
         ):
             self._count_answer(sender, bool(own >> self._me & 1), is_asked)
-        return tuple(
-            row & lasting
-            if (node == sender or self._informed[node] >> sender & 1) and not self.is_doubted(node, frame)
-            else 0
-            for node, row in enumerate(packet.rows)
-        )
+        heeded = 1 << sender
+        if frame > max(self._doubted_until):
+            heeded |= sum(1 << node for node, informed in enumerate(self._informed) if informed >> sender & 1)
+        return tuple(row & lasting if heeded >> node & 1 else 0 for node, row in enumerate(packet.rows))
 
     def _count_answer(self, sender: int, is_received: bool, is_asked: bool) -> None:
         """Count whether a peer says that it received the own packet of the frame before its slot."""
@@ -210,13 +210,11 @@ class Peers:
         """Two vehicles speak under the name of a node; True if it was not doubted before."""
         is_new = not self.is_doubted(node, frame)
         self._doubted_until[node] = frame + DOUBT_FRAMES
+        for peer in range(self._n_nodes) if is_new or node == self._me else (node,):
+            if peer != self._me:
+                self.forget(peer)
         if node == self._me:
-            for peer in range(self._n_nodes):
-                if peer != self._me:
-                    self.forget(peer)
             self._forget_content(self._me)
-        else:
-            self.forget(node)
         return is_new
 
     # Taking back ---------------------------------------------------------------------------------

@@ -60,10 +60,13 @@ class Life:
             self.parts.setdefault(fragment.block.guid, {}).setdefault(fragment.index, fragment)
 
     def inherit(self, before: Life) -> None:
-        """Note what it kept of the life before: the blocks that were whole there."""
+        """Note what it kept of the life before: the blocks that were whole there.
+
+        Of one name that two vehicles gave, it may hold the content that it was not given first.
+        """
         for guid, parts in before.parts.items():
             if before.is_whole(guid) and self.model.has_arrived(guid):
-                self.take(part for part in parts.values() if before.holds(part))
+                self.take([part for part in parts.values() if before.holds(part)] or parts.values())
 
     def is_whole(self, guid: Guid) -> bool:
         """True if it was given all parts of a block; two vehicles of one number make several of one name."""

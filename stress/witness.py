@@ -6,9 +6,10 @@ The law. Vehicle v believes that peer p holds item u. This is false if p, in its
 content that v holds under the name u. It is excused while v has not taken any packet of p's present life, provided it
 is not p's first: v cannot know of a restart before it hears of it. Nothing else is excused, with one exception. While
 two vehicles use one number, their items have the same names: those are excused that have not noticed, and all others
-as to items of that number; with ``forgives_names`` even the two as to names that both have given. What a vehicle gave
-up (parts of a block that never came whole, a block that waited too long) it does not hold; peers know it at the latest
-when a calm is over.
+as to items of that number; with ``forgives_names`` even the two as to names that both have given. When one of the two
+is gone, those that never noticed are excused as to whoever uses that number, and so is whoever uses it. What a vehicle
+gave up (parts of a block that never came whole, a block that waited too long) it does not hold; peers know it at the
+latest when a calm is over.
 """
 
 from __future__ import annotations
@@ -98,8 +99,10 @@ class Witness:
         )
 
     def is_excused(self, life: Life, peer: Life) -> bool:
-        """True while a vehicle cannot know of a peer's present life."""
-        return peer.node == life.node or not (peer.number == 0 or life.heard.get(peer.node) is peer)
+        """True while a vehicle cannot know of a peer's present life, or that others have used a number of the two."""
+        if peer.node == life.node or (self.doubled & {life.node, peer.node} and not life.has_noticed):
+            return True
+        return not (peer.number == 0 or life.heard.get(peer.node) is peer)
 
     def false_beliefs(self) -> list[tuple[str, str, ItemUid]]:
         """Who believes of whom what is false, and not excused."""

@@ -199,6 +199,24 @@ def test_two_that_use_one_number_are_noticed(policy: str):
     assert storm.false_beliefs() == []
 
 
+@pytest.mark.parametrize("policy", ["ack-repeat", "m-ack-repeat", "mps-ack-repeat"])
+def test_what_others_acknowledged_to_one_of_two_with_one_number_is_not_believed_once_the_other_is_heard(policy: str):
+    """Of two that speak as 2, 1 hears the one repeat its cell, and 0 the other. 0 acknowledges; then 1 hears both."""
+    storm = storm_of(3, policy, payload_bytes=24, offsets_s=(0.2, 0.0, 0.0))
+    for _ in range(4):
+        creates(storm, 2)  # it says these first
+    storm.add_twin(2)
+    [cell] = maps(storm, 1, 50)
+    heard_by_twins, by_0, late_by_1, twin_by_1 = [LOST, HEARD], HEARD, late(1.0), [LOST, HEARD]
+    storm.run(3, [*heard_by_twins, by_0, late_by_1, *twin_by_1])
+    assert not storm.lives[0].manager.holds(cell)
+    storm.run(0.45)
+    assert storm.lives[1].manager.believes(0, cell)  # as it had to, until it hears what comes late
+    storm.run(0.55)
+    assert storm.lives[1].has_noticed
+    assert storm.false_beliefs() == []
+
+
 # Clocks -------------------------------------------------------------------------------------------
 
 
