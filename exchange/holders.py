@@ -96,7 +96,8 @@ class Holders:
         self._noted.clear()
         if is_new or node == self._me:
             for peer, items in enumerate(self._ledger.origins):
-                self._state.believes[peer] |= items if peer != node or node == self._me else 0
+                if peer != node or node == self._me:
+                    self._state.believes[peer] |= items
         return is_new
 
     def note(self, sender: int, summary: Summary) -> list[int]:
