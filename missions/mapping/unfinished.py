@@ -51,7 +51,7 @@ def given_anew(
         meeting: of all groups.
         beliefs: of the head; picture: what else it knows.
     """
-    met_s = meeting.met_s(beliefs, picture)
+    met_s = meeting.met_s(group, beliefs, picture)
     if met_s is None or picture.body.now_s - met_s < meeting.patience_s / 2.0:
         return []
     found = []

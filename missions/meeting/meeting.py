@@ -208,12 +208,16 @@ class Meeting:
         returned_s = (picture.groups.returned_s.get(name, -math.inf) for name in organisation.members(group.name))
         return met_s is not None and max(returned_s, default=-math.inf) <= met_s
 
-    def met_s(self, beliefs: Beliefs, picture: Picture) -> float | None:
-        """When the last of the groups has met that are founded before the mission, as a vehicle knows; None before."""
-        founded = [name for name, group in self.groups.items() if group.formed_by is None and group.rally_point]
-        if not picture.groups.gathered.issuperset(founded):
+    def met_s(self, group: Group, beliefs: Beliefs, picture: Picture) -> float | None:
+        """When a group has met, and all that meet after it, as a vehicle of it knows; None before.
+
+        Of the others a vehicle may hear nothing.
+        """
+        names = [group.name, *(name for name, before in self.meets_after.items() if group.name in before)]
+        due = [name for name in names if self.groups[name].rally_point]
+        if not picture.groups.gathered.issuperset(due):
             return None
-        return max((beliefs.observed_s(("gatheredAt", name)) or 0.0 for name in founded), default=None)
+        return max((beliefs.observed_s(("gatheredAt", name)) or 0.0 for name in due), default=None)
 
     def is_overdue(self, group: Group, beliefs: Beliefs, picture: Picture) -> bool:
         """True once a head has waited where it is, without work to give out, for as long as it waits for others.
