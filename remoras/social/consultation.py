@@ -264,7 +264,8 @@ class Consultation:
         if role is not None and role.played_by is not None:
             of_group, other = role.played_by
             if self._rules.database[vehicle].can_play(of_group, other):
-                holders = yielding_above(self._groups[of_group], other, before, agreed.organisation)
+                led = [name for name in self._rules.database.names if self._reigns.has_led(name, group.name, age)]
+                holders = yielding_above(self._groups[of_group], other, {*before, *led}, agreed.organisation)
                 self._hand_over(Request(vehicle, Act.SUCCEED, of_group, other, vehicle), holders, age, agreed)
         for name in before:
             then = role_after(self._rules.database, name, group, agreed.organisation)

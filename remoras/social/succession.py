@@ -138,14 +138,23 @@ def role_after(database: AUVDatabase, vehicle: str, group: Group, organisation: 
 def yielding_above(group: Group, role: str, heads: Collection[str], organisation: Organisation) -> tuple[str, ...]:
     """Who leaves a role of the group above for a new head that has to play it: who led before, or its sole holder.
 
+    Who leads another group by that role keeps it.
+
     Args:
         group: above the one that has a new head; role: of it, by whose holder that is led.
-        heads: that the group below had.
+        heads: that the group below has had, also those that have stepped down.
         organisation: as agreed.
     """
     demands = group.role(role)
     is_sole = demands is not None and demands.maximum == 1
-    return tuple(name for name in organisation.members(group.name, role) if is_sole or name in heads)
+    leads = {
+        name
+        for below in organisation.groups.values()
+        for one in below.roles
+        if one.head and one.played_by == (group.name, role)
+        for name in organisation.members(below.name, one.name)
+    }
+    return tuple(name for name in organisation.members(group.name, role) if is_sole or name in {*heads} - leads)
 
 
 def excluded_by_leading(group: Group, vehicle: str, organisation: Organisation) -> tuple[RoleAssignment, ...]:

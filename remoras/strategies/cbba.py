@@ -246,8 +246,8 @@ class Bidder:
             if not beaten:
                 break
             for name in beaten:
-                winner = claims.winner(name)
-                theirs[self._me if winner is None else winner].append(self._roles[name])
+                winner = claims.winner(name) or self._me  # who may be able to do nothing any more, and still claim it
+                theirs.setdefault(winner, []).append(self._roles[name])
         self._lost = {role.name for roles in theirs.values() for role in roles}
         self._adopted = set(mine).difference(planned_for_me)
         self._release([name for name in self._bundle if name not in mine], situation.round, claims)
