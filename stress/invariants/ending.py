@@ -118,7 +118,8 @@ class SummaryOfTables:
         }
         for name, value in expected.items():
             given = scene.summary.get(name)
-            if (value is None) != (given is None) or (value is not None and abs(given - value) > CLOSE * (1 + value)):
+            is_close = math.isclose(value or 0.0, given or 0.0, rel_tol=CLOSE, abs_tol=CLOSE)
+            if (value is None) != (given is None) or not is_close:
                 return f"{name} is {given}; the tables say {value}"
         n_bits, by_content = sum(row[3] for row in packets), [scene.summary[f"bits_{one.value}"] for one in Content]
         if sum(by_content) != n_bits or min(by_content) < 0:
