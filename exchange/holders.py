@@ -6,10 +6,11 @@ their acknowledgements say: a peer began anew, two vehicles speak under one name
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 
 from exchange.ack import AckState
 from exchange.ledger import Ledger
+from exchange.packets import ItemUid
 from exchange.peers import Peers
 from exchange.summaries import Holdings, Life, Summary, Telling
 from worldmodel import Block
@@ -37,7 +38,6 @@ class Holders:
         self.own = Holdings()
         self.telling = Telling(self.own, size_bits)
         self._noted: dict[int, dict[Life, Summary]] = {}  # by peer
-        self._given_up: set[Guid] = set()
 
     # What this vehicle holds -----------------------------------------------------------------------
 
@@ -60,14 +60,18 @@ class Holders:
         for origin, epoch, sequence in guids:
             if sequence >= 0 and self.own.has((origin, epoch), sequence):
                 self.own.give_up((origin, epoch), sequence)
-                self._given_up.add((origin, epoch, sequence))
                 self.telling.urge((origin, epoch))
+
+    def given_up(self) -> Iterator[tuple[int, ItemUid]]:
+        """This node, and blocks, by their first items, that it has given up and that have not come again."""
+        for (origin, epoch), given_up in self.own.given_up.items():
+            yield from ((self._me, ItemUid(origin, sequence, 0, epoch)) for sequence in sorted(given_up))
 
     def come_again(self, guid: Guid) -> Block | None:
         """The block, if it was given up and a part of it is heard again; the other parts are known."""
-        if guid not in self._given_up or not self._ledger.is_whole(guid):
+        origin, epoch, sequence = guid
+        if sequence not in self.own.given_up.get((origin, epoch), ()) or not self._ledger.is_whole(guid):
             return None
-        self._given_up.discard(guid)
         self.complete(guid)
         return self._ledger.block(guid)
 

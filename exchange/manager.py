@@ -19,6 +19,7 @@ is acknowledged.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
+from itertools import chain
 
 from exchange import ack
 from exchange.ageing import ageing_of
@@ -316,5 +317,5 @@ class ExchangeManager:
         return self.queue.open.bit_count()
 
     def postponed(self) -> Iterator[tuple[int, ItemUid]]:
-        """Peers that are parked, and the items that each is told once it is heard again."""
-        return self._interests.postponed(self._state.believes)
+        """Nodes, and items that they lack though nothing is open: parked peers, and this one what it has given up."""
+        return chain(self._interests.postponed(self._state.believes), self._holders.given_up())

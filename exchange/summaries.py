@@ -81,14 +81,18 @@ class Holdings:
 
     def __init__(self) -> None:
         self._held: dict[Life, int] = {}
+        self.given_up: dict[Life, set[int]] = {}
+        """Blocks that were held and are no longer, until they come again."""
 
     def add(self, life: Life, sequence: int) -> None:
         """Hold a block from now on."""
         self._held[life] = self._held.get(life, 0) | 1 << sequence
+        self.given_up.get(life, set()).discard(sequence)
 
     def give_up(self, life: Life, sequence: int) -> None:
         """Hold a block no longer, so that it may come again."""
         self._held[life] = self._held.get(life, 0) & ~(1 << sequence)
+        self.given_up.setdefault(life, set()).add(sequence)
 
     def has(self, life: Life, sequence: int) -> bool:
         """True if the block is held."""
@@ -155,11 +159,16 @@ class Telling:
         return tuple(said)
 
     def spare(self, room_bits: int) -> tuple[Summary, ...]:
-        """One summary that says more than when it was told last, or was not told often enough, if it fits."""
+        """One summary that says more than when it was told last, or was not told often enough, if it fits.
+
+        What says that a block was given up is told until that comes again: whoever is to say it may have missed it.
+        """
         said: list[Summary] = []
         for life in self._longest_ago():
             summary = self._holdings.summary(life)
-            is_known = self._told.get(life) == (summary, TIMES_TOLD)
+            given_up = self._holdings.given_up.get(life, ())
+            is_asked_for = any(summary.holds(sequence) is False for sequence in given_up)
+            is_known = self._told.get(life) == (summary, TIMES_TOLD) and not is_asked_for
             if life not in self.silenced and not is_known and self._size_bits(summary) <= room_bits:
                 self._take(summary, said)
                 break

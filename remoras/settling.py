@@ -55,13 +55,22 @@ def settle(fleet: Fleet, settle_s: float) -> Settled:
 
 
 def _is_settled(fleet: Fleet) -> bool:
-    """True if no vehicle that speaks has an item left that somebody lacks, who may only seem to be away."""
+    """True if no vehicle that speaks has an item left that somebody lacks, who may only seem to be away.
+
+    Nor has anybody given up what it waited for in vain, that another one holds.
+    """
     speaking = [vehicle for vehicle in fleet.vehicles if _speaks(vehicle)]
     if any(vehicle.radio.manager.n_open for vehicle in speaking):
         return False
     there = {v.data.node: v.radio.manager for v in speaking if not (v.condition.is_mute or v.condition.is_deaf)}
-    return all(
-        there[node].holds(uid) for manager in there.values() for node, uid in manager.postponed() if node in there
+    lacking = {
+        (node, uid)
+        for manager in there.values()
+        for node, uid in manager.postponed()
+        if node in there and (there[node] is manager or not there[node].holds(uid))
+    }
+    return not any(
+        one.holds(uid) and (node, uid) not in lacking for node, one in there.items() for uid in {u for _, u in lacking}
     )
 
 
