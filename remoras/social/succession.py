@@ -154,7 +154,8 @@ def yielding_above(group: Group, role: str, heads: Collection[str], organisation
         if one.head and one.played_by == (group.name, role)
         for name in organisation.members(below.name, one.name)
     }
-    return tuple(name for name in organisation.members(group.name, role) if is_sole or name in {*heads} - leads)
+    gone = set(heads) - leads
+    return tuple(name for name in organisation.members(group.name, role) if is_sole or name in gone)
 
 
 def excluded_by_leading(group: Group, vehicle: str, organisation: Organisation) -> tuple[RoleAssignment, ...]:
