@@ -109,7 +109,7 @@ class Listener:
             now_s: the time (s).
         """
         state, frame, sender = self._state, packet.frame, packet.sender
-        conflict = self._twin(packet, frame, is_second)
+        conflict = self._twin(packet, is_second, now_s)
         begun = self._lives_told(packet)
         for node, epoch in begun:
             self._holders.begin(node, epoch)
@@ -153,15 +153,28 @@ class Listener:
                 for fragment in fragments_of(block, room_bits, size_bits):
                     self.register(Entry(fragment, block.facts), now_s)
 
-    def _twin(self, packet: Packet, frame: int, is_second: bool) -> int | None:
+    def _twin(self, packet: Packet, is_second: bool, now_s: float) -> int | None:
         """The name under which two vehicles speak, if this packet is the first to show it."""
         noticed: list[tuple[int, bool]] = [(packet.sender, False)] if is_second else []
         if self._is_misquoted(packet):
             noticed.append((self._me, False))
         lives = {(node, epoch) for node, epoch in enumerate(self._peers.epochs)}
         noticed += [(one.origin, True) for one in packet.summary if one.is_alarm and one.life in lives]
-        new = [node for node, by_alarm in noticed if self._holders.doubt(node, frame, by_alarm)]
+        new = [node for node, by_alarm in noticed if self.doubt(node, packet.frame, now_s, by_alarm)]
         return new[0] if new else None
+
+    def doubt(self, node: int, frame: int, now_s: float, by_alarm: bool = False) -> bool:
+        """Two vehicles speak under the name of a node; True if that was not known before: then all is said again.
+
+        Args:
+            node: the name; frame: TDMA frame in which that was noticed.
+            now_s: the time (s).
+            by_alarm: another one has said so; else this vehicle says it.
+        """
+        is_new = self._holders.doubt(node, frame, by_alarm)
+        if is_new:
+            self.reopen(now_s)
+        return is_new
 
     def _is_misquoted(self, packet: Packet) -> bool:
         """True if a packet has items or summaries of this vehicle's life that it never told: another speaks as it."""

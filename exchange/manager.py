@@ -204,9 +204,9 @@ class ExchangeManager:
             met = self._peers.meet(sender, packet.epoch, frame)
         except PeerFault as fault:
             self.n_faults += 1
-            is_stranger = isinstance(fault, DefinitionFault) and self._definitions.differ(sender, frame)
-            conflict = sender if isinstance(fault, SlotConflict) and self._holders.doubt(sender, frame) else None
-            return Reception(slot, sender, fault=str(fault), is_stranger=is_stranger, conflict=conflict)
+            differs = isinstance(fault, DefinitionFault) and self._definitions.differ(sender, frame)
+            is_twin = isinstance(fault, SlotConflict) and self._listener.doubt(sender, frame, now_s)
+            return Reception(slot, sender, fault=str(fault), is_stranger=differs, conflict=sender if is_twin else None)
         self._ageing.open(slot)
         is_unlisted = self._schedule.is_by_frame and self.turns.note(packet, slot)
         is_second = self._peers.conflicts(sender, slot, data)

@@ -215,6 +215,10 @@ def test_what_others_acknowledged_to_one_of_two_with_one_number_is_not_believed_
     storm.run(0.55)
     assert storm.lives[1].has_noticed
     assert storm.false_beliefs() == []
+    storm.remove_twins()
+    storm.die(2)  # else it would repeat the cell itself
+    storm.run_frames(40)
+    assert storm.lives[0].manager.holds(cell)
 
 
 # Clocks -------------------------------------------------------------------------------------------
