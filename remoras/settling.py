@@ -69,9 +69,8 @@ def _is_settled(fleet: Fleet) -> bool:
         for node, uid in manager.postponed()
         if node in there and (there[node] is manager or not there[node].holds(uid))
     }
-    return not any(
-        one.holds(uid) and (node, uid) not in lacking for node, one in there.items() for uid in {u for _, u in lacking}
-    )
+    items = {uid for _, uid in lacking}
+    return not any(one.holds(uid) and (node, uid) not in lacking for node, one in there.items() for uid in items)
 
 
 def _speaks(vehicle: Vehicle) -> bool:

@@ -93,12 +93,10 @@ class Energy:
             if vehicle.is_alive:
                 due_j += (data.hotel_w + data.drag_w_per_mps3 * m.speed_mps**3 + vehicle.condition.drain_w) * dt_s
             is_right = abs(m.energy_j - due_j) <= ROUNDING_J * (1.0 + due_j)
-            if m.energy_j > data.energy_j + ROUNDING_J or not (is_right or vehicle.functional.exhausted):
-                return (
-                    f"{name} had used {before_j:.1f} J, now {m.energy_j:.1f} J at {scene.now_s:g} s; due {due_j:.1f} J"
-                )
-            if m.energy_j < before_j - ROUNDING_J:
-                return f"{name} had used {before_j:.1f} J, now {m.energy_j:.1f} J at {scene.now_s:g} s"
+            is_within = before_j - ROUNDING_J <= m.energy_j <= data.energy_j + ROUNDING_J
+            if not is_within or not (is_right or vehicle.functional.exhausted):
+                used = f"{name} had used {before_j:.1f} J, now {m.energy_j:.1f} J"
+                return f"{used} at {scene.now_s:g} s; due {due_j:.1f} J"
             self._used_j[name] = m.energy_j
         return None
 

@@ -96,6 +96,22 @@ def test_who_only_seems_to_be_away_is_waited_for() -> None:
     assert len(knowledge(fleet)[0]) == 1
 
 
+def test_what_somebody_has_given_up_is_waited_for() -> None:
+    """AUV01 gives up a block of ASV00 at the end: nothing is open, and ASV00 has to hear of it and say it again."""
+    setup = resolved(load("mapping-rendezvous", [("--set", SETTLED), ("--set", "scenario.duration_s=300")]))
+    fleet = assemble(setup, 1)
+    fleet.run()
+    assert settled_of(setup, fleet) is not None
+    manager, model = fleet.vehicles[2].radio.manager, fleet.vehicles[2].beliefs.model
+    manager.give_up([next(guid for guid, _ in model.items() if guid[0] == 0)])
+    assert not any(vehicle.radio.manager.n_open for vehicle in fleet.vehicles)
+    settled = settled_of(setup, fleet)
+    assert settled is not None
+    assert settled.complete
+    assert settled.time_s > 0.0
+    assert not list(manager.postponed())
+
+
 def of_mission(results: MemoryResults) -> dict[str, Any]:
     """Summary and tables, without what is said of the time after the mission, and of the machine."""
     summary = {name: one for name, one in results.summary.items() if name not in ("run_id", "wall_s")}
