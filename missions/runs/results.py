@@ -46,7 +46,7 @@ RUN_ID = "run_id"
 
 
 def manifest(run: Run) -> dict[str, Any]:
-    """What is needed to repeat the run: version, resolved scenario as TOML, seed, libraries, platform."""
+    """What is needed to repeat the run: version, resolved scenario as TOML, seed, libraries, platform; and the time it took."""
     return {
         "version": __version__,
         "seed": run.seed,
@@ -54,6 +54,7 @@ def manifest(run: Run) -> dict[str, Any]:
         "libraries": {name: metadata.version(name) for name in LIBRARIES},
         "python": platform.python_version(),
         "platform": platform.platform(),
+        "wall_s": round(run.wall_s, 3),
     }
 
 

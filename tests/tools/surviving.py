@@ -104,7 +104,7 @@ def outcome(case: Case) -> Outcome:
     fleet = assemble(setup, case.seed)
     lead_s = longest_double_lead_s(fleet)
     run = Run(
-        setup, case.seed, fleet.recorder, tuple(fleet.truth.milestones), fleet.truth.goal_fraction, fleet.completed,
+        setup, case.seed, fleet.recorder, tuple(fleet.truth.milestones), fleet.truth.goal_fraction, 1.0, fleet.completed,
         fleet.reason, fleet.now_s if fleet.completed else fleet.duration_s, fleet.n_false_beliefs, 0.0, 0.0,
     )  # fmt: skip
     fleet.close()
