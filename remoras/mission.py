@@ -44,11 +44,13 @@ from remoras.organisation import Group, Organisation
 from remoras.picture import Picture
 from remoras.recorder import Recorder, Table
 from remoras.sensor import SensorSettings
-from remoras.truth import FleetView as FleetView
-from remoras.truth import Milestone as Milestone
-from remoras.truth import Truth as Truth
-from remoras.truth import VehicleView as VehicleView
+from remoras.truth import FleetView, Milestone, Truth, VehicleView
 from remoras.work import Job, Point
+
+__all__ = [
+    "ALLOCATE_ROLES", "ASSIGN_OBJECTIVE", "DISSOLVE_GROUP", "ELEMENTARY_TASKS", "FORM_GROUP", "GIVE_MISSION", "PURSUE",
+    "Finding", "FleetView", "FunctionalPart", "Milestone", "Mission", "SocialPart", "Truth", "VehicleView",
+]  # fmt: skip
 
 ALLOCATE_ROLES, GIVE_MISSION, ASSIGN_OBJECTIVE = "AllocateRoles", "GiveMission", "AssignObjective"
 FORM_GROUP, DISSOLVE_GROUP = "FormGroup", "DissolveGroup"

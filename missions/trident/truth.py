@@ -87,7 +87,7 @@ class TridentTruth(JobTruth):
 
     @property
     def jobs_done(self) -> Collection[str]:
-        """Blocks with enough charted tiles, or said to be surveyed; the recovery once it has really been made."""
+        """Blocks that are said to be surveyed, and the recovery once it has really been made."""
         return {*(self._done - {self._recovery}), *((self._recovery,) if self.is_recovered else ())}
 
     def reachable_fraction(self, fleet: FleetView) -> float:
