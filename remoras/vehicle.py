@@ -60,9 +60,6 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         recorder: takes the rows.
         began_s: when it began; later than 0 if it begins anew, see ``go_on``.
         timekeeper: compares its clock with its peers'; None where all clocks are right.
-
-    Attributes:
-        has_resigned: it has left its roles for good, since its energy is for the way home.
     """
 
     def __init__(

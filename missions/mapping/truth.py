@@ -227,7 +227,7 @@ class MappingTruth(MeetingTruth):
         self.milestones += self._stopped.values()
         self.milestones.sort(key=lambda milestone: milestone.time_s)
         reason = super().close(fleet, now_s)
-        if self.goal_fraction >= 1.0 or (self._apart and not self._consulted):
+        if not self._seabed.cells or self.goal_fraction >= 1.0 or (self._apart and not self._consulted):
             return reason
         share = f"{100.0 * self._done_fraction:.0f} % of the work done, goal {100.0 * self._goal:g} %"
         return f"{reason}; {share}" if reason else f"together after {now_s:.0f} s: {share}"

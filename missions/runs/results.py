@@ -47,9 +47,9 @@ RUN_ID = "run_id"
 
 
 def manifest(run: Run) -> dict[str, Any]:
-    """What is needed to repeat the run: version, what success is judged over, resolved scenario as TOML, seed, libraries.
+    """What is needed to repeat the run: version, resolved scenario as TOML, seed, and what success is judged over.
 
-    What depends on the machine stands here, too: the platform and the time that the run took.
+    What depends on the machine stands here, too: libraries, platform, and the time that the run took.
     """
     return {
         "version": __version__,

@@ -70,7 +70,7 @@ def fail(message: str, code: int = USAGE) -> NoReturn:
     raise CommandFault(message, code)
 
 
-def note(text: str) -> None:
+def remark(text: str) -> None:
     """Say on standard error what one should know of what is read; nothing if there is nothing."""
     if text:
         print(f"remoras: {text}", file=sys.stderr)
