@@ -341,7 +341,7 @@ def test_areas_out_of_reach_are_named_where_others_are_not() -> None:
 
 
 def test_finds_count_all_whoever_is_left() -> None:
-    """Four cells, and a find that counts for four: without it half of the work is done, and the rest is out of reach."""
+    """Four cells, and a find that counts for four: half of the work is done, and the rest is out of reach."""
     feature = Feature("find 1", (212.5, 12.5), 30.0, 10.0, 0.5)
     seabed = replace(BANK, features={(8, 0): feature})
     meeting = Meeting({"Team": TEAM}, {"jetty": JETTY_M}, 15.0, 20.0, 60.0, 900.0, {})
