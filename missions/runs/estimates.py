@@ -2,8 +2,8 @@
 
 The work is divided as a planner would begin: the longest job first, always to the vehicle that would then have done all
 of its own first (Graham 1969, list scheduling). A vehicle goes to a job in transit, works at survey speed, waits with
-its hotel load until the last one is done, and comes home with a margin. That is no bound: strategies may divide better,
-share a job, or lose time. So what comes of it is a warning and not a fault.
+its hotel load until the last one is done, and comes home with a margin; ways to a meeting are left out. That is no
+bound: strategies may divide better, share a job, or lose time. So what comes of it is a warning and not a fault.
 
 Check value: a job 100 m away that takes 600 s, at 2 m/s in transit and 1 m/s at work, with 10 W + 10 W/(m/s)^3 speed^3,
 needs 50 s x 90 W + 600 s x 20 W + 125 s x 20 W = 19 kJ, with the way home of 100 m times 1.25.
