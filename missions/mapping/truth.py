@@ -102,13 +102,11 @@ class MappingTruth(MeetingTruth):
         if not self._seabed.cells:
             return super().reachable_fraction(fleet)
         able = self._able(fleet)
-        n_open: float = sum(n for area, n in self._n_uncovered.items() if not able[area])
-        n_all: float = len(self._seabed.cells)
+        n_within: float = sum(n for area, n in self._n_uncovered.items() if able[area])
         if self._seabed.features:
-            n_left = len(self._seabed.features) - self._finds.n_inspected
-            n_open += self._find_weight * (n_left - self._finds.n_within_reach(able))
-            n_all += self._find_weight * len(self._seabed.features)
-        return self._share_of_goal(1.0 - n_open / n_all)
+            n_within += self._find_weight * self._finds.n_within_reach(able)
+        n_done, n_open = self._done_and_open()
+        return self._share_of_goal((n_done + n_within) / (n_done + n_open))
 
     def _able(self, fleet: FleetView) -> dict[str, bool]:
         """By area, whether somebody left is able to map it: by its role, its working sensor and its depth."""
@@ -202,13 +200,18 @@ class MappingTruth(MeetingTruth):
     def _share_of_goal(self, share: float) -> float:
         return min(1.0, share / self._goal + 1e-9)
 
-    def _judge(self, now_s: float) -> None:
-        """Work out the share of the goal that is reached."""
-        n_open: float = len(self._seabed.cells) - len(self._all_covered)
+    def _done_and_open(self) -> tuple[float, float]:
+        """How many cells are covered and how many are not, with what finds count for."""
         n_done: float = len(self._all_covered)
+        n_open: float = len(self._seabed.cells) - len(self._all_covered)
         if self._seabed.features:
             n_done += self._find_weight * self._finds.n_inspected
             n_open += self._find_weight * (len(self._seabed.features) - self._finds.n_inspected)
+        return n_done, n_open
+
+    def _judge(self, now_s: float) -> None:
+        """Work out the share of the goal that is reached."""
+        n_done, n_open = self._done_and_open()
         self._done_fraction = n_done / (n_done + n_open)
         fraction = self._share_of_goal(self._done_fraction)
         if fraction != self._goal_fraction:
