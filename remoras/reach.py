@@ -68,7 +68,9 @@ def reachable_by_jobs(
     if not n_open:
         return 1.0 if left(fleet) else reached
     n_within = sum(name not in done for name in within_reach(jobs, groups, fleet, done))
-    return reached + (1.0 - reached) * n_within / n_open
+    if not n_within:
+        return reached  # not a rounding error beside it: it is compared
+    return 1.0 - (1.0 - reached) * (n_open - n_within) / n_open
 
 
 def reachable_fraction(truth: Truth, jobs: Mapping[str, Job], groups: Iterable[Group], fleet: FleetView) -> float:

@@ -129,3 +129,15 @@ def test_less_energy_never_reaches_more(strategy: str, seed: int) -> None:
     found = [reached("mapping-rendezvous", seed, given, *with_energy("mapping-rendezvous", e)) for e in energies_j]
     assert found == sorted(found, reverse=True), found
     assert (found[0][1], found[-1][1]) == (True, False)
+
+
+# Other missions ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("scenario", ["pandora-inspection", "trident-intervention", "arrows-archaeology"])
+def test_no_mission_is_complete_without_energy(scenario: str) -> None:
+    finished, found = made(scenario, *with_energy(scenario, 1.0))
+    assert (found["completed"], found["goal_fraction"], found["reachable_fraction"]) == (False, 0.0, 0.0)
+    assert found["reason"].startswith("no vehicle left that is able to ")
+    assert ": 100 % open" in found["reason"]
+    assert finished.recorder.trajectories[-1][0] < 60.0
