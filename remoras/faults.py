@@ -159,7 +159,8 @@ class Condition:
         is_running: False while it is lost or off; lost_for_good: it will not come back.
         is_mute: nobody hears it; is_deaf: it hears nobody; will_return: it is out of contact, but not for good.
         speed_factor: what its speeds are multiplied by.
-        dead_sensors: names of the sensors that yield nothing; biases: of the others.
+        dead_sensors: names of the sensors that yield nothing; dead_for_good: of those of them that never will again;
+            biases: of the others.
         drain_w: power that is lost.
     """
 
@@ -171,6 +172,7 @@ class Condition:
     will_return: bool = False
     speed_factor: float = 1.0
     dead_sensors: frozenset[str] = frozenset()
+    dead_for_good: frozenset[str] = frozenset()
     biases: tuple[Bias, ...] = ()
     drain_w: float = 0.0
 
@@ -190,6 +192,7 @@ class Condition:
         holding = tuple(faults)
         kinds = {fault.kind for fault in holding}
         absences = [fault for fault in holding if fault.kind in OUT_OF_CONTACT]
+        dying = [fault for fault in holding if fault.kind is FaultKind.SENSOR]
         return cls(
             is_there=FaultKind.JOINS not in kinds,
             is_running=kinds.isdisjoint((FaultKind.LOST, FaultKind.RESTARTS)),
@@ -198,9 +201,8 @@ class Condition:
             is_deaf=FaultKind.DEAF in kinds,
             will_return=bool(absences) and all(math.isfinite(fault.span_s[1]) for fault in absences),
             speed_factor=math.prod(fault.factor for fault in holding if fault.kind is FaultKind.SLOW),
-            dead_sensors=frozenset(
-                name for fault in holding if fault.kind is FaultKind.SENSOR for name in fault.sensors
-            ),
+            dead_sensors=frozenset(name for fault in dying for name in fault.sensors),
+            dead_for_good=frozenset(name for fault in dying if math.isinf(fault.until_s) for name in fault.sensors),
             biases=tuple(replace(fault.bias, sensors=fault.sensors) for fault in holding if fault.bias is not None),
             drain_w=math.fsum(fault.drain_w for fault in holding),
         )

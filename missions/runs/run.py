@@ -13,6 +13,7 @@ from missions.runs.setup import Setup, resolved
 from missions.scenarios.scenario import Scenario
 from remoras.fleet import Fleet
 from remoras.mission import Milestone, Mission
+from remoras.reach import reachable_fraction
 from remoras.recorder import Recorder
 from remoras.settling import Settled, settle
 from remoras.strategy import Strategy
@@ -25,7 +26,8 @@ class Run:
     Attributes:
         setup: the scenario resolved; seed: root of its draws.
         recorder: its tables; milestones: in time order.
-        goal_fraction: share of the mission's goal that was reached on the ground, 0..1.
+        goal_fraction: share of the mission's whole goal that was reached on the ground, 0..1.
+        reachable_fraction: share that was reached, or was within reach of the vehicles left at the end.
         completed: the mission is complete; reason: why not, else empty.
         end_s: mission time; the whole duration where the mission is not complete.
         n_false_beliefs: how often a vehicle came to believe that a peer held what that peer lacked.
@@ -39,6 +41,7 @@ class Run:
     recorder: Recorder
     milestones: tuple[Milestone, ...]
     goal_fraction: float
+    reachable_fraction: float
     completed: bool
     reason: str
     end_s: float
@@ -111,6 +114,7 @@ def result_of(setup: Setup, seed: int, fleet: Fleet, wall_s: float, settled: Set
         fleet.recorder,
         tuple(fleet.truth.milestones),
         fleet.truth.goal_fraction,
+        reachable_fraction(fleet.truth, setup.mission.jobs, setup.agreement.groups, fleet.view),
         fleet.completed,
         fleet.reason,
         fleet.ended_s if fleet.completed else fleet.duration_s,

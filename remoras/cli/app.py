@@ -70,6 +70,12 @@ def fail(message: str, code: int = USAGE) -> NoReturn:
     raise CommandFault(message, code)
 
 
+def remark(text: str) -> None:
+    """Say on standard error what one should know of what is read; nothing if there is nothing."""
+    if text:
+        print(f"remoras: {text}", file=sys.stderr)
+
+
 def _report(error: Exception, as_json: bool) -> None:
     """Tell a fault: a message for people, and one JSON value where that was asked for."""
     message = shortened(str(error))

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from remoras.cli import completion
-from remoras.cli.app import FAILED, Json, command, fail, show_json
+from remoras.cli.app import FAILED, Json, command, fail, remark, show_json
 from remoras.cli.progress import Progress
 from remoras.cli.tables import on_terminal, show_table
 
@@ -150,6 +150,7 @@ def compare(
     from missions.sweeps.folder import SweepResults
 
     results = SweepResults.read(folder)
+    remark(results.verdict_note)
     found = compared(results, tuple(dict.fromkeys(metrics or ())), baseline)
     state = results.status()
     if state.failed or state.remaining > 0:

@@ -40,7 +40,7 @@ class SameDigest:
 
 
 class Finishes:
-    """After what is transient has healed, the survivors complete the mission by the bound."""
+    """After what is transient has healed, the survivors complete the mission by the bound, if they are able to."""
 
     name = "finishes"
     moment = Moment.END
@@ -50,6 +50,8 @@ class Finishes:
         """Look at the verdict."""
         run, about = scene.finished, scene.schedule.stress
         if run is None or not about.must_finish or run.completed or self._cannot_be_replaced(scene):
+            return None
+        if run.reachable_fraction < 1.0:  # the work is all of it, whoever is left: nobody may be able to do some of it
             return None
         return f"not complete by {about.bound_s:g} s, healed at {about.heal_s:g} s: {run.reason}"
 
@@ -61,7 +63,10 @@ class Finishes:
 
 
 class TrueVerdict:
-    """A mission counts as complete if, and only if, its goal is reached, and then there is no reason against it."""
+    """A mission counts as complete if, and only if, its goal is reached, and then there is no reason against it.
+
+    What is within reach is no less than what is reached, and no more than all.
+    """
 
     name = "verdict"
     moment = Moment.END
@@ -78,6 +83,8 @@ class TrueVerdict:
         ended_s, tick_s = scene.fleet.ended_s, scene.fleet.tick_s
         if len(noted_s) != run.completed or any(not 0.0 <= ended_s - at_s <= tick_s for at_s in noted_s):
             return f"completed: {run.completed} at {ended_s:g} s; milestones mission_complete at {noted_s}"
+        if not run.goal_fraction <= run.reachable_fraction <= 1.0:
+            return f"{run.goal_fraction:g} of the goal is reached, and {run.reachable_fraction:g} within reach"
         if not run.completed and not run.reason:
             return "not completed, for no reason"
         if bool(summary["completed"]) is not run.completed or summary["goal_fraction"] > 1.0:

@@ -26,7 +26,7 @@ from typing import Any, NamedTuple
 from missions.metric import NOT_APPLICABLE
 from missions.runs.assembly import assemble
 from missions.runs.fleet_metrics import recovery_time_s
-from missions.runs.run import Run
+from missions.runs.run import result_of
 from missions.runs.setup import resolved
 from missions.scenarios import load
 from missions.statistics import mean_interval
@@ -103,10 +103,7 @@ def outcome(case: Case) -> Outcome:
     setup = resolved(scenario)
     fleet = assemble(setup, case.seed)
     lead_s = longest_double_lead_s(fleet)
-    run = Run(
-        setup, case.seed, fleet.recorder, tuple(fleet.truth.milestones), fleet.truth.goal_fraction, fleet.completed,
-        fleet.reason, fleet.now_s if fleet.completed else fleet.duration_s, fleet.n_false_beliefs, 0.0, 0.0,
-    )  # fmt: skip
+    run = result_of(setup, case.seed, fleet, 0.0)
     fleet.close()
     recovery = recovery_time_s(run)
     two_leases_s = 2.0 * scenario.communication.lease_frames * setup.schedule.frame_s
