@@ -209,6 +209,10 @@ class Radio:
         self._peers.links = self._contacts.links
         return sent
 
+    def is_covert(self, now_s: float) -> bool:
+        """True while it keeps silent, or says only what is urgent."""
+        return least_priority(self._covert, now_s) > 0
+
     def told(self) -> tuple[Block, ...]:
         """What this vehicle has told since it was asked last, under a strategy that is a bound; else nothing."""
         told, self._told = self._told, []

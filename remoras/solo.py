@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import mesa
 
@@ -27,6 +27,9 @@ from remoras.recorder import Recorder
 from remoras.slots import NewSlots
 from remoras.traffic import sends_s
 from remoras.vehicle import Vehicle
+
+if TYPE_CHECKING:
+    from exchange.introductions import Introductions
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,6 +108,7 @@ class Solo(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         needs: that it states during the mission.
         slots: lists of slots that a person orders at its console.
         seed: of the times at which it sends in ALOHA.
+        introductions: of the vehicle, where packets are encrypted.
 
     Attributes:
         n_refused: packets that were heard and not taken.
@@ -122,6 +126,7 @@ class Solo(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         needs: Sequence[StatedNeed] = (),
         slots: Sequence[NewSlots] = (),
         seed: int = 0,
+        introductions: Introductions | None = None,
     ) -> None:
         super().__init__(rng=0)  # Mesa's generators are not used: every draw is keyed by its purpose
         self._clock: Clock[_Event] = Clock()
@@ -130,6 +135,7 @@ class Solo(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         self._schedule = schedule
         self._seed = seed
         self._times = times
+        self._introductions = introductions
         self.recorder = recorder
         self.vehicle = make_vehicle(self)
         self.n_refused = 0
@@ -209,13 +215,16 @@ class Solo(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         match event:
             case _Arrives(data=data):
                 reception = self._hear(data, now_s)
-                self.n_refused += reception is not None and reception.fault is not None
+                if reception is not None and reception.fault is not None:
+                    self.n_refused += 1
+                    if self._introductions is not None:
+                        self._introductions.miss(reception.sender)
             case _SlotOpens(number=slot):
                 if not self._schedule.is_by_frame:
                     self._await_slot(slot + self._schedule.n_nodes)
                 elif slot not in self.vehicle.radio.manager.turns.slots:
                     return None  # it has begun anew in this frame
-                return self._speak(now_s)
+                return self._speak(slot, now_s)
             case _FrameBegins(number=frame):
                 self._begin(frame)
             case _Tick(number=number):
@@ -241,10 +250,16 @@ class Solo(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
             return [word(beliefs, what.vehicle, what.from_s if begins else None)]
         return [beliefs.fact(*fact) for fact in (what.facts() if begins else what.taken_back())]
 
-    def _speak(self, now_s: float) -> Transmission | None:
+    def _speak(self, slot: int, now_s: float) -> Transmission | None:
         """What is said in an own slot that opens now; a vehicle that has stopped says what is still open."""
         vehicle = self.vehicle
-        if now_s < self._times.until_s:
+        if (
+            self._introductions is not None
+            and vehicle.may_introduce(now_s)
+            and (introduction := self._introductions.packet(slot))
+        ):
+            sent = vehicle.introduce(introduction, now_s)
+        elif now_s < self._times.until_s:
             sent = vehicle.speak(now_s)
         elif vehicle.is_alive and vehicle.radio.communicates and not vehicle.social.is_silent:
             sent = vehicle.radio.speak((), now_s)
@@ -256,6 +271,8 @@ class Solo(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         """What a packet brings; a vehicle that has stopped only takes it in."""
         vehicle = self.vehicle
         if vehicle.condition.is_deaf:
+            return None
+        if self._introductions is not None and vehicle.is_alive and self._introductions.hear(data, now_s):
             return None
         if now_s < self._times.until_s:
             return vehicle.hear(data, now_s)
