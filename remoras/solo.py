@@ -21,6 +21,7 @@ from exchange.schedule import TdmaSchedule
 from remoras.bans import Ban, word
 from remoras.beliefs import Fact
 from remoras.clock import Clock, Priority
+from remoras.covert import least_priority
 from remoras.faults import OVER, Condition, Fault, FaultKind
 from remoras.needs import StatedNeed
 from remoras.recorder import Recorder
@@ -251,21 +252,31 @@ class Solo(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         return [beliefs.fact(*fact) for fact in (what.facts() if begins else what.taken_back())]
 
     def _speak(self, slot: int, now_s: float) -> Transmission | None:
-        """What is said in an own slot that opens now; a vehicle that has stopped says what is still open."""
+        """What goes in an own slot that opens now."""
+        sent = self._introduction(slot, now_s) or self._said(now_s)
+        return None if self.vehicle.condition.is_mute else sent
+
+    def _said(self, now_s: float) -> Transmission | None:
+        """What is said now; a vehicle that has stopped says what is still open."""
         vehicle = self.vehicle
-        if (
-            self._introductions is not None
-            and vehicle.may_introduce(now_s)
-            and (introduction := self._introductions.packet(slot))
-        ):
-            sent = vehicle.introduce(introduction, now_s)
-        elif now_s < self._times.until_s:
-            sent = vehicle.speak(now_s)
-        elif vehicle.is_alive and vehicle.radio.communicates and not vehicle.social.is_silent:
-            sent = vehicle.radio.speak((), now_s)
-        else:
+        if now_s < self._times.until_s:
+            return vehicle.speak(now_s)
+        if vehicle.is_alive and vehicle.radio.communicates and not vehicle.social.is_silent:
+            return vehicle.radio.speak((), now_s)
+        return None
+
+    def _introduction(self, slot: int, now_s: float) -> Transmission | None:
+        """What the vehicle introduces itself by in an own slot that opens now; None if another packet may go."""
+        vehicle = self.vehicle
+        if self._introductions is None or not vehicle.is_alive or not vehicle.radio.communicates:
             return None
-        return None if vehicle.condition.is_mute else sent
+        if vehicle.social.is_silent or least_priority(vehicle.radio.covert, now_s) > 0:
+            return None
+        data = self._introductions.packet(slot)
+        if data is None:
+            return None
+        vehicle.functional.transmitted(8 * len(data))
+        return Transmission(vehicle.radio.manager.keep_silent(now_s), data, 8 * len(data), (), 0)
 
     def _hear(self, data: bytes, now_s: float) -> Reception | None:
         """What a packet brings; a vehicle that has stopped only takes it in."""

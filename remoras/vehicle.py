@@ -252,17 +252,6 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
             self._note_exhaustion(now_s)
         return sent
 
-    def may_introduce(self, now_s: float) -> bool:
-        """True for a vehicle by itself that speaks in its slots, and says whatever it likes."""
-        is_heard = self.is_alive and self.radio.communicates and not self.social.is_silent
-        return is_heard and not self.radio.is_covert(now_s)
-
-    def introduce(self, data: bytes, now_s: float) -> Transmission | None:
-        """Send an introduction in the own slot that opens now, in place of a packet."""
-        self.functional.transmitted(8 * len(data))
-        self._note_exhaustion(now_s)
-        return Transmission(self.radio.manager.keep_silent(now_s), data, 8 * len(data), (), 0)
-
     def hear(self, data: bytes, now_s: float) -> Reception | None:
         """Take in a packet; None at a vehicle that is not alive."""
         if not self.is_alive:
