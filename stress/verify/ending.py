@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import Any
 
 from stress.verify.findings import Report
@@ -49,12 +50,16 @@ def _check_faults(record: Record, report: Report) -> None:
             report.add("faults", "faults", until_s, match.vehicle, "no row", follows)
     drawn = [fault for fault in declared if not _is_told(fault)]
     if drawn:
-        report.skip("whom drawn faults befall, and when", "it is drawn by the seed; only their kinds and numbers are known")
+        report.skip(
+            "whom drawn faults befall, and when", "it is drawn by the seed; only their kinds and numbers are known"
+        )
     for one in left:
         fault = next((fault for fault in drawn if fault["kind"] == one.kind), None)
         report.look("faults")
         if fault is None:
-            report.add("faults", "faults", one.from_s, one.vehicle, f"{one.kind} {one.detail}", "none: it is not declared")
+            report.add(
+                "faults", "faults", one.from_s, one.vehicle, f"{one.kind} {one.detail}", "none: it is not declared"
+            )
         else:
             drawn.remove(fault)
     for time_s, vehicle, kind, detail in record["faults"].rows("time_s", "vehicle", "kind", "detail"):
@@ -100,7 +105,7 @@ def _check_milestones(record: Record, report: Report) -> None:
     """They are in time order and within the run; those of mapping and of meetings agree with tables."""
     stones = record.summary["milestones"]
     report.look("milestones", len(stones))
-    for before, after in zip(stones, stones[1:], strict=False):
+    for before, after in pairwise(stones):
         if after["time_s"] < before["time_s"]:
             stated = f"milestone {after['name']} behind {before['name']} at {before['time_s']:g} s"
             report.add("milestones", "summary", after["time_s"], after["vehicle"], stated, "the order of time")

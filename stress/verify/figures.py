@@ -83,7 +83,8 @@ def _of_motion(record: Record, report: Report) -> dict[str, tuple[Any, float]]:
     listening = listening_w(record)
     if listening is not None:
         powered_s = record.tick_s * sum(
-            int((np.diff(track.energy_j.astype(float)) > 0.0).sum()) if listening else 0 for track in record.tracks.values()
+            int((np.diff(track.energy_j.astype(float)) > 0.0).sum()) if listening else 0
+            for track in record.tracks.values()
         )
         n_sent = len(record["packets"])
         slack_j = 0.005 + (0.0 if record.packet_s else 0.01 * n_sent)
@@ -234,7 +235,9 @@ def _left(
         if vehicle == stopped["vehicle"] and time_s < stopped["time_s"] - CLOSE_S and event in ("assigned", "left"):
             (held.add if event == "assigned" else held.discard)(jobs.get((group, role)))
     n_cells = Counter(cells.values())
-    n_done = Counter(cells[cell] for cell, (time_s, _) in first.items() if time_s <= stopped["time_s"] and cell in cells)
+    n_done = Counter(
+        cells[cell] for cell, (time_s, _) in first.items() if time_s <= stopped["time_s"] and cell in cells
+    )
     return max((1.0 - n_done[area] / n_cells[area] for area in held if n_cells[area]), default=0.0)
 
 

@@ -11,6 +11,10 @@ LISTED = 20
 """Findings of one check that are listed; the others are counted."""
 
 
+class NoResults(Exception):
+    """A folder holds no results that can be read."""
+
+
 @dataclass(frozen=True, slots=True)
 class Finding:
     """One thing that does not follow.

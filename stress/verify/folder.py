@@ -4,39 +4,18 @@ from __future__ import annotations
 
 import json
 import tomllib
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from stress.verify.ending import check_ending
-from stress.verify.figures import check_figures
-from stress.verify.findings import Report
-from stress.verify.ground import check_ground
-from stress.verify.knowledge import check_knowledge
-from stress.verify.motion import check_tracks
-from stress.verify.packets import check_packets
+from stress.verify.findings import NoResults, Report
 from stress.verify.record import Columns, Record
-from stress.verify.roles import check_roles
-from stress.verify.tables import check_form, check_rows
+from stress.verify.run import modem_of, verify_run
+from stress.verify.sweep import verify_sweep
 
-
-class NoResults(Exception):
-    """A folder holds no results that can be read."""
-
-
-THEMES: dict[str, Callable[[Record, Report], None]] = {
-    "motion": check_tracks,
-    "packets": check_packets,
-    "knowledge": check_knowledge,
-    "roles": check_roles,
-    "ending": check_ending,
-    "ground": check_ground,
-    "figures": check_figures,
-}
-"""Checks of a run by theme."""
+__all__ = ["NoResults", "verify"]
 
 
 def verify(folder: Path) -> Report:
@@ -46,8 +25,6 @@ def verify(folder: Path) -> Report:
         NoResults: it holds neither.
     """
     if (folder / "ledger.jsonl").is_file():
-        from stress.verify.sweep import verify_sweep
-
         return verify_sweep(folder)
     missing = [name for name in ("summary.json", "manifest.json") if not (folder / name).is_file()]
     if missing:
@@ -72,31 +49,6 @@ def verify(folder: Path) -> Report:
         raise NoResults(f"{folder / 'manifest.json'}: its scenario is no TOML: {error}") from None
     verify_run(Record(scenario, manifest.get("seed"), summary, tables, modem_of(scenario, manifest)), report)
     return report
-
-
-def modem_of(scenario: dict[str, Any], manifest: dict[str, Any]) -> dict[str, Any] | None:
-    """Profile of the modem of a run: as the manifest has it, or the scenario; None where neither does."""
-    found = manifest.get("modem") or scenario.get("modem", {}).get(scenario["communication"]["modem"])
-    is_whole = isinstance(found, dict) and {"rate_bps", "head_s", "payload_bytes"} <= set(found)
-    return found if is_whole else None
-
-
-def verify_run(record: Record, report: Report, themes: frozenset[str] = frozenset(THEMES)) -> None:
-    """Run the checks of a run.
-
-    Args:
-        record: of the run.
-        report: takes what they find.
-        themes: names of those that are to be run.
-    """
-    if not check_form(record.tables, report) or not check_rows(record, report):
-        report.skip("the rest of the run", "tables, columns or vehicles are missing or unknown")
-        return
-    for theme, check in THEMES.items():
-        if theme == "ground" and not ("coverage" in record.tables and "area" in record.scenario):
-            continue
-        if theme in themes:
-            check(record, report)
 
 
 def _check_id(report: Report, table: str, given: Any, own: Any) -> None:

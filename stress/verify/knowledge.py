@@ -45,9 +45,13 @@ def _check_items(record: Record, report: Report) -> dict[str, tuple[float, str, 
         if by_name != origin:
             report.add("items", "items", recorded_s, origin, f"item {uid} of {origin}", f"of {by_name}, by its name")
         elif known[1:] != (origin, kind):
-            report.add("items", "items", recorded_s, origin, f"item {uid} {kind}", f"{known[2]} of {known[1]}, as before")
+            report.add(
+                "items", "items", recorded_s, origin, f"item {uid} {kind}", f"{known[2]} of {known[1]}, as before"
+            )
         elif record.has_exact_clocks and time_s > recorded_s + 1.0:
-            report.add("items", "items", recorded_s, origin, f"{uid} observed at {time_s:g} s", "no later than recorded")
+            report.add(
+                "items", "items", recorded_s, origin, f"{uid} observed at {time_s:g} s", "no later than recorded"
+            )
     return found
 
 
@@ -112,7 +116,10 @@ def _began_anew(record: Record, vehicle: str, uid: str, held: dict[tuple[str, st
     """True if a vehicle has lost its memory since it held an item."""
     since_s = held[vehicle, uid]
     return any(
-        one.vehicle == vehicle and one.kind == "restarts" and "kept" not in one.detail and since_s <= one.until_s <= now_s
+        one.vehicle == vehicle
+        and one.kind == "restarts"
+        and "kept" not in one.detail
+        and since_s <= one.until_s <= now_s
         for one in record.spells
     )
 

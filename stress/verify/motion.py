@@ -121,7 +121,12 @@ def _check_steps(record: Record, name: str, data: dict[str, Any], track: Track, 
     for what, wrong, values, most in (
         ("speed", speed > top_mps + SPEED_STEP_MPS, speed, np.full(len(speed), top_mps)),
         ("change of speed", (np.abs(speed - before) > limit) & ~begins & ~ends, speed - before, limit),
-        ("turn", turned > data["turn_rate_radps"] * dt_s + 1.5 * ANGLE_STEP_RAD, turned, data["turn_rate_radps"] * dt_s),
+        (
+            "turn",
+            turned > data["turn_rate_radps"] * dt_s + 1.5 * ANGLE_STEP_RAD,
+            turned,
+            data["turn_rate_radps"] * dt_s,
+        ),
     ):
         for at in np.flatnonzero(wrong):
             stated = f"{what} {values[at]:.4f}"
@@ -130,7 +135,9 @@ def _check_steps(record: Record, name: str, data: dict[str, Any], track: Track, 
     wrong = np.flatnonzero(np.abs(track.depth_m - depth_m) > PLACE_STEP_M)
     report.look("depth", len(depth_m))
     for at in wrong:
-        report.add("depth", "trajectories", track.time_s[at], name, f"depth {track.depth_m[at]:g} m", f"{depth_m[at]:g} m")
+        report.add(
+            "depth", "trajectories", track.time_s[at], name, f"depth {track.depth_m[at]:g} m", f"{depth_m[at]:g} m"
+        )
 
 
 def listening_w(record: Record) -> float | None:
@@ -175,7 +182,9 @@ def _check_energy(record: Record, name: str, data: dict[str, Any], track: Track,
     report.look("energy", 2 * len(used_j))
     wrong = asked & (np.abs(used_j - due_j) > 1.05 + step_j)
     all_j = np.cumsum(due_j)
-    wrong |= asked & (np.abs(track.energy_j[1:] - track.energy_j[0] - all_j) > 1.05 + np.cumsum(step_j) + 1e-3 * at.size)
+    wrong |= asked & (
+        np.abs(track.energy_j[1:] - track.energy_j[0] - all_j) > 1.05 + np.cumsum(step_j) + 1e-3 * at.size
+    )
     wrong |= (used_j < 0.0) | (track.energy_j[1:] > data["energy_j"] + 0.5)
     for row in np.flatnonzero(wrong)[:1]:
         stated = f"{track.energy_j[row + 1]:.0f} J used, {used_j[row]:.0f} J of them since the tick before"

@@ -94,7 +94,7 @@ def _check_sizes(record: Record, report: Report) -> None:
         most_bits = 8 * int(record.modem["payload_bytes"])
     else:
         report.skip("sizes of packets", "the manifest has no modem profile")
-        due_s, most_bits = on_air_s, math.inf
+        due_s, most_bits = on_air_s, int(size_bits.max(initial=0))
     wrong = (np.abs(on_air_s - due_s) > CLOSE_S) | (size_bits > most_bits) | (size_bits <= 0)
     for at in np.flatnonzero(wrong):
         stated = f"{size_bits[at]} bits in {on_air_s[at]:.4f} s"
@@ -111,7 +111,9 @@ def _check_fates(record: Record, report: Report) -> None:
     hidden = record.of("channel")["name"] == "acoustic"
     if speed_mps is None:
         report.skip("times of arrival", "the channel has a speed of sound of its own")
-    reach_m = math.inf if hidden or ":" in record.of("channel")["name"] else float(record.of("communication")["range_m"])
+    reach_m = (
+        math.inf if hidden or ":" in record.of("channel")["name"] else float(record.of("communication")["range_m"])
+    )
     names = ("time_s", "sender", "receivers", "lost_by", "collided_at", "end_s", "arrivals_s")
     for time_s, sender, receivers, lost_by, collided_at, end_s, arrivals_s in table.rows(*names):
         report.look("receivers")
@@ -120,7 +122,9 @@ def _check_fates(record: Record, report: Report) -> None:
         if record.is_away(sender, time_s):
             report.add("receivers", "packets", time_s, sender, "a packet", "none: its sender is away")
         elif sorted(told) != sorted(due):
-            report.add("receivers", "packets", time_s, sender, f"fates of {sorted(told)}", f"one of each of {sorted(due)}")
+            report.add(
+                "receivers", "packets", time_s, sender, f"fates of {sorted(told)}", f"one of each of {sorted(due)}"
+            )
         elif len(arrivals_s) != len(receivers):
             report.add("receivers", "packets", time_s, sender, f"{len(arrivals_s)} arrivals", f"{len(receivers)}")
         else:
@@ -136,9 +140,9 @@ def _why_not_heard(record: Record, sender: str, name: str, time_s: float, arriva
     for one in record.spells:
         if one.vehicle == sender and one.kind == "mute" and one.from_s <= time_s < one.until_s:
             return f"{sender} is mute"
-        if one.vehicle == name and one.kind in ("deaf", "lost", "restarts", "joins"):
-            if one.from_s <= arrival_s and time_s < one.until_s:
-                return f"{name} is not able to hear from its start to its end"
+        is_out = one.vehicle == name and one.kind in ("deaf", "lost", "restarts", "joins")
+        if is_out and one.from_s <= arrival_s and time_s < one.until_s:
+            return f"{name} is not able to hear from its start to its end"
     for blackout in record.of("channel").get("blackout", []):
         is_about = blackout.get("vehicle") in (None, "", "all", sender, name)
         if is_about and blackout["from_s"] + CLOSE_S <= time_s < blackout["until_s"] - CLOSE_S:
@@ -166,7 +170,9 @@ def _check_arrival(
     data: dict[str, Any] = record.vehicles
     apart_m = level_m if reach_m < math.inf else math.hypot(level_m, data[sender]["depth_m"] - data[name]["depth_m"])
     if apart_m > reach_m + PLACE_STEP_M * 2.0:
-        report.add("arrivals", "packets", time_s, sender, f"received by {name}", f"it was not: it is {apart_m:.1f} m off")
+        report.add(
+            "arrivals", "packets", time_s, sender, f"received by {name}", f"it was not: it is {apart_m:.1f} m off"
+        )
     due_s = end_s + apart_m / speed_mps
     if abs(arrival_s - due_s) > CLOSE_S + PLACE_STEP_M * 2.0 / speed_mps:
         stated = f"{name} has heard it at {arrival_s:.4f} s"

@@ -137,7 +137,9 @@ class Record:
                 continue
             said = re.search(r"until (\S+) s", detail)
             until_s = math.inf if said is None else float(said[1])
-            near = [end for end in ends if end[1:] == (vehicle, kind) and abs(end[0] - until_s) <= 1e-3 + 1e-5 * until_s]
+            near = [
+                end for end in ends if end[1:] == (vehicle, kind) and abs(end[0] - until_s) <= 1e-3 + 1e-5 * until_s
+            ]
             found.append(Spell(vehicle, kind, time_s, near[0][0] if near else math.inf, detail))
         return found
 

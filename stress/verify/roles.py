@@ -27,9 +27,7 @@ KEEP_OWN_JOBS = ("cbba", "status-broadcast", "fixed-partition")
 
 def declared_roles(record: Record) -> dict[Role, dict[str, Any]]:
     """Roles of the scenario by group and name."""
-    return {
-        (group["name"], role["name"]): role for group in record.scenario["group"] for role in group.get("role", [])
-    }
+    return {(group["name"], role["name"]): role for group in record.scenario["group"] for role in group.get("role", [])}
 
 
 def check_roles(record: Record, report: Report) -> None:
@@ -121,7 +119,9 @@ def moments(record: Record, end_s: float) -> Iterator[tuple[float, Views]]:
             (views.inside.discard if record.is_away(change, time_s) else views.inside.add)(change)
         else:
             vehicle, peer, group, role, event = change
-            (views.roles[vehicle, peer].add if event == "assigned" else views.roles[vehicle, peer].discard)((group, role))
+            (views.roles[vehicle, peer].add if event == "assigned" else views.roles[vehicle, peer].discard)(
+                (group, role)
+            )
     yield end_s - before_s, views
 
 
@@ -167,7 +167,7 @@ def _is_malformed(views: Views, key: Role, role: dict[str, Any]) -> bool:
     if len(holders) < least or (role.get("maximum") is not None and len(holders) > role["maximum"]):
         return True
     above = role.get("played_by")
-    return bool(above) and any(tuple(above.split(".", 1)) not in views.own(name) for name in holders)
+    return above is not None and any(tuple(above.split(".", 1)) not in views.own(name) for name in holders)
 
 
 CLOSE_S = 2.0 * TIME_STEP_S

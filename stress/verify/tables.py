@@ -17,7 +17,8 @@ COLUMNS = {
     "organisation": "time_s vehicle peer group role event issuer act objective argument outcome",
     "membership": "time_s vehicle peer event",
     "activities": "time_s vehicle type name role motivation",
-    "decisions": "time_s vehicle group role objective argument activities stimulus own external source slot chosen best_mean",
+    "decisions": "time_s vehicle group role objective argument activities stimulus own external source slot "
+    "chosen best_mean",
     "satisfaction": "time_s vehicle group role value",
     "packets": "slot time_s sender size_bits items acks receivers lost_by end_s arrivals_s item_uids status_uids "
     "signal_roles signal_addressed signal_values collided_at",
@@ -31,7 +32,18 @@ COLUMNS = {
 """Tables that every run has, and columns that they have at least."""
 UNITS = {"_s": "s", "_m": "m", "_rad": "rad", "_mps": "m/s", "_j": "J", "_bits": "bit"}
 """Unit of a column by the end of its name."""
-ONCE = ("trajectories", "roles", "activities", "packets", "knowledge", "coverage", "goal", "items", "satisfaction", "peers")
+ONCE = (
+    "trajectories",
+    "roles",
+    "activities",
+    "packets",
+    "knowledge",
+    "coverage",
+    "goal",
+    "items",
+    "satisfaction",
+    "peers",
+)
 """Tables of which no row comes twice."""
 EVENTS = {
     "roles": {"assigned", "active", "inactive", "left"},
@@ -77,7 +89,9 @@ def check_rows(record: Record, report: Report) -> bool:
             report.look("vehicles", len(table))
             for at, vehicle in enumerate(table["vehicle"]):
                 if vehicle not in record.vehicles:
-                    report.add("vehicles", name, None, str(vehicle), f"row {at}", "none: the scenario has no such vehicle")
+                    report.add(
+                        "vehicles", name, None, str(vehicle), f"row {at}", "none: the scenario has no such vehicle"
+                    )
         if name in EVENTS:
             for at, event in enumerate(table["event"]):
                 if event not in EVENTS[name]:
