@@ -154,9 +154,11 @@ def _of_organisation(record: Record, report: Report) -> dict[str, tuple[Any, flo
     found: dict[str, tuple[Any, float]] = {name: (value, 2e-5) for name, value in figures.items()}
     n_rows = len(record["organisation"])
     found["malformed_s"] = figures["malformed_s"], 1e-3 + CLOSE_S * math.sqrt(n_rows + 1.0)
-    if any(group.get("subgroup") for group in record.scenario["group"]) or record.scenario.get("compatible"):
+    if any(
+        group.get("subgroup") or group.get("formed_by") for group in record.scenario["group"]
+    ) or record.scenario.get("compatible"):
         del found["malformed_s"]
-        report.skip("malformed_s", "subgroups and roles that exclude each other are not worked out")
+        report.skip("malformed_s", "subgroups, groups at sea and roles that exclude each other are not worked out")
     return found
 
 

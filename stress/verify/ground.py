@@ -120,7 +120,11 @@ def _check_vehicle(
         slow = track.speed_mps <= most_mps * 1.000001 + SPEED_STEP_MPS
         for at, cell, distance_m in _below(record, track, np.flatnonzero(on & slow), swath.reach_m + REACH_M, cells):
             perhaps.setdefault(cell, []).append(time_s[at])
-            is_slow = track.speed_mps[at] < swath.limit_mps * (1.0 - record.spread) * 1.000001 - SPEED_STEP_MPS / 2.0
+            is_slow = _is_steady(track, at, swath.limit_mps) and not record.spread
+            is_slow = (
+                is_slow
+                or track.speed_mps[at] < swath.limit_mps * (1.0 - record.spread) * 1.000001 - SPEED_STEP_MPS / 2.0
+            )
             if is_slow and distance_m < swath.reach_m - REACH_M:
                 surely[cell] = min(surely.get(cell, math.inf), float(time_s[at]))
     report.look("swath", len(stated) + len(surely))
@@ -137,6 +141,11 @@ def _check_vehicle(
             report.add(
                 "swath", "coverage", stated[cell], name, f"cell {cell} first at {stated[cell]:g} s", f"{at_s:g} s"
             )
+
+
+def _is_steady(track: Track, at: int, speed_mps: float) -> bool:
+    """True if a vehicle goes at a speed, in this tick and the one before: then it is not on its way to another."""
+    return bool((np.abs(track.speed_mps[max(0, at - 1) : at + 1] - speed_mps) <= SPEED_STEP_MPS / 2.0).all())
 
 
 def _below(

@@ -170,8 +170,12 @@ def _check_energy(record: Record, name: str, data: dict[str, Any], track: Track,
     time_s, dt_s = track.time_s, np.diff(track.time_s)
     packets = record["packets"]
     own = np.array([sender == name for sender in packets["sender"]], dtype=bool)
-    at = np.searchsorted(time_s, np.asarray(packets["time_s"])[own], side="right")
-    sent_j = np.bincount(at, sending_j(record)[own], minlength=len(time_s) + 1)[: len(time_s)]
+    sent_s, each_j = np.asarray(packets["time_s"])[own], sending_j(record)[own]
+    at = np.searchsorted(time_s, sent_s, side="right")
+    sent_j = np.bincount(at, each_j, minlength=len(time_s) + 1)[: len(time_s)]
+    at_tick = np.abs(sent_s - np.rint(sent_s / record.tick_s) * record.tick_s) < TIME_STEP_S
+    near = np.bincount(at[at_tick], each_j[at_tick], minlength=len(time_s) + 2)
+    unsure_j = np.maximum(near[1 : len(time_s)], near[2 : len(time_s) + 1])  # before or behind a tick, by rounding
     speed = track.speed_mps[1:]
     drained = record.during(name, ("energy",), time_s)
     runs = ~record.during(name, AWAY, time_s[1:])
@@ -180,10 +184,10 @@ def _check_energy(record: Record, name: str, data: dict[str, Any], track: Track,
     used_j = np.diff(track.energy_j.astype(float))
     asked = ~drained[1:]
     report.look("energy", 2 * len(used_j))
-    wrong = asked & (np.abs(used_j - due_j) > 1.05 + step_j)
+    wrong = asked & (np.abs(used_j - due_j) > 1.05 + step_j + unsure_j)
     all_j = np.cumsum(due_j)
     wrong |= asked & (
-        np.abs(track.energy_j[1:] - track.energy_j[0] - all_j) > 1.05 + np.cumsum(step_j) + 1e-3 * at.size
+        np.abs(track.energy_j[1:] - track.energy_j[0] - all_j) > 1.05 + np.cumsum(step_j) + unsure_j + 1e-3 * at.size
     )
     wrong |= (used_j < 0.0) | (track.energy_j[1:] > data["energy_j"] + 0.5)
     for row in np.flatnonzero(wrong)[:1]:

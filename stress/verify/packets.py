@@ -165,15 +165,21 @@ def _check_arrival(
     if speed_mps is None or a is None or b is None:
         return
     report.look("arrivals")
-    at = min(int((time_s + CLOSE_S / 4.0) / record.tick_s), len(a.time_s) - 1, len(b.time_s) - 1)
-    level_m = math.hypot(a.x_m[at] - b.x_m[at], a.y_m[at] - b.y_m[at])
     data: dict[str, Any] = record.vehicles
-    apart_m = level_m if reach_m < math.inf else math.hypot(level_m, data[sender]["depth_m"] - data[name]["depth_m"])
+    deeper_m = 0.0 if reach_m < math.inf else data[sender]["depth_m"] - data[name]["depth_m"]
+    nearest: tuple[float, float] | None = None
+    for shift_s in (-CLOSE_S / 2.0, CLOSE_S / 2.0):  # at a tick, rounding hides which came first
+        at = max(0, min(int((time_s + shift_s) / record.tick_s), len(a.time_s) - 1, len(b.time_s) - 1))
+        level_m = math.hypot(a.x_m[at] - b.x_m[at], a.y_m[at] - b.y_m[at])
+        apart_m = math.hypot(level_m, deeper_m)
+        off_s = abs(arrival_s - end_s - apart_m / speed_mps)
+        nearest = min(nearest or (off_s, apart_m), (off_s, apart_m))
+    off_s, apart_m = nearest or (0.0, 0.0)
     if apart_m > reach_m + PLACE_STEP_M * 2.0:
         report.add(
             "arrivals", "packets", time_s, sender, f"received by {name}", f"it was not: it is {apart_m:.1f} m off"
         )
-    due_s = end_s + apart_m / speed_mps
-    if abs(arrival_s - due_s) > CLOSE_S + PLACE_STEP_M * 2.0 / speed_mps:
+    if off_s > CLOSE_S + PLACE_STEP_M * 2.0 / speed_mps:
+        due_s = end_s + apart_m / speed_mps
         stated = f"{name} has heard it at {arrival_s:.4f} s"
         report.add("arrivals", "packets", time_s, sender, stated, f"{due_s:.4f} s, over {apart_m:.1f} m")

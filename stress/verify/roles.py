@@ -40,13 +40,19 @@ def _check_sequences(record: Record, report: Report) -> None:
     declared = declared_roles(record)
     states: dict[tuple[str, Role], str] = {}
     restarts = sorted((one.until_s, one.vehicle) for one in record.spells if one.kind == "restarts")
-    for time_s, vehicle, group, role, event in record["roles"].rows("time_s", "vehicle", "group", "role", "event"):
+    rows = list(record["roles"].rows("time_s", "vehicle", "group", "role", "event"))
+    noted = set(rows)
+    for time_s, vehicle, group, role, event in rows:
         report.look("roles")
         while restarts and restarts[0][0] <= time_s:
             began = restarts.pop(0)[1]
             states = {key: state for key, state in states.items() if key[0] != began}
         key, what = (vehicle, (group, role)), f"{group}.{role} {event}"
         before = states.get(key, "")
+        if not before and {(time_s, vehicle, group, role, one) for one in ("active", "inactive")} <= noted:
+            continue  # for no time: it succeeded somebody, and withdrew as it noticed that it takes no jobs
+        if event == "inactive" and (time_s, vehicle, group, role, "left") in noted and not before:
+            continue  # it drove the vehicle until it was left
         if key[1] not in declared:
             report.add("roles", "roles", time_s, vehicle, what, "none: the scenario has no such role")
         elif event == "left":

@@ -35,7 +35,6 @@ UNITS = {"_s": "s", "_m": "m", "_rad": "rad", "_mps": "m/s", "_j": "J", "_bits":
 ONCE = (
     "trajectories",
     "roles",
-    "activities",
     "packets",
     "knowledge",
     "coverage",
@@ -48,7 +47,7 @@ ONCE = (
 EVENTS = {
     "roles": {"assigned", "active", "inactive", "left"},
     "knowledge": {"observed", "received", "set aside", "acknowledged"},
-    "organisation": {"assigned", "left", "given", "refused"},
+    "organisation": {"assigned", "left", "given", "refused", "formed", "dissolved"},
     "membership": {"absent", "present"},
 }
 """Words of the column ``event``."""
@@ -85,7 +84,7 @@ def check_rows(record: Record, report: Report) -> bool:
     for name, table in record.tables.items():
         if "time_s" in _names(table) and name not in ("trajectories", "items", "settling"):
             _check_times(name, np.asarray(table["time_s"], dtype=float), end_s, table, report)
-        if "vehicle" in _names(table):
+        if "vehicle" in _names(table) and (name in COLUMNS or name == "coverage"):
             report.look("vehicles", len(table))
             for at, vehicle in enumerate(table["vehicle"]):
                 if vehicle not in record.vehicles:
