@@ -125,7 +125,9 @@ def _reasons_against(record: Record, stone: dict[str, Any]) -> Iterator[str]:
         case "gathered":
             yield from _against_gathering(record, stone["group"], time_s)
         case "mapping_stopped":
-            if not _has_row(record["decisions"].rows("vehicle", "time_s"), vehicle, time_s):
+            decided_s = [at_s for of, at_s in record["decisions"].rows("vehicle", "time_s") if of == vehicle]
+            since_s = time_s - (0.0 if record.has_exact_clocks else record.tick_s)  # what own clocks end is seen later
+            if not any(since_s - ROUNDED_S <= at_s <= time_s + ROUNDED_S for at_s in decided_s):
                 yield "none: it decided nothing then"
         case "mapping_done":
             said = record["items"].rows("origin", "recorded_s", "attribute")
@@ -164,18 +166,14 @@ def _against_gathering(record: Record, group: str, time_s: float) -> Iterator[st
     radius_m = float(record.of("mission").get("arrival_radius_m", math.inf)) + PLACE_STEP_M
     missing = {one["vehicle"] for one in _milestones(record, "missed_meeting") if one["group"] == group}
     members = _members(record, group, time_s)
-    is_somebody_there = False
     for name in members:
         track = record.tracks[name]
         n = int((track.time_s <= time_s + CLOSE_S).sum())
         apart_m = ((track.x_m[:n] - place["position_m"][0]) ** 2 + (track.y_m[:n] - place["position_m"][1]) ** 2) ** 0.5
         has_come = bool((apart_m <= radius_m).any())
-        is_somebody_there = is_somebody_there or bool(apart_m[-1] <= radius_m)
         out = ("lost", "mute", "deaf", "restarts", "joins", "energy")
         if not has_come and name not in missing and not record.during(name, out, [time_s]).any():
             yield f"none: {name} has not been within {radius_m:g} m of {place['name']}"
-    if not is_somebody_there:
-        yield f"none: nobody of {group} is within {radius_m:g} m of {place['name']}"
 
 
 def _members(record: Record, group: str, time_s: float) -> list[str]:
