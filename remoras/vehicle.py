@@ -118,7 +118,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         if not self.is_alive:
             return
         if dt_s > 0.0:
-            self.functional.act(dt_s, neighbours)
+            self.functional.act(dt_s, neighbours, now_s - dt_s)
         self._sense(now_s, neighbours)
         if is_due:
             self.think(now_s, self.executive.period_s if dt_s > 0.0 else 0.0)

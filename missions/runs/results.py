@@ -40,6 +40,8 @@ if TYPE_CHECKING:
     from missions.runs.run import Run
 
 LIBRARIES = ("mesa", "rdflib", "numpy", "matplotlib", "pyarrow", "pydantic")
+MODEM_KEYS = ("name", "payload_bytes", "rate_bps", "head_s", "receive_w")
+"""What slots, packets and energy follow from, of the modem that the scenario only names."""
 NEEDED_KEY = {SUMMARY: "milestones", MANIFEST: "scenario"}
 MILESTONE_KEYS = ("name", "vehicle", "group", "time_s")
 RUN_ID = "run_id"
@@ -56,6 +58,7 @@ def manifest(run: Run) -> dict[str, Any]:
         KEY: VERDICT,
         "seed": run.seed,
         "scenario": tomli_w.dumps(run.scenario.model_dump(mode="json", exclude_none=True)),
+        "modem": {key: getattr(run.setup.modem, key) for key in MODEM_KEYS},
         "libraries": {name: metadata.version(name) for name in LIBRARIES},
         "python": platform.python_version(),
         "platform": platform.platform(),
