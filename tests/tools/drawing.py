@@ -19,7 +19,9 @@ FOLDERS = (
 )  # fmt: skip
 """Folders whose files are drawn from; below them stand readers of files, drivers, processes and the command line."""
 TYPES = frozenset({"bool", "bytes", "dict", "float", "int", "list", "set", "str", "tuple"})
-LEFT_OUT = frozenset({"figures.py", "__init__.py", "__main__.py", "errors.py", "version.py", "testing.py", "face.py", "swept.py"})
+LEFT_OUT = frozenset(
+    {"figures.py", "__init__.py", "__main__.py", "errors.py", "version.py", "testing.py", "face.py", "swept.py"}
+)
 OTHER_COMPARISON: dict[type[ast.cmpop], type[ast.cmpop]] = {
     ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq,
     ast.In: ast.NotIn, ast.NotIn: ast.In, ast.Is: ast.IsNot, ast.IsNot: ast.Is,
@@ -134,9 +136,9 @@ def changes_of(node: ast.expr | ast.stmt) -> Iterator[tuple[str, ast.expr | ast.
             if not isinstance(test, ast.Compare | ast.BoolOp | ast.UnaryOp):  # those have changes of their own
                 yield "condition", test, _text(ast.UnaryOp(ast.Not(), test))
         case ast.Call(function, [first, second, *rest], keywords):
-            if ast.dump(first) != ast.dump(second) and not isinstance(first, ast.Starred):
-                if not isinstance(second, ast.Starred):
-                    yield "arguments", node, ast.unparse(ast.Call(function, [second, first, *rest], keywords))
+            are_starred = isinstance(first, ast.Starred) or isinstance(second, ast.Starred)
+            if not are_starred and ast.dump(first) != ast.dump(second):
+                yield "arguments", node, ast.unparse(ast.Call(function, [second, first, *rest], keywords))
         case ast.Expr(ast.Call()) | ast.AugAssign() | ast.Continue() | ast.Break():
             yield "statement", node, "pass"
         case ast.Assign([ast.Attribute() | ast.Subscript()]):

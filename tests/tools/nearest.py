@@ -36,7 +36,11 @@ def nearest(root: Path, file: str) -> list[str]:
                 heapq.heappush(waiting, (step + 1, importer))
     words = _defined(root / file)
     tests = [name for name in steps if Path(name).name.startswith("test_") and not name.startswith(FAR)]
-    ranked = sorted(tests, key=lambda name: (not _bears_name(name, file), -_n_words(root / name, words), steps[name], name))
+
+    def rank(name: str) -> tuple[bool, int, int, str]:
+        return not _bears_name(name, file), -_n_words(root / name, words), steps[name], name
+
+    ranked = sorted(tests, key=rank)
     near = [name for name in ranked if name != REFERENCE]
     return [*near[:N_NEAR], REFERENCE, *near[N_NEAR:]]
 
