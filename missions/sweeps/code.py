@@ -17,6 +17,8 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+from remoras.plugin_folders import asked_for
+
 OURS = ("worldmodel", "exchange", "remoras", "missions", "visualisation", "stress")
 """Packages of this program."""
 MAKE_RUNS = ("worldmodel", "exchange", "remoras", "missions")
@@ -153,7 +155,8 @@ def _is_reference(text: str) -> bool:
 def _file_of(module: str) -> Path | None:
     """Source of a module; None if there is no such module, for a text with a colon may mean something else."""
     try:
-        spec = importlib.util.find_spec(module)
+        with asked_for(module):
+            spec = importlib.util.find_spec(module)
     except Exception:  # finding it loads the packages around it, which may be anything
         return None
     return Path(spec.origin) if spec is not None and spec.origin is not None and spec.has_location else None
