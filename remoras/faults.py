@@ -270,7 +270,7 @@ def drawn(
         stream = number * _SELECTORS + known.get(one.sensor or "", 0)
         nth = counts[stream]
         counts[stream] += 1
-        at_s = _time_s(one, loss.uniform(seed, loss.FAULTS, stream, nth, 0))
+        at_s = _time_s(one, seed, stream, nth)
         data = database[_name(one, seed, stream, nth, database, organisation)]
         if at_s < min(duration_s, one.until_s) or one.kind is FaultKind.JOINS:
             sensors = _sensors(data, one.sensor) if one.kind in OF_SENSORS else ()
@@ -290,11 +290,14 @@ def _selector(vehicle: str, database: AUVDatabase, organisation: Organisation) -
     return 0 if vehicle == ANY else _SELECTORS // 2 + list(organisation.groups).index(vehicle.removeprefix(HEAD_OF))
 
 
-def _time_s(fault: DeclaredFault, share: float) -> float:
-    """When the fault begins, for a uniform number."""
+def _time_s(fault: DeclaredFault, seed: int, stream: int, nth: int) -> float:
+    """When the fault begins; drawn unless the scenario says it exactly."""
+    earliest_s, latest_s = fault.at_s or (0.0, 0.0)
+    if fault.rate_per_h is None and earliest_s == latest_s:
+        return earliest_s
+    share = loss.uniform(seed, loss.FAULTS, stream, nth, 0)
     if fault.rate_per_h is not None:
         return -3600.0 * log1p(-share) / fault.rate_per_h
-    earliest_s, latest_s = fault.at_s or (0.0, 0.0)
     return earliest_s + share * (latest_s - earliest_s)
 
 

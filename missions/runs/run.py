@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from exchange.acoustics.channel import Channel
 from missions.runs.assembly import assemble
+from missions.runs.root import Root, drawn
 from missions.runs.setup import Setup, resolved
 from missions.scenarios.scenario import Scenario
 from remoras.fleet import Fleet
@@ -34,6 +35,7 @@ class Run:
         distance_m: travelled by the whole fleet; wall_s: what the run took on this machine.
         wrong_belief_fraction: how often one was wrong that a vehicle named as the holder of a job.
         settled: how the exchange after the mission ended; None where there is none.
+        drawn: whether anything was drawn; None where parts of a user's own may have drawn unseen.
     """
 
     setup: Setup
@@ -50,6 +52,7 @@ class Run:
     wall_s: float
     wrong_belief_fraction: float | None = None
     settled: Settled | None = None
+    drawn: bool | None = True
 
     @property
     def scenario(self) -> Scenario:
@@ -78,18 +81,18 @@ def run(
     Args:
         scenario: the whole input.
         seed: root of all draws.
-        channel: replaces the scenario's, for tests and experiments.
+        channel: replaces the scenario's, for tests and experiments; what it draws is not seen.
         progress: is told the mission time (s) now and then.
         strategy: replaces the one that the scenario names.
     """
     began = time.perf_counter()
-    setup = resolved(scenario, strategy)
+    setup, seed = resolved(scenario, strategy), Root(seed)
     fleet = assemble(setup, seed, channel)
     fleet.run(progress)
     settled = settled_of(setup, fleet)
     result = result_of(setup, seed, fleet, time.perf_counter() - began, settled)
     fleet.close()
-    return result
+    return result if channel is None else replace(result, drawn=result.drawn or None)
 
 
 def settled_of(setup: Setup, fleet: Fleet) -> Settled | None:
@@ -110,7 +113,7 @@ def result_of(setup: Setup, seed: int, fleet: Fleet, wall_s: float, settled: Set
     """
     return Run(
         setup,
-        seed,
+        int(seed),
         fleet.recorder,
         tuple(fleet.truth.milestones),
         fleet.truth.goal_fraction,
@@ -123,4 +126,5 @@ def result_of(setup: Setup, seed: int, fleet: Fleet, wall_s: float, settled: Set
         wall_s,
         fleet.holders.wrong_fraction,
         settled,
+        drawn(seed, setup.scenario, setup.strategy),
     )

@@ -14,6 +14,7 @@ import tomli_w
 from missions.errors import OutputError
 from missions.runs.assembly import assemble
 from missions.runs.results import RUN_ID
+from missions.runs.root import Root
 from missions.runs.run import Run, result_of, settled_of
 from missions.runs.setup import Setup
 from missions.runs.summary import identity
@@ -45,7 +46,8 @@ class Underway:
         self.seed = seed
         self._spent_s = 0.0
         self._is_closed = False
-        self._fleet = assemble(setup, seed)
+        self._root = Root(seed)
+        self._fleet = assemble(setup, self._root)
         self.recorder = self._fleet.recorder
         self._truth = self._fleet.truth
         self.now_s = self._fleet.now_s
@@ -61,7 +63,7 @@ class Underway:
     def finish(self) -> Run:
         """The finished run, as ``run`` gives it; the vehicles are gone after that."""
         settled = settled_of(self.setup, self._fleet)
-        result = result_of(self.setup, self.seed, self._fleet, self._spent_s, settled)
+        result = result_of(self.setup, self._root, self._fleet, self._spent_s, settled)
         self.close()
         return result
 
