@@ -49,15 +49,32 @@ class Finishes:
     def broken(self, scene: Scene) -> str | None:
         """Look at the verdict."""
         run, about = scene.finished, scene.schedule.stress
-        if run is None or not about.must_finish or run.completed or self._cannot_be_replaced(scene):
+        if run is None or not about.must_finish or run.completed or _is_unheard_of(scene):
             return None
         return f"not complete by {about.bound_s:g} s, healed at {about.heal_s:g} s: {run.reason}"
 
-    @staticmethod
-    def _cannot_be_replaced(scene: Scene) -> bool:
-        """True where somebody is lost for good, and nobody hears of it: the strategy lets none speak."""
-        is_heard = any(one.radio.communicates or one.radio.is_bound for one in scene.fleet.vehicles)
-        return not is_heard and any(fault.kind == "lost" for fault in scene.schedule.permanent)
+
+class Ends:
+    """A run is over before its bound, complete or not: nobody goes on for ever."""
+
+    name = "ends"
+    moment = Moment.END
+    not_under = SENSES | LIES | ENDING
+
+    def broken(self, scene: Scene) -> str | None:
+        """Look at when the run ended, and at who could still have gone on."""
+        run, about, fleet = scene.finished, scene.schedule.stress, scene.fleet
+        if run is None or not about.must_end or run.completed or fleet.ended_s + fleet.tick_s <= fleet.duration_s:
+            return None
+        if not scene.in_contact() or _is_unheard_of(scene):
+            return None
+        return f"goes on at {fleet.ended_s:g} s: {run.reason}"
+
+
+def _is_unheard_of(scene: Scene) -> bool:
+    """True where somebody does nothing any more, and nobody hears of it: the strategy lets none speak."""
+    is_heard = any(one.radio.communicates or one.radio.is_bound for one in scene.fleet.vehicles)
+    return not is_heard and not all(one.is_alive for one in scene.fleet.vehicles)
 
 
 class TrueVerdict:
