@@ -69,7 +69,7 @@ def baseline(plan: Plan, seed: int) -> Schedule:
         heal_s=HEALED_S,
         bound_s=min(plan.duration_s, round(LONGEST * plan.usual_s + own.wait_s + own.grace_s, 1)),
         must_finish=plan.completes and not may_fail,
-        must_end=True,
+        must_end=plan.completes,
     )
     return Schedule(stress=about, settings=drawn)
 
@@ -83,8 +83,8 @@ def configured(plan: Plan, outcome: Outcome) -> Plan:
         drawn=schedule.settings,
         usual_s=outcome.end_s,
         completes=outcome.completed,
-        must_end=True,
-        instants=outcome.instants,
+        must_end=schedule.stress.must_end,
+        instants=outcome.instants if schedule.stress.must_end else (),
     )
 
 

@@ -10,6 +10,8 @@ from missions.scenarios.scenario import Scenario, VehicleTable
 from remoras.strategies import parameters, strategies
 from stress.draws import Draws
 
+COVERED_S = 3600.0
+"""Clocks that nobody sets stay for so long within what the guard covers."""
 USUAL_S = 600.0
 """Scale of times that a setting draws; the mission takes as long, or some times as long."""
 
@@ -116,12 +118,14 @@ def navigation(draws: Draws, scenario: Scenario) -> Drawn:
 
 def clocks(draws: Draws, scenario: Scenario) -> Drawn:
     """How far clocks are off."""
+    offset_s, drift_ppm = draws.one_of((0.0, 0.05, 0.2)), draws.one_of((0.0, 5.0, 50.0, 500.0))
+    apart_s = draws.one_of((0.5, 2.0, 5.0))
     return {
         "communication.clocks": {
-            "offset_s": draws.one_of((0.0, 0.05, 0.2, 1.0)),
-            "drift_ppm": draws.one_of((0.0, 5.0, 50.0, 500.0)),
-            "apart_s": draws.one_of((0.1, 0.5, 2.0)),
-            "discipline": draws.uniform() < 0.6,
+            "offset_s": offset_s,
+            "drift_ppm": drift_ppm,
+            "apart_s": apart_s,
+            "discipline": draws.uniform() < 0.6 or 2.0 * (offset_s + 1e-6 * drift_ppm * COVERED_S) > apart_s,
         }
     }
 

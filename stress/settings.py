@@ -77,7 +77,7 @@ CATALOGUE = (
     Setting("size", "1 to 4 copies of a vehicle with sensors, in layers or not", ("fleet",), sampling.size),
     Setting("navigation", "drift of 0.05 to 5 % of the way, time of a fix, a beacon", ("navigation", "beacon"),
             sampling.navigation),
-    Setting("clocks", "offsets to 1 s, drift to 500 ppm, how far apart, discipline", ("communication.clocks",),
+    Setting("clocks", "offsets to 0.2 s, drift to 500 ppm, how far apart, discipline", ("communication.clocks",),
             sampling.clocks),
     Setting("speeds", "a vehicle half to twice as fast", ("vehicle.transit_speed_mps", "vehicle.survey_speed_mps"),
             sampling.speeds),

@@ -156,6 +156,9 @@ class _Trial:
         """Let the exchange go on undisturbed, and look at how all ended."""
         scene, fleet = self.scene, self.fleet
         self.sea.is_calm = True
+        for _, fault, by_s in self.sudden:
+            if fault.kind == "clock" and fault.holds(fleet.now_s):  # what would be set back after the mission
+                self._let_happen(fault, by_s)
         settled = settled_of(self.setup, fleet)
         scene.heard = None
         for vehicle in fleet.vehicles:

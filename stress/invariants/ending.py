@@ -71,6 +71,13 @@ class Ends:
         return f"goes on at {fleet.ended_s:g} s: {run.reason}"
 
 
+def _share_below(ordered: list[float], share: float) -> float:
+    """The value that a share of ascending ones stays below, linear between them."""
+    low, rest = divmod(share * (len(ordered) - 1), 1.0)
+    here, next_one = ordered[int(low)], ordered[min(int(low) + 1, len(ordered) - 1)]
+    return here * (1.0 - rest) + next_one * rest
+
+
 def _is_unheard_of(scene: Scene) -> bool:
     """True where somebody does nothing any more, and nobody hears of it: the strategy lets none speak."""
     is_heard = any(one.radio.communicates or one.radio.is_bound for one in scene.fleet.vehicles)
@@ -127,6 +134,7 @@ class SummaryOfTables:
             "n_packets": len(packets),
             "observations_per_min": round(60.0 * len(received) / (len(at) * run.end_s), 4) if run.end_s else 0.0,
             "mean_latency_s": round(math.fsum(waits_s) / len(waits_s), 4) if waits_s else None,
+            "p95_latency_s": round(_share_below(sorted(waits_s), 0.95), 4) if waits_s else None,
             "n_bytes": sum(row[3] for row in packets) // 8,
             "delivery_ratio": n_heard / (n_heard + n_lost) if n_heard + n_lost else None,
             "energy_j": round(math.fsum(energy_j.values()), 2),
