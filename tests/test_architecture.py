@@ -63,7 +63,7 @@ ROOMS: dict[str, set[str]] = {
     "visualisation.exports": {"visualisation.exports", "visualisation", "missions"},
     "stress": {
         "stress", "stress.invariants", "missions", "missions.scenarios", "missions.runs", "missions.sweeps", "remoras",
-        "exchange", "exchange.acoustics", "worldmodel",
+        "remoras.strategies", "exchange", "exchange.acoustics", "worldmodel",
     },
     "stress.invariants": {
         "stress.invariants", "stress", "missions.runs", "missions.scenarios", "remoras", "exchange", "worldmodel",
