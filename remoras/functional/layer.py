@@ -7,17 +7,20 @@ from collections.abc import Collection, Mapping, Sequence
 from copy import copy
 from typing import Any
 
+from exchange.arithmetic import length
 from remoras.activities import ActivitySet, ActivityType
 from remoras.attraction import USUAL, GuidanceConstants, Pulls
 from remoras.avoidance import Bounds, Neighbour
 from remoras.behaviours import Behaviour, Perception, Reference
 from remoras.database import VehicleData
 from remoras.errors import PluginError
+from remoras.functional.fixing import FIXING, FixingPosition
 from remoras.functional.guidance import STILL, Guidance
 from remoras.functional.sensing import Sensed, Sensing
 from remoras.functional.vital import VITAL_NAMES, VITAL_SETS, vital_behaviour
 from remoras.mission import FunctionalPart
 from remoras.motion import Motion
+from remoras.navigation import Navigation
 from remoras.picture import Picture
 from remoras.plugins import answer, broken_promise
 from remoras.sea import CALM, Sea
@@ -89,6 +92,7 @@ class FunctionalLayer:
     Attributes:
         motion: where the vehicle really is, and how it moves.
         believed: where it takes itself to be; the same object where it knows.
+        depth_m: at which it is.
     """
 
     def __init__(
@@ -107,14 +111,17 @@ class FunctionalLayer:
         self.exhausted = False
         """True once the battery is empty: the vehicle does nothing any more."""
         self.believed = self.motion if sea.navigation is None else Motion(*data.start_m)
+        self.depth_m = data.depth_m
         self.picture = picture
         self._sound_target_m: Point = data.start_m
         self._settled_m: Point = data.start_m
         self._mission = mission
         self._sensing = Sensing(data.name, sensors, world, sea.misses)
         self._navigation = sea.navigation
+        self._fixing = None if sea.navigation is None else FixingPosition(sea.navigation, data)
         self._bounds_m = bounds_m
         self._guidance = Guidance(self.motion, data, bounds_m, constants, sea.current)
+        self._separation_m = constants.separation_m
         self._reserve_per_m = _reserve_per_m(data, data.survey_speed_mps)
         self._sets: tuple[ActivitySet, ...] = ()
         self._of_set: dict[ActivitySet, Behaviour] = {}
@@ -186,7 +193,7 @@ class FunctionalLayer:
         """
         for activity_set in sets:
             _refuse_unfit(activity_set, self._where(activity_set), self.data.name, self._sensing.names)
-        self._sets = (*VITAL_SETS, *sets)
+        self._sets = (*VITAL_SETS, *sets, *(() if self._fixing is None else (FIXING,)))
         known = self._of_set
         self._of_set = {one: known[one] if one in known else self._behaviour(one) for one in self._sets}
         self._behaviours = [self._of_set[activity_set] for activity_set in self._sets]
@@ -195,6 +202,8 @@ class FunctionalLayer:
 
     def _behaviour(self, activity_set: ActivitySet) -> Behaviour:
         activity = activity_set.activities[0]
+        if activity_set is FIXING and self._fixing is not None:
+            return self._fixing
         if activity.name in VITAL_NAMES:
             return vital_behaviour(activity, self.data, self._bounds_m)
         return answer(
@@ -247,9 +256,9 @@ class FunctionalLayer:
         if not body.sensors_on:
             self._sensing.looking = ()
             return []
-        pose = Pose(self.motion.x_m, self.motion.y_m, data.depth_m, motion.heading_rad, motion.speed_mps)
+        pose = Pose(self.motion.x_m, self.motion.y_m, self.depth_m, motion.heading_rad, motion.speed_mps)
         if self._navigation is not None:
-            pose = pose._replace(error_m=self._navigation.error_m)
+            pose = pose._replace(error_m=self._navigation.error_m, uncertainty_m=self._navigation.uncertainty_m)
         if self._guidance.flow_mps != STILL:
             pose = pose._replace(flow_mps=self._guidance.flow_mps)
         sensed = self._sensing.look(pose, now_s)
@@ -268,6 +277,8 @@ class FunctionalLayer:
         """
         motion, picture = self.believed, self.picture
         perceptions: list[Perception] = []
+        if self._fixing is not None:
+            self._ask_accuracy(self._fixing)
         try:
             for index, behaviour in enumerate(self._behaviours):
                 perceptions.append(behaviour.perceive(motion, picture, index in performed))
@@ -283,6 +294,14 @@ class FunctionalLayer:
         if self._guidance.withdraws and self._guiding is not None:  # whoever makes way is not thrown back by it
             perceptions[self._guiding] = perceptions[self._guiding]._replace(advance=None)
         return perceptions
+
+    def _ask_accuracy(self, fixing: FixingPosition) -> None:
+        """Ask what guides how exactly the vehicle has to know its place; what fixes it goes on by what was asked."""
+        self.picture.body.n_fixes = fixing.n_fixes
+        guides = None if self._guiding is None else self._behaviours[self._guiding]
+        if guides is not fixing:
+            asked = getattr(guides, "accuracy_m", None)
+            fixing.needed_m = math.inf if asked is None else asked(self.believed, self.picture)
 
     def act(self, dt_s: float, neighbours: Sequence[Neighbour] = ()) -> None:
         """Move for ``dt_s`` as guidance refers and neighbours allow; without guidance, slow down to a stop.
@@ -300,10 +319,31 @@ class FunctionalLayer:
         self._check_energy()
         if self.exhausted:
             self.motion.speed_mps = 0.0
-        if self._navigation is not None:
+        if self._navigation is not None and self._fixing is not None:
+            if all(length(one.dx_m, one.dy_m) >= self._separation_m for one in neighbours):
+                self._navigation.go_to_depth(self._fixing.depth_m, dt_s)
             self._navigation.go(self.motion.position_m, self.motion.speed_mps * dt_s, dt_s)
-            self._guidance.error_m = self._navigation.error_m
-            self.believed = _shifted(self.motion, self._navigation.error_m)
+            self._reckon(self._navigation)
+
+    def _reckon(self, navigation: Navigation) -> None:
+        """Take oneself to be where navigation says."""
+        self.depth_m = self._guidance.depth_m = navigation.depth_m
+        self._guidance.error_m = navigation.error_m
+        self.believed = _shifted(self.motion, navigation.error_m)
+        self.picture.body.uncertainty_m = navigation.uncertainty_m
+
+    @property
+    def errs(self) -> bool:
+        """True if the vehicle may take itself to be elsewhere than it is."""
+        return self._navigation is not None
+
+    @property
+    def column_m(self) -> tuple[float, float]:
+        """Depths, from above, that the vehicle claims: all up to the surface while it goes there or comes from it."""
+        depth_m, fixing = self.data.depth_m, self._fixing
+        if fixing is None or (fixing.depth_m == depth_m == self.depth_m):
+            return depth_m, depth_m
+        return 0.0, depth_m
 
     def heed(self, pulls: Pulls) -> None:
         """Let signals of others pull at guidance like this until the next decision."""
@@ -341,5 +381,6 @@ def embody(layer: FunctionalLayer, before: FunctionalLayer) -> None:
     layer.exhausted = before.exhausted
     if before._navigation is not None:
         layer._navigation = before._navigation
-        layer._guidance.error_m = layer._navigation.error_m
-        layer.believed = _shifted(layer.motion, layer._navigation.error_m)
+        if layer._fixing is not None:
+            layer._fixing.navigation = before._navigation
+        layer._reckon(before._navigation)
