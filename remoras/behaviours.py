@@ -261,7 +261,7 @@ class Homing(Behaviour):
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """To the rally point in transit; on arrival stay there, or make room for those who come."""
         to_go_m = distance_m(motion, self._point_m)
-        if to_go_m + picture.body.uncertainty_m > self._radius_m:
+        if to_go_m > max(self._radius_m - picture.body.uncertainty_m, min(CAPTURE_M, self._radius_m)):
             return Reference(self._point_m, self._data.transit_speed_mps)
         makes_room = to_go_m > CAPTURE_M and any(
             distance(contact_m, self._point_m) > self._radius_m for contact_m in picture.body.contacts_m

@@ -191,7 +191,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         self.reason = ""
         self.n_false_beliefs = 0
         self.holders = HolderCount()
-        leave_layers = any(vehicle.functional.errs for vehicle in self.vehicles)
+        leave_layers = any(vehicle.functional.adrift is not None for vehicle in self.vehicles)
         self._separation = Separation(self.vehicles, separation_m, leave_layers)
         self._obligations = obligations
         self._make_anew = make_anew

@@ -10,13 +10,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from exchange.arithmetic import length
 from remoras.avoidance import Neighbour
 from remoras.database import VehicleData
 from remoras.motion import Motion
 from remoras.recorder import Row
+
+if TYPE_CHECKING:
+    from remoras.functional.fixing import Adrift
 
 SONAR_M = 60.0
 """Range of the obstacle sonar."""
@@ -42,8 +45,8 @@ class _Layer(Protocol):
         ...
 
     @property
-    def column_m(self) -> tuple[float, float]:
-        """Depths, from above, in which it keeps clear of others."""
+    def adrift(self) -> Adrift | None:
+        """How it keeps its error within bounds, for which it may leave its depth."""
         ...
 
 
@@ -142,10 +145,14 @@ class Separation:
             seen.setdefault(of_other.node, []).append(Neighbour(-dx_m, -dy_m, *a.velocity_mps))
 
     def _may_meet(self, one: int, other: int) -> bool:
-        (top_m, bottom_m), (other_top_m, other_bottom_m) = (
-            self.vehicles[index].functional.column_m for index in (one, other)
-        )
+        """True if the columns of water in which they keep clear of others come near each other."""
+        (top_m, bottom_m), (other_top_m, other_bottom_m) = self._column_m(one), self._column_m(other)
         return max(top_m, other_top_m) - min(bottom_m, other_bottom_m) <= SAME_DEPTH_M
+
+    def _column_m(self, index: int) -> tuple[float, float]:
+        vehicle = self.vehicles[index]
+        adrift, depth_m = vehicle.functional.adrift, vehicle.data.depth_m
+        return (depth_m, depth_m) if adrift is None else adrift.column_m
 
     def conflicts(self, now_s: float) -> list[Row]:
         """Rows for ``faults`` of pairs that have come too near since the last call.

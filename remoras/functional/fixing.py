@@ -17,14 +17,17 @@ exp(x) = 1 + s + x: from 20 m at 0.5 m/s with a ``fix_s`` of 10 s, s = 8, so x =
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
-from exchange.arithmetic import distance
+from exchange.arithmetic import distance, length
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType
+from remoras.avoidance import Neighbour
 from remoras.behaviours import CAPTURE_M, DUE, IDLE, Behaviour, Perception, Reference, distance_m
 from remoras.database import VehicleData
 from remoras.motion import Motion
 from remoras.navigation import Navigation
 from remoras.picture import Picture
+from remoras.sensor import Pose
 from remoras.work import Point
 
 FIXING = ActivitySet(None, ActivityKind.VITAL, (Activity("FixingPosition", ActivityType.GUIDANCE),), 1.0)
@@ -129,3 +132,51 @@ class FixingPosition(Behaviour):
         if goal_m is None or self.navigation.has_fix:
             return Reference(motion.position_m, 0.0)
         return Reference(goal_m, self._data.transit_speed_mps)
+
+
+class Adrift:
+    """How one vehicle keeps the error of its place within what it needs.
+
+    Args:
+        navigation: of the vehicle.
+        data: of the vehicle.
+        separation_m: distance to others with which it may change its depth.
+
+    Attributes:
+        navigation: of the vehicle.
+        fixing: carries out the vital need.
+    """
+
+    def __init__(self, navigation: Navigation, data: VehicleData, separation_m: float) -> None:
+        self.navigation = navigation
+        self.fixing = FixingPosition(navigation, data)
+        self._data = data
+        self._separation_m = separation_m
+
+    def take_over(self, before: Adrift) -> None:
+        """Go on with the error and the depth that the vehicle had before it began anew."""
+        self.navigation = self.fixing.navigation = before.navigation
+
+    def ask(self, guides: Behaviour | None, motion: Motion, picture: Picture) -> None:
+        """Ask what guides how exactly the vehicle has to know its place; while it learns that, what was asked holds."""
+        picture.body.n_fixes = self.fixing.n_fixes
+        if guides is not self.fixing:
+            asked = getattr(guides, "accuracy_m", None)  # a behaviour of others' making may lack it
+            self.fixing.needed_m = math.inf if asked is None else asked(motion, picture)
+
+    def went(self, motion: Motion, neighbours: Sequence[Neighbour], dt_s: float) -> None:
+        """Account for a tick; the depth changes only while nobody is too near, of those above and below either."""
+        if all(length(one.dx_m, one.dy_m) >= self._separation_m for one in neighbours):
+            self.navigation.go_to_depth(self.fixing.depth_m, dt_s)
+        self.navigation.go(motion.position_m, motion.speed_mps * dt_s, dt_s)
+
+    def posed(self, pose: Pose) -> Pose:
+        """A pose with the error, and the greatest that it may be as the vehicle knows."""
+        return pose._replace(error_m=self.navigation.error_m, uncertainty_m=self.navigation.uncertainty_m)
+
+    @property
+    def column_m(self) -> tuple[float, float]:
+        """Depths, from above, that the vehicle claims: all up to the surface while it goes there or comes from it."""
+        depth_m = self._data.depth_m
+        is_away = self.fixing.depth_m != depth_m or self.navigation.depth_m != depth_m
+        return (0.0, depth_m) if is_away else (depth_m, depth_m)

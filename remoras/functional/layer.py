@@ -7,14 +7,13 @@ from collections.abc import Collection, Mapping, Sequence
 from copy import copy
 from typing import Any
 
-from exchange.arithmetic import length
 from remoras.activities import ActivitySet, ActivityType
 from remoras.attraction import USUAL, GuidanceConstants, Pulls
 from remoras.avoidance import Bounds, Neighbour
 from remoras.behaviours import Behaviour, Perception, Reference
 from remoras.database import VehicleData
 from remoras.errors import PluginError
-from remoras.functional.fixing import FIXING, FixingPosition
+from remoras.functional.fixing import FIXING, Adrift
 from remoras.functional.guidance import STILL, Guidance
 from remoras.functional.sensing import Sensed, Sensing
 from remoras.functional.vital import VITAL_NAMES, VITAL_SETS, vital_behaviour
@@ -93,6 +92,7 @@ class FunctionalLayer:
         motion: where the vehicle really is, and how it moves.
         believed: where it takes itself to be; the same object where it knows.
         depth_m: at which it is.
+        adrift: how it keeps its error within bounds; None where it makes none.
     """
 
     def __init__(
@@ -117,11 +117,9 @@ class FunctionalLayer:
         self._settled_m: Point = data.start_m
         self._mission = mission
         self._sensing = Sensing(data.name, sensors, world, sea.misses)
-        self._navigation = sea.navigation
-        self._fixing = None if sea.navigation is None else FixingPosition(sea.navigation, data)
+        self.adrift = None if sea.navigation is None else Adrift(sea.navigation, data, constants.separation_m)
         self._bounds_m = bounds_m
         self._guidance = Guidance(self.motion, data, bounds_m, constants, sea.current)
-        self._separation_m = constants.separation_m
         self._reserve_per_m = _reserve_per_m(data, data.survey_speed_mps)
         self._sets: tuple[ActivitySet, ...] = ()
         self._of_set: dict[ActivitySet, Behaviour] = {}
@@ -193,26 +191,12 @@ class FunctionalLayer:
         """
         for activity_set in sets:
             _refuse_unfit(activity_set, self._where(activity_set), self.data.name, self._sensing.names)
-        self._sets = (*VITAL_SETS, *sets, *(() if self._fixing is None else (FIXING,)))
+        self._sets = (*VITAL_SETS, *sets, *(() if self.adrift is None else (FIXING,)))
         known = self._of_set
-        self._of_set = {one: known[one] if one in known else self._behaviour(one) for one in self._sets}
+        self._of_set = {one: known[one] if one in known else _behaviour(self, one) for one in self._sets}
         self._behaviours = [self._of_set[activity_set] for activity_set in self._sets]
         self.perform(())
         return self._sets
-
-    def _behaviour(self, activity_set: ActivitySet) -> Behaviour:
-        activity = activity_set.activities[0]
-        if activity_set is FIXING and self._fixing is not None:
-            return self._fixing
-        if activity.name in VITAL_NAMES:
-            return vital_behaviour(activity, self.data, self._bounds_m)
-        return answer(
-            self._where(activity_set),
-            "behaviour_for",
-            "a Behaviour",
-            lambda made: callable(getattr(made, "perceive", None)) and callable(getattr(made, "reference", None)),
-            lambda: self._mission.behaviour_for(activity, self.data),
-        )
 
     def _broken(self, index: int, hook: str, expected: str, given: object) -> PluginError:
         return broken_promise(self._where(self._sets[index]), hook, expected, given)
@@ -257,8 +241,8 @@ class FunctionalLayer:
             self._sensing.looking = ()
             return []
         pose = Pose(self.motion.x_m, self.motion.y_m, self.depth_m, motion.heading_rad, motion.speed_mps)
-        if self._navigation is not None:
-            pose = pose._replace(error_m=self._navigation.error_m, uncertainty_m=self._navigation.uncertainty_m)
+        if self.adrift is not None:
+            pose = self.adrift.posed(pose)
         if self._guidance.flow_mps != STILL:
             pose = pose._replace(flow_mps=self._guidance.flow_mps)
         sensed = self._sensing.look(pose, now_s)
@@ -277,8 +261,9 @@ class FunctionalLayer:
         """
         motion, picture = self.believed, self.picture
         perceptions: list[Perception] = []
-        if self._fixing is not None:
-            self._ask_accuracy(self._fixing)
+        if self.adrift is not None:
+            guides = None if self._guiding is None else self._behaviours[self._guiding]
+            self.adrift.ask(guides, motion, picture)
         try:
             for index, behaviour in enumerate(self._behaviours):
                 perceptions.append(behaviour.perceive(motion, picture, index in performed))
@@ -294,14 +279,6 @@ class FunctionalLayer:
         if self._guidance.withdraws and self._guiding is not None:  # whoever makes way is not thrown back by it
             perceptions[self._guiding] = perceptions[self._guiding]._replace(advance=None)
         return perceptions
-
-    def _ask_accuracy(self, fixing: FixingPosition) -> None:
-        """Ask what guides how exactly the vehicle has to know its place; what fixes it goes on by what was asked."""
-        self.picture.body.n_fixes = fixing.n_fixes
-        guides = None if self._guiding is None else self._behaviours[self._guiding]
-        if guides is not fixing:
-            asked = getattr(guides, "accuracy_m", None)
-            fixing.needed_m = math.inf if asked is None else asked(self.believed, self.picture)
 
     def act(self, dt_s: float, neighbours: Sequence[Neighbour] = ()) -> None:
         """Move for ``dt_s`` as guidance refers and neighbours allow; without guidance, slow down to a stop.
@@ -319,31 +296,9 @@ class FunctionalLayer:
         self._check_energy()
         if self.exhausted:
             self.motion.speed_mps = 0.0
-        if self._navigation is not None and self._fixing is not None:
-            if all(length(one.dx_m, one.dy_m) >= self._separation_m for one in neighbours):
-                self._navigation.go_to_depth(self._fixing.depth_m, dt_s)
-            self._navigation.go(self.motion.position_m, self.motion.speed_mps * dt_s, dt_s)
-            self._reckon(self._navigation)
-
-    def _reckon(self, navigation: Navigation) -> None:
-        """Take oneself to be where navigation says."""
-        self.depth_m = self._guidance.depth_m = navigation.depth_m
-        self._guidance.error_m = navigation.error_m
-        self.believed = _shifted(self.motion, navigation.error_m)
-        self.picture.body.uncertainty_m = navigation.uncertainty_m
-
-    @property
-    def errs(self) -> bool:
-        """True if the vehicle may take itself to be elsewhere than it is."""
-        return self._navigation is not None
-
-    @property
-    def column_m(self) -> tuple[float, float]:
-        """Depths, from above, that the vehicle claims: all up to the surface while it goes there or comes from it."""
-        depth_m, fixing = self.data.depth_m, self._fixing
-        if fixing is None or (fixing.depth_m == depth_m == self.depth_m):
-            return depth_m, depth_m
-        return 0.0, depth_m
+        if self.adrift is not None:
+            self.adrift.went(self.motion, neighbours, dt_s)
+            _reckon(self, self.adrift.navigation)
 
     def heed(self, pulls: Pulls) -> None:
         """Let signals of others pull at guidance like this until the next decision."""
@@ -365,6 +320,22 @@ class FunctionalLayer:
         return reference
 
 
+def _behaviour(layer: FunctionalLayer, activity_set: ActivitySet) -> Behaviour:
+    """A new behaviour for a set: the vehicle's own, or the mission's."""
+    activity = activity_set.activities[0]
+    if activity_set is FIXING and layer.adrift is not None:
+        return layer.adrift.fixing
+    if activity.name in VITAL_NAMES:
+        return vital_behaviour(activity, layer.data, layer._bounds_m)
+    return answer(
+        layer._where(activity_set),
+        "behaviour_for",
+        "a Behaviour",
+        lambda made: callable(getattr(made, "perceive", None)) and callable(getattr(made, "reference", None)),
+        lambda: layer._mission.behaviour_for(activity, layer.data),
+    )
+
+
 def _unsound(perceptions: Sequence[Perception]) -> tuple[int, object]:
     """Number and value of the first answer that is no Perception with a stimulus of 0..1."""
     return next(
@@ -379,8 +350,14 @@ def embody(layer: FunctionalLayer, before: FunctionalLayer) -> None:
     for name in Motion.__slots__:
         setattr(layer.motion, name, getattr(before.motion, name))
     layer.exhausted = before.exhausted
-    if before._navigation is not None:
-        layer._navigation = before._navigation
-        if layer._fixing is not None:
-            layer._fixing.navigation = before._navigation
-        layer._reckon(before._navigation)
+    if layer.adrift is not None and before.adrift is not None:
+        layer.adrift.take_over(before.adrift)
+        _reckon(layer, layer.adrift.navigation)
+
+
+def _reckon(layer: FunctionalLayer, navigation: Navigation) -> None:
+    """Let a vehicle take itself to be where its navigation says."""
+    layer.depth_m = layer._guidance.depth_m = navigation.depth_m
+    layer._guidance.error_m = navigation.error_m
+    layer.believed = _shifted(layer.motion, navigation.error_m)
+    layer.picture.body.uncertainty_m = navigation.uncertainty_m
