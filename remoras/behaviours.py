@@ -105,6 +105,14 @@ class Behaviour(Protocol):
         """
         ...
 
+    def accuracy_m(self, motion: Motion, picture: Picture) -> float:
+        """Error of the vehicle's place with which the activity is of no use now; infinite by default.
+
+        Called by the functional layer at every decision for the set that guides, and only where navigation errs. A
+        vehicle that may be farther off learns first where it is, see ``remoras.functional.fixing``.
+        """
+        return math.inf
+
 
 IDLE = Perception(0.0)
 DONE = Perception(0.0, done=True)
@@ -237,14 +245,14 @@ class Homing(Behaviour):
         self._has_met = False
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Due until the group is together and the vehicle has come; it advances while the vehicle comes nearer.
+        """Due until the group is together and the vehicle has surely come; it advances while the vehicle comes nearer.
 
         Who was there before, and was away when the group met, comes once more: others may have met without it.
         It answers calls as far as the group waits for this vehicle and for nobody else.
         """
         to_go_m = distance_m(motion, self._point_m)
         is_gathered = self._group in picture.groups.gathered
-        self._has_met = is_gathered and (self._has_met or to_go_m <= self._radius_m)
+        self._has_met = is_gathered and (self._has_met or to_go_m + picture.body.uncertainty_m <= self._radius_m)
         if self._has_met:
             return IDLE
         advance = self._approach.advance(to_go_m, picture.body.now_s, performed)
@@ -253,12 +261,17 @@ class Homing(Behaviour):
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """To the rally point in transit; on arrival stay there, or make room for those who come."""
         to_go_m = distance_m(motion, self._point_m)
-        if to_go_m > self._radius_m:
+        if to_go_m > max(self._radius_m - picture.body.uncertainty_m, min(CAPTURE_M, self._radius_m)):
             return Reference(self._point_m, self._data.transit_speed_mps)
         makes_room = to_go_m > CAPTURE_M and any(
             distance(contact_m, self._point_m) > self._radius_m for contact_m in picture.body.contacts_m
         )
         return Reference(self._point_m, self._data.survey_speed_mps if makes_room else 0.0)
+
+    def accuracy_m(self, motion: Motion, picture: Picture) -> float:
+        """Half the radius, once the vehicle may have arrived: so there is room for others where it surely is there."""
+        may_be_there = distance_m(motion, self._point_m) <= self._radius_m + picture.body.uncertainty_m
+        return self._radius_m / 2.0 if may_be_there else math.inf
 
 
 class FollowingLeader(Behaviour):

@@ -191,7 +191,8 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         self.reason = ""
         self.n_false_beliefs = 0
         self.holders = HolderCount()
-        self._separation = Separation(self.vehicles, separation_m)
+        leave_layers = any(vehicle.functional.adrift is not None for vehicle in self.vehicles)
+        self._separation = Separation(self.vehicles, separation_m, leave_layers)
         self._obligations = obligations
         self._make_anew = make_anew
         self._bound = Bound()
@@ -376,6 +377,6 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
     def _record(self, now_s: float) -> None:
         append = self.recorder.trajectories.append
         for vehicle in self.vehicles:
-            m = vehicle.functional.motion
-            depth_m = 0.0 if vehicle.functional.exhausted else vehicle.data.depth_m  # without power it floats up
+            layer, m = vehicle.functional, vehicle.functional.motion
+            depth_m = 0.0 if layer.exhausted else layer.depth_m  # without power it floats up
             append((now_s, vehicle.name, m.x_m, m.y_m, m.heading_rad, m.speed_mps, m.energy_j, depth_m))

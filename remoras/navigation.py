@@ -8,6 +8,12 @@ hears a beacon, it has a fix, and the error shrinks::
 
 What the vehicle believes of its place is where it is plus e: by that it is guided, and that is what it tells. What it
 meets is where it is: others, the channel, the ground below its sensors.
+
+It does not know e. It knows its drift, from the data sheet, and its way, from the log, so it knows a bound::
+
+    db = drift ds,    b <- b exp(-dt / fix_s)    so that |e| <= b always, by the inequality of triangles
+
+A current adds nothing to either: a Doppler log measures it.
 """
 
 from __future__ import annotations
@@ -29,10 +35,12 @@ class Beacon:
     Attributes:
         position_m: where it stands, or a function that says where it is now, None while it is silent: so a vehicle
             that knows its place is a beacon to others.
+        carrier: name of that vehicle; empty if it stands.
     """
 
     position_m: Point | Callable[[], Point | None]
     range_m: float
+    carrier: str = ""
 
     def reaches(self, position_m: Point) -> bool:
         """True if it is heard at a place."""
@@ -42,11 +50,15 @@ class Beacon:
 
 @dataclass(frozen=True, slots=True)
 class NavigationConstants:
-    """The constants of the equations above; ``drift`` is a share of the way."""
+    """The constants of the equations above; ``drift`` is a share of the way.
+
+    ``vertical_speed_mps`` is the speed at which vehicles change their depth to have a fix.
+    """
 
     drift: float
     fix_s: float = 10.0
     beacons: tuple[Beacon, ...] = ()
+    vertical_speed_mps: float = 0.5
 
 
 class Navigation:
@@ -58,12 +70,16 @@ class Navigation:
         direction_rad: draws the direction in which it drifts on its n-th way between two fixes, from 0.
 
     Attributes:
-        error_m: where it takes itself to be, from where it is.
+        error_m: where it takes itself to be, from where it is; the vehicle does not know it.
+        uncertainty_m: the greatest error that it may have, as it knows.
+        depth_m: at which it is now.
+        has_fix: True if it had one in the last tick.
+        constants: of all vehicles.
 
     >>> adrift = Navigation(NavigationConstants(0.01, beacons=(Beacon((0.0, 0.0), 50.0),)), 20.0, lambda n: 0.0)
     >>> adrift.go((500.0, 0.0), 500.0, 1.0)
-    >>> adrift.error_m
-    (5.0, 0.0)
+    >>> adrift.error_m, adrift.uncertainty_m
+    ((5.0, 0.0), 5.0)
     >>> adrift.go((0.0, 0.0), 500.0, 100.0)
     >>> adrift.error_m[0] < 0.001
     True
@@ -71,8 +87,10 @@ class Navigation:
 
     def __init__(self, constants: NavigationConstants, depth_m: float, direction_rad: Callable[[int], float]) -> None:
         self.error_m: Point = (0.0, 0.0)
-        self._constants = constants
-        self._is_surfaced = depth_m <= SURFACE_M
+        self.uncertainty_m = 0.0
+        self.depth_m = depth_m
+        self.has_fix = False
+        self.constants = constants
         self._direction_rad = direction_rad
         self._n_ways = 0
         self._course: Point | None = None
@@ -84,10 +102,12 @@ class Navigation:
             position_m: where the vehicle really is now.
             way_m: that it has gone in the tick; dt_s: its length.
         """
-        constants, (x_m, y_m) = self._constants, self.error_m
-        if self._is_surfaced or any(one.reaches(position_m) for one in constants.beacons):
+        constants, (x_m, y_m) = self.constants, self.error_m
+        self.has_fix = self.depth_m <= SURFACE_M or any(one.reaches(position_m) for one in constants.beacons)
+        if self.has_fix:
             left = exp(-dt_s / constants.fix_s)
             self.error_m = left * x_m, left * y_m
+            self.uncertainty_m *= left
             self._course = None
             return
         if self._course is None:
@@ -96,3 +116,9 @@ class Navigation:
             self._n_ways += 1
         grown_m = constants.drift * way_m
         self.error_m = x_m + grown_m * self._course[0], y_m + grown_m * self._course[1]
+        self.uncertainty_m += grown_m
+
+    def go_to_depth(self, depth_m: float, dt_s: float) -> None:
+        """Come nearer to a depth, for ``dt_s``."""
+        most_m = self.constants.vertical_speed_mps * dt_s
+        self.depth_m += min(max(depth_m - self.depth_m, -most_m), most_m)

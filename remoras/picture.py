@@ -25,6 +25,8 @@ class Body:
         settled_s: since when the vehicle has stayed near one place.
         sensors_on: names of the sensors that are switched on, whether they work or not.
         answering: names of the sensors that tell their state, on or off, and tell that they work.
+        uncertainty_m: greatest distance between where the vehicle takes itself to be and where it is, as it knows.
+        n_fixes: how often it has interrupted its work to learn where it is.
     """
 
     now_s: float = 0.0
@@ -36,6 +38,8 @@ class Body:
     settled_s: float = 0.0
     sensors_on: tuple[str, ...] = ()
     answering: tuple[str, ...] = ()
+    uncertainty_m: float = 0.0
+    n_fixes: int = 0
 
 
 @dataclass(slots=True)

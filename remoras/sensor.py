@@ -50,7 +50,8 @@ class Pose(NamedTuple):
     """Where a sensor is and how it moves: metres, radians, metres per second; depth below the surface.
 
     What it perceives is where it is. What it reports is where the vehicle takes itself to be, ``error_m`` from there.
-    ``flow_mps`` is the velocity of the water there: (x east, y north).
+    ``flow_mps`` is the velocity of the water there: (x east, y north). The vehicle does not know its error, but that it
+    is not greater than ``uncertainty_m``.
     """
 
     x_m: float
@@ -60,6 +61,7 @@ class Pose(NamedTuple):
     speed_mps: float
     error_m: tuple[float, float] = (0.0, 0.0)
     flow_mps: tuple[float, float] = (0.0, 0.0)
+    uncertainty_m: float = 0.0
 
     @property
     def believed_m(self) -> tuple[float, float]:

@@ -1,7 +1,8 @@
 """Separation: which vehicles are near each other, as the obstacle sonars see them and as it really is.
 
 Vehicles whose depths differ by more than ``SAME_DEPTH_M`` pass freely. Depths do not change in a run, so the fleet
-falls into layers once. In every tick those of a layer that are near each other are found by squares as wide as the
+falls into layers once; where vehicles go up to learn where they are, one that does keeps clear of all above its own
+layer, and they of it. In every tick those of a layer that are near each other are found by squares as wide as the
 sonar reaches: only vehicles in one square or in adjacent ones are compared.
 """
 
@@ -9,13 +10,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from exchange.arithmetic import length
 from remoras.avoidance import Neighbour
 from remoras.database import VehicleData
 from remoras.motion import Motion
 from remoras.recorder import Row
+
+if TYPE_CHECKING:
+    from remoras.functional.fixing import Adrift
 
 SONAR_M = 60.0
 """Range of the obstacle sonar."""
@@ -33,6 +37,16 @@ class _Layer(Protocol):
     @property
     def motion(self) -> Motion:
         """State of motion."""
+        ...
+
+    @property
+    def depth_m(self) -> float:
+        """At which it is now."""
+        ...
+
+    @property
+    def adrift(self) -> Adrift | None:
+        """How it keeps its error within bounds, for which it may leave its depth."""
         ...
 
 
@@ -74,15 +88,18 @@ class Separation:
     Args:
         vehicles: of the fleet, in the order of the nodes.
         separation_m: distance that two vehicles in one layer are to keep.
+        leave_layers: True if vehicles may leave their depths.
 
     Attributes:
         vehicles: the same, to be replaced where one begins anew.
     """
 
-    def __init__(self, vehicles: Sequence[Moving], separation_m: float) -> None:
+    def __init__(self, vehicles: Sequence[Moving], separation_m: float, leave_layers: bool = False) -> None:
         self.vehicles = vehicles
         self._separation_m = separation_m
-        self._layers = in_layers([vehicle.data.depth_m for vehicle in vehicles])
+        self._leave_layers = leave_layers
+        depths_m = [vehicle.data.depth_m for vehicle in vehicles]
+        self._layers = [list(range(len(vehicles)))] if leave_layers else in_layers(depths_m)
         self._pairs: list[tuple[int, int]] = []
         self._conflicts: frozenset[tuple[int, int]] = frozenset()
 
@@ -118,11 +135,24 @@ class Separation:
             if dx_m * dx_m + dy_m * dy_m > SONAR_M * SONAR_M:
                 continue
             of_one, of_other = self.vehicles[one].data, self.vehicles[other].data
-            if abs(of_one.depth_m - of_other.depth_m) > SAME_DEPTH_M:
+            if not self._leave_layers:
+                if abs(of_one.depth_m - of_other.depth_m) > SAME_DEPTH_M:
+                    continue
+            elif not self._may_meet(one, other):
                 continue
             self._pairs.append((one, other))
             seen.setdefault(of_one.node, []).append(Neighbour(dx_m, dy_m, *b.velocity_mps))
             seen.setdefault(of_other.node, []).append(Neighbour(-dx_m, -dy_m, *a.velocity_mps))
+
+    def _may_meet(self, one: int, other: int) -> bool:
+        """True if the columns of water in which they keep clear of others come near each other."""
+        (top_m, bottom_m), (other_top_m, other_bottom_m) = self._column_m(one), self._column_m(other)
+        return max(top_m, other_top_m) - min(bottom_m, other_bottom_m) <= SAME_DEPTH_M
+
+    def _column_m(self, index: int) -> tuple[float, float]:
+        vehicle = self.vehicles[index]
+        adrift, depth_m = vehicle.functional.adrift, vehicle.data.depth_m
+        return (depth_m, depth_m) if adrift is None else adrift.column_m
 
     def conflicts(self, now_s: float) -> list[Row]:
         """Rows for ``faults`` of pairs that have come too near since the last call.
@@ -139,5 +169,8 @@ class Separation:
         ]
 
     def _are_too_near(self, one: int, other: int) -> bool:
-        a, b = self.vehicles[one].functional.motion, self.vehicles[other].functional.motion
+        of_one, of_other = self.vehicles[one].functional, self.vehicles[other].functional
+        if self._leave_layers and abs(of_one.depth_m - of_other.depth_m) > SAME_DEPTH_M:
+            return False
+        a, b = of_one.motion, of_other.motion
         return length(b.x_m - a.x_m, b.y_m - a.y_m) < self._separation_m - TOLERANCE_M

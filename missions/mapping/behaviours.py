@@ -10,8 +10,10 @@ without any yield, with the sensor on, mean that the sensor gives nothing: the v
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 from exchange.arithmetic import distance
 from missions.mapping.ground import Survey, Way
@@ -204,6 +206,17 @@ class ZigzagExploring(Behaviour):
         if passage.since_s is None and distance_m(motion, passage.begin_m) > self._brake_m(passage):
             speed_mps = passage.speed_mps
         return Reference(passage.target_m, speed_mps)
+
+    def accuracy_m(self, motion: Motion, picture: Picture) -> float:
+        """On a row what its cells leave of half the swath, less how far from a point it counts as reached."""
+        passage = self._passage
+        if passage is None or passage.since_s is None:
+            return math.inf
+        return self._accuracy_m
+
+    @cached_property
+    def _accuracy_m(self) -> float:
+        return self._survey.slack_m - CAPTURE_M
 
     def _brake_m(self, passage: _Passage) -> float:
         """How far before a row the vehicle slows down: not at all if row and swath leave it room to do so there."""

@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 import weakref
 from collections.abc import Callable, Iterable, Sequence, Set
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Generic, NamedTuple, TypeVar
 
 from exchange.arithmetic import distance, length
@@ -161,6 +161,20 @@ class Survey:
         at_m = [self._along_m[index] for index in range(len(self.ground.cells)) if row.cells >> index & 1]
         low_m, high_m = min([row.ends_m[0][axis], *at_m]), max([row.ends_m[1][axis], *at_m])
         self.rows[number] = row._replace(ends_m=(self.point_m(number, low_m), self.point_m(number, high_m)))
+
+    @cached_property
+    def slack_m(self) -> float:
+        """How far a vehicle on its row may be beside it and still map every cell of the row, but for its ends."""
+        axis, off_m = self._axis, 0.0
+        for row in self.rows:
+            level_m, bits = row.ends_m[0][1 - axis], row.cells
+            while bits:
+                bit = bits & -bits
+                bits ^= bit
+                index = bit.bit_length() - 1
+                centre_m = self.ground.centre_m(index)
+                off_m = max(off_m, length(centre_m[axis] - self._along_m[index], centre_m[1 - axis] - level_m))
+        return self.swath_m / 2.0 - off_m
 
     def along_m(self, point: Point) -> float:
         """Coordinate of a point along the rows."""

@@ -166,6 +166,8 @@ class Stays:
 class SwathSensor:
     """Maps the cells below it while it is on and the vehicle is slow enough; finds features, and inspects them.
 
+    A cell counts only if the swath reaches its centre wherever the vehicle may be, as far as it knows its place.
+
     Args:
         swath_m: width that it covers.
         speed_limit_mps: greatest speed at which it maps.
@@ -186,7 +188,9 @@ class SwathSensor:
         """Cells mapped now that this sensor had not mapped before, and features found or inspected."""
         if pose.speed_mps > self._speed_limit_mps:
             return []
-        new = [cell for cell in world.under(*pose.believed_m, self._reach_m) if cell not in self.mapped]
+        reach_m = self._reach_m - pose.uncertainty_m
+        under = world.under(*pose.believed_m, reach_m) if reach_m >= 0.0 else ()
+        new = [cell for cell in under if cell not in self.mapped]
         if not new and not world.features:
             return []
         self.mapped.update(new)

@@ -130,3 +130,7 @@ class AfterWork(Behaviour):
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """As the behaviour itself."""
         return self._meeting.reference(motion, picture)
+
+    def accuracy_m(self, motion: Motion, picture: Picture) -> float:
+        """As the behaviour itself."""
+        return self._meeting.accuracy_m(motion, picture)

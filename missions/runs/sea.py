@@ -45,7 +45,11 @@ def _navigation(scenario: Scenario, data: VehicleData, seed: int, carried_m: Car
     if table.drift == 0.0:
         return None
     beacons = tuple(
-        Beacon(beacon.position_m or partial(carried_m, beacon.vehicle or "", beacon.sensor), beacon.range_m)
+        Beacon(
+            beacon.position_m or partial(carried_m, beacon.vehicle or "", beacon.sensor),
+            beacon.range_m,
+            beacon.vehicle or "",
+        )
         for beacon in scenario.beacon
         if beacon.vehicle != data.name
     )
@@ -53,7 +57,8 @@ def _navigation(scenario: Scenario, data: VehicleData, seed: int, carried_m: Car
     def direction_rad(n_way: int) -> float:
         return TAU * loss.uniform(seed, loss.DRIFTS, n_way, data.node, 0)
 
-    return Navigation(NavigationConstants(table.drift, table.fix_s, beacons), data.depth_m, direction_rad)
+    constants = NavigationConstants(table.drift, table.fix_s, beacons, table.vertical_speed_mps)
+    return Navigation(constants, data.depth_m, direction_rad)
 
 
 def _misses(scenario: Scenario, data: VehicleData, seed: int) -> Callable[[str, float], bool] | None:

@@ -79,8 +79,10 @@ class CurrentTable(Sparse):
         return Current(self.east_mps, self.north_mps, depth_m, period_s, self.tide_phase, surges)
 
 
-class NavigationTable(Section):
+class NavigationTable(Sparse):
     """The table ``[navigation]``."""
+
+    UNSAID = frozenset({"vertical_speed_mps"})
 
     drift: float = Field(
         0.0,
@@ -89,6 +91,9 @@ class NavigationTable(Section):
         description="share of its way under water by which a vehicle comes to err about its place",
     )
     fix_s: Positive = Field(10.0, description="time in which that error falls to 1/e, at the surface and near a beacon")
+    vertical_speed_mps: Positive = Field(
+        0.5, description="speed at which vehicles that err go up to learn where they are, and down again"
+    )
 
 
 class BeaconTable(Sparse):

@@ -37,6 +37,7 @@ class Guidance:
 
     Attributes:
         error_m: where the vehicle takes itself to be, from where it is; guidance goes by the former.
+        depth_m: at which it is.
         withdraws: True while the vehicle gives way to a call that is stronger than its own.
     """
 
@@ -56,6 +57,7 @@ class Guidance:
         self._detour = Detour(constants.separation_m)
         self._flow_mps = STILL
         self.error_m: Point = (0.0, 0.0)
+        self.depth_m = data.depth_m
         self._pulls = NO_PULLS
         self.withdraws = False
         self._greatest_speed_mps = max(data.transit_speed_mps, data.survey_speed_mps)
@@ -98,7 +100,7 @@ class Guidance:
             target_m = reference[0][0] - self.error_m[0], reference[0][1] - self.error_m[1]
             speed_mps = self._speed_factor * min(reference[1], self._greatest_speed_mps)
         if self._current is not None:
-            self._flow_mps = self._current.at(self._data.depth_m, now_s)
+            self._flow_mps = self._current.at(self.depth_m, now_s)
             target_m, speed_mps = self._upstream(target_m, speed_mps, dt_s)
         self._carry_out(target_m, speed_mps, neighbours, positions_m, dt_s)
         if self._current is not None:

@@ -13,11 +13,13 @@ from remoras.avoidance import Bounds, Neighbour
 from remoras.behaviours import Behaviour, Perception, Reference
 from remoras.database import VehicleData
 from remoras.errors import PluginError
+from remoras.functional.fixing import FIXING, Adrift
 from remoras.functional.guidance import STILL, Guidance
 from remoras.functional.sensing import Sensed, Sensing
 from remoras.functional.vital import VITAL_NAMES, VITAL_SETS, vital_behaviour
 from remoras.mission import FunctionalPart
 from remoras.motion import Motion
+from remoras.navigation import Navigation
 from remoras.picture import Picture
 from remoras.plugins import answer, broken_promise
 from remoras.sea import CALM, Sea
@@ -89,6 +91,8 @@ class FunctionalLayer:
     Attributes:
         motion: where the vehicle really is, and how it moves.
         believed: where it takes itself to be; the same object where it knows.
+        depth_m: at which it is.
+        adrift: how it keeps its error within bounds; None where it makes none.
     """
 
     def __init__(
@@ -107,12 +111,13 @@ class FunctionalLayer:
         self.exhausted = False
         """True once the battery is empty: the vehicle does nothing any more."""
         self.believed = self.motion if sea.navigation is None else Motion(*data.start_m)
+        self.depth_m = data.depth_m
         self.picture = picture
         self._sound_target_m: Point = data.start_m
         self._settled_m: Point = data.start_m
         self._mission = mission
         self._sensing = Sensing(data.name, sensors, world, sea.misses)
-        self._navigation = sea.navigation
+        self.adrift = None if sea.navigation is None else Adrift(sea.navigation, data, constants.separation_m)
         self._bounds_m = bounds_m
         self._guidance = Guidance(self.motion, data, bounds_m, constants, sea.current)
         self._reserve_per_m = _reserve_per_m(data, data.survey_speed_mps)
@@ -186,24 +191,12 @@ class FunctionalLayer:
         """
         for activity_set in sets:
             _refuse_unfit(activity_set, self._where(activity_set), self.data.name, self._sensing.names)
-        self._sets = (*VITAL_SETS, *sets)
+        self._sets = (*VITAL_SETS, *sets, *(() if self.adrift is None else (FIXING,)))
         known = self._of_set
-        self._of_set = {one: known[one] if one in known else self._behaviour(one) for one in self._sets}
+        self._of_set = {one: known[one] if one in known else _behaviour(self, one) for one in self._sets}
         self._behaviours = [self._of_set[activity_set] for activity_set in self._sets]
         self.perform(())
         return self._sets
-
-    def _behaviour(self, activity_set: ActivitySet) -> Behaviour:
-        activity = activity_set.activities[0]
-        if activity.name in VITAL_NAMES:
-            return vital_behaviour(activity, self.data, self._bounds_m)
-        return answer(
-            self._where(activity_set),
-            "behaviour_for",
-            "a Behaviour",
-            lambda made: callable(getattr(made, "perceive", None)) and callable(getattr(made, "reference", None)),
-            lambda: self._mission.behaviour_for(activity, self.data),
-        )
 
     def _broken(self, index: int, hook: str, expected: str, given: object) -> PluginError:
         return broken_promise(self._where(self._sets[index]), hook, expected, given)
@@ -247,9 +240,9 @@ class FunctionalLayer:
         if not body.sensors_on:
             self._sensing.looking = ()
             return []
-        pose = Pose(self.motion.x_m, self.motion.y_m, data.depth_m, motion.heading_rad, motion.speed_mps)
-        if self._navigation is not None:
-            pose = pose._replace(error_m=self._navigation.error_m)
+        pose = Pose(self.motion.x_m, self.motion.y_m, self.depth_m, motion.heading_rad, motion.speed_mps)
+        if self.adrift is not None:
+            pose = self.adrift.posed(pose)
         if self._guidance.flow_mps != STILL:
             pose = pose._replace(flow_mps=self._guidance.flow_mps)
         sensed = self._sensing.look(pose, now_s)
@@ -268,6 +261,9 @@ class FunctionalLayer:
         """
         motion, picture = self.believed, self.picture
         perceptions: list[Perception] = []
+        if self.adrift is not None:
+            guides = None if self._guiding is None else self._behaviours[self._guiding]
+            self.adrift.ask(guides, motion, picture)
         try:
             for index, behaviour in enumerate(self._behaviours):
                 perceptions.append(behaviour.perceive(motion, picture, index in performed))
@@ -304,10 +300,9 @@ class FunctionalLayer:
         self._check_energy()
         if self.exhausted:
             self.motion.speed_mps = 0.0
-        if self._navigation is not None:
-            self._navigation.go(self.motion.position_m, self.motion.speed_mps * dt_s, dt_s)
-            self._guidance.error_m = self._navigation.error_m
-            self.believed = _shifted(self.motion, self._navigation.error_m)
+        if self.adrift is not None:
+            self.adrift.went(self.motion, neighbours, dt_s)
+            _reckon(self, self.adrift.navigation)
 
     def heed(self, pulls: Pulls) -> None:
         """Let signals of others pull at guidance like this until the next decision."""
@@ -329,6 +324,22 @@ class FunctionalLayer:
         return reference
 
 
+def _behaviour(layer: FunctionalLayer, activity_set: ActivitySet) -> Behaviour:
+    """A new behaviour for a set: the vehicle's own, or the mission's."""
+    activity = activity_set.activities[0]
+    if activity_set is FIXING and layer.adrift is not None:
+        return layer.adrift.fixing
+    if activity.name in VITAL_NAMES:
+        return vital_behaviour(activity, layer.data, layer._bounds_m)
+    return answer(
+        layer._where(activity_set),
+        "behaviour_for",
+        "a Behaviour",
+        lambda made: callable(getattr(made, "perceive", None)) and callable(getattr(made, "reference", None)),
+        lambda: layer._mission.behaviour_for(activity, layer.data),
+    )
+
+
 def _unsound(perceptions: Sequence[Perception]) -> tuple[int, object]:
     """Number and value of the first answer that is no Perception with a stimulus of 0..1."""
     return next(
@@ -343,7 +354,14 @@ def embody(layer: FunctionalLayer, before: FunctionalLayer) -> None:
     for name in Motion.__slots__:
         setattr(layer.motion, name, getattr(before.motion, name))
     layer.exhausted = before.exhausted
-    if before._navigation is not None:
-        layer._navigation = before._navigation
-        layer._guidance.error_m = layer._navigation.error_m
-        layer.believed = _shifted(layer.motion, layer._navigation.error_m)
+    if layer.adrift is not None and before.adrift is not None:
+        layer.adrift.take_over(before.adrift)
+        _reckon(layer, layer.adrift.navigation)
+
+
+def _reckon(layer: FunctionalLayer, navigation: Navigation) -> None:
+    """Let a vehicle take itself to be where its navigation says."""
+    layer.depth_m = layer._guidance.depth_m = navigation.depth_m
+    layer._guidance.error_m = navigation.error_m
+    layer.believed = _shifted(layer.motion, navigation.error_m)
+    layer.picture.body.uncertainty_m = navigation.uncertainty_m
