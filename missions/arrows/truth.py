@@ -61,7 +61,7 @@ class ArrowsTruth(JobTruth):
         chart: makes a map of the prior; vehicles: by name.
     """
 
-    work = "find and identify"
+    work = "identify what lies there"
 
     def __init__(
         self,

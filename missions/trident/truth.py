@@ -29,8 +29,6 @@ class TridentTruth(JobTruth):
         site: of the run.
     """
 
-    work = "chart or recover"
-
     def __init__(self, meeting: Meeting, scenario: TridentScenario, recorder: Recorder, site: Site) -> None:
         super().__init__(meeting, WORKING, recorder)
         self._goal = scenario.mission.goal
