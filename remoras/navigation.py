@@ -21,9 +21,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from exchange.arithmetic import distance, exp, sincos
+from exchange.arithmetic import distance, exp, log, sincos
 from remoras.work import Point
 
+STEPS = 50
+"""Steps by which the length of a stay is found."""
 SURFACE_M = 1.0
 """A vehicle that is not deeper than this has a fix."""
 
@@ -59,6 +61,22 @@ class NavigationConstants:
     fix_s: float = 10.0
     beacons: tuple[Beacon, ...] = ()
     vertical_speed_mps: float = 0.5
+
+
+def takes_s(constants: NavigationConstants, depth_m: float) -> float:
+    """Time of a fix at the surface, from the decision to go up until the vehicle is down again.
+
+    The stay is that of ``remoras.functional.fixing``: x times ``fix_s``, where exp(x) = 1 + s + x and s is the way
+    there and back in ``fix_s``. Found by x <- log(1 + s + x), which comes nearer by 1 / (1 + s + x) each time.
+
+    >>> round(takes_s(NavigationConstants(0.01), 20.0), 1)
+    104.4
+    """
+    way_s = 2.0 * depth_m / constants.vertical_speed_mps
+    share = x = way_s / constants.fix_s
+    for _ in range(STEPS):
+        x = log(1.0 + share + x)
+    return way_s + x * constants.fix_s
 
 
 class Navigation:

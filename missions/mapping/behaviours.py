@@ -5,7 +5,8 @@ the way over them by which it is done soonest. So it goes on where another one s
 mapped, and leaves a row early where news of its cells come in. What its own sensor maps does not shorten a row.
 
 A cell that stays unknown although its row was passed is tried once more at the end, then given up. Two whole rows
-without any yield, with the sensor on, mean that the sensor gives nothing: the vehicle has failed.
+without any yield, with the sensor on, mean that the sensor gives nothing: the vehicle has failed. It has, too, if twice
+it learned where it is and mapped nothing until it had to learn it again: then no row can be known to be mapped.
 """
 
 from __future__ import annotations
@@ -165,6 +166,7 @@ class ZigzagExploring(Behaviour):
         self._tried = 0
         self._given_up = 0
         self._n_dead = 0
+        self._n_fixes, self._fixed_s = 0, -math.inf
         self._left = job.bits
         self._seen_s = 0.0
         self._approach = Approach(self._speed_mps)
@@ -184,6 +186,7 @@ class ZigzagExploring(Behaviour):
             self._passage = None
         self._hear(job.bits, motion, picture.body.now_s)
         if performed:
+            self._note_fixes(picture)
             self._follow(motion, picture)
         elif self._passage is None:
             self._plan(motion, picture)
@@ -289,18 +292,27 @@ class ZigzagExploring(Behaviour):
 
         return max(survey.ways(part.bits), key=preference, default=None)
 
+    def _note_fixes(self, picture: Picture) -> None:
+        """Note a fix after which nothing was mapped before the next one: the place is never known well enough."""
+        body = picture.body
+        if body.n_fixes != self._n_fixes:
+            is_futile = self._n_fixes > 0 and body.last_yield_s < self._fixed_s
+            self._n_dead = self._n_dead + 1 if is_futile else 0
+            self._n_fixes, self._fixed_s = body.n_fixes, body.now_s
+
     def _note_passed(self, passage: _Passage, picture: Picture) -> None:
         """Note which cells of a row that was passed with the sensor on are still not known to be mapped."""
         if not passage.sensed or passage.since_s is None:
             return
         missed = passage.cells & self._job.left(picture.facts).bits
-        again = missed & self._tried
+        is_sure = picture.body.uncertainty_m <= max(0.0, self._accuracy_m)  # else the sensor is not to blame
+        again = missed & self._tried if is_sure else 0
         self._given_up |= again
         self._tried |= missed
         if picture.body.last_yield_s >= passage.since_s:
             self._n_dead = 0
-        elif missed and not again and 2 * missed.bit_count() >= self._survey.rows[passage.row].cells.bit_count():
-            self._n_dead += 1
+        elif missed and is_sure and not again:
+            self._n_dead += 2 * missed.bit_count() >= self._survey.rows[passage.row].cells.bit_count()
 
     # What is heard of others ---------------------------------------------------------------------
 

@@ -6,6 +6,11 @@ are run upwards or downwards, each from the end from which the whole way is shor
 where less is left. An area of which nothing is mapped is run to and fro, as ``zigzag`` says. Beside a slanted
 border rows are longer than those of ``survey``: they reach every cell.
 
+Where vehicles err about their place, rows may overlap. A vehicle on one of n rows may be off by a_n and still map all
+of its cells; it learns its place anew once it may be farther off. With the error K that it comes to on the way for
+which a fix takes the time, n rows take n (1 + K / a_n) times as long as one does. Of as many rows as one swath takes to
+twice as many, the n with the least is taken. Where cells are as wide as the swath, a_n is half a swath without overlap.
+
 Cells left are the bits of one whole number, by their index in the area: such a number is compared, remembered and cut
 to a row without looking at single cells.
 """
@@ -21,6 +26,7 @@ from typing import Generic, NamedTuple, TypeVar
 from exchange.arithmetic import distance, length
 from missions.mapping.sensors import Cell, Seabed, seabed_of
 from missions.mapping.survey import Point, length_m, rows, runs_along_x, to_and_fro
+from remoras.behaviours import CAPTURE_M
 
 T = TypeVar("T")
 TOLERANCE_M = 1e-6
@@ -81,9 +87,11 @@ class Ground:
         corners_m: of the area, in order.
         cell_m: side of a cell.
         cells: of the area, by index: row by row, from the south-west.
+        fix_m: error that vehicles come to on the way for which a fix takes the time; 0 where they make none.
     """
 
-    def __init__(self, corners_m: Sequence[Point], cell_m: float, cells: Sequence[Cell]) -> None:
+    def __init__(self, corners_m: Sequence[Point], cell_m: float, cells: Sequence[Cell], fix_m: float = 0.0) -> None:
+        self._fix_m = fix_m
         self.corners_m = tuple(corners_m)
         self.cell_m = cell_m
         self.cells = tuple(cells)
@@ -105,7 +113,19 @@ class Ground:
         return bits
 
     def _survey(self, swath_m: float) -> Survey:
-        return Survey(self, swath_m)
+        plain = Survey(self, swath_m)
+        if self._fix_m == 0.0 or not plain.rows:
+            return plain
+        axis = 1 if runs_along_x(self.corners_m) else 0
+        across_m = [at_m[axis] for at_m in self.corners_m]
+        width_m, n_least = max(across_m) - min(across_m), len(plain.rows)
+        closer = [Survey(self, width_m / n, swath_m) for n in range(n_least + 1, 2 * n_least + 1)]
+        return min((plain, *closer), key=self._costs)
+
+    def _costs(self, survey: Survey) -> float:
+        """Rows, and what their fixes take of the time of one; infinite where no error is small enough."""
+        accuracy_m = survey.slack_m - CAPTURE_M
+        return len(survey.rows) * (1.0 + self._fix_m / accuracy_m) if accuracy_m > 0.0 else math.inf
 
 
 class Survey:
@@ -113,11 +133,13 @@ class Survey:
 
     Args:
         ground: the area.
-        swath_m: width that the sensor covers.
+        swath_m: distance between rows.
+        sensor_m: width that the sensor covers, if that is more.
     """
 
-    def __init__(self, ground: Ground, swath_m: float) -> None:
+    def __init__(self, ground: Ground, swath_m: float, sensor_m: float = 0.0) -> None:
         self.ground = ground
+        self._sensor_m = max(swath_m, sensor_m)
         self.swath_m = swath_m
         ends = rows(ground.corners_m, swath_m, min(swath_m, ground.cell_m) / 2.0)
         self._axis = 0 if runs_along_x(ground.corners_m) else 1
@@ -174,7 +196,7 @@ class Survey:
                 index = bit.bit_length() - 1
                 centre_m = self.ground.centre_m(index)
                 off_m = max(off_m, length(centre_m[axis] - self._along_m[index], centre_m[1 - axis] - level_m))
-        return self.swath_m / 2.0 - off_m
+        return self._sensor_m / 2.0 - off_m
 
     def along_m(self, point: Point) -> float:
         """Coordinate of a point along the rows."""
@@ -257,9 +279,11 @@ def ground_of(corners_m: tuple[Point, ...], cell_m: float) -> Ground:
 
 
 @lru_cache(maxsize=8)
-def grounds_of(cell_m: float, corners_m: tuple[tuple[str, tuple[Point, ...]], ...]) -> dict[str, Ground]:
-    """The grounds of areas by name; the runs of a study share theirs."""
+def grounds_of(
+    cell_m: float, corners_m: tuple[tuple[str, tuple[Point, ...]], ...], fix_m: float = 0.0
+) -> dict[str, Ground]:
+    """The grounds of areas by name; the runs of a study share theirs. ``fix_m`` as of ``Ground``."""
     cells: dict[str, list[Cell]] = {name: [] for name, _ in corners_m}
     for cell, (name, _) in seabed_of(cell_m, corners_m).cells.items():
         cells[name].append(cell)
-    return {name: Ground(corners, cell_m, cells[name]) for name, corners in corners_m}
+    return {name: Ground(corners, cell_m, cells[name], fix_m) for name, corners in corners_m}

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, cast
 
 from missions.mapping.truth import GOAL
 from missions.metric import NOT_APPLICABLE, Absent, Better, Metric
+from missions.runs.navigation_metrics import errs
 from missions.scenarios.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -31,6 +32,17 @@ def coverage_fraction(run: Run) -> float:
     """Share of the cells of all areas that somebody mapped; 0 without areas."""
     n_cells = _n_cells(run)
     return len(_mapped(run)) / n_cells if n_cells else 0.0
+
+
+def believed_fraction(run: Run) -> float | Absent:
+    """Share of the cells that the vehicles take for mapped, all together; it applies where they err about their place.
+
+    What is surely mapped counts alone, so it is not greater than ``coverage_fraction``.
+    """
+    n_cells = _n_cells(run)
+    if not errs(run) or not n_cells:
+        return NOT_APPLICABLE
+    return len({(row[4], row[6]) for row in run.recorder.items if row[5] == "mappedCell"}) / n_cells
 
 
 def time_to_s(share: float) -> Callable[[Run], float | None]:
@@ -114,6 +126,10 @@ def left_when_given_up(run: Run) -> float | Absent:
 
 METRICS = (
     Metric("coverage_fraction", "", Better.HIGHER, "coverage", coverage_fraction, headline=True),
+    Metric(
+        "believed_fraction", "", Better.HIGHER, "believed coverage", believed_fraction,
+        note="Runs in which vehicles know where they are are left out.",
+    ),
     *(
         Metric(
             f"time_to_{share}_s", "s", Better.LOWER, f"time to {share} % of the goal", time_to_s(share / 100.0),

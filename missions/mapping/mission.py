@@ -116,6 +116,7 @@ class MappingMission(Mission):
         find_weight: cells that a find counts for in the goal.
         depths_m: of the areas that are deep, by name.
         objects: that lie in the sea.
+        fix_m: error that vehicles come to in the time of a fix; 0 where they make none.
     """
 
     Scenario = MappingScenario
@@ -143,6 +144,7 @@ class MappingMission(Mission):
         find_weight: float = 1.0,
         depths_m: Mapping[str, float] = MappingProxyType({}),
         objects: Sequence[SeaObject] = (),
+        fix_m: float = 0.0,
     ) -> None:
         self.settings = settings
         self.groups = {group.name: group for group in groups}
@@ -150,7 +152,7 @@ class MappingMission(Mission):
         self.rally_points_m = rally_points_m
         self.formation, self._cell_m = formation, cell_m
         self._places, self.swaths_m = places, swaths_m
-        grounds = grounds_of(cell_m, tuple(corners_m.items()))
+        grounds = grounds_of(cell_m, tuple(corners_m.items()), fix_m)
         self._surveys = {
             name: SurveyJob(name, corners, (), grounds[name], depth_m=depths_m.get(name, 0.0))
             for name, corners in corners_m.items()
@@ -189,6 +191,7 @@ class MappingMission(Mission):
             weight_in_cells(finds, scenario.world.cell_m, mappers),
             depths_m,
             [one.lying() for one in scenario.object],
+            scenario.navigation.fix_m(mappers),
         )
 
     @classmethod

@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from missions.metric import NOT_APPLICABLE, Absent
+from missions.runs.navigation_metrics import errs
 from missions.scenarios.scenario import Scenario
 from remoras.faults import OVER, FaultKind
 from remoras.separation import SAME_DEPTH_M, TOLERANCE_M
@@ -105,17 +106,24 @@ def _least_distances_m(run: Run) -> list[float]:
     rows = run.recorder.trajectories  # all vehicles at every tick, in the order of the scenario
     n_times = len(rows) // n_vehicles
     depth_m = [vehicle.depth_m for vehicle in run.scenario.vehicle]
+    moves = errs(run)  # so vehicles leave their layers to learn where they are
     pairs = [
         pair for pair in itertools.combinations(range(n_vehicles), 2)
-        if abs(depth_m[pair[0]] - depth_m[pair[1]]) <= SAME_DEPTH_M
+        if moves or abs(depth_m[pair[0]] - depth_m[pair[1]]) <= SAME_DEPTH_M
     ]  # fmt: skip
     if not pairs or not n_times:
         return []
     shown = rows[: n_times * n_vehicles]
     at_m = np.array([row[2:4] for row in shown]).reshape(-1, n_vehicles, 2)
     at_m[~_present(run, [row[0] for row in shown[::n_vehicles]])] = np.nan
-    squares = (np.square(at_m[:, one] - at_m[:, other]) for one, other in pairs)
-    least = [np.nanmin(of[:, 0] + of[:, 1], initial=np.inf) for of in squares]
+    squares = (np.square(at_m[:, one] - at_m[:, other]).sum(axis=1) for one, other in pairs)
+    if moves:
+        deep_m = np.array([row[7] for row in shown]).reshape(-1, n_vehicles)
+        squares = (
+            np.where(np.abs(deep_m[:, one] - deep_m[:, other]) <= SAME_DEPTH_M, of, np.nan)
+            for (one, other), of in zip(pairs, squares, strict=True)
+        )
+    least = [np.nanmin(of, initial=np.inf) for of in squares]
     return [math.sqrt(squared) for squared in least if squared < math.inf]
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from pydantic import Field, field_validator
 
@@ -25,6 +25,8 @@ from missions.scenarios.tables import (
     table_of,
 )
 from remoras.current import Current, Surge
+from remoras.database import VehicleData
+from remoras.navigation import NavigationConstants, takes_s
 
 
 class SurgeTable(Section):
@@ -94,6 +96,14 @@ class NavigationTable(Sparse):
     vertical_speed_mps: Positive = Field(
         0.5, description="speed at which vehicles that err go up to learn where they are, and down again"
     )
+
+    def fix_m(self, vehicles: Sequence[VehicleData]) -> float:
+        """Error (m) that the worst of these vehicles comes to in the time of a fix; 0 where they make none."""
+        if self.drift == 0.0:
+            return 0.0
+        constants = NavigationConstants(self.drift, self.fix_s, vertical_speed_mps=self.vertical_speed_mps)
+        ways_m = [one.survey_speed_mps * takes_s(constants, one.depth_m) for one in vehicles]
+        return self.drift * max(ways_m, default=0.0)
 
 
 class BeaconTable(Sparse):

@@ -189,7 +189,8 @@ class Separation:
         """Look at each pair; those that have not been apart yet are starting."""
         separation_m = scene.setup.scenario.guidance.separation_m
         for one, other in itertools.combinations([v for v in scene.fleet.vehicles if v.is_alive], 2):
-            if abs(one.data.depth_m - other.data.depth_m) > SAME_DEPTH_M:
+            if abs(one.functional.depth_m - other.functional.depth_m) > SAME_DEPTH_M:
+                self._apart.discard((one.name, other.name))
                 continue
             a, b, pair = one.functional.motion, other.functional.motion, (one.name, other.name)
             distance_m = math.hypot(a.x_m - b.x_m, a.y_m - b.y_m)
