@@ -3,7 +3,7 @@
 **Values.** Student's interval misses the mean of skewed values on the side of their long tail: of lognormal values with
 s = 1 its 95 % are 83 % at n = 10. At that side stands the farther of Student's bound and of the bootstrap-t bound (Hall
 1988; Efron and Tibshirani 1993, section 12.5) at ``TAIL``. That share was fitted, so that normal, lognormal and
-exponential values and heavy-tailed differences are all covered by 93 to 97 %, see ``benchmarks/coverage.py``.
+exponential values and heavy-tailed differences are all covered by 93 to 97 %, see ``benchmarks/intervals.py``.
 
 **Times of runs that may not get there.** Let p be the share that does not, m the mean of those that do, H the horizon
 at which all others count. The restricted mean is (1 - p) m + p H. Each part has an interval of its own: Clopper and
@@ -174,8 +174,7 @@ def _of_share(timed: Timed) -> Interval:
 
 
 def _mean_bounds(values: Sequence[float]) -> Estimated:
-    """Interval of the mean; Student's below ``FEW`` values, for then it is the smaller part of a wider one."""
-    if len(values) >= FEW:
-        return mean_interval(values)
+    """Interval of the mean; Student's below ``FEW`` values, and of values that are alike: the smaller part of a whole."""
     mean, half = math.fsum(values) / len(values), t_half_width(values)
-    return mean - half, mean + half
+    found = mean_interval(values)
+    return (mean - half, mean + half) if found in (NoInterval.TOO_FEW, NoInterval.ALIKE) else found

@@ -4,7 +4,7 @@ Success comes first: a treatment whose success rate is told from the highest did
 distance cannot be set against that of the others. It stands behind them; the metric decides among those of like
 success. The direction comes from the declaration of the metric, which the folder of the sweep holds. A ranking also
 says which treatments the runs cannot tell from the best. Both tests count all pairs of the column
-(``missions/comparison/best.py``) and share one error: where success differs at all, each has half of it.
+(``missions/comparison/best.py``) and share one error of 5 %.
 """
 
 from __future__ import annotations
@@ -32,6 +32,8 @@ from missions.errors import OutputError
 from missions.metric import Better, MetricRecord
 from missions.sweeps.folder import SweepResults
 
+SHARE_OF_SUCCESS = 0.3
+"""Part of the error that the test of success has; the test of the metric has the rest."""
 Conditions = tuple[str, str, float, tuple[tuple[str, str], ...], str]
 """Scenario, channel, loss rate, settings and what is unforeseen, which those that are ranked with each other share."""
 
@@ -112,10 +114,9 @@ def column_ranks(column: Mapping[Treatment, Contender], metric: str, better: Bet
     values = {treatment: one.values for treatment, one in column.items()}
     p = _worse_p(column, values, sign, [treatment not in behind for treatment in column])
     drawn = any(not one.constant for one in column.values())
-    tests = 2.0 if _success_differs(column) else 1.0
     found = []
     for treatment, score in scores.items():
-        to_best = None if treatment == best or p is None else min(1.0, tests * p[treatment])
+        to_best = None if treatment == best or p is None else min(1.0, p[treatment] / (1.0 - SHARE_OF_SUCCESS))
         like_best = (to_best is None or to_best >= SIGNIFICANT) if drawn else score == scores[best]
         found.append(
             Rank(
@@ -137,19 +138,14 @@ def column_ranks(column: Mapping[Treatment, Contender], metric: str, better: Bet
 
 def of_less_success(column: Mapping[Treatment, Contender]) -> frozenset[Treatment]:
     """Those of a column whose success rate is told from the highest."""
-    if not _success_differs(column):
+    if len({value for one in column.values() for value in one.success.values()}) == 1:
         return frozenset()
     p = _worse_p(column, {treatment: one.success for treatment, one in column.items()}, -1.0, [True] * len(column))
     if p is None:
         highest = max(one.success_rate for one in column.values())
         drawn = any(not one.constant for one in column.values())
         return frozenset() if drawn else frozenset(t for t, one in column.items() if one.success_rate < highest)
-    return frozenset(treatment for treatment in column if 2.0 * p[treatment] < SIGNIFICANT)
-
-
-def _success_differs(column: Mapping[Treatment, Contender]) -> bool:
-    """True unless all completed, or nobody: then success cannot tell anybody from anybody."""
-    return len({value for one in column.values() for value in one.success.values()}) > 1
+    return frozenset(treatment for treatment in column if p[treatment] / SHARE_OF_SUCCESS < SIGNIFICANT)
 
 
 def _worse_p(
@@ -189,7 +185,7 @@ def are_too_few(ranked: Sequence[Rank]) -> bool:
     columns = Counter(_conditions(rank) for rank in ranked if not rank.deterministic)
     most = max((rank.n for rank in ranked if not rank.deterministic), default=0)
     tested = [k for k in columns.values() if k > 1]
-    return bool(tested) and all(least_p(most, k) >= SIGNIFICANT for k in tested)
+    return bool(tested) and all(least_p(most, k) / (1.0 - SHARE_OF_SUCCESS) >= SIGNIFICANT for k in tested)
 
 
 def _conditions(row: Rank) -> Conditions:

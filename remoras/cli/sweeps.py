@@ -190,8 +190,8 @@ def _interval(mean: float | None, low: float | None, high: float | None) -> str:
     return "-" if mean is None else f"{mean:.4g}{bounds}"
 
 
-def _cells(row: Comparison) -> dict[str, str]:
-    """What a table for people says of a row; cells that no row of a table fills are left out there."""
+def _entries(row: Comparison) -> dict[str, str]:
+    """What a table for people says of a row; columns that no row of a table fills are left out there."""
     return {
         "per": f"{row.per:g}",
         "strategy": _marked(row.strategy),
@@ -214,10 +214,10 @@ ALWAYS = ("per", "strategy", "policy", "n", "done", "mean [95 %]", "p (Holm)")
 
 
 def _table(rows: Sequence[Comparison]) -> tuple[list[str], list[list[str]]]:
-    """Heads and cells of the table of one metric."""
-    found = [_cells(row) for row in rows]
-    used = [head for head in found[0] if head in ALWAYS or any(cells[head] not in ("", "-") for cells in found)]
-    return used, [[cells[head] for head in used] for cells in found]
+    """Heads and entries of the table of one metric."""
+    found = [_entries(row) for row in rows]
+    used = [head for head in found[0] if head in ALWAYS or any(entries[head] not in ("", "-") for entries in found)]
+    return used, [[entries[head] for head in used] for entries in found]
 
 
 def _show_comparison(rows: Sequence[Comparison]) -> None:
@@ -234,15 +234,15 @@ def _comparison_lines(rows: Sequence[Comparison]) -> Sequence[str]:
     lines = []
     for metric, same in itertools.groupby(rows, key=lambda row: row.metric):
         own = list(same)
-        heads, cells = _table(own)
-        widths = [max(map(len, column)) for column in zip(heads, *cells, strict=True)]
-        for line in (heads, *cells):
+        heads, entries = _table(own)
+        widths = [max(map(len, column)) for column in zip(heads, *entries, strict=True)]
+        for line in (heads, *entries):
             aligned = (
                 text.rjust(width) if head in ("per", "n", "done") else text.ljust(width)
                 for head, text, width in zip(heads, line, widths, strict=True)
             )
             lines.append(f"  {'  '.join(aligned)}".rstrip())
-        lines.insert(len(lines) - len(cells) - 1, metric)
+        lines.insert(len(lines) - len(entries) - 1, metric)
         lines += [f"  {note}" for note in _notes(own)]
     return lines
 
