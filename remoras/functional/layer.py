@@ -285,17 +285,14 @@ class FunctionalLayer:
 
         Args:
             dt_s: for how long.
-            neighbours: what the obstacle sonar sees.
-            since_s: when that begins; who was off until then has looked at its clock and at the water long before.
+            neighbours: what the obstacle sonar sees; since_s: when that begins, for who was off before.
 
         Raises:
             PluginError: the behaviour that guides raises, or returns anything but a finite Reference or None.
         """
-        body = self.picture.body
-        if since_s - body.now_s > dt_s / 2.0:
-            body.now_s = since_s
         reference = None if self._guiding is None else self._reference(self._guiding)
-        self._guidance.move(reference, neighbours, self.picture.peers.positions_m, body.now_s, dt_s)
+        peers_m, now_s = self.picture.peers.positions_m, max(self.picture.body.now_s, since_s)
+        self._guidance.move(reference, neighbours, peers_m, now_s, dt_s)
         self.motion.energy_j += self._drain_w * dt_s
         self._check_energy()
         if self.exhausted:

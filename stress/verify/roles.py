@@ -14,12 +14,6 @@ from stress.verify.findings import Report
 from stress.verify.record import TIME_STEP_S, Record
 
 Role = tuple[str, str]
-LEGAL = {
-    "assigned": ("", "assigned"),
-    "active": ("assigned", "active"),
-    "inactive": ("active", "assigned"),
-}
-"""State in which an event of a role finds it, and in which it leaves it; a role that is left has no state."""
 OUT = ("lost", "joins", "restarts", "energy")
 KEEP_OWN_JOBS = ("cbba", "status-broadcast", "fixed-partition")
 """Strategies under which each vehicle notes its jobs for itself."""
@@ -37,8 +31,10 @@ def check_roles(record: Record, report: Report) -> None:
 
 
 def _check_sequences(record: Record, report: Report) -> None:
+    """A role is assigned and left in turn; what drives a vehicle begins while it has the role, and ends once."""
     declared = declared_roles(record)
-    states: dict[tuple[str, Role], str] = {}
+    has: set[tuple[str, Role]] = set()
+    drives: set[tuple[str, Role]] = set()
     restarts = sorted((one.until_s, one.vehicle) for one in record.spells if one.kind == "restarts")
     rows = list(record["roles"].rows("time_s", "vehicle", "group", "role", "event"))
     noted = set(rows)
@@ -46,27 +42,28 @@ def _check_sequences(record: Record, report: Report) -> None:
         report.look("roles")
         while restarts and restarts[0][0] <= time_s:
             began = restarts.pop(0)[1]
-            states = {key: state for key, state in states.items() if key[0] != began}
-        key, what = (vehicle, (group, role)), f"{group}.{role} {event}"
-        before = states.get(key, "")
-        if not before and {(time_s, vehicle, group, role, one) for one in ("active", "inactive")} <= noted:
-            continue  # for no time: it succeeded somebody, and withdrew as it noticed that it takes no jobs
-        if event == "inactive" and (time_s, vehicle, group, role, "left") in noted and not before:
-            continue  # it drove the vehicle until it was left
-        if key[1] not in declared:
-            report.add("roles", "roles", time_s, vehicle, what, "none: the scenario has no such role")
-        elif event == "left":
-            if not before:
-                report.add("roles", "roles", time_s, vehicle, what, "none: it did not have it")
-            states.pop(key, None)
-        elif event not in LEGAL or before != LEGAL[event][0]:
-            report.add("roles", "roles", time_s, vehicle, what, f"none: it is {before or 'not its role'}")
-            states[key] = LEGAL.get(event, ("", "assigned"))[1]
-        else:
-            states[key] = LEGAL[event][1]
+            has, drives = {one for one in has if one[0] != began}, {one for one in drives if one[0] != began}
+        key, why = (vehicle, (group, role)), ""
         playable = record.vehicles[vehicle].get("playable_roles")
-        if event == "assigned" and playable is not None and not {role, f"{group}.{role}"} & set(playable):
-            report.add("roles", "roles", time_s, vehicle, what, "none: it is not able to play it")
+        match event:
+            case _ if key[1] not in declared:
+                why = "the scenario has no such role"
+            case "assigned":
+                is_able = playable is None or not {role, f"{group}.{role}"}.isdisjoint(playable)
+                why = "it has it already" if key in has else "" if is_able else "it is not able to play it"
+                has.add(key)
+            case "left":
+                why = "" if key in has else "it does not have it"
+                has.discard(key)
+            case "active":
+                ends_at_once = (time_s, vehicle, group, role, "inactive") in noted  # who succeeds and withdraws
+                why = "it drives it already" if key in drives else "" if key in has or ends_at_once else "it has it not"
+                drives.add(key)
+            case "inactive":
+                why = "" if key in drives else "it does not drive it"
+                drives.discard(key)
+        if why:
+            report.add("roles", "roles", time_s, vehicle, f"{group}.{role} {event}", f"none: {why}")
 
 
 def _check_views(record: Record, report: Report) -> None:
