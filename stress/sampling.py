@@ -225,7 +225,8 @@ def covert(draws: Draws, scenario: Scenario) -> Drawn:
 def information(draws: Draws, scenario: Scenario) -> Drawn:
     """What groups know of their jobs is held by their heads."""
     groups = sorted(group.name for group in scenario.group if any(role.job for role in group.role))
-    return {f'group."{name}".information': "held by head" for name in groups}
+    held = {f'group."{name}".information': "held by head" for name in groups}
+    return {"communication.needs_follow": "groups", **held}
 
 
 def uncertainty(draws: Draws, scenario: Scenario) -> Drawn:

@@ -121,7 +121,7 @@ CATALOGUE = (
     Setting("needs", "of what is least urgent: age, number, silence, newest first, told once",
             ("need", "communication.needs"), sampling.needs),
     Setting("covert", "a vehicle hears and does not send for 20 to 300 s", ("covert",), sampling.covert),
-    Setting("information", "who knows of the jobs of a group", ("group",), sampling.information, SELDOM),
+    Setting("information", "who knows of the jobs of a group", ("group", "communication.needs_follow"), sampling.information, SELDOM),
     Setting("uncertainty", "sensors miss 0.02 to 0.5 of ticks, speeds spread by 0.02 to 0.3",
             ("uncertainty",), sampling.uncertainty),
     Setting("decision", "one or two of period, hysteresis, weights, memory of signals", ("decision",),
