@@ -19,7 +19,7 @@ SHIPPED: tuple[type[Invariant], ...] = (
     knowledge.OneContent, knowledge.Newest, knowledge.Past, knowledge.SoundPackets, knowledge.Agreement,
     knowledge.Rest, organisation.Authority, organisation.Cardinality, motion.Finite, motion.Borders, motion.Speed,
     motion.Energy, motion.Separation, ending.TrueVerdict, record.WholeTables, ending.SummaryOfTables,
-    ending.Ends, ending.Finishes,    ending.SameDigest,
+    ending.Ends, ending.Finishes, ending.SameDigest,
 )  # fmt: skip
 """In the order of tables."""
 
