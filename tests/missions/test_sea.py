@@ -103,7 +103,7 @@ def believed(run: Run) -> set[str]:
 def covered(run: Run) -> set[str]:
     """Cells that were really covered, named alike."""
     cells = run.mission.world(run.seed).cells
-    return {"{}{}".format(*cells[row[2], row[3]]) for row in run.recorder.rows("coverage")}
+    return {f"{area}{float(index)}" for area, index in (cells[row[2], row[3]] for row in run.recorder.rows("coverage"))}
 
 
 def without_fixes(monkeypatch: pytest.MonkeyPatch) -> None:
