@@ -174,7 +174,7 @@ def _of_share(timed: Timed) -> Interval:
 
 
 def _mean_bounds(values: Sequence[float]) -> Estimated:
-    """Interval of the mean; Student's below ``FEW`` values, and of values that are alike, a smaller part of a whole."""
+    """Interval of the mean; Student's below ``FEW`` values and of values alike: the smaller part of a whole."""
     mean, half = math.fsum(values) / len(values), t_half_width(values)
     found = mean_interval(values)
     return (mean - half, mean + half) if found in (NoInterval.TOO_FEW, NoInterval.ALIKE) else found

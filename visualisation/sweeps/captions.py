@@ -16,10 +16,10 @@ from visualisation.sweeps.measures import Measure
 
 GOAL = "mission.goal"
 OF_RATES = "Wilson's 95 % intervals of the rate"
+RESTRICTED = "A run that did not get there, or failed, counts with the mission's whole duration (restricted mean)."
 CENSORED = (
-    "A run that did not get there, or failed, counts with the mission's whole duration (restricted mean). Where all "
-    "runs of a point got there, the interval is that of the mean of runs that do, and says nothing of others; where "
-    "some did not, it holds for both together."
+    f"{RESTRICTED} Where all runs of a point got there, the interval is that of the mean of runs that do, and says "
+    "nothing of others; where some did not, it holds for both together."
 )
 
 
@@ -123,7 +123,7 @@ def ranking(arrangement: Arrangement, by: MetricRecord, rows: Sequence[Rank]) ->
         _cases(arrangement),
         "There are too few runs for any difference to be significant." if are_too_few(rows) else "",
         by.note,
-        CENSORED if by.censored else "",
+        RESTRICTED if by.censored else "",
     )
 
 
@@ -168,9 +168,14 @@ def _counts(arrangement: Arrangement, rows: Sequence[Comparison | Rank]) -> str:
     counts = sorted({row.n for row in rows if not row.deterministic})
     said = dict.fromkeys(f"{count}" for count in (*counts[:1], *counts[-1:]))
     n = [f"n = {' to '.join(said)} runs per point"] if counts else []
-    if places := sorted({arrangement.x(row) for row in rows if row.deterministic}):
-        at = f" at {arrangement.axis_label} {', '.join(f'{place:g}' for place in places)}" if counts else ""
-        n.append(f"deterministic, n = 1{at} (nothing was drawn)")
+    once: dict[float, set[str]] = {}
+    for row in rows:
+        if row.deterministic:
+            once.setdefault(arrangement.x(row), set()).add(row.strategy)
+    drawn = {arrangement.x(row) for row in rows if not row.deterministic}
+    if once:
+        at = [f"{place:g}{f' ({chr(44).join(sorted(once[place]))})' * (place in drawn)}" for place in sorted(once)]
+        n.append(f"deterministic, n = 1, at {arrangement.axis_label} {', '.join(at)}: nothing was drawn")
     return "; ".join(n)
 
 
