@@ -10,7 +10,6 @@ Keys of messages are dotted. Entries of lists go by their ``name`` or by their n
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -20,7 +19,18 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from missions.errors import ConfigurationError, ConfigurationFault
-from missions.files import SCENARIO, STUDY, file_of, of_other_kind, shown, text_of
+from missions.files import (
+    LARGEST_BYTES,
+    MOST_LEVELS,
+    SCENARIO,
+    STUDY,
+    TOO_DEEP,
+    file_of,
+    of_other_kind,
+    shown,
+    tables_of,
+    text_of,
+)
 from worldmodel import suggestion
 
 Location = tuple[str | int, ...]
@@ -29,9 +39,6 @@ Location = tuple[str | int, ...]
 HEADER = re.compile(r"^\s*(\[\[?)\s*([^\]]+?)\s*\]\]?\s*(#.*)?$")
 PART = r"""(?:"[^"]*"|'[^']*'|[A-Za-z0-9_-]+)"""
 KEY = re.compile(rf"^\s*({PART}(?:\s*\.\s*{PART})*)\s*=")
-LINE_OF_SYNTAX = re.compile(r"at line (\d+)")
-MOST_LEVELS = 40
-TOO_DEEP = f"tables or lists within each other more than {MOST_LEVELS} levels deep; no key needs that"
 
 
 @dataclass(frozen=True)
@@ -67,7 +74,7 @@ class Document:
         missions.errors.ConfigurationError: quik: study = quik: a TOML file or one of quick; did you mean 'quick'?
         """
         path = file_of(what, name_or_path, known)
-        found = cls.of_text(text_of(path), str(path))
+        found = cls.of_text(text_of(path, LARGEST_BYTES), str(path))
         other = STUDY if what == SCENARIO else SCENARIO
         if other in found.raw and what not in found.raw:
             raise of_other_kind(name_or_path, other, found.lines.get((other,)))
@@ -78,19 +85,12 @@ class Document:
         """The document that a TOML text is; ``path`` is what messages call it.
 
         Raises:
-            ConfigurationError: it is not TOML.
+            ConfigurationError: it is not TOML, or exceeds the limits of ``missions.files``.
         """
-        try:
-            raw = tomllib.loads(text)
-            if is_deep(raw):
-                raise RecursionError
-            return cls(path, text, raw)
-        except RecursionError:
-            raise ConfigurationError(path, [ConfigurationFault("TOML", "", TOO_DEEP)]) from None
-        except tomllib.TOMLDecodeError as error:
-            found = LINE_OF_SYNTAX.search(str(error))
-            fault = ConfigurationFault("TOML", "", str(error), int(found[1]) if found else None)
-            raise ConfigurationError(path, [fault]) from None
+        raw = tables_of(text, path)
+        if is_deep(raw):
+            raise ConfigurationError(path, [ConfigurationFault("TOML", "", TOO_DEEP)])
+        return cls(path, text, raw)
 
     @cached_property
     def lines(self) -> dict[Location, int]:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
@@ -15,6 +16,20 @@ from typing import Any
 
 from missions.errors import LONGEST_VALUE, ConfigurationError, ConfigurationFault, cut
 
+LARGEST_BYTES = 1_000_000
+"""Largest TOML file that is read: those that are shipped have up to 20 kB."""
+MOST_PARTS = 100
+"""Most parts of a dotted key that are read: tomllib takes time and memory by their square."""
+MOST_LEVELS = 40
+MOST_TABLES = 10_000
+MOST_BITS = 1023
+"""Of an integer: those above are no numbers of physics, and cannot become one."""
+TOO_LONG = "an integer of more than 307 digits; no key needs that"
+LONG_NUMBER = re.compile(r"[\da-fA-F_]{256}")
+TOO_DEEP = f"tables or lists within each other more than {MOST_LEVELS} levels deep; no key needs that"
+PART = r"""(?:"[^"\n]*"|'[^'\n]*'|[A-Za-z0-9_-]++)"""
+DOTTED = re.compile(rf"{PART}(?:[ \t]*+\.[ \t]*+{PART})++")
+LINE_OF_SYNTAX = re.compile(r"at line (\d+)")
 BYTE_ORDER_MARKS = {b"\xff\xfe": "UTF-16", b"\xfe\xff": "UTF-16"}
 """First bytes of files that some editors write."""
 SCENARIO, STUDY = "scenario", "study"
@@ -37,10 +52,80 @@ def is_study(name_or_path: str) -> bool:
     """True for the name of a shipped study, and for a TOML file with a table ``[study]``."""
     if name_or_path in shipped_studies():
         return True
+    path = Path(name_or_path)
     try:
-        return STUDY in tomllib.loads(Path(name_or_path).read_text(encoding="utf-8-sig"))
-    except (OSError, ValueError, RecursionError):  # no such file, not text, not TOML
+        return is_file(path) and STUDY in tables_of(text_of(path, LARGEST_BYTES), name_or_path)
+    except ConfigurationError:  # not text, not TOML: whoever reads it as a scenario says so
         return False
+
+
+class LimitError(ValueError):
+    """A TOML text asks for more than any file needs; ``line`` is that of the text, if it is known."""
+
+    def __init__(self, allowed: str, line: int | None = None) -> None:
+        super().__init__(allowed)
+        self.line = line
+
+
+def parsed(text: str) -> dict[str, Any]:
+    """The tables of a TOML text, within limits that keep it from taking the machine's time or memory.
+
+    Raises:
+        LimitError: a key has too many parts, an integer too many digits, there are too many tables, or too deep ones.
+        tomllib.TOMLDecodeError: it is not TOML.
+
+    >>> parsed("a.b = 1")
+    {'a': {'b': 1}}
+    """
+    for dotted in DOTTED.finditer(text):
+        is_key = text[dotted.end() : dotted.end() + 80].lstrip(" \t")[:1] in ("=", "]")
+        if is_key and len(re.findall(PART, dotted[0])) > MOST_PARTS:
+            raise LimitError(TOO_DEEP, text.count("\n", 0, dotted.start()) + 1)
+    try:
+        found = tomllib.loads(text)
+    except RecursionError:
+        raise LimitError(TOO_DEEP) from None
+    except tomllib.TOMLDecodeError:
+        raise
+    except ValueError:  # by which Python refuses to read an integer of thousands of digits
+        raise LimitError(TOO_LONG, _line_of_digits(text)) from None
+    n_tables, waiting = 0, [found]
+    while waiting:
+        value: Any = waiting.pop()
+        if isinstance(value, int) and value.bit_length() > MOST_BITS:
+            raise LimitError(TOO_LONG, _line_of_digits(text))
+        if isinstance(value, dict | list):
+            n_tables += isinstance(value, dict)
+            waiting.extend(value.values() if isinstance(value, dict) else value)
+        if n_tables > MOST_TABLES:
+            raise LimitError(f"more than {MOST_TABLES} tables; no scenario needs that")
+    return found
+
+
+def _line_of_digits(text: str) -> int | None:
+    """The first line with a number that is longer than any that is read."""
+    return next((n for n, row in enumerate(text.split("\n"), 1) if LONG_NUMBER.search(row)), None)
+
+
+def tables_of(text: str, path: str) -> dict[str, Any]:
+    """The tables of a TOML text; ``path`` is what messages call it.
+
+    Raises:
+        ConfigurationError: it is not TOML, or exceeds the limits of ``parsed``.
+    """
+    try:
+        return parsed(text)
+    except LimitError as error:
+        raise ConfigurationError(path, [ConfigurationFault("TOML", "", str(error), error.line)]) from None
+    except tomllib.TOMLDecodeError as error:
+        found = LINE_OF_SYNTAX.search(str(error))
+        fault = ConfigurationFault("TOML", "", str(error), int(found[1]) if found else None)
+        raise ConfigurationError(path, [fault]) from None
+
+
+def too_large(n_bytes: int) -> str:
+    """What is said of a file of that size."""
+    return f"has {n_bytes / 1e6:.1f} MB; allowed: up to {LARGEST_BYTES / 1e6:g} MB"
 
 
 def file_of(kind: str, name_or_path: str, known: Mapping[str, Path]) -> Path:
@@ -103,13 +188,18 @@ def is_file(path: Path) -> bool:
         return False
 
 
-def text_of(path: Path) -> str:
+def text_of(path: Path, most_bytes: int | None = None) -> str:
     """Text of a UTF-8 file, with or without a byte order mark.
 
+    Args:
+        path: of the file; most_bytes: that it may have.
+
     Raises:
-        ConfigurationError: it cannot be read, or has another encoding.
+        ConfigurationError: it cannot be read, is too large, or has another encoding.
     """
     try:
+        if most_bytes is not None and (n_bytes := path.stat().st_size) > most_bytes:
+            raise ConfigurationError(str(path), [ConfigurationFault("file", "", too_large(n_bytes))])
         content = path.read_bytes()
         if other := _other_encoding(content):
             raise ConfigurationError(

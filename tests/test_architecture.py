@@ -1,4 +1,4 @@
-"""The plan of the house, read from the sources themselves: imports, words, sizes of rooms.
+"""The plan of the house, read from the sources themselves: imports, words, docstrings.
 
 A room is a package or a folder of one. Kernels and seams stand at the root of a package, parts in folders; no folder
 looks into a sibling. The hull (vehicle, radio, view, fleet) alone knows all three layers; the face and the command line
@@ -17,7 +17,6 @@ import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
 OURS = ("worldmodel", "exchange", "remoras", "missions", "visualisation", "stress")
-MAX_LINES, MAX_CLASS_LINES = 400, 250
 
 ROOMS: dict[str, set[str]] = {
     "worldmodel": {"worldmodel"},
@@ -261,15 +260,6 @@ def undocumented(source: str) -> list[str]:
     return [*([] if ast.get_docstring(tree) or not source.strip() else ["the module"]), *walk(tree.body, "")]
 
 
-def large_classes(source: str) -> list[str]:
-    """Classes of more lines than one reads in a sitting."""
-    return [
-        f"{node.name}: {node.end_lineno - node.lineno + 1} lines"
-        for node in ast.walk(ast.parse(source))
-        if isinstance(node, ast.ClassDef) and (node.end_lineno or 0) - node.lineno + 1 > MAX_CLASS_LINES
-    ]
-
-
 def test_every_package_has_sources() -> None:
     assert {name.split(".")[0] for name in SOURCES} == set(OURS)
     assert len(SOURCES) > 40
@@ -320,12 +310,6 @@ def test_no_hidden_source_of_chance_or_time() -> None:
         if module != SAYS_WHEN or "time." not in one
     ]
     assert not found, "\n".join(found)
-
-
-def test_rooms_stay_readable() -> None:
-    long = [module for module, text in SOURCES.items() if len(text.splitlines()) > MAX_LINES]
-    large = [f"{module}, {one}" for module, text in SOURCES.items() for one in large_classes(text)]
-    assert not long + large, "\n".join(long + large)
 
 
 def test_every_public_name_is_explained() -> None:

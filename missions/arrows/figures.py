@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import tomllib
 from typing import TYPE_CHECKING, Any
 
 from missions.arrows.detectors import CONTACTS
 from missions.arrows.scenario import NOTHING, SITES
 from missions.arrows.truth import FLEET_MAPS, IDENTIFIED, MAPS
 from missions.figure import Declared, Figure, Layer, Mark, RunResults, Style
+from missions.files import tables_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -81,7 +81,7 @@ def draw_apart(axes: Axes, results: RunResults, style: Style) -> str:
 
 def draw_anomalies(axes: Axes, results: RunResults, style: Style) -> str:
     """Contacts, by what they really were, and historic finds."""
-    scenario = tomllib.loads(results.manifest["scenario"])
+    scenario = tables_of(results.manifest["scenario"], "manifest.json")
     historic = [one["position_m"] for one in scenario.get("historic_find", [])]
     if historic:
         east_m, north_m = zip(*historic, strict=True)

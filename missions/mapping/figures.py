@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import tomllib
 from typing import TYPE_CHECKING
 
 from missions.figure import Declared, Figure, Layer, Mark, Place, RunResults, Style, Tiles, axis_end_s
+from missions.files import tables_of
 from missions.mapping.ground import Ground, grounds_of
 from missions.mapping.objects import SIGHTINGS
 from missions.mapping.sensors import COVERAGE
@@ -56,7 +56,7 @@ def draw_mapped_cells(axes: Axes, results: RunResults, style: Style) -> str:
     cells = first_mapped(results)
     if not cells:
         return ""
-    size_m = float(tomllib.loads(results.manifest["scenario"])["world"]["cell_m"])
+    size_m = float(tables_of(results.manifest["scenario"], "manifest.json")["world"]["cell_m"])
     squares = [
         [((c + right) * size_m, (r + up) * size_m) for right, up in ((0, 0), (1, 0), (1, 1), (0, 1))] for c, r in cells
     ]
@@ -68,7 +68,7 @@ def draw_mapped_cells(axes: Axes, results: RunResults, style: Style) -> str:
 
 def draw_objects(axes: Axes, results: RunResults, style: Style) -> str:
     """Objects where they lie, with what they are, and a cross for each place at which a classifier saw one."""
-    objects = tomllib.loads(results.manifest["scenario"]).get("object", [])
+    objects = tables_of(results.manifest["scenario"], "manifest.json").get("object", [])
     if not objects:
         return ""
     seen = results.table(SIGHTINGS.name).to_pylist() if results.has(SIGHTINGS.name) else []  # no classifier on board

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, cast
 
 from missions.mapping.truth import GOAL
 from missions.metric import NOT_APPLICABLE, Absent, Better, Metric
-from missions.runs.navigation_metrics import errs
 from missions.scenarios.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -40,7 +39,7 @@ def believed_fraction(run: Run) -> float | Absent:
     What is surely mapped counts alone, so it is not greater than ``coverage_fraction``.
     """
     n_cells = _n_cells(run)
-    if not errs(run) or not n_cells:
+    if not run.scenario.navigation.errs or not n_cells:
         return NOT_APPLICABLE
     return len({(row[4], row[6]) for row in run.recorder.items if row[5] == "mappedCell"}) / n_cells
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import tomllib
 from typing import TYPE_CHECKING, Any
 
 from missions.figure import Declared, Figure, Layer, Mark, RunResults, Style
+from missions.files import tables_of
 from missions.meeting.truth import JOBS
 from missions.pandora.truth import MET, SERVICED
 
@@ -64,7 +64,7 @@ def draw_findings(axes: Axes, results: RunResults, style: Style) -> str:
 
 def draw_upset(axes: Axes, results: RunResults, style: Style) -> str:
     """Chains as lines; parts that were not serviced, crossed out."""
-    scenario = tomllib.loads(results.manifest["scenario"])
+    scenario = tables_of(results.manifest["scenario"], "manifest.json")
     for chain in scenario.get("chain", []):
         axes.plot(*zip(*chain["points_m"], strict=True), color=style.grey, linewidth=1.0, zorder=0)
     serviced = {row["part"] for row in _rows(results, SERVICED.name)}

@@ -14,7 +14,6 @@ import numpy as np
 import numpy.typing as npt
 
 from missions.metric import NOT_APPLICABLE, Absent
-from missions.runs.navigation_metrics import errs
 from missions.scenarios.scenario import Scenario
 from remoras.faults import OVER, FaultKind
 from remoras.separation import SAME_DEPTH_M, TOLERANCE_M
@@ -106,7 +105,7 @@ def _least_distances_m(run: Run) -> list[float]:
     rows = run.recorder.trajectories  # all vehicles at every tick, in the order of the scenario
     n_times = len(rows) // n_vehicles
     depth_m = [vehicle.depth_m for vehicle in run.scenario.vehicle]
-    moves = errs(run)  # so vehicles leave their layers to learn where they are
+    moves = run.scenario.navigation.errs  # so vehicles leave their layers to learn where they are
     pairs = [
         pair for pair in itertools.combinations(range(n_vehicles), 2)
         if moves or abs(depth_m[pair[0]] - depth_m[pair[1]]) <= SAME_DEPTH_M

@@ -42,6 +42,7 @@ def query(
     vehicle: str | None = None,
     at_s: float | None = None,
     engine: str = Engine.RDFLIB,
+    most_rows: int | None = None,
 ) -> tuple[Sequence[str], list[tuple[Any, ...]]]:
     """Ask what vehicles knew.
 
@@ -51,6 +52,7 @@ def query(
         vehicle: the one to ask; if None, all are asked in turn, and the first column says which a row is from.
         at_s: a time of the run; its end if None.
         engine: what answers, rdflib or oxigraph.
+        most_rows: at which it stops; None for all.
 
     Returns:
         Names of the columns, and the rows.
@@ -60,7 +62,7 @@ def query(
         QueryError: the query cannot be read, or the engine is not known or not installed.
     """
     known = knowledge(results, vehicle, at_s)
-    return ask(known if vehicle is None else known[vehicle], sparql, engine_of(engine))
+    return ask(known if vehicle is None else known[vehicle], sparql, engine_of(engine), most_rows)
 
 
 def export(

@@ -15,19 +15,14 @@ if TYPE_CHECKING:
     from missions.runs.run import Run
 
 
-def errs(run: Run) -> bool:
-    """True if vehicles take themselves to be elsewhere than they are."""
-    return run.scenario.navigation.drift > 0.0
-
-
 def n_fixes(run: Run) -> int | Absent:
     """How often a vehicle interrupted what it did to learn where it is."""
-    return len(_spells_s(run)) if errs(run) else NOT_APPLICABLE
+    return len(_spells_s(run)) if run.scenario.navigation.errs else NOT_APPLICABLE
 
 
 def fixing_s(run: Run) -> float | Absent:
     """Time that this took, of all vehicles together, from each decision to the next one without it."""
-    return round(math.fsum(_spells_s(run)), 4) if errs(run) else NOT_APPLICABLE
+    return round(math.fsum(_spells_s(run)), 4) if run.scenario.navigation.errs else NOT_APPLICABLE
 
 
 def _spells_s(run: Run) -> list[float]:

@@ -43,6 +43,8 @@ LIBRARIES = ("mesa", "rdflib", "numpy", "matplotlib", "pyarrow", "pydantic")
 MODEM_KEYS = ("name", "payload_bytes", "rate_bps", "head_s", "receive_w")
 """What slots, packets and energy follow from, of the modem that the scenario only names."""
 NEEDED_KEY = {SUMMARY: "milestones", MANIFEST: "scenario"}
+LONGEST_S = 1e12
+"""No mission takes longer (s)."""
 MILESTONE_KEYS = ("name", "vehicle", "group", "time_s")
 RUN_ID = "run_id"
 """Key of the id of a run in summary, manifest and the metadata of every table."""
@@ -214,8 +216,8 @@ class Results:
         """
         found = self._json(SUMMARY)
         time_s, milestones = found.get("mission_time_s"), found["milestones"]
-        if isinstance(time_s, bool) or not isinstance(time_s, int | float):
-            raise OutputError(f"{self.folder / SUMMARY}: damaged: mission_time_s is no number")
+        if isinstance(time_s, bool) or not isinstance(time_s, int | float) or not 0.0 <= time_s <= LONGEST_S:
+            raise OutputError(f"{self.folder / SUMMARY}: damaged: mission_time_s is no number of seconds")
         if not isinstance(milestones, list) or not all(map(_is_milestone, milestones)):
             raise OutputError(f"{self.folder / SUMMARY}: damaged: milestones need {', '.join(MILESTONE_KEYS)} each")
         return found
@@ -246,7 +248,7 @@ class Results:
             if NEEDED_KEY[name] not in loaded:
                 raise ValueError(f"{NEEDED_KEY[name]!r} is missing")
             return loaded
-        except (OSError, ValueError, TypeError) as error:
+        except (OSError, ValueError, TypeError, RecursionError) as error:
             raise OutputError(f"{self.folder / name}: damaged: {error}") from None
 
     @cached_property

@@ -25,7 +25,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
-from missions.disk import synced
+from missions.disk import DIGESTS, not_as_noted, note_digests, synced
 from missions.errors import OutputError
 from remoras.recorder import KEY, Recorder, Row, Table
 
@@ -176,9 +176,24 @@ def write_part(folder: Path, key: str, tables: Mapping[str, bytes]) -> None:
     synced(folder)
 
 
+def damaged(tables: Path) -> list[str]:
+    """Names of merged tables that were lost or changed since they were written, or that cannot be read."""
+    if (tables / DIGESTS).exists():
+        return not_as_noted(tables)
+    return sorted(path.name for path in tables.glob("[!.]*.parquet") if not _can_be_read(path))  # of an older version
+
+
+def _can_be_read(path: Path) -> bool:
+    try:
+        pq.read_table(path)
+    except (pa.ArrowException, OSError, ValueError):
+        return False
+    return path.is_file()
+
+
 def keys_in(parts: Path, tables: Path) -> set[str]:
-    """Keys of the runs of which there are tables, in parts or merged."""
-    found = {part.name for part in parts.glob("[!.]*")}
+    """Keys of the runs of which there are tables, in parts or merged; a part that cannot be read is no part."""
+    found = {part.name for part in parts.glob("[!.]*") if part.is_dir() and all(map(_can_be_read, part.iterdir()))}
     for path in sorted(tables.glob("[!.]*.parquet")):
         found.update(pc.unique(pq.read_table(path, columns=[KEY]).column(KEY)).to_pylist())
     return found
@@ -193,9 +208,11 @@ def merge(parts: Path, tables: Path, keys: Collection[str]) -> None:
     if not parts.is_dir():
         return
     tables.mkdir(exist_ok=True)
+    (tables / DIGESTS).unlink(missing_ok=True)
     written = {path.stem for key in keys for path in (parts / key).glob("*.parquet")}
     for name in sorted(written | {path.stem for path in tables.glob("[!.]*.parquet")}):
         _merge_table(name, parts, tables, keys)
+    note_digests(tables, "[!.]*.parquet")
     synced(tables, parts.parent)
     shutil.rmtree(parts)
 

@@ -14,9 +14,9 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from missions.document import MOST_LEVELS, TOO_DEEP, Document, fault_of, index_of, is_deep, key_parts
+from missions.document import Document, fault_of, index_of, is_deep, key_parts
 from missions.errors import LONGEST_VALUE, ConfigurationFault, cut
-from missions.files import SCENARIO, shipped
+from missions.files import MOST_LEVELS, SCENARIO, TOO_DEEP, LimitError, parsed, shipped
 from missions.scenarios.abilities import with_abilities
 from missions.scenarios.channel import leave_aside
 from missions.scenarios.checks import cross_faults, job_faults
@@ -35,6 +35,9 @@ from missions.scenarios.starts import with_starts_apart
 from missions.scenarios.tables import Raw, entries, table_of
 from remoras.errors import PluginError
 from remoras.mission import Mission
+
+MOST_VEHICLES = 64
+"""Most vehicles of a scenario: as many as there are TDMA slots."""
 
 
 def load(name_or_path: str, overrides: Sequence[tuple[str, str]] = ()) -> Scenario:
@@ -73,6 +76,9 @@ def resolved(document: Document, overrides: Sequence[tuple[str, str]] = ()) -> S
     worded, more = with_ontologies(raw, Path() if ONTOLOGIES in options else Path(document.path).parent)
     faults += more
     copies = with_copies(with_starts_apart(worded))
+    if (n := len(entries(copies.raw, "vehicle"))) > MOST_VEHICLES:  # more would take the checks of pairs for ever
+        faults.append(ConfigurationFault("vehicle", "", f"{n} vehicles; allowed: up to {MOST_VEHICLES}"))
+        raise document.error(faults, options)
     specification = specified(copies.raw)
     faults += [*copies.faults, *specification.faults]
     mission, more = _mission_of(specification.raw)
@@ -165,7 +171,7 @@ def _contradictions(overrides: Sequence[tuple[str, str]]) -> Iterator[Configurat
         name, _, value = text.partition("=")
         key, value = ".".join(key_parts(name.strip())), value.strip()
         other, given = first.setdefault(key, (option, value))
-        if value != given and _value(value) != _value(given):
+        if value != given and not _are_alike(value, given):
             where = other if other == option else f"{other}, which sets {key} too,"
             allowed = f"contradicts {where} = {cut(given, LONGEST_VALUE)}; give one of them"
             yield ConfigurationFault(option, text, allowed)
@@ -180,8 +186,11 @@ def _override(raw: dict[str, Any], option: str, override: str) -> ConfigurationF
         readable = override.encode("ascii", "backslashreplace").decode()
         return ConfigurationFault(option, readable, "is no text in UTF-8; set LC_ALL=C.UTF-8 and try again")
     target: Any = raw
-    parts, found = key_parts(key.strip()), _value(value.strip())
-    if len(parts) > MOST_LEVELS or found is None or is_deep(found):
+    try:
+        parts, found = key_parts(key.strip()), _value(value.strip())
+    except LimitError as error:
+        return ConfigurationFault(option, override, str(error))
+    if len(parts) > MOST_LEVELS or is_deep(found):
         return ConfigurationFault(option, override, TOO_DEEP)
     for depth, part in enumerate(parts[:-1]):
         if isinstance(target, list):
@@ -200,11 +209,21 @@ def _override(raw: dict[str, Any], option: str, override: str) -> ConfigurationF
     return None
 
 
-def _value(text: str) -> Any:
-    """A value as TOML has it; a bare word is a string; None for lists too deep within each other."""
+def _are_alike(one: str, other: str) -> bool:
+    """True for texts of one value; none that is out of all limits is like another."""
     try:
-        return tomllib.loads(f"value = {text}")["value"]
+        return bool(_value(one) == _value(other))
+    except LimitError:
+        return False
+
+
+def _value(text: str) -> Any:
+    """A value as TOML has it; a bare word is a string.
+
+    Raises:
+        LimitError: see ``missions.files.parsed``.
+    """
+    try:
+        return parsed(f"value = {text}")["value"]
     except tomllib.TOMLDecodeError:
         return text
-    except RecursionError:
-        return None

@@ -11,7 +11,7 @@ from pydantic import Field, ValidationError
 
 from missions.document import Document
 from missions.errors import ConfigurationFault
-from missions.files import is_file, shown, text_of
+from missions.files import LARGEST_BYTES, is_file, shown, text_of
 from missions.scenarios.organisation import GROUP, ROLE, TABLES, TEMPLATE, Specification, specified
 from missions.scenarios.organisation_checks import structure_faults
 from missions.scenarios.scenario import GroupTable
@@ -47,7 +47,7 @@ def with_organisation(document: Document) -> tuple[Document, list[ConfigurationF
     if not is_file(path):
         allowed = f"there is no file {path}; allowed: a TOML file with {', '.join(TABLES)}"
         return document, [ConfigurationFault(ORGANISATION, shown(given), allowed)]
-    part = Document.of_text(text_of(path), str(path))
+    part = Document.of_text(text_of(path, LARGEST_BYTES), str(path))
     faults = _unknown(part)
     for name in TABLES:
         if name in document.raw:

@@ -97,9 +97,14 @@ class NavigationTable(Sparse):
         0.5, description="speed at which vehicles that err go up to learn where they are, and down again"
     )
 
+    @property
+    def errs(self) -> bool:
+        """True if vehicles take themselves to be elsewhere than they are."""
+        return self.drift > 0.0
+
     def fix_m(self, vehicles: Sequence[VehicleData]) -> float:
         """Error (m) that the worst of these vehicles comes to in the time of a fix; 0 where they make none."""
-        if self.drift == 0.0:
+        if not self.errs:
             return 0.0
         constants = NavigationConstants(self.drift, self.fix_s, vertical_speed_mps=self.vertical_speed_mps)
         ways_m = [one.survey_speed_mps * takes_s(constants, one.depth_m) for one in vehicles]

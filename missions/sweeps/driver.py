@@ -151,10 +151,7 @@ def sweep(
                 _drive(engine, n_processes, plan, opened, progress, limits)
         opened.compact()
     except WorkersCannotStart as error:
-        raise OutputError(
-            f"no worker can start: {error}, before its first run; a script that calls sweep does so below "
-            "if __name__ == '__main__': since every worker loads the script again"
-        ) from None
+        raise OutputError(f"no worker can start: {error}") from None
     except (BrokenExecutor, CancelledError, OSError) as error:
         _compact_if_possible(opened)
         raise PartlyDoneError(f"the workers or their scheduler were lost ({type(error).__name__})") from None

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import errno
 import json
+import shutil
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -17,7 +18,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from missions.disk import synced, write_synced
+from missions.disk import not_as_noted, synced, write_synced
 from missions.errors import DiskFullError, OutputError, StudyChangedError
 from missions.metric import Better, Metric, MetricRecord
 from missions.sweeps.ledger import (
@@ -41,6 +42,7 @@ if TYPE_CHECKING:
 STUDY, STUDY_TEXT, RUNS, PARTS, TABLES = "study.json", "study.toml", "runs.parquet", "parts", "tables"
 RUN_FIELDS = ("scenario", "strategy", "policy", "channel", "per", "seed", "n_vehicles")
 """Fields of a summary that say which run it is of."""
+DAMAGED = "lost or changed since it was written; run the same sweep with the same --out again: it makes it anew"
 MOST_DIFFERENCES = 20
 """Differences between two studies that a message lists."""
 CODE_CHANGED = (
@@ -87,7 +89,7 @@ class SweepResults:
         """``study.json``; empty if it is none."""
         try:
             found = json.loads((self.folder / STUDY).read_text(encoding="utf-8"))
-        except ValueError:
+        except (ValueError, RecursionError):
             return {}
         return found if isinstance(found, dict) else {}
 
@@ -216,11 +218,22 @@ class SweepResults:
             OutputError: no such table has been kept.
         """
         path = self.folder / TABLES / f"{name}.parquet"
+        if path.name in self.damaged:
+            raise OutputError(f"{path}: {DAMAGED}")
         if not path.is_file():
             raise OutputError(f"{path}: no such table; the study keeps tables of study.keep_tables repeats")
+        import pyarrow as pa
         import pyarrow.parquet as pq
 
-        return pq.read_table(path).to_pandas()
+        try:
+            return pq.read_table(path).to_pandas()
+        except (pa.ArrowException, OSError) as error:
+            raise OutputError(f"{path}: {DAMAGED} ({error})") from None
+
+    @cached_property
+    def damaged(self) -> list[str]:
+        """Names of kept tables that were lost or changed since they were written."""
+        return not_as_noted(self.folder / TABLES)
 
     def status(self) -> SweepStatus:
         """How far the sweep is."""
@@ -309,6 +322,8 @@ class SweepFolder:
             return frozenset(failed)
         from missions.runs import tables
 
+        if tables.damaged(self.folder / TABLES):
+            shutil.rmtree(self.folder / TABLES)  # each has rows of all these runs: they are made again
         return frozenset(failed | (sampled - tables.keys_in(self.folder / PARTS, self.folder / TABLES)))
 
     @property

@@ -194,7 +194,7 @@ def _read(raw: bytes) -> Line | None:
     """A line of a run; None if it is none, or its checksum is another."""
     try:
         found = json.loads(raw)
-    except ValueError:
+    except (ValueError, RecursionError):
         return None
     if not isinstance(found, dict) or not found.keys() >= LINE_KEYS or not isinstance(found["summary"], dict):
         return None

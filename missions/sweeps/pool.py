@@ -23,6 +23,13 @@ from typing import Any, ParamSpec, TypeVar
 
 from remoras.plugin_folders import look_in, plugin_folders, safe_path
 
+START_ATTEMPTS = 3
+SERVER_DIED = 255
+"""What ``multiprocessing`` gives as exit code of a process if the server that forked it was killed."""
+GUARD = (
+    "before its first run; a script that calls sweep does so below if __name__ == '__main__': since every worker "
+    "loads the script again"
+)
 _STARTING = Lock()
 """Held while a process starts, for what it starts with belongs to the whole program."""
 Arguments = ParamSpec("Arguments")
@@ -111,8 +118,11 @@ class SupervisedPool(Executor):
             if process is None or not process.is_alive():
                 try:
                     process, connection = self._started()
-                except (RuntimeError, OSError, EOFError) as error:  # itself one that starts, or no room for more
-                    future.set_exception(WorkersCannotStart(str(error)))
+                except RuntimeError as error:  # itself one that starts
+                    future.set_exception(WorkersCannotStart(f"{error}, {GUARD}"))
+                    continue
+                except (OSError, EOFError) as error:
+                    future.set_exception(WorkersCannotStart(f"the system starts none ({error}); try again"))
                     continue
                 began = False
             try:
@@ -127,9 +137,11 @@ class SupervisedPool(Executor):
                 process.join()
                 self._processes.discard(process)
                 ending = f"process {process.pid} ended with {process.exitcode}"
-                own_fault = not began and (process.exitcode or 0) > 0  # a signal is below zero
-                why = WorkersCannotStart if own_fault else WorkerDied if in_time else TookTooLong
-                future.set_exception(why(ending))
+                own_fault = not began and (process.exitcode or 0) > 0 and process.exitcode != SERVER_DIED
+                if own_fault:  # a signal is below zero
+                    future.set_exception(WorkersCannotStart(f"{ending}, {GUARD}"))
+                else:
+                    future.set_exception((WorkerDied if in_time else TookTooLong)(ending))
                 process = None
                 continue
             if succeeded:
@@ -143,11 +155,19 @@ class SupervisedPool(Executor):
 
     def _started(self) -> tuple[BaseProcess, Connection]:
         """A new process, and our end of the connection to it."""
-        ours, theirs = self._context.Pipe()
-        process: BaseProcess = self._context.Process(target=_serve, args=(theirs, plugin_folders()), daemon=True)  # type: ignore[attr-defined]
-        with _STARTING, safe_path(), _interruption_held():
-            process.start()
-        theirs.close()
+        for attempt in range(1, START_ATTEMPTS + 1):
+            ours, theirs = self._context.Pipe()
+            process: BaseProcess = self._context.Process(target=_serve, args=(theirs, plugin_folders()), daemon=True)  # type: ignore[attr-defined]
+            try:
+                with _STARTING, safe_path(), _interruption_held():
+                    process.start()
+                break
+            except (OSError, EOFError):  # the server that forks processes was killed: the next start makes another
+                ours.close()
+                if attempt == START_ATTEMPTS:
+                    raise
+            finally:
+                theirs.close()
         self._processes.add(process)
         return process, ours
 

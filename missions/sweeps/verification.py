@@ -38,7 +38,9 @@ def verify(study: Study, folder: Path, count: int) -> Iterator[tuple[str, list[s
         again, line = run_task(tasks[key]), results.lines[key]
         was, now = line["summary"], again.line["summary"]
         other = [name for name in {**was, **now} if was.get(name) != now.get(name)]
-        if line["tables"]:
+        if line["tables"] and results.damaged:
+            other += results.damaged
+        elif line["tables"]:
             other += [name for name, content in again.tables.items() if not _is_kept(folder, name, key, content)]
         yield key, other
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import tomllib
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from missions.figure import Figure, Layer, RunResults, Style, axis_end_s
+from missions.files import tables_of
 from missions.trident.choreography import CHOREOGRAPHY
 from missions.trident.modules import ATTEMPTS, CHARTED
 
@@ -76,7 +76,7 @@ def draw_services(axes: Axes, results: RunResults, style: Style) -> str:
 def draw_choreography(axes: Axes, results: RunResults, style: Style) -> str:
     """Steps from state to state over time, a mark for each message, another for each violation."""
     rows, end_s = results.table(CHOREOGRAPHY.name).to_pylist(), max(float(results.summary["mission_time_s"]), 1.0)
-    pattern = tomllib.loads(results.manifest["scenario"]).get("choreography", {})
+    pattern = tables_of(results.manifest["scenario"], "manifest.json").get("choreography", {})
     states = [state["name"] for state in pattern.get("state", [])]
     moves = [row for row in rows if not row["violation"]]
     line = [(0.0, states[0])] if states else []
@@ -103,7 +103,7 @@ def draw_choreography(axes: Axes, results: RunResults, style: Style) -> str:
 
 def draw_site(axes: Axes, results: RunResults, style: Style) -> str:
     """Charted tiles in the colour of the vehicle that was first, and where attempts were made."""
-    raw = tomllib.loads(results.manifest["scenario"])
+    raw = tables_of(results.manifest["scenario"], "manifest.json")
     size_m = float(raw["mission"]["tile_m"])
     first: dict[tuple[int, int], str] = {}
     for row in results.table(CHARTED.name).to_pylist():

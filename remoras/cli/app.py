@@ -77,6 +77,14 @@ def remark(text: str) -> None:
         print(f"remoras: {text}", file=sys.stderr)
 
 
+def give_up(message: str, as_json: bool) -> None:
+    """Tell a fault and end the process, from any thread, whatever is going on in others."""
+    _report(CommandFault(message), as_json)
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(USAGE)
+
+
 def _report(error: Exception, as_json: bool) -> None:
     """Tell a fault: a message for people, and one JSON value where that was asked for."""
     message = shortened(str(error))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import sys
 import warnings
 from collections.abc import Iterator, Sequence
@@ -12,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from remoras.cli import completion
-from remoras.cli.app import FAILED, Format, Json, command, fail, remark, show_json
+from remoras.cli.app import FAILED, Format, Json, command, fail, give_up, remark, show_json
 from remoras.cli.exports import At, Vehicle
 from remoras.cli.progress import Progress
 from remoras.cli.tables import on_terminal, show_table
@@ -299,18 +300,25 @@ def query(
     engine: Annotated[
         str, typer.Option(metavar="rdflib|oxigraph", help="What answers; oxigraph is fast where much is known.")
     ] = "rdflib",
+    limit: Annotated[int, typer.Option(min=1, metavar="N", help="Most rows that are shown.")] = 100_000,
+    timeout_s: Annotated[float, typer.Option(min=0.001, help="Longest time that it may take (s).")] = 60.0,
     as_json: Json = False,
 ) -> None:
     """Ask what one vehicle knew, or each in turn, at the end of a run or at another time."""
     from missions.files import text_of
     from missions.runs.knowledge import query as ask
     from missions.runs.results import Results
+    from worldmodel.rdf.deadline import within
 
     if (folder / "study.json").is_file():
         fail(f"{folder}: holds a sweep, and query takes the results of one run; make one with: remoras run --out DIR")
     results = Results.read(folder)
     text = text_of(Path(sparql)) if sparql.endswith(".rq") else sparql
-    columns, rows = ask(results, text, vehicle, at, engine)
+    with within(timeout_s, functools.partial(give_up, as_json=as_json)):
+        columns, rows = ask(results, text, vehicle, at, engine, limit + 1)
+    if len(rows) > limit:
+        del rows[limit:]
+        print(f"remoras: only the first {limit} rows are shown; --limit N shows more", file=sys.stderr)
     if as_json:
         show_json([dict(zip(columns, row, strict=True)) for row in rows])
         return

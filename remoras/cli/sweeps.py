@@ -117,12 +117,13 @@ def _verify(study: Study, out: Path, count: int, as_json: bool) -> None:
 @command("status", "remoras status results/quick")
 def status(folder: Folder, as_json: Json = False) -> None:
     """Say how far a sweep is, while it goes on or after."""
-    from missions.sweeps.folder import SweepResults
+    from missions.sweeps.folder import DAMAGED, TABLES, SweepResults
 
     results = SweepResults.read(folder)
     found = asdict(results.status())
     failures = [line for line in results.lines.values() if line["error"]]
     shown = [f"failed: {line['error'].strip().splitlines()[-1]}\n  replay: {line['replay']}" for line in failures]
+    shown += [f"{folder / TABLES / name}: {DAMAGED}" for name in results.damaged]
     _show(found, as_json, [_status_line(found), *shown])
 
 

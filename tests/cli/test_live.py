@@ -252,3 +252,10 @@ def test_results_that_are_there_are_kept_without_force(tmp_path: Path) -> None:
     result = remoras("live", SCENARIO, "--no-browser", "--out", tmp_path)
     assert result.exit_code == 2
     assert "exists and is not empty" in result.stderr
+
+
+def test_half_of_a_surrogate_pair_is_refused_with_the_reason() -> None:
+    with served(SHORT) as client:
+        for asked in ({"do": "\ud800"}, {"do": "restart", "strategy": "\udfff"}, {"do": "step", "n": ["\ud800"]}):
+            assert "half of a surrogate pair" in client.refused(**asked)
+        assert client.phase == "ready"

@@ -84,6 +84,47 @@ def test_who_is_to_stay_stays() -> None:
     assert motion.energy_j == pytest.approx(600.0 * 43.24, rel=0.01)
 
 
+EVERYWHERE = [(0.6, 0.0), (-0.6, 0.0), (0.0, -0.6), (0.35, 0.5), (-0.35, 0.5), (0.4, -0.3)]
+"""Velocities towards the east, west, south and between."""
+
+
+@pytest.mark.parametrize("flow", EVERYWHERE)
+def test_what_only_keeps_its_speed_through_the_water_is_set_by_the_current(
+    flow: tuple[float, float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With no way through the water it drifts 100 c in 100 s, towards where the water goes: east is x, north is y."""
+    monkeypatch.setattr(guidance, "advance", lambda *_: None)
+    one = traveller(0, (10.0, -20.0), (500.0, 500.0), current=Current(*flow))
+    for now_s in range(100):
+        one.functional.picture.body.now_s = float(now_s)
+        one.functional.act(1.0)
+    assert one.functional.motion.x_m == pytest.approx(10.0 + 100.0 * flow[0])
+    assert one.functional.motion.y_m == pytest.approx(-20.0 + 100.0 * flow[1])
+
+
+@pytest.mark.parametrize("flow", EVERYWHERE)
+def test_a_vehicle_stays_in_a_current_from_anywhere(flow: tuple[float, float]) -> None:
+    one = traveller(0, (0.0, 0.0), (0.0, 0.0), current=Current(*flow))
+    for now_s in range(600):
+        one.functional.picture.body.now_s = float(now_s)
+        one.functional.act(1.0)
+    assert math.hypot(*one.functional.motion.position_m) < 2.0
+    assert one.functional.motion.speed_mps == pytest.approx(math.hypot(*flow))
+
+
+@pytest.mark.parametrize("flow", EVERYWHERE)
+def test_the_way_takes_the_time_of_the_speed_over_ground(flow: tuple[float, float]) -> None:
+    """Eastward at s = 2 m/s through the water, over ground at g = c_x + sqrt(s^2 - c_y^2), over the middle 200 s."""
+    one = traveller(0, (-900.0, 0.0), (900.0, 0.0), current=Current(*flow))
+    x_m = []
+    for now_s in range(250):
+        one.functional.picture.body.now_s = float(now_s)
+        one.functional.act(1.0)
+        x_m.append(one.functional.motion.x_m)
+    ground_mps = flow[0] + math.sqrt(2.0**2 - flow[1] ** 2)
+    assert (x_m[249] - x_m[49]) / 200.0 == pytest.approx(ground_mps, rel=0.01)
+
+
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("current", [ACROSS, TIDE, SHEARED], ids=["across", "tide", "sheared"])
 def test_crossing_under_current(kind: str, current: Current) -> None:

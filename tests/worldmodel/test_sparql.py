@@ -1,4 +1,6 @@
+import signal
 import sys
+import time
 
 import pytest
 from hypothesis import given, settings
@@ -7,6 +9,7 @@ from small_fleet import AREA_DONE, ASV_0, AUV_0, AUV_1, BATTERY, BAY, ban, block
 from test_writing import received
 
 from worldmodel import STATUS, Block, QueryError, merge
+from worldmodel.rdf.deadline import within
 from worldmodel.rdf.sparql import Engine, engine_of, query
 
 QUERIES = (
@@ -102,3 +105,53 @@ def test_an_engine_must_be_known_and_installed(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setitem(sys.modules, "pyoxigraph", None)
     with pytest.raises(QueryError, match="pyoxigraph is not installed; install with: python -m pip install"):
         query(fleet_model(), "ASK {}", Engine.OXIGRAPH)
+
+
+@pytest.mark.parametrize("engine", Engine)
+def test_a_graph_that_nobody_said_anything_in_is_empty(engine: Engine) -> None:
+    model = fleet_model()
+    model.record([(AUV_0, BATTERY, 0.5)], 1.0)
+    for name in ("<http://no.where/x>", "run:nothing", "run:instance-99999"):
+        assert query(model, f"SELECT * {{ GRAPH {name} {{ ?a ?b ?c }} }}", engine)[1] == []
+        assert query(model, f"ASK {{ GRAPH {name} {{ ?a ?b ?c }} }}", engine)[1] == [(False,)]
+    assert query(model, "ASK { ?a ?b ?c }", engine)[1] == [(True,)]
+    assert query(model, "SELECT ?f { GRAPH ?by { ?f a sit:PropertyValue } }", engine)[1]
+
+
+@pytest.mark.parametrize("engine", Engine)
+def test_no_more_rows_are_made_than_asked_for(engine: Engine) -> None:
+    """Of all pairs of triples: there are millions."""
+    model, pairs = fleet_model(), "SELECT * { ?a ?b ?c . ?d ?e ?f }"
+    assert len(query(model, pairs, engine, 7)[1]) == 7
+    assert len(query({"A": model, "B": model}, pairs, engine, 7)[1]) == 7
+    few = "SELECT * { ?x rm:batteryFraction ?level }"
+    assert query(model, few, engine, 7)[1] == query(model, few, engine)[1]
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        'SELECT * { ?a ?b ?c . ?d ?e ?f . ?g ?h ?i . ?j ?k ?l FILTER(?a = "none") }',
+        "SELECT * { ?a (rdf:type|!rdf:type)* ?b . ?b (rdf:type|!rdf:type)* ?c FILTER(?c = 5) }",
+        f'SELECT * {{ ?a ?b ?c FILTER regex("{"a" * 60}!", "^(a+)+$") }}',
+    ],
+    ids=["free patterns", "open paths", "regular expression"],
+)
+def test_what_takes_longer_than_it_may_is_ended(asked: str) -> None:
+    began_s = time.monotonic()
+    with pytest.raises(QueryError, match=r"not answered within 0\.5 s; ask for less, or allow more time"), within(0.5):
+        query(fleet_model(), asked)
+    assert time.monotonic() - began_s < 10.0
+    assert signal.getsignal(signal.SIGALRM) == signal.SIG_DFL
+    with within(60.0):
+        assert query(fleet_model(), "ASK {}")[1] == [(True,)]
+    assert signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)
+
+
+def test_what_no_alarm_ends_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    told: list[str] = []
+    monkeypatch.setattr("worldmodel.rdf.deadline.LATER_S", 0.0)
+    monkeypatch.delattr(signal, "setitimer")
+    with within(0.05, told.append):
+        time.sleep(0.5)
+    assert told == ["the query is not answered within 0.05 s; ask for less, or allow more time"]

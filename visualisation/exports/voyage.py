@@ -6,7 +6,6 @@ says.
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -16,6 +15,7 @@ import numpy as np
 
 from missions.errors import OutputError
 from missions.figure import Place
+from missions.files import tables_of
 from visualisation import about
 from visualisation.exports.geodesy import Datum, Floats
 from visualisation.outages import outages
@@ -107,7 +107,7 @@ class Voyage:
             OutputError: it cannot be read.
         """
         try:
-            return tomllib.loads(self.results.manifest["scenario"])
+            return tables_of(self.results.manifest["scenario"], "manifest.json")
         except (TypeError, ValueError) as error:
             raise OutputError(f"manifest.json: damaged: its scenario is no TOML: {error}") from None
 

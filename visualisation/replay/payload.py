@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
-import tomllib
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, Protocol
 
+from missions.errors import ConfigurationError
 from missions.figure import Place, RunResults
+from missions.files import tables_of
 from visualisation.errors import DrawingError
 from visualisation.replay import tables as of_run
 from visualisation.replay.columns import Columns
@@ -214,8 +215,8 @@ class Payload:
 
 def _scenario(results: RunResults) -> dict[str, Any]:
     try:
-        return tomllib.loads(results.manifest["scenario"])
-    except (tomllib.TOMLDecodeError, TypeError) as error:
+        return tables_of(results.manifest["scenario"], "manifest.json")
+    except (ConfigurationError, TypeError) as error:
         raise DrawingError(f"{results!r}: the scenario in its manifest is damaged: {error}") from None
 
 

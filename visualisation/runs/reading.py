@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections import defaultdict
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -11,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from missions.figure import PointM, RunResults
+from missions.files import tables_of
 from visualisation.outages import OVER, outages, outside
 
 Floats = NDArray[np.float64]
@@ -77,7 +77,7 @@ class VehicleFault(NamedTuple):
 
 def scenario(results: RunResults) -> dict[str, Any]:
     """The resolved scenario of the run."""
-    return tomllib.loads(results.manifest["scenario"])
+    return tables_of(results.manifest["scenario"], "manifest.json")
 
 
 def vehicles(results: RunResults) -> list[str]:

@@ -10,11 +10,13 @@ from collections.abc import Mapping
 from decimal import Decimal
 from enum import StrEnum
 from functools import lru_cache
+from itertools import islice
 from typing import Any
 from weakref import WeakKeyDictionary
 
 from rdflib import BNode, Literal, URIRef
 from rdflib.plugins.sparql import prepareQuery
+from rdflib.plugins.sparql.evaluate import evalQuery
 from rdflib.plugins.sparql.sparql import Query
 from rdflib.term import Node
 
@@ -50,7 +52,10 @@ def engine_of(name: str) -> Engine:
 
 
 def query(
-    known: Store | Knowledge | Mapping[str, Store | Knowledge], sparql: str, engine: Engine = Engine.RDFLIB
+    known: Store | Knowledge | Mapping[str, Store | Knowledge],
+    sparql: str,
+    engine: Engine = Engine.RDFLIB,
+    most_rows: int | None = None,
 ) -> tuple[tuple[str, ...], list[tuple[QueryValue, ...]]]:
     """Ask what one vehicle knows, or each of several, in SPARQL.
 
@@ -66,6 +71,7 @@ def query(
         known: a world model, with or without receptions, or several by the names of their vehicles.
         sparql: a SELECT or ASK query.
         engine: what answers.
+        most_rows: at which it stops; None for all.
 
     Returns:
         The names of the columns, and the rows. For several models the first column is ``vehicle``. ASK gives the
@@ -77,11 +83,12 @@ def query(
             not installed.
     """
     if not isinstance(known, Mapping):
-        return _answer(_knowledge(known), sparql, engine)
+        return _answer(_knowledge(known), sparql, engine, most_rows)
     columns: tuple[str, ...] = ()
     rows: list[tuple[QueryValue, ...]] = []
     for vehicle, one in known.items():
-        columns, found = _answer(_knowledge(one), sparql, engine)
+        left = None if most_rows is None else most_rows - len(rows)
+        columns, found = _answer(_knowledge(one), sparql, engine, left)
         if "vehicle" in columns:
             raise QueryError(
                 "the variable ?vehicle is taken: the column 'vehicle' says whose world model a row is from; "
@@ -95,10 +102,12 @@ def _knowledge(known: Store | Knowledge) -> Knowledge:
     return known if isinstance(known, Knowledge) else Knowledge(known)
 
 
-def _answer(known: Knowledge, sparql: str, engine: Engine) -> tuple[tuple[str, ...], list[tuple[QueryValue, ...]]]:
+def _answer(
+    known: Knowledge, sparql: str, engine: Engine, most_rows: int | None
+) -> tuple[tuple[str, ...], list[tuple[QueryValue, ...]]]:
     tbox = known.model.tbox
     prepared = _prepared(tbox, sparql)
-    columns, rows = (_by_oxigraph if engine is Engine.OXIGRAPH else _by_rdflib)(known, prepared, sparql)
+    columns, rows = (_by_oxigraph if engine is Engine.OXIGRAPH else _by_rdflib)(known, prepared, sparql, most_rows)
     shown = _Shown(known.model)
     return columns, [tuple(shown.value(row.get(name)) for name in columns) for row in rows]
 
@@ -141,14 +150,17 @@ def _fault(error: Exception, prefixes: Mapping[str, str]) -> QueryError:
     )
 
 
-def _by_rdflib(known: Knowledge, prepared: Query, sparql: str) -> tuple[tuple[str, ...], list[Row]]:
+def _by_rdflib(
+    known: Knowledge, prepared: Query, sparql: str, most_rows: int | None
+) -> tuple[tuple[str, ...], list[Row]]:
     try:
         # rdflib's data set costs a little more than its graph
-        result = (as_dataset(known) if _GRAPH.search(sparql) else as_graph(known)).query(prepared)
-        if result.type == "ASK":
-            return ("answer",), [{"answer": Literal(bool(result.askAnswer))}]
-        columns = tuple(str(variable) for variable in result.vars or ())
-        rows: list[Row] = [{str(name): term for name, term in found.items()} for found in result.bindings]
+        result = evalQuery(as_dataset(known) if _GRAPH.search(sparql) else as_graph(known), prepared, {})
+        if result["type_"] == "ASK":
+            return ("answer",), [{"answer": Literal(bool(result["askAnswer"]))}]
+        columns = tuple(str(variable) for variable in result.get("vars_") or ())
+        bindings = islice(result["bindings"], most_rows)
+        rows: list[Row] = [{str(name): term for name, term in found.items()} for found in bindings]
         # of nothing rdflib makes one empty group; SPARQL 1.1 has none then (section 11.2)
         return columns, [] if rows == [{}] and _GROUP_BY.search(sparql) else rows
     except Exception as error:  # rdflib's evaluator raises whatever a query leads it to
@@ -160,7 +172,9 @@ def _by_rdflib(known: Knowledge, prepared: Query, sparql: str) -> tuple[tuple[st
 _SNAPSHOTS: WeakKeyDictionary[Store, tuple[int, int, Any]] = WeakKeyDictionary()
 
 
-def _by_oxigraph(known: Knowledge, prepared: Query, sparql: str) -> tuple[tuple[str, ...], list[Row]]:
+def _by_oxigraph(
+    known: Knowledge, prepared: Query, sparql: str, most_rows: int | None
+) -> tuple[tuple[str, ...], list[Row]]:
     try:
         import pyoxigraph
     except ImportError:
@@ -173,7 +187,7 @@ def _by_oxigraph(known: Knowledge, prepared: Query, sparql: str) -> tuple[tuple[
         if isinstance(result, pyoxigraph.QueryBoolean):
             return ("answer",), [{"answer": Literal(bool(result))}]
         columns = tuple(variable.value for variable in result.variables)
-        return columns, [_row(columns, solution) for solution in result]
+        return columns, [_row(columns, solution) for solution in islice(result, most_rows)]
     except (ValueError, SyntaxError, OSError) as error:
         raise _fault(error, prefixes) from error
 

@@ -19,8 +19,8 @@ was given since. So do conclusions: classes of which it meets the definition, an
 its name as rdfs:label. Banned origins are left out.
 
 What follows from definitions, inverses and the like stands beside what was told, and by itself in the named graph
-run:conclusions. What each origin said is a named graph too, under the IRI of the origin: ``GRAPH ?by { ... }``. The
-default graph is the union of everything.
+run:conclusions. What each origin said is a named graph too, under the IRI of the origin: ``GRAPH ?by { ... }``. A
+graph of another name is empty. The default graph is the union of everything.
 """
 
 from collections.abc import Generator, Iterator
@@ -29,6 +29,7 @@ from typing import Any
 
 from rdflib import Dataset, Graph, URIRef
 from rdflib import store as rdflib_store
+from rdflib.graph import DATASET_DEFAULT_GRAPH_ID
 from rdflib.term import Node
 
 from worldmodel.annotations import RM
@@ -75,6 +76,8 @@ class RdfView(rdflib_store.Store):
                 if _matches(triple, triple_pattern):
                     yield triple, none
             return
+        if self._is_named(context):
+            return
         subject, predicate, target = triple_pattern
         subjects, predicates, targets = self._of_tbox
         if (
@@ -96,6 +99,12 @@ class RdfView(rdflib_store.Store):
         """The origin whose graph is asked; None for the union of everything."""
         identifier = getattr(context, "identifier", None)
         return instance_uid(identifier) if isinstance(identifier, URIRef) else None
+
+    @staticmethod
+    def _is_named(context: Any) -> bool:
+        """True if a graph is asked by a name; the union of everything has none."""
+        identifier = getattr(context, "identifier", None)
+        return isinstance(identifier, URIRef) and identifier != DATASET_DEFAULT_GRAPH_ID
 
     def contexts(self, triple: Any = None) -> Generator[Graph, None, None]:
         """Yield the named graphs: of each origin that said something, or ``triple``, and of what follows."""

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from typing import Any
 
 from exchange.policies import POLICIES
-from missions.files import shown, toml_value
+from missions.files import parsed, shown, toml_value
 from missions.scenarios import load
 from missions.scenarios.scenario import Scenario
 from remoras.faults import FaultKind
@@ -140,8 +139,8 @@ def _sets(override: str, key: str) -> bool:
 
 def _fault(line: str) -> dict[str, Any]:
     try:
-        found: dict[str, Any] = tomllib.loads(f"fault = {{ {line} }}")["fault"]
-    except (ValueError, RecursionError) as error:  # of numbers with thousands of digits tomllib says so by ValueError
+        found: dict[str, Any] = parsed(f"fault = {{ {line} }}")["fault"]
+    except ValueError as error:
         raise AskedWrongly(f"faults: {shown(line)} cannot be read ({error}); write one a line, as: {EXAMPLE}") from None
     return found
 

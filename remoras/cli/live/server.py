@@ -193,6 +193,9 @@ async def _body(request: Request) -> dict[str, Any]:
             raise AskedWrongly(f"longer than {LONGEST_BODY} bytes")
     try:
         found = json.loads(bytes(body))
+        json.dumps(found, ensure_ascii=False).encode()
+    except UnicodeEncodeError:
+        raise AskedWrongly("half of a surrogate pair, which is no text; allowed is text in UTF-8") from None
     except (ValueError, RecursionError):
         raise AskedWrongly("not JSON") from None
     if not isinstance(found, dict):

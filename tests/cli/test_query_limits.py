@@ -1,0 +1,39 @@
+"""`remoras query` ends: after its time, and after as many rows as are asked for."""
+
+import json
+import subprocess
+import time
+from pathlib import Path
+
+import pytest
+from invoked import COMMAND, remoras
+
+PATHS = "SELECT * { ?a (rdf:type|!rdf:type)* ?b . ?b (rdf:type|!rdf:type)* ?c }"
+PAIRS = "SELECT * { ?a ?b ?c . ?d ?e ?f }"
+
+
+@pytest.fixture(scope="module")
+def dive(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("runs") / "dive"
+    remoras("run", "mapping-rendezvous", "--set", "scenario.duration_s=30", "--out", folder)
+    return folder
+
+
+@pytest.mark.parametrize("engine", ["rdflib", "oxigraph"])
+def test_a_runaway_query_ends_in_one_line(dive: Path, engine: str) -> None:
+    words = ["query", str(dive), PATHS, "--engine", engine, "--timeout-s", "2", "--json"]
+    began_s = time.monotonic()
+    done = subprocess.run([*COMMAND, *words], capture_output=True, text=True, check=False)
+    assert time.monotonic() - began_s < 60.0
+    assert done.returncode == 2
+    assert done.stderr == "remoras: the query is not answered within 2 s; ask for less, or allow more time\n"
+    assert "within 2 s" in json.loads(done.stdout)["error"]
+
+
+def test_only_so_many_rows_are_shown_and_that_is_said(dive: Path) -> None:
+    done = remoras("query", dive, PAIRS, "--limit", 5, "--json")
+    assert done.exit_code == 0
+    assert len(json.loads(done.stdout)) == 5
+    assert done.stderr == "remoras: only the first 5 rows are shown; --limit N shows more\n"
+    few = remoras("query", dive, "ASK { ?a ?b ?c }", "--vehicle", "AUV01", "--limit", 1, "--json")
+    assert (json.loads(few.stdout), few.stderr) == ([{"answer": True}], "")
