@@ -20,8 +20,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from missions.comparison.intervals import NoInterval
 from missions.comparison.pairs import paired_with
-from missions.comparison.treatments import MISSION_TIME, treatments_of, values_of
+from missions.comparison.treatments import MISSION_TIME, Measured, treatments_of, values_of
 from missions.files import toml_value
 from missions.sweeps.design import points
 from missions.sweeps.driver import sweep
@@ -234,8 +235,9 @@ def _verdict(default: Point, found: Point, times: Times) -> Verdict:
     means_s = _mean_s(times, default), _mean_s(times, found)
     if found == default:
         return Verdict(default, found, *means_s)
-    paired = paired_with(times[found], times[default])
-    return Verdict(default, found, *means_s, paired.interval if paired else None, len(times[found]))
+    paired = paired_with(Measured(times[found]), Measured(times[default]))
+    interval = paired.interval if paired else NoInterval.TOO_FEW
+    return Verdict(default, found, *means_s, None if isinstance(interval, NoInterval) else interval, len(times[found]))
 
 
 def study_text(tried: Sequence[Point], of: Round) -> str:

@@ -30,7 +30,8 @@ higher bits of the frame, so that a packet from another frame has another byte, 
 from __future__ import annotations
 
 import zlib
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
+from copy import copy
 from functools import lru_cache
 
 from exchange.bits import Reader
@@ -42,7 +43,7 @@ from exchange.names import width
 from exchange.packets import Fragment, Head, InfluenceSignal, Packet
 from exchange.packing import Packing
 from exchange.policies import AckPolicy
-from exchange.sealing import Checksum, Seal, nonce_of
+from exchange.sealing import DAMAGED, UNOPENED, Checksum, Seal, nonce_of
 from exchange.sidecodec import SideCodec
 from exchange.sizes import FieldSize
 from exchange.summaries import Summary
@@ -97,7 +98,7 @@ class Codec:
         exchanged: uids of the attributes that somebody needs, which get short names; None for all.
         recent_s: age up to which a time takes the fewest bits; a TDMA frame, say.
         crc_bits: of the checksum of each packet: 0, 8, 16 or 32.
-        key: of the fleet, by which all behind the head is encrypted; None for in clear.
+        key: of the fleet, by which all behind the head is encrypted, with a fresh salt; None for in clear.
         n_slots: slots of a frame of which the head names one; 0 where the sender's name says its slot.
         is_by_frame: acknowledgements are about whole frames.
 
@@ -136,7 +137,7 @@ class Codec:
         fleet = tbox.hash, n_instances, n_nodes, n_items, self.header.largest_bits
         times = duration_s, time_resolution_s, self._facts.names.exchanged, self.fragments.near_bits
         shape = *fleet, *times, crc_bits, key is not None, *((n_slots,) if is_by_frame else ())
-        self._checksum = Checksum(crc_bits)
+        self._checksum = Checksum(crc_bits, DAMAGED if key is None else UNOPENED)
         self._seal = None if key is None else Seal(key)
         self.head_bits = self._clear_bits if self._seal is None else self._clear_bits + -self._clear_bits % 8
         """Bits of a packet before the acknowledgements; whole bytes if what follows is encrypted."""
@@ -206,6 +207,15 @@ class Codec:
     def _hash_byte(self, frame: int) -> int:
         return self._hash[frame % HASH_BYTES] ^ (frame // FRAMES & 0xFF)
 
+    def encode_head(self, sender: int, frame: int, epoch: int = 0, place: int = 0, n_turns: int = 1) -> int:
+        """The ``head_bits`` bits of the head of a packet, see ``encode``."""
+        refuse_epoch(epoch)
+        bits = (self._hash_byte(frame) << self._node_bits | sender) << EPOCH_BITS | epoch
+        bits = bits << FRAME_BITS | frame % FRAMES
+        if self._n_slots:
+            bits = (bits << self._place_bits | place) << self._place_bits | n_turns - 1
+        return bits << self.head_bits - self._clear_bits
+
     def encode(
         self,
         sender: int,
@@ -235,13 +245,7 @@ class Codec:
         Raises:
             ConfigurationError: a signal that is no signed byte, an epoch too many, or what has no form on the wire.
         """
-        refuse_epoch(epoch)
-        bits = (self._hash_byte(frame) << self._node_bits | sender) << EPOCH_BITS | epoch
-        head_bits = self.head_bits
-        bits = bits << FRAME_BITS | frame % FRAMES
-        if self._n_slots:
-            bits = (bits << self._place_bits | place) << self._place_bits | n_turns - 1
-        head = bits << head_bits - self._clear_bits
+        head, head_bits = self.encode_head(sender, frame, epoch, place, n_turns), self.head_bits
         bits, size = self.header.encode(sender, rows, frame), self.header.size_bits(sender, frame)
         base = self.fragments.base_of(slot_start_s)
         for _, part, part_bits in self.fragments.encode_all(fragments, sender, epoch, base):
@@ -257,7 +261,7 @@ class Codec:
         if self._seal is not None:
             clear = head.to_bytes(head_bits // 8, "big")
             nonce = nonce_of(sender, epoch, frame, slot_start_s, self._hash)
-            data = clear + self._seal.sealed(clear, data, nonce)
+            data = clear + self._seal.sealed(sender, clear, data, nonce)
         return self._checksum.added(data, frame)
 
     # From bits -----------------------------------------------------------------------------------
@@ -303,7 +307,7 @@ class Codec:
         if self._seal is not None:
             clear = told[: self.head_bits // 8]
             nonce = nonce_of(*head[:2], frame, slot_start_s, self._hash)
-            reader = Reader(self._seal.opened(clear, told[len(clear) :], nonce))
+            reader = Reader(self._seal.opened(head.sender, clear, told[len(clear) :], nonce))
         if head.frame != frame % FRAMES:
             raise PeerFault(f"a packet of frame {head.frame} modulo {FRAMES} in frame {frame}")
         rows = self.header.decode(head.sender, frame, reader.take)
@@ -327,6 +331,19 @@ class Codec:
             raise PeerFault("bits left over behind the packet")
         beside = tuple(signals), head.epoch, frame, tuple(summary), head.n_turns
         return Packet(head.sender, rows, tuple(fragments), *beside)
+
+
+def renewed(codec: Codec, salt_of: Callable[[int], bytes | None] | None = None) -> Codec:
+    """The codec for another mission under the same key, whose packets the first one does not open.
+
+    Args:
+        codec: of a fleet with a key.
+        salt_of: the salt of each sender, None for one that is not known yet; without it a fresh one for all.
+    """
+    found = copy(codec)
+    found._seal = None if codec._seal is None else codec._seal.renewed(salt_of)
+    found.decode = lru_cache(maxsize=32)(found._decode)
+    return found
 
 
 def refuse_longer_texts(codec: Codec, room_bits: int) -> None:

@@ -37,6 +37,7 @@ a figure of a mission needs no page, no colours and no file of its own::
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
@@ -109,6 +110,27 @@ class Style(Protocol):
 
     def time(self, time_s: float) -> str:
         """A time with its unit, for captions."""
+
+
+STEPS = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
+"""Round numbers for the end of a scale."""
+
+
+def round_up(value: float) -> float:
+    """A round number that is not below the value; 1 for 0.
+
+    >>> round_up(2053.0), round_up(130.0)
+    (2500.0, 150.0)
+    """
+    if value <= 0.0:
+        return 1.0
+    size = 10.0 ** math.floor(math.log10(value))
+    return next(step * size for step in STEPS if value <= step * size)
+
+
+def axis_end_s(results: RunResults) -> float:
+    """End of a time axis: a round time, so that runs of a scenario that end at about the same time share it."""
+    return round_up(max(float(results.summary["mission_time_s"]), 1.0))
 
 
 Draw = Callable[["Axes", RunResults, Style], str]

@@ -1,14 +1,7 @@
-"""Statistics of repeated runs: intervals, paired tests, effect sizes.
+"""Statistics of repeated runs: Student's and Wilson's intervals, restricted means, paired tests, effect sizes.
 
-Intervals of means are symmetric bootstrap-t intervals (Hall 1988; Efron and Tibshirani 1993, section 12.5): every
-resample is studentised with its own standard deviation. In 1500 simulated repetitions of 30 runs they covered the
-mean in 94.2 to 95.9 % of cases for normal, lognormal and exponential values and for heavy-tailed differences;
-percentile intervals fall to 91 %, equal-tailed bootstrap-t to 92.5 %. They need resamples that vary; where values
-hardly do (a success in all runs but one), the percentile interval with Hesterberg's correction for small samples (2015,
-section 5.3) takes its place. It also does where a few runs make the whole spread, such as one censored run of thirty:
-resamples without them would make the interval many times as wide, and cover the mean no more often (in 400 simulated
-repetitions with 5 % censored both covered it in 79 %, with a median width of 4474 and of 570 s).
-All draws are seeded: the same runs give the same interval.
+Intervals of means stand in ``missions/comparison/intervals.py``, the test for the best of several in
+``missions/comparison/best.py``. All draws are seeded: the same runs give the same figures.
 """
 
 from __future__ import annotations
@@ -24,47 +17,14 @@ from scipy import stats
 RESAMPLES = 2000
 CONFIDENCE = 0.95
 SEED = 20110901
-STEADY = 0.2
-"""A resample hardly varies if its spread is at most this part of the sample's."""
-FEW = 8
-"""Fewest values that are resampled."""
-STEADY_SHARE = 0.01
-"""Studentised resamples say nothing if more than this share of them hardly varies."""
 
 Interval = tuple[float, float]
 Array = npt.NDArray[np.float64]
 
 
-def _generator() -> np.random.Generator:
+def generator() -> np.random.Generator:
+    """The generator of all draws of statistics, at its start."""
     return np.random.Generator(np.random.Philox(SEED))
-
-
-def mean_interval(values: Sequence[float]) -> Interval | None:
-    """95 % interval of the mean; None for fewer than two values.
-
-    Of fewer than ``FEW`` values it is Student's, which needs them to be normal: there is too little to draw from.
-    In 1500 simulated samples of 2, 3 and 5 normal values, resampling covered the mean in 50, 75 and 93 % of cases.
-    """
-    sample = np.asarray(values, dtype=float)
-    n, mean = len(sample), float(np.mean(sample)) if len(values) else math.nan
-    if n < 2:
-        return None
-    spread = float(sample.std(ddof=1))
-    if spread <= 1e-12 * max(1.0, abs(mean)):
-        return mean, mean
-    if n < FEW:
-        half = t_half_width(values)
-        return mean - half, mean + half
-    drawn = sample[_generator().integers(0, n, (RESAMPLES, n))]
-    means, spreads = drawn.mean(axis=1), drawn.std(axis=1, ddof=1)
-    steady = spreads <= STEADY * spread
-    tail = (1.0 - CONFIDENCE) / 2.0
-    if steady.mean() > STEADY_SHARE:
-        tail = float(stats.norm.cdf(math.sqrt(n / (n - 1)) * stats.t.ppf(tail, n - 1)))
-        low, high = np.quantile(means, [tail, 1.0 - tail])
-        return float(low), float(high)
-    reach = float(np.quantile(np.abs(means[~steady] - mean) / spreads[~steady], CONFIDENCE)) * spread
-    return mean - reach, mean + reach
 
 
 def t_half_width(values: Sequence[float]) -> float:
@@ -139,7 +99,7 @@ def paired_p(differences: Sequence[float]) -> float | None:
         signs = 1.0 - 2.0 * ((np.arange(2**n)[:, None] >> np.arange(n)) & 1)
         extra = 0
     else:
-        signs = 1.0 - 2.0 * _generator().integers(0, 2, (5 * RESAMPLES - 1, n))
+        signs = 1.0 - 2.0 * generator().integers(0, 2, (5 * RESAMPLES - 1, n))
         extra = 1
     reached = np.abs(signs @ sample) >= abs(float(sample.sum())) * (1.0 - 1e-12)
     return (int(reached.sum()) + extra) / (len(signs) + extra)

@@ -1,6 +1,7 @@
 """Entry point of ``remoras`` and of ``python -m remoras``: interruptions are heeded before anything else is loaded."""
 
 from remoras.interruption import heed
+from remoras.plugin_folders import drop_current_folder
 
 
 def main() -> None:
@@ -11,5 +12,6 @@ def main() -> None:
     command()
 
 
-if __name__ == "__main__":
+if __name__ == "__main__":  # python -m remoras
+    drop_current_folder()
     main()

@@ -6,6 +6,7 @@ frames with the units of their columns in ``.attrs["units"]``, figures as Matplo
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
@@ -108,7 +109,7 @@ def run(
 
 
 def open(folder: str | Path) -> Run | Sweep:
-    """What was written to a folder: the run, or the sweep.
+    """What was written to a folder: the run, or the sweep; with a warning if it judged success otherwise.
 
     Raises:
         OutputError: the folder holds neither.
@@ -117,8 +118,18 @@ def open(folder: str | Path) -> Run | Sweep:
     if (path / "study.json").is_file():
         from missions.sweeps.folder import SweepResults
 
-        return Sweep(SweepResults.read(path))
-    return Run(Results.read(path))
+        sweep = SweepResults.read(path)
+        _warn(sweep.verdict_note)
+        return Sweep(sweep)
+    run = Results.read(path)
+    _warn(run.verdict_note)
+    return Run(run)
+
+
+def _warn(note: str) -> None:
+    """Warn whoever opens results, if there is something to be said of them."""
+    if note:
+        warnings.warn(note, stacklevel=3)
 
 
 def sweep(study: str | Path, out: str | Path, jobs: int = 1, strategies: Sequence[str] = ()) -> Sweep:

@@ -159,7 +159,8 @@ class Condition:
         is_running: False while it is lost or off; lost_for_good: it will not come back.
         is_mute: nobody hears it; is_deaf: it hears nobody; will_return: it is out of contact, but not for good.
         speed_factor: what its speeds are multiplied by.
-        dead_sensors: names of the sensors that yield nothing; biases: of the others.
+        dead_sensors: names of the sensors that yield nothing; dead_for_good: of those of them that never will again;
+            biases: of the others.
         drain_w: power that is lost.
     """
 
@@ -171,6 +172,7 @@ class Condition:
     will_return: bool = False
     speed_factor: float = 1.0
     dead_sensors: frozenset[str] = frozenset()
+    dead_for_good: frozenset[str] = frozenset()
     biases: tuple[Bias, ...] = ()
     drain_w: float = 0.0
 
@@ -190,6 +192,7 @@ class Condition:
         holding = tuple(faults)
         kinds = {fault.kind for fault in holding}
         absences = [fault for fault in holding if fault.kind in OUT_OF_CONTACT]
+        dying = [fault for fault in holding if fault.kind is FaultKind.SENSOR]
         return cls(
             is_there=FaultKind.JOINS not in kinds,
             is_running=kinds.isdisjoint((FaultKind.LOST, FaultKind.RESTARTS)),
@@ -198,9 +201,8 @@ class Condition:
             is_deaf=FaultKind.DEAF in kinds,
             will_return=bool(absences) and all(math.isfinite(fault.span_s[1]) for fault in absences),
             speed_factor=math.prod(fault.factor for fault in holding if fault.kind is FaultKind.SLOW),
-            dead_sensors=frozenset(
-                name for fault in holding if fault.kind is FaultKind.SENSOR for name in fault.sensors
-            ),
+            dead_sensors=frozenset(name for fault in dying for name in fault.sensors),
+            dead_for_good=frozenset(name for fault in dying if math.isinf(fault.until_s) for name in fault.sensors),
             biases=tuple(replace(fault.bias, sensors=fault.sensors) for fault in holding if fault.bias is not None),
             drain_w=math.fsum(fault.drain_w for fault in holding),
         )
@@ -268,7 +270,7 @@ def drawn(
         stream = number * _SELECTORS + known.get(one.sensor or "", 0)
         nth = counts[stream]
         counts[stream] += 1
-        at_s = _time_s(one, loss.uniform(seed, loss.FAULTS, stream, nth, 0))
+        at_s = _time_s(one, seed, stream, nth)
         data = database[_name(one, seed, stream, nth, database, organisation)]
         if at_s < min(duration_s, one.until_s) or one.kind is FaultKind.JOINS:
             sensors = _sensors(data, one.sensor) if one.kind in OF_SENSORS else ()
@@ -288,11 +290,14 @@ def _selector(vehicle: str, database: AUVDatabase, organisation: Organisation) -
     return 0 if vehicle == ANY else _SELECTORS // 2 + list(organisation.groups).index(vehicle.removeprefix(HEAD_OF))
 
 
-def _time_s(fault: DeclaredFault, share: float) -> float:
-    """When the fault begins, for a uniform number."""
+def _time_s(fault: DeclaredFault, seed: int, stream: int, nth: int) -> float:
+    """When the fault begins; drawn unless the scenario says it exactly."""
+    earliest_s, latest_s = fault.at_s or (0.0, 0.0)
+    if fault.rate_per_h is None and earliest_s == latest_s:
+        return earliest_s
+    share = loss.uniform(seed, loss.FAULTS, stream, nth, 0)
     if fault.rate_per_h is not None:
         return -3600.0 * log1p(-share) / fault.rate_per_h
-    earliest_s, latest_s = fault.at_s or (0.0, 0.0)
     return earliest_s + share * (latest_s - earliest_s)
 
 

@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator
 from typing import Any, TypeVar
 
 from remoras.errors import PluginError
+from remoras.plugin_folders import asked_for
 
 NO_PLUGINS = "REMORAS_NO_PLUGINS"
 """Variable of the environment by which only shipped code is loaded, unless it is empty."""
@@ -49,7 +50,8 @@ def named_object(reference: str) -> Any:
         raise PluginError(f"{reference!r} names no object; allowed: package.module:object")
     refuse_unshipped(module, reference)
     try:
-        found = getattr(importlib.import_module(module), name)
+        with asked_for(module):
+            found = getattr(importlib.import_module(module), name)
     except Exception as error:  # it is somebody else's module: anything may be wrong with it
         raise PluginError(f"package.module:object that can be imported ({type(error).__name__}: {error})") from error
     has_home = inspect.isroutine(found) or isinstance(found, type)

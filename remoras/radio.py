@@ -120,7 +120,7 @@ class Radio:
             for group in groups
             for role in group.roles
         }
-        self._covert = tuple(covert)
+        self.covert = tuple(covert)
         self._unheard: dict[tuple[str, ItemUid], set[str]] = {}  # by vehicle and item: roles given out in the item
 
     def record_into(self, recorder: Recorder) -> None:
@@ -192,7 +192,7 @@ class Radio:
 
     def speak(self, signals: Iterable[tuple[tuple[str, str], int]], now_s: float) -> Transmission | None:
         """The packet for the own slot, with satisfactions -128..127 by (group, role); None while it keeps silent."""
-        above, queue = least_priority(self._covert, now_s), self.manager.queue
+        above, queue = least_priority(self.covert, now_s), self.manager.queue
         if above > 0 and queue.stays_silent(now_s, above):
             note_slot(self._recorder, self._me, queue, self.manager.keep_silent(now_s), now_s)
             return None

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import mesa
 
@@ -21,12 +21,16 @@ from exchange.schedule import TdmaSchedule
 from remoras.bans import Ban, word
 from remoras.beliefs import Fact
 from remoras.clock import Clock, Priority
+from remoras.covert import least_priority
 from remoras.faults import OVER, Condition, Fault, FaultKind
 from remoras.needs import StatedNeed
 from remoras.recorder import Recorder
 from remoras.slots import NewSlots
 from remoras.traffic import sends_s
 from remoras.vehicle import Vehicle
+
+if TYPE_CHECKING:
+    from exchange.introductions import Introductions
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,6 +109,7 @@ class Solo(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         needs: that it states during the mission.
         slots: lists of slots that a person orders at its console.
         seed: of the times at which it sends in ALOHA.
+        introductions: of the vehicle, where packets are encrypted.
 
     Attributes:
         n_refused: packets that were heard and not taken.
@@ -122,6 +127,7 @@ class Solo(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         needs: Sequence[StatedNeed] = (),
         slots: Sequence[NewSlots] = (),
         seed: int = 0,
+        introductions: Introductions | None = None,
     ) -> None:
         super().__init__(rng=0)  # Mesa's generators are not used: every draw is keyed by its purpose
         self._clock: Clock[_Event] = Clock()
@@ -130,6 +136,7 @@ class Solo(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         self._schedule = schedule
         self._seed = seed
         self._times = times
+        self._introductions = introductions
         self.recorder = recorder
         self.vehicle = make_vehicle(self)
         self.n_refused = 0
@@ -209,13 +216,16 @@ class Solo(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         match event:
             case _Arrives(data=data):
                 reception = self._hear(data, now_s)
-                self.n_refused += reception is not None and reception.fault is not None
+                if reception is not None and reception.fault is not None:
+                    self.n_refused += 1
+                    if self._introductions is not None:
+                        self._introductions.miss(reception.sender)
             case _SlotOpens(number=slot):
                 if not self._schedule.is_by_frame:
                     self._await_slot(slot + self._schedule.n_nodes)
                 elif slot not in self.vehicle.radio.manager.turns.slots:
                     return None  # it has begun anew in this frame
-                return self._speak(now_s)
+                return self._speak(slot, now_s)
             case _FrameBegins(number=frame):
                 self._begin(frame)
             case _Tick(number=number):
@@ -241,21 +251,39 @@ class Solo(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
             return [word(beliefs, what.vehicle, what.from_s if begins else None)]
         return [beliefs.fact(*fact) for fact in (what.facts() if begins else what.taken_back())]
 
-    def _speak(self, now_s: float) -> Transmission | None:
-        """What is said in an own slot that opens now; a vehicle that has stopped says what is still open."""
+    def _speak(self, slot: int, now_s: float) -> Transmission | None:
+        """What goes in an own slot that opens now."""
+        sent = self._introduction(slot, now_s) or self._said(now_s)
+        return None if self.vehicle.condition.is_mute else sent
+
+    def _said(self, now_s: float) -> Transmission | None:
+        """What is said now; a vehicle that has stopped says what is still open."""
         vehicle = self.vehicle
         if now_s < self._times.until_s:
-            sent = vehicle.speak(now_s)
-        elif vehicle.is_alive and vehicle.radio.communicates and not vehicle.social.is_silent:
-            sent = vehicle.radio.speak((), now_s)
-        else:
+            return vehicle.speak(now_s)
+        if vehicle.is_alive and vehicle.radio.communicates and not vehicle.social.is_silent:
+            return vehicle.radio.speak((), now_s)
+        return None
+
+    def _introduction(self, slot: int, now_s: float) -> Transmission | None:
+        """What the vehicle introduces itself by in an own slot that opens now; None if another packet may go."""
+        vehicle = self.vehicle
+        if self._introductions is None or not vehicle.is_alive or not vehicle.radio.communicates:
             return None
-        return None if vehicle.condition.is_mute else sent
+        if vehicle.social.is_silent or least_priority(vehicle.radio.covert, now_s) > 0:
+            return None
+        data = self._introductions.packet(slot)
+        if data is None:
+            return None
+        vehicle.functional.transmitted(8 * len(data))
+        return Transmission(vehicle.radio.manager.keep_silent(now_s), data, 8 * len(data), (), 0)
 
     def _hear(self, data: bytes, now_s: float) -> Reception | None:
         """What a packet brings; a vehicle that has stopped only takes it in."""
         vehicle = self.vehicle
         if vehicle.condition.is_deaf:
+            return None
+        if self._introductions is not None and vehicle.is_alive and self._introductions.hear(data, now_s):
             return None
         if now_s < self._times.until_s:
             return vehicle.hear(data, now_s)

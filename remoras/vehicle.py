@@ -87,7 +87,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         self._position = tbox.attribute_named("position").uid
         self._battery = tbox.attribute_named("batteryFraction").uid
         self._next_decision_s = 0.0
-        self._resigned = False
+        self.has_resigned = False
         self._weighed: tuple[ActivitySet, ...] = ()
         self._diary.founded(self.social.organisation, self.social.objectives.values(), began_s)
         self._adopt()
@@ -118,7 +118,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         if not self.is_alive:
             return
         if dt_s > 0.0:
-            self.functional.act(dt_s, neighbours)
+            self.functional.act(dt_s, neighbours, now_s - dt_s)
         self._sense(now_s, neighbours)
         if is_due:
             self.think(now_s, self.executive.period_s if dt_s > 0.0 else 0.0)
@@ -154,8 +154,8 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
                 functional.perform(decision.chosen)
                 self._diary.drives(now_s, decision.driving, candidates)
         functional.heed(executive.pulls(now_s) if functional.picture.body.contacts_m else NO_PULLS)
-        if functional.must_go_home and not self._resigned:
-            self._resigned = True
+        if functional.must_go_home and not self.has_resigned:
+            self.has_resigned = True
             self.conclude(self.social.standing.resign(), now_s)
         if decision.has(ActivityType.PLANNING) and self.social.planner.is_due:
             _plan(self, now_s)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 from remoras.activities import Objective
@@ -62,6 +63,17 @@ class ReadOnlyVehicle:
         """True while a fault keeps it out of contact that will be over, and it has energy."""
         vehicle = self._vehicle
         return vehicle.condition.will_return and not (self.is_in_contact or vehicle.functional.exhausted)
+
+    @property
+    def able_data(self) -> VehicleData | None:
+        """What it is left with for work: its data, without sensors that are dead for good; None if nothing is."""
+        vehicle, condition = self._vehicle, self._vehicle.condition
+        if vehicle.functional.exhausted or vehicle.has_resigned or condition.lost_for_good:
+            return None
+        if not condition.dead_for_good:
+            return self.data
+        working = tuple(one for one in self.data.sensors if one.name not in condition.dead_for_good)
+        return replace(self.data, sensors=working)
 
     @property
     def sensing(self) -> tuple[str, ...]:

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import time
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass, field
-from functools import partial
-from itertools import chain, islice
+from functools import lru_cache, partial
+from itertools import groupby
 
 from missions.errors import ConfigurationError, ConfigurationFault
 from missions.scenarios import load
 from missions.sweeps.pool import SupervisedPool, WorkerDied
+from stress.configurations import baseline, configured, first_of
 from stress.drawing import Plan, schedule_of
 from stress.invariants.ending import NoException, SameDigest
+from stress.invariants.seam import Invariant
 from stress.schedule import Schedule, overrides
 from stress.shipped import invariants_of
 from stress.shrinking import Shrunk, shrunk
@@ -97,9 +99,15 @@ def judge(schedule: Schedule, added: tuple[str, ...] = (), twice: bool = False) 
         added: invariants that a user names.
         twice: run it twice and compare.
     """
-    about = schedule.stress
-    invariants = invariants_of(load(about.scenario, overrides(about.strategy, about.settings)), added)
+    invariants = _invariants(schedule.stress.scenario, tuple(schedule.overrides), added)
     return (repeated if twice else run_trial)(schedule, invariants)
+
+
+@lru_cache(maxsize=64)
+def _invariants(
+    scenario: str, changes: tuple[tuple[str, str], ...], added: tuple[str, ...]
+) -> tuple[type[Invariant], ...]:
+    return invariants_of(load(scenario, changes), added)
 
 
 def campaign(
@@ -111,6 +119,9 @@ def campaign(
     progress: Callable[[float], None] | None = None,
 ) -> Report:
     """Run the schedules of seeds, and shrink the first breach of each invariant.
+
+    Where settings are drawn, seeds come in blocks of one configuration, whose first is run without faults. If that one
+    breaks something, the others of its block are left out: they have nothing to be measured by.
 
     Args:
         plan: from which schedules are drawn.
@@ -152,30 +163,82 @@ def campaign(
 
 def _outcomes(plan: Plan, seeds: Iterator[int], added: tuple[str, ...], jobs: int) -> Iterator[Outcome]:
     """What comes of each seed, in the order in which they finish."""
-    first = list(islice(seeds, 2))
-    if jobs == 1 or len(first) < 2:
-        for seed in chain(first, seeds):
-            yield judge(schedule_of(plan, seed), added, seed % TWICE_EVERY == 0)
+    work = _Work(plan, seeds)
+    first = work.next()
+    if first is None:
+        return
+    second = work.next() if jobs > 1 else None
+    if second is None:
+        schedule: Schedule | None = first
+        while schedule is not None:
+            yield from work.told(judge(schedule, added, is_twice(schedule)))
+            schedule = work.next()
         return
     with SupervisedPool(jobs, "stress.campaign") as pool:
-        seeds = chain(first, seeds)
         under_way: dict[Future[Outcome], Schedule] = {}
 
-        def begin(number: int) -> None:
-            for seed in islice(seeds, number):
-                schedule = schedule_of(plan, seed)
-                under_way[pool.submit(judge, schedule, added, seed % TWICE_EVERY == 0)] = schedule
+        def begin(schedule: Schedule | None) -> None:
+            if schedule is not None:
+                under_way[pool.submit(judge, schedule, added, is_twice(schedule))] = schedule
 
         try:
-            begin(2 * jobs)
+            begin(first)
+            begin(second)
             while under_way:
+                while len(under_way) < 2 * jobs and (schedule := work.next()) is not None:
+                    begin(schedule)
                 done, _ = wait(under_way, return_when=FIRST_COMPLETED)
-                for one in done:
-                    yield _result(one, under_way.pop(one))
-                begin(len(done))
+                for one in sorted(done, key=lambda one: under_way[one].stress.seed):
+                    yield from work.told(_result(one, under_way.pop(one)))
         except BaseException:
             pool.shutdown(cancel_futures=True)
             raise
+
+
+def is_twice(schedule: Schedule) -> bool:
+    """True for schedules that are run twice."""
+    return schedule.stress.seed % TWICE_EVERY == 0
+
+
+class _Work:
+    """Schedules that are to be run: those of a block once it is known what came of its first.
+
+    Args:
+        plan: from which they are drawn.
+        seeds: in order.
+    """
+
+    def __init__(self, plan: Plan, seeds: Iterator[int]) -> None:
+        self._plan = plan
+        self._seeds = seeds
+        self._blocks = groupby(seeds, key=first_of)
+        self._ready: deque[Schedule] = deque()
+        self._waiting: dict[int, list[int]] = {}
+
+    def next(self) -> Schedule | None:
+        """The next that can be run; None if none can be for now."""
+        if self._ready:
+            return self._ready.popleft()
+        if not self._plan.draws:
+            seed = next(self._seeds, None)
+            return None if seed is None else schedule_of(self._plan, seed)
+        first, block = next(self._blocks, (0, None))
+        if block is None:
+            return None
+        self._waiting[first] = list(block)
+        return baseline(self._plan, first)
+
+    def told(self, outcome: Outcome) -> Iterator[Outcome]:
+        """What a schedule that was run counts for; the others of its block can be run from now on."""
+        if outcome.seed not in self._waiting:
+            yield outcome
+            return
+        seeds = self._waiting.pop(outcome.seed)
+        if outcome.seed in seeds or outcome.broken is not None:
+            yield outcome
+        if outcome.broken is None:
+            plan = configured(self._plan, outcome)
+            self._ready.extend(schedule_of(plan, seed) for seed in seeds if seed != outcome.seed)
 
 
 def _result(future: Future[Outcome], schedule: Schedule) -> Outcome:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from missions.errors import ConfigurationError, ConfigurationFault
@@ -13,7 +13,9 @@ from missions.scenarios.scenario import Scenario
 from remoras.faults import FaultKind
 from stress.draws import Draws
 from stress.kinds import ALL, KINDS, SELDOM, Family, Kind
-from stress.schedule import VERSION, About, Schedule, StressFault, fleet_of, frame_s, overrides
+from stress.schedule import VERSION, About, Schedule, StressFault, excludes, fleet_of, frame_s, overrides
+from stress.settings import NONE, settings_named
+from stress.steering import Instant, steered
 from worldmodel import suggestion
 
 MOST_KINDS, MOST_OF_A_KIND = 4, 2
@@ -34,7 +36,8 @@ class Plan:
     """From what schedules are drawn.
 
     Attributes:
-        scenario: name or file; strategy: its name; settings: KEY=VALUE.
+        scenario: name or file; strategy: its name; settings: KEY=VALUE that the user gave.
+        draws: names of settings from which seeds draw; drawn: KEY=VALUE of those that were.
         vehicles: names by node; sensing: those with sensors.
         kinds: from which schedules are drawn.
         usual_s: time of the mission without faults (s); its whole duration where it does not complete.
@@ -42,6 +45,8 @@ class Plan:
         grace_s: what leases of absence take (s).
         wait_s: how long a head may wait for those who do not come to a meeting (s).
         is_checked: True if packets have a checksum anyway.
+        duration_s: when the scenario ends a run (s).
+        must_end: a run has to be over before its bound; instants: when something rare is under way without faults.
         cost_s: what that run took on this machine (s); nothing follows from it but estimates.
     """
 
@@ -56,7 +61,12 @@ class Plan:
     grace_s: float
     wait_s: float
     is_checked: bool
+    duration_s: float
     cost_s: float = 0.0
+    draws: tuple[str, ...] = ()
+    drawn: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    must_end: bool = False
+    instants: tuple[Instant, ...] = ()
 
 
 def kinds_named(names: Sequence[str]) -> tuple[str, ...]:
@@ -73,7 +83,9 @@ def kinds_named(names: Sequence[str]) -> tuple[str, ...]:
     return tuple(kind.name for kind in ALL if (kind.name in names if names else kind.name not in SELDOM))
 
 
-def plan_of(scenario: str, strategy: str = "", settings: Sequence[str] = (), kinds: Sequence[str] = ()) -> Plan:
+def plan_of(
+    scenario: str, strategy: str = "", settings: Sequence[str] = (), kinds: Sequence[str] = (), draws: str = NONE
+) -> Plan:
     """What a plan needs to know of a scenario: it is run once without faults of schedules.
 
     Args:
@@ -81,32 +93,50 @@ def plan_of(scenario: str, strategy: str = "", settings: Sequence[str] = (), kin
         strategy: shipped name or ``package.module:object``; the scenario's if empty.
         settings: KEY=VALUE of the scenario.
         kinds: names of kinds or families; all if empty.
+        draws: settings from which seeds draw, beside those that are given: ``none``, ``all``, or names with commas.
 
     Raises:
-        ConfigurationError: something is wrong with the scenario or the kinds.
+        ConfigurationError: something is wrong with the scenario, the kinds or the settings.
     """
+    drawn = settings_named(draws, settings, strategy)
     named = [kind.name for kind in ALL if kind.family.value in kinds]
     found = kinds_named([*named, *(one for one in kinds if one not in list(Family))])
     own = load(scenario, overrides(strategy, settings))
-    usual, sensing = run(own, seed=1), {one.name for one in own.vehicle if one.sensor}
+    usual = run(own, seed=1)
     possible = tuple(name for name in found if _is_possible(KINDS[name], own))
     if not possible:
         allowed = f"nothing in {scenario} that this may befall by chance; write a schedule, and --replay it"
         raise ConfigurationError("remoras stress", [ConfigurationFault("--faults", f'"{",".join(kinds)}"', allowed)])
-    protection = own.communication.crc_bits or (CRC_BITS if own.communication.key_file else 0)
-    return Plan(
+    plan = Plan(
         scenario,
         strategy or own.strategy.name,
         tuple(settings),
-        fleet_of(own),
-        tuple(name for name in fleet_of(own) if name in sensing),
+        (),
+        (),
         possible,
         usual.end_s,
         usual.completed,
-        LEASES * own.communication.lease_frames * frame_s(own),
-        getattr(own.mission, "meeting_deadline_s", 0.0),
-        protection >= CRC_BITS,
+        0.0,
+        0.0,
+        False,
+        own.scenario.duration_s,
         usual.wall_s,
+        drawn,
+    )
+    return of_scenario(plan, own)
+
+
+def of_scenario(plan: Plan, own: Scenario) -> Plan:
+    """The plan with what follows from the tables of a scenario alone."""
+    sensing = {one.name for one in own.vehicle if one.sensor}
+    protection = own.communication.crc_bits or (CRC_BITS if own.communication.key_file else 0)
+    return replace(
+        plan,
+        vehicles=fleet_of(own),
+        sensing=tuple(name for name in fleet_of(own) if name in sensing),
+        grace_s=LEASES * own.communication.lease_frames * frame_s(own),
+        wait_s=getattr(own.mission, "meeting_deadline_s", 0.0),
+        is_checked=protection >= CRC_BITS,
     )
 
 
@@ -131,10 +161,12 @@ def schedule_of(plan: Plan, seed: int) -> Schedule:
         own = Draws(seed, number)
         for _ in range(1 + int(own.uniform() * MOST_OF_A_KIND)):
             fault = _drawn(KINDS[name], own, plan, heal_s, staying)
-            if not any(_excludes(fault, other) for other in faults):
+            if not any(excludes(fault, other) for other in faults):
                 faults.append(fault)
+    if plan.instants:
+        heal_s, faults = steered(plan.instants, seed, heal_s, faults, plan.sensing)
     bound_s = plan.usual_s
-    if plan.completes:
+    if plan.completes or plan.must_end:
         factor = min((one.factor or 1.0 for one in faults if one.is_permanent), default=1.0)
         bound_s = round(heal_s + SLACK * plan.usual_s / factor + plan.wait_s + plan.grace_s, 1)
     about = About(
@@ -147,8 +179,10 @@ def schedule_of(plan: Plan, seed: int) -> Schedule:
         heal_s=heal_s,
         bound_s=bound_s,
         must_finish=plan.completes,
+        must_end=plan.must_end,
     )
-    return Schedule(stress=about, fault=tuple(sorted(faults, key=lambda one: (one.at_s, one.kind, one.vehicle))))
+    ordered = sorted(faults, key=lambda one: (one.at_s, one.kind, one.vehicle))
+    return Schedule(stress=about, settings=dict(plan.drawn), fault=tuple(ordered))
 
 
 def _drawn(kind: Kind, draws: Draws, plan: Plan, heal_s: float, staying: str) -> StressFault:
@@ -175,11 +209,3 @@ def _drawn(kind: Kind, draws: Draws, plan: Plan, heal_s: float, staying: str) ->
     if kind.is_sudden:
         until_s = None
     return StressFault(kind=kind.name, at_s=at_s, until_s=until_s, **whose, **kind.drawn(draws))
-
-
-def _excludes(fault: StressFault, other: StressFault) -> bool:
-    """True if two faults cannot be in one schedule: the same of one vehicle, or one that is away twice."""
-    away = {FaultKind.LOST, FaultKind.RESTARTS, FaultKind.JOINS}
-    if fault.vehicle != other.vehicle or not fault.vehicle:
-        return False
-    return fault.kind == other.kind or (fault.kind in away and other.kind in away)

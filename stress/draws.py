@@ -12,6 +12,8 @@ SCHEDULES = 1000
 """`trial` of the draws of schedules, beyond those of missions."""
 PACKETS = 1001
 """`trial` of the draws that say which packets and readings a fault befalls."""
+SETTINGS, STEERING = 1003, 1004
+"""`trial` of the draws of settings, and of those that steer faults."""
 
 
 class Draws:
@@ -19,7 +21,8 @@ class Draws:
 
     Args:
         seed: of the schedule.
-        stream: its purpose; draws of one do not shift those of another.
+        stream: of what; draws of one do not shift those of another.
+        purpose: `trial` of the draws.
 
     >>> draws = Draws(7, 0)
     >>> first = draws.uniform()
@@ -27,15 +30,16 @@ class Draws:
     (True, True, False)
     """
 
-    def __init__(self, seed: int, stream: int) -> None:
+    def __init__(self, seed: int, stream: int, purpose: int = SCHEDULES) -> None:
         self._seed = seed
+        self._purpose = purpose
         self._stream = stream
         self._n_drawn = 0
 
     def uniform(self) -> float:
         """A number in [0, 1)."""
         self._n_drawn += 1
-        return loss.uniform(self._seed, SCHEDULES, self._stream, self._n_drawn, 0)
+        return loss.uniform(self._seed, self._purpose, self._stream, self._n_drawn, 0)
 
     def between(self, low: float, high: float) -> float:
         """A number in [low, high)."""
@@ -49,6 +53,11 @@ class Draws:
         """So many different ones, in the order of drawing; all if there are fewer."""
         left = list(values)
         return [left.pop(int(self.uniform() * len(left))) for _ in range(min(number, len(left)))]
+
+
+def stream_of(name: str) -> int:
+    """Number of the stream of what has a name."""
+    return sum(ord(letter) * int(31**place) for place, letter in enumerate(name)) % (1 << 31)
 
 
 def befalls(seed: int, fault: int, number: int, receiver: int, share: float) -> bool:

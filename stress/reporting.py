@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from stress.campaign import Report
+from stress.configurations import said
 from stress.kinds import ALL
 from stress.shrinking import Shrunk
 from stress.trial import FOR_GOOD, Broken, Outcome
@@ -21,6 +23,7 @@ def as_value(report: Report) -> dict[str, Any]:
         "scenario": plan.scenario,
         "strategy": plan.strategy,
         "settings": list(plan.settings),
+        "drawn": _drawn(report),
         "usual_s": plan.usual_s,
         "completes_without_faults": plan.completes,
         "n_runs": len(report.outcomes),
@@ -40,9 +43,18 @@ def as_value(report: Report) -> dict[str, Any]:
         "happened": dict(sorted(report.happened.items())),
         "recovered": dict(sorted(report.recovered.items())),
         "broken": [_broken(one, one.broken) for one in report.broken if one.broken is not None],
-        "shrunk": [{**_small(small), "toml": small.schedule.as_toml()} for small in report.shrunk.values()],
+        "shrunk": [
+            {**_small(small), "toml": small.schedule.as_toml(), "scenario": small.schedule.as_scenario()}
+            for small in report.shrunk.values()
+        ],
         "wall_s": round(report.wall_s, 3),
     }
+
+
+def _drawn(report: Report) -> dict[str, int]:
+    """In how many schedules each setting was drawn, where any may be."""
+    drawn = Counter(name for one in report.outcomes for name in one.schedule.settings)
+    return {name: drawn[name] for name in report.plan.draws}
 
 
 def _broken(one: Outcome, broken: Broken) -> dict[str, Any]:
@@ -51,6 +63,7 @@ def _broken(one: Outcome, broken: Broken) -> dict[str, Any]:
         "invariant": broken.invariant,
         "time_s": broken.time_s,
         "text": broken.text,
+        "settings": {name: list(lines) for name, lines in one.schedule.settings.items()},
         "heal_s": one.schedule.stress.heal_s,
         "bound_s": one.schedule.stress.bound_s,
         "last_events": list(broken.before),
@@ -62,6 +75,7 @@ def _small(small: Shrunk) -> dict[str, Any]:
         "invariant": small.broken.invariant,
         "seed": small.schedule.stress.seed,
         "n_faults": len(small.schedule.fault),
+        "n_settings": len(small.schedule.settings),
         "n_runs": small.n_runs,
         "digest": small.digest,
     }
@@ -74,6 +88,8 @@ def replayed(outcome: Outcome) -> dict[str, Any]:
         "completed": outcome.completed,
         "end_s": outcome.end_s,
         "digest": outcome.digest,
+        "settings": {name: list(lines) for name, lines in outcome.schedule.settings.items()},
+        "scenario": outcome.schedule.as_scenario(),
         "happened": dict(sorted(outcome.happened.items())),
         "recovered": dict(sorted(outcome.recovered.items())),
         "judged": list(outcome.judged),
@@ -91,11 +107,15 @@ def lines(report: Report) -> Iterator[str]:
     yield from _table_lines(report)
     recovered = ", ".join(f"{way} {count}" for way, count in report.recovered.most_common())
     yield f"recoveries: {recovered or 'none'}"
+    if plan.draws:
+        drawn = ", ".join(f"{name} {count}" for name, count in _drawn(report).items() if count)
+        yield f"settings drawn: {drawn or 'none'}"
     for name, small in report.shrunk.items():
         about, n_faults = small.schedule.stress, len(small.schedule.fault)
         yield ""
         yield f"{name} broken by seed {about.seed} at {small.broken.time_s:.1f} s: {small.broken.text}"
-        yield f"shrunk to {n_faults} faults in {small.n_runs} runs:"
+        faults = f"{n_faults} faults" if n_faults else "no fault"
+        yield f"shrunk to {faults} in {small.n_runs} runs, with {said(small.schedule.settings)}:"
         yield from (f"  {line}" for line in small.schedule.as_toml().splitlines())
         yield from _before(small.broken)
 
@@ -110,6 +130,7 @@ def replay_lines(outcome: Outcome) -> Iterator[str]:
     how = "completed" if outcome.completed else "not completed"
     bound = f"healed at {outcome.schedule.stress.heal_s:g} s, bound {outcome.schedule.stress.bound_s:g} s"
     yield f"seed {outcome.seed}: {how}, ended at {outcome.end_s:g} s; {bound}"
+    yield f"drawn: {said(outcome.schedule.settings)}"
     yield "happened: " + (", ".join(f"{kind} {count}" for kind, count in outcome.happened.items()) or "nothing")
     yield f"digest {outcome.digest}"
     if outcome.broken is None:
@@ -147,3 +168,4 @@ def write(report: Report, draft: Path) -> None:
         (draft / f"seed-{one.seed}.toml").write_text(one.schedule.as_toml(), encoding="utf-8")
     for name, small in report.shrunk.items():
         (draft / f"shrunk-{name}.toml").write_text(small.schedule.as_toml(), encoding="utf-8")
+        (draft / f"shrunk-{name}.scenario.toml").write_text(small.schedule.as_scenario(), encoding="utf-8")

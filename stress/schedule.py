@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from functools import lru_cache
 from itertools import chain
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import tomli_w
 from pydantic import Field, ValidationError
 
 from missions.document import Document
 from missions.errors import ConfigurationError, ConfigurationFault
 from missions.files import shown, text_of, toml_value
 from missions.scenarios import load
+from missions.scenarios.loading import resolved
 from missions.scenarios.scenario import Scenario
 from missions.scenarios.tables import PointM, Section, one_of
+from remoras.faults import FaultKind
+from stress.draws import stream_of
 from stress.kinds import KINDS, Family
 
 VERSION = 1
@@ -23,6 +28,7 @@ SETTLE_FRAMES = 240
 """Longest quiet time after the mission, in TDMA frames."""
 READY_S = 1e-6
 """What a clock that jumps during the run is ahead at its start: so little that it never shows."""
+FLEET_SIZE = "fleet.size"
 NOT_OF_SCENARIO = ("peer", "share", "slots", "bits", "one_way", "by_s", "by_m")
 
 
@@ -79,6 +85,7 @@ class About(Section):
     heal_s: float = Field(gt=0.0, description="when what is transient is over, and the survivors have to go on")
     bound_s: float = Field(gt=0.0, description="by when the mission has to be complete")
     must_finish: bool = Field(True, description="the mission completes without faults, so survivors must complete it")
+    must_end: bool = Field(False, description="the run has to be over before the bound, complete or not")
 
 
 class Schedule(Section):
@@ -88,6 +95,7 @@ class Schedule(Section):
     """
 
     stress: About
+    settings: dict[str, tuple[str, ...]] = Field({}, description="KEY=VALUE of each setting that the seed has drawn")
     fault: tuple[StressFault, ...] = ()
 
     @property
@@ -108,14 +116,32 @@ class Schedule(Section):
         """Faults with numbers by which their draws are keyed: those of a fault do not depend on the others."""
         for fault in self.fault:
             name = f"{fault.kind} {fault.vehicle} {fault.peer} {fault.at_s}"
-            yield sum(ord(letter) * 31**place for place, letter in enumerate(name)) % (1 << 31), fault
+            yield stream_of(name), fault
 
     def as_toml(self) -> str:
         """The schedule as a file; reading it gives an equal one."""
         about = self.stress.model_dump(mode="json", exclude_defaults=True)
-        tables = [("[stress]", about), *(("\n[[fault]]", fault.said()) for fault in self.fault)]
+        tables = [("[stress]", about), *([("\n[settings]", self.settings)] if self.settings else [])]
+        tables += [("\n[[fault]]", fault.said()) for fault in self.fault]
         lines = [[head, *(f"{key} = {toml_value(value)}" for key, value in table.items())] for head, table in tables]
         return "".join(f"{line}\n" for line in chain.from_iterable(lines))
+
+    @property
+    def overrides(self) -> list[tuple[str, str]]:
+        """What changes the scenario, with the option that each comes from: what was drawn goes over what was given."""
+        return overrides(self.stress.strategy, self.stress.settings, self.settings)
+
+    def with_settings(self, settings: Mapping[str, tuple[str, ...]]) -> Schedule:
+        """The same with other settings, without the faults of vehicles that are not there then.
+
+        Raises:
+            ConfigurationError: the scenario does not allow it.
+        """
+        about = self.stress
+        fleet = fleet_of(load(about.scenario, overrides(about.strategy, about.settings, settings)))
+        faults = tuple(one for one in self.fault if {one.vehicle, one.peer} <= {*fleet, ""})
+        about = about.model_copy(update={"vehicles": fleet})
+        return self.model_copy(update={"stress": about, "settings": dict(settings), "fault": faults})
 
     def scenario(self) -> Scenario:
         """The scenario of the run, with the faults that it can declare itself.
@@ -124,17 +150,31 @@ class Schedule(Section):
             ConfigurationError: the faults contradict those of the scenario, or each other.
         """
         about = self.stress
-        own = load(about.scenario, overrides(about.strategy, about.settings))
-        told = [table.model_dump(mode="json", exclude_none=True) for table in own.fault]
-        told += [fault.said() for fault in self.fault if KINDS[fault.kind].is_of_scenario]
+        own, own_frame_s = _known(about.scenario, tuple(self.overrides))
+        told = [*own, *(fault.said() for fault in self.fault if KINDS[fault.kind].is_of_scenario)]
         given: dict[str, Any] = {"scenario.duration_s": about.bound_s}
-        given["scenario.settle_s"] = SETTLE_FRAMES * frame_s(own)
+        given["scenario.settle_s"] = SETTLE_FRAMES * own_frame_s
         given |= {f"vehicle.{name}.clock": {"offset_s": off_s} for name, off_s in self._clocks().items()}
         mine = [("schedule", f"{key}={toml_value(value)}") for key, value in given.items()]
         if told:
             mine.append(("schedule", f"fault={toml_value(told)}"))
-        others = [one for one in about.settings if one.partition("=")[0].strip() not in given]
-        return load(about.scenario, [*overrides(about.strategy, others), *mine])
+        others = [one for one in self.overrides if _key(one[1]) not in given]
+        if not any(key.startswith("vehicle.") for key in given) or FLEET_SIZE not in map(_key_of, others):
+            return load(about.scenario, [*others, *mine])
+        whole = load(about.scenario, others).model_dump(mode="json", exclude_none=True)  # copies have tables here
+        return resolved(Document.of_text(tomli_w.dumps(whole), about.scenario), mine)
+
+    def as_scenario(self) -> str:
+        """The run as a scenario file: with its settings, and those of its faults that a scenario may declare."""
+        about = self.stress
+        others = [one for one in self.fault if not KINDS[one.kind].is_of_scenario and one.kind != "clock"]
+        head = [
+            f"A run of {about.scenario} under stress, alone: remoras run FILE --seed {about.seed}",
+            *(f"not in it: {toml_value(fault.said())}" for fault in others),
+            *(f"not in it: a jump of the clock, {toml_value(one.said())}" for one in self.fault if one.kind == "clock"),
+        ]
+        tables = self.scenario().model_dump(mode="json", exclude_none=True)
+        return "".join(f"# {line}\n" for line in head) + tomli_w.dumps(tables)
 
     def _clocks(self) -> dict[str, float]:
         """By how much clocks are ahead at the start, of those that are ever off."""
@@ -145,10 +185,22 @@ class Schedule(Section):
         return {name: off_s or READY_S for name, off_s in found.items()}
 
 
-def overrides(strategy: str, settings: Sequence[str]) -> list[tuple[str, str]]:
-    """What changes a scenario, with the option that each comes from."""
+def overrides(
+    strategy: str, settings: Sequence[str], drawn: Mapping[str, Sequence[str]] | None = None
+) -> list[tuple[str, str]]:
+    """What changes a scenario, with the option that each comes from; what was drawn goes over what was given."""
     named = [("--strategy", f"strategy.name={strategy}")] if strategy else []
-    return named + [("--set", one) for one in settings]
+    given = named + [("--set", one) for one in settings]
+    over = {_key(one): ("--settings", one) for lines in (drawn or {}).values() for one in lines}
+    return [*(one for one in given if _key(one[1]) not in over), *over.values()]
+
+
+def _key(override: str) -> str:
+    return override.partition("=")[0].strip()
+
+
+def _key_of(change: tuple[str, str]) -> str:
+    return _key(change[1])
 
 
 def frame_s(scenario: Scenario) -> float:
@@ -156,6 +208,21 @@ def frame_s(scenario: Scenario) -> float:
     from missions.runs.setup import resolved
 
     return resolved(scenario).schedule.frame_s
+
+
+@lru_cache(maxsize=64)
+def _known(scenario: str, changes: tuple[tuple[str, str], ...]) -> tuple[tuple[dict[str, Any], ...], float]:
+    """The faults that a scenario has itself, and the length of its frames (s): many schedules have one."""
+    own = load(scenario, changes)
+    return tuple(table.model_dump(mode="json", exclude_none=True) for table in own.fault), frame_s(own)
+
+
+def excludes(fault: StressFault, other: StressFault) -> bool:
+    """True if two faults cannot be in one schedule: the same of one vehicle, or one that is away twice."""
+    away = {FaultKind.LOST, FaultKind.RESTARTS, FaultKind.JOINS}
+    if fault.vehicle != other.vehicle or not fault.vehicle:
+        return False
+    return fault.kind == other.kind or (fault.kind in away and other.kind in away)
 
 
 def read_schedule(path: Path) -> Schedule:
@@ -170,7 +237,7 @@ def read_schedule(path: Path) -> Schedule:
         schedule = Schedule.model_validate(document.raw)
     except ValidationError as error:
         raise document.error(document.faults_of(error, Schedule)) from None
-    faults = [*_faults_of_about(schedule.stress)]
+    faults = [*_faults_of_about(schedule)]
     if not faults:
         for number, fault in enumerate(schedule.fault, 1):
             faults += _faults_of(f"fault.{number}", fault, schedule.stress)
@@ -179,12 +246,13 @@ def read_schedule(path: Path) -> Schedule:
     return schedule
 
 
-def _faults_of_about(about: About) -> Iterator[ConfigurationFault]:
+def _faults_of_about(schedule: Schedule) -> Iterator[ConfigurationFault]:
+    about = schedule.stress
     if about.version != VERSION:
         yield ConfigurationFault("stress.version", str(about.version), f"this is version {VERSION}: draw it anew")
         return
     try:
-        scenario = load(about.scenario, overrides(about.strategy, about.settings))
+        scenario = load(about.scenario, schedule.overrides)
     except ConfigurationError as error:
         yield ConfigurationFault("stress.scenario", f'"{about.scenario}"', "; ".join(str(error).splitlines()))
         return

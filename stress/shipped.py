@@ -18,8 +18,8 @@ SHIPPED: tuple[type[Invariant], ...] = (
     ending.NoException, knowledge.Beliefs, knowledge.Recorded, knowledge.WholeBlocks, knowledge.Remembered,
     knowledge.OneContent, knowledge.Newest, knowledge.Past, knowledge.SoundPackets, knowledge.Agreement,
     knowledge.Rest, organisation.Authority, organisation.Cardinality, motion.Finite, motion.Borders, motion.Speed,
-    motion.Energy, motion.Separation, ending.TrueVerdict, record.WholeTables, ending.SummaryOfTables, ending.Finishes,
-    ending.SameDigest,
+    motion.Energy, motion.Separation, ending.TrueVerdict, record.WholeTables, ending.SummaryOfTables,
+    ending.Ends, ending.Finishes, ending.SameDigest,
 )  # fmt: skip
 """In the order of tables."""
 

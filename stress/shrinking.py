@@ -1,4 +1,4 @@
-"""Shrinking: the fewest events, vehicles and seconds by which an invariant is still broken."""
+"""Shrinking: the fewest events, settings, vehicles and seconds by which an invariant is still broken."""
 
 from __future__ import annotations
 
@@ -65,6 +65,23 @@ class _Search:
                 return
             size = max(1, size // 2)
 
+    def leave_out_settings(self) -> None:
+        """Put settings back to those of the scenario, all at once, then one by one as long as that goes on."""
+        if self.best.settings and self._takes_settings({}):
+            return
+        goes_on = True
+        while goes_on:
+            goes_on = False
+            for name in self.best.settings:
+                left = {one: lines for one, lines in self.best.settings.items() if one != name}
+                goes_on = self._takes_settings(left) or goes_on
+
+    def _takes_settings(self, settings: dict[str, tuple[str, ...]]) -> bool:
+        try:
+            return self.takes(self.best.with_settings(settings))
+        except ConfigurationError:
+            return False  # the scenario does not allow one without the other
+
     def simplify(self) -> None:
         """Replace single faults by simpler ones, as long as that goes on."""
         index = 0
@@ -113,9 +130,13 @@ def shrunk(outcome: Outcome, trial: Callable[[Schedule], Outcome]) -> Shrunk:
         raise ValueError("nothing is broken: there is nothing to shrink")
     search = _Search(outcome, outcome.broken, trial)
     search.leave_out()
-    fewest = search.best
-    search.shorten()
-    search.simplify()
-    if search.best != fewest:  # a shorter fault, or an earlier end, may have made another needless
+    search.leave_out_settings()
+    while search.n_runs < MOST_RUNS:  # a setting, a shorter fault, or an earlier end, may have made another needless
+        fewest = search.best
         search.leave_out()
+        search.shorten()
+        search.simplify()
+        search.leave_out_settings()
+        if search.best == fewest:
+            break
     return Shrunk(search.best, search.broken, search.n_runs, search.digest)

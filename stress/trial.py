@@ -24,13 +24,14 @@ from remoras.faults import FaultKind
 from remoras.fleet import rare_collections
 from remoras.recorder import Recorder
 from stress.forging import forger
-from stress.invariants.ending import Finishes, NoException, SameDigest
+from stress.invariants.ending import Ends, Finishes, NoException, SameDigest
 from stress.invariants.seam import Heard, Invariant, Moment, Scene
 from stress.kinds import ENDING, KINDS
 from stress.minds import BrokenStrategy, forged_act, is_found_out
 from stress.rigging import Rigging
-from stress.schedule import Schedule, StressFault, overrides
+from stress.schedule import Schedule, StressFault
 from stress.sea import RoughSea
+from stress.steering import Instant, instants_of
 from stress.witness import Witness
 
 CHECKED_BITS = 32
@@ -68,9 +69,11 @@ class Outcome:
         judged: names of the invariants that are promised under the schedule; not_promised: of the others.
         happened: how often each kind of its faults has changed anything.
         recovered: how often vehicles went each way of recovery.
-        completed: the mission is complete; end_s: when the run ended.
+        completed: the mission is complete; end_s: when that was, or when the run was broken off.
         digest: of all tables and figures.
         wall_s: what it took on this machine.
+        not_promised: names of the invariants that were not asked.
+        instants: when something rare was under way, of a run without faults.
     """
 
     schedule: Schedule
@@ -83,6 +86,7 @@ class Outcome:
     digest: str
     wall_s: float
     not_promised: tuple[str, ...] = ()
+    instants: tuple[Instant, ...] = ()
 
     @property
     def seed(self) -> int:
@@ -114,7 +118,9 @@ class _Trial:
         self.fleet, self.setup = fleet, setup
         effective = effective_kinds(self.schedule, setup)
         self.scene = Scene(setup, self.schedule, fleet, Witness(), {}, effective)
-        asked = [one for one in self.invariants if one.name != Finishes.name or self.schedule.stress.must_finish]
+        about = self.schedule.stress
+        left_out = {*(() if about.must_finish else (Finishes.name,)), *(() if about.must_end else (Ends.name,))}
+        asked = [one for one in self.invariants if one.name not in left_out]
         promised = [one for one in asked if one.not_under.isdisjoint(effective)]
         self.of = {moment: [one for one in promised if one.moment == moment] for moment in Moment}
         self.rigging = Rigging(self.scene, self._listen, self.happened)
@@ -150,6 +156,9 @@ class _Trial:
         """Let the exchange go on undisturbed, and look at how all ended."""
         scene, fleet = self.scene, self.fleet
         self.sea.is_calm = True
+        for _, fault, by_s in self.sudden:
+            if fault.kind == "clock" and fault.holds(fleet.now_s):  # what would be set back after the mission
+                self._let_happen(fault, by_s)
         settled = settled_of(self.setup, fleet)
         scene.heard = None
         for vehicle in fleet.vehicles:
@@ -208,9 +217,10 @@ class _Trial:
             dict(self.happened + Counter(_declared(self.schedule, recorder))),
             dict(recoveries(recorder)),
             fleet.completed,
-            fleet.now_s,
+            fleet.now_s if fleet.running else fleet.ended_s,
             digest_of(recorder, self.scene.summary),
             round(time.perf_counter() - began, 3),
+            instants=() if self.schedule.fault else instants_of(recorder, fleet.truth.milestones, fleet.ended_s),
         )
         fleet.close()
         return outcome
@@ -231,17 +241,17 @@ def run_trial(schedule: Schedule, invariants: Sequence[type[Invariant]]) -> Outc
     outcome = _Trial(schedule, [one() for one in invariants]).run()
     if outcome.broken is None or outcome.broken.invariant != Finishes.name or not schedule.fault:
         return outcome
-    alone, about = _Trial(schedule.with_faults(()), [Finishes()]).run(), schedule.stress
-    if alone.broken is None and _always_completes(about.scenario, about.strategy, about.settings):
+    alone = _Trial(schedule.with_faults(()), [Finishes()]).run()
+    if alone.broken is None and _always_completes(schedule.stress.scenario, tuple(schedule.overrides)):
         return outcome
     judged = tuple(name for name in outcome.judged if name != Finishes.name)
     return replace(outcome, broken=None, judged=judged, not_promised=(*outcome.not_promised, Finishes.name))
 
 
 @lru_cache(maxsize=32)
-def _always_completes(scenario: str, strategy: str, settings: tuple[str, ...]) -> bool:
+def _always_completes(scenario: str, changes: tuple[tuple[str, str], ...]) -> bool:
     """True if a mission is complete without faults whatever its seed, as far as some show: else it is one of chance."""
-    own = load(scenario, overrides(strategy, settings))
+    own = load(scenario, changes)
     return all(run(own, seed).completed for seed in range(1, CERTAIN_SEEDS + 1))
 
 
@@ -269,11 +279,11 @@ def effective_kinds(schedule: Schedule, setup: Setup) -> frozenset[str]:
 
 
 def digest_of(recorder: Recorder, figures: Mapping[str, Any]) -> str:
-    """Digest of all tables and figures of a run, but for what depends on the machine."""
+    """Digest of all tables and figures of a run."""
     found = hashlib.sha256()
     for name in sorted(recorder.tables):
         found.update(f"{name} {recorder.rows(name)!r}".encode())
-    found.update(repr([(key, value) for key, value in figures.items() if key != "wall_s"]).encode())
+    found.update(repr(list(figures.items())).encode())
     return found.hexdigest()[:20]
 
 

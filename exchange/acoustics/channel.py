@@ -93,7 +93,7 @@ class BroadcastChannel:
         packet = Transmission(slot, sender, now_s, 8 * len(data))
         sent_s = now_s + self.modem.packet_s(packet.size_bits)
         slot_ends_s = now_s + self.modem.packet_s(self.modem.payload_bits) + self.range_m / self.sound_speed_mps
-        draws = loss.slot_key(loss.trial_key(self.seed, self.trial), slot)
+        draws: int | None = None  # nothing is drawn where nothing can be lost
         arrivals = []
         for receiver, (other_x_m, other_y_m) in enumerate(positions_m):
             if receiver == sender or receiver in cut_off:
@@ -105,7 +105,9 @@ class BroadcastChannel:
             if time_s > slot_ends_s if self.carries_beyond_range else range_m > self.range_m:
                 continue
             p_loss = self.link.p_loss(packet, receiver, range_m)
-            if p_loss > 0.0 and loss.link_uniform(draws, sender, receiver) < p_loss:
-                continue
+            if p_loss > 0.0:
+                draws = draws or loss.slot_key(loss.trial_key(self.seed, self.trial), slot)
+                if loss.link_uniform(draws, sender, receiver) < p_loss:
+                    continue
             arrivals.append(Arrival(receiver, time_s, data))
         return arrivals

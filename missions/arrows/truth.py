@@ -8,12 +8,13 @@ from collections.abc import Callable, Sequence
 from exchange.arithmetic import distance
 from missions.arrows.bayes import disagreement, divergence
 from missions.arrows.chart import CONTACT, SWEPT, Chart
-from missions.arrows.detectors import CONTACTS, SAME_M
+from missions.arrows.detectors import CONTACTS, SAME_M, CameraSettings, DetectorSettings
 from missions.arrows.scenario import NOTHING, SITES, ArrowsScenario
 from missions.arrows.seafloor import Seafloor
 from missions.meeting.meeting import Meeting
 from missions.meeting.truth import JobTruth
 from remoras.mission import FleetView, Milestone
+from remoras.reach import left
 from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
 from remoras.work import Point
 
@@ -60,6 +61,8 @@ class ArrowsTruth(JobTruth):
         chart: makes a map of the prior; vehicles: by name.
     """
 
+    work = "identify what lies there"
+
     def __init__(
         self,
         meeting: Meeting,
@@ -83,14 +86,29 @@ class ArrowsTruth(JobTruth):
     @property
     def goal_fraction(self) -> float:
         """Share of the goal: of the sites that are there, so many are to be found and rightly identified."""
+        return self._share(len(self._identified))
+
+    def _share(self, n_identified: int) -> float:
         if not self._sites:
             return 1.0
-        return min(1.0, len(self._identified) / (self._scenario.mission.goal * len(self._sites)))
+        return min(1.0, n_identified / (self._scenario.mission.goal * len(self._sites)))
+
+    def reachable_fraction(self, fleet: FleetView) -> float:
+        """With all sites identified that are found, or may be by a detector left, if a camera is left."""
+        carried = [one for _, data in left(fleet) for one in data.sensors]
+        if not any(isinstance(one, CameraSettings) for one in carried):
+            return self.goal_fraction
+        is_searched = any(isinstance(one, DetectorSettings) for one in carried)
+        return self._share(len(self._sites if is_searched else self._found | self._identified))
+
+    def out_of_reach(self, fleet: FleetView) -> Sequence[str]:
+        """Nothing that has a name."""
+        return ()
 
     @property
     def is_over(self) -> bool:
         """True once all groups have met, and nobody is to return: nobody goes out again."""
-        return self._n_meetings > 0 and not self._apart and not self._is_awaited
+        return super().is_over or (self._n_meetings > 0 and not self._apart and not self._is_awaited)
 
     def watch(self, fleet: FleetView, now_s: float) -> None:
         """Note what was found and identified since the last look."""

@@ -12,26 +12,28 @@ metric is the success rate, with Wilson's interval; failed runs have not complet
 from __future__ import annotations
 
 import statistics as plain
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
+from missions.comparison.intervals import Estimated, NoInterval, Timed, mean_interval, restricted_interval
 from missions.comparison.pairs import Paired, paired_with
+from missions.comparison.ranking import columns_of, of_less_success
 from missions.comparison.rows import Comparison
 from missions.comparison.treatments import (
     MISSION_TIME,
     SUCCESS,
+    Measured,
     Outcomes,
     Treatment,
     check_name,
+    measured,
     n_reached,
     treatments_of,
     values_of,
 )
 from missions.metric import MetricRecord
-from missions.statistics import FEW, holm, mean_interval, restricted_mean_time, wilson_interval
+from missions.statistics import Interval, holm, restricted_mean_time, wilson_interval
 from missions.sweeps.folder import SweepResults
-
-INTERVALS_OF_MEANS = f"95 % intervals of the mean (bootstrap; Student's t below {FEW} runs)"
 
 
 def compare(results: SweepResults, metrics: Sequence[str] = (), baseline: str | None = None) -> list[Comparison]:
@@ -60,7 +62,9 @@ def compare(results: SweepResults, metrics: Sequence[str] = (), baseline: str | 
     check_name("--baseline", baseline, [*strategies, *policies])
     by_strategy = baseline in strategies
     declared = results.metrics
-    return [row for metric in metrics for row in _rows(treatments, declared, metric, baseline, by_strategy)]
+    columns = columns_of(treatments, declared[SUCCESS], declared[SUCCESS], results.bounds)
+    behind = frozenset(treatment for column in columns for treatment in of_less_success(column))
+    return [row for metric in metrics for row in _rows(treatments, declared, metric, baseline, by_strategy, behind)]
 
 
 def _rows(
@@ -69,11 +73,12 @@ def _rows(
     name: str,
     baseline: str,
     by_strategy: bool,
+    behind: Collection[Treatment],
 ) -> list[Comparison]:
     """Rows of one metric; its comparisons are one family for Holm's correction."""
     metric = declared[name]
     times_s = {one: values_of(runs, declared[MISSION_TIME]) for one, runs in treatments.items()}
-    values = {one: found for one, runs in treatments.items() if (found := values_of(runs, metric))}
+    values = {one: found for one, runs in treatments.items() if (found := measured(runs, metric)).values}
     compared: dict[Treatment, Paired] = {}
     for treatment, found in values.items():
         other = replace(treatment, strategy=baseline) if by_strategy else replace(treatment, policy=baseline)
@@ -81,18 +86,13 @@ def _rows(
             compared[treatment] = paired
     tested = {treatment: paired.p for treatment, paired in compared.items() if paired.p is not None}
     corrected = dict(zip(tested, holm(list(tested.values())), strict=True))
-    return [
-        _row(
-            treatment,
-            metric,
-            baseline,
-            list(found.values()),
-            treatments[treatment],
-            times_s[treatment],
-            compared.get(treatment),
-            corrected.get(treatment),
-        )
+    rows = [
+        _row(treatment, metric, baseline, found, treatments[treatment], times_s[treatment], compared.get(treatment))
         for treatment, found in values.items()
+    ]
+    return [
+        replace(row, p_holm=corrected.get(treatment), unequal_success=treatment in behind)
+        for treatment, row in zip(values, rows, strict=True)
     ]
 
 
@@ -100,20 +100,24 @@ def _row(
     treatment: Treatment,
     metric: MetricRecord,
     baseline: str,
-    values: Sequence[float],
+    found: Measured,
     runs: Outcomes,
     times_s: Mapping[int, float],
     paired: Paired | None,
-    p_holm: float | None,
 ) -> Comparison:
-    """The row of one treatment and metric; ``runs`` are all that were made, ``values`` those of the metric."""
+    """The row of one treatment and metric; ``runs`` are all that were made, ``found`` has those of the metric."""
+    values = list(found.values.values())
     completed = [run.completed for run in runs.values()]
     timed = [runs[repeat].completed for repeat in times_s]
     horizon_s = max(times_s.values(), default=0.0)
-    success = wilson_interval(sum(completed), len(completed))
-    low, high = (success if metric.name == SUCCESS else mean_interval(values)) or (None, None)
-    diff_low, diff_high = (paired.interval if paired else None) or (None, None)
-    return Comparison(
+    success = NoInterval.DETERMINISTIC if found.constant else wilson_interval(sum(completed), len(completed))
+    interval = success if metric.name == SUCCESS else _interval(found)
+    reached = [found.values[repeat] for repeat in found.reached or ()]
+    of_reached = NoInterval.DETERMINISTIC if found.constant else mean_interval(reached)
+    low, high = _bounds(interval)
+    reached_low, reached_high = _bounds(of_reached)
+    success_low, success_high = _bounds(success)
+    row = Comparison(
         **treatment.columns(),
         metric=metric.name,
         baseline=baseline,
@@ -125,14 +129,60 @@ def _row(
         ci95_low=low,
         ci95_high=high,
         median=plain.median(values),
-        diff_to_baseline=paired.difference if paired else None,
-        diff_ci95_low=diff_low,
-        diff_ci95_high=diff_high,
-        p_holm=p_holm,
-        effect_size=paired.effect if paired else None,
-        pairing_gain=paired.gain if paired else None,
+        diff_to_baseline=None,
+        diff_ci95_low=None,
+        diff_ci95_high=None,
+        p_holm=None,
+        effect_size=None,
+        pairing_gain=None,
         success_rate=sum(completed) / len(completed),
-        success_ci95_low=success[0],
-        success_ci95_high=success[1],
+        success_ci95_low=success_low,
+        success_ci95_high=success_high,
         restricted_mean_time_s=restricted_mean_time(list(times_s.values()), timed, horizon_s),
+        deterministic=found.constant,
+        ci95_note=_note(interval),
+        reached_mean=plain.fmean(reached) if reached else None,
+        reached_ci95_low=reached_low,
+        reached_ci95_high=reached_high,
     )
+    return row if paired is None else _with_difference(row, paired)
+
+
+def _with_difference(row: Comparison, paired: Paired) -> Comparison:
+    """The row with what the pairs say."""
+    low, high = _bounds(paired.interval)
+    reached_low, reached_high = _bounds(paired.reached_interval)
+    return replace(
+        row,
+        diff_to_baseline=paired.difference,
+        diff_ci95_low=low,
+        diff_ci95_high=high,
+        diff_note=_note(paired.interval),
+        effect_size=paired.effect,
+        pairing_gain=paired.gain,
+        n_pairs=paired.n,
+        n_pairs_reached=paired.n_reached,
+        diff_reached=paired.reached,
+        diff_reached_ci95_low=reached_low,
+        diff_reached_ci95_high=reached_high,
+    )
+
+
+def _interval(found: Measured) -> Estimated:
+    """Interval of the mean of a metric: of the restricted one if it is censored."""
+    values = list(found.values.values())
+    if found.constant:
+        return NoInterval.DETERMINISTIC
+    if found.reached is None:
+        return mean_interval(values)
+    if found.horizon is None:
+        return NoInterval.UNBOUNDED
+    return restricted_interval(Timed(values, [repeat in found.reached for repeat in found.values], found.horizon))
+
+
+def _bounds(interval: Estimated) -> Interval | tuple[None, None]:
+    return (None, None) if isinstance(interval, NoInterval) else interval
+
+
+def _note(interval: Estimated) -> str:
+    return interval.value if isinstance(interval, NoInterval) else ""

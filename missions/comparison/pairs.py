@@ -3,10 +3,17 @@
 from __future__ import annotations
 
 import statistics as plain
-from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from missions.statistics import Interval, effect_size, mean_interval, paired_p, pairing_gain
+from missions.comparison.intervals import (
+    Estimated,
+    NoInterval,
+    Timed,
+    mean_interval,
+    restricted_difference_interval,
+)
+from missions.comparison.treatments import Measured
+from missions.statistics import effect_size, paired_p, pairing_gain
 
 SIGNIFICANT = 0.05
 """Corrected probability below which a difference counts."""
@@ -14,36 +21,68 @@ SIGNIFICANT = 0.05
 
 @dataclass(frozen=True)
 class Paired:
-    """Differences between two treatments in one metric; None where too few pairs can say."""
+    """Differences between two treatments in one metric; None where too few pairs can say.
+
+    Args:
+        n: pairs.
+        n_reached: pairs of a censored metric in which both got there; None for other metrics.
+        reached: mean difference of these.
+        reached_interval: of that mean.
+    """
 
     difference: float
-    interval: Interval | None
+    interval: Estimated
     p: float | None
     effect: float | None
     gain: float | None
+    n: int
+    n_reached: int | None = None
+    reached: float | None = None
+    reached_interval: Estimated = NoInterval.TOO_FEW
 
 
-def paired_with(values: Mapping[int, float], baseline: Mapping[int, float]) -> Paired | None:
+def paired_with(ours: Measured, theirs: Measured) -> Paired | None:
     """The difference to a baseline over the repeats that both have.
 
+    A treatment in which nothing was drawn is the same in all repeats, so it is paired with each of the other's.
+
     Args:
-        values: of a treatment, by repeat.
-        baseline: of the one that it is compared with, by repeat.
+        ours: values of a treatment.
+        theirs: of the one that it is compared with.
 
     Returns:
         None if they share no repeat.
     """
-    shared = [repeat for repeat in values if repeat in baseline]
+    if ours.constant and theirs.constant:
+        (own,), (other,) = ours.values.values(), theirs.values.values()
+        return Paired(own - other, NoInterval.DETERMINISTIC, None, None, None, 1)
+    a, b = ours.over(theirs.values), theirs.over(ours.values)
+    shared = [repeat for repeat in a.values if repeat in b.values]
     if not shared:
         return None
-    ours, theirs = [values[repeat] for repeat in shared], [baseline[repeat] for repeat in shared]
-    differences = [a - b for a, b in zip(ours, theirs, strict=True)]
-    return Paired(
+    mine, others = [a.values[repeat] for repeat in shared], [b.values[repeat] for repeat in shared]
+    differences = [x - y for x, y in zip(mine, others, strict=True)]
+    found = Paired(
         plain.fmean(differences),
         mean_interval(differences),
         paired_p(differences),
-        effect_size(ours, theirs),
-        pairing_gain(ours, theirs),
+        effect_size(mine, others),
+        pairing_gain(mine, others),
+        len(shared),
+    )
+    if a.reached is None or b.reached is None:
+        return found
+    both = a.reached & b.reached
+    reached = [x for x, repeat in zip(differences, shared, strict=True) if repeat in both]
+    interval: Estimated = NoInterval.UNBOUNDED
+    if a.horizon is not None and b.horizon is not None:
+        interval = restricted_difference_interval(
+            Timed(mine, [repeat in a.reached for repeat in shared], a.horizon, a.constant),
+            Timed(others, [repeat in b.reached for repeat in shared], b.horizon, b.constant),
+        )
+    mean = plain.fmean(reached) if reached else None
+    return replace(
+        found, interval=interval, n_reached=len(reached), reached=mean, reached_interval=mean_interval(reached)
     )
 
 

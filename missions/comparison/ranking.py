@@ -1,9 +1,10 @@
 """Ranking of strategies and policies, among those that were run under the same conditions.
 
-Success comes first: a treatment whose success rate is below the highest by more than their intervals did other work,
-and its mean time or distance cannot be set against that of the others. It stands behind them; the metric decides among
-those of like success. The direction comes from the declaration of the metric, which the folder of the sweep holds. A
-ranking also says which treatments the runs cannot tell from the best.
+Success comes first: a treatment whose success rate is told from the highest did other work, and its mean time or
+distance cannot be set against that of the others. It stands behind them; the metric decides among those of like
+success. The direction comes from the declaration of the metric, which the folder of the sweep holds. A ranking also
+says which treatments the runs cannot tell from the best. Both tests count all pairs of the column
+(``missions/comparison/best.py``) and share one error of 5 %.
 """
 
 from __future__ import annotations
@@ -13,14 +14,26 @@ from collections import Counter, defaultdict
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from missions.comparison.pairs import SIGNIFICANT, least_p_holm, paired_with
+import numpy as np
+
+from missions.comparison.best import least_p, worse_p
+from missions.comparison.pairs import SIGNIFICANT
 from missions.comparison.rows import Comparison, Rank
-from missions.comparison.treatments import Treatment, check_name, treatments_of, values_of
+from missions.comparison.treatments import (
+    SUCCESS,
+    Outcomes,
+    Treatment,
+    check_name,
+    measured,
+    treatments_of,
+    values_of,
+)
 from missions.errors import OutputError
-from missions.metric import Better
-from missions.statistics import Interval, holm, wilson_interval
+from missions.metric import Better, MetricRecord
 from missions.sweeps.folder import SweepResults
 
+SHARE_OF_SUCCESS = 0.3
+"""Part of the error that the test of success has; the test of the metric has the rest."""
 Conditions = tuple[str, str, float, tuple[tuple[str, str], ...], str]
 """Scenario, channel, loss rate, settings and what is unforeseen, which those that are ranked with each other share."""
 
@@ -31,21 +44,18 @@ class Contender:
 
     Args:
         values: of the metric, by repeat.
-        success: whether each of its runs completed; failed runs have not.
+        success: 1 if its run of a repeat completed, else 0; failed runs have not.
+        constant: True if nothing was drawn: it is the same in all repeats.
     """
 
     values: Mapping[int, float]
-    success: Sequence[bool]
+    success: Mapping[int, float]
+    constant: bool = False
 
     @property
     def success_rate(self) -> float:
         """Share of the runs that completed."""
-        return sum(self.success) / len(self.success)
-
-    @property
-    def success_interval(self) -> Interval:
-        """Wilson's interval of the success rate."""
-        return wilson_interval(sum(self.success), len(self.success))
+        return plain.fmean(self.success.values())
 
 
 def ranks(results: SweepResults, metric: str) -> list[Rank]:
@@ -64,18 +74,31 @@ def ranks(results: SweepResults, metric: str) -> list[Rank]:
     if better is None or better is Better.NEITHER:
         why = "neither higher nor lower is better" if better else "this folder does not say which direction is better"
         raise OutputError(f"--metric {metric!r}: cannot be ranked, {why}; allowed are {', '.join(results.ranked)}")
+    columns = columns_of(treatments_of(results), declared, results.metrics[SUCCESS], results.bounds)
+    return [rank for column in columns for rank in column_ranks(column, metric, better)]
+
+
+def columns_of(
+    treatments: Mapping[Treatment, Outcomes], metric: MetricRecord, success: MetricRecord, bounds: Collection[str]
+) -> list[dict[Treatment, Contender]]:
+    """Contenders that share their conditions; a bound is none, for nobody can be as good.
+
+    Args:
+        treatments: with their runs.
+        metric: of whose values they have some.
+        success: the metric of success.
+        bounds: strategies that are bounds.
+    """
     columns: dict[Treatment, dict[Treatment, Contender]] = defaultdict(dict)
-    for treatment, runs in treatments_of(results).items():
-        if treatment.strategy in results.bounds:
-            continue  # nobody can be as good, so it is no contender
-        if values := values_of(runs, declared):
-            contender = Contender(values, [run.completed for run in runs.values()])
+    for treatment, runs in treatments.items():
+        if treatment.strategy not in bounds and (own := measured(runs, metric)).values:
+            contender = Contender(own.values, values_of(runs, success), own.constant)
             columns[replace(treatment, strategy="", policy="")][treatment] = contender
-    return [rank for column in columns.values() for rank in column_ranks(column, metric, better)]
+    return list(columns.values())
 
 
 def column_ranks(column: Mapping[Treatment, Contender], metric: str, better: Better) -> list[Rank]:
-    """Ranks of one column of a table; the tests against its best are one family for Holm's correction.
+    """Ranks of one column of a table.
 
     Args:
         column: what was run under the same conditions.
@@ -84,57 +107,68 @@ def column_ranks(column: Mapping[Treatment, Contender], metric: str, better: Bet
     """
     sign = -1.0 if better is Better.HIGHER else 1.0
     means = {treatment: plain.fmean(one.values.values()) for treatment, one in column.items()}
-    tiers = _tiers(column)
-    scores = {treatment: (tiers[treatment], sign * means[treatment]) for treatment in column}
+    behind = of_less_success(column)
+    rates = {treatment: one.success_rate for treatment, one in column.items()}
+    scores = {one: (1.0 - rates[one] if one in behind else -1.0, sign * means[one]) for one in column}
     best = min(scores, key=lambda treatment: scores[treatment])
-    others = {treatment: one for treatment, one in column.items() if treatment != best}
-    paired = {treatment: paired_with(one.values, column[best].values) for treatment, one in others.items()}
-    tested = {treatment: found.p for treatment, found in paired.items() if found and found.p is not None}
-    corrected = dict(zip(tested, holm(list(tested.values())), strict=True))
-    return [
-        Rank(
-            **treatment.columns(),
-            metric=metric,
-            n=len(column[treatment].values),
-            success_rate=column[treatment].success_rate,
-            mean=means[treatment],
-            rank=sum(other < score for other in scores.values())
-            + (1 + sum(other == score for other in scores.values())) / 2,
-            p_holm_to_best=corrected.get(treatment),
-            among_best=not tiers[treatment] and corrected.get(treatment, 1.0) >= SIGNIFICANT,
-            unequal_success=tiers[treatment] > 0,
+    values = {treatment: one.values for treatment, one in column.items()}
+    p = _worse_p(column, values, sign, [treatment not in behind for treatment in column])
+    drawn = any(not one.constant for one in column.values())
+    found = []
+    for treatment, score in scores.items():
+        to_best = None if treatment == best or p is None else min(1.0, p[treatment] / (1.0 - SHARE_OF_SUCCESS))
+        like_best = (to_best is None or to_best >= SIGNIFICANT) if drawn else score == scores[best]
+        found.append(
+            Rank(
+                **treatment.columns(),
+                metric=metric,
+                n=len(column[treatment].values),
+                success_rate=rates[treatment],
+                mean=means[treatment],
+                rank=sum(other < score for other in scores.values())
+                + (1 + sum(other == score for other in scores.values())) / 2,
+                p_to_best=to_best,
+                among_best=treatment not in behind and like_best,
+                unequal_success=treatment in behind,
+                deterministic=column[treatment].constant,
+            )
         )
-        for treatment, score in scores.items()
-    ]
-
-
-def _tiers(column: Mapping[Treatment, Contender]) -> dict[Treatment, int]:
-    """Number of the tier of success of each: 0 for those whose interval meets that of the highest rate, and so on."""
-    left = sorted(column, key=lambda treatment: -column[treatment].success_rate)
-    found: dict[Treatment, int] = {}
-    tier = 0
-    while left:
-        least = column[left[0]].success_interval[0]
-        found |= {one: tier for one in left if column[one].success_interval[1] >= least}
-        left = [one for one in left if one not in found]
-        tier += 1
     return found
 
 
-def of_unequal_work(rows: Sequence[Comparison], bounds: Collection[str] = ()) -> list[Comparison]:
-    """Rows whose success rate is below the best under the same conditions by more than their intervals.
+def of_less_success(column: Mapping[Treatment, Contender]) -> frozenset[Treatment]:
+    """Those of a column whose success rate is told from the highest."""
+    if len({value for one in column.values() for value in one.success.values()}) == 1:
+        return frozenset()
+    p = _worse_p(column, {treatment: one.success for treatment, one in column.items()}, -1.0, [True] * len(column))
+    if p is None:
+        highest = max(one.success_rate for one in column.values())
+        drawn = any(not one.constant for one in column.values())
+        return frozenset() if drawn else frozenset(t for t, one in column.items() if one.success_rate < highest)
+    return frozenset(treatment for treatment in column if p[treatment] / SHARE_OF_SUCCESS < SIGNIFICANT)
 
-    Args:
-        rows: of one metric.
-        bounds: strategies that are not compared.
-    """
-    best: dict[Conditions, Comparison] = {}
-    rows = [row for row in rows if row.strategy not in bounds]
-    for row in rows:
-        first = best.setdefault(_conditions(row), row)
-        if row.success_rate > first.success_rate:
-            best[_conditions(row)] = row
-    return [row for row in rows if row.success_ci95_high < best[_conditions(row)].success_ci95_low]
+
+def _worse_p(
+    column: Mapping[Treatment, Contender],
+    values: Mapping[Treatment, Mapping[int, float]],
+    sign: float,
+    rivals: Sequence[bool],
+) -> dict[Treatment, float] | None:
+    """See ``worse_p``, over the repeats that all have; None if these are fewer than two, or nothing was drawn."""
+    known = [set(values[treatment]) for treatment, one in column.items() if not one.constant]
+    shared = sorted(set.intersection(*known)) if known else []
+    if len(shared) < 2:
+        return None
+    across = [
+        list(values[treatment].values()) * len(shared) if one.constant else [values[treatment][r] for r in shared]
+        for treatment, one in column.items()
+    ]
+    return dict(zip(column, worse_p(sign * np.array(across, dtype=float).T, rivals), strict=True))
+
+
+def of_unequal_work(rows: Sequence[Comparison]) -> list[Comparison]:
+    """Rows whose success rate is told from the highest under the same conditions."""
+    return [row for row in rows if row.unequal_success]
 
 
 def mean_ranks(ranked: Sequence[Rank]) -> dict[tuple[str, str], float | None]:
@@ -148,10 +182,11 @@ def mean_ranks(ranked: Sequence[Rank]) -> dict[tuple[str, str], float | None]:
 
 def are_too_few(ranked: Sequence[Rank]) -> bool:
     """True if no strategy could be told from the best of its column, because there are so few runs."""
-    columns = Counter(_conditions(rank) for rank in ranked)
-    most = max((rank.n for rank in ranked), default=0)
-    return all(least_p_holm(most, n - 1) >= SIGNIFICANT for n in columns.values() if n > 1)
+    columns = Counter(_conditions(rank) for rank in ranked if not rank.deterministic)
+    most = max((rank.n for rank in ranked if not rank.deterministic), default=0)
+    tested = [k for k in columns.values() if k > 1]
+    return bool(tested) and all(least_p(most, k) / (1.0 - SHARE_OF_SUCCESS) >= SIGNIFICANT for k in tested)
 
 
-def _conditions(row: Rank | Comparison) -> Conditions:
+def _conditions(row: Rank) -> Conditions:
     return row.scenario, row.channel, row.per, tuple(row.settings.items()), row.unforeseen

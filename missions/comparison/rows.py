@@ -20,6 +20,14 @@ class Comparison:
         n_completed: runs whose mission completed.
         n_failed: runs that raised or killed their process.
         n_reached: runs that reached the event of a censored metric, whose mean is restricted; None for other metrics.
+        ci95_low: of a censored metric it holds whatever runs that were not made would have done, see
+            ``missions/comparison/intervals.py``.
+        deterministic: nothing was drawn, so repeats are one run: no interval, no probability.
+        ci95_note: why there is no interval; empty where there is one. ``diff_note`` is of the difference.
+        reached_mean: mean of the runs that got there (censored metrics), with an interval that says nothing of others.
+        n_pairs: runs of a repeat that were compared; ``n_pairs_reached`` those in which both got there.
+        diff_reached: mean difference of these, with an interval that says nothing of others.
+        unequal_success: told from the highest success rate under the same conditions, see ``Rank``.
     """
 
     scenario: str
@@ -46,9 +54,21 @@ class Comparison:
     effect_size: float | None
     pairing_gain: float | None
     success_rate: float
-    success_ci95_low: float
-    success_ci95_high: float
+    success_ci95_low: float | None
+    success_ci95_high: float | None
     restricted_mean_time_s: float
+    deterministic: bool = False
+    ci95_note: str = ""
+    diff_note: str = ""
+    reached_mean: float | None = None
+    reached_ci95_low: float | None = None
+    reached_ci95_high: float | None = None
+    n_pairs: int = 0
+    n_pairs_reached: int | None = None
+    diff_reached: float | None = None
+    diff_reached_ci95_low: float | None = None
+    diff_reached_ci95_high: float | None = None
+    unequal_success: bool = False
 
 
 @dataclass(frozen=True)
@@ -58,11 +78,14 @@ class Rank:
     Args:
         rank: by the mean among those of like success, 1 is best; equal ones share the mean of their ranks (Friedman
             1937).
-        p_holm_to_best: of the paired differences to the best, corrected over those conditions; None for the best
-            itself, and where there are fewer than two pairs.
-        among_best: the best, or neither in the metric nor in success significantly different from it.
-        unequal_success: its success rate is below the highest by more than their intervals; it stands behind those of
-            like success, since a mean of other work says nothing about theirs.
+        p_to_best: of being worse than another by that much if all were equal, corrected for all pairs of the column
+            and for the test of success beside it, see ``missions/comparison/best.py``; None for the best itself, and
+            where fewer than two runs are shared.
+        among_best: the best, or told from it neither in the metric nor in success: of equal ones, somebody is told
+            from the best in at most 5 % of studies. In a column in which nothing was drawn, those with the best value.
+        unequal_success: its success rate is told from the highest; it stands behind those of like success, since a mean
+            of other work says nothing about theirs.
+        deterministic: nothing was drawn, so there is one run and nothing was tested.
     """
 
     scenario: str
@@ -77,9 +100,10 @@ class Rank:
     success_rate: float
     mean: float
     rank: float
-    p_holm_to_best: float | None
+    p_to_best: float | None
     among_best: bool
     unequal_success: bool
+    deterministic: bool = False
 
 
 def write_csv(rows: Sequence[Comparison | Rank], path: Path) -> None:

@@ -6,7 +6,7 @@ A treatment, as in the design of experiments, is a configuration without its rep
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from missions.errors import OutputError
@@ -14,7 +14,7 @@ from missions.metric import MetricRecord
 from missions.sweeps.design import FAULT
 from missions.sweeps.folder import SweepResults
 from missions.sweeps.ledger import DONE, Line
-from missions.sweeps.plan import UNFORESEEN
+from missions.sweeps.plan import DRAWN, UNFORESEEN, outcome
 from missions.sweeps.study_file import flattened
 from worldmodel import suggestion
 
@@ -57,11 +57,13 @@ class Outcome:
         summary: of a run that failed it has no metrics.
         failed: True if the run raised or killed its process.
         duration_s: its longest mission time; None in folders of older versions.
+        constant: True if nothing was drawn in it, so that it stands for all repeats.
     """
 
     summary: Summary
     failed: bool
     duration_s: float | None
+    constant: bool = False
 
     @property
     def completed(self) -> bool:
@@ -76,6 +78,8 @@ Outcomes = Mapping[int, Outcome]
 def treatments_of(results: SweepResults) -> dict[Treatment, dict[int, Outcome]]:
     """Outcomes of the runs by treatment and repeat, in a fixed order; failed runs are among them.
 
+    Repeats of a run in which nothing was drawn are one run: of these there is the first alone.
+
     Raises:
         OutputError: no run has finished.
     """
@@ -87,7 +91,33 @@ def treatments_of(results: SweepResults) -> dict[Treatment, dict[int, Outcome]]:
     if not found:
         raise OutputError(f"{results.folder}: no run has finished yet, there is nothing to compare")
     in_order = sorted(found, key=lambda one: (place.get(one.unforeseen, len(place)), *_in_order(one)))
-    return {treatment: dict(sorted(found[treatment].items())) for treatment in in_order}
+    return {treatment: _distinct(dict(sorted(found[treatment].items()))) for treatment in in_order}
+
+
+def _distinct(runs: dict[int, Outcome]) -> dict[int, Outcome]:
+    """The runs, or the first of them if they are one run."""
+    if not is_one_run(runs):
+        return runs
+    first = next(iter(runs))
+    return {first: replace(runs[first], constant=True)}
+
+
+def is_one_run(runs: Outcomes) -> bool:
+    """True if repeats of a treatment are one run, made again: n counts what was drawn.
+
+    A run says whether anything was drawn in it. If nothing was, no seed can change it. Where the run cannot say it,
+    since parts of a user's own may draw, or since an older version made it, two repeats or more have to agree in all
+    that the summary has; those of an older version at a packet error rate of 0 only.
+    """
+    said = [run.summary.get(DRAWN, "unsaid") for run in runs.values()]
+    if any(run.failed for run in runs.values()) or any(drawn is True for drawn in said):
+        return False
+    if any(drawn is not False for drawn in said) and len(said) < 2:
+        return False
+    if "unsaid" in said and any(run.summary["per"] > 0.0 for run in runs.values()):
+        return False
+    first, *others = (outcome(run.summary) for run in runs.values())
+    return all(other == first for other in others)
 
 
 def _grouped(lines: Iterable[Line], left_out: Collection[str]) -> dict[Treatment, dict[int, Outcome]]:
@@ -145,6 +175,47 @@ def values_of(runs: Outcomes, metric: MetricRecord) -> dict[int, float]:
     return found
 
 
+@dataclass(frozen=True)
+class Measured:
+    """Values of a metric of one treatment.
+
+    Args:
+        values: by repeat.
+        reached: repeats that reached the event of a censored metric; None for other metrics.
+        horizon: with which all others count; None if it is not known.
+        constant: True if nothing was drawn: the value holds for all repeats.
+    """
+
+    values: Mapping[int, float]
+    reached: frozenset[int] | None = None
+    horizon: float | None = None
+    constant: bool = False
+
+    def over(self, repeats: Collection[int]) -> Measured:
+        """The same in those repeats if it is constant, else itself."""
+        if not self.constant:
+            return self
+        (value,) = self.values.values()
+        reached = self.reached if self.reached is None else frozenset(repeats if self.reached else ())
+        return replace(self, values=dict.fromkeys(repeats, value), reached=reached)
+
+
+def measured(runs: Outcomes, metric: MetricRecord) -> Measured:
+    """Values of a metric, see ``values_of``, with what is known of them."""
+    values = values_of(runs, metric)
+    constant = any(run.constant for run in runs.values())
+    if not metric.censored:
+        return Measured(values, constant=constant)
+    reached = frozenset(repeat for repeat in values if _has_reached(runs[repeat], metric))
+    durations = [found for repeat in values if (found := _duration_s(runs[repeat], runs)) is not None]
+    horizon = max([*durations, *values.values()]) if durations else None
+    return Measured(values, reached, horizon, constant)
+
+
+def _has_reached(run: Outcome, metric: MetricRecord) -> bool:
+    return run.completed if metric.name == MISSION_TIME else run.summary.get(metric.name) is not None
+
+
 def _duration_s(run: Outcome, runs: Outcomes) -> float | None:
     """Longest mission time of a run; where the folder does not say it, that of those that did not complete."""
     if run.duration_s is not None:
@@ -157,9 +228,7 @@ def n_reached(runs: Outcomes, metric: MetricRecord) -> int | None:
     """Runs that reached the event of a censored metric; None for other metrics."""
     if not metric.censored:
         return None
-    if metric.name == MISSION_TIME:
-        return sum(run.completed for run in runs.values())
-    return sum(run.summary.get(metric.name) is not None for run in runs.values())
+    return sum(_has_reached(run, metric) for run in runs.values())
 
 
 def check_name(option: str, name: str, known: Collection[str]) -> None:

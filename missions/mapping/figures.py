@@ -5,7 +5,7 @@ from __future__ import annotations
 import tomllib
 from typing import TYPE_CHECKING
 
-from missions.figure import Declared, Figure, Layer, Mark, Place, RunResults, Style, Tiles
+from missions.figure import Declared, Figure, Layer, Mark, Place, RunResults, Style, Tiles, axis_end_s
 from missions.mapping.ground import Ground, grounds_of
 from missions.mapping.objects import SIGHTINGS
 from missions.mapping.sensors import COVERAGE
@@ -42,7 +42,7 @@ def draw_coverage(axes: Axes, results: RunResults, style: Style) -> str:
     step([time_s for time_s, _ in cells], "fleet", style.black, "-", 1.6)
     for vehicle, look in style.looks.items():
         step([time_s for time_s, by in cells if by == vehicle], vehicle, look.colour, look.line, 1.0)
-    axes.set_xlim(0.0, end_s)
+    axes.set_xlim(0.0, axis_end_s(results))
     axes.set_ylim(-2.0, 102.0)
     axes.set_xlabel(style.axis("time", "s"))
     axes.set_ylabel(style.axis("mapped", "%"))

@@ -6,13 +6,13 @@ whose mapping sensor was on, worked, and was carried slowly enough. What sensors
 A find is inspected once a vehicle whose sensor worked has really stayed near it, slowly, for as long as it takes. In
 the goal it counts for as many cells as could be mapped in the mean time of a stay.
 
-The goal is judged over what the survivors can reach: of an area that nobody who is alive, or will be back, is able to
-map, what is not covered does not count, nor does a find that nobody is left to inspect.
+The goal is judged over all cells and all finds, whoever is left to map and inspect them, and whether or not a find was
+ever found. What the vehicles left are able to map and inspect counts in the reachable fraction alone.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from missions.mapping.inspection import FindsWatch
@@ -22,6 +22,7 @@ from missions.meeting.truth import MeetingTruth
 from remoras.activities import Objective
 from remoras.mission import FleetView, Milestone, VehicleView
 from remoras.organisation import Group
+from remoras.reach import left
 from remoras.recorder import TIME, Column, Recorder, Table
 from remoras.work import Point
 
@@ -49,6 +50,8 @@ class MappingTruth(MeetingTruth):
         find_weight: cells that a find counts for.
     """
 
+    work = "map"
+
     def __init__(
         self,
         meeting: Meeting,
@@ -71,13 +74,12 @@ class MappingTruth(MeetingTruth):
         self._n_uncovered = dict.fromkeys(swaths_m, 0)
         for area, _ in seabed.cells.values():
             self._n_uncovered[area] += 1
-        self._n_gone = 0
         self._beside_m = seabed.box_m
         self._patience_s = meeting.patience_s
         self._meeting = tuple(group.name for group in self._apart)
         self._met_s: float | None = None
         self._now_s = 0.0
-        self._goal_fraction = 0.0 if seabed.cells else 1.0
+        self._done_fraction = self._goal_fraction = 0.0
         self._last_performed: dict[int, tuple[str, ...]] = {}
         self._exploring: dict[str, bool] = {}
         self._stopped: dict[str, Milestone] = {}
@@ -87,26 +89,51 @@ class MappingTruth(MeetingTruth):
 
     @property
     def goal_fraction(self) -> float:
-        """Share of the goal that is reached on the ground, 0..1."""
-        return self._goal_fraction
+        """Share of the goal that is reached on the ground, 0..1; without areas that of the meeting."""
+        return self._goal_fraction if self._seabed.cells else super().goal_fraction
+
+    @property
+    def open_fraction(self) -> float:
+        """Share of the work that is not done."""
+        return 1.0 - self._done_fraction
+
+    def reachable_fraction(self, fleet: FleetView) -> float:
+        """With all cells of the areas that somebody left is able to map, and all finds that may be inspected."""
+        if not self._seabed.cells:
+            return super().reachable_fraction(fleet)
+        able = self._able(fleet)
+        n_within: float = sum(n for area, n in self._n_uncovered.items() if able[area])
+        if self._seabed.features:
+            n_within += self._find_weight * self._finds.n_within_reach(able)
+        n_done, n_open = self._done_and_open()
+        return self._share_of_goal((n_done + n_within) / (n_done + n_open))
+
+    def _able(self, fleet: FleetView) -> dict[str, bool]:
+        """By area, whether somebody left is able to map it: by its role, its working sensor and its depth."""
+        mappers = {vehicle.name for vehicle, data in left(fleet) if data.sensor(SwathSettings) is not None}
+        return {area: not mappers.isdisjoint(names) for area, names in self._swaths_m.items()}
+
+    def out_of_reach(self, fleet: FleetView) -> Sequence[str]:
+        """Areas with cells left that nobody left is able to map; none by name if these are all of them."""
+        able = self._able(fleet)
+        areas = [area for area, n in self._n_uncovered.items() if n]
+        return [area for area in areas if not able[area]] if any(able[area] for area in areas) else ()
 
     def observe(self, fleet: FleetView, now_s: float) -> bool:
         """Keep the map, and note what has happened; True once the goal is reached and the last group is together."""
         self._now_s = now_s
         changed = False
-        left = {vehicle.name for vehicle in fleet.vehicles if vehicle.is_alive or vehicle.will_return}
-        self._finds.begin(left)
+        there = {vehicle.name for vehicle in fleet.vehicles if vehicle.is_alive or vehicle.will_return}
+        self._finds.begin(there)
         for vehicle in fleet.vehicles:
             if (sensing := vehicle.sensing) and self._is_over_ground(vehicle.position_m):
                 swaths = [swath for swath in self._swaths_of(vehicle) if swath.sensor in sensing]
                 changed |= self._cover(vehicle, swaths, now_s)
                 changed |= bool(swaths) and self._inspect(vehicle, now_s)
-        n_gone = len(fleet.vehicles) - len(left)
-        if changed or n_gone != self._n_gone:
-            self._n_gone = n_gone
-            self._judge(left, now_s)
+        if changed:
+            self._judge(now_s)
         is_complete = super().observe(fleet, now_s)
-        at_work = any(self._is_at_work(vehicle) for vehicle in fleet.vehicles if vehicle.name in left)
+        at_work = any(self._is_at_work(vehicle) for vehicle in fleet.vehicles if vehicle.name in there)
         if self._apart or self._is_open(fleet) or self._is_awaited or at_work:
             self._met_s = None
         elif self._met_s is None:
@@ -170,18 +197,23 @@ class MappingTruth(MeetingTruth):
         """True unless somebody who is left has found something in the group's areas that waits to be inspected."""
         return not (self._finds.has_open and any(role.job in self._swaths_m for role in group.roles))
 
-    def _judge(self, left: Set[str], now_s: float) -> None:
-        """Work out the share of the goal that is reached, with these vehicles left; without any it stays as it was."""
-        if not left:
-            return
-        able = {area: not left.isdisjoint(names) for area, names in self._swaths_m.items()}
-        n_open: float = sum(n for area, n in self._n_uncovered.items() if able[area])
+    def _share_of_goal(self, share: float) -> float:
+        return min(1.0, share / self._goal + 1e-9)
+
+    def _done_and_open(self) -> tuple[float, float]:
+        """How many cells are covered and how many are not, with what finds count for."""
         n_done: float = len(self._all_covered)
+        n_open: float = len(self._seabed.cells) - len(self._all_covered)
         if self._seabed.features:
             n_done += self._find_weight * self._finds.n_inspected
-            n_open += self._find_weight * self._finds.n_within_reach(able)
-        share = n_done / (n_done + n_open) if n_done + n_open else 1.0
-        fraction = min(1.0, share / self._goal + 1e-9)
+            n_open += self._find_weight * (len(self._seabed.features) - self._finds.n_inspected)
+        return n_done, n_open
+
+    def _judge(self, now_s: float) -> None:
+        """Work out the share of the goal that is reached."""
+        n_done, n_open = self._done_and_open()
+        self._done_fraction = n_done / (n_done + n_open)
+        fraction = self._share_of_goal(self._done_fraction)
         if fraction != self._goal_fraction:
             self._goal_fraction = fraction
             self._progress.append((now_s, fraction))
@@ -191,16 +223,16 @@ class MappingTruth(MeetingTruth):
     @property
     def is_over(self) -> bool:
         """True once the groups have met without the goal, and for the patience nobody goes on or will be back."""
-        return self._met_s is not None and self._now_s - self._met_s > self._patience_s
+        return super().is_over or (self._met_s is not None and self._now_s - self._met_s > self._patience_s)
 
     def close(self, fleet: FleetView, now_s: float) -> str:
         """Add who gave up; say who is missing where, and how much of the work is done if it is not enough."""
         self.milestones += self._stopped.values()
         self.milestones.sort(key=lambda milestone: milestone.time_s)
         reason = super().close(fleet, now_s)
-        if self._goal_fraction >= 1.0 or (self._apart and not self._consulted):
+        if not self._seabed.cells or self.goal_fraction >= 1.0 or (self._apart and not self._consulted):
             return reason
-        share = f"{100.0 * self._goal_fraction * self._goal:.0f} % of the work done, goal {100.0 * self._goal:g} %"
+        share = f"{100.0 * self._done_fraction:.0f} % of the work done, goal {100.0 * self._goal:g} %"
         return f"{reason}; {share}" if reason else f"together after {now_s:.0f} s: {share}"
 
     def watch(self, fleet: FleetView, now_s: float) -> None:

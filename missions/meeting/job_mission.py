@@ -122,6 +122,7 @@ class JobMission(Mission):
             settings.meeting_deadline_s,
             settings.importance,
             self.meets_from_s(scenario),
+            self._jobs,
         )
         self._domain = Domain.of(
             self.meeting.operators(self._jobs, self.objective),

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 from exchange.arithmetic import length
@@ -87,6 +87,7 @@ class Meeting:
         deadline_s: a head that has waited this long at the rally point meets with those who are there.
         importance: of objectives, see ``importance_of``.
         opens_s: nobody meets before; a head waits for others from then on.
+        jobs: to be done before the groups meet, by name; of a mission whose goal these are.
     """
 
     groups: Mapping[str, Group]
@@ -97,6 +98,7 @@ class Meeting:
     deadline_s: float
     importance: Mapping[str, float]
     opens_s: float = 0.0
+    jobs: Mapping[str, Job] = field(default_factory=dict)
 
     def founding_objectives(self) -> list[Objective]:
         """Heads supervise their groups from the start."""

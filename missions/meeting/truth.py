@@ -1,22 +1,28 @@
 """Truth of missions that end with a meeting: watches a run from outside and notes its milestones.
 
 A group that supervises others counts as gathered only when they have.
-Success is judged over survivors: nobody waits for a vehicle that is dead, has resigned, or is out of contact by a
-fault, nor for a role that no survivor is free to play. Where a head has waited to the deadline, the meeting of those
-who came counts, and a milestone ``missed_meeting`` says who did not. A mission that has failed is not over while
-somebody out of contact will return.
+The meeting is one of survivors: nobody waits for a vehicle that is dead, has resigned, or is out of contact by a
+fault, nor for a role that no survivor is free to play. The work is not: all of it counts, whoever is left to do it, so
+losses never bring the goal nearer. Where a head has waited to the deadline, the meeting of those who came counts, and a
+milestone ``missed_meeting`` says who did not.
+
+A mission that has failed is not over while somebody out of contact will return. It is over once nobody left is able to
+bring the goal nearer, and all who are alive have come home or to a rally point.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
+from typing import ClassVar
 
 from missions.meeting.meeting import Meeting
 from remoras.mission import FleetView, Milestone, VehicleView
 from remoras.nesting import height
 from remoras.organisation import Group
+from remoras.reach import left, reachable_by_jobs, within_reach
 from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
+from remoras.work import Job, Point
 
 JOBS = Table("jobs", (TIME, VEHICLE, Column("job", "str")))
 """When a vehicle had done a job; a job that two vehicles do has two rows."""
@@ -29,6 +35,9 @@ class MeetingTruth:
         meeting: of the mission.
     """
 
+    work: ClassVar[str] = "meet"
+    """What the vehicles are to do, for the reason of a run that has failed."""
+
     def __init__(self, meeting: Meeting) -> None:
         self.milestones: list[Milestone] = []
         self._rally_points_m = meeting.rally_points_m
@@ -37,23 +46,40 @@ class MeetingTruth:
         self._there_s: dict[tuple[str, str], float] = {}  # vehicle and group
         self._has_met: set[tuple[str, str]] = set()
         self._is_awaited = False
+        self._is_stranded = False
         self._is_planned = False
         self._consulted = False
         self._meets_after = before = meeting.meets_after
         founded = [group for group in meeting.groups.values() if group.formed_by is None]  # others come and go
         from_below = sorted(founded, key=lambda group: height(group.name, before))
         self._apart = [group for group in from_below if group.rally_point is not None]
-        self._n_meetings = len(self._apart)
+        self._n_meetings, self._n_met = len(self._apart), 0
 
     @property
     def goal_fraction(self) -> float:
-        """Share of the groups that have met; a mission with work of its own says what share of that is done."""
-        return 1.0 if not self._n_meetings else 1.0 - len(self._apart) / self._n_meetings
+        """Share of the groups of which somebody has met; a mission with work of its own says how much is done."""
+        return self._n_met / self._n_meetings if self._n_meetings else 1.0
+
+    def reachable_fraction(self, fleet: FleetView) -> float:
+        """Share of the goal that is reached, or within reach of the vehicles left; a mission says what of its own is.
+
+        Groups may meet as long as somebody is left.
+        """
+        return 1.0 if left(fleet) else self.goal_fraction
+
+    @property
+    def open_fraction(self) -> float:
+        """Share of the work that is not done."""
+        return 1.0 - self.goal_fraction
+
+    def out_of_reach(self, fleet: FleetView) -> Sequence[str]:
+        """Names of what nobody left is able to do, if there is more to be done; none here."""
+        return ()
 
     @property
     def is_over(self) -> bool:
-        """True once nothing more will come of the run; a mission says when."""
-        return False
+        """True once nothing more will come of the run; a mission may say so earlier."""
+        return self._is_stranded
 
     def watch(self, fleet: FleetView, now_s: float) -> None:
         """Note what the mission wants to know; called after each tick and each round once all is planned."""
@@ -65,6 +91,22 @@ class MeetingTruth:
     def observe(self, fleet: FleetView, now_s: float) -> bool:
         """Note what has happened; True once the last group is together and the goal is reached."""
         self._is_awaited = any(vehicle.will_return for vehicle in fleet.vehicles)
+        is_complete = self._look(fleet, now_s)
+        self._is_stranded = not (is_complete or self._is_awaited) and self._is_hopeless(fleet)
+        return is_complete
+
+    def _is_hopeless(self, fleet: FleetView) -> bool:
+        """True if all who are alive are home or have met, and nobody left is able to bring the goal nearer."""
+        if self.goal_fraction >= 1.0 or not all(self._is_at_rest(one) for one in fleet.vehicles if one.is_alive):
+            return False
+        return self.reachable_fraction(fleet) <= self.goal_fraction
+
+    def _is_at_rest(self, vehicle: VehicleView) -> bool:
+        """True for a vehicle that is home, or at a rally point."""
+        places_m = (vehicle.data.start_m, *self._rally_points_m.values())
+        return any(self._is_near(vehicle, at_m) for at_m in places_m)
+
+    def _look(self, fleet: FleetView, now_s: float) -> bool:
         survivors = [vehicle for vehicle in fleet.vehicles if vehicle.is_in_contact]
         if not survivors:
             return False
@@ -80,22 +122,36 @@ class MeetingTruth:
                 continue
             self._note_who_is_there(survivors, group, now_s)
             if self.is_worked_off(group) and self._is_together(survivors, group):
-                self._note_meeting(group, (), now_s)
+                self._note_meeting(group, survivors, (), now_s)
             elif self._is_overdue(survivors, group, now_s):
                 missing = [v.name for v in self._members(survivors, group) if not self._has_come(v, group)]
-                self._note_meeting(group, missing, now_s)
+                self._note_meeting(group, survivors, missing, now_s)
         if self._apart or self.goal_fraction < 1.0:
             return False
         self.milestones.append(Milestone(now_s, "mission_complete"))
         return True
 
-    def _note_meeting(self, group: Group, missing: Sequence[str], now_s: float) -> None:
+    def _note_meeting(
+        self, group: Group, survivors: Sequence[VehicleView], missing: Sequence[str], now_s: float
+    ) -> None:
         self._apart.remove(group)
+        self._n_met += any(self._has_come(vehicle, group) for vehicle in self._members(survivors, group))
         self.milestones.append(Milestone(now_s, "gathered", group=group.name))
         self.milestones += [Milestone(now_s, "missed_meeting", name, group.name) for name in missing]
 
     def close(self, fleet: FleetView, now_s: float) -> str:
-        """Say who is missing where."""
+        """Say whether there is nobody left for the work, and who is missing where."""
+        reasons = self._want_of_vehicles(fleet), self._who_is_missing(fleet, now_s)
+        return "; ".join(reason for reason in reasons if reason)
+
+    def _want_of_vehicles(self, fleet: FleetView) -> str:
+        """That the goal is out of reach of those left, and how much is not done; empty where it is within reach."""
+        if self.goal_fraction >= 1.0 or self.reachable_fraction(fleet) >= 1.0:
+            return ""
+        what = " ".join((self.work, ", ".join(self.out_of_reach(fleet)))).strip()
+        return f"no vehicle left that is able to {what}: {100.0 * self.open_fraction:.0f} % open"
+
+    def _who_is_missing(self, fleet: FleetView, now_s: float) -> str:
         if not self._consulted and self._apart:
             return f"consultation had not ended after {now_s:.0f} s"
         if self._apart:
@@ -136,7 +192,10 @@ class MeetingTruth:
         return [vehicle for vehicle in survivors if vehicle.organisation.is_member(vehicle.name, group.name)]
 
     def _is_at_rally_point(self, vehicle: VehicleView, group: Group) -> bool:
-        x_m, y_m = self._rally_points_m[group.rally_point or ""]
+        return self._is_near(vehicle, self._rally_points_m[group.rally_point or ""])
+
+    def _is_near(self, vehicle: VehicleView, at_m: Point) -> bool:
+        x_m, y_m = at_m
         own_x_m, own_y_m = vehicle.position_m
         dx_m, dy_m = own_x_m - x_m, own_y_m - y_m
         return dx_m * dx_m + dy_m * dy_m <= self._radius_m * self._radius_m
@@ -201,7 +260,8 @@ class MeetingTruth:
 class JobTruth(MeetingTruth):
     """Notes who has done which job when, in the table ``jobs`` and as milestones ``job_done``.
 
-    No group counts as gathered before all jobs of its roles are done, wherever its vehicles are.
+    The goal is all jobs of the mission, and those that roles have. No group counts as gathered before all jobs of its
+    roles are done, wherever its vehicles are.
 
     Args:
         meeting: of the mission.
@@ -209,10 +269,13 @@ class JobTruth(MeetingTruth):
         recorder: takes the rows.
     """
 
+    work = "do"
+
     def __init__(self, meeting: Meeting, objective: str, recorder: Recorder) -> None:
         super().__init__(meeting)
         self._objective = objective
         self._groups = tuple(meeting.groups.values())
+        self._jobs: Mapping[str, Job] = meeting.jobs
         self._rows = recorder.rows(JOBS.name)
         self._noted: set[tuple[str, str]] = set()
         self._done: set[str] = set()
@@ -234,9 +297,23 @@ class JobTruth(MeetingTruth):
 
     @property
     def goal_fraction(self) -> float:
-        """Share of all jobs of roles that are done."""
-        jobs = {role.job for group in self._groups for role in group.roles if role.job is not None}
-        return len(self._done & jobs) / len(jobs) if jobs else 1.0
+        """Share of all jobs that are done."""
+        jobs = {role.job for group in self._groups for role in group.roles if role.job is not None} | self._jobs.keys()
+        return len(self._done & jobs) / len(jobs) if jobs else super().goal_fraction
+
+    @property
+    def jobs_done(self) -> Collection[str]:
+        """Names of the jobs that are done; a mission may know better than those who did them."""
+        return self._done
+
+    def reachable_fraction(self, fleet: FleetView) -> float:
+        """Share of the goal that is reached, or is within reach since somebody left is able to do the jobs."""
+        return reachable_by_jobs(self.goal_fraction, self._jobs, self._groups, fleet, self.jobs_done)
+
+    def out_of_reach(self, fleet: FleetView) -> Sequence[str]:
+        """Jobs that nobody left is able to do."""
+        within = within_reach(self._jobs, self._groups, fleet, self.jobs_done)
+        return [name for name in self._jobs if name not in within]
 
     def is_worked_off(self, group: Group) -> bool:
         """True once all jobs of the group's roles are done."""

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import asdict, dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import tomli_w
 
+from exchange.codec import renewed
+from exchange.sealing import fresh_salt
 from missions.document import Document
 from missions.errors import ConfigurationError, ConfigurationFault
 from missions.runs.assembly import faults_in, vehicle_of
@@ -15,6 +17,7 @@ from missions.runs.sensors import recorder_of_mission, sensors_of
 from missions.runs.setup import Setup
 from missions.runs.setup import resolved as setup_of
 from missions.scenarios.loading import resolved
+from missions.scenarios.policy import key_of
 from missions.scenarios.scenario import Scenario
 from missions.scenarios.slots import new_slots
 from remoras.faults import Fault
@@ -22,6 +25,9 @@ from remoras.own_clock import OwnClock
 from remoras.solo import Solo, Times
 from remoras.vehicle import Vehicle, go_on
 from worldmodel import EPOCHS, suggestion
+
+if TYPE_CHECKING:
+    from exchange.introductions import Introductions
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,20 +100,29 @@ class Plan:
 
 @dataclass(frozen=True, slots=True)
 class Alone:
-    """A vehicle by itself, with what it follows from: its plan, and the scenario of the plan resolved."""
+    """A vehicle by itself, with what it follows from: its plan, the scenario of the plan resolved, and its salt."""
 
     plan: Plan
     setup: Setup
     solo: Solo
+    salt: bytes | None = None
 
 
-def alone(plan: Plan) -> Alone:
+def alone(plan: Plan, salt: bytes | None = None) -> Alone:
     """The vehicle of a plan: what it is in the run of its scenario and seed, without the others.
+
+    Args:
+        plan: what it follows from.
+        salt: of its packets, where its scenario has a key: a fresh one if None. To play a log, that of the log.
 
     Raises:
         ConfigurationError: see ``Plan.setup``.
     """
-    setup = plan.setup()
+    setup, introductions = plan.setup(), None
+    if key := key_of(setup.scenario.communication.key_file):
+        salt = salt or fresh_salt()
+        introductions = _introductions(setup, plan.vehicle, key, salt)
+        setup = replace(setup, codec=renewed(setup.codec, introductions.salt_of))
     scenario, mission = setup.scenario, setup.mission
     real = actual(setup.database[plan.vehicle], scenario.uncertainty.speed_spread, plan.seed)
     recorder = recorder_of_mission(mission, [sensors_of(data) for data in setup.database.values()])
@@ -128,5 +143,13 @@ def alone(plan: Plan) -> Alone:
     bans = [ban for table in scenario.ban if (ban := table.declared()).issuer == plan.vehicle]
     needs = [need for need in setup.stated if need.vehicle == plan.vehicle]
     slots = [one for one in new_slots(scenario) if one.issuer == plan.vehicle]
-    solo = Solo(make, make_anew, setup.schedule, recorder, times, faults, bans, needs, slots, plan.seed)
-    return Alone(plan, setup, solo)
+    solo = Solo(make, make_anew, setup.schedule, recorder, times, faults, bans, needs, slots, plan.seed, introductions)
+    return Alone(plan, setup, solo, salt)
+
+
+def _introductions(setup: Setup, vehicle: str, key: bytes, salt: bytes) -> Introductions:
+    """The introductions of a vehicle in a process of its own."""
+    from exchange.introductions import Introductions
+
+    tolerance_s, node = setup.scenario.communication.clock_tolerance_s, setup.database[vehicle].node
+    return Introductions(node, key, salt, setup.codec, setup.schedule, setup.modem.payload_bits, tolerance_s)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ from missions.nodes.alone import Plan, alone
 from missions.nodes.logs import Log
 from missions.nodes.node import Mishaps, Node
 from remoras.errors import RemorasError
+from remoras.plugin_folders import look_in
 
 MODULE = "missions.nodes.child"
 LOOPBACK = "127.0.0.1"
@@ -33,6 +35,7 @@ class Job:
         port: to listen on, 0 for any; speed: seconds of the mission in a second.
         p_lost, p_doubled: shares of packets that are lost, and heard twice.
         out: folder for its log; empty for none.
+        folders: where named plug-ins may lie.
     """
 
     plan: dict[str, Any]
@@ -41,6 +44,7 @@ class Job:
     p_lost: float
     p_doubled: float
     out: str
+    folders: Sequence[str] = ()
 
 
 def work(job: Job) -> dict[str, Any]:
@@ -64,6 +68,7 @@ def say(value: dict[str, Any]) -> None:
 def main() -> None:
     """Do the job that the standard input gives."""
     job = Job(**json.loads(sys.stdin.readline()))
+    look_in(job.folders)
     try:
         say({"outcome": work(job)})
     except (ExchangeError, MissionsError, RemorasError) as error:

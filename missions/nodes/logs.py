@@ -3,6 +3,7 @@
 A log is a text file of one JSON object a line, each written at once:
 
 * ``{"log": "remoras node", "version": ..., "plan": {...}}`` first, with all that the vehicle follows from;
+* ``{"kind": "salt", ...}`` under a key, with the salt that the process drew;
 * ``{"kind": "sent", "time_s": ..., "data": HEX}`` for a packet of its own, with the time at which its slot opened;
 * ``{"kind": "heard", ...}`` for one of others, with the time at which it was heard, twice for one heard twice;
 * ``{"kind": "lost", ...}`` for one that was drawn to be lost here; playing passes it over;
@@ -34,6 +35,7 @@ ENDING = ".jsonl"
 class Kind(StrEnum):
     """What a line is about."""
 
+    SALT = "salt"
     SENT = "sent"
     HEARD = "heard"
     LOST = "lost"
@@ -41,7 +43,7 @@ class Kind(StrEnum):
 
 
 class Entry(NamedTuple):
-    """A packet of a log."""
+    """A packet of a log, or the salt of its packets."""
 
     kind: Kind
     time_s: float
@@ -175,7 +177,8 @@ def play(log: Logged) -> Played:
     Raises:
         ConfigurationError: this version cannot read the scenario in the log.
     """
-    plan, solo = log.plan, alone(log.plan).solo
+    salt = next((entry.data for entry in log.entries if entry.kind is Kind.SALT), None)
+    plan, solo = log.plan, alone(log.plan, salt).solo
     heard = [entry for entry in log.entries if entry.kind is Kind.HEARD]
     logged = [entry for entry in log.entries if entry.kind is Kind.SENT]
     for entry in heard:

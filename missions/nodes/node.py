@@ -105,6 +105,8 @@ class Node:
         self._counts: Counter[Kind] = Counter()
         self._n_doubled = 0
         self._late_s = 0.0
+        if log is not None and own.salt is not None:
+            log.write(Entry(Kind.SALT, own.plan.begins_s, own.salt))
 
     @property
     def next_s(self) -> float:

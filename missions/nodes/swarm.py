@@ -17,6 +17,7 @@ from typing import Any
 from missions.errors import MissionsError
 from missions.nodes.alone import Plan
 from missions.nodes.child import MODULE, Job
+from remoras.plugin_folders import SAFE_PATH, plugin_folders
 
 LEAD_S = 0.3
 """Seconds from the word to begin to the begin: all have read it by then."""
@@ -95,6 +96,7 @@ class Processes:
         environment = {
             **os.environ,
             "PYTHONPATH": os.pathsep.join(sys.path),
+            SAFE_PATH: "1",
         }  # modules are found where this one finds them
         for name, job in self._jobs.items():
             self._running[name] = subprocess.Popen(
@@ -172,7 +174,9 @@ def swarm(
     """
     folder = "" if out is None else str(out)
     jobs = {
-        plan.vehicle: Job(plan.as_json(), first_port and first_port + number, speed, *lost_and_doubled, folder)
+        plan.vehicle: Job(
+            plan.as_json(), first_port and first_port + number, speed, *lost_and_doubled, folder, plugin_folders()
+        )
         for number, plan in enumerate(plans)
     }
     with Processes(jobs) as processes:

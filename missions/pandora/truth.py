@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 from exchange.arithmetic import distance
 from missions.meeting.meeting import Meeting
@@ -29,6 +29,8 @@ class PandoraTruth(JobTruth):
         structure: as it really is; parts: as planned.
     """
 
+    work = "service"
+
     def __init__(
         self, meeting: Meeting, objective: str, recorder: Recorder, structure: Structure, parts: Mapping[str, Part]
     ) -> None:
@@ -49,9 +51,14 @@ class PandoraTruth(JobTruth):
         return len(self._serviced) / len(self._parts) if self._parts else 1.0
 
     @property
+    def jobs_done(self) -> Collection[str]:
+        """Jobs whose parts are really serviced."""
+        return {self._parts[name].name for name in self._serviced}
+
+    @property
     def is_over(self) -> bool:
         """True once all groups have met, and nobody is to return: nobody goes back to what was taken for done."""
-        return self._n_meetings > 0 and not self._apart and not self._is_awaited
+        return super().is_over or (self._n_meetings > 0 and not self._apart and not self._is_awaited)
 
     def watch(self, fleet: FleetView, now_s: float) -> None:
         """Note what was done since the last look."""

@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from exchange.acoustics.channel import BroadcastChannel, Channel
+from exchange.codec import renewed
 from exchange.manager import ExchangeManager
 from exchange.peers import Upkeep
 from missions.runs.clocks import clocks_of, disciplines, own_recorder, timekeeper_of
@@ -66,14 +67,18 @@ def faults_in(setup: Setup, seed: int) -> tuple[Fault, ...]:
     return drawn(declared, seed, setup.database, organisation, scenario.scenario.duration_s)
 
 
-def assemble(setup: Setup, seed: int, channel: Channel | None = None) -> Fleet:
+def assemble(setup: Setup, seed: int, channel: Channel | None = None, salt: bytes | None = None) -> Fleet:
     """A fleet ready to run.
 
     Args:
         setup: the scenario resolved.
         seed: root of all draws.
         channel: replaces the scenario's, for tests and experiments.
+        salt: of the packets of a scenario with a key, a fresh one if None. Never take one twice but to open what was
+            sent under it.
     """
+    if setup.scenario.communication.key_file:
+        setup = replace(setup, codec=renewed(setup.codec, None if salt is None else lambda sender: salt))
     scenario, mission = setup.scenario, setup.mission
     fleet = [actual(data, scenario.uncertainty.speed_spread, seed) for data in setup.database.values()]
     sensors = [sensors_of(real) for real in fleet]

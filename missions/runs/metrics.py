@@ -172,6 +172,10 @@ CORE_METRICS = (
     Metric("mission_time_s", "s", LOWER, "mission time", lambda run: round(run.end_s, 4), True, censored=True),
     Metric("completed", "", HIGHER, "success rate", lambda run: run.completed, headline=True),
     Metric("goal_fraction", "", HIGHER, "goal reached", lambda run: round(run.goal_fraction, 6), headline=True),
+    Metric(
+        "reachable_fraction", "", HIGHER, "goal within reach", lambda run: round(run.reachable_fraction, 6),
+        note="Of the whole goal: what was reached, and what the vehicles left were able to do.",
+    ),
     Metric("distance_m", "m", LOWER, "distance", lambda run: round(run.distance_m, 3)),
     Metric("energy_j", "J", LOWER, "energy", energy_j, headline=True),
     Metric("modem_energy_j", "J", LOWER, "modem energy", modem_energy_j),

@@ -30,6 +30,7 @@ from missions.runs.summary import summary
 from missions.runs.tables import arrow_table, write_table
 from missions.scenarios.loading import resolved
 from missions.scenarios.scenario import Scenario
+from missions.verdict import KEY, VERDICT, older_verdict
 from remoras.recorder import ADDED, TABLES
 from remoras.version import __version__
 from worldmodel import suggestion
@@ -39,6 +40,8 @@ if TYPE_CHECKING:
     from missions.runs.run import Run
 
 LIBRARIES = ("mesa", "rdflib", "numpy", "matplotlib", "pyarrow", "pydantic")
+MODEM_KEYS = ("name", "payload_bytes", "rate_bps", "head_s", "receive_w")
+"""What slots, packets and energy follow from, of the modem that the scenario only names."""
 NEEDED_KEY = {SUMMARY: "milestones", MANIFEST: "scenario"}
 MILESTONE_KEYS = ("name", "vehicle", "group", "time_s")
 RUN_ID = "run_id"
@@ -46,14 +49,20 @@ RUN_ID = "run_id"
 
 
 def manifest(run: Run) -> dict[str, Any]:
-    """What is needed to repeat the run: version, resolved scenario as TOML, seed, libraries, platform."""
+    """What is needed to repeat the run: version, resolved scenario as TOML, seed, and what success is judged over.
+
+    What depends on the machine stands here, too: libraries, platform, and the time that the run took.
+    """
     return {
         "version": __version__,
+        KEY: VERDICT,
         "seed": run.seed,
         "scenario": tomli_w.dumps(run.scenario.model_dump(mode="json", exclude_none=True)),
+        "modem": {key: getattr(run.setup.modem, key) for key in MODEM_KEYS},
         "libraries": {name: metadata.version(name) for name in LIBRARIES},
         "python": platform.python_version(),
         "platform": platform.platform(),
+        "wall_s": round(run.wall_s, 3),
     }
 
 
@@ -248,6 +257,11 @@ class Results:
             ConfigurationError: this version cannot read the scenario in the manifest.
         """
         return resolved(Document.of_text(self.manifest["scenario"], str(self.folder / MANIFEST)))
+
+    @property
+    def verdict_note(self) -> str:
+        """That an older version judged success otherwise; empty if it was this one."""
+        return older_verdict(self.folder, self.manifest)
 
     @property
     def tables(self) -> tuple[str, ...]:

@@ -5,14 +5,16 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from exchange.acoustics.channel import Channel
 from missions.runs.assembly import assemble
+from missions.runs.root import Root, drawn
 from missions.runs.setup import Setup, resolved
 from missions.scenarios.scenario import Scenario
 from remoras.fleet import Fleet
 from remoras.mission import Milestone, Mission
+from remoras.reach import reachable_fraction
 from remoras.recorder import Recorder
 from remoras.settling import Settled, settle
 from remoras.strategy import Strategy
@@ -25,13 +27,15 @@ class Run:
     Attributes:
         setup: the scenario resolved; seed: root of its draws.
         recorder: its tables; milestones: in time order.
-        goal_fraction: share of the mission's goal that was reached on the ground, 0..1.
+        goal_fraction: share of the mission's whole goal that was reached on the ground, 0..1.
+        reachable_fraction: share that was reached, or was within reach of the vehicles left at the end.
         completed: the mission is complete; reason: why not, else empty.
         end_s: mission time; the whole duration where the mission is not complete.
         n_false_beliefs: how often a vehicle came to believe that a peer held what that peer lacked.
         distance_m: travelled by the whole fleet; wall_s: what the run took on this machine.
         wrong_belief_fraction: how often one was wrong that a vehicle named as the holder of a job.
         settled: how the exchange after the mission ended; None where there is none.
+        drawn: whether anything was drawn; None where parts of a user's own may have drawn unseen.
     """
 
     setup: Setup
@@ -39,6 +43,7 @@ class Run:
     recorder: Recorder
     milestones: tuple[Milestone, ...]
     goal_fraction: float
+    reachable_fraction: float
     completed: bool
     reason: str
     end_s: float
@@ -47,6 +52,7 @@ class Run:
     wall_s: float
     wrong_belief_fraction: float | None = None
     settled: Settled | None = None
+    drawn: bool | None = True
 
     @property
     def scenario(self) -> Scenario:
@@ -75,18 +81,18 @@ def run(
     Args:
         scenario: the whole input.
         seed: root of all draws.
-        channel: replaces the scenario's, for tests and experiments.
+        channel: replaces the scenario's, for tests and experiments; what it draws is not seen.
         progress: is told the mission time (s) now and then.
         strategy: replaces the one that the scenario names.
     """
     began = time.perf_counter()
-    setup = resolved(scenario, strategy)
+    setup, seed = resolved(scenario, strategy), Root(seed)
     fleet = assemble(setup, seed, channel)
     fleet.run(progress)
     settled = settled_of(setup, fleet)
     result = result_of(setup, seed, fleet, time.perf_counter() - began, settled)
     fleet.close()
-    return result
+    return result if channel is None else replace(result, drawn=result.drawn or None)
 
 
 def settled_of(setup: Setup, fleet: Fleet) -> Settled | None:
@@ -107,10 +113,11 @@ def result_of(setup: Setup, seed: int, fleet: Fleet, wall_s: float, settled: Set
     """
     return Run(
         setup,
-        seed,
+        int(seed),
         fleet.recorder,
         tuple(fleet.truth.milestones),
         fleet.truth.goal_fraction,
+        reachable_fraction(fleet.truth, setup.mission.jobs, setup.agreement.groups, fleet.view),
         fleet.completed,
         fleet.reason,
         fleet.ended_s if fleet.completed else fleet.duration_s,
@@ -119,4 +126,5 @@ def result_of(setup: Setup, seed: int, fleet: Fleet, wall_s: float, settled: Set
         wall_s,
         fleet.holders.wrong_fraction,
         settled,
+        drawn(seed, setup.scenario, setup.strategy),
     )

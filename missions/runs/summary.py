@@ -42,7 +42,7 @@ def summary(run: Run) -> dict[str, Any]:
         "completed": values.pop("completed"),
         "reason": run.reason,
         **{name: value for name, value in values.items() if value is not NOT_APPLICABLE},
-        "wall_s": round(run.wall_s, 3),
+        "drawn": run.drawn,
         "milestones": [
             {"name": m.name, "vehicle": m.vehicle, "group": m.group, "time_s": round(m.time_s, 4)}
             for m in run.milestones

@@ -14,10 +14,12 @@ import tomli_w
 from missions.errors import OutputError
 from missions.runs.assembly import assemble
 from missions.runs.results import RUN_ID
+from missions.runs.root import Root
 from missions.runs.run import Run, result_of, settled_of
 from missions.runs.setup import Setup
 from missions.runs.summary import identity
 from missions.runs.tables import arrow_table
+from missions.verdict import KEY, VERDICT
 from remoras.recorder import PACKETS, Row
 from remoras.version import __version__
 
@@ -44,7 +46,8 @@ class Underway:
         self.seed = seed
         self._spent_s = 0.0
         self._is_closed = False
-        self._fleet = assemble(setup, seed)
+        self._root = Root(seed)
+        self._fleet = assemble(setup, self._root)
         self.recorder = self._fleet.recorder
         self._truth = self._fleet.truth
         self.now_s = self._fleet.now_s
@@ -60,7 +63,7 @@ class Underway:
     def finish(self) -> Run:
         """The finished run, as ``run`` gives it; the vehicles are gone after that."""
         settled = settled_of(self.setup, self._fleet)
-        result = result_of(self.setup, self.seed, self._fleet, self._spent_s, settled)
+        result = result_of(self.setup, self._root, self._fleet, self._spent_s, settled)
         self.close()
         return result
 
@@ -107,7 +110,7 @@ class Underway:
     def manifest(self) -> dict[str, Any]:
         """Version, seed and resolved scenario."""
         scenario = self.setup.scenario.model_dump(mode="json", exclude_none=True)
-        return {"version": __version__, "seed": self.seed, "scenario": tomli_w.dumps(scenario)}
+        return {"version": __version__, KEY: VERDICT, "seed": self.seed, "scenario": tomli_w.dumps(scenario)}
 
 
 class Watch:

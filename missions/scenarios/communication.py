@@ -99,7 +99,7 @@ class Communication(Sparse):
     key_file: str = Field(
         "",
         description="file of 32, 48 or 64 hexadecimal digits, by whose key packets are encrypted behind their head; "
-        "for one mission; extra `crypto`",
+        "open to its owner alone (chmod 600); extra `crypto`",
     )
     needs_follow: Literal["all", "groups"] = Field(
         "all", description="who needs the listed attributes: all vehicles, or those whose groups what is told concerns"

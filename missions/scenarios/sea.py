@@ -47,7 +47,8 @@ class SurgeTable(Section):
     def drawn(self, seed: int, number: int) -> Surge:
         """The surge of the run with that seed; its number in the scenario keys the draw."""
         earliest_s, latest_s = self.between_s
-        from_s = earliest_s + loss.uniform(seed, loss.SURGES, number, 0, 0) * (latest_s - earliest_s)
+        share = loss.uniform(seed, loss.SURGES, number, 0, 0) if latest_s > earliest_s else 0.0
+        from_s = earliest_s + share * (latest_s - earliest_s)
         return Surge(from_s, from_s + self.lasts_s, self.east_mps, self.north_mps)
 
 

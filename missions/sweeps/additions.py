@@ -1,14 +1,12 @@
 """Strategies that a caller adds to a study: shipped ones, objects of modules, objects of Python files.
 
-A file is imported as a module of its name, from a folder that is put behind all others on Python's path; worker
-processes get that path. So results call ``mine.py:Mine`` what scenarios call it, ``mine:Mine``, wherever the file is.
+A file is imported as a module of its name, from a folder of plug-ins (``remoras/plugin_folders.py``); worker
+processes know it, too. So results call ``mine.py:Mine`` what scenarios call it, ``mine:Mine``, wherever the file is.
 """
 
 from __future__ import annotations
 
-import importlib
 import importlib.util
-import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
@@ -16,6 +14,7 @@ from missions.errors import ConfigurationFault
 from missions.files import is_file
 from missions.scenarios.parts import strategy_named
 from remoras.errors import PluginError
+from remoras.plugin_folders import asked_for, look_in
 from remoras.plugins import refuse_unshipped
 
 OPTION = "--strategy"
@@ -41,7 +40,7 @@ def with_strategies(listed: Sequence[str], added: Iterable[str]) -> tuple[tuple[
 
 
 def importable(given: str) -> str:
-    """A plug-in as scenarios name it; the folder of a file is on Python's path then.
+    """A plug-in as scenarios name it; the folder of a file is one of plug-ins then.
 
     Raises:
         PluginError: there is no such file, or it cannot be imported by its name.
@@ -57,11 +56,10 @@ def importable(given: str) -> str:
         raise PluginError(f"no such file: {path}")
     if not path.stem.isidentifier():
         raise PluginError(f"{path.name} cannot be imported, its name is none of a module; rename it, as my_strategy.py")
-    if str(path.parent) not in sys.path:
-        sys.path.append(str(path.parent))
-        importlib.invalidate_caches()
+    look_in([str(path.parent)])
     try:
-        spec = importlib.util.find_spec(path.stem)
+        with asked_for(path.stem):
+            spec = importlib.util.find_spec(path.stem)
     except (ImportError, ValueError):
         spec = None
     if spec is None or spec.origin is None or Path(spec.origin).resolve() != path:

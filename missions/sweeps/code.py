@@ -10,23 +10,21 @@ import ast
 import hashlib
 import importlib.util
 import platform
-import re
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-OURS = ("worldmodel", "exchange", "remoras", "missions", "visualisation", "stress")
-"""Packages of this program."""
+from missions.runs.root import is_reference, texts
+from remoras.plugin_folders import asked_for
+
 MAKE_RUNS = ("worldmodel", "exchange", "remoras", "missions")
 """Those of which runs are made."""
 TELL_ONLY = ("remoras/cli", "missions/comparison", "missions/sweeps")
 """Folders in them that only plan runs, or tell of them."""
 RESTED_ON = ("mesa", "numpy")
 """Distributions whose version may change what a run does."""
-REFERENCE = re.compile(r"([A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*):[A-Za-z_][\w.]*")
-"""``package.module:object``."""
 N_DIGITS = 12
 
 
@@ -76,7 +74,7 @@ def code_digests(scenarios: Iterable[Mapping[str, Any]]) -> dict[str, str]:
 
 def references(scenarios: Iterable[Mapping[str, Any]]) -> frozenset[str]:
     """Texts of scenarios that may name an object of a plug-in."""
-    return frozenset(text for scenario in scenarios for text in _texts(scenario) if _is_reference(text))
+    return frozenset(text for scenario in scenarios for text in texts(scenario) if is_reference(text))
 
 
 @cache
@@ -135,25 +133,11 @@ def _imported(file: Path, top: Path) -> Iterator[Path]:
                 yield from (one for one in (place.with_suffix(".py"), place / "__init__.py") if one.is_file())
 
 
-def _texts(value: Any) -> Iterator[str]:
-    """Every text in nested tables and lists."""
-    if isinstance(value, str):
-        yield value
-    elif isinstance(value, dict | list):
-        for entry in value.values() if isinstance(value, dict) else value:
-            yield from _texts(entry)
-
-
-def _is_reference(text: str) -> bool:
-    """True for a text that may name an object of a module that is not this program's own."""
-    found = REFERENCE.fullmatch(text)
-    return found is not None and found[1].partition(".")[0] not in OURS
-
-
 def _file_of(module: str) -> Path | None:
     """Source of a module; None if there is no such module, for a text with a colon may mean something else."""
     try:
-        spec = importlib.util.find_spec(module)
+        with asked_for(module):
+            spec = importlib.util.find_spec(module)
     except Exception:  # finding it loads the packages around it, which may be anything
         return None
     return Path(spec.origin) if spec is not None and spec.origin is not None and spec.has_location else None

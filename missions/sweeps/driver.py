@@ -7,6 +7,7 @@ logged as failed, while all others go on.
 
 from __future__ import annotations
 
+import itertools
 import math
 import time
 from collections import Counter, deque
@@ -17,11 +18,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from missions.errors import DiskFullError, MissionsError, OutputError
+from missions.runs.summary import identity
 from missions.sweeps.cluster import cluster_executor
 from missions.sweeps.execution import Needed, killed, run_chunk, run_task
 from missions.sweeps.folder import SweepFolder, SweepResults, SweepStatus
 from missions.sweeps.ledger import FinishedRun
-from missions.sweeps.plan import RunTask, SweepPlan
+from missions.sweeps.plan import DRAWN, RunTask, SweepPlan
 from missions.sweeps.pool import SupervisedPool, TookTooLong, WorkersCannotStart
 from missions.sweeps.study import Study
 
@@ -32,6 +34,8 @@ MAX_ATTEMPTS = 3
 AHEAD = 2
 """Chunks that are given out for every process of the executor."""
 TIMED_RUNS = 3
+LOSSLESS_TIMED = 8
+"""Configurations without losses that a dry run makes at most, to see whether anything is drawn in them."""
 
 
 class PartlyDoneError(MissionsError):
@@ -56,10 +60,19 @@ UNLIMITED = Limits()
 
 @dataclass(frozen=True)
 class SweepEstimate:
-    """Answer of a dry run: runs that are still to make, at most, and the time they will take."""
+    """Answer of a dry run.
+
+    Args:
+        planned: runs that are to be made, at most.
+        estimate_s: the time they will take.
+        timed: configurations that were run once to say so.
+        deterministic: of these, those in which nothing was drawn: they are made once, and ``planned`` counts them so.
+    """
 
     planned: int
     estimate_s: float
+    timed: int = 0
+    deterministic: int = 0
 
 
 ReportProgress = Callable[[int, int], None]
@@ -76,10 +89,18 @@ def estimate(study: Study, jobs: int) -> SweepEstimate:
     plan = SweepPlan(study)
     planned = study.n_runs
     numbers = sorted({round(share * (len(study.configurations) - 1) / TIMED_RUNS) for share in range(TIMED_RUNS + 1)})
+    numbers = sorted({*numbers, *_lossless(plan)})
     began = time.perf_counter()
-    for number in numbers:
-        run_task(plan.task(number, 0))
-    return SweepEstimate(planned, round(planned * (time.perf_counter() - began) / len(numbers) / jobs, 1))
+    once = sum(run_task(plan.task(number, 0)).line["summary"].get(DRAWN) is False for number in numbers)
+    planned -= once * (study.maximum - 1)
+    spent_s = time.perf_counter() - began
+    return SweepEstimate(planned, round(planned * spent_s / len(numbers) / jobs, 1), len(numbers), once)
+
+
+def _lossless(plan: SweepPlan) -> list[int]:
+    """Configurations that may draw nothing, as far as the packet error rate tells; the first of them."""
+    found = (number for number, one in enumerate(plan.study.configurations) if identity(one.scenario, 0)["per"] == 0.0)
+    return list(itertools.islice(found, LOSSLESS_TIMED))
 
 
 def sweep(
@@ -237,7 +258,7 @@ def _drive(
     limits: Limits,
 ) -> None:
     """Give out chunks and log what comes back until nothing is missing."""
-    queue = _Queue(plan.missing(folder.summaries), n_processes, limits.timeout_s)
+    queue = _Queue(plan.due(folder.summaries), n_processes, limits.timeout_s)
     needed = Needed.like_here(limits.memory_mb)
     busy: dict[Future[list[FinishedRun]], list[RunTask]] = {}
     while queue.waiting or busy:
@@ -262,7 +283,7 @@ def _drive(
         queue.learn(finished)
         if not queue.waiting:
             given_out = {task.key for chunk in busy.values() for task in chunk}
-            queue.waiting.extend(plan.missing(folder.summaries, given_out))
+            queue.waiting.extend(plan.due(folder.summaries, given_out))
         if progress is not None:
             progress(len(folder.lines), len(folder.lines) + plan.schedule.n_missing(folder.summaries))
 

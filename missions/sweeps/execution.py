@@ -76,7 +76,6 @@ def run_task(task: RunTask) -> FinishedRun:
     try:
         finished = run(task.scenario, task.seed)
         found = summary(finished)
-        del found["wall_s"]
         if task.keep_tables:
             tables = encoded(finished.recorder, task.key)
     except Exception:

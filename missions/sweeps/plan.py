@@ -26,6 +26,10 @@ if TYPE_CHECKING:
 
 UNFORESEEN = "unforeseen"
 """Column of the table of runs with the name of what is unforeseen in them."""
+DRAWN = "drawn"
+"""Field of a summary: whether anything was drawn in the run; null where nobody can say."""
+OF_THE_SEED = frozenset({"seed", DRAWN})
+"""Fields that differ between repeats of one run."""
 Summaries = Mapping[str, Mapping[str, Any]]
 """Summary of every finished run by key."""
 
@@ -172,7 +176,31 @@ class RunSchedule:
         return {}
 
     def repeats(self, number: int, summaries: Summaries) -> int:
-        """Repeats that a configuration needs, as far as the finished runs tell."""
+        """Repeats that a configuration needs, as far as the finished runs tell.
+
+        Where nothing is drawn all repeats are one run, so it is made once; where nobody can say whether anything is,
+        twice, and no more if both end alike.
+        """
+        demanded = self._demanded(number, summaries)
+        first, second = (summaries.get(self.key(number, repeat)) for repeat in (0, 1))
+        if first is None or first.get(DRAWN, True):
+            return demanded
+        if first[DRAWN] is False:
+            return min(demanded, 1)
+        alike = second is not None and second.get(DRAWN, True) is None and outcome(first) == outcome(second)
+        return min(demanded, 2) if alike else demanded
+
+    def is_known(self, number: int, repeat: int, summaries: Summaries) -> bool:
+        """True if the repeats before this one say that it is needed: the first, and a second where that is silent."""
+        if repeat == 0:
+            return True
+        first, second = (summaries.get(self.key(number, earlier)) for earlier in (0, 1))
+        if first is None:
+            return False
+        return repeat == 1 or second is not None or bool(first.get(DRAWN, True))
+
+    def _demanded(self, number: int, summaries: Summaries) -> int:
+        """Repeats that the study asks for."""
         rule = self.demand.stopping
         if rule is None:
             return self.demand.repeats
@@ -241,6 +269,12 @@ class SweepPlan:
             repeat < self.study.design.keep_tables,
         )
 
+    def due(self, summaries: Summaries, busy: Collection[str] = ()) -> Iterator[RunTask]:
+        """Of ``missing`` those of which it is known that they are needed: further repeats wait for the first."""
+        for number, repeat in self._missing(summaries, busy):
+            if self.schedule.is_known(number, repeat, summaries):
+                yield self.task(number, repeat)
+
     def missing(self, summaries: Summaries, busy: Collection[str] = ()) -> Iterator[RunTask]:
         """Runs that are needed, neither finished nor busy: the first repeat of every configuration, then the second.
 
@@ -248,6 +282,10 @@ class SweepPlan:
             summaries: of the finished runs, by key.
             busy: keys of the runs that workers have.
         """
+        for number, repeat in self._missing(summaries, busy):
+            yield self.task(number, repeat)
+
+    def _missing(self, summaries: Summaries, busy: Collection[str]) -> Iterator[tuple[int, int]]:
         schedule = self.schedule
         needed = [schedule.repeats(number, summaries) for number in range(len(schedule.digests))]
         for repeat in range(max(needed, default=0)):
@@ -255,7 +293,12 @@ class SweepPlan:
                 if repeat < repeats:
                     key = schedule.key(number, repeat)
                     if key not in summaries and key not in busy:
-                        yield self.task(number, repeat)
+                        yield number, repeat
+
+
+def outcome(summary: Mapping[str, Any]) -> dict[str, Any]:
+    """What a summary says of how a run ended: alike in repeats in which nothing was drawn."""
+    return {name: value for name, value in summary.items() if name not in OF_THE_SEED}
 
 
 def repeats_needed(rule: StoppingLimits, values: Sequence[float | None]) -> int:

@@ -18,9 +18,13 @@ from multiprocessing.connection import Connection
 from multiprocessing.context import BaseContext
 from multiprocessing.process import BaseProcess
 from queue import SimpleQueue
-from threading import Thread
+from threading import Lock, Thread
 from typing import Any, ParamSpec, TypeVar
 
+from remoras.plugin_folders import look_in, plugin_folders, safe_path
+
+_STARTING = Lock()
+"""Held while a process starts, for what it starts with belongs to the whole program."""
 Arguments = ParamSpec("Arguments")
 T = TypeVar("T")
 Call = tuple["Future[Any]", float | None, Callable[..., Any], tuple[Any, ...], dict[str, Any]]
@@ -140,8 +144,8 @@ class SupervisedPool(Executor):
     def _started(self) -> tuple[BaseProcess, Connection]:
         """A new process, and our end of the connection to it."""
         ours, theirs = self._context.Pipe()
-        process: BaseProcess = self._context.Process(target=_serve, args=(theirs,), daemon=True)  # type: ignore[attr-defined]
-        with _interruption_held():
+        process: BaseProcess = self._context.Process(target=_serve, args=(theirs, plugin_folders()), daemon=True)  # type: ignore[attr-defined]
+        with _STARTING, safe_path(), _interruption_held():
             process.start()
         theirs.close()
         self._processes.add(process)
@@ -166,8 +170,13 @@ def _interruption_held() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _serve(connection: Connection) -> None:
-    """Answer calls until the other end is closed; interruption is the parent's business."""
+def _serve(connection: Connection, folders: tuple[str, ...]) -> None:
+    """Answer calls until the other end is closed; interruption is the parent's business.
+
+    Args:
+        connection: to the parent; folders: of its plug-ins.
+    """
+    look_in(folders)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         connection.send(True)

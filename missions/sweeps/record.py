@@ -19,13 +19,14 @@ from missions.files import shown
 from missions.metric import MetricRecord
 from missions.sweeps.code import fingerprint, short
 from missions.sweeps.plan import Label
+from missions.verdict import KEY, VERDICT
 
 if TYPE_CHECKING:
     from missions.sweeps.plan import SweepPlan
 
 DECLARATIONS, LABELS, IDENTITY = "metrics", "labels", "id"
 """Keys of the record that may differ when a sweep goes on."""
-FIXED = ("version", "study.study.name", "study.study.seed", "study.study.keep_tables")
+FIXED = ("version", KEY, "study.study.name", "study.study.seed", "study.study.keep_tables")
 """Keys that never differ when a sweep goes on."""
 REPEATS = "study.study.repeats"
 REPORTED = ("study.study.metrics", "study.study.baseline", "study.stopping")
@@ -38,6 +39,7 @@ def record_of(plan: SweepPlan) -> dict[str, Any]:
     scenarios = {one.source: one.scenario.model_dump(mode="json") for one in reversed(study.configurations)}
     record = {
         "version": plan.schedule.version,
+        KEY: VERDICT,
         "study": study.file.model_dump(mode="json"),
         "scenario": scenarios,
         "code": fingerprint(one.scenario.model_dump(mode="json") for one in study.configurations),

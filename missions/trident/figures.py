@@ -6,7 +6,7 @@ import tomllib
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
-from missions.figure import Figure, Layer, RunResults, Style
+from missions.figure import Figure, Layer, RunResults, Style, axis_end_s
 from missions.trident.choreography import CHOREOGRAPHY
 from missions.trident.modules import ATTEMPTS, CHARTED
 
@@ -65,7 +65,7 @@ def draw_services(axes: Axes, results: RunResults, style: Style) -> str:
         axes.barh(at, to_s - from_s, left=from_s, height=height, color=colour, label=label)
     axes.set_yticks(range(len(names)), names)
     axes.invert_yaxis()
-    axes.set_xlim(0.0, end_s)
+    axes.set_xlim(0.0, axis_end_s(results))
     axes.set_xlabel(style.axis("mission time", "s"))
     return (
         "Grey: the service says of itself that it works; a cross: that it has failed. Coloured: a step of the plan of "
@@ -95,7 +95,7 @@ def draw_choreography(axes: Axes, results: RunResults, style: Style) -> str:
         shown.add(row["vehicle"])
         axes.plot(row["time_s"], states.index(row["to"]), look.marker, color=look.colour, label=label)
     axes.set_yticks(range(len(states)), states)
-    axes.set_xlim(0.0, end_s)
+    axes.set_xlim(0.0, axis_end_s(results))
     axes.set_xlabel(style.axis("mission time", "s"))
     n = sum(bool(row["violation"]) for row in rows)
     return f"A mark is a message when it is first said, by the vehicle that says it. Violations of the pattern: {n}."

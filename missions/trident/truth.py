@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 from missions.meeting.meeting import Meeting
 from missions.meeting.truth import JobTruth
 from missions.trident.choreography import Monitor
@@ -10,6 +12,7 @@ from missions.trident.scenario import TridentScenario
 from missions.trident.site import TARGET, Site, Tile
 from missions.trident.tasks import WORKING
 from remoras.mission import FleetView, Milestone
+from remoras.reach import within_reach
 from remoras.recorder import Recorder
 
 RECOVERY_SHARE = 0.5
@@ -29,6 +32,8 @@ class TridentTruth(JobTruth):
     def __init__(self, meeting: Meeting, scenario: TridentScenario, recorder: Recorder, site: Site) -> None:
         super().__init__(meeting, WORKING, recorder)
         self._goal = scenario.mission.goal
+        self._recovery = scenario.recovery.name
+        self._site = site
         self._n_tiles = len(site.numbers)
         self._monitor = Monitor(scenario.choreography, recorder)
         self._charted_rows, self._attempt_rows = recorder.rows(CHARTED.name), recorder.rows(ATTEMPTS.name)
@@ -72,8 +77,25 @@ class TridentTruth(JobTruth):
     @property
     def goal_fraction(self) -> float:
         """Share of the goal: half the map, as far as it is asked for, half the recovery."""
-        mapping = min(1.0, self.charted_fraction / self._goal)
-        return (1.0 - RECOVERY_SHARE) * mapping + RECOVERY_SHARE * self.is_recovered
+        return self._share(self.charted_fraction, self.is_recovered)
+
+    def _share(self, charted: float, is_recovered: bool) -> float:
+        mapping = min(1.0, charted / self._goal)
+        return (1.0 - RECOVERY_SHARE) * mapping + RECOVERY_SHARE * is_recovered
+
+    @property
+    def jobs_done(self) -> Collection[str]:
+        """Blocks that are said to be surveyed, and the recovery once it has really been made."""
+        return {*(self._done - {self._recovery}), *((self._recovery,) if self.is_recovered else ())}
+
+    def reachable_fraction(self, fleet: FleetView) -> float:
+        """With all tiles of the blocks that somebody left is able to see surveyed, and the recovery if it is open."""
+        jobs = self._jobs
+        within = within_reach(jobs, self._groups, fleet, self.jobs_done)
+        able = within_reach({name: jobs[name] for name in jobs if name != self._recovery}, self._groups, fleet, ())
+        n_within = sum(block in able for tile, (block, _) in self._site.numbers.items() if tile not in self._charted)
+        charted = (len(self._charted) + n_within) / self._n_tiles if self._n_tiles else 1.0
+        return self._share(charted, self._recovery in within)
 
     def close(self, fleet: FleetView, now_s: float) -> str:
         """Say what is missing."""

@@ -3,7 +3,7 @@
 Commands register with the application; what they need is imported when they are called, so ``--help`` answers at once.
 """
 
-from remoras.cli import budgets, exports, files, live, nodes, policies, replay, runs, stress, sweeps
+from remoras.cli import budgets, exports, files, live, nodes, policies, replay, runs, stress, sweeps, verify
 from remoras.cli.app import app, main
 
 __all__ = [
@@ -19,4 +19,5 @@ __all__ = [
     "runs",
     "stress",
     "sweeps",
+    "verify",
 ]

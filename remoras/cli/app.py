@@ -20,6 +20,7 @@ import typer
 from missions.errors import LONGEST_VALUE, cut
 from remoras.cli.commands import OrderedGroup, PlainCommand
 from remoras.interruption import SAID, Terminated
+from remoras.plugin_folders import look_in
 from remoras.plugins import NO_PLUGINS
 
 OK, FAILED, USAGE = 0, 1, 2
@@ -68,6 +69,12 @@ def _report_end(error: BaseException | None) -> int:
 def fail(message: str, code: int = USAGE) -> NoReturn:
     """End the command with one clear message on the standard error; with --json there is one JSON value of it, too."""
     raise CommandFault(message, code)
+
+
+def remark(text: str) -> None:
+    """Say on standard error what one should know of what is read; nothing if there is nothing."""
+    if text:
+        print(f"remoras: {text}", file=sys.stderr)
 
 
 def _report(error: Exception, as_json: bool) -> None:
@@ -215,9 +222,9 @@ def _root(
 
 
 def main() -> None:
-    """Entry point of the ``remoras`` command; ``module:object`` is looked for in the current folder too."""
+    """Entry point of the ``remoras`` command; a ``module:object`` that is named may lie in the current folder."""
     if not os.environ.get(NO_PLUGINS) and "--no-plugins" not in sys.argv:
-        sys.path.append(str(Path.cwd()))
+        look_in([str(Path.cwd())])
     try:
         code = app(prog_name="remoras", standalone_mode=False)
     except KeyboardInterrupt as error:

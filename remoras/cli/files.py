@@ -82,7 +82,10 @@ def validate(
     ],
     as_json: Json = False,
 ) -> None:
-    """Check a scenario, study or organisation file whole; every fault is reported with its line."""
+    """Check a scenario, study or organisation file whole; every fault is reported with its line.
+
+    Of a scenario it also warns where energy or time can hardly do the work, by the data of the vehicles.
+    """
     from missions.files import check_named, is_study
 
     check_named(file)
@@ -91,10 +94,12 @@ def validate(
         return
     if file.endswith(".toml") and _validate_organisation(file, as_json):
         return
+    from missions.runs.estimates import cautions
     from missions.runs.setup import resolved
     from missions.scenarios import load
 
     setup = resolved(load(file))
+    warnings = list(cautions(setup))
     schedule, founded = setup.schedule, sorted(setup.agreement.organisation.assignments)
     reserves = [name for name in setup.database if not setup.agreement.organisation.roles_of(name)]
     if as_json:
@@ -107,6 +112,7 @@ def validate(
                 "frame_s": schedule.frame_s,
                 "founding": [{"vehicle": a.vehicle, "group": a.group, "role": a.role} for a in founded],
                 "reserves": reserves,
+                "warnings": [asdict(one) for one in warnings],
             }
         )
         return
@@ -119,6 +125,8 @@ def validate(
         print(f"  founding: {assignment.vehicle} plays {assignment.role} of {assignment.group}")
     for name in reserves:
         print(f"  reserve: {name} plays no role from the start")
+    for one in warnings:
+        print(f"  warning: {one}")
 
 
 def _validate_organisation(file: str, as_json: bool) -> bool:

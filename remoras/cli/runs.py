@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from remoras.cli import completion
-from remoras.cli.app import FAILED, Format, Json, command, fail, show_json
+from remoras.cli.app import FAILED, Format, Json, command, fail, remark, show_json
 from remoras.cli.exports import At, Vehicle
 from remoras.cli.progress import Progress
 from remoras.cli.tables import on_terminal, show_table
@@ -245,7 +245,9 @@ def _plot(
         fail(f"--metric {metric}: is about the ranking of a sweep, and {folder} holds a single run")
     from missions.runs.results import Results
 
-    _show_drawn(draw_run(Results.read(folder), kinds, out, file_format, width, at_s, viewer))
+    results = Results.read(folder)
+    remark(results.verdict_note)
+    _show_drawn(draw_run(results, kinds, out, file_format, width, at_s, viewer))
 
 
 def draw_run(
@@ -281,8 +283,10 @@ def _plot_sweep(
 
     if metric is not None and kinds and not {"ranking", "differences"} & {*kinds}:
         fail(f"--metric {metric}: is about a ranking and differences; name the figure ranking or differences too")
+    results = SweepResults.read(folder)
+    remark(results.verdict_note)
     with Progress(f"plot {folder}", 1, "steps") as progress:
-        drawn = draw(SweepResults.read(folder), kinds, out, file_format.value, metric or RANKED, progress.of, width_in)
+        drawn = draw(results, kinds, out, file_format.value, metric or RANKED, progress.of, width_in)
     _show_drawn(drawn)
 
 

@@ -60,6 +60,9 @@ def stress(
         list[str] | None, typer.Option("--invariant", metavar="FILE.py:NAME", help="Add an invariant of your own.")
     ] = None,
     settings: Settings = None,
+    drawn: Annotated[
+        str, typer.Option("--settings", metavar="none|all|NAME,...", help="Settings that are drawn beside the faults.")
+    ] = "all",
     replay: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Repeat the schedule of a file instead, byte for byte.")
     ] = None,
@@ -69,7 +72,7 @@ def stress(
     force: Annotated[bool, typer.Option("--force", help="Replace what is already in --out.")] = False,
     as_json: Json = False,
 ) -> None:
-    """Let random faults befall the fleet, and see what holds all the same; shrink what does not."""
+    """Let random faults befall the fleet in random settings, and see what holds all the same; shrink what does not."""
     added = tuple(invariants or ())
     if replay is not None:
         _replay(replay, scenario, added, as_json)
@@ -95,7 +98,7 @@ def stress(
     kinds = [one.strip() for one in faults.split(",") if one.strip()]
     strategy = importable(strategy) if strategy else ""
     invariants_of(load(scenario, overrides(strategy, settings or ())), added)  # before a long run
-    plan = plan_of(scenario, strategy, settings or (), kinds)
+    plan = plan_of(scenario, strategy, settings or (), kinds, drawn)
     total = len(numbers) if isinstance(numbers, range) else 0
     with Progress(f"stress {scenario}", total, "schedules") as progress:
         report = campaign(plan, numbers, added, jobs, limit_s, lambda n: progress.of(n, max(total, n)))
@@ -108,6 +111,9 @@ def stress(
         print("\n".join(lines(report)))
         for name in report.shrunk if out is not None else ():
             print(f"repeat it with: remoras stress --replay {out}/shrunk-{name}.toml", file=sys.stderr)
+            seed = report.shrunk[name].schedule.stress.seed
+            alone = f"remoras run {out}/shrunk-{name}.scenario.toml --seed {seed}"
+            print(f"run its scenario with: {alone}", file=sys.stderr)
     if report.broken:
         raise typer.Exit(FAILED)
 

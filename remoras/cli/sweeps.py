@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from remoras.cli import completion
-from remoras.cli.app import FAILED, Json, command, fail, show_json
+from remoras.cli.app import FAILED, Json, command, fail, remark, show_json
 from remoras.cli.progress import Progress
 from remoras.cli.tables import on_terminal, show_table
 
@@ -76,7 +76,13 @@ def sweep(
     loaded = load_study(study, strategies or ())
     if dry_run:
         guess = driver.estimate(loaded, jobs)
-        _show(asdict(guess), as_json, [f"{guess.planned} runs, about {guess.estimate_s:.0f} s on {jobs} processes"])
+        said = [f"{guess.planned} runs at most, about {guess.estimate_s:.0f} s on {jobs} processes"]
+        if guess.deterministic:
+            said.append(
+                f"nothing is drawn in {guess.deterministic} of the {guess.timed} configurations that were tried: "
+                "each is made once, whatever repeats says"
+            )
+        _show(asdict(guess), as_json, said)
         return
     if verified is not None:
         _verify(loaded, out, verified, as_json)
@@ -150,6 +156,7 @@ def compare(
     from missions.sweeps.folder import SweepResults
 
     results = SweepResults.read(folder)
+    remark(results.verdict_note)
     found = compared(results, tuple(dict.fromkeys(metrics or ())), baseline)
     state = results.status()
     if state.failed or state.remaining > 0:
@@ -183,57 +190,59 @@ def _interval(mean: float | None, low: float | None, high: float | None) -> str:
     return "-" if mean is None else f"{mean:.4g}{bounds}"
 
 
+def _entries(row: Comparison) -> dict[str, str]:
+    """What a table for people says of a row; columns that no row of a table fills are left out there."""
+    return {
+        "per": f"{row.per:g}",
+        "strategy": _marked(row.strategy),
+        "policy": row.policy,
+        "n": str(row.n),
+        "done": str(row.n_completed),
+        "mean [95 %]": _interval(row.mean, row.ci95_low, row.ci95_high),
+        "of those that got there": _interval(row.reached_mean, row.reached_ci95_low, row.reached_ci95_high),
+        f"difference to {row.baseline}": _interval(row.diff_to_baseline, row.diff_ci95_low, row.diff_ci95_high),
+        "where both did": _interval(row.diff_reached, row.diff_reached_ci95_low, row.diff_reached_ci95_high),
+        "p (Holm)": "-" if row.p_holm is None else f"{row.p_holm:.2g}",
+        "note": row.ci95_note,
+        "unforeseen": row.unforeseen,
+        "settings": " ".join(f"{key}={value}" for key, value in row.settings.items()),
+    }
+
+
+ALWAYS = ("per", "strategy", "policy", "n", "done", "mean [95 %]", "p (Holm)")
+"""Columns that tables have even where they are empty."""
+
+
+def _table(rows: Sequence[Comparison]) -> tuple[list[str], list[list[str]]]:
+    """Heads and entries of the table of one metric."""
+    found = [_entries(row) for row in rows]
+    used = [head for head in found[0] if head in ALWAYS or any(entries[head] not in ("", "-") for entries in found)]
+    return used, [[entries[head] for head in used] for entries in found]
+
+
 def _show_comparison(rows: Sequence[Comparison]) -> None:
     """A table for each metric, on a terminal."""
     for metric, same in itertools.groupby(rows, key=lambda row: row.metric):
         own = list(same)
-        heading = f"difference to {own[0].baseline}"
-        columns = [
-            "per",
-            "strategy",
-            "policy",
-            "n",
-            "done",
-            "mean [95 %]",
-            heading,
-            "p (Holm)",
-            "unforeseen",
-            "settings",
-        ]
-        shown = [
-            (
-                f"{row.per:g}", _marked(row.strategy), row.policy, str(row.n), str(row.n_completed),
-                _interval(row.mean, row.ci95_low, row.ci95_high),
-                _interval(row.diff_to_baseline, row.diff_ci95_low, row.diff_ci95_high),
-                "-" if row.p_holm is None else f"{row.p_holm:.2g}", row.unforeseen,
-                " ".join(f"{key}={value}" for key, value in row.settings.items()),
-            )
-            for row in own
-        ]  # fmt: skip
-        used = [number for number in range(len(columns)) if number < 8 or any(row[number] for row in shown)]
-        show_table([columns[n] for n in used], [[row[n] for n in used] for row in shown], metric, ("per", "n", "done"))
+        show_table(*_table(own), metric, ("per", "n", "done"))
         for note in _notes(own):
             print(f"  {note}")
 
 
 def _comparison_lines(rows: Sequence[Comparison]) -> Sequence[str]:
-    """A table for people: mean with interval, difference to the baseline with interval, and what to know of them."""
-
+    """The same as text: mean with interval, difference to the baseline with interval, and what to know of them."""
     lines = []
     for metric, same in itertools.groupby(rows, key=lambda row: row.metric):
         own = list(same)
-        heading = f"difference to {own[0].baseline}"
-        lines.append(f"{metric}\n  {'per':>5} {'strategy':<18}{'policy':<16}{'n':>5}{'done':>5}  "
-                     f"{'mean [95 %]':<34}{heading:<36}{'p (Holm)':>9}")  # fmt: skip
-        for row in own:
-            p = "-" if row.p_holm is None else f"{row.p_holm:.2g}"
-            settings = "  " + " ".join(f"{key}={value}" for key, value in row.settings.items())
-            case = f"  {row.unforeseen}" if row.unforeseen else ""
-            mean = _interval(row.mean, row.ci95_low, row.ci95_high)
-            difference = _interval(row.diff_to_baseline, row.diff_ci95_low, row.diff_ci95_high)
-            names = f"{row.per:>5g} {_marked(row.strategy):<18}{row.policy:<16}"
-            lines.append(f"  {names}{row.n:>5}{row.n_completed:>5}  "
-                         f"{mean:<34}{difference:<36}{p:>9}{case}{settings}".rstrip())  # fmt: skip
+        heads, entries = _table(own)
+        widths = [max(map(len, column)) for column in zip(heads, *entries, strict=True)]
+        for line in (heads, *entries):
+            aligned = (
+                text.rjust(width) if head in ("per", "n", "done") else text.ljust(width)
+                for head, text, width in zip(heads, line, widths, strict=True)
+            )
+            lines.append(f"  {'  '.join(aligned)}".rstrip())
+        lines.insert(len(lines) - len(entries) - 1, metric)
         lines += [f"  {note}" for note in _notes(own)]
     return lines
 
@@ -242,14 +251,16 @@ def _notes(rows: Sequence[Comparison]) -> Iterator[str]:
     """What to know of the rows of one metric: restricted means, unequal work, too few runs."""
     from missions.comparison.pairs import SIGNIFICANT, least_p_holm
     from missions.comparison.ranking import of_unequal_work
-    from remoras.strategies import bounds
 
     if rows[0].n_reached is not None:
         n, reached = sum(row.n for row in rows), sum(row.n_reached or 0 for row in rows)
         yield f"restricted means: the {n - reached} of {n} runs that did not get there count with the whole duration"
-    if rows[0].metric != "completed" and (unequal := of_unequal_work(rows, bounds())):
+        yield "their intervals hold for what further runs may do that do not get there; see n_reached for how many did"
+    if any(row.deterministic for row in rows):
+        yield "deterministic: nothing was drawn, so that repeats are one run; it has no interval and no p"
+    if rows[0].metric != "completed" and (unequal := of_unequal_work(rows)):
         names = ", ".join(dict.fromkeys(f"{row.strategy} with {row.policy} at per {row.per:g}" for row in unequal))
-        yield f"unequal work, success rates differ by more than their intervals, do not rank by this: {names}"
+        yield f"unequal work, success rates are told from the highest, do not rank by this: {names}"
     tested = [row.n for row in rows if row.p_holm is not None]
     if tested and (least := least_p_holm(max(tested), len(tested))) >= SIGNIFICANT:
         yield f"no p (Holm) of {len(tested)} comparisons of {max(tested)} pairs can be below {least:.2g}: repeat more"

@@ -280,18 +280,19 @@ class FunctionalLayer:
             perceptions[self._guiding] = perceptions[self._guiding]._replace(advance=None)
         return perceptions
 
-    def act(self, dt_s: float, neighbours: Sequence[Neighbour] = ()) -> None:
+    def act(self, dt_s: float, neighbours: Sequence[Neighbour] = (), since_s: float = 0.0) -> None:
         """Move for ``dt_s`` as guidance refers and neighbours allow; without guidance, slow down to a stop.
 
         Args:
             dt_s: for how long.
-            neighbours: what the obstacle sonar sees.
+            neighbours: what the obstacle sonar sees; since_s: when that begins, for who was off before.
 
         Raises:
             PluginError: the behaviour that guides raises, or returns anything but a finite Reference or None.
         """
         reference = None if self._guiding is None else self._reference(self._guiding)
-        self._guidance.move(reference, neighbours, self.picture.peers.positions_m, self.picture.body.now_s, dt_s)
+        peers_m, now_s = self.picture.peers.positions_m, max(self.picture.body.now_s, since_s)
+        self._guidance.move(reference, neighbours, peers_m, now_s, dt_s)
         self.motion.energy_j += self._drain_w * dt_s
         self._check_energy()
         if self.exhausted:

@@ -40,7 +40,7 @@ class SameDigest:
 
 
 class Finishes:
-    """After what is transient has healed, the survivors complete the mission by the bound."""
+    """After what is transient has healed, the survivors complete the mission by the bound, if they are able to."""
 
     name = "finishes"
     moment = Moment.END
@@ -49,19 +49,48 @@ class Finishes:
     def broken(self, scene: Scene) -> str | None:
         """Look at the verdict."""
         run, about = scene.finished, scene.schedule.stress
-        if run is None or not about.must_finish or run.completed or self._cannot_be_replaced(scene):
+        if run is None or not about.must_finish or run.completed or _is_unheard_of(scene):
+            return None
+        if run.reachable_fraction < 1.0:  # the work is all of it, whoever is left: nobody may be able to do some of it
             return None
         return f"not complete by {about.bound_s:g} s, healed at {about.heal_s:g} s: {run.reason}"
 
-    @staticmethod
-    def _cannot_be_replaced(scene: Scene) -> bool:
-        """True where somebody is lost for good, and nobody hears of it: the strategy lets none speak."""
-        is_heard = any(one.radio.communicates or one.radio.is_bound for one in scene.fleet.vehicles)
-        return not is_heard and any(fault.kind == "lost" for fault in scene.schedule.permanent)
+
+class Ends:
+    """A run is over before its bound, complete or not: nobody goes on for ever."""
+
+    name = "ends"
+    moment = Moment.END
+    not_under = SENSES | LIES | ENDING
+
+    def broken(self, scene: Scene) -> str | None:
+        """Look at when the run ended, and at who could still have gone on."""
+        run, about, fleet = scene.finished, scene.schedule.stress, scene.fleet
+        if run is None or not about.must_end or run.completed or fleet.ended_s + fleet.tick_s <= fleet.duration_s:
+            return None
+        if not scene.in_contact() or _is_unheard_of(scene):
+            return None
+        return f"goes on at {fleet.ended_s:g} s: {run.reason}"
+
+
+def _share_below(ordered: list[float], share: float) -> float:
+    """The value that a share of ascending ones stays below, linear between them."""
+    low, rest = divmod(share * (len(ordered) - 1), 1.0)
+    here, next_one = ordered[int(low)], ordered[min(int(low) + 1, len(ordered) - 1)]
+    return here * (1.0 - rest) + next_one * rest
+
+
+def _is_unheard_of(scene: Scene) -> bool:
+    """True where somebody does nothing any more, and nobody hears of it: the strategy lets none speak."""
+    is_heard = any(one.radio.communicates or one.radio.is_bound for one in scene.fleet.vehicles)
+    return not is_heard and not all(one.is_alive for one in scene.fleet.vehicles)
 
 
 class TrueVerdict:
-    """A mission counts as complete if, and only if, its goal is reached, and then there is no reason against it."""
+    """A mission counts as complete if, and only if, its goal is reached, and then there is no reason against it.
+
+    What is within reach is no less than what is reached, and no more than all.
+    """
 
     name = "verdict"
     moment = Moment.END
@@ -78,6 +107,8 @@ class TrueVerdict:
         ended_s, tick_s = scene.fleet.ended_s, scene.fleet.tick_s
         if len(noted_s) != run.completed or any(not 0.0 <= ended_s - at_s <= tick_s for at_s in noted_s):
             return f"completed: {run.completed} at {ended_s:g} s; milestones mission_complete at {noted_s}"
+        if not run.goal_fraction <= run.reachable_fraction <= 1.0:
+            return f"{run.goal_fraction:g} of the goal is reached, and {run.reachable_fraction:g} within reach"
         if not run.completed and not run.reason:
             return "not completed, for no reason"
         if bool(summary["completed"]) is not run.completed or summary["goal_fraction"] > 1.0:
@@ -110,6 +141,7 @@ class SummaryOfTables:
             "n_packets": len(packets),
             "observations_per_min": round(60.0 * len(received) / (len(at) * run.end_s), 4) if run.end_s else 0.0,
             "mean_latency_s": round(math.fsum(waits_s) / len(waits_s), 4) if waits_s else None,
+            "p95_latency_s": round(_share_below(sorted(waits_s), 0.95), 4) if waits_s else None,
             "n_bytes": sum(row[3] for row in packets) // 8,
             "delivery_ratio": n_heard / (n_heard + n_lost) if n_heard + n_lost else None,
             "energy_j": round(math.fsum(energy_j.values()), 2),

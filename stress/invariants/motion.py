@@ -12,6 +12,8 @@ from stress.invariants.seam import Moment, Scene
 
 ROUNDING_M, ROUNDING_J, ROUNDING_MPS, ROUNDING_RAD = 1e-3, 1e-6, 1e-9, 1e-6
 SENDER, SIZE_BITS = map(PACKETS.column_names.index, ("sender", "size_bits"))
+CLOCKS_OFF_S = 35.0
+"""By how much clocks may be off: jumps of 30 s, and what a scenario has beside them."""
 OVERSHOOT_M = 60.0
 """How far beyond the borders a vehicle may drift while it turns."""
 LEAST_SHARE = 0.5
@@ -21,6 +23,25 @@ LEAST_SHARE = 0.5
 def has_current(scene: Scene) -> bool:
     """True if the water moves."""
     return scene.setup.scenario.current != CurrentTable()
+
+
+def carried(table: CurrentTable, depth_m: float, now_s: float) -> tuple[tuple[float, float], float]:
+    """Velocity of the water (m/s, east and north) but for surges, and by how much clocks that are off may change it.
+
+    Worked out from the keys, not by the model: full at the surface, nothing at ``shear_depth_m``, to and fro with the
+    tide.
+
+    >>> carried(CurrentTable(east_mps=0.4, shear_depth_m=40.0), 10.0, 0.0)
+    ((0.30000000000000004, 0.0), 0.0)
+    """
+    share, turns = 1.0, 0.0
+    if table.shear_depth_m is not None:
+        share = max(0.0, 1.0 - depth_m / table.shear_depth_m)
+    strength_mps = share * math.hypot(table.east_mps, table.north_mps)
+    if table.tide_period_h is not None:
+        turns = 2.0 * math.pi / (3600.0 * table.tide_period_h)
+        share *= math.cos(turns * now_s + 2.0 * math.pi * table.tide_phase)
+    return (share * table.east_mps, share * table.north_mps), strength_mps * min(2.0, turns * CLOCKS_OFF_S)
 
 
 class Finite:
@@ -111,10 +132,15 @@ class Speed:
     def __init__(self) -> None:
         self._at: dict[str, tuple[float, float, float]] = {}
         self._way: dict[str, tuple[float, tuple[float, float]]] = {}
+        self._was_alive: set[str] = set()
 
     def broken(self, scene: Scene) -> str | None:
-        """Compare with the tick before; in a current there is no saying where it carries a vehicle."""
-        is_still = not has_current(scene)
+        """Compare with the tick before: its way through the water, and what the water carried it."""
+        if scene.finished is not None:
+            return None
+        table = scene.setup.scenario.current
+        flows_mps = [(table.east_mps, table.north_mps), *((one.east_mps, one.north_mps) for one in table.surge)]
+        alive = {one.name for one in scene.fleet.vehicles if one.is_alive}
         for vehicle in scene.fleet.vehicles:
             m, data = vehicle.functional.motion, vehicle.functional.data
             now_s, x_m, y_m = scene.now_s, m.x_m, m.y_m
@@ -122,8 +148,18 @@ class Speed:
                 dt_s, (speed_mps, ahead) = now_s - before[0], self._way[vehicle.name]
                 top_mps = max(data.transit_speed_mps, data.survey_speed_mps)
                 gone_m = math.hypot(x_m - before[1], y_m - before[2])
-                if is_still and gone_m > top_mps * dt_s * 1.001 + ROUNDING_M:
+                most_mps = top_mps + math.fsum(math.hypot(*one) for one in flows_mps)
+                if gone_m > most_mps * dt_s * 1.001 + ROUNDING_M:
                     return f"{vehicle.name} went {gone_m:.2f} m from {before[0]:g} s to {now_s:g} s"
+                if vehicle.name in alive & self._was_alive and not table.surge:
+                    (east_mps, north_mps), off_mps = carried(table, data.depth_m, before[0])
+                    x_gone_m, y_gone_m = x_m - before[1] - east_mps * dt_s, y_m - before[2] - north_mps * dt_s
+                    along_m = x_gone_m * m.ahead[0] + y_gone_m * m.ahead[1]
+                    aside_m = abs(x_gone_m * m.ahead[1] - y_gone_m * m.ahead[0])
+                    slack_m = off_mps * dt_s + ROUNDING_M
+                    if aside_m > slack_m or not -slack_m <= along_m <= m.speed_mps * dt_s + slack_m:
+                        way = f"{along_m:.2f} m ahead through the water and {aside_m:.2f} m aside"
+                        return f"{vehicle.name} went {way} from {before[0]:g} s to {now_s:g} s"
                 gained_mps = m.speed_mps - speed_mps
                 if gained_mps > data.acceleration_mps2 * dt_s + ROUNDING_MPS:
                     return f"{vehicle.name} gained {gained_mps:.2f} m/s from {before[0]:g} s to {now_s:g} s"
@@ -135,6 +171,7 @@ class Speed:
                 if turned_rad > data.turn_rate_radps * dt_s + ROUNDING_RAD:
                     return f"{vehicle.name} turned by {turned_rad:.2f} rad from {before[0]:g} s to {now_s:g} s"
             self._at[vehicle.name], self._way[vehicle.name] = (now_s, x_m, y_m), (m.speed_mps, m.ahead)
+        self._was_alive = alive
         return None
 
 

@@ -50,7 +50,8 @@ class Cardinality:
         """Look at what those in contact take themselves to play, if they have had the time to agree."""
         lease_s = scene.setup.scenario.communication.lease_frames * scene.setup.schedule.frame_s
         ended_s = scene.fleet.ended_s
-        if scene.is_silent or ended_s < scene.schedule.stress.heal_s + QUIET_LEASES * lease_s:
+        quiet_s = QUIET_LEASES * lease_s
+        if scene.is_silent or ended_s < scene.schedule.stress.heal_s + quiet_s or _is_doubted(scene, ended_s - quiet_s):
             return None
         own = [
             one
@@ -64,6 +65,13 @@ class Cardinality:
             if one.defect in wrong:
                 return f"{one.key}: {one.given}; allowed: {one.allowed}"
         return None
+
+
+def _is_doubted(scene: Scene, since_s: float) -> bool:
+    """True if somebody in contact was taken for absent: losses are such that a silence of a lease comes about."""
+    there = {vehicle.name for vehicle in scene.in_contact()}
+    rows = scene.fleet.recorder.membership
+    return any(row[0] >= since_s and row[3] == "absent" and {row[1], row[2]} <= there for row in rows)
 
 
 def _kept_to_itself(vehicle: Vehicle) -> set[str]:

@@ -20,10 +20,10 @@ from missions.scenarios import load
 
 
 def assert_same_results(one: Path, other: Path) -> None:
-    """Every file is the same bytes; the time that it took (``wall_s``) is left out."""
+    """Every file is the same bytes; the time that it took (``wall_s`` in the manifest) is left out."""
     assert sorted(path.name for path in one.iterdir()) == sorted(path.name for path in other.iterdir())
     for path in one.iterdir():
-        if path.name == "summary.json":
+        if path.name == "manifest.json":
             told = [json.loads((folder / path.name).read_text()) for folder in (one, other)]
             assert {**told[0], "wall_s": 0} == {**told[1], "wall_s": 0}
         else:

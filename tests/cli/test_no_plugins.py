@@ -12,6 +12,7 @@ from invoked import refused, remoras
 
 from missions.figure import Figure
 from missions.files import shipped, shipped_studies
+from remoras import plugin_folders
 from remoras.cli.app import app, main
 from remoras.errors import PluginError
 from remoras.plugins import NO_PLUGINS, named_object
@@ -112,16 +113,18 @@ def test_a_schedule_that_names_other_code_is_refused(tmp_path: Path, canary: Pat
 
 
 @pytest.mark.parametrize(("options", "is_looked_in"), [([], True), (["--no-plugins"], False)])
-def test_nothing_is_looked_for_in_the_current_folder(
+def test_plug_ins_are_looked_for_in_the_current_folder_unless_that_is_forbidden(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, options: list[str], is_looked_in: bool
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sys, "path", [*sys.path])
+    monkeypatch.setattr(plugin_folders, "_finder", plugin_folders.PluginFolders())
+    monkeypatch.setattr(sys, "meta_path", [*sys.meta_path])
     monkeypatch.setattr(sys, "argv", ["remoras", "list", *options])
     with pytest.raises(SystemExit) as ended:
         main()
     assert not ended.value.code
-    assert (str(tmp_path) in sys.path) is is_looked_in
+    assert (str(tmp_path) in plugin_folders.plugin_folders()) is is_looked_in
+    assert str(tmp_path) not in sys.path
 
 
 def test_every_command_has_the_option_and_leaves_the_environment_as_it_was() -> None:

@@ -204,6 +204,7 @@ def test_without_the_library_the_remedy_is_named(monkeypatch: pytest.MonkeyPatch
 def test_a_file_without_a_key_is_refused_and_its_content_never_told(tmp_path: Path, text: str, why: str):
     path = tmp_path / "fleet.key"
     path.write_text(text)
+    path.chmod(0o600)
     with pytest.raises(ConfigurationError, match=why) as raised:
         key_in(path)
     assert text not in str(raised.value)
@@ -212,6 +213,7 @@ def test_a_file_without_a_key_is_refused_and_its_content_never_told(tmp_path: Pa
 def test_a_key_file_is_hexadecimal_digits(tmp_path: Path):
     path = tmp_path / "fleet.key"
     path.write_text(KEY.hex() + "\n")
+    path.chmod(0o600)
     assert key_in(path) == KEY
     with pytest.raises(ConfigurationError, match="cannot be read: No such file"):
         key_in(tmp_path / "none.key")

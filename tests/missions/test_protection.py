@@ -21,6 +21,7 @@ def scenario(*settings: str) -> Scenario:
 def test_a_key_changes_nothing_but_bytes_and_is_written_nowhere(tmp_path: Path) -> None:
     path = tmp_path / "fleet.key"
     path.write_text(KEY)
+    path.chmod(0o600)
     plain = run(scenario())
     sealed = run(scenario(f"communication.key_file='{path}'", "communication.crc_bits=16"))
     assert sealed.milestones == plain.milestones
@@ -44,6 +45,7 @@ def test_what_cannot_protect_is_refused_in_one_line(setting: str, why: str) -> N
 
 def test_a_key_is_looked_for_beside_its_scenario(tmp_path: Path) -> None:
     (tmp_path / "fleet.key").write_text(KEY)
+    (tmp_path / "fleet.key").chmod(0o600)
     whole = manifest(run(scenario()))["scenario"]
     file = tmp_path / "mine.toml"
     file.write_text(whole.replace("[communication]", '[communication]\nkey_file = "fleet.key"'))

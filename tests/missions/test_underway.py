@@ -23,7 +23,7 @@ def test_a_stepped_run_gives_the_results_of_run() -> None:
     stepped, whole = MemoryResults(underway.finish()), MemoryResults(run(load("mapping-rendezvous", SHORT), 3))
     assert stepped.tables == whole.tables
     assert all(stepped.table(name).equals(whole.table(name)) for name in whole.tables)
-    assert {**stepped.summary, "wall_s": 0.0} == {**whole.summary, "wall_s": 0.0}
+    assert stepped.summary == whole.summary
     underway.close()  # a second time does no harm
 
 

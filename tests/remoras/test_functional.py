@@ -10,6 +10,7 @@ from samples import activity_set, auv
 from remoras.activities import Activity, ActivitySet, ActivityType
 from remoras.avoidance import Neighbour
 from remoras.behaviours import DUE, IDLE, Behaviour, Homing, Perception, Reference, Standing
+from remoras.current import Current
 from remoras.database import VehicleData
 from remoras.errors import PluginError
 from remoras.functional.layer import FunctionalLayer
@@ -18,6 +19,7 @@ from remoras.functional.vital import VITAL_NAMES, VITAL_SETS
 from remoras.motion import Motion
 from remoras.picture import Picture
 from remoras.recorder import TIME, VEHICLE, Column, Table
+from remoras.sea import Sea
 from remoras.sensor import Observation, Pose
 
 BOUNDS_M = (-100.0, -100.0, 800.0, 800.0)
@@ -367,3 +369,14 @@ def test_a_low_battery_calls_home() -> None:
     functional.motion.x_m = 75.0
     functional.sense(1.0, ())
     assert functional.perceive(())[1].stimulus == 0.0
+
+
+def test_who_was_off_is_carried_by_the_water_of_the_moment() -> None:
+    """At 300 s of a tide of 600 s the current has turned: in a second it carries a vehicle 0.2 m west, not east."""
+    sea = Sea(Current(0.2, 0.0, tide_period_s=600.0))
+    shore = Shore()
+    functional = FunctionalLayer(auv(), shore, shore.world(1), {}, BOUNDS_M, Picture(), sea=sea)
+    functional.prepare([])
+    functional.act(1.0, (), 300.0)
+    heading_m = functional.motion.speed_mps * functional.motion.ahead[0]
+    assert functional.motion.x_m - heading_m == pytest.approx(-0.2)

@@ -114,7 +114,7 @@ def test_what_somebody_has_given_up_is_waited_for() -> None:
 
 def of_mission(results: MemoryResults) -> dict[str, Any]:
     """Summary and tables, without what is said of the time after the mission, and of the machine."""
-    summary = {name: one for name, one in results.summary.items() if name not in ("run_id", "wall_s")}
+    summary = {name: one for name, one in results.summary.items() if name != "run_id"}
     tables = {name: results.table(name).to_pylist() for name in results.tables if name != "settling"}
     return {"settling_s": None, "settled": None, **summary} | tables
 

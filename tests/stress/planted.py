@@ -26,6 +26,7 @@ from missions.meeting.truth import MeetingTruth
 from missions.runs import assembly, metrics
 from remoras import authority, motion, radio, traffic, vehicle
 from remoras.contents import BitCount, Content
+from remoras.current import Current
 from remoras.database import VehicleData
 from remoras.diary import Diary
 from remoras.fleet import Fleet
@@ -40,6 +41,7 @@ from remoras.social.consultation import Consultation
 from remoras.social.reigns import Reigns
 from remoras.social.standing import Standing
 from remoras.testing import Outcome, Plan, judge, schedule_of
+from stress.configurations import baseline
 from worldmodel.facts import Merged
 from worldmodel.store import Store
 
@@ -55,7 +57,8 @@ class Planted:
 
     Attributes:
         invariant: that is to name it; plant: plants it; needs: kinds of which one is needed.
-        settings: of the small mission, beside its own; kinds: that are drawn from.
+        settings: of the small mission, beside its own; kinds: that are drawn from;
+            draws: settings that are; then the schedules without faults are run.
     """
 
     invariant: str
@@ -63,10 +66,11 @@ class Planted:
     needs: frozenset[str] = frozenset()
     settings: tuple[str, ...] = ()
     kinds: tuple[str, ...] = ()
+    draws: str = "none"
 
     def plan(self) -> Plan:
         """From what schedules are drawn; made before the fault is planted."""
-        return small_plan(*self.kinds, settings=self.settings)
+        return small_plan(*self.kinds, settings=self.settings, draws=self.draws)
 
     def found(self, patch: Patch, most_runs: int) -> Outcome | None:
         """Plant it, and run the schedules of seeds from 1 on until the invariant names it; None if it does not.
@@ -77,7 +81,8 @@ class Planted:
         """
         plan = self.plan()
         self.plant(patch)
-        drawn = (schedule_of(plan, seed) for seed in range(1, MOST_SEEDS + 1))
+        make = baseline if plan.draws else schedule_of
+        drawn = (make(plan, seed) for seed in range(1, MOST_SEEDS + 1))
         fitting = (one for one in drawn if not self.needs or not self.needs.isdisjoint(one.kinds))
         for schedule in itertools.islice(fitting, most_runs):
             outcome = judge(schedule, twice=self.invariant == "repeats")
@@ -350,6 +355,26 @@ def map_with_dead_sensors(patch: Patch) -> None:
     patch.setattr(Sensing, "look", look)
 
 
+def never_meet(patch: Patch) -> None:
+    patch.setattr(MeetingTruth, "_is_together", lambda self, survivors, group: False)
+    patch.setattr(MeetingTruth, "_is_overdue", lambda self, survivors, group, now_s: False)
+
+
+def let_the_water_run_west(patch: Patch) -> None:
+    sound = Current.at
+
+    def at(self: Current, depth_m: float, now_s: float) -> tuple[float, float]:
+        east_mps, north_mps = sound(self, depth_m, now_s)
+        return -east_mps, north_mps
+
+    patch.setattr(Current, "at", at)
+
+
+def take_the_90_for_the_95(patch: Patch) -> None:
+    sound = metrics.quantile
+    patch.setattr(metrics, "quantile", lambda ordered, share: sound(ordered, 0.9 if share == 0.95 else share))
+
+
 PLANTS = (
     Planted("exceptions", raise_at_a_jump, frozenset({"misplaced"})),
     Planted("beliefs", believe_that_all_hold_what_is_new_here),
@@ -369,6 +394,8 @@ PLANTS = (
     Planted("energy", begin_anew_charged, frozenset({"restarts"})),
     Planted("energy", count_what_the_first_uses_alone),
     Planted("speed", turn_at_once),
+    Planted("speed", let_the_water_run_west, settings=("current.east_mps=0.2",)),
+    Planted("summary", take_the_90_for_the_95),
     Planted("newest", let_the_older_of_two_count),
     Planted("tables", forget_a_reception),
     Planted("tables", forget_a_tick),
@@ -382,6 +409,7 @@ PLANTS = (
     Planted("verdict", complete_a_while_ago),
     Planted("summary", count_bytes_twice, frozenset({"cut", "bits", "late", "twice"})),
     Planted("finishes", claim_nothing, frozenset({"lost"})),
+    Planted("ends", never_meet, draws="policy"),
     Planted("repeats", keep_count_between_runs),
     Planted("meetings", meet_without_who_is_away, frozenset({"loss"})),
     Planted("ground", map_with_dead_sensors, frozenset({"sensor"})),

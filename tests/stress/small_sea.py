@@ -16,6 +16,6 @@ SMALL = (
 
 
 @cache
-def small_plan(*kinds: str, strategy: str = "remoras", settings: tuple[str, ...] = ()) -> Plan:
+def small_plan(*kinds: str, strategy: str = "remoras", settings: tuple[str, ...] = (), draws: str = "none") -> Plan:
     """The plan of the small mission with these kinds; all if there are none."""
-    return plan_of("mapping-rendezvous", strategy, (*SMALL, *settings), kinds)
+    return plan_of("mapping-rendezvous", strategy, (*SMALL, *settings), kinds, draws)

@@ -31,6 +31,8 @@ rm:note a owl:DatatypeProperty ; rdfs:label "note"@en ; rdfs:comment "What someb
     rdfs:domain rm:Vehicle ; rdfs:range xsd:string ; rm:maxBytes 24 .
 """
 KEY = "00112233445566778899aabbccddeeff"
+SALT = bytes(8)
+"""Of all packets under the key: those of one fleet are played to the victim of another."""
 
 
 class DiarySettings(SensorSettings):
@@ -133,7 +135,7 @@ class Traffic:
 
     def victim(self) -> tuple[WorldModel, ExchangeManager]:
         """A vehicle that has heard nothing yet."""
-        vehicle = assemble(self.setup, SEED).vehicles[VICTIM]
+        vehicle = assemble(self.setup, SEED, salt=SALT).vehicles[VICTIM]
         return vehicle.beliefs.model, vehicle.radio.manager
 
     def held(self, node: int, uid: ItemUid, now_s: float) -> bool:
@@ -176,6 +178,7 @@ def _folder() -> Path:
     """Where the key and the vocabulary of texts are."""
     folder = Path(tempfile.mkdtemp(prefix="packets-"))
     (folder / "fleet.key").write_text(KEY, encoding="ascii")
+    (folder / "fleet.key").chmod(0o600)
     (folder / "notes.ttl").write_text(NOTES, encoding="utf-8")
     return folder
 
@@ -191,7 +194,7 @@ def traffic_of(form: Form) -> Traffic:
     setup = resolved(load(form.scenario, settings))
     traffic = Traffic(setup)
     tapped = _Tapped(channel_of(setup, SEED), traffic)
-    fleet = tapped.fleet = assemble(setup, SEED, tapped)
+    fleet = tapped.fleet = assemble(setup, SEED, tapped, SALT)
     fleet.run()
     traffic.note(fleet, fleet.now_s)
     traffic.heard.sort(key=lambda one: one.arrives_s)

@@ -2,25 +2,35 @@
 
     python -m tests.tools.mutants
     python -m tests.tools.mutants --only missions/statistics.py exchange
+    python -m tests.tools.mutants --draw 60 --seed 7
 
 In a copy of the checkout the tests of all mutants have to pass first. Then one mutant after another is put in, and its
 tests run. Each has its line: caught or survives. The exit status is 1 if one survives. A mutant whose text does not
 occur exactly once in its file, or whose file or test is not there, is an error that names it.
+
+With ``--draw`` mutants are drawn by a seed (``tests/tools/drawing.py``), and each is put before the tests that are
+nearest to its file (``tests/tools/nearest.py``) for two minutes at most; how much is caught is the last line.
 """
 
 from __future__ import annotations
 
 import argparse
 import os
+import re
 import shutil
 import subprocess
 import sys
 import tempfile
 import time
 import tomllib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
+
+from tests.tools.drawing import Drawn, draw
+from tests.tools.limited import LIMIT
+from tests.tools.nearest import nearest
 
 ROOT = Path(__file__).parents[2]
 LIST = ROOT / "tests" / "mutants.toml"
@@ -28,6 +38,9 @@ KEYS = {"file", "text", "replacement", "tests"}
 LEFT_OUT = shutil.ignore_patterns(".*", "__pycache__", "build", "*.egg-info")
 HANGS_S = 120.0
 """Tests that take longer do not end: the mutant is caught."""
+PYTEST = (sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:warnings", "-p", "no:cacheprovider")
+FAILED_TEST = re.compile(r"^(?:FAILED|ERROR) (tests/.+?)(?: - .*)?$", re.MULTILINE)
+IS_SOUND = re.compile(r"\d+ passed")
 PASSED, FAILED = 0, 1
 """Exit statuses of pytest; all others say that no test was asked."""
 
@@ -100,42 +113,101 @@ def check(mutants: Iterable[Mutant], root: Path = ROOT) -> None:
         mutant.applied((root / mutant.file).read_text(encoding="utf-8"))
 
 
-def status(root: Path, tests: Iterable[str], limit_s: float | None = HANGS_S) -> int:
-    """Exit status of pytest in a checkout; ``FAILED`` if it does not end within the limit."""
-    command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:warnings", "-p", "no:cacheprovider", *tests]
+def environment_of(root: Path) -> dict[str, str]:
+    """The environment in which the tests of a checkout see its program."""
     environment = {**os.environ, "PYTHONPATH": str(root), "PYTHONPYCACHEPREFIX": str(root / ".compiled")}
     environment["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"  # those that are installed cost a second each time
     environment.pop("PYTHONDONTWRITEBYTECODE", None)
+    return environment
+
+
+def status(root: Path, tests: Iterable[str], limit_s: float | None = HANGS_S) -> int:
+    """Exit status of pytest in a checkout; ``FAILED`` if it does not end within the limit."""
     try:
-        done = subprocess.run(command, cwd=root, env=environment, capture_output=True, timeout=limit_s, check=False)
+        done = subprocess.run(
+            [*PYTEST, *tests], cwd=root, env=environment_of(root), capture_output=True, timeout=limit_s, check=False
+        )
     except subprocess.TimeoutExpired:
         return FAILED
     return done.returncode
 
 
-def survives(root: Path, mutant: Mutant, number: int) -> bool:
-    """True if no test of a mutant notices it.
+@contextmanager
+def put_in(root: Path, mutant: Mutant | Drawn, number: int) -> Iterator[None]:
+    """Change a copy of the checkout by a mutant; afterwards it is as before.
 
     Args:
-        root: of a copy of the checkout, which is as before when this returns.
-        mutant: to put in.
+        root: of the copy; mutant: to put in.
         number: above 0, another for each: the time of the file, by which Python knows what it has compiled.
-
-    Raises:
-        MutantError: its tests could not be run with it.
     """
     path = root / mutant.file
     before, at = path.read_bytes(), path.stat()
     try:
         path.write_text(mutant.applied(before.decode()), encoding="utf-8")
         os.utime(path, (at.st_atime, int(at.st_mtime) + number))
-        found = status(root, mutant.tests)
+        yield
     finally:
         path.write_bytes(before)
         os.utime(path, ns=(at.st_atime_ns, at.st_mtime_ns))
+
+
+def survives(root: Path, mutant: Mutant, number: int) -> bool:
+    """True if no test of a mutant notices it; arguments as for ``put_in``.
+
+    Raises:
+        MutantError: its tests could not be run with it.
+    """
+    with put_in(root, mutant, number):
+        found = status(root, mutant.tests)
     if found not in (PASSED, FAILED):
         raise MutantError(f"{mutant}: its tests end with status {found}, so none was asked")
     return found == PASSED
+
+
+def main_of_drawn(root: Path, n: int, seed: int) -> int:
+    """Draw mutants and ask the nearest tests of each; returns 1 if one survives."""
+    n_caught = 0
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder) / "checkout"
+        shutil.copytree(root, copy, ignore=LEFT_OUT)
+        for number, mutant in enumerate(draw(copy, n, seed), 1):
+            began_s = time.monotonic()
+            test = catcher(copy, mutant, number)
+            n_caught += test is not None
+            took = f"{time.monotonic() - began_s:.0f} s"
+            print("survives" if test is None else "caught  ", mutant, f"[{took}]", test or "", flush=True)
+    print(f"{n} mutants drawn with seed {seed}, {n_caught} caught, {n_caught / n:.1%}")
+    return int(n_caught < n)
+
+
+def catcher(root: Path, mutant: Drawn, number: int) -> str | None:
+    """The nearest test that notices a drawn mutant within ``HANGS_S``; None if none does.
+
+    A test that fails without the mutant, too, has noticed nothing.
+
+    Args:
+        root, number: as for ``survives``.
+    """
+    tests = nearest(root, mutant.file)
+    with put_in(root, mutant, number):
+        output = _asked(root, tests)
+    failed = FAILED_TEST.findall(output)
+    if not failed:
+        return None if IS_SOUND.search(output) else "no test can be loaded"
+    fails_anyway = FAILED_TEST.search(_asked(root, failed)) is not None
+    return None if fails_anyway else failed[0]
+
+
+def _asked(root: Path, tests: Iterable[str]) -> str:
+    """What pytest prints of tests, at most for ``HANGS_S`` and the time of one test."""
+    command = [*PYTEST, "-rfE", "-p", "tests.tools.limited", *tests]
+    environment = {**environment_of(root), LIMIT: str(HANGS_S)}
+    try:
+        return subprocess.run(
+            command, cwd=root, env=environment, capture_output=True, text=True, timeout=3 * HANGS_S, check=False
+        ).stdout
+    except subprocess.TimeoutExpired:
+        return ""
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -144,7 +216,11 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--list", type=Path, default=LIST, help="the mutants")
     parser.add_argument("--root", type=Path, default=ROOT, help="of the checkout")
     parser.add_argument("--only", nargs="+", default=[""], help="beginnings of the names of files")
+    parser.add_argument("--draw", type=int, help="draw so many mutants instead of reading the list")
+    parser.add_argument("--seed", type=int, default=0, help="of the draw")
     asked = parser.parse_args(arguments)
+    if asked.draw is not None:
+        return main_of_drawn(asked.root, asked.draw, asked.seed)
     began_s, n_alive = time.monotonic(), 0
     try:
         mutants = [one for one in read(asked.list) if one.file.startswith(tuple(asked.only))]

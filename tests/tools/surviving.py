@@ -23,13 +23,13 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from statistics import fmean
 from typing import Any, NamedTuple
 
+from missions.comparison.intervals import NoInterval, mean_interval
 from missions.metric import NOT_APPLICABLE
 from missions.runs.assembly import assemble
 from missions.runs.fleet_metrics import recovery_time_s
-from missions.runs.run import Run
+from missions.runs.run import result_of
 from missions.runs.setup import resolved
 from missions.scenarios import load
-from missions.statistics import mean_interval
 from remoras.fleet import Fleet
 
 STRATEGIES = (
@@ -103,10 +103,7 @@ def outcome(case: Case) -> Outcome:
     setup = resolved(scenario)
     fleet = assemble(setup, case.seed)
     lead_s = longest_double_lead_s(fleet)
-    run = Run(
-        setup, case.seed, fleet.recorder, tuple(fleet.truth.milestones), fleet.truth.goal_fraction, fleet.completed,
-        fleet.reason, fleet.now_s if fleet.completed else fleet.duration_s, fleet.n_false_beliefs, 0.0, 0.0,
-    )  # fmt: skip
+    run = result_of(setup, case.seed, fleet, 0.0)
     fleet.close()
     recovery = recovery_time_s(run)
     two_leases_s = 2.0 * scenario.communication.lease_frames * setup.schedule.frame_s
@@ -167,8 +164,8 @@ def main() -> int:
         n_sound = sum(not one.reason for one in results)
         recoveries_s = [one.recovery_s for one in results if one.recovery_s is not None]
         mean_s = f"{fmean(recoveries_s):12.0f}" if recoveries_s else f"{'-':>12}"
-        interval = mean_interval(recoveries_s) if recoveries_s else None
-        spread = "" if interval is None else f"  {interval[0]:.0f} to {interval[1]:.0f}"
+        interval = mean_interval(recoveries_s)
+        spread = "" if isinstance(interval, NoInterval) else f"  {interval[0]:.0f} to {interval[1]:.0f}"
         end_s = fmean(one.end_s for one in results)
         print(f"{strategy:<18}{kind:<7}{n_sound:>4}/{len(results):<4}{end_s:>11.0f}{mean_s}{spread}")
     return int(any(one.reason for results in found.values() for one in results))

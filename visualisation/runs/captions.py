@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from missions.figure import RunResults
 from visualisation import style, words
-from visualisation.runs import reading, sheet, windows
+from visualisation.runs import reading
 
 
 def roles(results: RunResults, folded: Sequence[Sequence[str]] = (), width_in: float = style.PAGE_IN) -> str:
@@ -22,7 +22,7 @@ def roles(results: RunResults, folded: Sequence[Sequence[str]] = (), width_in: f
         "Roles of the vehicles over mission time.",
         "A thin bar: the vehicle holds the role; a solid bar: the role drives the vehicle.",
         f"Vehicles with the same roles share a lane, where the height is the share of them ({lanes})." if lanes else "",
-        *time_notes(results, width_in),
+        *time_notes(results),
         faults(results),
         conditions(results),
     )
@@ -44,7 +44,7 @@ def satisfaction(results: RunResults, width_in: float = style.PAGE_IN) -> str:
             "Personal satisfaction of the roles of every vehicle (\u2212128 to 127).",
             "A line is thick while the role drives the vehicle; below zero (shaded) it calls on others.",
             "Colours are those of the vehicles, lines and markers tell their roles.",
-            *time_notes(results, width_in),
+            *time_notes(results),
             conditions(results),
         ]
     )
@@ -64,16 +64,11 @@ def conditions(results: RunResults) -> str:
     )
 
 
-def time_notes(results: RunResults, width_in: float) -> list[str]:
-    """What the flags mean, and where the time axis is broken."""
+def time_notes(results: RunResults) -> list[str]:
+    """What the flags mean."""
     notes = []
     milestones = reading.milestones(results)
     if milestones:
         listed = "; ".join(f"{milestone.label}, {words.time(milestone.time_s)}" for milestone in milestones)
         notes.append(f"Numbered flags: milestones ({listed}).")
-    times_s = reading.eventful_times_s(results)
-    middle = windows.eventful(times_s, reading.end_s(results))
-    if middle is not None and width_in >= sheet.LEAST_FOR_WINDOWS_IN:
-        span = f"{words.time(middle.start_s)} to {words.time(middle.end_s)}"
-        notes.append(f"The time axis is broken: {span} has a scale of its own.")
     return notes

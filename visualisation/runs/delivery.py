@@ -28,7 +28,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> Picture:
     ages_s = traffic.mean_ages_s
     panels: list[tuple[str, Floats, float, str, bool]] = [
         ("(a) packets lost", traffic.lost_shares, 1.0, "share of the sender's packets that were lost", True),
-        ("(b) age of news", ages_s, shades.round_top(ages_s), "mean age of the news of the sender (s)", False),
+        ("(b) age of news", ages_s, news.worst_age_s(traffic), "mean age of the news of the sender (s)", False),
     ]
     with style.paper():
         page = Page(width_in, each_in * (2 // columns) + 0.05)
@@ -48,6 +48,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> Picture:
         "Who heard whom: rows are receivers, columns senders, darker is worse.",
         f"(a) Share of the sender's packets that the receiver lost: {lost} of {heard + lost} in all.",
         "(b) Time since the sender sent what the receiver heard last, as a mean while both were in the mission.",
+        f"Black is {news.WORST_FRAMES} TDMA frames or more, whatever the run.",
         "Crossed: nothing was sent that could be heard.",
         captions.faults(results),
         captions.conditions(results),

@@ -17,7 +17,7 @@ from visualisation import style, words
 from visualisation.page import Picture
 from visualisation.runs import captions, reading
 from visualisation.runs.declared import Kit
-from visualisation.runs.sheet import LEAST_FOR_WINDOWS_IN, Sheet, sheet
+from visualisation.runs.sheet import WIDE_IN, Sheet, sheet
 
 ROW_IN, GAP_IN, INDENT_IN = 0.125, 0.06, 0.08
 TALLEST_IN = 9.0
@@ -128,7 +128,7 @@ def _page(results: RunResults, shown: Sequence[Tree], depth: int, width_in: floa
 
 
 def _names_in(width_in: float) -> float:
-    return NAMES_IN if width_in >= LEAST_FOR_WINDOWS_IN else NARROW_NAMES_IN
+    return NAMES_IN if width_in >= WIDE_IN else NARROW_NAMES_IN
 
 
 def _draw(page: Sheet, results: RunResults, shown: Sequence[Tree], depth: int, width_in: float) -> None:
@@ -184,7 +184,7 @@ def _caption(results: RunResults, depth: int, n_left_out: int, width_in: float) 
         "A diamond: when a step was expected to end." if depth > 0 else "",
         f"Tasks more than {depth} levels below the top are left out." if depth < DEPTHS[0] else "",
         f"{n_left_out} plans are left out." if n_left_out else "",
-        *captions.time_notes(results, width_in),
+        *captions.time_notes(results),
         captions.faults(results),
         captions.conditions(results),
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from missions.figure import RunResults
+from missions.figure import RunResults, axis_end_s
 from visualisation import outages, style, words
 from visualisation.page import Box, Page, Picture
 from visualisation.runs import captions, news, shades
@@ -14,6 +14,8 @@ LOWEST_IN, HIGHEST_IN, STRIPS_IN = 0.065, 0.3, 2.9
 """A row at least and at most, and what all rows of a panel should take."""
 POINTS = 400
 """Times at which the shades are computed."""
+WORST_ITEMS = 5.0
+"""Items lacking, for each vehicle of the fleet, that are black."""
 
 
 def picture(results: RunResults, width_in: float = style.PAGE_IN) -> Picture:
@@ -34,19 +36,18 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> Picture:
     panel_in = width_in - left_in - RIGHT_IN
     each_in = TOP_IN + body_in + AXIS_IN + shades.KEY_IN + GAP_IN
     panels = (
-        ("(a) mean age of the news of the others", ages_s, words.axis("age", "s")),
-        ("(b) items of the others that the vehicle lacks", lacking, "items"),
+        ("(a) mean age of the news of the others", ages_s, words.axis("age", "s"), news.worst_age_s(traffic)),
+        ("(b) items of the others that the vehicle lacks", lacking, "items", WORST_ITEMS * max(1.0, len(names))),
     )
     with style.paper():
         page = Page(width_in, 2 * each_in)
-        for number, (title, values, label) in enumerate(panels):
+        for number, (title, values, label, top) in enumerate(panels):
             down_in = number * each_in + TOP_IN
             box = Box(left_in, down_in, panel_in, body_in)
             axes = page.panel(box, style.fitted(title, panel_in, style.TEXT_PT))
-            top = shades.round_top(values)
             if names:
                 shades.shown(axes, values, top, (0.0, traffic.end_s, len(names) - 0.5, -0.5))
-            axes.set_xlim(0.0, traffic.end_s)
+            axes.set_xlim(0.0, axis_end_s(results))
             shades.name_rows(axes, names, row_in)
             shades.part_rows(axes, len(names), row_in)
             for row, name in enumerate(names):
@@ -59,6 +60,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> Picture:
         "Knowledge of the vehicles over mission time, darker is worse.",
         "(a) Time since a peer sent what the vehicle heard of it last, as a mean over its peers.",
         "(b) Items that others have told and the vehicle has not received.",
+        f"Black is {news.WORST_FRAMES} TDMA frames, and {WORST_ITEMS:g} items for each vehicle, or more.",
         "Hatched: the vehicle is out of the mission." if traffic.out else "",
         captions.faults(results),
         captions.conditions(results),

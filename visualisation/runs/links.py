@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from missions.figure import RunResults
+from missions.figure import RunResults, axis_end_s
 from visualisation import outages, style, words
 from visualisation.page import Box, Page, Picture
 from visualisation.runs import captions, reading, shades
@@ -117,7 +117,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> Picture:
             axes = page.panel(Box(left_in, down_in, panel_in, row_in * n), style.fitted(title, panel_in, style.TEXT_PT))
             if names:
                 shades.shown(axes, values, 1.0, (0.0, end_s, n - 0.5, -0.5))
-            axes.set_xlim(0.0, end_s)
+            axes.set_xlim(0.0, axis_end_s(results))
             shades.name_rows(axes, names, row_in)
             shades.part_rows(axes, n, row_in)
             for row, name in enumerate(names):

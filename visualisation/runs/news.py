@@ -16,13 +16,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from missions.figure import RunResults
+from missions.figure import RunResults, round_up
 from visualisation.outages import Outage, outages, outside
 from visualisation.refusals import kind_of, packets_refused
 from visualisation.runs import reading
 from visualisation.runs.reading import Floats
 
 Flags = NDArray[np.bool_]
+
+WORST_FRAMES = 10
+"""Age of news, in TDMA frames, at which it is black."""
 
 
 class Outcome(NamedTuple):
@@ -145,6 +148,14 @@ def share(part: Floats, rest: Floats) -> Floats:
     whole = part + rest
     found: Floats = np.divide(part, whole, out=np.full(part.shape, np.nan), where=whole > 0)
     return found
+
+
+def worst_age_s(found: Traffic) -> float:
+    """Age of news that is black in every run of a scenario: a round number of seconds not below ten TDMA frames."""
+    n_slots = np.diff(found.slot)
+    slots_s = np.diff(found.time_s)[n_slots > 0] / n_slots[n_slots > 0]
+    slot_s = round(float(np.median(slots_s)), 2) if slots_s.size else 1.0
+    return round_up(WORST_FRAMES * max(1, len(found.vehicles)) * slot_s)
 
 
 def traffic(results: RunResults) -> Traffic:

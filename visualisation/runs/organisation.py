@@ -18,7 +18,7 @@ from visualisation.runs.boxes import HEAD, Chart, ink
 from visualisation.runs.declared import Kit
 from visualisation.runs.lanes import shares
 from visualisation.runs.reading import Span
-from visualisation.runs.sheet import LEAST_FOR_WINDOWS_IN, Sheet, sheet
+from visualisation.runs.sheet import WIDE_IN, Sheet, sheet
 from visualisation.runs.views import (
     CREATED,
     DISSOLVED,
@@ -139,7 +139,7 @@ class _Drawing:
         self.looks = Kit(results).looks
         self.end_s = reading.end_s(results)
         self.chart = Chart(self.view, at_s, self.looks, width_in, detail.most_chips)
-        self.names_in = NAMES_IN if width_in >= LEAST_FOR_WINDOWS_IN else NARROW_NAMES_IN
+        self.names_in = NAMES_IN if width_in >= WIDE_IN else NARROW_NAMES_IN
         self.rows = {group.name: list(_rows(self.view, group, detail)) for group in groups}
         body_in = sum(
             HEAD_IN + GAP_IN + sum(row.height_in for row in self.rows[group.name]) for group in groups
@@ -324,7 +324,7 @@ def _caption(results: RunResults, drawing: _Drawing, left_out: int, width_in: fl
         "Hatched: fewer holders in the mission than the role demands." if is_vacant else "",
         f"{left_out} groups are left out." if left_out else "",
         _refused(view),
-        *captions.time_notes(results, width_in),
+        *captions.time_notes(results),
         captions.faults(results),
         captions.conditions(results),
     )  # fmt: skip

@@ -24,10 +24,6 @@ MOST_NUMBERS = 8
 """Fleets up to this size have numbers in matrices."""
 
 
-STEPS = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
-"""Round numbers for the end of a scale."""
-
-
 def names_in(names: Sequence[str]) -> float:
     """Width of the longest name, cut where it has no room."""
     cut = (style.fitted(one, NAME_ROOM_IN, style.TINY_PT) for one in names)
@@ -122,16 +118,3 @@ def key(page: Page, box: Box, top: float, label: str, percent: bool = False) -> 
     axes.get_xticklabels()[0].set_horizontalalignment("left")
     axes.get_xticklabels()[-1].set_horizontalalignment("right")
     axes.set_xlabel(style.fitted(label, box.width_in, style.TINY_PT), fontsize=style.TINY_PT, labelpad=1)
-
-
-def round_top(values: Floats) -> float:
-    """A round number that is not below any of the values; 1 where there is none.
-
-    >>> round_top(np.array([130.0, np.nan]))
-    150.0
-    """
-    largest = float(np.nanmax(values)) if np.isfinite(values).any() else 0.0
-    if largest <= 0.0:
-        return 1.0
-    size = 10.0 ** np.floor(np.log10(largest))
-    return float(next(step * size for step in STEPS if largest <= step * size))

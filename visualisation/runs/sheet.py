@@ -1,7 +1,8 @@
-"""The page that figures over mission time share: windows side by side, milestones as numbered flags, a key.
+"""The page that figures over mission time share: a time axis, milestones as numbered flags, a key.
 
-All lengths are in inches. In a window, y counts downwards from the top of the body, so that whoever draws
-there draws in inches too, and what is legible for two vehicles is so for sixteen.
+The axis has one scale and a round end, so that runs of a scenario can be laid side by side. All lengths are in
+inches. In the panel, y counts downwards from the top of the body, so that whoever draws there draws in inches too, and
+what is legible for two vehicles is so for sixteen.
 """
 
 from __future__ import annotations
@@ -16,14 +17,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from missions.figure import RunResults
+from missions.figure import RunResults, axis_end_s
 from visualisation import style, words
 from visualisation.page import Box, Legend, Page
-from visualisation.runs import reading, windows
+from visualisation.runs import reading
 from visualisation.runs.reading import Milestone, Span
 
-LEAST_FOR_WINDOWS_IN = 5.0
-"""Narrower pages have one window: several would leave none of them enough room."""
+WIDE_IN = 5.0
+"""Width from which a page has room for more than a column of text has."""
 RIGHT_IN = 0.12
 GAP_IN = 0.1
 AXIS_IN = 0.4
@@ -79,16 +80,9 @@ def sheet(
         above_in: room for something else above all this.
         has_key: whether the flags are listed below; else the caption alone says what they are.
     """
-    end_s = reading.end_s(results)
-    times_s = reading.eventful_times_s(results)
-    parts = windows.windows(times_s, end_s) if width_in >= LEAST_FOR_WINDOWS_IN else [Span(0.0, end_s)]
-    middle = windows.eventful(times_s, end_s)
-    shares = windows.shares(parts, middle if middle in parts else None)
-    room_in = width_in - left_in - RIGHT_IN - GAP_IN * (len(parts) - 1)
-    widths_in = [share * room_in for share in shares]
+    room_in = width_in - left_in - RIGHT_IN
     marks = grouped(reading.milestones(results))
-    marks_of = _by_window(marks, parts)
-    n_rows = max(_n_rows(len(marks_of[at]), panel_in) for at, panel_in in enumerate(widths_in))
+    n_rows = _n_rows(len(marks), room_in)
 
     key = [style.fitted(f"{m.number}  {m.label}", width_in - 0.3, style.SMALL_PT) for m in marks if has_key]
     n_key = key_columns(key, width_in)
@@ -98,20 +92,14 @@ def sheet(
     top_in = above_in + 0.08 + (FLAG_IN * n_rows + 0.06 if marks else 0.0)
 
     page = Page(width_in, top_in + body_in + AXIS_IN + legend_in + key_in)
-    panels = []
-    at_in = left_in
-    for number, (part, panel_in) in enumerate(zip(parts, widths_in, strict=True)):
-        axes = page.panel(Box(at_in, top_in, panel_in, body_in))
-        _time_axis(axes, part, panel_in, body_in)
-        _flags(axes, marks_of[number], panel_in, n_rows)
-        _break_marks(axes, panel_in, body_in, number > 0, number < len(parts) - 1)
-        panels.append(axes)
-        at_in += panel_in + GAP_IN
-    middle_in = left_in + (width_in - RIGHT_IN - left_in) / 2
+    axes = page.panel(Box(left_in, top_in, room_in, body_in))
+    _time_axis(axes, Span(0.0, axis_end_s(results)), room_in, body_in)
+    _flags(axes, marks, room_in, n_rows)
+    middle_in = left_in + room_in / 2
     page.text(middle_in, top_in + body_in + AXIS_IN - 0.03, words.axis("time", "s"), ha="center", va="bottom")
     page.legend(entries, key_in + 0.12)
     _key(page, key, n_key, key_in)
-    return Sheet(page, tuple(panels), top_in)
+    return Sheet(page, (axes,), top_in)
 
 
 def grouped(milestones: Sequence[Milestone]) -> list[Mark]:
@@ -149,13 +137,6 @@ def spread(wanted_in: Sequence[float], gap_in: float, low_in: float, high_in: fl
     return placed
 
 
-def _by_window(marks: Sequence[Mark], parts: Sequence[Span]) -> list[list[Mark]]:
-    found: list[list[Mark]] = [[] for _ in parts]
-    for mark in marks:
-        found[max(at for at, part in enumerate(parts) if part.start_s <= max(mark.time_s, 0.0))].append(mark)
-    return found
-
-
 def _n_rows(n_flags: int, width_in: float) -> int:
     per_row = max(1, int(width_in / (2 * FLAG_HALF_IN + 0.02)) - 1)
     return -(-n_flags // per_row)
@@ -176,18 +157,6 @@ def _time_axis(axes: Axes, part: Span, width_in: float, body_in: float) -> None:
             shown[float(tick)] = label
     axes.set_xticks(list(shown), list(shown.values()))
     axes.spines["top"].set_visible(False)
-
-
-def _break_marks(axes: Axes, width_in: float, body_in: float, left: bool, right: bool) -> None:
-    axes.spines["left"].set_visible(not left)
-    axes.spines["right"].set_visible(not right)
-    tilt = 0.03
-    for side, shown in ((0.0, left), (1.0, right)):
-        if shown:
-            axes.plot(
-                [side - tilt / width_in, side + tilt / width_in], [-2 * tilt / body_in, 2 * tilt / body_in],
-                transform=axes.transAxes, color=style.BLACK, linewidth=0.6, clip_on=False,
-            )  # fmt: skip
 
 
 def _flags(axes: Axes, marks: Sequence[Mark], width_in: float, n_rows: int) -> None:

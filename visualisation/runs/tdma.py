@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from missions.figure import RunResults
+from missions.figure import RunResults, axis_end_s
 from visualisation import style, words
 from visualisation.page import Box, Legend, Page, Picture
 from visualisation.runs import captions, news, shades
@@ -60,7 +60,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> Picture:
             if values.size:
                 axes.set_facecolor(UNHEARD)
                 shades.shown(axes, values, 1.0, (0.0, traffic.end_s, n - 0.5, -0.5))
-            axes.set_xlim(0.0, traffic.end_s)
+            axes.set_xlim(0.0, axis_end_s(results))
             shades.name_rows(axes, names, row_in)
             shades.part_rows(axes, n, row_in)
             axes.set_xlabel(words.axis("time", "s"), labelpad=1)

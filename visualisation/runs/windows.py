@@ -1,4 +1,4 @@
-"""Which stretches of a mission a time axis shows at which scale.
+"""Which stretch of a mission the map of its tracks shows once more.
 
 Most of a survey is quiet: vehicles map for half an hour, then everything happens in five minutes. A quiet
 stretch is a quarter of the mission or more without an event. Between quiet stretches lie eventful ones; the
@@ -44,27 +44,3 @@ def eventful(times_s: Sequence[float], end_s: float) -> Span | None:
         return None
     margin_s = MARGIN * (last_s - first_s)
     return Span(max(0.0, first_s - margin_s), min(end_s, last_s + margin_s))
-
-
-def windows(times_s: Sequence[float], end_s: float) -> list[Span]:
-    """The mission from 0 to ``end_s`` in one window, or in two or three where one is eventful.
-
-    >>> [tuple(window) for window in windows([0, 7, 80, 81, 82, 84, 90], 100.0)]
-    [(0.0, 79.2), (79.2, 100.0)]
-    """
-    middle = eventful(times_s, end_s)
-    if middle is None:
-        return [Span(0.0, end_s)]
-    parts = [Span(0.0, middle.start_s), middle, Span(middle.end_s, end_s)]
-    return [part for part in parts if part.end_s > part.start_s]
-
-
-def shares(parts: Sequence[Span], middle: Span | None) -> list[float]:
-    """Share of the width of every window: 0.6 for the eventful one, the others by length, 0.12 at least.
-
-    >>> shares([Span(0, 90), Span(90, 100)], Span(90, 100))
-    [0.4, 0.6]
-    """
-    others_s = sum(part.end_s - part.start_s for part in parts if part != middle)
-    weights = [0.6 if part == middle else max(0.12, 0.4 * (part.end_s - part.start_s) / others_s) for part in parts]
-    return [weight / sum(weights) for weight in weights]

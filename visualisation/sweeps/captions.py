@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from missions.comparison.baseline import INTERVALS_OF_MEANS
+from missions.comparison.intervals import FEW, INTERVALS_OF_MEANS
 from missions.comparison.pairs import SIGNIFICANT
 from missions.comparison.ranking import are_too_few, of_unequal_work
 from missions.comparison.rows import Comparison, Rank
@@ -15,9 +15,12 @@ from visualisation.sweeps.arrangement import Arrangement, Combination
 from visualisation.sweeps.measures import Measure
 
 GOAL = "mission.goal"
-CUT = "Intervals are cut at the frame."
 OF_RATES = "Wilson's 95 % intervals of the rate"
-CENSORED = "A run that did not get there, or failed, counts with the mission's whole duration (restricted mean)."
+CENSORED = (
+    "A run that did not get there, or failed, counts with the mission's whole duration (restricted mean). Where all "
+    "runs of a point got there, the interval is that of the mean of runs that do, and says nothing of others; where "
+    "some did not, it holds for both together."
+)
 
 
 def metric(
@@ -28,7 +31,7 @@ def metric(
     return words.joined(
         f"{words.capital(measure.name)} over {arrangement.axis_label}.",
         f"Lines: rates; bars: {OF_RATES}." if rate else f"Lines: means; bands: {INTERVALS_OF_MEANS}.",
-        _of_certainty(rows) if rate else CUT,
+        _of_certainty(rows) if rate else without_intervals(rows),
         measure.metric.note,
         _without_values(arrangement, rows),
         _aside(arrangement),
@@ -49,7 +52,7 @@ def overview(arrangement: Arrangement, rows: Sequence[Comparison], measures: Seq
         f"Overview over {arrangement.axis_label}.",
         f"Lines: means; bands: {INTERVALS_OF_MEANS}{f', for the success rate {OF_RATES}' if rates else ''}.",
         _of_certainty(rows) if rates else "",
-        CUT,
+        without_intervals(rows),
         *notes,
         _aside(arrangement),
         _cases(arrangement),
@@ -67,7 +70,7 @@ def differences(
         "run of the same repeat.",
         better.get(measure.metric.better, "") if measure.metric.better else "",
         f"Bands: {INTERVALS_OF_MEANS}.",
-        CUT,
+        without_intervals(rows),
         measure.metric.note,
         _aside(arrangement),
         _cases(arrangement),
@@ -79,10 +82,10 @@ def differences(
 
 def unequal_work(rows: Sequence[Comparison], arrangement: Arrangement) -> str:
     """Said where success rates differ, so that what is compared is not the same work."""
-    names = dict.fromkeys(row.strategy for row in of_unequal_work(rows, arrangement.bounds))
+    names = dict.fromkeys(row.strategy for row in of_unequal_work(rows))
     if not names:
         return ""
-    return f"Unequal work: success rates of {', '.join(names)} are below the highest by more than their intervals."
+    return f"Unequal work: success rates of {', '.join(names)} are told from the highest."
 
 
 def _cases(arrangement: Arrangement) -> str:
@@ -96,7 +99,6 @@ def trade_off(arrangement: Arrangement, combinations: Sequence[Combination], acr
         f"{words.capital(up.name)} over {across.name}: means, joined in the order of {arrangement.axis_label}, which "
         "the size of the markers tells; lines that end elsewhere than others have a number at their end. "
         f"Crosses: {INTERVALS_OF_MEANS}.",
-        CUT,
         CENSORED if across.metric.censored or up.metric.censored else "",
         _cases(arrangement),
         _panels(arrangement, combinations),
@@ -109,10 +111,13 @@ def ranking(arrangement: Arrangement, by: MetricRecord, rows: Sequence[Rank]) ->
     return words.joined(
         f"Ranks by the mean of {words.within(by.label)} for each {arrangement.axis_label}, 1 is the {best}; "
         "equal means share their ranks. "
-        "Bold and shaded: the best of the column and those that do not differ significantly from it "
-        f"(sign-flip test of the paired differences, Holm-corrected in each column, p >= {SIGNIFICANT:g}). "
-        "Last column: mean rank. Those whose success rate is below the highest by more than their intervals stand "
-        "behind the others and are marked: theirs are means of unequal work.",
+        "Bold and shaded: the best of the column and those that are not told from it (permutation test of all pairs of "
+        f"the column at once, p >= {SIGNIFICANT:g}: of equal ones, somebody is told from the best in at most 5 % of "
+        "studies). Last column: mean rank. Those whose success rate is told from the highest stand behind the others "
+        "and are marked: theirs are means of unequal work.",
+        "Where nothing was drawn there is one run of each: nothing was tested, and nothing is shaded."
+        if any(row.deterministic for row in rows)
+        else "",
         _goal(rows),
         _unequal(arrangement, rows),
         _cases(arrangement),
@@ -143,13 +148,12 @@ def conditions(results: SweepResults, arrangement: Arrangement, rows: Iterable[C
     present = {(row.strategy, row.policy) for row in rows}
     series = [one for one in arrangement.series if one[:2] in present]
     study, status = results.file.study, results.status()
-    counts = sorted({row.n for row in rows})
-    n = f"{counts[0]}" if len(counts) == 1 else f"{counts[0]} to {counts[-1]}"
+    n = _counts(arrangement, rows)
     unfinished = f", {status.remaining} not made yet" if status.remaining else ""
     bounds = sorted({one.strategy for one in arrangement.series} & results.bounds)
     unranked = f"Not ranked, as a bound: {', '.join(bounds)}. " if bounds else ""
     return (
-        f"n = {n} runs per point, master seed {study.seed} (the same losses in the same repeat of all points). "
+        f"{n}, master seed {study.seed} (the same losses in the same repeat of all points). "
         f"{words.named_all('Scenario', [row.scenario for row in rows])}, "
         f"{words.named_all('strategy', [one.strategy for one in series], 'strategies')}, "
         f"{words.named_all('policy', [one.policy for one in series], 'policies')}, "
@@ -157,6 +161,23 @@ def conditions(results: SweepResults, arrangement: Arrangement, rows: Iterable[C
         f"Study {study.name}: {status.done} of {status.planned} runs done, {status.censored} of them not completed "
         f"(censored), {status.failed} failed (not completed){unfinished}; remoras {results.schedule.version}."
     )
+
+
+def _counts(arrangement: Arrangement, rows: Sequence[Comparison | Rank]) -> str:
+    """How many runs were drawn at a point, and where none was."""
+    counts = sorted({row.n for row in rows if not row.deterministic})
+    said = dict.fromkeys(f"{count}" for count in (*counts[:1], *counts[-1:]))
+    n = [f"n = {' to '.join(said)} runs per point"] if counts else []
+    if places := sorted({arrangement.x(row) for row in rows if row.deterministic}):
+        at = f" at {arrangement.axis_label} {', '.join(f'{place:g}' for place in places)}" if counts else ""
+        n.append(f"deterministic, n = 1{at} (nothing was drawn)")
+    return "; ".join(n)
+
+
+def without_intervals(rows: Sequence[Comparison]) -> str:
+    """Why points have no interval."""
+    few = any(not row.deterministic and row.n < FEW for row in rows)
+    return f"Points of fewer than {FEW} runs have no interval: n is too small." if few else ""
 
 
 def _aside(arrangement: Arrangement) -> str:
@@ -167,7 +188,8 @@ def _aside(arrangement: Arrangement) -> str:
 
 def _of_certainty(rows: Sequence[Comparison]) -> str:
     """Said of the intervals of rates of 1, which are not drawn."""
-    lows = {f"{row.success_ci95_low:.2f}" for row in rows if row.success_rate == 1.0}
+    certain = [row.success_ci95_low for row in rows if row.success_rate == 1.0]
+    lows = {f"{low:.2f}" for low in certain if low is not None}
     return f"Those of a rate of 1, from {' or '.join(sorted(lows))} to 1, are not drawn." if lows else ""
 
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping, Sequence
-from statistics import median
 from typing import Any, NamedTuple
 
 from matplotlib.axes import Axes
@@ -299,8 +298,10 @@ def _sizes(n: int) -> list[float]:
 def _scale(panels: Sequence[Axes], rows: Sequence[Comparison], measure: Measure, along: str) -> None:
     """Give all panels the same limits, and a logarithmic scale for a large spread."""
     means = [row.mean * measure.scale for row in rows]
-    log = not measure.share and not measure.signed and min(means) > 0.0 and max(means) > SPREAD * min(means)
-    limits = _limits(means, [measure.bounds(row) for row in rows], measure.share, log, measure.signed)
+    intervals = [measure.bounds(row) for row in rows]
+    lowest = min(low for low, _ in intervals)
+    log = not measure.share and not measure.signed and lowest > 0.0 and max(means) > SPREAD * min(means)
+    limits = _limits(means, intervals, measure.share, log, measure.signed)
     for axes in panels:
         if measure.signed:
             axes.plot(axes.get_xlim(), [0.0, 0.0], color=style.GREY, linewidth=0.7, zorder=0, scalex=False)
@@ -313,27 +314,22 @@ def _scale(panels: Sequence[Axes], rows: Sequence[Comparison], measure: Measure,
 def _limits(
     means: Sequence[float], intervals: Sequence[tuple[float, float]], share: bool, log: bool, signed: bool = False
 ) -> tuple[float, float]:
-    """Limits of an axis: round ones for shares, from 0 if that is near.
+    """Limits of an axis that no interval leaves: round ones for shares, from 0 if that is near.
 
-    Intervals that are very much wider than most are cut, so that they do not flatten everything else. Below zero the
-    axis goes only where means do, unless they are differences, whose zero is shown.
+    Of differences zero is shown.
     """
-    if signed:
-        means, intervals = [*means, 0.0], [*intervals, (0.0, 0.0)]
-    reach = max(0.5 * (max(means) - min(means)), 2.0 * median(high - low for low, high in intervals))
-    floor = 0.0 if min(means) >= 0.0 and not signed else -math.inf
-    low = max(floor, min(means) - reach, min(low for low, _ in intervals))
-    high = min(max(means) + reach, max(high for _, high in intervals))
-    if share:
-        top = next((top for top in SHARE_TOPS if high <= top), 1.0)
+    ends = [*means, *(end for interval in intervals for end in interval), *([0.0] if signed else [])]
+    low, high = min(ends), max(ends)
+    if share and low >= 0.0 and high <= 1.0:
+        top = next(top for top in SHARE_TOPS if high <= top)
         bottom = min(math.floor(10.0 * low) / 10.0, top - 0.1) if low > 0.5 * top else 0.0
         return bottom - 0.03 * (top - bottom), top + 0.03 * (top - bottom)
     if log:
-        return 0.8 * max(low, 0.5 * min(means)), 1.2 * high
+        return 0.8 * low, 1.2 * high
     if not signed and (0.0 <= low < 0.5 * high or low == high == 0.0):
         return 0.0, 1.05 * high or 1.0
     margin = 0.06 * (high - low) or 0.05 * abs(high) or 1.0
-    return max(floor, low - margin), high + margin
+    return max(0.0 if low >= 0.0 and not signed else -math.inf, low - margin), high + margin
 
 
 def _label(measure: Measure, room_in: float) -> str:

@@ -23,7 +23,8 @@ LEAST_IN = 0.2
 MEAN = "mean"
 BEST = style.tint(style.BLUE, 0.25)
 TOO_FEW = "too few runs to tell any from the best"
-NOTE = "bold, shaded: best, or not significantly different from it"
+NOTE = "bold, shaded: best, or not told from it"
+ONE_RUN = "deterministic, n = 1: nothing was tested"
 UNEQUAL, NOTE_OF_UNEQUAL = "*", "; *: unequal work"
 """Mark of a rank behind those of like success."""
 
@@ -91,7 +92,8 @@ def figure(arrangement: Arrangement, shown: Sequence[Rank], measured: str, width
                 _entry(table, number, y_in, of.get((series.strategy, series.policy, place)))
         bottom_in = top_in + len(rows) * ROW_IN + 0.04
         table.rule(bottom_in, 0.8)
-        note = TOO_FEW if are_too_few(shown) else NOTE
+        one_run = all(rank.deterministic for rank in shown)
+        note = ONE_RUN if one_run else TOO_FEW if are_too_few(shown) else NOTE
         note += NOTE_OF_UNEQUAL if any(rank.unequal_success for rank in shown) else ""
         table.write(EDGE_IN, bottom_in + 0.12, note, ha="left", fontsize=style.TINY_PT)
     return page.figure
@@ -139,7 +141,7 @@ def _head(table: RankTable, axis_label: str, places: Sequence[float], measured: 
 
 def _entry(table: RankTable, number: int, y_in: float, rank: Rank | None) -> None:
     """One rank, bold and shaded if it is among the best; a dash where there is none."""
-    best = rank is not None and rank.among_best
+    best = rank is not None and rank.among_best and not rank.deterministic
     if best:
         left_in = table.first_in + number * table.column_in
         box = (left_in + 0.01, y_in - ROW_IN / 2 + 0.01), table.column_in - 0.02, ROW_IN - 0.02

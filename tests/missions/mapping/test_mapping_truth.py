@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from sample_vehicles import AUV
 
-from missions.mapping.sensors import COVERAGE, Seabed, SwathSettings
+from missions.mapping.sensors import COVERAGE, Feature, Seabed, SwathSettings
 from missions.mapping.truth import GOAL, MappingTruth
 from missions.meeting import Meeting
 from missions.runs.run import run
@@ -54,6 +54,10 @@ class Seen:
     will_return: bool = False
     able: tuple[str, ...] = ("Hand",)
     met: bool = False
+
+    @property
+    def able_data(self) -> VehicleData | None:
+        return self.data if self.is_alive or self.will_return else None
 
     def can_play(self, group: str, role: str) -> bool:
         return role in self.able
@@ -302,19 +306,68 @@ def test_who_goes_on_with_the_work_is_given_the_time() -> None:
     assert names(watching)[-1] == "mission_complete"
 
 
-def test_what_no_survivor_can_map_does_not_count() -> None:
-    """B alone is able: when it is lost, the two cells that it covered are all that could be had."""
+def test_what_no_survivor_can_map_counts_and_is_out_of_reach() -> None:
+    """B alone is able: when it is lost, half of the goal is reached, and no more is within reach."""
     watching, fleet = truth(seabed=BANK, able=("B",)), Fleet()
     sweep(watching, fleet, 212.5, 237.5)
+    assert (watching.goal_fraction, watching.reachable_fraction(fleet)) == (pytest.approx(0.5), pytest.approx(1.0))
+    fleet.b.is_alive = False
+    watching.observe(fleet, 9.0)
+    assert (watching.goal_fraction, watching.reachable_fraction(fleet)) == (pytest.approx(0.5), pytest.approx(0.5))
+    assert watching.close(fleet, 9.0).startswith("no vehicle left that is able to map: 50 % open; ")
+
+
+def test_what_another_survivor_can_map_is_within_reach() -> None:
+    watching, fleet = truth(seabed=BANK, able=("A", "B")), Fleet(Seen("A", data=MAPPING))
+    sweep(watching, fleet, 212.5, 237.5)
+    fleet.b.is_alive = False
+    watching.observe(fleet, 9.0)
+    assert (watching.goal_fraction, watching.reachable_fraction(fleet)) == (pytest.approx(0.5), pytest.approx(1.0))
+    fleet.a.data = replace(AUV, sensors=())  # its sensor is dead for good
+    assert watching.reachable_fraction(fleet) == pytest.approx(0.5)
+
+
+def test_areas_out_of_reach_are_named_where_others_are_not() -> None:
+    bank = [(200.0, 0.0), (250.0, 0.0), (250.0, 25.0), (200.0, 25.0)]
+    reef = [(250.0, 0.0), (300.0, 0.0), (300.0, 25.0), (250.0, 25.0)]
+    seabed = Seabed.of_areas(25.0, {"bank": bank, "reef": reef})
+    meeting = Meeting({"Team": TEAM}, {"jetty": JETTY_M}, 15.0, 20.0, 60.0, 900.0, {})
+    swaths_m = {"bank": {"A": 25.0}, "reef": {"B": 25.0}}
+    watching, fleet = MappingTruth(meeting, seabed, swaths_m, 1.0, Recorder([COVERAGE, GOAL])), Fleet()
+    fleet.a.data, fleet.b.is_alive = MAPPING, False
+    watching.observe(fleet, 1.0)
+    assert watching.reachable_fraction(fleet) == pytest.approx(0.5)
+    assert watching.close(fleet, 1.0).startswith("no vehicle left that is able to map reef: 100 % open; ")
+
+
+def test_finds_count_all_whoever_is_left() -> None:
+    """Four cells, and a find that counts for four: half of the work is done, and the rest is out of reach."""
+    feature = Feature("find 1", (212.5, 12.5), 30.0, 10.0, 0.5)
+    seabed = replace(BANK, features={(8, 0): feature})
+    meeting = Meeting({"Team": TEAM}, {"jetty": JETTY_M}, 15.0, 20.0, 60.0, 900.0, {})
+    watching = MappingTruth(meeting, seabed, {"bank": {"B": 25.0}}, 1.0, Recorder([COVERAGE, GOAL]), 4.0)
+    fleet = Fleet()
+    sweep(watching, fleet, 212.5, 237.5, 262.5, 287.5)
     assert watching.goal_fraction == pytest.approx(0.5)
     fleet.b.is_alive = False
     watching.observe(fleet, 9.0)
-    assert watching.goal_fraction == 1.0
-    shared, fleet = truth(seabed=BANK, able=("A", "B")), Fleet()
-    sweep(shared, fleet, 212.5, 237.5)
-    fleet.b.is_alive = False
-    shared.observe(fleet, 9.0)
-    assert shared.goal_fraction == pytest.approx(0.5)
+    assert (watching.goal_fraction, watching.reachable_fraction(fleet)) == (pytest.approx(0.5), pytest.approx(0.5))
+
+
+def test_it_is_over_once_nobody_left_can_do_more_and_who_lives_has_come_home() -> None:
+    """B alone is able. A goes on to the rally point after B is lost; a vehicle that will return is waited for."""
+    watching, fleet = truth(seabed=BANK, goal=0.8), Fleet()
+    sweep(watching, fleet, 212.5, 237.5)
+    fleet.a.position_m = JETTY_M
+    fleet.b.is_alive, fleet.b.is_in_contact, fleet.b.will_return = False, False, True
+    watching.observe(fleet, 10.0)
+    assert not watching.is_over
+    fleet.b.will_return, fleet.a.position_m = False, (500.0, 500.0)
+    watching.observe(fleet, 11.0)
+    assert not watching.is_over
+    fleet.a.position_m = JETTY_M
+    assert not watching.observe(fleet, 12.0)
+    assert watching.is_over
 
 
 def test_the_share_is_recorded_when_it_changes() -> None:
@@ -332,16 +385,16 @@ def test_a_fleet_that_is_gone_has_not_reached_what_it_left() -> None:
     finished = run(load("mapping-rendezvous", overrides))
     assert not finished.completed
     assert finished.goal_fraction == pytest.approx(0.0, abs=1e-6)
-    assert "0 % of the work done" in finished.reason
+    assert finished.reason.startswith("no vehicle left that is able to map: 100 % open; ")
 
 
-def test_ground_that_only_who_will_be_back_can_map_counts() -> None:
-    """B, which alone can map, has yet to join: the goal is not reached without it, and is once it is lost for good."""
+def test_ground_that_only_who_will_be_back_can_map_is_within_reach() -> None:
+    """B, which alone can map, has yet to join: the rest is within reach until it is lost for good."""
     watching, fleet = truth(seabed=BANK, goal=0.8), Fleet()
     sweep(watching, fleet, 212.5, 237.5)
     fleet.b.is_alive, fleet.b.will_return = False, True
     watching.observe(fleet, 10.0)
-    assert watching.goal_fraction == pytest.approx(0.5 / 0.8)
+    assert (watching.goal_fraction, watching.reachable_fraction(fleet)) == (pytest.approx(0.5 / 0.8), 1.0)
     fleet.b.will_return = False
     watching.observe(fleet, 11.0)
-    assert watching.goal_fraction == 1.0
+    assert watching.goal_fraction == watching.reachable_fraction(fleet) == pytest.approx(0.5 / 0.8)

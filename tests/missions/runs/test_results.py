@@ -27,14 +27,14 @@ from missions.scenarios import load
 from remoras.recorder import TABLES, TIME, VEHICLE, Column, Recorder, Table
 
 SUMMARY = """scenario, strategy, policy, channel, per, seed, n_vehicles, completed, reason, mission_time_s,
-goal_fraction, distance_m, energy_j, modem_energy_j, n_packets, n_bytes,
+goal_fraction, reachable_fraction, distance_m, energy_j, modem_energy_j, n_packets, n_bytes,
 bits_headers, bits_assignments, bits_claims, bits_status, bits_signals, bits_observations,
 delivery_ratio, observations_per_min, mean_latency_s, p95_latency_s, consistency_time_s, consistent_fraction,
 false_beliefs,
 wrong_belief_fraction, view_divergence, holder_conflict_fraction, malformed_s,
 n_refused_acts, idle_s, closest_approach_m, conflicts,
 coverage_fraction, time_to_50_s, time_to_80_s, time_to_95_s, time_to_100_s,
-duplicate_fraction, least_mapped_fraction, wall_s,
+duplicate_fraction, least_mapped_fraction,
 milestones""".replace("\n", " ").split(", ")
 
 COLUMNS = {

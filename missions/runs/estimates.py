@@ -1,0 +1,152 @@
+"""Estimates: what the work of a fleet takes by its data, and where energy or time cannot do it, told before a mission.
+
+The work is divided as a planner would begin: the longest job first, always to the vehicle that would then have done all
+of its own first (Graham 1969, list scheduling). A vehicle goes to a job in transit, works at survey speed, waits with
+its hotel load until the last one is done, and comes home with a margin; ways to a meeting are left out. That is no
+bound: strategies may divide better, share a job, or lose time. So what comes of it is a warning and not a fault.
+
+Check value: a job 100 m away that takes 600 s, at 2 m/s in transit and 1 m/s at work, with 10 W + 10 W/(m/s)^3 speed^3,
+needs 50 s x 90 W + 600 s x 20 W + 125 s x 20 W = 19 kJ, with the way home of 100 m times 1.25.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+
+from exchange.arithmetic import distance
+from missions.runs.setup import Setup
+from remoras.database import VehicleData
+from remoras.known import NOTHING_KNOWN
+from remoras.work import HOME_MARGIN, Job, Outlook, jobs_left
+
+
+@dataclass(frozen=True)
+class Caution:
+    """Something that a scenario allows and that can hardly end well.
+
+    Args:
+        key: of the scenario.
+        text: what is needed against what is there, with figures.
+    """
+
+    key: str
+    text: str
+
+    def __str__(self) -> str:
+        return f"{self.key}: {self.text}"
+
+
+@dataclass
+class _Part:
+    """What one vehicle has of the work: its jobs, when and where it has done them, its way (m) and its work (s)."""
+
+    data: VehicleData
+    outlook: Outlook
+    jobs: list[str] = field(default_factory=list)
+    way_m: float = 0.0
+    work_s: float = 0.0
+
+    def take(self, job: Job, then: Outlook) -> None:
+        """Do a job next."""
+        all_s = then.free_s - self.outlook.free_s
+        way_m = min(distance(self.outlook.position_m, job.place_m), all_s * self.data.transit_speed_mps)
+        self.jobs.append(job.name)
+        self.way_m += way_m
+        self.work_s += all_s - way_m / self.data.transit_speed_mps
+        self.outlook = then
+
+    @property
+    def home_m(self) -> float:
+        """Way home from its last job."""
+        return distance(self.outlook.position_m, self.data.start_m)
+
+    def energy_j(self, end_s: float) -> float:
+        """What it needs if the last vehicle has done its work at ``end_s``."""
+        data = self.data
+        survey_w, transit_w = data.power_w(data.survey_speed_mps), data.power_w(data.transit_speed_mps)
+        moving_j = transit_w * self.way_m / data.transit_speed_mps
+        home_j = survey_w * HOME_MARGIN * self.home_m / data.survey_speed_mps
+        return moving_j + survey_w * self.work_s + data.hotel_w * max(0.0, end_s - self.outlook.free_s) + home_j
+
+
+def cautions(setup: Setup) -> Iterator[Caution]:
+    """What the energy of vehicles, or the duration of the mission, cannot do by the data; one for a vehicle or a job.
+
+    Args:
+        setup: a scenario resolved.
+    """
+    duration_s = setup.scenario.scenario.duration_s
+    jobs, _ = jobs_left(setup.mission.jobs, NOTHING_KNOWN)
+    alone = {name: one for name, job in jobs.items() if (one := _soonest(setup, job)) is not None}
+    for name, (vehicle, free_s) in alone.items():
+        if free_s > duration_s:
+            yield Caution(
+                f"job {name}",
+                f"takes {vehicle} about {free_s:.0f} s with the way there, and no other vehicle less; "
+                f"scenario.duration_s is {duration_s:g}",
+            )
+    parts = _divided(setup, {name: jobs[name] for name in sorted(alone, key=lambda name: (-alone[name][1], name))})
+    last_s = max((part.outlook.free_s for part in parts), default=0.0)
+    end_s = min(duration_s, last_s) if jobs else duration_s
+    if last_s > duration_s and all(free_s <= duration_s for _, free_s in alone.values()):
+        late = max(parts, key=lambda part: part.outlook.free_s)
+        yield Caution(
+            "scenario.duration_s",
+            f"is {duration_s:g}; all {len(alone)} jobs take about {last_s:.0f} s, {late.data.name} longest "
+            f"({late.way_m:.0f} m of way, {late.work_s:.0f} s of work)",
+        )
+    for part in parts:
+        if (needed_j := part.energy_j(end_s)) > part.data.energy_j:
+            yield _short_of_energy(part, needed_j, end_s)
+
+
+def _soonest(setup: Setup, job: Job) -> tuple[str, float] | None:
+    """The vehicle that would have done a job first if it began with it, and when; None if nobody is able."""
+    found = [
+        (then.free_s, data.name)
+        for data in _able(setup, job)
+        if (then := job.after(Outlook(0.0, data.start_m), data)) is not None
+    ]
+    return (min(found)[1], min(found)[0]) if found else None
+
+
+def _able(setup: Setup, job: Job) -> list[VehicleData]:
+    """Vehicles that can play a role with the job, and have what it takes."""
+    roles = [
+        (group.name, role.name) for group in setup.agreement.groups for role in group.roles if role.job == job.name
+    ]
+    return [
+        data
+        for data in setup.database.values()
+        if any(data.can_play(group, role) for group, role in roles) and job.is_able(data)
+    ]
+
+
+def _divided(setup: Setup, jobs: Mapping[str, Job]) -> list[_Part]:
+    """The part of each vehicle; jobs go out in the order given."""
+    parts = {name: _Part(data, Outlook(0.0, data.start_m)) for name, data in setup.database.items()}
+    for job in jobs.values():
+        ends = [
+            (then.free_s, data.node, then)
+            for data in _able(setup, job)
+            if (then := job.after(parts[data.name].outlook, data)) is not None
+        ]
+        _, node, then = min(ends)
+        next(part for part in parts.values() if part.data.node == node).take(job, then)
+    return list(parts.values())
+
+
+def _short_of_energy(part: _Part, needed_j: float, end_s: float) -> Caution:
+    data = part.data
+    survey_w = data.power_w(data.survey_speed_mps)
+    terms = [f"{max(0.0, end_s - part.outlook.free_s):.0f} s of waiting at {data.hotel_w:g} W"]
+    if part.jobs:
+        work = f"{part.work_s:.0f} s of work at {survey_w:.0f} W ({', '.join(part.jobs)})"
+        terms = [f"{part.way_m:.0f} m of way", work, *terms, f"{part.home_m:.0f} m home"]
+    range_m = data.energy_j / survey_w * data.survey_speed_mps
+    return Caution(
+        f"vehicle.{data.name}.energy_j",
+        f"is {data.energy_j:g}, for {range_m:.0f} m at survey speed; its part takes about {needed_j:.0f} J: "
+        f"{', '.join(terms)}",
+    )

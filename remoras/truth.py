@@ -1,0 +1,150 @@
+"""What a truth is, and what it sees of a run: a mission's verdict is worked out from outside.
+
+The goal is the whole of the work that a scenario declares, whoever is left to do it: losing vehicles never brings it
+nearer. What those who are left could still reach is told beside it, see ``remoras.reach``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from remoras.activities import Objective
+from remoras.database import VehicleData
+from remoras.organisation import Organisation
+from remoras.work import Point
+
+
+@dataclass(frozen=True, slots=True)
+class Milestone:
+    """Something worth a line in the report: ``vehicle`` or ``group`` may be empty."""
+
+    time_s: float
+    name: str
+    vehicle: str = ""
+    group: str = ""
+
+
+class VehicleView(Protocol):
+    """What a truth sees of a vehicle; nothing in it can be changed."""
+
+    @property
+    def name(self) -> str:
+        """Name of the vehicle."""
+
+    @property
+    def position_m(self) -> Point:
+        """Where it really is."""
+
+    @property
+    def speed_mps(self) -> float:
+        """How fast it really moves."""
+
+    @property
+    def data(self) -> VehicleData:
+        """What it really is in this run."""
+
+    @property
+    def is_alive(self) -> bool:
+        """True while it has energy and no fault has taken it away."""
+
+    @property
+    def is_in_contact(self) -> bool:
+        """True while it is alive, hears and is heard; where the strategy uses no modem, whatever that does."""
+
+    @property
+    def will_return(self) -> bool:
+        """True while a fault keeps it out of contact that will be over, and it has energy."""
+
+    @property
+    def able_data(self) -> VehicleData | None:
+        """What it is left with for work: its data, without sensors that are dead for good.
+
+        None once it is gone for good, its battery is empty, or it has resigned for want of energy.
+        """
+
+    @property
+    def sensing(self) -> tuple[str, ...]:
+        """Names of its sensors that were on, and worked, in the last motion tick."""
+
+    @property
+    def organisation(self) -> Organisation:
+        """Groups and roles as the vehicle sees them."""
+
+    @property
+    def performed(self) -> tuple[str, ...]:
+        """Names of the activity sets that it performs; the same object until it decides anew."""
+
+    @property
+    def finished(self) -> Sequence[Objective]:
+        """Objectives for which it has done all there was to do, in order."""
+
+    @property
+    def issued(self) -> Iterable[Any]:
+        """Role assignments that it has given out."""
+
+    @property
+    def issued_objectives(self) -> Iterable[Objective]:
+        """Objectives that it has given to roles."""
+
+    def objectives_of(self, vehicle: str) -> tuple[Objective, ...]:
+        """Objectives that ``vehicle`` has, as this one sees it."""
+
+    def leads(self, group: str) -> bool:
+        """True if it is a head of ``group`` and has the social layer."""
+
+    def has_planned(self, group: str) -> bool:
+        """True once it has planned the mission of ``group``."""
+
+    def gives_out(self, group: str) -> bool:
+        """True while ``group`` has work that it still has to give out or to see done."""
+
+    def can_play(self, group: str, role: str) -> bool:
+        """True if it is able to play that role of the group."""
+
+    def has_met(self, group: str) -> bool:
+        """True if it takes ``group`` for gathered."""
+
+
+class FleetView(Protocol):
+    """What a truth sees of the fleet."""
+
+    @property
+    def vehicles(self) -> Sequence[VehicleView]:
+        """Every vehicle, in the order of the nodes."""
+        ...
+
+
+class Truth(Protocol):
+    """Watches one run from outside; it sees everything and tells the vehicles nothing.
+
+    It may also have ``reachable_fraction(fleet) -> float``, the share of its goal that is reached or that the vehicles
+    left could still reach. Without it that follows from the jobs of the mission, see ``remoras.reach``.
+    """
+
+    @property
+    def milestones(self) -> Sequence[Milestone]:
+        """What has happened so far."""
+        ...
+
+    @property
+    def goal_fraction(self) -> float:
+        """Share of the mission's whole declared goal that is reached on the ground, 0..1; 1 is needed to complete.
+
+        It counts all of the work, whoever is left to do it.
+        """
+        ...
+
+    def observe(self, fleet: FleetView, now_s: float) -> bool:
+        """Look at the fleet after a motion tick or a round of consultation; True if the mission is complete."""
+        ...
+
+    @property
+    def is_over(self) -> bool:
+        """True once nothing more will come of the run although the mission is not complete: it ends then."""
+        ...
+
+    def close(self, fleet: FleetView, now_s: float) -> str:
+        """End of the run: the reason if the mission is not complete, else an empty text."""
+        ...

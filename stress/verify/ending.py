@@ -1,0 +1,222 @@
+"""How a run went on: what befell it as declared, milestones that agree with tables, and a verdict that follows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import Any
+
+from stress.verify.findings import Report
+from stress.verify.record import PLACE_STEP_M, TIME_STEP_S, Record, Spell
+from stress.verify.roles import declared_roles
+
+DECLARED = ("lost", "mute", "deaf", "slow", "sensor", "biased", "restarts", "joins")
+"""Kinds of faults that a scenario declares; rows of other kinds are of what went wrong by itself."""
+CLOSE_S = 2.0 * TIME_STEP_S
+ROUNDED_S = 1e-4 + CLOSE_S
+"""Milestones are rounded to 0.1 ms."""
+
+
+def check_ending(record: Record, report: Report) -> None:
+    """Look at faults, milestones and the verdict."""
+    _check_faults(record, report)
+    _check_batteries(record, report)
+    _check_milestones(record, report)
+    _check_verdict(record, report)
+
+
+def _check_faults(record: Record, report: Report) -> None:
+    """What is declared with vehicle and time befell it then; nothing else of these kinds did."""
+    declared = record.scenario.get("fault", [])
+    begun = [one for one in record.spells if one.kind in DECLARED]
+    left = list(begun)
+    for fault in declared:
+        report.look("faults")
+        if not _is_told(fault):
+            continue
+        from_s, until_s = _span_s(fault)
+        if from_s > record.end_s:
+            continue
+        match = next((one for one in left if _is_of(one, fault) and abs(one.from_s - from_s) <= CLOSE_S), None)
+        if match is None:
+            if from_s < record.end_s:
+                follows = f"{fault['kind']} from {from_s:g} s, as declared"
+                report.add("faults", "faults", from_s, fault["vehicle"], "no row", follows)
+            continue
+        left.remove(match)
+        if until_s < record.end_s and abs(match.until_s - until_s) > CLOSE_S:
+            follows = f"{fault['kind']} over at {until_s:g} s, as declared"
+            report.add("faults", "faults", until_s, match.vehicle, "no row", follows)
+    drawn = [fault for fault in declared if not _is_told(fault)]
+    if drawn:
+        report.skip(
+            "whom drawn faults befall, and when", "it is drawn by the seed; only their kinds and numbers are known"
+        )
+    for one in left:
+        fault = next((fault for fault in drawn if fault["kind"] == one.kind), None)
+        report.look("faults")
+        if fault is None:
+            report.add(
+                "faults", "faults", one.from_s, one.vehicle, f"{one.kind} {one.detail}", "none: it is not declared"
+            )
+        else:
+            drawn.remove(fault)
+    for time_s, vehicle, kind, detail in record["faults"].rows("time_s", "vehicle", "kind", "detail"):
+        if detail == "over" and kind in DECLARED:
+            report.look("faults")
+            if not any((one.vehicle, one.kind, one.until_s) == (vehicle, kind, time_s) for one in begun):
+                report.add("faults", "faults", time_s, vehicle, f"{kind} over", "none: none was to end then")
+
+
+def _is_told(fault: dict[str, Any]) -> bool:
+    """True if a fault says whom it befalls when; else the seed draws it, or the organisation says who it is."""
+    at_s = fault.get("at_s")
+    return isinstance(at_s, int | float) and fault["vehicle"] != "any" and not fault["vehicle"].startswith("head of ")
+
+
+def _span_s(fault: dict[str, Any]) -> tuple[float, float]:
+    if fault["kind"] == "joins":
+        return 0.0, float(fault["at_s"])
+    return float(fault["at_s"]), float(fault.get("until_s", math.inf))
+
+
+def _is_of(spell: Spell, fault: dict[str, Any]) -> bool:
+    return (spell.vehicle, spell.kind) == (fault["vehicle"], fault["kind"])
+
+
+def _check_batteries(record: Record, report: Report) -> None:
+    """Who is without energy has used all of it, and there is a row of it."""
+    empty = {one.vehicle for one in record.spells if one.kind == "energy"}
+    for name, track in record.tracks.items():
+        report.look("batteries")
+        has_used = bool(track.energy_j[-1] >= float(record.vehicles[name]["energy_j"]) - 0.5)
+        if has_used != (name in empty):
+            stated = "a row of kind energy" if name in empty else "no row of kind energy"
+            follows = f"{track.energy_j[-1]:.0f} J used of {record.vehicles[name]['energy_j']:.0f} J"
+            report.add("batteries", "faults", None, name, stated, follows)
+
+
+def _milestones(record: Record, name: str) -> list[dict[str, Any]]:
+    return [one for one in record.summary["milestones"] if one["name"] == name]
+
+
+def _check_milestones(record: Record, report: Report) -> None:
+    """They are in time order and within the run; those of mapping and of meetings agree with tables."""
+    stones = record.summary["milestones"]
+    report.look("milestones", len(stones))
+    for before, after in pairwise(stones):
+        if after["time_s"] < before["time_s"]:
+            stated = f"milestone {after['name']} behind {before['name']} at {before['time_s']:g} s"
+            report.add("milestones", "summary", after["time_s"], after["vehicle"], stated, "the order of time")
+    for one in stones:
+        if not 0.0 <= one["time_s"] <= record.end_s + ROUNDED_S:
+            follows = f"0 to {record.end_s:g} s, the end of the run"
+            report.add("milestones", "summary", one["time_s"], one["vehicle"], f"milestone {one['name']}", follows)
+        for why in _reasons_against(record, one):
+            where = f"milestone {one['name']} {one['group']}".rstrip()
+            report.add("milestones", "summary", one["time_s"], one["vehicle"], where, why)
+
+
+def _reasons_against(record: Record, stone: dict[str, Any]) -> Iterator[str]:
+    """Why a milestone does not follow from the tables, if so."""
+    time_s, vehicle = float(stone["time_s"]), stone["vehicle"]
+    match stone["name"]:
+        case "gathered":
+            yield from _against_gathering(record, stone["group"], time_s)
+        case "mapping_stopped":
+            decided_s = [at_s for of, at_s in record["decisions"].rows("vehicle", "time_s") if of == vehicle]
+            since_s = time_s - (0.0 if record.has_exact_clocks else record.tick_s)  # what own clocks end is seen later
+            if not any(since_s - ROUNDED_S <= at_s <= time_s + ROUNDED_S for at_s in decided_s):
+                yield "none: it decided nothing then"
+        case "mapping_done":
+            said = record["items"].rows("origin", "recorded_s", "attribute")
+            is_said = any(row[2] in ("areaDone", "jobDone") for row in said if row[0] == vehicle)
+            done = [row[1] for row in record["items"].rows("origin", "recorded_s", "attribute") if row[2] == "areaDone"]
+            if is_said and done and not _is_known_then(record, vehicle, time_s):
+                yield "none: it recorded no area as done by then"
+        case "job_done":
+            if "jobs" in record.tables and not _has_row(record["jobs"].rows("vehicle", "time_s"), vehicle, time_s):
+                yield "none: the table of jobs has no such row"
+        case "found":
+            rows = record["coverage"].rows("vehicle", "time_s")
+            if not _has_row(rows, vehicle, time_s):
+                yield "none: it covered no cell then"
+
+
+def _has_row(rows: Any, vehicle: str, time_s: float) -> bool:
+    return any(row[0] == vehicle and abs(row[1] - time_s) <= ROUNDED_S for row in rows)
+
+
+def _is_known_then(record: Record, vehicle: str, time_s: float) -> bool:
+    """True if a vehicle recorded an area as done at a time, or before."""
+    rows = record["items"].rows("origin", "recorded_s", "attribute")
+    return any(row[0] == vehicle and row[1] <= time_s + ROUNDED_S for row in rows if row[2] == "areaDone")
+
+
+def _against_gathering(record: Record, group: str, time_s: float) -> Iterator[str]:
+    """Who of a group that has met had not been at its rally point by then, and is not named as missing."""
+    table = next((one for one in record.scenario["group"] if one["name"] == group), None)
+    place = None if table is None else next(
+        (one for one in record.scenario.get("rally_point", []) if one["name"] == table.get("rally_point")), None
+    )  # fmt: skip
+    if table is None or place is None:
+        yield f"none: there is no group {group} with a rally point"
+        return
+    radius_m = float(record.of("mission").get("arrival_radius_m", math.inf)) + PLACE_STEP_M
+    missing = {one["vehicle"] for one in _milestones(record, "missed_meeting") if one["group"] == group}
+    members = _members(record, group, time_s)
+    for name in members:
+        track = record.tracks[name]
+        n = int((track.time_s <= time_s + CLOSE_S).sum())
+        apart_m = ((track.x_m[:n] - place["position_m"][0]) ** 2 + (track.y_m[:n] - place["position_m"][1]) ** 2) ** 0.5
+        has_come = bool((apart_m <= radius_m).any())
+        out = ("lost", "mute", "deaf", "restarts", "joins", "energy")
+        if not has_come and name not in missing and not record.during(name, out, [time_s]).any():
+            yield f"none: {name} has not been within {radius_m:g} m of {place['name']}"
+
+
+def _members(record: Record, group: str, time_s: float) -> list[str]:
+    held: set[tuple[str, str]] = set()
+    for at_s, vehicle, of, role, event in record["roles"].rows("time_s", "vehicle", "group", "role", "event"):
+        if of != group or at_s > time_s + CLOSE_S:
+            continue
+        if event == "assigned":
+            held.add((vehicle, role))
+        elif event == "left":
+            held.discard((vehicle, role))
+    return sorted({vehicle for vehicle, _ in held})
+
+
+def _check_verdict(record: Record, report: Report) -> None:
+    """Complete is what has all of its goal, its meetings and no reason against it; then it ended as it was."""
+    summary, scenario = record.summary, record.of("scenario")
+    ended, is_complete = _milestones(record, "mission_complete"), summary.get("completed")
+    report.same("verdict", "summary", "completed", is_complete, bool(ended))
+    report.look("verdict", 4)
+    time_s = float(summary["mission_time_s"])
+    if not is_complete:
+        report.same("verdict", "summary", "mission_time_s", time_s, float(scenario["duration_s"]), ROUNDED_S)
+        if not summary.get("reason"):
+            report.add("verdict", "summary", None, "", "not completed, without a reason", "a reason")
+        return
+    if summary.get("reason"):
+        report.add("verdict", "summary", None, "", f"completed, with the reason {summary['reason']!r}", "no reason")
+    if float(summary.get("goal_fraction") or 0.0) < 1.0:
+        stated = f"completed with {summary['goal_fraction']} of the goal"
+        report.add("verdict", "summary", None, "", stated, "not completed")
+    if abs(time_s - record.end_s) > ROUNDED_S:
+        stated = f"mission_time_s is {time_s:g}"
+        report.add("verdict", "summary", None, "", stated, f"{record.end_s:g}, time of the last tick")
+    if ended and not -ROUNDED_S <= record.end_s - ended[-1]["time_s"] <= record.tick_s + ROUNDED_S:
+        follows = f"{record.end_s:g} s, when the run ended"
+        report.add("verdict", "summary", ended[-1]["time_s"], "", "milestone mission_complete", follows)
+    met = {one["group"] for one in _milestones(record, "gathered")}
+    for group in record.scenario["group"]:
+        if group.get("rally_point") and not group.get("formed_by") and group["name"] not in met:
+            report.add("verdict", "summary", None, "", f"completed without {group['name']}", "its milestone gathered")
+
+
+def job_roles(record: Record) -> set[tuple[str, str]]:
+    """(group, role) of the roles that have a job."""
+    return {key for key, role in declared_roles(record).items() if role.get("job") is not None}

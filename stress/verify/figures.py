@@ -1,0 +1,246 @@
+"""Figures of the summary, worked out anew from the tables (docs/howto/results.md has what each means)."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from stress.verify.ending import job_roles
+from stress.verify.findings import Report
+from stress.verify.ground import cells_of
+from stress.verify.knowledge import CLOSE_S
+from stress.verify.motion import PLACE_M, least_distances_m, listening_w, sending_j, through_water
+from stress.verify.record import AWAY, Record
+from stress.verify.roles import declared_roles, organisation_figures
+
+LATENCY_S = 2e-3
+"""Two times, each rounded to 1/4096 s, and a mean, rounded to 0.1 ms."""
+IDENTITY = {
+    "scenario": ("scenario", "name"), "strategy": ("strategy", "name"), "policy": ("communication", "policy"),
+    "channel": ("channel", "name"),
+}  # fmt: skip
+NOT_DERIVED = {
+    "bits_headers": "what a packet's bits are for stands in no table; only their sum is checked",
+    "false_beliefs": "the tables do not say what each packet made its hearer believe",
+    "wrong_belief_fraction": "whom a vehicle names as the holder of a job stands in no table",
+    "reason": "only whether there is one is checked",
+}
+"""Fields that tables do not tell, and why."""
+
+
+def check_figures(record: Record, report: Report) -> None:
+    """Hold every figure of the summary that tables can tell against them."""
+    summary = record.summary
+    for name, path in IDENTITY.items():
+        report.same("identity", "summary", name, summary.get(name), record.of(path[0]).get(path[1]))
+    report.same("identity", "summary", "seed", summary.get("seed"), record.seed)
+    report.same("identity", "summary", "n_vehicles", summary.get("n_vehicles"), len(record.vehicles))
+    channel = record.of("channel")
+    if channel["name"] in ("perfect", "bernoulli"):
+        report.same("identity", "summary", "per", summary.get("per"), float(channel.get("per", 0.0)), 1e-9)
+    else:
+        report.skip("per", "on this channel it is a mean of its model")
+    for name, why in NOT_DERIVED.items():
+        if name in summary:
+            report.skip(name, why)
+    derived: dict[str, tuple[Any, float]] = {}
+    parts: list[Callable[[Record, Report], dict[str, tuple[Any, float]]]] = [
+        _of_motion, _of_packets, _of_knowledge, _of_work, _of_organisation,
+    ]  # fmt: skip
+    if "coverage" in record.tables and "area" in record.scenario:
+        parts.append(_of_mapping)
+    for part in parts:
+        derived |= part(record, report)
+    for name, (value, within) in derived.items():
+        if name in summary:
+            report.same("figures", "summary", name, summary[name], value, within)
+    known = {*derived, *NOT_DERIVED, *IDENTITY, "seed", "n_vehicles", "per", "run_id", "milestones", "completed"}
+    known |= {"goal_fraction", "mission_time_s", "wall_s"}
+    for name in summary:
+        if name not in known and not name.startswith("bits_"):
+            report.not_checked.setdefault(name, "no check of this figure from the tables")
+
+
+def _of_motion(record: Record, report: Report) -> dict[str, tuple[Any, float]]:
+    found: dict[str, tuple[Any, float]] = {}
+    last_j = [float(track.energy_j[-1]) for track in record.tracks.values()]
+    found["energy_j"] = math.fsum(last_j), 0.5 * len(last_j) + 0.01
+    ways, n = [], 0
+    for name, track in record.tracks.items():
+        way = through_water(record, name, track)
+        if way is None:
+            report.skip("distance_m", "when a surge begins is drawn by the seed")
+            break
+        along_m = way[0] * np.cos(track.heading_rad[1:]) + way[1] * np.sin(track.heading_rad[1:])
+        ways.append(float(along_m.sum()))
+        n += len(along_m)
+    else:
+        found["distance_m"] = math.fsum(ways), 0.05 + PLACE_M * math.sqrt(n)
+    listening = listening_w(record)
+    if listening is not None:
+        powered_s = record.tick_s * sum(
+            int((np.diff(track.energy_j.astype(float)) > 0.0).sum()) if listening else 0
+            for track in record.tracks.values()
+        )
+        n_sent = len(record["packets"])
+        slack_j = 0.005 + (0.0 if record.packet_s else 0.01 * n_sent)
+        found["modem_energy_j"] = float(sending_j(record).sum()) + listening * powered_s, slack_j
+        if listening and any(data["hotel_w"] < 1.0 for data in record.vehicles.values()):
+            del found["modem_energy_j"]
+            report.skip("modem_energy_j", "with so little power, ticks with and without it cannot be told apart")
+    apart = least_distances_m(record)
+    least_m = min((one for one, _ in apart.values()), default=None)
+    found["closest_approach_m"] = least_m, PLACE_M
+    separation_m = float(record.of("guidance").get("separation_m", 5.0))
+    if not any(abs(one - separation_m) < PLACE_M + 0.001 for one, _ in apart.values()):
+        found["conflicts"] = sum(one < separation_m for one, _ in apart.values()), 0
+    return found
+
+
+def _of_packets(record: Record, report: Report) -> dict[str, tuple[Any, float]]:
+    packets = record["packets"]
+    n_bits = int(np.sum(packets["size_bits"])) if len(packets) else 0
+    heard = sum(map(len, packets["receivers"]))
+    lost = sum(map(len, packets["lost_by"])) + sum(map(len, packets["collided_at"]))
+    by_content = [value for name, value in record.summary.items() if name.startswith("bits_")]
+    report.same("figures", "summary", "sum of bits_...", sum(by_content), n_bits)
+    if by_content and min(by_content) < 0:
+        report.add("figures", "summary", None, "", f"bits_... of {min(by_content)}", "0 or more")
+    return {
+        "n_packets": (len(packets), 0),
+        "n_bytes": (n_bits // 8, 0),
+        "delivery_ratio": (heard / (heard + lost) if heard + lost else None, 1e-9),
+    }
+
+
+def _of_knowledge(record: Record, report: Report) -> dict[str, tuple[Any, float]]:
+    rows = list(record["knowledge"].rows("time_s", "item", "event"))
+    observed = {item: time_s for time_s, item, event in rows if event == "observed"}
+    received = [(time_s, item) for time_s, item, event in rows if event == "received"]
+    waits_s = [time_s - observed[item] for time_s, item in received if item in observed]
+    minutes = record.end_s / 60.0
+    found: dict[str, tuple[Any, float]] = {
+        "observations_per_min": (len(received) / len(record.vehicles) / minutes if minutes else 0.0, 1e-4),
+        "mean_latency_s": (math.fsum(waits_s) / len(waits_s) if waits_s else None, LATENCY_S),
+        "p95_latency_s": (float(np.quantile(waits_s, 0.95)) if waits_s else None, LATENCY_S),
+        "n_refused_acts": (sum(event == "refused" for event in record["organisation"]["event"]), 0),
+    }
+    if "deliveries" in record.tables:
+        lost = record["deliveries"].rows("event", "reason")
+        found["n_expired"] = sum(event == "expired" and "postponed" not in reason for event, reason in lost), 0
+    n_lacking: Counter[str] = Counter()
+    last_s: dict[str, float] = {}
+    for time_s, item in received:
+        n_lacking[item] += 1
+        last_s[item] = time_s
+    whole = [item for item in observed if n_lacking[item] >= len(record.vehicles) - 1]
+    if not any(one.kind == "restarts" for one in record.spells):
+        found["consistent_fraction"] = len(whole) / len(observed) if observed else None, 1e-6
+        wait_s = math.fsum(last_s[one] - observed[one] for one in whole) / len(whole) if whole else None
+        found["consistency_time_s"] = wait_s, LATENCY_S
+    else:
+        why = "who begins anew receives what it held once more"
+        report.skip("consistency_time_s", why)
+        report.skip("consistent_fraction", why)
+    return found
+
+
+def _of_organisation(record: Record, report: Report) -> dict[str, tuple[Any, float]]:
+    figures = organisation_figures(record, record.end_s)
+    found: dict[str, tuple[Any, float]] = {name: (value, 2e-5) for name, value in figures.items()}
+    n_rows = len(record["organisation"])
+    found["malformed_s"] = figures["malformed_s"], 1e-3 + CLOSE_S * math.sqrt(n_rows + 1.0)
+    if any(
+        group.get("subgroup") or group.get("formed_by") for group in record.scenario["group"]
+    ) or record.scenario.get("compatible"):
+        del found["malformed_s"]
+        report.skip("malformed_s", "subgroups, groups at sea and roles that exclude each other are not worked out")
+    return found
+
+
+def _of_work(record: Record, report: Report) -> dict[str, tuple[Any, float]]:
+    """Idle time and recovery, from which roles drove whom."""
+    work, end_s = job_roles(record), record.end_s
+    names = {name for group, role in work for name in (role, f"{group}.{role}")}
+    able = [name for name, data in record.vehicles.items() if names & set(data.get("playable_roles", []))]
+    idle_s = []
+    for name in able:
+        lost = [one.from_s for one in record.spells if (one.vehicle, one.kind) == (name, "lost")]
+        away = [one.until_s for one in record.spells if (one.vehicle, one.kind) == (name, "joins")]
+        until_s = min([end_s, *lost])
+        idle_s.append(max(0.0, until_s - (away[0] if away else 0.0) - _working_s(record, name, work, until_s)))
+    within = 1e-3 + CLOSE_S * math.sqrt(len(record["roles"]) + 1.0)
+    return {"idle_s": (math.fsum(idle_s) / len(idle_s) if idle_s else None, within)}
+
+
+def _working_s(record: Record, name: str, work: set[tuple[str, str]], until_s: float) -> float:
+    """How long roles with a job drove a vehicle."""
+    serving: set[tuple[str, str]] = set()
+    spells_s, since_s = [], 0.0
+    for time_s, vehicle, group, role, event in record["roles"].rows("time_s", "vehicle", "group", "role", "event"):
+        if vehicle != name or (group, role) not in work or event not in ("active", "inactive") or time_s > until_s:
+            continue
+        before = bool(serving)
+        (serving.add if event == "active" else serving.discard)((group, role))
+        if serving and not before:
+            since_s = time_s
+        elif before and not serving:
+            spells_s.append(time_s - since_s)
+    return math.fsum(spells_s) + (until_s - since_s if serving else 0.0)
+
+
+def _of_mapping(record: Record, report: Report) -> dict[str, tuple[Any, float]]:
+    cells = cells_of(record)
+    first: dict[tuple[int, int], tuple[float, str]] = {}
+    rows = list(record["coverage"].rows("time_s", "vehicle", "cell_x", "cell_y"))
+    for time_s, vehicle, x, y in rows:
+        first.setdefault((x, y), (time_s, vehicle))
+    found: dict[str, tuple[Any, float]] = {
+        "coverage_fraction": (len(first) / len(cells) if cells else 0.0, 1e-9),
+        "duplicate_fraction": (1.0 - len(first) / len(rows) if rows else 0.0, 1e-9),
+    }
+    for share in (50, 80, 95, 100):
+        reached = record["goal"].rows("time_s", "goal_fraction")
+        when = next((time_s for time_s, fraction in reached if fraction >= share / 100.0 - 1e-9), None)
+        found[f"time_to_{share}_s"] = when, 1e-3
+    areas = {area["name"] for area in record.scenario["area"]}
+    exploring = {key for key, role in declared_roles(record).items() if role.get("job") in areas}
+    held = record["roles"].rows("vehicle", "group", "role")
+    holders = {vehicle for vehicle, group, role in held if (group, role) in exploring}
+    n_first = Counter(vehicle for _, vehicle in first.values())
+    least = min(n_first[one] for one in holders) / len(first) if holders and first else None
+    found["least_mapped_fraction"] = least, 1e-9
+    stopped = next((one for one in record.summary["milestones"] if one["name"] == "mapping_stopped"), None)
+    found["given_up_s"] = (None if stopped is None else stopped["time_s"]), 1e-3
+    if n_inspected := int(record.of("finds").get("number", 0)):
+        inspected = sum(one["name"] == "inspected" for one in record.summary["milestones"])
+        found["finds_inspected_fraction"] = inspected / n_inspected, 1e-9
+    if stopped is not None:
+        found["left_when_given_up"] = _left(record, stopped, cells, first), 1e-4
+    return found
+
+
+def _left(
+    record: Record,
+    stopped: dict[str, Any],
+    cells: dict[tuple[int, int], str],
+    first: dict[tuple[int, int], tuple[float, str]],
+) -> float:
+    """Greatest share left of the areas that a vehicle held just before it gave up."""
+    jobs = {key: role.get("job") for key, role in declared_roles(record).items()}
+    held: set[Any] = set()
+    for time_s, vehicle, group, role, event in record["roles"].rows("time_s", "vehicle", "group", "role", "event"):
+        if vehicle == stopped["vehicle"] and time_s < stopped["time_s"] - CLOSE_S and event in ("assigned", "left"):
+            (held.add if event == "assigned" else held.discard)(jobs.get((group, role)))
+    n_cells = Counter(cells.values())
+    n_done = Counter(
+        cells[cell] for cell, (time_s, _) in first.items() if time_s <= stopped["time_s"] and cell in cells
+    )
+    return max((1.0 - n_done[area] / n_cells[area] for area in held if n_cells[area]), default=0.0)
+
+
+__all__ = ["AWAY", "check_figures"]

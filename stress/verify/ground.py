@@ -1,0 +1,219 @@
+"""The ground of mapping: which cells were covered when and by whom, and what share of the goal that is.
+
+docs/model.md, "Survey": a cell is covered when its centre is within half a swath of a vehicle whose mapping sensor is
+on and works, and whose speed does not exceed the limit of the sensor.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from stress.verify.findings import Report
+from stress.verify.record import AWAY, PLACE_STEP_M, SPEED_STEP_MPS, Array, Record, Spell, Track
+
+SENSING = {"Mapping", "Inspecting"}
+"""Activities while which the sensors of a vehicle are on."""
+REACH_M = PLACE_STEP_M
+"""How far a distance to a cell's centre may be off by rounding."""
+SHARE = 2e-9
+
+
+class Swath(NamedTuple):
+    """A mapping sensor: its name, half of its width, and the speed up to which it maps."""
+
+    name: str
+    reach_m: float
+    limit_mps: float
+
+
+def cells_of(record: Record) -> dict[tuple[int, int], str]:
+    """Cells whose centre lies in an area, and the first area in which it does."""
+    size_m = float(record.of("world")["cell_m"])
+    found: dict[tuple[int, int], str] = {}
+    for area in record.scenario.get("area", []):
+        corners = np.array(area["corners_m"], dtype=float)
+        low, high = np.floor(corners.min(0) / size_m).astype(int), np.ceil(corners.max(0) / size_m).astype(int)
+        x, y = np.meshgrid(np.arange(low[0], high[0]), np.arange(low[1], high[1]), indexing="ij")
+        centre_x, centre_y = (x + 0.5) * size_m, (y + 0.5) * size_m
+        after = np.roll(corners, -1, axis=0)
+        sides = [
+            (b[0] - a[0]) * (centre_y - a[1]) - (b[1] - a[1]) * (centre_x - a[0])
+            for a, b in zip(corners, after, strict=True)
+        ]
+        inside = np.all(np.array(sides) >= -1e-9, axis=0) | np.all(np.array(sides) <= 1e-9, axis=0)
+        for column, row in zip(x[inside].tolist(), y[inside].tolist(), strict=True):
+            found.setdefault((column, row), area["name"])
+    return found
+
+
+def swaths_of(data: dict[str, Any]) -> list[Swath]:
+    """The mapping sensors of a vehicle."""
+    return [
+        Swath(one.get("name") or one.get("type") or "mapping", one["swath_m"] / 2.0, one["speed_limit_mps"])
+        for one in data.get("sensor", [])
+        if "swath_m" in one
+    ]
+
+
+def sensor_was_on(record: Record, name: str, times_s: Array) -> Array:
+    """Whether the sensors of a vehicle were on at each tick: by its last decision before it, since it began anew."""
+    table = record["decisions"]
+    chosen: dict[float, bool] = {}
+    for time_s, vehicle, activities, is_chosen in table.rows("time_s", "vehicle", "activities", "chosen"):
+        if vehicle == name:
+            chosen[time_s] = chosen.get(time_s, False) or bool(is_chosen and not SENSING.isdisjoint(activities))
+    for one in record.spells:
+        if one.vehicle == name and one.kind == "restarts":
+            chosen[one.from_s] = False
+    when = np.array(sorted(chosen))
+    states = np.array([False, *(chosen[one] for one in when)])
+    return np.asarray(states[np.searchsorted(when, times_s, side="left")])
+
+
+def sensor_was_dead(spells: Iterable[Spell], name: str, sensor: str, times_s: Array) -> Array:
+    """Whether a fault had killed a sensor at each of some times."""
+    found = np.zeros(len(times_s), dtype=bool)
+    for one in spells:
+        if one.vehicle == name and one.kind == "sensor" and sensor in one.detail.rpartition(", ")[0].split(", "):
+            found |= (times_s >= one.from_s) & (times_s < one.until_s)
+    return found
+
+
+def check_ground(record: Record, report: Report) -> None:
+    """Each covered cell follows from a track; what a track must have covered is there; the goal follows from both."""
+    cells = cells_of(record)
+    stated: dict[str, dict[tuple[int, int], float]] = {name: {} for name in record.vehicles}
+    for time_s, vehicle, x, y in record["coverage"].rows("time_s", "vehicle", "cell_x", "cell_y"):
+        report.look("coverage")
+        if (x, y) not in cells:
+            report.add("coverage", "coverage", time_s, vehicle, f"cell ({x}, {y})", "none: it lies in no area")
+        elif (x, y) in stated[vehicle]:
+            first_s = stated[vehicle][x, y]
+            report.add("coverage", "coverage", time_s, vehicle, f"cell ({x}, {y})", f"none: covered at {first_s:g} s")
+        else:
+            stated[vehicle][x, y] = time_s
+    for name, track in record.tracks.items():
+        _check_vehicle(record, name, track, cells, stated[name], report)
+    _check_goal(record, cells, report)
+
+
+def _check_vehicle(
+    record: Record,
+    name: str,
+    track: Track,
+    cells: dict[tuple[int, int], str],
+    stated: dict[tuple[int, int], float],
+    report: Report,
+) -> None:
+    """Compare what a vehicle covered with what was below its swaths, certainly and at the most."""
+    time_s = track.time_s
+    awake = sensor_was_on(record, name, time_s) & ~record.during(name, AWAY, time_s)
+    surely: dict[tuple[int, int], float] = {}
+    perhaps: dict[tuple[int, int], list[float]] = {}
+    for swath in swaths_of(record.vehicles[name]):
+        on = awake & ~sensor_was_dead(record.spells, name, swath.name, time_s)
+        most_mps = swath.limit_mps * (1.0 + record.spread)
+        slow = track.speed_mps <= most_mps * 1.000001 + SPEED_STEP_MPS
+        for at, cell, distance_m in _below(record, track, np.flatnonzero(on & slow), swath.reach_m + REACH_M, cells):
+            perhaps.setdefault(cell, []).append(time_s[at])
+            is_slow = _is_steady(track, at, swath.limit_mps) and not record.spread
+            is_slow = (
+                is_slow
+                or track.speed_mps[at] < swath.limit_mps * (1.0 - record.spread) * 1.000001 - SPEED_STEP_MPS / 2.0
+            )
+            if is_slow and distance_m < swath.reach_m - REACH_M:
+                surely[cell] = min(surely.get(cell, math.inf), float(time_s[at]))
+    report.look("swath", len(stated) + len(surely))
+    for cell, at_s in stated.items():
+        if at_s not in perhaps.get(cell, []):
+            report.add("swath", "coverage", at_s, name, f"cell {cell}", "none: no working swath of it was over it then")
+    if record.of("uncertainty").get("p_miss"):
+        report.skip("cells that must be covered", "in which ticks sensors miss is drawn by the seed")
+        return
+    for cell, at_s in sorted(surely.items(), key=lambda item: item[1]):
+        if cell not in stated:
+            report.add("swath", "coverage", at_s, name, f"no row of cell {cell}", "it was below its working swath")
+        elif stated[cell] > at_s:
+            report.add(
+                "swath", "coverage", stated[cell], name, f"cell {cell} first at {stated[cell]:g} s", f"{at_s:g} s"
+            )
+
+
+def _is_steady(track: Track, at: int, speed_mps: float) -> bool:
+    """True if a vehicle goes at a speed, in this tick and the one before: then it is not on its way to another."""
+    return bool((np.abs(track.speed_mps[max(0, at - 1) : at + 1] - speed_mps) <= SPEED_STEP_MPS / 2.0).all())
+
+
+def _below(
+    record: Record, track: Track, rows: Array, reach_m: float, cells: dict[tuple[int, int], str]
+) -> Iterable[tuple[int, tuple[int, int], float]]:
+    """(row of the track, cell, distance) of all cells of areas whose centre is within reach."""
+    if not cells or not len(rows):
+        return
+    size_m = float(record.of("world")["cell_m"])
+    listed = np.array(list(cells))
+    low = listed.min(0)
+    grid = np.zeros(listed.max(0) - low + 1, dtype=bool)
+    grid[tuple((listed - low).T)] = True
+    x_m, y_m = track.x_m[rows], track.y_m[rows]
+    column, line = np.floor(x_m / size_m).astype(int), np.floor(y_m / size_m).astype(int)
+    around = range(-math.ceil(reach_m / size_m) - 1, math.ceil(reach_m / size_m) + 2)
+    for dx in around:
+        for dy in around:
+            to_x, to_y = column + dx - low[0], line + dy - low[1]
+            apart_m = np.hypot((column + dx + 0.5) * size_m - x_m, (line + dy + 0.5) * size_m - y_m)
+            near = (apart_m <= reach_m) & (to_x >= 0) & (to_y >= 0) & (to_x < grid.shape[0]) & (to_y < grid.shape[1])
+            for at in np.flatnonzero(near):
+                if grid[to_x[at], to_y[at]]:
+                    cell = int(to_x[at] + low[0]), int(to_y[at] + low[1])
+                    yield int(rows[at]), cell, float(apart_m[at])
+
+
+def find_weight(record: Record) -> float:
+    """Cells that a find counts for: those mapped on average in the mean stay."""
+    finds, size_m = record.of("finds"), float(record.of("world")["cell_m"])
+    cell_s = [
+        size_m * size_m / (2.0 * one.reach_m * min(data["survey_speed_mps"], one.limit_mps))
+        for data in record.vehicles.values()
+        for one in swaths_of(data)[:1]
+    ]
+    stay_s = (finds["shortest_stay_s"] + finds["longest_stay_s"]) / 2.0
+    return stay_s * len(cell_s) / math.fsum(cell_s) if cell_s else 1.0
+
+
+def _check_goal(record: Record, cells: dict[tuple[int, int], str], report: Report) -> None:
+    """The share of the goal at every time follows from what is covered and inspected of all that is declared."""
+    n_finds = int(record.of("finds").get("number", 0))
+    weight = find_weight(record) if n_finds else 0.0
+    whole = len(cells) + weight * n_finds
+    if not whole:
+        return
+    if "reachable_fraction" not in record.summary and any(one.kind in AWAY for one in record.spells):
+        report.skip("goal", "the version that wrote this judged over the vehicles that were left")
+        return
+    first: dict[tuple[int, int], float] = {}
+    for time_s, x, y in record["coverage"].rows("time_s", "cell_x", "cell_y"):
+        first.setdefault((x, y), time_s)
+    gains = [(time_s, 1.0) for time_s in first.values()]
+    gains += [(one["time_s"], weight) for one in record.summary["milestones"] if one["name"] == "inspected"]
+    gains.sort()
+    when, done = np.array([one for one, _ in gains]), np.cumsum([one for _, one in gains])
+    goal = float(record.of("mission")["goal"])
+    table = record["goal"]
+    stated_s = np.asarray(table["time_s"])
+    n_done = np.searchsorted(when, stated_s + TIME_S, side="right")
+    follows = np.minimum(1.0, np.concatenate([[0.0], done])[n_done] / whole / goal)
+    report.look("goal", len(table) + 1)
+    for at in np.flatnonzero(np.abs(np.asarray(table["goal_fraction"]) - follows) > SHARE):
+        stated = f"goal_fraction {table['goal_fraction'][at]:.9g}"
+        report.add("goal", "goal", stated_s[at], "", stated, f"{follows[at]:.9g}, by what is covered of all")
+    last = float(min(1.0, (done[-1] if len(done) else 0.0) / whole / goal))
+    report.same("goal", "summary", "goal_fraction", record.summary.get("goal_fraction"), round(last, 6), 1.1e-6)
+
+
+TIME_S = 2.0**-11
+"""By how much two roundings of one time may differ."""

@@ -1,0 +1,213 @@
+"""Who knew what: what was observed was recorded, what was received was heard, who told it held it.
+
+docs/howto/results.md has the names of items; docs/model.md, "What is said", "Who needs what" and "Absence", the rules.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import defaultdict
+from collections.abc import Iterator
+
+from stress.verify.findings import Report
+from stress.verify.record import TIME_STEP_S, Record
+
+CLOSE_S = 2.0 * TIME_STEP_S
+NAME = re.compile(r"(\d+)(?:\.e\d+)?[-@]")
+"""How a name of an item or a status begins: with the number of its origin."""
+Heard = dict[tuple[str, str], list[float]]
+
+
+def origin_of(record: Record, uid: str) -> str | None:
+    """The vehicle that an item is of, by its name; None if the name is of none."""
+    found = NAME.match(uid)
+    number = -1 if found is None else int(found[1])
+    return record.by_slot[number] if 0 <= number < len(record.by_slot) else None
+
+
+def check_knowledge(record: Record, report: Report) -> None:
+    """Compare the tables of items, packets and knowledge."""
+    recorded = _check_items(record, report)
+    heard = _heard(record)
+    held = _check_events(record, report, recorded, heard)
+    _check_senders(record, report, recorded, held)
+    _check_that_all_is_received(record, report, heard, held)
+
+
+def _check_items(record: Record, report: Report) -> dict[str, tuple[float, str, str]]:
+    """When, by whom and to what end each item was recorded, by its name."""
+    found: dict[str, tuple[float, str, str]] = {}
+    table = record["items"]
+    for uid, origin, time_s, recorded_s, kind in table.rows("uid", "origin", "time_s", "recorded_s", "kind"):
+        report.look("items")
+        known = found.setdefault(uid, (recorded_s, origin, kind))
+        by_name = origin_of(record, uid)
+        if by_name != origin:
+            report.add("items", "items", recorded_s, origin, f"item {uid} of {origin}", f"of {by_name}, by its name")
+        elif known[1:] != (origin, kind):
+            report.add(
+                "items", "items", recorded_s, origin, f"item {uid} {kind}", f"{known[2]} of {known[1]}, as before"
+            )
+        elif record.has_exact_clocks and time_s > recorded_s + 1.0:
+            report.add(
+                "items", "items", recorded_s, origin, f"{uid} observed at {time_s:g} s", "no later than recorded"
+            )
+    return found
+
+
+def _heard(record: Record) -> Heard:
+    """When each vehicle heard each item, by (vehicle, item), in time order."""
+    found: Heard = defaultdict(list)
+    names = ("receivers", "arrivals_s", "item_uids")
+    for receivers, arrivals_s, uids in record["packets"].rows(*names):
+        for vehicle, arrival_s in zip(receivers, arrivals_s, strict=False):
+            for uid in uids:
+                found[vehicle, uid].append(arrival_s)
+    for times_s in found.values():
+        times_s.sort()
+    return found
+
+
+def _check_events(
+    record: Record, report: Report, recorded: dict[str, tuple[float, str, str]], heard: Heard
+) -> dict[tuple[str, str], float]:
+    """From when on each vehicle held each item, by (vehicle, item)."""
+    held: dict[tuple[str, str], float] = {}
+    aside: dict[tuple[str, str], float] = {}
+    table = record["knowledge"]
+    for time_s, vehicle, uid, origin, event in table.rows("time_s", "vehicle", "item", "origin", "event"):
+        report.look("knowledge")
+        known, key = recorded.get(uid), (vehicle, uid)
+
+        def wrong(follows: str, stated: str = f"{event} {uid}", at: tuple[float, str] = (time_s, vehicle)) -> None:
+            report.add("knowledge", "knowledge", *at, stated, follows)
+
+        if known is None:
+            wrong("none: nobody recorded it")
+            continue
+        if origin != known[1]:
+            wrong(f"origin {known[1]}, as it was recorded", f"{uid} of origin {origin}")
+        if event == "observed":
+            if vehicle != known[1] or abs(time_s - known[0]) > CLOSE_S:
+                wrong(f"observed by {known[1]} at {known[0]:.4f} s")
+            elif key in held:
+                wrong("none: it has observed it before")
+            held.setdefault(key, time_s)
+        elif event in ("received", "set aside"):
+            times_s = heard.get(key, [])
+            was_aside = event == "received" and key in aside
+            if not was_aside and not any(abs(one - time_s) <= CLOSE_S for one in times_s):
+                wrong("none: no packet with it arrived then")
+            elif event == "received" and held.get(key, time_s) < time_s and not _began_anew(record, *key, held, time_s):
+                wrong(f"none: it has held it since {held[key]:g} s")
+            (held if event == "received" else aside).setdefault(key, time_s)
+        elif event == "acknowledged" and vehicle != known[1] and key not in held and key not in aside:
+            wrong("none: it does not hold it itself")
+    if record.of("strategy")["name"] == "oracle":
+        report.skip("observed", "in this bound nothing is told, so nothing is noted as observed")
+        return {}
+    lacking = [uid for uid, (_, origin, kind) in recorded.items() if kind == "told" and (origin, uid) not in held]
+    report.look("observed", len(recorded))
+    for uid in lacking:
+        recorded_s, origin, _ = recorded[uid]
+        report.add("observed", "knowledge", recorded_s, origin, f"no row of {uid} observed", "one: it was recorded")
+    _check_acknowledged(record, report, held, aside)
+    return {key: min(held.get(key, aside.get(key, 0.0)), aside.get(key, held.get(key, 0.0))) for key in {*held, *aside}}
+
+
+def _began_anew(record: Record, vehicle: str, uid: str, held: dict[tuple[str, str], float], now_s: float) -> bool:
+    """True if a vehicle has lost its memory since it held an item."""
+    since_s = held[vehicle, uid]
+    return any(
+        one.vehicle == vehicle
+        and one.kind == "restarts"
+        and "kept" not in one.detail
+        and since_s <= one.until_s <= now_s
+        for one in record.spells
+    )
+
+
+def _out_of_count(record: Record) -> dict[tuple[str, str], list[tuple[float, bool]]]:
+    """When a vehicle began and ceased not to wait for a peer: parked, or taken for absent."""
+    found: dict[tuple[str, str], list[tuple[float, bool]]] = defaultdict(list)
+    for table in ("peers", "membership"):
+        for time_s, vehicle, peer, event in record[table].rows("time_s", "vehicle", "peer", "event"):
+            found[vehicle, peer].append((time_s, event in ("parked", "absent")))
+    for events in found.values():
+        events.sort()
+    return found
+
+
+def _check_acknowledged(
+    record: Record, report: Report, held: dict[tuple[str, str], float], aside: dict[tuple[str, str], float]
+) -> None:
+    """What a vehicle takes all others to hold they hold, but for those that it does not wait for."""
+    if not record.all_need_all:
+        report.skip("acknowledged", "needs differ between vehicles: the tables do not say whose were met when")
+        return
+    if any(one.kind in ("restarts",) for one in record.spells):
+        report.skip("acknowledged", "a vehicle began anew: what it held before is not in the tables of its new life")
+        return
+    out = _out_of_count(record)
+    table = record["knowledge"]
+    for time_s, vehicle, uid, event in table.rows("time_s", "vehicle", "item", "event"):
+        if event != "acknowledged":
+            continue
+        report.look("acknowledged")
+        for peer in record.vehicles:
+            since_s = held.get((peer, uid), aside.get((peer, uid)))
+            if peer == vehicle or (since_s is not None and since_s <= time_s + CLOSE_S):
+                continue
+            before = [is_out for at_s, is_out in out.get((vehicle, peer), []) if at_s <= time_s + CLOSE_S]
+            if not any(before):
+                stated = f"takes all to hold {uid}"
+                report.add("acknowledged", "knowledge", time_s, vehicle, stated, f"{peer} does not, and is waited for")
+
+
+def _check_senders(
+    record: Record, report: Report, recorded: dict[str, tuple[float, str, str]], held: dict[tuple[str, str], float]
+) -> None:
+    """Who sends an item holds it; a status is its sender's own."""
+    names = ("time_s", "sender", "item_uids", "status_uids")
+    for time_s, sender, items, statuses in record["packets"].rows(*names):
+        report.look("senders", len(items) + len(statuses))
+        for uid in items:
+            since_s = held.get((sender, uid))
+            if uid not in recorded:
+                report.add("senders", "packets", time_s, sender, f"item {uid}", "none: nobody recorded it")
+            elif since_s is None or since_s > time_s + CLOSE_S:
+                report.add("senders", "packets", time_s, sender, f"item {uid}", "none: it does not hold it yet")
+        for uid in statuses:
+            if uid not in recorded or recorded[uid][0] > time_s + CLOSE_S:
+                report.add("senders", "packets", time_s, sender, f"status {uid}", "none: nobody has recorded it")
+            elif recorded[uid][1] != sender:
+                report.add("senders", "packets", time_s, sender, f"status {uid}", f"none: it is {recorded[uid][1]}'s")
+
+
+def _check_that_all_is_received(
+    record: Record, report: Report, heard: Heard, held: dict[tuple[str, str], float]
+) -> None:
+    """What a vehicle heard first it holds from then on, unless the packet was refused or its block was not whole."""
+    refused: dict[str, list[float]] = defaultdict(list)
+    for time_s, vehicle in record["refused"].rows("time_s", "vehicle"):
+        refused[vehicle].append(time_s)
+    set_aside = {vehicle for vehicle, kind in record["faults"].rows("vehicle", "kind") if "block" in kind}
+    parts = {uid.rpartition(".")[0] for uid in _parts(record)}
+    end_s = record.end_s
+    for (vehicle, uid), times_s in heard.items():
+        report.look("received")
+        at_s = times_s[0]
+        if (vehicle, uid) in held and held[vehicle, uid] <= at_s + CLOSE_S:
+            continue
+        is_excused = at_s > end_s or vehicle in set_aside or uid in parts or uid.rpartition(".")[0] in parts
+        if is_excused or any(abs(one - at_s) <= CLOSE_S for one in refused[vehicle]):
+            continue
+        report.add("received", "knowledge", at_s, vehicle, f"no row of {uid} received", "one: a packet with it arrived")
+
+
+def _parts(record: Record) -> Iterator[str]:
+    """Names of the later parts of items that take several packets."""
+    for uid in set(record["items"]["uid"]):
+        _, _, number = uid.partition("-")
+        if "." in number and "@" not in uid:
+            yield uid

@@ -1,0 +1,251 @@
+"""Motion and energy: where vehicles are follows from heading, speed and the water; what they used from speed and modem.
+
+Equations of docs/model.md, "Motion and energy", "Sea" and "Faults". A vehicle that is away neither moves nor uses
+energy; the water does not carry it.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from stress.verify.findings import Report
+from stress.verify.record import (
+    ANGLE_STEP_RAD,
+    AWAY,
+    PLACE_STEP_M,
+    SPEED_STEP_MPS,
+    TIME_STEP_S,
+    Array,
+    Record,
+    Track,
+)
+
+PLACE_M = 1.5 * PLACE_STEP_M
+"""Differences of two rounded places are off by a step in each axis at most."""
+BEYOND_M = 60.0
+"""How far beyond the borders a vehicle may come while it turns back."""
+LAYER_M = 3.0
+"""Vehicles that differ more than this in depth pass freely."""
+
+
+def check_tracks(record: Record, report: Report) -> None:
+    """Every vehicle has a row at every tick; each follows from the one before."""
+    n_ticks = round(record.end_s / record.tick_s) + 1
+    due_s = np.arange(n_ticks) * record.tick_s
+    for name, data in record.vehicles.items():
+        track = record.tracks.get(name)
+        report.look("ticks", n_ticks)
+        if track is None or len(track.time_s) != n_ticks or (np.abs(track.time_s - due_s) > TIME_STEP_S).any():
+            given = np.empty(0) if track is None else track.time_s
+            shared = min(len(given), n_ticks)
+            wrong = np.flatnonzero(np.abs(given[:shared] - due_s[:shared]) > TIME_STEP_S)
+            at = int(wrong[0]) if len(wrong) else shared
+            stated = f"{given[at]:g} s in row {at}" if at < len(given) else f"{len(given)} rows"
+            follows = f"{due_s[at]:g} s" if at < n_ticks else f"{n_ticks} rows, one for each tick"
+            report.add("ticks", "trajectories", None, name, stated, follows)
+            continue
+        _check_start(data, name, track, report)
+        _check_steps(record, name, data, track, report)
+        _check_energy(record, name, data, track, report)
+        _check_borders(record, name, track, report)
+    _check_conflicts(record, report)
+
+
+def _check_start(data: dict[str, Any], name: str, track: Track, report: Report) -> None:
+    report.look("start")
+    x_m, y_m = data["start_m"]
+    if math.hypot(track.x_m[0] - x_m, track.y_m[0] - y_m) > PLACE_STEP_M:
+        stated = f"at ({track.x_m[0]:g}, {track.y_m[0]:g})"
+        report.add("start", "trajectories", track.time_s[0], name, stated, f"({x_m:g}, {y_m:g})")
+
+
+def water_mps(record: Record, depth_m: float, times_s: Array) -> tuple[Array, Array] | None:
+    """Velocity of the water at a depth (east, north); None where draws of the seed decide it."""
+    current = record.of("current")
+    if current.get("surge"):
+        return None
+    share = max(0.0, 1.0 - depth_m / current["shear_depth_m"]) if "shear_depth_m" in current else 1.0
+    turns = times_s / (3600.0 * current["tide_period_h"]) if "tide_period_h" in current else np.zeros(len(times_s))
+    height = share * np.cos(2.0 * math.pi * (turns + current.get("tide_phase", 0.0)))
+    return height * current.get("east_mps", 0.0), height * current.get("north_mps", 0.0)
+
+
+def through_water(record: Record, name: str, track: Track) -> tuple[Array, Array] | None:
+    """Way of each tick through the water (east, north, m); None where the water cannot be told."""
+    moving = ~record.during(name, AWAY, track.time_s[1:])
+    water = water_mps(record, float(record.vehicles[name]["depth_m"]), track.time_s[:-1])
+    if water is None:
+        return None
+    dt_s = np.diff(track.time_s)
+    east_m, north_m = np.diff(track.x_m), np.diff(track.y_m)
+    return east_m - moving * water[0] * dt_s, north_m - moving * water[1] * dt_s
+
+
+def _check_steps(record: Record, name: str, data: dict[str, Any], track: Track, report: Report) -> None:
+    """Each step leads along the heading, no farther than the speed; speed, turns and their changes keep limits."""
+    time_s, dt_s = track.time_s[1:], np.diff(track.time_s)
+    away = record.during(name, AWAY, time_s)
+    drained = record.during(name, ("energy",), time_s)
+    ends = drained & ~record.during(name, ("energy",), track.time_s[:-1])  # it moved before its battery was empty
+    moves = ~away
+    speed, before = track.speed_mps[1:], track.speed_mps[:-1]
+    top_mps = max(data["transit_speed_mps"], data["survey_speed_mps"]) * (1.0 + record.spread)
+    way = through_water(record, name, track)
+    if way is None:
+        report.skip("places in surges", "when a surge begins is drawn by the seed")
+    else:
+        tolerance_m = PLACE_M + dt_s * (0.6 * ANGLE_STEP_RAD * speed + 0.6 * SPEED_STEP_MPS)
+        ahead = np.cos(track.heading_rad[1:]), np.sin(track.heading_rad[1:])
+        along_m = way[0] * ahead[0] + way[1] * ahead[1]
+        across_m = way[1] * ahead[0] - way[0] * ahead[1]
+        wrong = (np.abs(across_m) > tolerance_m) | (along_m > speed * dt_s + tolerance_m) | (along_m < -tolerance_m)
+        report.look("positions", int(moves.sum()))
+        for at in np.flatnonzero(wrong & moves):
+            stated = f"went {along_m[at]:.3f} m ahead and {across_m[at]:.3f} m to the left, through the water"
+            follows = f"0 to {speed[at] * dt_s[at]:.3f} m ahead and none aside, by heading, speed and current"
+            report.add("positions", "trajectories", time_s[at], name, stated, follows)
+    still = away & ~ends
+    report.look("away", int(still.sum()))
+    gone_m = np.hypot(np.diff(track.x_m), np.diff(track.y_m))
+    for at in np.flatnonzero(still & ((gone_m > PLACE_M) | ((speed > SPEED_STEP_MPS) & ~drained))):
+        stated = f"went {gone_m[at]:.3f} m at {speed[at]:g} m/s"
+        report.add("away", "trajectories", time_s[at], name, stated, "none: it is lost, off or without energy")
+    report.look("limits", 3 * len(speed))
+    limit = data["acceleration_mps2"] * dt_s + 1.5 * SPEED_STEP_MPS
+    begins = away & ~record.during(name, AWAY, track.time_s[:-1])
+    turned = np.abs((np.diff(track.heading_rad) + math.pi) % (2.0 * math.pi) - math.pi)
+    for what, wrong, values, most in (
+        ("speed", speed > top_mps + SPEED_STEP_MPS, speed, np.full(len(speed), top_mps)),
+        ("change of speed", (np.abs(speed - before) > limit) & ~begins & ~ends, speed - before, limit),
+        (
+            "turn",
+            turned > data["turn_rate_radps"] * dt_s + 1.5 * ANGLE_STEP_RAD,
+            turned,
+            data["turn_rate_radps"] * dt_s,
+        ),
+    ):
+        for at in np.flatnonzero(wrong):
+            stated = f"{what} {values[at]:.4f}"
+            report.add("limits", "trajectories", time_s[at], name, stated, f"at most {most[at]:.4f}")
+    depth_m = np.where(record.during(name, ("energy",), track.time_s), 0.0, data["depth_m"])
+    wrong = np.flatnonzero(np.abs(track.depth_m - depth_m) > PLACE_STEP_M)
+    report.look("depth", len(depth_m))
+    for at in wrong:
+        report.add(
+            "depth", "trajectories", track.time_s[at], name, f"depth {track.depth_m[at]:g} m", f"{depth_m[at]:g} m"
+        )
+
+
+def listening_w(record: Record) -> float | None:
+    """Power that listening takes on top; None where the folder does not say what the modem takes."""
+    communication = record.of("communication")
+    if communication.get("receive_power_w"):
+        return float(communication["receive_power_w"])
+    if not communication.get("count_listening"):
+        return 0.0
+    return None if record.modem is None else float(record.modem.get("receive_w") or 0.0)
+
+
+def sending_j(record: Record) -> Array:
+    """Energy of each packet: the power of the modem times the time on the air."""
+    packets = record["packets"]
+    power_w = float(record.of("communication")["transmit_power_w"])
+    if record.packet_s is None:
+        on_air_s = np.asarray(packets["end_s"]) - np.asarray(packets["time_s"])
+    else:
+        on_air_s = record.packet_s[0] + record.packet_s[1] * np.asarray(packets["size_bits"])
+    return np.asarray(power_w * on_air_s)
+
+
+def _check_energy(record: Record, name: str, data: dict[str, Any], track: Track, report: Report) -> None:
+    """What was used grows with each tick by hotel, drag and listening, and by the packets sent since the last."""
+    listening = listening_w(record)
+    if listening is None:
+        report.skip("energy", "the manifest does not say what the modem takes to listen")
+        return
+    time_s, dt_s = track.time_s, np.diff(track.time_s)
+    packets = record["packets"]
+    own = np.array([sender == name for sender in packets["sender"]], dtype=bool)
+    sent_s, each_j = np.asarray(packets["time_s"])[own], sending_j(record)[own]
+    at = np.searchsorted(time_s, sent_s, side="right")
+    sent_j = np.bincount(at, each_j, minlength=len(time_s) + 1)[: len(time_s)]
+    at_tick = np.abs(sent_s - np.rint(sent_s / record.tick_s) * record.tick_s) < TIME_STEP_S
+    near = np.bincount(at[at_tick], each_j[at_tick], minlength=len(time_s) + 2)
+    unsure_j = np.maximum(near[1 : len(time_s)], near[2 : len(time_s) + 1])  # before or behind a tick, by rounding
+    speed = track.speed_mps[1:]
+    drained = record.during(name, ("energy",), time_s)
+    runs = ~record.during(name, AWAY, time_s[1:])
+    due_j = runs * dt_s * (data["hotel_w"] + listening + data["drag_w_per_mps3"] * speed**3) + sent_j[1:]
+    step_j = dt_s * data["drag_w_per_mps3"] * 3.0 * speed**2 * 0.6 * SPEED_STEP_MPS
+    used_j = np.diff(track.energy_j.astype(float))
+    asked = ~drained[1:]
+    report.look("energy", 2 * len(used_j))
+    wrong = asked & (np.abs(used_j - due_j) > 1.05 + step_j + unsure_j)
+    all_j = np.cumsum(due_j)
+    wrong |= asked & (
+        np.abs(track.energy_j[1:] - track.energy_j[0] - all_j) > 1.05 + np.cumsum(step_j) + unsure_j + 1e-3 * at.size
+    )
+    wrong |= (used_j < 0.0) | (track.energy_j[1:] > data["energy_j"] + 0.5)
+    for row in np.flatnonzero(wrong)[:1]:
+        stated = f"{track.energy_j[row + 1]:.0f} J used, {used_j[row]:.0f} J of them since the tick before"
+        follows = f"{track.energy_j[0] + all_j[row]:.1f} J and {due_j[row]:.1f} J"
+        report.add("energy", "trajectories", time_s[row + 1], name, stated, follows)
+    report.same("energy", "trajectories", f"energy of {name} at 0 s", float(track.energy_j[0]), 0.0, 0.5)
+
+
+def _check_borders(record: Record, name: str, track: Track, report: Report) -> None:
+    if record.of("current").get("surge") or record.of("navigation").get("drift"):
+        report.skip("borders in surges or under drift", "a vehicle may be where it does not take itself to be")
+        return
+    (x_min, x_max), (y_min, y_max) = record.of("world")["x_m"], record.of("world")["y_m"]
+    out_m = np.maximum.reduce([x_min - track.x_m, track.x_m - x_max, y_min - track.y_m, track.y_m - y_max])
+    report.look("borders", len(out_m))
+    for at in np.flatnonzero(out_m > BEYOND_M):
+        stated = f"{out_m[at]:.1f} m outside the area of operations"
+        report.add("borders", "trajectories", track.time_s[at], name, stated, f"at most {BEYOND_M:g} m, while it turns")
+
+
+def least_distances_m(record: Record) -> dict[tuple[str, str], tuple[float, float]]:
+    """Least distance (m) of every two vehicles of one depth layer while both were there, and when it was."""
+    found = {}
+    for one, other in combinations(record.tracks, 2):
+        if abs(record.vehicles[one]["depth_m"] - record.vehicles[other]["depth_m"]) > LAYER_M:
+            continue
+        a, b = record.tracks[one], record.tracks[other]
+        if len(a.time_s) != len(b.time_s):
+            continue
+        there = ~(record.during(one, AWAY, a.time_s) | record.during(other, AWAY, b.time_s))
+        if there.any():
+            apart_m = np.where(there, np.hypot(a.x_m - b.x_m, a.y_m - b.y_m), np.inf)
+            at = int(apart_m.argmin())
+            found[one, other] = float(apart_m[at]), float(a.time_s[at])
+    return found
+
+
+def _check_conflicts(record: Record, report: Report) -> None:
+    """Rows that say that two came too near to each other: they did."""
+    separation_m = float(record.of("guidance").get("separation_m", 5.0))
+    noted: set[frozenset[str]] = set()
+    for time_s, vehicle, kind, detail in record["faults"].rows("time_s", "vehicle", "kind", "detail"):
+        if kind != "conflict":
+            continue
+        noted.add(frozenset((vehicle, detail)))
+        report.look("conflicts")
+        if vehicle not in record.tracks or detail not in record.tracks:
+            report.add("conflicts", "faults", time_s, vehicle, f"conflict with {detail}", "no such pair")
+            continue
+        a, b = record.tracks[vehicle], record.tracks[detail]
+        at = min(round(time_s / record.tick_s), len(a.time_s) - 1, len(b.time_s) - 1)
+        apart_m = math.hypot(a.x_m[at] - b.x_m[at], a.y_m[at] - b.y_m[at])
+        if apart_m > separation_m + PLACE_M:
+            stated = f"conflict with {detail}"
+            report.add("conflicts", "faults", time_s, vehicle, stated, f"none: they are {apart_m:.2f} m apart")
+    for pair, (apart_m, time_s) in least_distances_m(record).items():
+        report.look("conflicts")
+        if apart_m < separation_m - PLACE_M and frozenset(pair) not in noted:
+            follows = f"a conflict of {' and '.join(pair)}, {apart_m:.2f} m apart"
+            report.add("conflicts", "faults", time_s, pair[0], "no row", follows)

@@ -1,0 +1,132 @@
+"""Nothing of the current folder is imported unless a file or an option names it."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from missions.files import shipped
+from missions.sweeps.additions import importable
+from remoras import plugin_folders
+from remoras.plugin_folders import PluginFolders
+from remoras.plugins import named_object
+
+OPTIONAL = (
+    "bottleneck", "cython", "envwrap", "fsspec", "networkx", "numexpr", "org", "orjson", "pytz", "scikits", "sksparse",
+    "uarray",
+)  # fmt: skip
+"""Modules that libraries try to import, and go on without."""
+SHORT = ("--set", "scenario.duration_s=30")
+MINE = """
+import helper
+from remoras.strategies.remoras import Remoras
+
+class Strategy(Remoras):
+    def adapt(self, work):
+        import later
+        return super().adapt(work)
+
+Mine = Strategy()
+"""
+
+
+def command(folder: Path, *words: object, module: bool = False) -> subprocess.CompletedProcess[str]:
+    """What ``remoras`` does in a folder, in a process of its own."""
+    begin = ["-m", "remoras"] if module else ["-P", "-c", "from remoras.__main__ import main; main()"]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    return subprocess.run(
+        [sys.executable, *begin, *map(str, words)], cwd=folder, env=environment, capture_output=True, text=True,
+        check=False,
+    )  # fmt: skip
+
+
+def sung(folder: Path) -> list[str]:
+    """Names of the planted modules that were executed."""
+    return sorted(path.name for path in (folder / "sung").iterdir())
+
+
+def plant(folder: Path, *names: str, more: str = "") -> None:
+    """Put modules into a folder that leave a file in ``sung`` when they are executed."""
+    (folder / "sung").mkdir(exist_ok=True)
+    for name in names:
+        text = f"open({str(folder / 'sung' / name)!r}, 'w').close()\n{more}"
+        (folder / f"{name}.py").write_text(text, encoding="utf-8")
+
+
+def study(folder: Path) -> None:
+    """Write a study of two short runs."""
+    head, _, tail = shipped()["mapping-rendezvous"].read_text(encoding="utf-8").partition("duration_s")
+    (folder / "short.toml").write_text(f"{head}duration_s = 30 #{tail}", encoding="utf-8")
+    text = '[study]\nname = "two"\nscenario = "short.toml"\nrepeats = 2\n'
+    (folder / "study.toml").write_text(text, encoding="utf-8")
+
+
+def test_no_command_executes_what_a_library_would_like_to_import(tmp_path: Path) -> None:
+    plant(tmp_path, *OPTIONAL, "numpy", "pyarrow")
+    study(tmp_path)
+    for words in (
+        ("run", "mapping-rendezvous", *SHORT, "--out", "dive"),
+        ("query", "dive", "SELECT ?s WHERE { ?s ?p ?o } LIMIT 1"),
+        ("export", "dive", "--format", "csv", "--out", "tables"),
+        ("export", "dive", "--format", "ttl", "--out", "dive.ttl"),
+        ("stress", "mapping-rendezvous", "--seeds", "1:1", *SHORT),
+        ("sweep", "study.toml", "--jobs", "2", "--out", "swept"),
+    ):
+        done = command(tmp_path, *words)
+        assert done.returncode in (0, 1), (words, done.stderr)
+        assert sung(tmp_path) == [], words
+
+
+def test_python_m_takes_libraries_from_where_they_are_installed(tmp_path: Path) -> None:
+    plant(tmp_path, *OPTIONAL, "numpy", "pyarrow", "pydantic")
+    assert command(tmp_path, "validate", "mapping-rendezvous", module=True).returncode == 0
+    assert sung(tmp_path) == []
+
+
+@pytest.mark.parametrize("module", [False, True])
+def test_a_named_plug_in_is_found_with_what_lies_beside_it_then_and_later(tmp_path: Path, module: bool) -> None:
+    plant(tmp_path, "helper", "later", "orjson")
+    plant(tmp_path, "mine", more=MINE)
+    done = command(tmp_path, "run", "mapping-rendezvous", "--strategy", "mine:Mine", *SHORT, "--json", module=module)
+    assert done.returncode in (0, 1), done.stderr
+    assert sung(tmp_path) == ["helper", "later", "mine"]
+
+
+def test_workers_of_a_sweep_find_it_too(tmp_path: Path) -> None:
+    plant(tmp_path, "orjson", "numpy")
+    inner = tmp_path / "inner"
+    inner.mkdir()
+    plant(inner, "helper", "later", "networkx")
+    plant(inner, "mine", more=MINE)
+    study(tmp_path)
+    done = command(
+        tmp_path, "sweep", "study.toml", "--strategy", "inner/mine.py:Mine", "--jobs", "2", "--out", "swept", "--json"
+    )
+    assert done.returncode in (0, 1), done.stderr
+    assert '"failed": 0' in done.stdout, done.stdout
+    assert sung(tmp_path) == []
+    assert sung(inner) == ["helper", "later", "mine"]
+
+
+def test_a_finder_serves_names_that_are_asked_for_and_what_came_from_its_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    finder = PluginFolders()
+    monkeypatch.setattr(plugin_folders, "_finder", finder)
+    monkeypatch.setattr(sys, "meta_path", [*sys.meta_path])
+    for name in ("planted_part", "planted_other"):
+        (tmp_path / f"{name}.py").write_text("value = 1\n", encoding="utf-8")
+    (tmp_path / "planted_whole.py").write_text("import planted_part\n", encoding="utf-8")
+    try:
+        assert importable(f"{tmp_path}/planted_whole.py:planted_part") == "planted_whole:planted_part"
+        with pytest.raises(ModuleNotFoundError):
+            __import__("planted_other")
+        assert named_object("planted_whole:planted_part").value == 1
+        with pytest.raises(ModuleNotFoundError):
+            __import__("planted_other")
+        assert str(tmp_path) not in sys.path
+    finally:
+        for name in ("planted_whole", "planted_part", "planted_other"):
+            sys.modules.pop(name, None)

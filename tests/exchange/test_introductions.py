@@ -1,0 +1,157 @@
+"""Processes tell each other their salts: whatever is lost, all come to open all, and nothing of before counts."""
+
+import random
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from test_sealing import KEY, guarded
+
+from exchange.codec import Codec, renewed
+from exchange.errors import ConfigurationError, PeerFault
+from exchange.introductions import Introductions
+from exchange.packets import Packet
+from exchange.schedule import TdmaSchedule
+from exchange.sealing import SALT_BYTES, Seal
+
+BASE = guarded(key=KEY)
+SCHEDULE = TdmaSchedule(3, 1.0, 0.5)
+
+
+class Process:
+    """One vehicle in a process: it introduces itself, or says a packet without content."""
+
+    def __init__(self, me: int, salt: bytes, codec: Codec = BASE, key: bytes = KEY, payload_bits: int = 512) -> None:
+        self.me, self.n_packets = me, 0
+        self.introductions = Introductions(me, key, salt, codec, SCHEDULE, payload_bits, 1.0)
+        self.codec = renewed(codec, self.introductions.salt_of)
+        self.opened: list[Packet] = []
+        self.known: set[int] = set()
+
+    def speak(self, slot: int) -> bytes:
+        data = self.introductions.packet(slot)
+        if data is None:
+            self.n_packets += 1
+            rows, frame = [0] * 3, SCHEDULE.frame_of(slot)
+            data = self.codec.encode(self.me, rows, frame=frame, slot_start_s=SCHEDULE.start_s(slot))
+        return data
+
+    def hear(self, data: bytes, slot: int) -> None:
+        if self.introductions.hear(data, SCHEDULE.start_s(slot) + 1.2):
+            return
+        try:
+            packet = self.codec.decode(data, SCHEDULE.frame_of(slot), SCHEDULE.start_s(slot))
+        except PeerFault:
+            self.introductions.miss(slot % 3)
+            return
+        self.opened.append(packet)
+        self.known.add(packet.sender)
+
+
+def mission(
+    seed: int, per: float, restarts: dict[int, int], payload_bits: int = 512, frames: int = 20
+) -> tuple[list[Process], list[tuple[int, bytes]]]:
+    """The processes at the end, and all packets with their slots; ``restarts`` begins a node anew at a slot."""
+    dice = random.Random(seed)
+    processes = [Process(node, dice.randbytes(SALT_BYTES), payload_bits=payload_bits) for node in range(3)]
+    sent = []
+    for slot in range(3 * frames):
+        if slot in restarts:
+            node = restarts[slot]
+            processes[node] = Process(node, dice.randbytes(SALT_BYTES), payload_bits=payload_bits)
+        data = processes[slot % 3].speak(slot)
+        sent.append((slot, data))
+        for other in processes:
+            if other.me != slot % 3 and dice.random() >= per:
+                other.hear(data, slot)
+    return processes, sent
+
+
+SEEDS = st.integers(0, 2**32)
+
+
+@settings(max_examples=30)
+@given(
+    SEEDS,
+    st.sampled_from([0.0, 0.3, 0.5]),
+    st.dictionaries(st.integers(0, 30), st.integers(0, 2), max_size=4),
+    st.sampled_from([248, 512]),
+)
+def test_after_losses_and_restarts_all_open_each_other(
+    seed: int, per: float, restarts: dict[int, int], payload_bits: int
+) -> None:
+    """At 50 % one of four pairs of slots, a complaint and its answer, passes: of 45 such pairs none with 2e-6."""
+    processes, _ = mission(seed, per, restarts, payload_bits, 100)
+    assert all(one.known == {0, 1, 2} - {one.me} for one in processes)
+    assert all(one.n_packets >= 40 for one in processes)  # introductions leave room for what there is to tell
+
+
+def test_without_loss_it_takes_two_packets_of_each() -> None:
+    processes, sent = mission(1, 0.0, {})
+    assert [20 - one.n_packets for one in processes] == [2, 2, 1]
+    head, salt, lacks, entry, tag = 2, 8, 1, 5, 8
+    assert [len(data) - head - salt - lacks - tag for _, data in sent[:5]] == [0, entry, 2 * entry, 2 * entry, entry]
+
+
+@settings(max_examples=30)
+@given(SEEDS, st.sampled_from([0.0, 0.3]), st.sampled_from(range(3)))
+def test_nothing_of_yesterday_opens_today(seed: int, per: float, victim: int) -> None:
+    """One that was not there yesterday, or has lost all it knew, hears all of yesterday in its slots before today."""
+    _, yesterday = mission(seed, per, {})
+    today = Process(victim, random.Random(seed + 1).randbytes(SALT_BYTES))
+    for slot, data in yesterday:
+        if slot % 3 == victim:
+            today.speak(slot)
+        else:
+            today.hear(data, slot)
+    assert today.opened == []
+    assert {node: today.introductions.salt_of(node) is None for node in range(3)} == {n: n != victim for n in range(3)}
+
+
+@settings(max_examples=30)
+@given(SEEDS)
+def test_nothing_of_this_mission_that_is_played_again_counts(seed: int) -> None:
+    """An introduction of the first life of a peer, four frames later and after its second began, changes nothing."""
+    processes, sent = mission(seed, 0.0, {30: 0})
+    before = [one.introductions.salt_of(0) for one in processes]
+    for slot, data in sent[:30]:
+        for one in processes:
+            assert not one.introductions.hear(data, SCHEDULE.start_s(slot + 180) + 1.2)
+    assert [one.introductions.salt_of(0) for one in processes] == before
+
+
+@pytest.mark.parametrize("which", ["key", "definition"])
+def test_no_stranger_introduces_itself(which: str) -> None:
+    own = Process(0, bytes(8))
+    if which == "key":
+        stranger = Process(1, bytes(8), key=bytes(16))
+    else:
+        stranger = Process(1, bytes(8), codec=guarded(crc_bits=8, key=KEY))
+    own.hear(own.speak(0), 0)
+    stranger.hear(own.speak(0), 0)
+    assert not own.introductions.hear(stranger.introductions.packet(1) or b"", SCHEDULE.start_s(1) + 1.2)
+
+
+@given(st.randoms(use_true_random=False))
+def test_no_changed_introduction_counts_and_noise_never_raises(dice: random.Random) -> None:
+    own, peer = Process(0, bytes(8)), Process(1, bytes(range(8)))
+    data = peer.introductions.packet(1)
+    assert data is not None
+    word = int.from_bytes(data, "big") ^ 1 << dice.randrange(8 * len(data))
+    assert not own.introductions.hear(word.to_bytes(len(data), "big"), SCHEDULE.start_s(1) + 1.2)
+    assert not own.introductions.hear(dice.randbytes(dice.randrange(65)), SCHEDULE.start_s(1) + 1.2)
+    assert own.introductions.hear(data, SCHEDULE.start_s(1) + 1.2)
+
+
+def test_a_packet_without_room_for_an_introduction_is_refused() -> None:
+    with pytest.raises(ConfigurationError, match="20 bytes has no room for the 24 by which"):
+        Process(0, bytes(8), payload_bits=160)
+
+
+def test_each_sender_has_a_key_of_its_own() -> None:
+    """What one has sealed does not open as that of another, with the same nonce and salt."""
+    seal, nonce = Seal(KEY, lambda sender: bytes(8)), bytes(13)
+    sealed = seal.sealed(0, b"head", b"body", nonce)
+    assert seal.opened(0, b"head", sealed, nonce) == b"body"
+    with pytest.raises(PeerFault, match="cannot be opened"):
+        seal.opened(1, b"head", sealed, nonce)

@@ -1,0 +1,196 @@
+"""Missions under one key: no nonce comes twice, no packet of one opens in another, and the tables are those without."""
+
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+from cryptography.hazmat.primitives.ciphers import aead
+
+from exchange.acoustics.channel import Arrival
+from exchange.drivers import AT_ONCE, Ether
+from exchange.errors import PeerFault
+from missions.errors import ConfigurationError
+from missions.nodes import Log, Node, Plan, alone, play, read_log
+from missions.runs.assembly import assemble, channel_of
+from missions.runs.setup import Setup, resolved
+from missions.scenarios import Scenario, load
+from remoras.fleet import Fleet
+
+KEY = "00112233445566778899aabbccddeeff"
+NAMES = ("ASV00", "AUV00")
+RESTART = "fault=[{kind='restarts', vehicle='AUV01', at_s=60, until_s=90, memory='lost'}]"
+CLOCKS = "communication.clocks={offset_s=0.1, drift_ppm=50.0}"
+
+
+@pytest.fixture
+def key_file(tmp_path: Path) -> Path:
+    path = tmp_path / "fleet.key"
+    path.write_text(KEY)
+    path.chmod(0o600)
+    return path
+
+
+@pytest.fixture
+def used(monkeypatch: pytest.MonkeyPatch) -> list[tuple[bytes, bytes]]:
+    """(key, nonce) of all that is encrypted."""
+    pairs: list[tuple[bytes, bytes]] = []
+    real = aead.AESCCM
+
+    class Spy:
+        def __init__(self, key: bytes, tag_length: int) -> None:
+            self._key, self._cipher = key, real(key, tag_length)
+            self.decrypt = self._cipher.decrypt
+
+        def encrypt(self, nonce: bytes, data: bytes, head: bytes | None) -> bytes:
+            pairs.append((self._key, nonce))
+            return self._cipher.encrypt(nonce, data, head)
+
+    monkeypatch.setattr(aead, "AESCCM", Spy)
+    return pairs
+
+
+def scenario(key_file: Path, *settings: str) -> Scenario:
+    given = (f"communication.key_file='{key_file}'", "scenario.duration_s=150", *settings)
+    return load("mapping-rendezvous", [("--set", one) for one in given])
+
+
+class Tapped:
+    """The channel of a scenario, and all that was sent: slot and bytes."""
+
+    def __init__(self, setup: Setup, seed: int) -> None:
+        self._channel = channel_of(setup, seed)
+        self.sent: list[tuple[int, bytes]] = []
+
+    def transmit(self, slot: int, sender: int, data: bytes, now_s: float, positions_m: object) -> list[Arrival]:
+        self.sent.append((slot, data))
+        return self._channel.transmit(slot, sender, data, now_s, positions_m)
+
+
+def flown(setup: Setup, seed: int) -> tuple[Fleet, list[tuple[int, bytes]]]:
+    channel = Tapped(setup, seed)
+    fleet = assemble(setup, seed, channel)
+    fleet.run()
+    return fleet, channel.sent
+
+
+def n_open(fleet: Fleet, setup: Setup, sent: list[tuple[int, bytes]]) -> int:
+    """How many packets the vehicles of a fleet can open."""
+    codec, found = fleet.vehicles[0].radio.manager._codec, 0
+    for slot, data in sent:
+        try:
+            codec.decode(data, setup.schedule.frame_of(slot), setup.schedule.base_s(slot))
+            found += 1
+        except PeerFault:
+            pass
+    return found
+
+
+@pytest.mark.parametrize("settings", [(), ("communication.mac=aloha",), (RESTART,), (CLOCKS,)])
+def test_no_nonce_comes_twice_and_nothing_of_another_mission_opens(
+    key_file: Path, used: list[tuple[bytes, bytes]], settings: tuple[str, ...]
+) -> None:
+    """Two seeds, one of them twice, and another loss rate: repeats of a sweep, and missions of other days."""
+    plain, lossy = (resolved(scenario(key_file, f"channel.per={per}", *settings)) for per in (0.2, 0.5))
+    flights = [
+        (plain, *flown(plain, 1)),
+        (plain, *flown(plain, 2)),
+        (plain, *flown(plain, 1)),
+        (lossy, *flown(lossy, 1)),
+    ]
+    assert len(used) > 4 * 60
+    assert len(set(used)) == len(used)
+    assert len({nonce for _, nonce in used}) == len(used)
+    for number, (setup, fleet, _) in enumerate(flights):
+        for other, (_, _, sent) in enumerate(flights):
+            assert n_open(fleet, setup, sent) == (len(sent) if number == other else 0)
+
+
+def test_no_table_depends_on_the_bytes_of_packets(key_file: Path) -> None:
+    """Twice the same scenario and seed: other bytes on the way, the same rows."""
+    setup = resolved(scenario(key_file, "channel.per=0.3"))
+    (one, first), (other, second) = flown(setup, 3), flown(setup, 3)
+    assert not {data for _, data in first} & {data for _, data in second}
+    tables = [{name: fleet.recorder.rows(name) for name in fleet.recorder.tables} for fleet in (one, other)]
+    assert repr(tables[0]) == repr(tables[1])
+
+
+def test_without_a_key_nothing_of_it_is_made(monkeypatch: pytest.MonkeyPatch) -> None:
+    def never(*args: object) -> None:
+        raise AssertionError
+
+    monkeypatch.setattr(import_module("missions.runs.assembly"), "renewed", never)
+    monkeypatch.setattr(import_module("missions.nodes.alone"), "renewed", never)
+    monkeypatch.setattr("exchange.sealing.secrets.token_bytes", never)
+    plain = load("mapping-rendezvous", [("--set", "scenario.duration_s=30")])
+    assemble(resolved(plain), 1).run()
+    assert alone(Plan.of(plain, "AUV00", 1, None, 10.0)).salt is None
+
+
+@pytest.mark.parametrize("mode", [0o644, 0o640, 0o604, 0o660])
+def test_a_key_file_that_others_may_use_is_refused_with_its_remedy(key_file: Path, mode: int) -> None:
+    key_file.chmod(mode)
+    with pytest.raises(ConfigurationError, match=f"open to others .mode {mode:03o}.: chmod 600 .*fleet.key") as raised:
+        scenario(key_file)
+    assert KEY not in str(raised.value)
+
+
+def test_a_folder_is_no_key_file(tmp_path: Path) -> None:
+    with pytest.raises(ConfigurationError, match="cannot be read: Is a directory"):
+        scenario(tmp_path)
+
+
+# Vehicles in processes of their own ---------------------------------------------------------------
+
+
+def plans(key_file: Path) -> list[Plan]:
+    return [Plan.of(scenario(key_file), name, 1, 100.0, 50.0) for name in NAMES]
+
+
+def dive(given: list[Plan], out: Path) -> list[Node]:
+    """Vehicles that hear each other to their end."""
+    own = [alone(plan) for plan in given]
+    ether = Ether(own[0].setup.modem.packet_s)
+    nodes = [Node(one, ether.driver(), AT_ONCE, Log(out, one.plan)) for one in own]
+    while (node := min(nodes, key=lambda one: one.next_s)).next_s < given[0].end_s:
+        node.step()
+    for node in nodes:
+        node.run()
+    return nodes
+
+
+def test_processes_know_the_same_and_their_logs_repeat_them(key_file: Path, tmp_path: Path) -> None:
+    nodes = dive(plans(key_file), tmp_path / "one")
+    assert len({node.outcome().state_hash for node in nodes}) == 1
+    assert [node.outcome().packets_refused for node in nodes] == [0, 0]
+    assert [play(read_log(tmp_path / "one" / f"{name}.jsonl")).difference for name in NAMES] == ["", ""]
+
+
+def test_two_dives_share_no_nonce_and_nothing_of_the_first_is_taken_in_the_second(
+    key_file: Path, tmp_path: Path, used: list[tuple[bytes, bytes]]
+) -> None:
+    """All of the first dive is played into the second at its time, before what is really said then."""
+    dive(plans(key_file), tmp_path / "one")
+    first = len(used)
+    heard = {name: read_log(tmp_path / "one" / f"{name}.jsonl").entries for name in NAMES}
+    own = [alone(plan) for plan in plans(key_file)]
+    for one in own:
+        packets = [entry for entry in heard[one.plan.vehicle] if entry.kind == "heard"]
+        for entry in packets:
+            one.solo.hear(entry.data, entry.time_s)
+        one.solo.advance(one.plan.end_s)
+        assert len(packets) > 20
+        assert one.solo.n_refused >= len(packets) - 2  # two may be introductions, which repeat another salt
+        vehicle = one.solo.vehicle
+        assert {origin for origin, _ in vehicle.beliefs.model.digest()} <= {vehicle.data.node}
+    assert len(set(used)) == len(used) > first > 30
+
+
+def test_a_process_that_begins_anew_in_a_mission_uses_no_nonce_twice(
+    key_file: Path, used: list[tuple[bytes, bytes]]
+) -> None:
+    """Killed and started again at any time, twice from the very start, with and without another epoch."""
+    plan = plans(key_file)[1]
+    for _ in range(3):
+        alone(plan).solo.advance(60.0)
+    assert len(used) > 15
+    assert len(set(used)) == len(used)

@@ -1,0 +1,131 @@
+"""n counts what was drawn: repeats of a run in which nothing was are one run, made once and tested against nothing."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from sweeping import Serial, study_text, written
+from typer.testing import CliRunner
+
+from exchange.acoustics import loss
+from missions.comparison.baseline import compare
+from missions.comparison.ranking import ranks
+from missions.comparison.treatments import Outcome, is_one_run
+from missions.runs.root import Root
+from missions.runs.run import run
+from missions.scenarios import load
+from missions.sweeps.driver import estimate, sweep
+from missions.sweeps.folder import SweepResults
+from missions.sweeps.study import load_study
+from remoras.cli import app
+
+SHORT = ("scenario.duration_s=60",)
+
+
+def drawn(*settings: str) -> bool | None:
+    return run(load("mapping-rendezvous", [("--set", one) for one in (*SHORT, *settings)])).drawn
+
+
+def test_a_draw_leaves_its_mark_and_is_the_same() -> None:
+    root = Root(7)
+    assert not root.is_drawn_from
+    assert loss.uniform(root, 0, 1, 2, 3) == loss.uniform(7, 0, 1, 2, 3)
+    assert root.is_drawn_from
+    assert json.dumps({"seed": root}) == '{"seed": 7}'
+
+
+@pytest.mark.parametrize(
+    ("settings", "expected"),
+    [
+        ((), False),
+        (("channel.name=bernoulli", "channel.per=0.0"), False),
+        (("channel.name=bernoulli", "channel.per=0.000001"), True),
+        (("channel.per=0.0", "uncertainty.speed_spread=0.1"), True),
+        (("channel.per=0.0", "uncertainty.p_miss=0.001"), True),
+        (("channel.per=0.0", "navigation.drift=0.01"), True),
+        (("strategy.name=fixed-partition", "channel.name=bernoulli", "channel.per=0.3"), False),  # says nothing
+    ],
+)
+def test_a_run_knows_whether_anything_was_drawn_in_it(settings: tuple[str, ...], expected: bool) -> None:
+    assert drawn(*settings) is expected
+
+
+@pytest.mark.parametrize(
+    ("when", "expected"),
+    [("at_s = 30.0", False), ("at_s = [10.0, 50.0]", True), ("rate_per_h = 0.001", True)],
+)
+def test_a_fault_counts_as_drawn_if_it_is(tmp_path: Path, when: str, expected: bool) -> None:
+    path = tmp_path / "one.toml"
+    base = CliRunner().invoke(app, ["example", "scenario"]).stdout
+    del base
+    from missions.files import SCENARIO, shipped
+
+    text = Path(shipped()["mapping-rendezvous"]).read_text(encoding="utf-8")
+    path.write_text(f'{text}\n[[fault]]\nvehicle = "AUV01"\nkind = "deaf"\n{when}\n', encoding="utf-8")
+    assert SCENARIO
+    assert run(load(str(path), [("--set", one) for one in SHORT])).drawn is expected
+
+
+def test_two_seeds_of_a_run_without_draws_end_alike() -> None:
+    """What the mark says, held against what it means."""
+    one, other = (run(load("mapping-rendezvous", [("--set", SHORT[0])]), seed) for seed in (1, 2))
+    assert one.drawn is False
+    assert one.recorder.trajectories == other.recorder.trajectories
+    assert one.recorder.packets == other.recorder.packets
+
+
+def swept(tmp_path: Path, repeats: int = 9) -> SweepResults:
+    """Lossless and lossy, two policies."""
+    study = load_study(str(written(tmp_path, study_text(repeats=repeats, per="[0.0, 0.4]"))))
+    sweep(study, tmp_path / "out", executor=Serial())
+    return SweepResults.read(tmp_path / "out")
+
+
+def test_a_run_without_draws_is_made_once_and_compared_without_chance(tmp_path: Path) -> None:
+    found = swept(tmp_path)
+    status = found.status()
+    assert (status.planned, status.done, status.remaining) == (2 * (1 + 9), 20, 0)
+    rows = compare(found, ["n_bytes"])
+    lossless = [row for row in rows if row.per == 0.0]
+    assert [(row.n, row.deterministic, row.ci95_low, row.p_holm) for row in lossless] == [(1, True, None, None)] * 2
+    assert {row.ci95_note for row in lossless} == {"deterministic, n = 1"}
+    assert [row.diff_note for row in lossless if row.policy == "mps-ack"] == ["deterministic, n = 1"]
+    lossy = [row for row in rows if row.per == 0.4]
+    assert [(row.n, row.deterministic) for row in lossy] == [(9, False)] * 2
+    of_column = [rank for rank in ranks(found, "n_bytes") if rank.per == 0.0]
+    assert [rank.p_to_best for rank in of_column] == [None, None]
+    assert all(rank.deterministic for rank in of_column)
+    text = CliRunner().invoke(app, ["compare", str(tmp_path / "out"), "--metric", "n_bytes"]).stdout
+    assert "deterministic, n = 1" in text
+
+
+def test_a_dry_run_says_what_is_made_once(tmp_path: Path) -> None:
+    study = load_study(str(written(tmp_path, study_text(repeats=9, per="[0.0, 0.4]"))))
+    guess = estimate(study, 1)
+    assert (guess.planned, guess.deterministic) == (20, 2)
+
+
+def outcome(seed: int, drawn: Any, **more: Any) -> Outcome:
+    said = {} if drawn == "unsaid" else {"drawn": drawn}
+    return Outcome({"seed": seed, "per": 0.0, "completed": True, "n_bytes": 7, **said, **more}, False, 20.0)
+
+
+@pytest.mark.parametrize(
+    ("runs", "expected"),
+    [
+        ([outcome(1, False)], True),
+        ([outcome(1, True)], False),
+        ([outcome(1, False), outcome(2, False)], True),
+        ([outcome(1, True), outcome(2, True)], False),  # alike by chance: rare losses that did not come
+        ([outcome(1, None)], False),  # a part of the user's own may draw: one run says nothing
+        ([outcome(1, None), outcome(2, None)], True),
+        ([outcome(1, None), outcome(2, None, n_bytes=8)], False),
+        ([outcome(1, "unsaid")], False),  # of an older version
+        ([outcome(1, "unsaid"), outcome(2, "unsaid")], True),
+        ([outcome(1, "unsaid", per=0.001), outcome(2, "unsaid", per=0.001)], False),
+        ([outcome(1, False), Outcome({"seed": 2, "per": 0.0}, True, 20.0)], False),
+    ],
+)
+def test_when_repeats_are_one_run(runs: list[Outcome], expected: bool) -> None:
+    assert is_one_run(dict(enumerate(runs))) is expected

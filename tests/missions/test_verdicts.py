@@ -1,0 +1,143 @@
+"""A verdict cannot be bought: the goal is all of the declared work, whoever is left to do it, under every strategy."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import pytest
+
+from missions.runs.run import Run, run
+from missions.runs.summary import summary
+from missions.scenarios import load
+from remoras.strategies import strategies
+
+GROUNDS = ("mapping-rendezvous", "mapping-patches")
+AUVS = ("AUV00", "AUV01", "AUV02")
+
+
+def made(scenario: str, *settings: str, seed: int = 1) -> tuple[Run, dict[str, Any]]:
+    finished = run(load(scenario, [("--set", one) for one in settings]), seed)
+    return finished, summary(finished)
+
+
+def with_energy(scenario: str, energy_j: float) -> list[str]:
+    return [f"vehicle.{one.name}.energy_j={energy_j}" for one in load(scenario).vehicle]
+
+
+def lost(at_s: float, *names: str) -> str:
+    faults = ", ".join(f"{{vehicle='{name}', kind='lost', at_s={at_s}}}" for name in names)
+    return f"fault=[{faults}]"
+
+
+def assert_failed_for_want_of_vehicles(finished: Run, found: dict[str, Any]) -> None:
+    scenario: Any = finished.scenario
+    assert not found["completed"]
+    assert found["goal_fraction"] == pytest.approx(found["coverage_fraction"] / scenario.mission.goal, abs=1e-6)
+    assert found["reachable_fraction"] == found["goal_fraction"]
+    assert found["mission_time_s"] == scenario.scenario.duration_s
+    open_percent = 100.0 * (1.0 - found["coverage_fraction"])
+    assert found["reason"].startswith(f"no vehicle left that is able to map: {open_percent:.0f} % open")
+
+
+@pytest.mark.parametrize("scenario", GROUNDS)
+@pytest.mark.parametrize("strategy", strategies())
+def test_with_empty_batteries_nothing_is_reached(scenario: str, strategy: str) -> None:
+    finished, found = made(scenario, f"strategy.name={strategy}", *with_energy(scenario, 1.0))
+    assert_failed_for_want_of_vehicles(finished, found)
+    assert found["goal_fraction"] == 0.0
+    assert finished.recorder.trajectories[-1][0] < 10.0
+
+
+@pytest.mark.parametrize("strategy", ["remoras", "fixed-partition", "cbba"])
+def test_with_all_mappers_lost_the_rest_is_open_and_the_run_ends(strategy: str) -> None:
+    """The surface vehicle is at the rally point, or goes there, and nobody else will come."""
+    finished, found = made("mapping-rendezvous", f"strategy.name={strategy}", lost(200.0, *AUVS))
+    assert_failed_for_want_of_vehicles(finished, found)
+    assert 0.0 < found["goal_fraction"] < 0.2
+    assert finished.recorder.trajectories[-1][0] < 1000.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scenario", GROUNDS)
+@pytest.mark.parametrize("strategy", strategies())
+def test_with_too_little_energy_what_is_mapped_of_all_is_reached(scenario: str, strategy: str) -> None:
+    """100 kJ last for a third of what the work takes: all come home, or fall silent, and that is the end."""
+    finished, found = made(scenario, f"strategy.name={strategy}", *with_energy(scenario, 100e3))
+    assert_failed_for_want_of_vehicles(finished, found)
+    assert found["goal_fraction"] > 0.05
+    assert finished.recorder.trajectories[-1][0] < 3000.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scenario", GROUNDS)
+@pytest.mark.parametrize("strategy", strategies())
+def test_with_all_mappers_lost_no_strategy_completes(scenario: str, strategy: str) -> None:
+    finished, found = made(scenario, f"strategy.name={strategy}", lost(300.0, *AUVS))
+    assert_failed_for_want_of_vehicles(finished, found)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("strategy", strategies())
+def test_survivors_who_are_able_to_do_all_complete_it(strategy: str) -> None:
+    """Only the fleet that does not speak never hears of the loss: the work is within reach of it, and stays undone."""
+    _, found = made("mapping-rendezvous", f"strategy.name={strategy}", lost(900.0, "AUV02"))
+    assert found["reachable_fraction"] == 1.0
+    assert found["completed"] is (strategy != "fixed-partition")
+
+
+def test_what_only_the_lost_was_able_to_map_is_out_of_reach() -> None:
+    """AUV02 alone may explore the area on the right; the others do theirs, meet, and the run ends."""
+    scenario = load("mapping-rendezvous")
+    right = next(role.name for group in scenario.group for role in group.role if role.job == "right")
+    others = [one for one in scenario.vehicle if one.name in AUVS[:2]]
+    roles = {one.name: [role for role in one.playable_roles if role.split(".")[-1] != right] for one in others}
+    kept = [f"vehicle.{name}.playable_roles={list(map(str, names))}" for name, names in roles.items()]
+    finished, found = made("mapping-rendezvous", *kept, lost(500.0, "AUV02"))
+    assert not found["completed"]
+    assert found["goal_fraction"] < 1.0
+    assert found["goal_fraction"] <= found["reachable_fraction"] < 1.0
+    assert found["reason"].startswith("no vehicle left that is able to map")
+    assert finished.recorder.trajectories[-1][0] < 6000.0
+
+
+# Less is never more -------------------------------------------------------------------------------
+
+
+@cache
+def reached(scenario: str, seed: int, *settings: str) -> tuple[float, bool]:
+    _, found = made(scenario, "channel.per=0.3", *settings, seed=seed)
+    return found["goal_fraction"], found["completed"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("strategy", ["remoras", "cbba"])
+def test_losing_more_vehicles_never_reaches_more(strategy: str, seed: int) -> None:
+    given = f"strategy.name={strategy}"
+    found = [reached("mapping-rendezvous", seed, given, lost(600.0, *AUVS[3 - n :])) for n in range(4)]
+    assert found == sorted(found, reverse=True), found
+    assert (found[0][1], found[-1][1]) == (True, False)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("strategy", ["remoras", "cbba"])
+def test_less_energy_never_reaches_more(strategy: str, seed: int) -> None:
+    given = f"strategy.name={strategy}"
+    energies_j = (2e6, 200e3, 100e3, 50e3, 1.0)
+    found = [reached("mapping-rendezvous", seed, given, *with_energy("mapping-rendezvous", e)) for e in energies_j]
+    assert found == sorted(found, reverse=True), found
+    assert (found[0][1], found[-1][1]) == (True, False)
+
+
+# Other missions ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("scenario", ["pandora-inspection", "trident-intervention", "arrows-archaeology"])
+def test_no_mission_is_complete_without_energy(scenario: str) -> None:
+    finished, found = made(scenario, *with_energy(scenario, 1.0))
+    assert (found["completed"], found["goal_fraction"], found["reachable_fraction"]) == (False, 0.0, 0.0)
+    assert found["reason"].startswith("no vehicle left that is able to ")
+    assert ": 100 % open" in found["reason"]
+    assert finished.recorder.trajectories[-1][0] < 60.0

@@ -1,0 +1,114 @@
+"""What of a goal is within reach of those left: by jobs, by what comes before them, by roles and by what works."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from sample_vehicles import AUV
+
+from missions.mapping.sensors import SwathSettings
+from remoras.activities import Objective
+from remoras.database import VehicleData
+from remoras.faults import Condition, Fault, FaultKind
+from remoras.organisation import Group, RoleSpecification
+from remoras.reach import reachable_by_jobs, reachable_fraction, within_reach
+from remoras.view import ReadOnlyVehicle
+
+SENSING = replace(AUV, sensors=(SwathSettings(name="mapping", swath_m=25.0, speed_limit_mps=1.25),))
+BLIND = replace(AUV, sensors=())
+
+
+@dataclass(frozen=True)
+class Look:
+    """A job that takes a sensor."""
+
+    name: str
+    needs: tuple[str, ...] = ()
+
+    def is_able(self, data: VehicleData) -> bool:
+        return bool(data.sensors)
+
+
+def vehicle(data: VehicleData | None, *roles: str, finished: tuple[str, ...] = ()) -> Any:
+    done = tuple(Objective("Team", "Hand", "Looking", job) for job in finished)
+    return SimpleNamespace(able_data=data, can_play=lambda group, role: role in roles, finished=done)
+
+
+def fleet(*vehicles: Any) -> Any:
+    return SimpleNamespace(vehicles=vehicles)
+
+
+JOBS: dict[str, Any] = {one.name: one for one in (Look("a"), Look("b"), Look("c", ("b",)), Look("d", ("c",)))}
+TEAM = Group("Team", tuple(RoleSpecification(f"R{name}", 0, 1, job=name) for name in JOBS), None, "Looking")
+
+
+def test_who_is_left_needs_role_and_sensor_and_what_comes_before_must_be_within_reach_too() -> None:
+    """Somebody may play the roles of a, c and d: b, and with it c and d, is out of reach, until b is done."""
+    one = vehicle(SENSING, "Ra", "Rc", "Rd")
+    assert within_reach(JOBS, [TEAM], fleet(one), ()) == {"a"}
+    assert within_reach(JOBS, [TEAM], fleet(one), ("b",)) == set(JOBS)
+    assert within_reach(JOBS, [TEAM], fleet(vehicle(BLIND, "Ra", "Rb")), ("b",)) == {"b"}
+    assert within_reach(JOBS, [TEAM], fleet(vehicle(None, "Ra", "Rb")), ()) == set()
+    assert within_reach(JOBS, [], fleet(vehicle(SENSING)), ()) == set(JOBS)
+
+
+def test_the_check_value_of_the_text() -> None:
+    """Two of four jobs are done, and somebody is able to do one of the others: 0.5 + 0.5 x 1/2."""
+    assert reachable_by_jobs(0.5, JOBS, [TEAM], fleet(vehicle(SENSING, "Rc")), ("a", "b")) == 0.75
+
+
+def test_without_open_jobs_what_is_missing_is_within_reach_of_whoever_is_left() -> None:
+    assert reachable_by_jobs(0.4, {}, [], fleet(vehicle(BLIND)), ()) == 1.0
+    assert reachable_by_jobs(0.4, {}, [], fleet(vehicle(None)), ()) == 0.4
+
+
+def test_a_truth_that_does_not_say_it_has_it_by_the_jobs_that_vehicles_have_finished() -> None:
+    truth: Any = SimpleNamespace(goal_fraction=0.5)
+    gone = vehicle(None, finished=("a", "b"))
+    assert reachable_fraction(truth, JOBS, [TEAM], fleet(gone, vehicle(SENSING, "Rc"))) == 0.75
+    assert reachable_fraction(truth, JOBS, [TEAM], fleet(gone)) == 0.5
+    own: Any = SimpleNamespace(goal_fraction=0.5, reachable_fraction=lambda fleet: 0.6)
+    assert reachable_fraction(own, JOBS, [TEAM], fleet(gone)) == 0.6
+
+
+@given(
+    st.floats(0.0, 1.0),
+    st.sets(st.sampled_from(sorted(JOBS))),
+    st.lists(st.sets(st.sampled_from([f"R{name}" for name in JOBS])), min_size=1, max_size=4),
+)
+def test_fewer_vehicles_never_reach_more_and_nobody_less_than_is_reached(
+    reached: float, done: set[str], crews: list[set[str]]
+) -> None:
+    vehicles = [vehicle(SENSING, *roles) for roles in crews]
+    shares = [reachable_by_jobs(reached, JOBS, [TEAM], fleet(*vehicles[:n]), done) for n in range(len(vehicles) + 1)]
+    assert shares == sorted(shares)
+    assert all(reached <= share <= 1.0 for share in shares)
+
+
+@pytest.mark.parametrize(
+    ("condition", "is_exhausted", "has_resigned", "sensors"),
+    [
+        ((), False, False, 1),
+        ((Fault(FaultKind.LOST, "A", 0.0, 50.0),), False, False, 1),
+        ((Fault(FaultKind.LOST, "A", 0.0),), False, False, None),
+        ((Fault(FaultKind.SENSOR, "A", 0.0, 50.0, sensors=("mapping",)),), False, False, 1),
+        ((Fault(FaultKind.SENSOR, "A", 0.0, sensors=("mapping",)),), False, False, 0),
+        ((Fault(FaultKind.MUTE, "A", 0.0),), False, False, 1),
+        ((), True, False, None),
+        ((), False, True, None),
+    ],
+)
+def test_what_a_vehicle_is_left_with(
+    condition: Any, is_exhausted: bool, has_resigned: bool, sensors: int | None
+) -> None:
+    body: Any = SimpleNamespace(
+        name="A", social=None, has_resigned=has_resigned, condition=Condition.under(condition),
+        functional=SimpleNamespace(exhausted=is_exhausted, data=SENSING),
+    )  # fmt: skip
+    data = ReadOnlyVehicle(body).able_data
+    assert (None if data is None else len(data.sensors)) == sensors

@@ -1,0 +1,113 @@
+"""Settings that seeds draw: each in a stream of its own, refused by name, run alone, and put back by shrinking."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from small_sea import SMALL, small_plan
+
+from missions.errors import ConfigurationError
+from missions.runs.run import run
+from missions.runs.summary import summary
+from missions.scenarios import load
+from remoras.testing import Broken, Outcome, Plan, Schedule, StressFault, campaign, judge, read_schedule, schedule_of
+from stress.configurations import SEEDS_EACH, baseline, configured, drawn_settings, first_of
+from stress.drawing import excludes
+from stress.settings import SETTINGS, settings_named
+from stress.shrinking import shrunk
+from stress.steering import Instant
+from stress.trial import digest_of
+
+SEEDS = range(0, 40 * SEEDS_EACH, SEEDS_EACH)
+
+
+@pytest.fixture(scope="module")
+def plan() -> Plan:
+    return small_plan(strategy="", draws="all")
+
+
+def test_most_configurations_draw_two_to_four_settings_and_each_is_drawn_for_itself(plan: Plan) -> None:
+    drawn = {seed: drawn_settings(plan, seed) for seed in SEEDS}
+    assert sum(2 <= len(one) <= 4 for one in drawn.values()) > len(drawn) / 2
+    fewer = small_plan(strategy="", settings=("communication.policy=ack",), draws="all")
+    assert "policy" not in fewer.draws
+    for seed, one in drawn.items():
+        others = drawn_settings(fewer, seed)
+        assert {name: lines for name, lines in one.items() if name in others and name != "policy"} == others
+
+
+def test_every_setting_can_be_drawn_and_is_allowed(plan: Plan) -> None:
+    for name in SETTINGS:
+        alone = replace(plan, settings=(), draws=(name,))
+        assert any(name in drawn_settings(alone, seed) for seed in SEEDS), name
+
+
+@pytest.mark.parametrize(
+    ("asked", "given", "says"),
+    [
+        ("polisy", (), "did you mean 'policy'"),
+        ("policy", ("communication.policy=ack",), "fixes communication.policy"),
+        ("speeds", ("vehicle.AUV01.survey_speed_mps=1.0",), "leave one out"),
+    ],
+)
+def test_what_is_unknown_or_fixed_is_refused(asked: str, given: tuple[str, ...], says: str) -> None:
+    with pytest.raises(ConfigurationError, match=says):
+        settings_named(asked, given)
+
+
+def test_a_file_repeats_the_settings_and_its_scenario_runs_alone(plan: Plan, tmp_path: Path) -> None:
+    seed = next(seed for seed in SEEDS if {"size"} & drawn_settings(plan, seed).keys())
+    schedule = baseline(plan, seed)
+    with_fault = schedule.with_faults((StressFault(kind="mute", vehicle="AUV03", at_s=20.0, until_s=60.0),))
+    path, alone = tmp_path / "schedule.toml", tmp_path / "alone.toml"
+    path.write_text(with_fault.as_toml(), encoding="utf-8")
+    alone.write_text(with_fault.as_scenario(), encoding="utf-8")
+    assert read_schedule(path) == with_fault
+    outcome, found = judge(with_fault), run(load(str(alone)), seed)
+    assert digest_of(found.recorder, summary(found)) == outcome.digest
+
+
+def test_a_clock_of_a_copy_may_jump(plan: Plan) -> None:
+    seed = next(seed for seed in SEEDS if {"size"} & drawn_settings(plan, seed).keys())
+    jump = StressFault(kind="clock", vehicle="AUV03", at_s=20.0, until_s=60.0, by_s=2.0)
+    scenario = baseline(plan, seed).with_faults((jump,)).scenario()
+    assert next(one for one in scenario.vehicle if one.name == "AUV03").clock is not None
+
+
+def test_settings_are_put_back_unless_they_are_needed(plan: Plan) -> None:
+    needed = {"policy": ("communication.policy=m-ack",)}
+    drawn = {**needed, "lease": ("communication.lease_frames=20",)}
+
+    def judged(schedule: Schedule) -> Outcome:
+        broken = Broken("rest", 300.0, "") if "policy" in schedule.settings else None
+        return Outcome(schedule, broken, ("rest",), {}, {}, False, 300.0, "", 0.0)
+
+    small = shrunk(judged(baseline(plan, 0).with_settings(drawn)), judged)
+    assert small.schedule.settings == needed
+    assert small.schedule.fault == ()
+
+
+def test_seeds_of_a_block_share_one_configuration_and_its_first_has_no_faults() -> None:
+    report = campaign(small_plan("links", draws="policy"), range(5, 9))
+    assert [one.seed for one in report.outcomes] == [5, 6, 7, 8]
+    assert [bool(one.schedule.fault) for one in report.outcomes] == [True, False, True, True]
+    settings = [one.schedule.settings for one in report.outcomes]
+    assert settings[1] == settings[2] == settings[3]
+    assert first_of(5) == 0
+
+
+def test_steered_schedules_have_faults_near_an_instant_and_none_that_exclude_each_other(plan: Plan) -> None:
+    outcome = Outcome(baseline(plan, 0), None, (), {}, {}, True, 400.0, "", 0.0, (), (Instant(350.0, "end"),))
+    drawn = [schedule_of(configured(plan, outcome), seed) for seed in range(1, 200)]
+    near = [any(abs(one.at_s - 350.0) <= 20.0 for one in schedule.fault) for schedule in drawn]
+    assert 0.3 * len(near) < sum(near) < 0.7 * len(near)
+    for schedule in drawn:
+        faults = schedule.fault
+        assert not any(excludes(one, other) for at, one in enumerate(faults) for other in faults[:at])
+        assert all(one.until_s is None or one.until_s <= schedule.stress.heal_s for one in faults)
+
+
+def test_without_settings_a_schedule_is_as_it_was() -> None:
+    assert SMALL
+    assert schedule_of(small_plan(), 47).settings == {}
+    assert not schedule_of(small_plan(), 47).stress.must_end

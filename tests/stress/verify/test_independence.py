@@ -1,0 +1,71 @@
+"""The verifier knows nothing of what it checks, and finds nothing wrong with runs of all kinds."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from missions.runs.results import write
+from missions.runs.run import run
+from missions.scenarios import load
+from stress.verify.folder import verify
+
+ALONE = """
+import sys
+import stress.verify.folder
+ours = ("worldmodel", "exchange", "remoras", "missions", "visualisation", "stress")
+print(*sorted(name for name in sys.modules if name.split(".")[0] in ours and not name.startswith("stress.verify")))
+"""
+LOST = 'fault=[{kind="lost",vehicle="AUV01",at_s=200},{kind="restarts",vehicle="AUV02",at_s=100,until_s=150}]'
+TIDE = ("current.east_mps=-0.2", "current.north_mps=0.25", "current.tide_period_h=1.5")
+RUNS = {
+    "cbba": ("mapping-rendezvous", ["strategy.name=cbba", "channel.per=0.4"]),
+    "central": ("mapping-patches", ["strategy.name=central"]),
+    "silent": ("mapping-rendezvous", ["strategy.name=fixed-partition"]),
+    "oracle": ("mapping-rendezvous", ["strategy.name=oracle"]),
+    "ALOHA": ("mapping-rendezvous", ['communication.mac="aloha"', "communication.policy=mps-ack-repeat"]),
+    "clocks": ("mapping-rendezvous", ["communication.clocks.offset_s=0.2", "communication.clocks.apart_s=1.0"]),
+    "lost and anew, tide": ("mapping-rendezvous", [LOST, *TIDE]),
+    "misses, spread, drift": (
+        "mapping-corridor",
+        ["uncertainty.p_miss=0.2", "uncertainty.speed_spread=0.2", "navigation.drift=0.01"],
+    ),
+    "acoustic": ("mapping-rendezvous", ["channel.name=acoustic", "communication.receive_power_w=0.5"]),
+    "teams, needs by groups": ("mapping-three-teams", ["communication.needs_follow=groups", "channel.per=0.4"]),
+    "formed at sea": ("mapping-inspection", []),
+    "Arrows": ("arrows-archaeology", []),
+}  # fmt: skip
+
+
+def test_it_imports_nothing_of_ours_not_even_by_others() -> None:
+    found = subprocess.run([sys.executable, "-c", ALONE], capture_output=True, text=True, check=True)
+    assert found.stdout.split() == ["stress"]
+
+
+@pytest.mark.parametrize("case", RUNS)
+def test_runs_of_all_kinds_pass(case: str, tmp_path: Path) -> None:
+    name, settings = RUNS[case]
+    short = [*settings, "scenario.duration_s=600"] if name.startswith("mapping") else settings
+    write(run(load(name, [("--set", one) for one in short]), 7), tmp_path / "run")
+    report = verify(tmp_path / "run")
+    assert list(report.lines) == []
+    assert report.checked["positions"] > 100
+    assert report.checked["figures"] > 10
+
+
+def test_the_command_says_what_does_not_follow(tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    write(run(load("mapping-rendezvous", [("--set", "scenario.duration_s=60")]), 1), folder)
+    summary = json.loads((folder / "summary.json").read_text())
+    (folder / "summary.json").write_text(json.dumps({**summary, "n_packets": 1}))
+    command = [sys.executable, "-m", "remoras", "verify"]
+    found = subprocess.run([*command, str(folder), "--json"], capture_output=True, text=True, check=False)
+    value = json.loads(found.stdout)
+    assert found.returncode == 1
+    assert [one["stated"] for one in value["findings"]] == ["n_packets is 1"]
+    assert "false_beliefs" in value["not_checked"]
+    none = subprocess.run([*command, str(tmp_path)], capture_output=True, text=True, check=False)
+    assert none.returncode == 2
+    assert len(none.stderr.splitlines()) == 1
