@@ -28,6 +28,7 @@ METHODS = {"dot", "mean", "std", "sum", "trace", "var"}
 """Of arrays: sums in an order that NumPy chooses."""
 MODULES = {"cmath", "scipy", "statistics"}
 EXCEPT = {
+    "missions.figure": "ends of axes, which enter no result",
     "missions.statistics": "figures about finished runs, which enter none",
     "missions.comparison": "figures about finished runs, which enter none",
     "missions.sweeps.design": "SciPy's hypercube is made of shuffles and uniform draws; values are kept to six digits",

@@ -115,7 +115,8 @@ def _least_distances_m(run: Run) -> list[float]:
     shown = rows[: n_times * n_vehicles]
     at_m = np.array([row[2:4] for row in shown]).reshape(-1, n_vehicles, 2)
     at_m[~_present(run, [row[0] for row in shown[::n_vehicles]])] = np.nan
-    squares = (np.square(at_m[:, one] - at_m[:, other]).sum(axis=1) for one, other in pairs)
+    parts = (np.square(at_m[:, one] - at_m[:, other]) for one, other in pairs)
+    squares = (of[:, 0] + of[:, 1] for of in parts)
     if moves:
         deep_m = np.array([row[7] for row in shown]).reshape(-1, n_vehicles)
         squares = (
