@@ -29,7 +29,7 @@ from missions.statistics import CONFIDENCE, RESAMPLES, Interval, generator, t_ha
 
 FEW = 8
 """Fewest values that a mean has an interval from: of 5 lognormal ones no interval that was tried covered it in 91 %."""
-TAIL = 0.015
+TAIL = 0.0125
 """Share of the resamples beyond the bound at the long tail."""
 STEADY = 0.05
 """A resample hardly varies if its spread is at most this part of the sample's; its studentised mean is infinite."""

@@ -4,6 +4,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from legibility import check_texts
 from matplotlib.axes import Axes
 from synthetic_sweeps import FEW, SEVEN, Sweep, law, rows_of
@@ -59,19 +61,21 @@ def test_points_of_one_place_stand_side_by_side_in_the_order_of_the_legend(tmp_p
 
 
 def test_a_band_reaches_from_one_end_of_the_intervals_to_the_other(tmp_path: Path) -> None:
-    rows = rows_of(tmp_path, Sweep(["remoras"], channels=[("bernoulli", FEW, {})], repeats=5))
+    rows = rows_of(tmp_path, Sweep(["remoras"], channels=[("bernoulli", FEW, {})], repeats=9))
     axes = chart(rows)
     (band,) = axes.collections
     ys = band.get_paths()[0].vertices[:, 1]
-    assert min(ys) == pytest.approx(min(row.ci95_low or 0.0 for row in rows))
-    assert max(ys) == pytest.approx(max(row.ci95_high or 0.0 for row in rows))
+    intervals = [measure(TIME, rows).bounds(row) for row in rows]
+    assert min(ys) == pytest.approx(min(low for low, _ in intervals))
+    assert max(ys) == pytest.approx(max(high for _, high in intervals))
+    assert any(high > low for low, high in intervals)
 
 
 def test_a_single_point_has_its_interval_as_a_line(tmp_path: Path) -> None:
-    (row,) = rows_of(tmp_path, Sweep(["remoras"], channels=[("perfect", [0.0], {})], repeats=5))
+    (row,) = rows_of(tmp_path, Sweep(["remoras"], channels=[("bernoulli", [0.4], {})], repeats=9))
     axes = chart([row])
     segments = [segment for one in axes.collections for path in one.get_paths() for segment in [path.vertices[:, 1]]]
-    assert any(list(segment) == pytest.approx([row.ci95_low, row.ci95_high]) for segment in segments)
+    assert any(list(segment) == pytest.approx(measure(TIME, [row]).bounds(row)) for segment in segments)
 
 
 def test_few_places_have_a_tick_each(tmp_path: Path) -> None:
@@ -100,6 +104,23 @@ def test_places_far_apart_are_spaced_evenly(tmp_path: Path) -> None:
 )
 def test_limits_are_round_or_near_what_they_hold(means: list[float], share: bool, limits: tuple[float, float]) -> None:
     assert charts._limits(means, [(mean, mean) for mean in means], share, False) == pytest.approx(limits)
+
+
+@given(
+    st.lists(st.tuples(st.floats(0.01, 1e4), st.floats(0.0, 1e4), st.floats(0.0, 1e4)), min_size=1, max_size=8),
+    st.booleans(),
+    st.booleans(),
+    st.booleans(),
+)
+def test_no_interval_leaves_its_frame(
+    drawn: list[tuple[float, float, float]], share: bool, log: bool, signed: bool
+) -> None:
+    means = [mean for mean, _, _ in drawn]
+    intervals = [(mean - below, mean + above) for mean, below, above in drawn]
+    log = log and min(low for low, _ in intervals) > 0.0
+    low, high = charts._limits(means, intervals, share and max(means) <= 1.0, log, signed)
+    assert all(low <= one and other <= high for one, other in intervals)
+    assert low < high
 
 
 def test_a_large_spread_has_a_logarithmic_axis(tmp_path: Path) -> None:

@@ -16,6 +16,7 @@ from PIL import Image
 from synthetic_sweeps import FEW, METRICS, SEVEN, SWEEPS, TEN, Sweep, law
 
 from missions.comparison import compare, ranks
+from missions.comparison.intervals import INTERVALS_OF_MEANS
 from missions.errors import OutputError
 from missions.metric import Better, Metric, MetricRecord
 from missions.sweeps.folder import SweepResults
@@ -142,8 +143,8 @@ def test_captions_say_what_the_figure_rests_on(tmp_path: Path, kind: str) -> Non
     ):  # fmt: skip
         assert part in text
     assert re.search(r"\d+ of them not completed \(censored\)", text)
-    intervals = {"ranking": "Holm-corrected", "success-rate": "Wilson's 95 % intervals"}
-    assert intervals.get(kind, "95 % intervals of the mean (bootstrap; Student's t below 8 runs)") in text
+    intervals = {"ranking": "permutation test of all pairs", "success-rate": "Wilson's 95 % intervals"}
+    assert intervals.get(kind, INTERVALS_OF_MEANS) in text
 
 
 def test_a_metric_without_values_is_left_out_or_refused(tmp_path: Path, sweeps: dict[str, SweepResults]) -> None:
@@ -287,7 +288,7 @@ def test_unequal_work_is_ranked_behind_and_marked(tmp_path: Path) -> None:
     assert "Success is the mission's whole goal (goal_fraction = 1), reached before its end." in caption
     assert "Here: central at 0.1,0.5,0.8." in caption
     caption = (tmp_path / "out" / "bytes.txt").read_text(encoding="utf-8")
-    assert "Unequal work: success rates of central are below the highest by more than their intervals." in caption
+    assert "Unequal work: success rates of central are told from the highest." in caption
 
 
 def test_differences_are_those_of_compare_and_the_baseline_has_none(tmp_path: Path) -> None:

@@ -1,0 +1,49 @@
+"""Scales belong to the scenario, not to the run: two can be laid side by side, and the best looks best."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import remoras
+from missions.figure import round_up
+
+
+@pytest.fixture(scope="module")
+def two_runs(tmp_path_factory: pytest.TempPathFactory) -> list[Any]:
+    """A lossless run and a lossy one of one scenario, cut at one time."""
+    set_to = {"scenario.duration_s": 400.0}
+    folder: Path = tmp_path_factory.mktemp("runs")
+    for name, per in (("calm", 0.0), ("rough", 0.6)):
+        remoras.run("mapping-rendezvous", per=per, seed=3, set=set_to).save(folder / name)
+    return [remoras.open(folder / name) for name in ("calm", "rough")]
+
+
+def shades(figure: Any) -> list[Any]:
+    """Images of matrices and strips, without the keys of the shades."""
+    return [image for axes in figure.axes for image in axes.images if np.asarray(image.get_array()).shape[0] > 1]
+
+
+@pytest.mark.parametrize("kind", ["delivery", "knowledge", "tdma", "links"])
+def test_two_runs_of_a_scenario_have_one_scale(two_runs: list[Any], kind: str) -> None:
+    calm, rough = (run.plot(kind) for run in two_runs)
+    limits = [[image.get_clim() for image in shades(figure)] for figure in (calm, rough)]
+    assert limits[0] == limits[1] != []
+
+
+@pytest.mark.parametrize("kind", ["roles", "satisfaction", "knowledge", "coverage"])
+def test_two_runs_of_a_scenario_have_one_time_axis(two_runs: list[Any], kind: str) -> None:
+    calm, rough = ([axes.get_xlim() for axes in run.plot(kind).axes if axes.get_xlim()[1] > 100.0] for run in two_runs)
+    assert set(calm) == set(rough) == {(0.0, 400.0)}
+
+
+def test_who_hears_all_is_white(two_runs: list[Any]) -> None:
+    """A tenth of the way to black at most: news are half a frame old in the mean, black is ten."""
+    for image in shades(two_runs[0].plot("delivery")):
+        assert np.nanmax(np.ma.filled(image.get_array(), np.nan)) <= 0.1 * image.get_clim()[1]
+
+
+@pytest.mark.parametrize(("value", "expected"), [(2053.0, 2500.0), (2141.0, 2500.0), (80.0, 80.0), (0.0, 1.0)])
+def test_an_axis_ends_at_a_round_number(value: float, expected: float) -> None:
+    assert round_up(value) == expected
