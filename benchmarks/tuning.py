@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from missions.comparison.intervals import NoInterval
+from missions.comparison.intervals import FEW, NoInterval
 from missions.comparison.pairs import paired_with
 from missions.comparison.treatments import MISSION_TIME, Measured, treatments_of, values_of
 from missions.files import toml_value
@@ -104,8 +104,8 @@ class Round:
     cases: str = CASES
 
 
-ROUNDS = (Round("first", 4001, 1), Round("second", 4002, 1), Round("last", 4003, 4))
-"""All points, the best ``KEPT`` of them, the best one beside the defaults."""
+ROUNDS = (Round("first", 4001, 1), Round("second", 4002, 1), Round("last", 4003, FEW))
+"""All points, the best ``KEPT`` of them, the best one beside the defaults in as many seeds as an interval takes."""
 KEPT = 3
 HYPERCUBE_SEED = 4000
 
