@@ -14,6 +14,7 @@ from typing import Any
 
 from missions.errors import ConfigurationError, ConfigurationFault
 from missions.runs.assembly import assemble, channel_of
+from missions.runs.root import Root
 from missions.runs.run import result_of, run, settled_of
 from missions.runs.setup import Setup, resolved
 from missions.runs.summary import summary
@@ -109,13 +110,13 @@ class _Trial:
         if not ENDING.isdisjoint(self.schedule.kinds):
             strategy = BrokenStrategy(strategy_of(scenario), self.schedule, self.happened)
         setup = resolved(scenario, strategy)
-        seed = self.schedule.stress.seed
+        seed = Root(self.schedule.stress.seed)
         forge = forger(setup.codec, setup.schedule, lambda: fleet.vehicles[0].beliefs.model)
         if scenario.communication.key_file:
             forge = _without_key
         self.sea = RoughSea(channel_of(setup, seed), self.schedule, setup.schedule, forge, self.happened)
         fleet = assemble(setup, seed, self.sea)
-        self.fleet, self.setup = fleet, setup
+        self.fleet, self.setup, self.seed = fleet, setup, seed
         effective = effective_kinds(self.schedule, setup)
         self.scene = Scene(setup, self.schedule, fleet, Witness(), {}, effective)
         about = self.schedule.stress
@@ -164,7 +165,7 @@ class _Trial:
         for vehicle in fleet.vehicles:
             scene.lives[vehicle.name].is_alive = vehicle.is_alive
         scene.rested = None if settled is None else settled.complete
-        scene.finished = result_of(self.setup, self.schedule.stress.seed, fleet, 0.0, settled)
+        scene.finished = result_of(self.setup, self.seed, fleet, 0.0, settled)
         scene.summary = summary(scene.finished)
         for moment in Moment:
             self._look(moment)

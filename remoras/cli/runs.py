@@ -301,7 +301,9 @@ def query(
         str, typer.Option(metavar="rdflib|oxigraph", help="What answers; oxigraph is fast where much is known.")
     ] = "rdflib",
     limit: Annotated[int, typer.Option(min=1, metavar="N", help="Most rows that are shown.")] = 100_000,
-    timeout_s: Annotated[float, typer.Option(min=0.001, help="Longest time that it may take (s).")] = 60.0,
+    timeout_s: Annotated[
+        float, typer.Option(min=0.001, metavar="SECONDS", help="Longest time that it may take.")
+    ] = 60.0,
     as_json: Json = False,
 ) -> None:
     """Ask what one vehicle knew, or each in turn, at the end of a run or at another time."""

@@ -131,13 +131,27 @@ def _check_steps(record: Record, name: str, data: dict[str, Any], track: Track, 
         for at in np.flatnonzero(wrong):
             stated = f"{what} {values[at]:.4f}"
             report.add("limits", "trajectories", time_s[at], name, stated, f"at most {most[at]:.4f}")
-    depth_m = np.where(record.during(name, ("energy",), track.time_s), 0.0, data["depth_m"])
-    wrong = np.flatnonzero(np.abs(track.depth_m - depth_m) > PLACE_STEP_M)
-    report.look("depth", len(depth_m))
-    for at in wrong:
-        report.add(
-            "depth", "trajectories", track.time_s[at], name, f"depth {track.depth_m[at]:g} m", f"{depth_m[at]:g} m"
-        )
+    _check_depth(record, name, data["depth_m"], track, report)
+
+
+def _check_depth(record: Record, name: str, own_m: float, track: Track, report: Report) -> None:
+    """At its own depth, or at the surface without energy; with drift, anywhere between, as fast as it may rise."""
+    low_m = np.where(record.during(name, ("energy",), track.time_s), 0.0, own_m)
+    high_m = low_m.copy()
+    navigation = record.of("navigation")
+    if navigation.get("drift"):
+        before_m = np.concatenate(([own_m], track.depth_m[:-1]))
+        speed_mps = float(navigation.get("vertical_speed_mps", 0.5))
+        most_m = speed_mps * np.diff(track.time_s, prepend=track.time_s[0]) + PLACE_STEP_M
+        has_energy = high_m > 0.0
+        low_m = np.where(has_energy, np.maximum(0.0, before_m - most_m), low_m)
+        high_m = np.where(has_energy, np.minimum(own_m, before_m + most_m), high_m)
+    report.look("depth", len(low_m))
+    for at in np.flatnonzero((track.depth_m < low_m - PLACE_STEP_M) | (track.depth_m > high_m + PLACE_STEP_M)):
+        stated, follows = f"depth {track.depth_m[at]:g} m", f"{low_m[at]:g} m"
+        if high_m[at] > low_m[at]:
+            follows = f"{low_m[at]:g} to {high_m[at]:g} m"
+        report.add("depth", "trajectories", track.time_s[at], name, stated, follows)
 
 
 def listening_w(record: Record) -> float | None:

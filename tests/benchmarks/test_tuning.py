@@ -88,7 +88,9 @@ class Stub:
         found: dict[Point, dict[int, float]] = {}
         for point in tried:
             off = abs(float(dict(point.values)["margin"]) - self.best_margin)
-            found[point] = {repeat: 2000.0 + 100.0 * repeat + (1000.0 + repeat % 2) * off for repeat in range(of.repeats)}
+            found[point] = {
+                repeat: 2000.0 + 100.0 * repeat + (1000.0 + repeat % 2) * off for repeat in range(of.repeats)
+            }
         return found
 
 

@@ -22,6 +22,7 @@ policies = ["ack", "m-ack"]
 repeats = 2
 [set]
 scenario.duration_s = 30
+channel.per = 0.2
 """
 
 

@@ -73,8 +73,8 @@ def here(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 def test_a_breach_is_shrunk_written_and_repeated_byte_for_byte(here: Path) -> None:
     own = ("--invariant", "own_laws.py:Never")
     text = called("mapping-rendezvous", "--seeds", "3", "--jobs", "1", *SHORT, *own, "--out", "out", code=1)
-    assert "never broken by seed 3" in text
-    assert "shrunk to 0 faults" in text
+    assert "never broken by seed 0" in text
+    assert "shrunk to no fault" in text
     small = json.loads((here / "out" / "report.json").read_text(encoding="utf-8"))["shrunk"][0]
     assert small["n_runs"] <= 60
     schedule = str(here / "out" / "shrunk-never.toml")

@@ -207,7 +207,7 @@ def test_the_commands_work_together(tmp_path: Path) -> None:
     study, out = written(tmp_path, study_text(repeats=3)), tmp_path / "out"
     runner = CliRunner()
     dry = runner.invoke(app, ["sweep", str(study), "--out", str(out), "--dry-run", "--json"])
-    assert set(json.loads(dry.stdout)) == {"planned", "estimate_s"}
+    assert set(json.loads(dry.stdout)) == {"planned", "estimate_s", "timed", "deterministic"}
     made = runner.invoke(app, ["sweep", str(study), "--out", str(out), "--jobs", "2", "--json"])
     assert made.exit_code == 0, made.output
     shown = runner.invoke(app, ["status", str(out), "--json"])

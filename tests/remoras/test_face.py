@@ -145,7 +145,7 @@ def test_a_sweep_is_made_opened_and_compared(tmp_path: Path) -> None:
     study = tmp_path / "tiny.toml"
     study.write_text(
         '[study]\nname = "tiny"\nscenario = "mapping-rendezvous"\nstrategies = ["central", "remoras"]\nrepeats = 2\n'
-        '[set]\n"scenario.duration_s" = 30.0\n',
+        '[set]\n"scenario.duration_s" = 30.0\n"channel.per" = 0.2\n',
         encoding="utf-8",
     )
     made = remoras.sweep(study, out=tmp_path / "out")

@@ -130,6 +130,7 @@ def test_each_is_ranked_in_its_own_direction() -> None:
     """More mapped is better, sooner is better, twice is worse, an idle vehicle is worse."""
     assert {metric.name: metric.better for metric in METRICS} == {
         "coverage_fraction": Better.HIGHER,
+        "believed_fraction": Better.HIGHER,
         **{f"time_to_{share}_s": Better.LOWER for share in (50, 80, 95, 100)},
         "duplicate_fraction": Better.LOWER,
         "finds_inspected_fraction": Better.HIGHER,

@@ -35,7 +35,7 @@ wrong_belief_fraction, view_divergence, holder_conflict_fraction, malformed_s,
 n_refused_acts, idle_s, closest_approach_m, conflicts,
 coverage_fraction, time_to_50_s, time_to_80_s, time_to_95_s, time_to_100_s,
 duplicate_fraction, least_mapped_fraction,
-milestones""".replace("\n", " ").split(", ")
+drawn, milestones""".replace("\n", " ").split(", ")
 
 COLUMNS = {
     "trajectories": "time_s, vehicle, x_m, y_m, heading_rad, speed_mps, energy_j, depth_m",
