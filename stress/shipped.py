@@ -11,6 +11,7 @@ from missions.scenarios.scenario import Scenario
 from missions.sweeps.additions import importable
 from remoras.errors import PluginError
 from remoras.plugins import faults_of, named_object
+from stress.follows import Follows
 from stress.invariants import ending, knowledge, motion, organisation, record
 from stress.invariants.seam import Invariant, Moment
 
@@ -19,7 +20,7 @@ SHIPPED: tuple[type[Invariant], ...] = (
     knowledge.OneContent, knowledge.Newest, knowledge.Past, knowledge.SoundPackets, knowledge.Agreement,
     knowledge.Rest, organisation.Authority, organisation.Cardinality, motion.Finite, motion.Borders, motion.Speed,
     motion.Energy, motion.Separation, ending.TrueVerdict, record.WholeTables, ending.SummaryOfTables,
-    ending.Ends, ending.Finishes, ending.SameDigest,
+    Follows, ending.Ends, ending.Finishes, ending.SameDigest,
 )  # fmt: skip
 """In the order of tables."""
 

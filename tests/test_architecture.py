@@ -61,8 +61,8 @@ ROOMS: dict[str, set[str]] = {
     "visualisation.replay": {"visualisation.replay", "visualisation", "missions", "worldmodel"},
     "visualisation.exports": {"visualisation.exports", "visualisation", "missions"},
     "stress": {
-        "stress", "stress.invariants", "missions", "missions.scenarios", "missions.runs", "missions.sweeps", "remoras",
-        "remoras.strategies", "exchange", "exchange.acoustics", "worldmodel",
+        "stress", "stress.invariants", "stress.verify", "missions", "missions.scenarios", "missions.runs",
+        "missions.sweeps", "remoras", "remoras.strategies", "exchange", "exchange.acoustics", "worldmodel",
     },
     "stress.invariants": {
         "stress.invariants", "stress", "missions.runs", "missions.scenarios", "remoras", "exchange", "worldmodel",

@@ -11,7 +11,7 @@ from stress.verify.findings import Report
 from stress.verify.record import PLACE_STEP_M, TIME_STEP_S, Record, Spell
 from stress.verify.roles import declared_roles
 
-DECLARED = ("lost", "mute", "deaf", "slow", "sensor", "biased", "restarts", "joins")
+DECLARED = ("lost", "mute", "deaf", "slow", "sensor", "biased", "restarts", "joins", "drains")
 """Kinds of faults that a scenario declares; rows of other kinds are of what went wrong by itself."""
 CLOSE_S = 2.0 * TIME_STEP_S
 ROUNDED_S = 1e-4 + CLOSE_S

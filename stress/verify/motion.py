@@ -176,7 +176,7 @@ def sending_j(record: Record) -> Array:
 
 
 def _check_energy(record: Record, name: str, data: dict[str, Any], track: Track, report: Report) -> None:
-    """What was used grows with each tick by hotel, drag and listening, and by the packets sent since the last."""
+    """What was used grows with each tick by hotel, drag, listening, drains and the packets sent since the last."""
     listening = listening_w(record)
     if listening is None:
         report.skip("energy", "the manifest does not say what the modem takes to listen")
@@ -193,7 +193,11 @@ def _check_energy(record: Record, name: str, data: dict[str, Any], track: Track,
     speed = track.speed_mps[1:]
     drained = record.during(name, ("energy",), time_s)
     runs = ~record.during(name, AWAY, time_s[1:])
-    due_j = runs * dt_s * (data["hotel_w"] + listening + data["drag_w_per_mps3"] * speed**3) + sent_j[1:]
+    lost_w = np.zeros(len(dt_s))
+    for one in record.spells:
+        if one.vehicle == name and one.kind == "drains":  # its detail begins with the power: "50 W, until 72.2 s"
+            lost_w += float(one.detail.split()[0]) * ((time_s[1:] >= one.from_s) & (time_s[1:] < one.until_s))
+    due_j = runs * dt_s * (data["hotel_w"] + listening + lost_w + data["drag_w_per_mps3"] * speed**3) + sent_j[1:]
     step_j = dt_s * data["drag_w_per_mps3"] * 3.0 * speed**2 * 0.6 * SPEED_STEP_MPS
     used_j = np.diff(track.energy_j.astype(float))
     asked = ~drained[1:]

@@ -37,7 +37,10 @@ def _check_sequences(record: Record, report: Report) -> None:
     drives: set[tuple[str, Role]] = set()
     restarts = sorted((one.until_s, one.vehicle) for one in record.spells if one.kind == "restarts")
     rows = list(record["roles"].rows("time_s", "vehicle", "group", "role", "event"))
-    noted = set(rows)
+    ends_s: defaultdict[tuple[str, Role], list[float]] = defaultdict(list)
+    for time_s, vehicle, group, role, event in rows:
+        if event == "inactive":
+            ends_s[vehicle, (group, role)].append(time_s)
     for time_s, vehicle, group, role, event in rows:
         report.look("roles")
         while restarts and restarts[0][0] <= time_s:
@@ -56,7 +59,8 @@ def _check_sequences(record: Record, report: Report) -> None:
                 why = "" if key in has else "it does not have it"
                 has.discard(key)
             case "active":
-                ends_at_once = (time_s, vehicle, group, role, "inactive") in noted  # who succeeds and withdraws
+                # who succeeds and withdraws at once drives it until it decides again, a tick later at most
+                ends_at_once = any(0.0 <= end_s - time_s <= record.tick_s for end_s in ends_s[key])
                 why = "it drives it already" if key in drives else "" if key in has or ends_at_once else "it has it not"
                 drives.add(key)
             case "inactive":

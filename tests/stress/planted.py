@@ -375,6 +375,16 @@ def take_the_90_for_the_95(patch: Patch) -> None:
     patch.setattr(metrics, "quantile", lambda ordered, share: sound(ordered, 0.9 if share == 0.95 else share))
 
 
+def call_items_known_to_all_a_second_early(patch: Patch) -> None:
+    sound = metrics.consistency
+
+    def consistency(*given: Any) -> tuple[float | None, float | None]:
+        mean_s, share = sound(*given)
+        return (None if mean_s is None else mean_s - 1.0), share
+
+    patch.setattr(metrics, "consistency", consistency)
+
+
 PLANTS = (
     Planted("exceptions", raise_at_a_jump, frozenset({"misplaced"})),
     Planted("beliefs", believe_that_all_hold_what_is_new_here),
@@ -404,6 +414,7 @@ PLANTS = (
     Planted("tables", let_the_deaf_hear, frozenset({"deaf"})),
     Planted("summary", leave_out_the_longest_wait),
     Planted("summary", count_a_byte_less_of_headers),
+    Planted("follows", call_items_known_to_all_a_second_early),
     Planted("separation", see_nobody),
     Planted("verdict", complete_before_the_meeting),
     Planted("verdict", complete_a_while_ago),

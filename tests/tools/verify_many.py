@@ -57,11 +57,12 @@ def drawn(seed: int) -> tuple[str, list[str]]:
     vehicles = [one.name for one in load(name).vehicle]
     faults = []
     for vehicle in draw.sample(vehicles, min(draw.choice((0, 0, 1, 2)), len(vehicles))):
-        kind = draw.choice(("lost", "mute", "deaf", "slow", "sensor", "restarts", "joins"))
+        kind = draw.choice(("lost", "mute", "deaf", "slow", "sensor", "restarts", "joins", "drains"))
         at_s = round(draw.uniform(20.0, 0.6 * duration_s), 1)
         until = kind == "restarts" or (kind != "joins" and draw.random() < 0.5)
         ends = f",until_s={at_s + round(draw.uniform(20.0, 120.0), 1)}" if until else ""
-        faults.append(f'{{kind="{kind}",vehicle="{vehicle}",at_s={at_s}{ends}}}')
+        power = f",drain_w={draw.choice((20, 300))}" if kind == "drains" else ""
+        faults.append(f'{{kind="{kind}",vehicle="{vehicle}",at_s={at_s}{ends}{power}}}')
     if faults:
         settings.append(f"fault=[{','.join(faults)}]")
     return name, settings

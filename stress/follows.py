@@ -1,0 +1,36 @@
+"""That the tables and the figures of a run follow from one another, as ``remoras verify`` reads them."""
+
+from __future__ import annotations
+
+import json
+
+from missions.runs.results import MODEM_KEYS
+from missions.runs.tables import arrow_table
+from stress.invariants.seam import Moment, Scene
+from stress.verify.findings import Report
+from stress.verify.record import Columns, Record
+from stress.verify.run import verify_run
+
+UNTOLD = {"twice": {"arrivals", "knowledge"}, "late": {"arrivals", "knowledge"}, "forged-done": {"milestones"}}
+"""Checks of ``remoras verify`` that ask what no table tells under a kind of fault that no scenario declares."""
+
+
+class Follows:
+    """``remoras verify``, which knows nothing of the program, finds nothing in the results that does not follow."""
+
+    name = "follows"
+    moment = Moment.END
+    not_under = frozenset[str]()
+
+    def broken(self, scene: Scene) -> str | None:
+        """Give the results, as they would be written, to the checker."""
+        if (run := scene.finished) is None:
+            return None
+        recorder, modem = run.recorder, run.setup.modem
+        tables = {name: Columns(arrow_table(table, recorder.rows(name))) for name, table in recorder.tables.items()}
+        written = run.scenario.model_dump(mode="json", exclude_none=True)
+        profile = {key: getattr(modem, key) for key in MODEM_KEYS}
+        report = Report()
+        verify_run(Record(written, run.seed, json.loads(json.dumps(scene.summary)), tables, profile), report)
+        untold = set[str]().union(*(UNTOLD.get(kind, ()) for kind in scene.schedule.kinds))
+        return next((str(one) for one in report.findings if one.check not in untold), None)
