@@ -36,6 +36,8 @@ SHAPES: dict[str, Callable[[np.random.Generator, int], Array]] = {
     "exponential": lambda draws, n: draws.exponential(1.0, n),
 }
 """Times of runs that get there."""
+SHORT = {"normal": "norm", "lognormal s = 1": "logn", "exponential": "exp"}
+"""Shapes on the ticks of the figure."""
 NS, SHARES = (5, 10, 30), (0.0, 0.05, 0.2)
 KS, RATES = (4, 10), (1.0, 0.95, 0.8)
 
@@ -150,7 +152,7 @@ def draw(found: Sequence[Coverage], errors: Sequence[ErrorRate], path: Path) -> 
     """Coverage above, errors below, each with what was promised."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(7.2, 4.4), layout="constrained")
+    figure = Figure(figsize=(7.2, 5.0), layout="constrained")
     above, below = figure.subplots(2, 1)
     shown = [row for row in found if row.covered is not None]
     looks = {"mean": ("o", "#0072B2"), "restricted": ("s", "#D55E00"), "difference": ("^", "#009E73")}
@@ -160,17 +162,20 @@ def draw(found: Sequence[Coverage], errors: Sequence[ErrorRate], path: Path) -> 
         above.plot([at for at, _ in rows], covered, marker, color=colour, markersize=4, label=what)
     above.axhspan(93.0, 97.0, color="0.9", zorder=0)
     above.axhline(95.0, color="0.6", linewidth=0.8, zorder=0)
-    above.set(ylim=(80.0, 101.0), ylabel="covered (%)")
-    above.set_xticks(range(len(shown)), [f"{r.n} {r.shape[:4]} {100 * r.share:g} %" for r in shown], rotation=90)
+    above.set(ylim=(88.0, 101.0), ylabel="covered (%)")
+    above.set_xticks(range(len(shown)), [f"{r.n}, {SHORT[r.shape]}, {100 * r.share:g} %" for r in shown], rotation=90)
+    above.set_xlabel("runs, shape of their times, share that does not get there", fontsize=7)
     above.tick_params(labelsize=6)
-    above.legend(fontsize=7, ncols=3, loc="lower right")
+    above.legend(fontsize=7, ncols=3, loc="lower right", title="95 % interval of", title_fontsize=7)
     for k, colour in zip(KS, ("#0072B2", "#D55E00"), strict=True):
         rows_k = [(at, row) for at, row in enumerate(errors) if row.k == k]
         told = [100.0 * row.told for _, row in rows_k]
-        below.plot([at for at, _ in rows_k], told, "o", color=colour, markersize=4, label=f"{k} strategies")
+        below.plot([at for at, _ in rows_k], told, "o", color=colour, markersize=4, label=f"{k} equal strategies")
     below.axhline(5.0, color="0.6", linewidth=0.8)
     below.set(ylim=(0.0, 15.0), ylabel="somebody told\nfrom the best (%)")
-    below.set_xticks(range(len(errors)), [f"{e.n} {e.shape[:4]} {100 * e.success:g} %" for e in errors], rotation=90)
+    ticks = [f"{one.n}, {SHORT[one.shape]}, {100 * one.success:g} %" for one in errors]
+    below.set_xticks(range(len(errors)), ticks, rotation=90)
+    below.set_xlabel("runs, shape of their times, success rate", fontsize=7)
     below.tick_params(labelsize=6)
     below.legend(fontsize=7)
     figure.savefig(path, dpi=160)
