@@ -98,7 +98,7 @@ def _check_events(
             was_aside = event == "received" and key in aside
             if not was_aside and not any(abs(one - time_s) <= CLOSE_S for one in times_s):
                 wrong("none: no packet with it arrived then")
-            elif event == "received" and held.get(key, time_s) < time_s and not _began_anew(record, *key, held, time_s):
+            elif event == "received" and held.get(key, time_s) < time_s and not _let_go(record, *key, held, time_s):
                 wrong(f"none: it has held it since {held[key]:g} s")
             (held if event == "received" else aside).setdefault(key, time_s)
         elif event == "acknowledged" and vehicle != known[1] and key not in held and key not in aside:
@@ -115,16 +115,15 @@ def _check_events(
     return {key: min(held.get(key, aside.get(key, 0.0)), aside.get(key, held.get(key, 0.0))) for key in {*held, *aside}}
 
 
-def _began_anew(record: Record, vehicle: str, uid: str, held: dict[tuple[str, str], float], now_s: float) -> bool:
-    """True if a vehicle has lost its memory since it held an item."""
-    since_s = held[vehicle, uid]
-    return any(
-        one.vehicle == vehicle
-        and one.kind == "restarts"
-        and "kept" not in one.detail
-        and since_s <= one.until_s <= now_s
-        for one in record.spells
-    )
+def _let_go(record: Record, vehicle: str, uid: str, held: dict[tuple[str, str], float], now_s: float) -> bool:
+    """True if a vehicle has lost its memory since it held an item, or has given up blocks for what they rest on."""
+    for spell in record.spells:
+        if spell.vehicle == vehicle:
+            forgets = spell.kind == "restarts" and "kept" not in spell.detail
+            at_s = spell.until_s if forgets else spell.from_s
+            if (forgets or spell.kind == "lacking") and held[vehicle, uid] <= at_s <= now_s:
+                return True
+    return False
 
 
 def _out_of_count(record: Record) -> dict[tuple[str, str], list[tuple[float, bool]]]:

@@ -19,6 +19,7 @@ ours = ("worldmodel", "exchange", "remoras", "missions", "visualisation", "stres
 print(*sorted(name for name in sys.modules if name.split(".")[0] in ours and not name.startswith("stress.verify")))
 """
 LOST = 'fault=[{kind="lost",vehicle="AUV01",at_s=200},{kind="restarts",vehicle="AUV02",at_s=100,until_s=150}]'
+DRAINED = 'fault=[{kind="drains",vehicle="AUV01",at_s=62,until_s=99,drain_w=9},{kind="deaf",vehicle="AUV00",at_s=181}]'
 TIDE = ("current.east_mps=-0.2", "current.north_mps=0.25", "current.tide_period_h=1.5")
 RUNS = {
     "cbba": ("mapping-rendezvous", ["strategy.name=cbba", "channel.per=0.4"]),
@@ -28,6 +29,7 @@ RUNS = {
     "ALOHA": ("mapping-rendezvous", ['communication.mac="aloha"', "communication.policy=mps-ack-repeat"]),
     "clocks": ("mapping-rendezvous", ["communication.clocks.offset_s=0.2", "communication.clocks.apart_s=1.0"]),
     "lost and anew, tide": ("mapping-rendezvous", [LOST, *TIDE]),
+    "drains, and one that leads since it is deaf": ("mapping-rendezvous", [DRAINED, "channel.per=0.3"]),
     "misses, spread, drift": (
         "mapping-corridor",
         ["uncertainty.p_miss=0.2", "uncertainty.speed_spread=0.2", "navigation.drift=0.01"],
