@@ -37,15 +37,16 @@ def _check_sequences(record: Record, report: Report) -> None:
     drives: set[tuple[str, Role]] = set()
     restarts = sorted((one.until_s, one.vehicle) for one in record.spells if one.kind == "restarts")
     rows = list(record["roles"].rows("time_s", "vehicle", "group", "role", "event"))
-    ends_s: defaultdict[tuple[str, Role], list[float]] = defaultdict(list)
-    for time_s, vehicle, group, role, event in rows:
-        if event == "inactive":
-            ends_s[vehicle, (group, role)].append(time_s)
+    absences = sorted(record["membership"].rows("time_s", "vehicle", "peer", "event"))
+    absent: defaultdict[str, set[str]] = defaultdict(set)
     for time_s, vehicle, group, role, event in rows:
         report.look("roles")
         while restarts and restarts[0][0] <= time_s:
             began = restarts.pop(0)[1]
             has, drives = {one for one in has if one[0] != began}, {one for one in drives if one[0] != began}
+        while absences and absences[0][0] <= time_s:
+            _, viewer, peer, event_of_peer = absences.pop(0)
+            (absent[viewer].add if event_of_peer == "absent" else absent[viewer].discard)(peer)
         key, why = (vehicle, (group, role)), ""
         playable = record.vehicles[vehicle].get("playable_roles")
         match event:
@@ -59,9 +60,8 @@ def _check_sequences(record: Record, report: Report) -> None:
                 why = "" if key in has else "it does not have it"
                 has.discard(key)
             case "active":
-                # who succeeds and withdraws at once drives it until it decides again, a tick later at most
-                ends_at_once = any(0.0 <= end_s - time_s <= record.tick_s for end_s in ends_s[key])
-                why = "it drives it already" if key in drives else "" if key in has or ends_at_once else "it has it not"
+                acts = bool(absent[vehicle])  # for a holder that it takes for absent, before it is assigned the role
+                why = "it drives it already" if key in drives else "" if key in has or acts else "it has it not"
                 drives.add(key)
             case "inactive":
                 why = "" if key in drives else "it does not drive it"
