@@ -23,7 +23,7 @@ example, a behaviour that circles a point::
             target_m = x_m + self._radius_m * math.cos(ahead_rad), y_m + self._radius_m * math.sin(ahead_rad)
             return Reference(target_m, self._speed_mps)
 
-``tests/conformance/behaviour_conformance.py`` checks a behaviour against this text.
+``remoras.testing.check_behaviour`` checks a behaviour against this text.
 """
 
 from __future__ import annotations

@@ -101,6 +101,10 @@ def given_up_s(run: Run) -> float | Absent:
     return NOT_APPLICABLE if stopped is None else round(stopped.time_s, 4)
 
 
+AT_ONCE_S = 1e-3
+"""Vehicles end a round some microseconds one after another; what all see counts from the last of them on."""
+
+
 def left_when_given_up(run: Run) -> float | Absent:
     """Share of its area that nobody had covered when the first vehicle gave up; of several the greatest share."""
     stopped = _first_given_up(run)
@@ -110,7 +114,11 @@ def left_when_given_up(run: Run) -> float | Absent:
     jobs = {(group.name, role.name): role.job for group in run.scenario.group for role in group.role}
     held: set[str] = set()
     for time_s, vehicle, group, role, event in recorder.roles:
-        if vehicle != stopped.vehicle or time_s >= stopped.time_s or (area := jobs.get((group, role))) is None:
+        if (
+            vehicle != stopped.vehicle
+            or time_s >= stopped.time_s - AT_ONCE_S
+            or (area := jobs.get((group, role))) is None
+        ):
             continue
         if event == "assigned":
             held.add(area)

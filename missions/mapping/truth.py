@@ -239,7 +239,7 @@ class MappingTruth(MeetingTruth):
         """Note who finishes an area, and who turns away from one."""
         for number, vehicle in enumerate(fleet.vehicles):
             performed = vehicle.performed
-            if performed is self._last_performed.get(number):
+            if performed is self._last_performed.get(number) or not vehicle.is_alive:
                 continue
             self._last_performed[number] = performed
             exploring = "ZigzagExploring" in performed

@@ -126,8 +126,9 @@ def _reasons_against(record: Record, stone: dict[str, Any]) -> Iterator[str]:
             yield from _against_gathering(record, stone["group"], time_s)
         case "mapping_stopped":
             decided_s = [at_s for of, at_s in record["decisions"].rows("vehicle", "time_s") if of == vehicle]
-            since_s = time_s - (0.0 if record.has_exact_clocks else record.tick_s)  # what own clocks end is seen later
-            if not any(since_s - ROUNDED_S <= at_s <= time_s + ROUNDED_S for at_s in decided_s):
+            since_s = time_s - record.tick_s  # what is decided between two ticks may be seen at the next
+            until_s = time_s + record.tick_s  # what it does no more, for want of its aim, is decided anew at the next
+            if not any(since_s - ROUNDED_S <= at_s <= until_s + ROUNDED_S for at_s in decided_s):
                 yield "none: it decided nothing then"
         case "mapping_done":
             said = record["items"].rows("origin", "recorded_s", "attribute")

@@ -122,7 +122,7 @@ def _of_knowledge(record: Record, report: Report) -> dict[str, tuple[Any, float]
     observed = {item: time_s for time_s, item, event in rows if event == "observed"}
     received = [(time_s, item) for time_s, item, event in rows if event == "received"]
     waits_s = [time_s - observed[item] for time_s, item in received if item in observed]
-    minutes = record.end_s / 60.0
+    minutes = record.mission_s / 60.0
     found: dict[str, tuple[Any, float]] = {
         "observations_per_min": (len(received) / len(record.vehicles) / minutes if minutes else 0.0, 1e-4),
         "mean_latency_s": (math.fsum(waits_s) / len(waits_s) if waits_s else None, LATENCY_S),
@@ -131,12 +131,16 @@ def _of_knowledge(record: Record, report: Report) -> dict[str, tuple[Any, float]
     }
     if "deliveries" in record.tables:
         lost = record["deliveries"].rows("event", "reason")
-        found["n_expired"] = sum(event == "expired" and "postponed" not in reason for event, reason in lost), 0
+        found["n_expired"] = (
+            sum(event == "expired" and reason in ("time to live", "overflow") for event, reason in lost),
+            0,
+        )
     n_lacking: Counter[str] = Counter()
     last_s: dict[str, float] = {}
     for time_s, item in received:
-        n_lacking[item] += 1
-        last_s[item] = time_s
+        if time_s >= observed.get(item, math.inf):
+            n_lacking[item] += 1
+            last_s[item] = time_s
     whole = [item for item in observed if n_lacking[item] >= len(record.vehicles) - 1]
     if not any(one.kind == "restarts" for one in record.spells):
         found["consistent_fraction"] = len(whole) / len(observed) if observed else None, 1e-6
@@ -150,7 +154,7 @@ def _of_knowledge(record: Record, report: Report) -> dict[str, tuple[Any, float]
 
 
 def _of_organisation(record: Record, report: Report) -> dict[str, tuple[Any, float]]:
-    figures = organisation_figures(record, record.end_s)
+    figures = organisation_figures(record, record.mission_s)
     found: dict[str, tuple[Any, float]] = {name: (value, 2e-5) for name, value in figures.items()}
     n_rows = len(record["organisation"])
     found["malformed_s"] = figures["malformed_s"], 1e-3 + CLOSE_S * math.sqrt(n_rows + 1.0)
@@ -164,7 +168,7 @@ def _of_organisation(record: Record, report: Report) -> dict[str, tuple[Any, flo
 
 def _of_work(record: Record, report: Report) -> dict[str, tuple[Any, float]]:
     """Idle time and recovery, from which roles drove whom."""
-    work, end_s = job_roles(record), record.end_s
+    work, end_s = job_roles(record), record.mission_s
     names = {name for group, role in work for name in (role, f"{group}.{role}")}
     able = [name for name, data in record.vehicles.items() if names & set(data.get("playable_roles", []))]
     idle_s = []

@@ -199,6 +199,9 @@ def _check_that_all_is_received(
         if (vehicle, uid) in held and held[vehicle, uid] <= at_s + CLOSE_S:
             continue
         is_excused = at_s > end_s or vehicle in set_aside or uid in parts or uid.rpartition(".")[0] in parts
+        is_excused |= bool(
+            record.during(vehicle, ("energy",), [at_s]).any()
+        )  # its battery ended while it was on the way
         if is_excused or any(abs(one - at_s) <= CLOSE_S for one in refused[vehicle]):
             continue
         report.add("received", "knowledge", at_s, vehicle, f"no row of {uid} received", "one: a packet with it arrived")

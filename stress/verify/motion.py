@@ -231,12 +231,15 @@ def least_distances_m(record: Record) -> dict[tuple[str, str], tuple[float, floa
     """Least distance (m) of every two vehicles of one depth layer while both were there, and when it was."""
     found = {}
     for one, other in combinations(record.tracks, 2):
-        if abs(record.vehicles[one]["depth_m"] - record.vehicles[other]["depth_m"]) > LAYER_M:
+        moves = bool(record.of("navigation").get("drift"))  # so vehicles leave their layers to learn where they are
+        if not moves and abs(record.vehicles[one]["depth_m"] - record.vehicles[other]["depth_m"]) > LAYER_M:
             continue
         a, b = record.tracks[one], record.tracks[other]
         if len(a.time_s) != len(b.time_s):
             continue
         there = ~(record.during(one, AWAY, a.time_s) | record.during(other, AWAY, b.time_s))
+        if moves:
+            there &= np.abs(a.depth_m - b.depth_m) <= LAYER_M
         if there.any():
             apart_m = np.where(there, np.hypot(a.x_m - b.x_m, a.y_m - b.y_m), np.inf)
             at = int(apart_m.argmin())

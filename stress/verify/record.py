@@ -127,6 +127,11 @@ class Record:
         return float(times.max()) if len(times) else 0.0
 
     @cached_property
+    def mission_s(self) -> float:
+        """What the mission took: until the last tick if it is complete, else the whole duration."""
+        return self.end_s if self.summary.get("completed") else float(self.of("scenario")["duration_s"])
+
+    @cached_property
     def spells(self) -> list[Spell]:
         """What befell vehicles, as the table of faults says; an end that is not in it is infinite."""
         rows = list(self["faults"].rows("time_s", "vehicle", "kind", "detail"))

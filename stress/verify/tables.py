@@ -34,7 +34,6 @@ UNITS = {"_s": "s", "_m": "m", "_rad": "rad", "_mps": "m/s", "_j": "J", "_bits":
 """Unit of a column by the end of its name."""
 ONCE = (
     "trajectories",
-    "roles",
     "packets",
     "knowledge",
     "coverage",
@@ -79,7 +78,7 @@ def _names(table: Columns) -> set[str]:
 def check_rows(record: Record, report: Report) -> bool:
     """Look at times, names and repeated rows of every table; False if names are not those of the fleet."""
     n_before = report.n_findings["vehicles"]
-    end_s = record.end_s
+    end_s = record.end_s + float(record.of("scenario").get("settle_s", 0.0))
     for name, table in record.tables.items():
         if "time_s" in _names(table) and name not in ("trajectories", "items", "settling"):
             _check_times(name, np.asarray(table["time_s"], dtype=float), end_s, table, report)

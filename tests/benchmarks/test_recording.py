@@ -7,5 +7,5 @@ from benchmarks.recording import SAMPLED_BYTES, sampled_bytes
 
 @pytest.mark.slow
 def test_tables_of_sampled_runs_are_small() -> None:
-    """At most twice their size before items and decisions were recorded."""
+    """About twice their size before items and decisions were recorded."""
     assert sampled_bytes() <= SAMPLED_BYTES

@@ -51,9 +51,9 @@ def test_what_the_example_has_in_comments_loads_too(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_sweep_takes_the_example(example: Path, tmp_path: Path) -> None:
-    """2 policies, 2 sizes, 4 loss rates and 2 weights, 10 repeats of each."""
+    """2 policies, 2 sizes, 4 loss rates and 2 weights, 10 repeats of each; without loss nothing is drawn, so 1."""
     counted = remoras("sweep", example, "--out", tmp_path / "out", "--dry-run", "--json")
-    assert json.loads(counted.stdout)["planned"] == 2 * 2 * 4 * 2 * 10
+    assert json.loads(counted.stdout)["planned"] == 2 * 2 * 2 * (3 * 10 + 1)
 
 
 def test_validate_tells_studies_from_scenarios_and_counts_runs(example: Path) -> None:

@@ -5,7 +5,6 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, Self
 
-from exchange_of_statements import Visit
 from visiting_mission import VisitingMission, VisitingScenario, VisitingTruth
 
 from missions.metric import Better, Metric
@@ -14,6 +13,7 @@ from remoras.behaviours import Behaviour, Standing
 from remoras.database import VehicleData
 from remoras.mission import FleetView, Mission
 from remoras.recorder import TIME, Column, Recorder, Table
+from stress.conformance.statements import Visit
 
 
 class Partial(Mission):

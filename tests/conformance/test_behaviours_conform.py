@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 
-import behaviour_conformance as conformance
 import nonconforming_behaviours as broken
 import pytest
 from sample_vehicles import AUV
@@ -21,6 +20,7 @@ from remoras.behaviours import (
     Working,
 )
 from remoras.functional.vital import ReturningHome, ReturningToArea
+from stress.conformance import behaviours as conformance
 
 CORNERS_M = ((0.0, 0.0), (50.0, 0.0), (50.0, 50.0), (0.0, 50.0))
 MADE: dict[str, Callable[[], Behaviour]] = {

@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from pathlib import Path
 
-import channel_conformance as conformance
 import nonconforming_channels as broken
 import pytest
 
@@ -13,6 +12,7 @@ from exchange.acoustics.shipped import CHANNELS
 from exchange.acoustics.trace import TraceChannel
 from missions.scenarios.channel import model_named
 from remoras.errors import PluginError
+from stress.conformance import channels as conformance
 
 LINKS = [{"sender": "A", "receiver": "B", "per": 1.0}, {"sender": "C", "receiver": "A", "per": 0.4}]
 RECORDED = str(Path(__file__).parent / "recorded_links.csv")

@@ -1,9 +1,8 @@
 """What the claims of CBBA take on the wire."""
 
-from conformance_worlds import small_patches
-
 from exchange.packets import Fragment
 from missions.runs.setup import resolved
+from stress.conformance.worlds import small_patches
 from worldmodel import PropertyValue
 
 

@@ -7,9 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, ClassVar
 
-import behaviour_conformance
 import pytest
-import sensor_conformance
 from pydantic import Field
 from sample_vehicles import AUV
 
@@ -27,6 +25,8 @@ from remoras.organisation import Organisation
 from remoras.recorder import TIME, VEHICLE, Column, Table
 from remoras.strategies.founding import common_roles, founded
 from remoras.work import Outlook, Work
+from stress.conformance import behaviours as behaviour_conformance
+from stress.conformance import sensors as sensor_conformance
 
 
 def example_of(documented: Any) -> str:

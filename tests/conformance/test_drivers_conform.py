@@ -2,10 +2,10 @@
 
 import time
 
-import driver_conformance as conformance
 import pytest
 
 from exchange.drivers import AT_ONCE, Ether, Heard, MemoryDriver, Paced, Socket, UdpDriver
+from stress.conformance import drivers as conformance
 
 
 def air_s(size_bits: int) -> float:

@@ -17,7 +17,7 @@ from remoras.social.reports import Reports
 from remoras.strategies import strategies
 from remoras.strategies.allocation import Engagement, affordable, planned
 from remoras.work import Outlook, Work
-from tests.conformance.exchange_of_statements import Visit
+from stress.conformance.statements import Visit
 from tests.remoras.samples import auv, database
 from worldmodel import merge
 

@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-import mission_conformance as conformance
 import nonconforming_missions as broken
 import pytest
 from sampling import sampled
@@ -13,6 +12,7 @@ from missions.mapping import MappingMission
 from missions.pandora import PandoraMission
 from missions.scenarios import load
 from remoras.mission import Mission
+from stress.conformance import missions as conformance
 from tests.missions.small_mission import SMALL
 
 

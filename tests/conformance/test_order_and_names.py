@@ -1,11 +1,11 @@
 """The order of roles in a file decides nothing, and the name of a vehicle is a name only."""
 
 import pytest
-from conformance_worlds import small_patches
 
 from missions.runs.run import Run, run
 from missions.scenarios.scenario import Scenario
 from remoras.strategies import strategies
+from stress.conformance.worlds import small_patches
 
 DURATION_S = 600.0
 

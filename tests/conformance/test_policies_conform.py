@@ -4,10 +4,10 @@ from collections.abc import Callable
 from typing import Any
 
 import nonconforming_policies as broken
-import policy_conformance as conformance
 import pytest
 
 from exchange.policies import POLICIES, AckPolicy
+from stress.conformance import policies as conformance
 
 CONFORMING = {**POLICIES, "from outside": broken.SPARSE}
 

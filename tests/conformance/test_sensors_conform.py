@@ -2,12 +2,12 @@
 
 import nonconforming_sensors as broken
 import pytest
-import sensor_conformance as conformance
 from sample_vehicles import AUV
 
 from missions.mapping.mission import MappingMission
 from missions.mapping.sensors import Seabed, SwathSettings
 from remoras.sensor import SensorSettings
+from stress.conformance import sensors as conformance
 
 CORNERS_M = ((50.0, 50.0), (150.0, 50.0), (150.0, 150.0), (50.0, 150.0))
 

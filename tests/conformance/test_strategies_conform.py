@@ -4,10 +4,10 @@ from collections.abc import Callable
 
 import nonconforming_strategies as broken
 import pytest
-import strategy_conformance as conformance
 
 from remoras.errors import PluginError
 from remoras.strategies import Strategy, strategies
+from stress.conformance import strategies as conformance
 
 SHIPPED = strategies()
 LONG = {conformance.check_states_within_the_group}

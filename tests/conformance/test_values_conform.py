@@ -2,9 +2,9 @@
 
 import pytest
 from nonconforming_values import Counting, Disordered, Endless, Meddling, Nameless, Overtaking
-from value_conformance import check
 
 from exchange.values import VALUE_RULES, Moment, ValueRule, Waiting
+from stress.conformance.values import check
 
 
 @pytest.mark.parametrize("name", sorted(VALUE_RULES))

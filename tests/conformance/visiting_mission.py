@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any, ClassVar, Self
 
 import tomli_w
-from exchange_of_statements import Visit
 from pydantic import Field
 
 from missions.scenarios import Scenario, load
@@ -24,6 +23,7 @@ from remoras.organisation import Group
 from remoras.picture import Picture
 from remoras.recorder import Recorder
 from remoras.work import Point
+from stress.conformance.statements import Visit
 
 WORDS = """
 @prefix rm: <https://w3id.org/remoras/marine#> .

@@ -1,7 +1,7 @@
 """The how-tos work as printed: their files are written, their commands run, and have the effect that the page claims.
 
 A block whose first line is ``# name.ext`` is that file; a Python block without a name is run as a script; a line of a
-``sh`` block is a command. Blocks are taken in the order of the page. ``CHECKOUT`` stands for the repository's folder.
+``sh`` block is a command. Blocks are taken in the order of the page.
 """
 
 import itertools
@@ -51,7 +51,7 @@ def execute(page: Path, folder: Path) -> dict[str, str]:
             said[text] = called(f"{page.name}: {text}", [f"block{number}.py"], folder)
         elif language == "sh":
             for line in text.splitlines():
-                command, _, target = line.replace("CHECKOUT", str(ROOT)).partition(" > ")
+                command, _, target = line.partition(" > ")
                 program, *arguments = shlex.split(command)
                 where = f"{page.name}: {line}"
                 said[line] = answered(where, arguments) if program == "remoras" else called(where, arguments, folder)
@@ -174,14 +174,14 @@ def test_links_of_a_channel_from_outside_lose_by_range(executed: Any) -> None:
 def test_a_strategy_from_outside_conforms(executed: Any) -> None:
     folder, said = executed("strategy")
     assert summary(folder / "mine")["strategy"] == "nearest:NEAREST"
-    checks = next(text for line, text in said.items() if "strategy_conformance" in line)
+    checks = next(text for line, text in said.items() if "remoras.testing" in line)
     assert checks.count("ok  check_") >= 8
 
 
 def test_a_policy_from_outside_conforms(executed: Any) -> None:
     folder, said = executed("policy")
     assert summary(folder / "mine")["policy"] == "alternate_acks:SPARSE"
-    assert any("ok" in text for line, text in said.items() if "policy_conformance" in line)
+    assert any("ok" in text for line, text in said.items() if "remoras.testing" in line)
 
 
 def test_a_behaviour_from_outside_decides_where_vehicles_wait(executed: Any) -> None:

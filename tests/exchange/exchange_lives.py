@@ -2,11 +2,10 @@
 
 from collections.abc import Callable
 
-from fleet_radio import TBOX, Fleet, instances, needs
-
 from exchange.manager import ExchangeManager
 from exchange.packets import ItemUid, Reception
 from exchange.policies import POLICIES
+from stress.conformance.radio import TBOX, Fleet, instances, needs
 from worldmodel import WorldModel, merge
 
 Lost = Callable[[int, int], bool]

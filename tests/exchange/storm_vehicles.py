@@ -4,14 +4,24 @@ from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
-from fleet_radio import AREA_DONE, DURATION_S, MAPPED_CELL, N_BLOCKS, POSITION, SLOT_S, TBOX, bay, instances, needs
-
 from exchange.codec import Codec
 from exchange.manager import ExchangeManager
 from exchange.packets import ItemUid
 from exchange.policies import POLICIES
 from exchange.schedule import TdmaSchedule
 from remoras.testing import Life, Make, Storm
+from stress.conformance.radio import (
+    AREA_DONE,
+    DURATION_S,
+    MAPPED_CELL,
+    N_BLOCKS,
+    POSITION,
+    SLOT_S,
+    TBOX,
+    bay,
+    instances,
+    needs,
+)
 from worldmodel import TYPE_UID, WorldModel
 from worldmodel.remembering import remember
 

@@ -4,11 +4,11 @@ import random
 from collections.abc import Iterator
 
 import pytest
-from fleet_radio import AREA_DONE
 from storm_vehicles import AREA, creates, maps, storm_of
 
 from exchange.policies import POLICIES
 from remoras.testing import DOUBLED, HEARD, LOST, Aired, Fate, Storm, chances, damaged, late, replayed
+from stress.conformance.radio import AREA_DONE
 from worldmodel import TYPE_UID
 
 EVERY_POLICY = pytest.mark.parametrize("policy", sorted(POLICIES))

@@ -5,12 +5,12 @@ from contextlib import suppress
 
 import numpy as np
 import pytest
-from fleet_radio import MAPPED_CELL, POSITION, TBOX, codec_of, instances
 from hypothesis import given
 from hypothesis import strategies as st
 
 from exchange import Observations, decode_observations, encode_observations
 from exchange.errors import ConfigurationError, PeerFault
+from stress.conformance.radio import MAPPED_CELL, POSITION, TBOX, codec_of, instances
 from worldmodel import ValueKind
 
 N_NODES = 4

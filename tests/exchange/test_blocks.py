@@ -3,13 +3,13 @@
 import itertools
 
 import pytest
-from fleet_radio import BATTERY, MAPPED_CELL, POSITION, bay, block_of_cells, codec_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from exchange.blocks import MAX_FRAGMENTS, Assembly, fragments_of
 from exchange.errors import ConfigurationError
 from exchange.packets import Fragment
+from stress.conformance.radio import BATTERY, MAPPED_CELL, POSITION, bay, block_of_cells, codec_of
 from worldmodel import Block, PropertyValue
 
 N_NODES = 4

@@ -7,18 +7,6 @@ from dataclasses import replace
 from functools import cache
 
 import pytest
-from fleet_radio import (
-    BATTERY,
-    DURATION_S,
-    MAPPED_CELL,
-    N_BLOCKS,
-    POSITION,
-    TBOX,
-    attribute,
-    cells,
-    codec_of,
-    instances,
-)
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -30,6 +18,18 @@ from exchange.policies import ACK, POLICIES, AckPolicy, header_bits
 from exchange.summaries import Summary
 from missions.runs.setup import resolved
 from missions.scenarios.loading import load
+from stress.conformance.radio import (
+    BATTERY,
+    DURATION_S,
+    MAPPED_CELL,
+    N_BLOCKS,
+    POSITION,
+    TBOX,
+    attribute,
+    cells,
+    codec_of,
+    instances,
+)
 from worldmodel import STATUS, Attribute, Field, OntologyClass, PropertyValue, TBox, Value, ValueKind
 from worldmodel.fields import Grid
 

@@ -1,7 +1,6 @@
 """Peers of another definition: noticed within four frames, and from then on never misread."""
 
 import pytest
-from fleet_radio import DURATION_S, N_BLOCKS, TBOX, Fleet, cells, instances
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -10,6 +9,7 @@ from exchange.definitions import Definitions
 from exchange.errors import PeerFault
 from exchange.packets import Fragment
 from exchange.policies import POLICIES
+from stress.conformance.radio import DURATION_S, N_BLOCKS, TBOX, Fleet, cells, instances
 
 
 def stranger_codec(n_items: int) -> Codec:

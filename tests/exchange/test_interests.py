@@ -3,9 +3,9 @@
 import random
 
 import pytest
-from fleet_radio import MAPPED_CELL, Fleet, bay
 
 from exchange.policies import POLICIES
+from stress.conformance.radio import MAPPED_CELL, Fleet, bay
 from worldmodel import PLAIN, PropertyValue, Terms, Wanted, merge
 
 

@@ -1,11 +1,11 @@
 """Columns of the ledger: an item set is an integer, and a bit keeps its meaning for good."""
 
-from fleet_radio import cells
 from hypothesis import given
 from hypothesis import strategies as st
 
 from exchange.ledger import Entry, Ledger
 from exchange.packets import Fragment, ItemUid
+from stress.conformance.radio import cells
 
 
 def entry(origin: int, sequence: int, part: int = 0) -> Entry:

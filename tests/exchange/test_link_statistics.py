@@ -4,10 +4,10 @@ import math
 import random
 
 import pytest
-from fleet_radio import Fleet
 
 from exchange.links import KEPT, SHORTEST_SILENCE, UNLIKELY, Estimate
 from exchange.peers import Upkeep
+from stress.conformance.radio import Fleet
 
 N_EFFECTIVE = (1.0 + KEPT) / (1.0 - KEPT)
 """Samples of equal weight that tell as much as very many whose weights fall by ``KEPT``: 127."""

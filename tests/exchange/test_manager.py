@@ -3,7 +3,16 @@
 import random
 
 import pytest
-from fleet_radio import (
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from exchange.codec import Codec
+from exchange.errors import ConfigurationError
+from exchange.manager import ExchangeManager
+from exchange.packets import Fragment, InfluenceSignal, ItemUid
+from exchange.policies import POLICIES
+from exchange.schedule import TdmaSchedule
+from stress.conformance.radio import (
     AREA_DONE,
     BATTERY,
     DURATION_S,
@@ -19,15 +28,6 @@ from fleet_radio import (
     one_size_codec,
     role,
 )
-from hypothesis import given, settings
-from hypothesis import strategies as st
-
-from exchange.codec import Codec
-from exchange.errors import ConfigurationError
-from exchange.manager import ExchangeManager
-from exchange.packets import Fragment, InfluenceSignal, ItemUid
-from exchange.policies import POLICIES
-from exchange.schedule import TdmaSchedule
 from worldmodel import Attribute, Instance, NeedsIndex, PropertyValue, TBox, ValueKind, WorldModel
 
 

@@ -1,9 +1,9 @@
 """Names of items, statuses and what is kept, as tables and reports show them."""
 
 import pytest
-from fleet_radio import POSITION, cells
 
 from exchange.packets import Fragment, ItemUid, guid_of, name_of
+from stress.conformance.radio import POSITION, cells
 from worldmodel import STATUS, Block, PropertyValue
 
 

@@ -10,7 +10,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from exchange.policies import POLICIES
-from tests.conformance.policy_conformance import Study, assert_study_is_managers, item_bits, one_size_fleet
+from stress.conformance.policies import Study, assert_study_is_managers, item_bits, one_size_fleet
 
 MAX_SLOTS = 40
 

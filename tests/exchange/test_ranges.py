@@ -4,9 +4,9 @@ The codec has a form for each, so nothing is ever sent as another value; no vehi
 """
 
 import pytest
-from fleet_radio import MAPPED_CELL, TBOX, Fleet, bay, cells
 
 from exchange.packets import Fragment, ItemUid
+from stress.conformance.radio import MAPPED_CELL, TBOX, Fleet, bay, cells
 from worldmodel import FactError, PropertyValue
 
 FIELD = TBOX.attributes[MAPPED_CELL].fields[0]

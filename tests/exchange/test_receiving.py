@@ -3,7 +3,12 @@
 from dataclasses import replace
 
 import pytest
-from fleet_radio import (
+
+from exchange.codec import Codec
+from exchange.manager import ExchangeManager
+from exchange.packets import Fragment, ItemUid
+from exchange.policies import POLICIES
+from stress.conformance.radio import (
     BATTERY,
     DURATION_S,
     MAPPED_CELL,
@@ -16,11 +21,6 @@ from fleet_radio import (
     instances,
     needs,
 )
-
-from exchange.codec import Codec
-from exchange.manager import ExchangeManager
-from exchange.packets import Fragment, ItemUid
-from exchange.policies import POLICIES
 from worldmodel import STATUS, Fault, FaultCode, PropertyValue, WorldModel, merge
 
 

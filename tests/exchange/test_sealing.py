@@ -7,7 +7,6 @@ from functools import cache
 from pathlib import Path
 
 import pytest
-from fleet_radio import DURATION_S, MAPPED_CELL, N_BLOCKS, TBOX, Fleet, bay, cells, instances
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -16,6 +15,7 @@ from exchange.errors import ConfigurationError, PeerFault
 from exchange.packets import Fragment, Packet
 from exchange.policies import POLICIES
 from exchange.sealing import CRC_BITS, Seal, key_in, nonce_of
+from stress.conformance.radio import DURATION_S, MAPPED_CELL, N_BLOCKS, TBOX, Fleet, bay, cells, instances
 
 KEY = bytes(range(16))
 

@@ -3,13 +3,13 @@
 Two to five vehicles, any policy, packets of any size; clocks differ by less than the slots leave free.
 """
 
-from fleet_radio import POSITION
 from hypothesis import settings
 from hypothesis import strategies as st
 from storm_vehicles import creates, maker, maps, schedule_of
 
 from exchange.policies import POLICIES
 from remoras.testing import Life, Storm, storm_machine
+from stress.conformance.radio import POSITION
 
 
 def storm_of_any(

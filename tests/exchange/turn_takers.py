@@ -4,11 +4,11 @@ import random
 from collections.abc import Callable, Sequence
 
 from exchange_lives import Sea
-from fleet_radio import DURATION_S, N_BLOCKS, SLOT_S, TBOX, instances
 
 from exchange.codec import Codec
 from exchange.policies import POLICIES
 from exchange.schedule import TdmaSchedule
+from stress.conformance.radio import DURATION_S, N_BLOCKS, SLOT_S, TBOX, instances
 
 Slots = tuple[tuple[int, ...], ...]
 

@@ -25,10 +25,9 @@ def test_equal_strategies_are_seldom_told_apart(k: int, n: int, success: float) 
 @pytest.mark.parametrize("k", [4, 10])
 @pytest.mark.parametrize("n", [5, 10, 30])
 @pytest.mark.parametrize("success", [1.0, 0.95, 0.8])
-def test_of_300_studies_of_equal_strategies_at_most_5_percent_tell_any_from_the_best(
-    k: int, n: int, success: float
-) -> None:
-    assert error_rate("lognormal s = 1", k, n, success, 300).told <= 0.05
+def test_of_300_studies_of_equal_strategies_few_tell_any_from_the_best(k: int, n: int, success: float) -> None:
+    """The error is 5 % at most; by luck 300 studies show more than 8 % in one of a hundred cases."""
+    assert error_rate("lognormal s = 1", k, n, success, 300).told <= 0.08
 
 
 @pytest.mark.slow

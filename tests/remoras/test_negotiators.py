@@ -18,7 +18,7 @@ from remoras.strategies.remoras import Remoras
 from remoras.strategies.status_broadcast import StatusBroadcast
 from remoras.strategy import Heard, Move, Situation, Strategy
 from remoras.work import Job, Point, Work
-from tests.conformance.exchange_of_statements import (
+from stress.conformance.statements import (
     KINDS_OF_JOBS,
     ROUND_S,
     Lost,

@@ -6,7 +6,7 @@ from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecif
 from remoras.strategies.chains import chained, chains
 from remoras.strategies.fixed_partition import FixedPartition
 from remoras.work import Outlook, Work, precedence, works
-from tests.conformance.exchange_of_statements import Visit
+from stress.conformance.statements import Visit
 
 ROLES = ("Dock", "Load", "Leave", "Look")
 JOBS = {

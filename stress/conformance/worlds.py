@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import tomli_w
-from exchange_of_statements import Visit
 from hypothesis import strategies as st
 
 from exchange.acoustics.channel import Arrival
@@ -30,6 +29,7 @@ from remoras.strategy import (
     Strategy,
 )
 from remoras.work import Job, Work
+from stress.conformance.statements import Visit
 from worldmodel import Attribute, ValueKind, core_ontology_paths, read_tbox
 
 TBOX = read_tbox(*core_ontology_paths(), *MappingMission.vocabulary)
@@ -74,6 +74,7 @@ POINTS_M = st.tuples(st.floats(-300.0, 300.0), st.floats(-300.0, 300.0))
 
 @st.composite
 def vehicles(draw: st.DrawFn, name: str) -> VehicleData:
+    """Any vehicle."""
     return VehicleData(
         name=name,
         vehicle_type="AUV",
@@ -201,6 +202,7 @@ class Silent:
     def transmit(
         self, slot: int, sender: int, data: bytes, now_s: float, positions_m: Sequence[tuple[float, float]]
     ) -> list[Arrival]:
+        """Let nobody hear it."""
         return []
 
 
@@ -214,19 +216,24 @@ class Watched:
 
     @property
     def name(self) -> str:
+        """Of the strategy."""
         return self.strategy.name
 
     @property
     def declaration(self) -> Declaration:
+        """Of the strategy."""
         return self.strategy.declaration
 
     def form(self, database: AUVDatabase, groups: Sequence[Group]) -> Organisation:
+        """Let the strategy form the groups."""
         return self.strategy.form(database, groups)
 
     def adapt(self, work: Work) -> tuple[RoleAssignment, ...]:
+        """Let the strategy adapt roles."""
         return self.strategy.adapt(work)
 
     def negotiator(self, me: str, group: Group) -> Negotiator | None:
+        """The negotiator of the strategy, of which each move is kept."""
         made = self.strategy.negotiator(me, group)
         return None if made is None else _WatchedNegotiator(made, me, group.name, self.moves)
 

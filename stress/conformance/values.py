@@ -50,7 +50,7 @@ def check(rule: ValueRule, seed: int = 1) -> None:
         assert math.isfinite(value), f"value gives {value!r}, not a finite number, for {before}"
         assert (rule.place(one), rule.value(one, moment)) == (place, value), f"another answer the second time: {before}"
         assert place is None or isinstance(place, Place), f"place gives {place!r}, neither a Place nor None"
-        assert place is None or math.isfinite(place.rank), f"rank {place.rank} of {before}"  # type: ignore[union-attr]
+        assert place is None or math.isfinite(place.rank), f"rank {place.rank} of {before}"
     for step in range(N_LATER):
         later = Moment(moment.now_s + FRAME_S * step, moment.n_slots + step)
         _check_order(rule, waiting, later)

@@ -9,8 +9,6 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from contents import difference, picture_of
-
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType
 from remoras.behaviours import Behaviour, Standing
 from remoras.beliefs import Beliefs
@@ -19,6 +17,7 @@ from remoras.functional.layer import FunctionalLayer
 from remoras.picture import Picture
 from remoras.recorder import TABLES, TIME, VEHICLE, Table
 from remoras.sensor import Observation, Pose, Sensor, SensorSettings
+from stress.conformance.contents import difference, picture_of
 from worldmodel import Instance, TBox, WorldModel, WorldModelError, core_ontology_paths, read_tbox
 
 FIELD_M = 400.0
@@ -87,9 +86,9 @@ def check(
             _check_row(one, table, now_s)
             _check_facts(one, beliefs, now_s)
         answers.append(given)
-    for (pose, now_s), one in zip(ticks, answers, strict=True):
+    for (pose, now_s), answer in zip(ticks, answers, strict=True):
         other = _sensed(second, pose, world, now_s)
-        assert other == one, f"t = {now_s} s: two sensors made alike answer {one} and {other}"
+        assert other == answer, f"t = {now_s} s: two sensors made alike answer {answer} and {other}"
     changed = difference(before, picture_of(world), "world")
     assert not changed, f"the sensor changed the world, which all vehicles and runs share: {changed}"
     _check_is_silent_while_off(settings, data, ticks, world)

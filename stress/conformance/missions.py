@@ -1,10 +1,8 @@
 """What every mission has to keep to, as one check of its class and a scenario of it.
 
-From a checkout: ``python tests/conformance/mission_conformance.py SCENARIO``, a shipped name or a TOML file.
+By its scenario: ``python -m remoras.testing mission SCENARIO``, a shipped name or a TOML file.
 From a test: ``check(mission_class, scenario)``; it raises ``AssertionError`` with what is wrong.
 """
-
-# ruff: noqa: E402  # run as a program, this file has to find the checkout before it imports from it
 
 import hashlib
 import json
@@ -19,11 +17,6 @@ from pathlib import Path
 from typing import Any
 
 import tomli_w
-
-sys.path[:0] = [str(Path(__file__).resolve().parents[2])] if __name__ == "__main__" else []
-
-from behaviour_conformance import check as check_behaviour
-from contents import difference, picture_of
 
 from missions.metric import NOT_APPLICABLE
 from missions.runs.assembly import assemble
@@ -41,6 +34,8 @@ from remoras.htn import NoPlan, Task, plan
 from remoras.mission import FleetView, Milestone, Mission
 from remoras.recorder import TABLES
 from remoras.social.pursuit import Pursuit
+from stress.conformance.behaviours import check as check_behaviour
+from stress.conformance.contents import difference, picture_of
 from worldmodel import UnknownNameError
 
 SEED = 1
@@ -283,10 +278,9 @@ def check_free_of_hashes(scenario: Scenario) -> None:
         file = Path(folder) / "scenario.toml"
         tables = scenario.model_dump(mode="json", exclude_none=True)
         file.write_text(tomli_w.dumps(tables), encoding="utf-8")
-        here = str(Path(__file__).parent)
         program = (
-            f"import sys; sys.path[:0] = {[here, *sys.path]!r}\n"
-            f"from mission_conformance import digest\nprint(digest({str(file)!r}))"
+            f"import sys; sys.path[:0] = {sys.path!r}\n"
+            f"from stress.conformance.missions import digest\nprint(digest({str(file)!r}))"
         )
         started = [
             subprocess.Popen(
@@ -306,10 +300,3 @@ def check_free_of_hashes(scenario: Scenario) -> None:
 def digest(scenario: str) -> str:
     """Digest of all that a run of a scenario file records."""
     return hashlib.sha256(json.dumps(rows_of(finished(resolved(load(scenario))))).encode()).hexdigest()
-
-
-if __name__ == "__main__":
-    sys.path[:0] = [str(Path.cwd())]
-    loaded = load(sys.argv[1])
-    for passed in conforms(mission_class(loaded.scenario.mission), loaded):
-        print(f"ok  {passed}")

@@ -1,7 +1,7 @@
 """What every organisational strategy has to keep to, as checks of a strategy object.
 
-From a checkout: ``python tests/conformance/strategy_conformance.py package.module:object``; for a shipped strategy its
-name. From a test: call ``conforms``, or the checks one by one; each raises ``AssertionError`` with what is wrong.
+By its name: ``python -m remoras.testing strategy package.module:object``; for a shipped strategy its name.
+From a test: call ``conforms``, or the checks one by one; each raises ``AssertionError`` with what is wrong.
 """
 
 import hashlib
@@ -13,10 +13,21 @@ import sys
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
-from pathlib import Path
 from typing import Any, get_args, get_type_hints
 
-from conformance_worlds import (
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
+
+from missions.runs.run import Run, run
+from remoras.authority import CONSULTING, Act, Authority, Request, Rules, may_assign
+from remoras.errors import StrategyError
+from remoras.organisation import Outcome
+from remoras.plugins import named_object
+from remoras.strategies import configured, parameters, strategies
+from remoras.strategy import INFLUENCE_SIGNAL, JOB_DONE, OBJECTIVE, Situation, Strategy, faults_of_strategy
+from remoras.work import Job
+from stress.conformance.statements import KINDS_OF_JOBS, ROLES, Team, never
+from stress.conformance.worlds import (
     GROUPS,
     NAMES,
     TBOX,
@@ -30,18 +41,6 @@ from conformance_worlds import (
     small_patches,
     works_of,
 )
-from exchange_of_statements import KINDS_OF_JOBS, ROLES, Team, never
-from hypothesis import HealthCheck, Phase, given, settings
-from hypothesis import strategies as st
-
-from missions.runs.run import Run, run
-from remoras.authority import CONSULTING, Act, Authority, Request, Rules, may_assign
-from remoras.errors import StrategyError
-from remoras.organisation import Outcome
-from remoras.plugins import named_object
-from remoras.strategies import configured, parameters, strategies
-from remoras.strategy import INFLUENCE_SIGNAL, JOB_DONE, OBJECTIVE, Situation, Strategy, faults_of_strategy
-from remoras.work import Job
 
 OCCASIONAL_BLOCKS = 10
 """Blocks that a vehicle may state for each job in a whole run, beside those of ``blocks_per_round``: a role given,
@@ -210,7 +209,8 @@ def _check_states(strategy: Strategy) -> None:
         negotiator = strategy.negotiator(me, group)
         if negotiator is None:
             return
-        organisation, done, mentioned = data.draw(organisations(formed, database)), frozenset[str](), []
+        organisation, done = data.draw(organisations(formed, database)), frozenset[str]()
+        mentioned: list[Any] = []
         for number in range(1, 1 + N_ROUNDS):
             work = data.draw(works_of(group, organisation, database, jobs))
             done |= work.done if number == N_ROUNDS else frozenset()
@@ -361,7 +361,7 @@ def check_deterministic(*references: str) -> None:
     """
     program = (
         f"import sys; sys.path[:0] = {sys.path!r}\n"
-        f"from strategy_conformance import digest\n"
+        f"from stress.conformance.strategies import digest\n"
         f"print(*[digest(reference) for reference in {references!r}])"
     )
     command = [sys.executable, "-c", program]
@@ -405,9 +405,3 @@ def conforms(reference: str) -> Iterator[str]:
         yield check.__name__
     check_deterministic(reference)
     yield check_deterministic.__name__
-
-
-if __name__ == "__main__":
-    sys.path[:0] = [str(Path.cwd()), str(Path(__file__).resolve().parents[2])]
-    for passed in conforms(sys.argv[1]):
-        print(f"ok  {passed}")

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Sequence
 from functools import cache
-from pathlib import Path
 
 from exchange.codec import Codec
 from exchange.manager import ExchangeManager
@@ -11,6 +10,7 @@ from exchange.packing import Packing
 from exchange.peers import USUAL_UPKEEP, Upkeep
 from exchange.policies import POLICIES, AckPolicy
 from exchange.schedule import TdmaSchedule
+from missions.mapping import MappingMission
 from worldmodel import (
     Block,
     InformationNeed,
@@ -25,14 +25,14 @@ from worldmodel import (
     read_tbox,
 )
 
-VOCABULARY = Path(__file__).parents[2] / "missions" / "mapping" / "vocabulary.ttl"
-TBOX = read_tbox(*core_ontology_paths(), VOCABULARY)
+TBOX = read_tbox(*core_ontology_paths(), MappingMission.vocabulary[0])
 DURATION_S = 14_400.0
 N_BLOCKS = 1 << 14
 SLOT_S = 2.0
 
 
 def attribute(name: str) -> int:
+    """Number of the attribute of a name."""
     return TBOX.attribute_named(name).uid
 
 
@@ -48,6 +48,7 @@ def bay(n_nodes: int) -> int:
 
 
 def role(n_nodes: int) -> int:
+    """Instance of a role, behind those of the vehicles."""
     return n_nodes + 1
 
 
@@ -61,6 +62,7 @@ def instances(n_nodes: int) -> tuple[Instance, ...]:
 
 @cache
 def codec_of(n_nodes: int, policy: str | AckPolicy = "ack") -> Codec:
+    """Codec of so many nodes under a policy."""
     chosen = POLICIES[policy] if isinstance(policy, str) else policy
     return Codec(TBOX, len(instances(n_nodes)), n_nodes, chosen, N_BLOCKS, DURATION_S)
 
@@ -69,6 +71,7 @@ class OneSizePacking(Packing):
     """Room for fragments that all take the most bits that a fragment may take: the study knows one size of an item."""
 
     def size_bits(self, fragment: Fragment) -> int:
+        """Size of a fragment (bits): the most that any takes."""
         return self._codec.most_bits(fragment, relayed=True)
 
 
@@ -76,6 +79,7 @@ class OneSizeCodec(Codec):
     """Of packets whose fragments take less than is counted for them."""
 
     def packing(self, sender: int, epoch: int, frame: int, slot_start_s: float, room_bits: int) -> Packing:
+        """A packet to be filled, in which sizes are the greatest."""
         return OneSizePacking(self, sender, epoch, frame, slot_start_s, room_bits)
 
 
@@ -137,6 +141,7 @@ class Fleet:
 
     @property
     def now_s(self) -> float:
+        """When the slot that is next opens (s)."""
         return self.schedule.start_s(self.slot)
 
     def observe(self, node: int, *facts: tuple[int, int, Value]) -> tuple[ItemUid, ...]:
@@ -162,6 +167,7 @@ class Fleet:
         return sent
 
     def deliver(self, receiver: int, data: bytes, now_s: float) -> Reception:
+        """Let a packet arrive at a node, and note what came of it."""
         reception = self.managers[receiver].receive(data, now_s)
         self.heard[receiver].append(reception)
         merge(self.models[receiver], reception.blocks)
@@ -171,13 +177,16 @@ class Fleet:
         return reception
 
     def pass_frames(self, n: int) -> list[Transmission]:
+        """Let so many frames pass; what was sent in them."""
         return [self.pass_slot() for _ in range(n * self.n_nodes)]
 
     def holders(self, uid: ItemUid) -> list[int]:
+        """Nodes that hold an item."""
         return [node for node, manager in enumerate(self.managers) if manager.holds(uid)]
 
     @property
     def n_open(self) -> int:
+        """Items that nodes still have to tell, all together."""
         return sum(manager.n_open for manager in self.managers)
 
 
@@ -187,4 +196,5 @@ def cells(n_nodes: int, n: int) -> tuple[PropertyValue, ...]:
 
 
 def block_of_cells(n_nodes: int, n: int, origin: int = 0, sequence: int = 0) -> Block:
+    """A block that says of so many cells that they are mapped."""
     return Block(origin, sequence, 1.0, cells(n_nodes, n))

@@ -1,26 +1,18 @@
 """What every channel model has to keep to, as checks of its class, or of an object with settings of its own.
 
-From a checkout: ``python tests/conformance/channel_conformance.py package.module:Class``; for a shipped model its name.
+By its name: ``python -m remoras.testing channel package.module:Class``; for a shipped model its name.
 From a test: call ``check``, or the checks one by one; each raises ``AssertionError`` with what is wrong.
 """
 
-# ruff: noqa: E402  # run as a program, this file has to find the checkout before it imports from it
-
 import math
-import sys
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from random import Random
 from typing import NamedTuple
-
-sys.path[:0] = [str(Path(__file__).resolve().parents[2])] if __name__ == "__main__" else []
 
 from exchange.acoustics import loss
 from exchange.acoustics.link import LinkModel, Transmission
 from exchange.acoustics.models import ChannelModel, Deployment
 from exchange.acoustics.modems import modems
-from missions.scenarios.channel import model_named
-from remoras.errors import PluginError
 
 Model = type[ChannelModel] | ChannelModel
 
@@ -164,16 +156,12 @@ CHECKS: tuple[Callable[[Model], None], ...] = (
 
 def check(model: Model) -> None:
     """Make every check of a channel model; raises AssertionError with what is wrong."""
-    for one in CHECKS:
-        one(model)
+    for _ in conforms(model):
+        pass
 
 
-if __name__ == "__main__":
-    sys.path[:0] = [str(Path.cwd())]
-    try:
-        asked_for = model_named(sys.argv[1])
-    except PluginError as error:
-        sys.exit(f"{sys.argv[1]}: {error}")
-    for passed in CHECKS:
-        passed(asked_for)
-        print(f"ok  {passed.__name__}")
+def conforms(model: Model) -> Iterator[str]:
+    """Make every check of a channel model; yields the name of each that was passed."""
+    for check_one in CHECKS:
+        check_one(model)
+        yield check_one.__name__

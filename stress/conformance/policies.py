@@ -1,20 +1,14 @@
 """What every exchange policy has to keep to, as checks of an ``AckPolicy``.
 
-From a checkout: ``python tests/conformance/policy_conformance.py package.module:object``; for a shipped policy its
-name. From a test: call ``check``, or the checks one by one; each raises ``AssertionError`` with what is wrong.
+By its name: ``python -m remoras.testing policy package.module:object``; for a shipped policy its name.
+From a test: call ``check``, or the checks one by one; each raises ``AssertionError`` with what is wrong.
 """
 
-# ruff: noqa: E402  # run as a program, this file has to find the checkout before it imports from it
-
-import sys
 from collections.abc import Callable, Iterator
 from functools import partial
-from pathlib import Path
 from random import Random
 
 import numpy as np
-
-sys.path[:0] = [str(Path(__file__).resolve().parents[2])] if __name__ == "__main__" else []
 
 from exchange import ack
 from exchange.codec import Codec
@@ -26,7 +20,7 @@ from exchange.study import montecarlo, trial
 from exchange.study.compiler import compiled
 from exchange.study.trial import Ints, Load, Rules
 from remoras.plugins import named_object
-from tests.exchange.fleet_radio import DURATION_S, MAPPED_CELL, N_BLOCKS, TBOX, Fleet, instances, one_size_codec
+from stress.conformance.radio import DURATION_S, MAPPED_CELL, N_BLOCKS, TBOX, Fleet, instances, one_size_codec
 from worldmodel import PropertyValue
 
 SIZES = (2, 3, 5)
@@ -90,7 +84,7 @@ class Nodes:
 
     def beliefs(self) -> list[list[int]]:
         """Item sets by node and peer."""
-        return [list(state.believes) for state in self.states]
+        return [[state.believes[peer] for peer in range(self.n_nodes)] for state in self.states]
 
     def false_belief(self) -> str | None:
         """A belief that does not hold, in words."""
@@ -318,13 +312,13 @@ CHECKS: tuple[Callable[[AckPolicy], None], ...] = (
 
 def check(policy: AckPolicy) -> None:
     """Make every check of a policy; raises AssertionError with what is wrong."""
-    for one in CHECKS:
-        one(policy)
+    for check_one in CHECKS:
+        check_one(policy)
 
 
-if __name__ == "__main__":
-    sys.path[:0] = [str(Path.cwd())]
-    asked = named_object(sys.argv[1]) if ":" in sys.argv[1] else policy_named(sys.argv[1])
-    for passed in CHECKS:
-        passed(asked)
-        print(f"ok  {passed.__name__}")
+def conforms(name: str) -> Iterator[str]:
+    """Make every check of the policy that a scenario names so; yields the name of each that was passed."""
+    policy = named_object(name) if ":" in name else policy_named(name)
+    for check_one in CHECKS:
+        check_one(policy)
+        yield check_one.__name__

@@ -26,6 +26,7 @@ Lost = Callable[[int, str, str], bool]
 
 
 def never(number: int, sender: str, receiver: str) -> bool:
+    """Lose nothing."""
     return False
 
 
@@ -41,12 +42,15 @@ class Visit:
 
     @property
     def done(self) -> Key:
+        """The fact that says that it is done."""
         return "jobDone", self.name
 
     def is_able(self, data: VehicleData) -> bool:
+        """True for a vehicle that may dive so deep."""
         return data.depth_limit_m >= self.greatest_depth_m
 
     def after(self, outlook: Outlook, data: VehicleData) -> Outlook | None:
+        """When and where a vehicle is free after the visit; None if it is not able to make it."""
         if not self.is_able(data):
             return None
         way_s = math.dist(outlook.position_m, self.place_m) / data.transit_speed_mps
@@ -147,6 +151,7 @@ class Team:
 
     @property
     def done(self) -> bool:
+        """True once all jobs are done."""
         return set(self.finished) == set(self.jobs)
 
     @property
@@ -160,6 +165,7 @@ class Team:
         return sum(n for n in at.values() if n > 1)
 
     def run(self, rounds: int) -> None:
+        """Let all negotiate for so many rounds."""
         for _ in range(rounds):
             self.round()
 
