@@ -12,9 +12,10 @@ behaviour, a sensor, a driver or a rule of values has to keep to is checked by `
 
 import sys
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-from remoras.plugin_folders import drop_current_folder
+from remoras.plugin_folders import drop_current_folder, look_in
 from stress.campaign import Report, campaign, judge
 from stress.drawing import Plan, plan_of, schedule_of
 from stress.invariants.seam import Heard, Invariant, Moment, Scene
@@ -98,6 +99,7 @@ def __getattr__(name: str) -> object:
 
 if __name__ == "__main__":  # python -m remoras.testing
     drop_current_folder()
+    look_in([str(Path.cwd())])
     from stress.conformance.command import main
 
     sys.exit(main(sys.argv[1:]))

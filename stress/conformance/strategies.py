@@ -22,6 +22,7 @@ from missions.runs.run import Run, run
 from remoras.authority import CONSULTING, Act, Authority, Request, Rules, may_assign
 from remoras.errors import StrategyError
 from remoras.organisation import Outcome
+from remoras.plugin_folders import plugin_folders
 from remoras.plugins import named_object
 from remoras.strategies import configured, parameters, strategies
 from remoras.strategy import INFLUENCE_SIGNAL, JOB_DONE, OBJECTIVE, Situation, Strategy, faults_of_strategy
@@ -361,6 +362,7 @@ def check_deterministic(*references: str) -> None:
     """
     program = (
         f"import sys; sys.path[:0] = {sys.path!r}\n"
+        f"from remoras.plugin_folders import look_in\nlook_in({plugin_folders()!r})\n"
         f"from stress.conformance.strategies import digest\n"
         f"print(*[digest(reference) for reference in {references!r}])"
     )
