@@ -24,6 +24,7 @@ import hmac
 
 from exchange.codec import Codec
 from exchange.errors import ConfigurationError, PeerFault
+from exchange.packets import Head
 from exchange.schedule import TdmaSchedule
 from exchange.sealing import SALT_BYTES, derived
 
@@ -105,7 +106,7 @@ class Introductions:
             del self._owed[peer]
         lacks = sum(1 << node for node in range(self._schedule.n_nodes) if self._lacks(node))
         place, frame = slot % self._schedule.n_slots, self._schedule.frame_of(slot)
-        body = self._codec.encode_head(self._me, frame, place=place).to_bytes(self._head_bytes, "big")
+        body = self._codec.encode_head(Head(self._me, 0, frame, place)).to_bytes(self._head_bytes, "big")
         body += self._salts[self._me] + lacks.to_bytes(self._lacks_bytes, "big")
         body += b"".join(bytes((peer,)) + self._claims[peer][:ECHO_BYTES] for peer in told)
         return body + self._tag(body, slot)

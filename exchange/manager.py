@@ -33,7 +33,7 @@ from exchange.ledger import Entry, Ledger
 from exchange.lines import STATUS_COLUMN
 from exchange.links import PeerLinks
 from exchange.listening import Listener
-from exchange.packets import Fragment, InfluenceSignal, ItemUid, Packet, Reception, Transmission
+from exchange.packets import Fragment, Head, InfluenceSignal, ItemUid, Packet, Reception, Transmission
 from exchange.peers import USUAL_UPKEEP, Peers, Upkeep
 from exchange.policies import AckPolicy
 from exchange.queue import Queue
@@ -274,7 +274,7 @@ class ExchangeManager:
         spared_bits = self._codec.header.largest_bits - self._codec.header.size_bits(self._me, frame)
         signals_bits = len(signals) * self._codec.signal_bits
         start_s, room_bits = self._schedule.base_s(slot), self._room_bits + spared_bits - signals_bits
-        packing = self._codec.packing(self._me, self._epoch, frame, start_s, room_bits - sum(map(size_of, summary)))
+        packing = self._codec.packing(self._me, self._epoch, start_s, room_bits - sum(map(size_of, summary)))
         chosen = self.queue.choose(packing, now_s, above)
         columns = [one.column for one in chosen if one.column != STATUS_COLUMN]
         if self._upkeep.summaries and not summary:
@@ -283,9 +283,8 @@ class ExchangeManager:
         rows = [0] * self._n_nodes
         self._ageing.compose(slot, 0 if self._peers.is_doubted(self._me, frame) else content, rows)
         place, n_turns = slot % self._schedule.n_slots, max(1, len(self.turns.slots))
-        data = self._codec.encode(
-            self._me, rows, packing.fragments, signals, frame, self._epoch, start_s, summary, place, n_turns
-        )
+        head = Head(self._me, self._epoch, frame, place, n_turns)
+        data = self._codec.assembled(head, start_s, rows, packing.wired(), signals, summary)
         self._signals = ()
         return Transmission(
             slot,

@@ -87,7 +87,7 @@ class Checksum:
     """The checksum behind a packet.
 
     Args:
-        size_bits: 0 for none, 8, 16 or 32.
+        size_bits: 8, 16 or 32.
         fault: what a packet with another is said to be. Of encrypted bytes chance says whether the checksum or the tag
             finds the damage, so both say the same.
 
@@ -105,12 +105,10 @@ class Checksum:
 
     def added(self, data: bytes, frame: int) -> bytes:
         """A packet with its checksum behind it."""
-        return data + self._of(data, frame) if self._n_bytes else data
+        return data + self._of(data, frame)
 
     def stripped(self, data: bytes, frame: int) -> bytes:
         """A packet without its checksum; raises PeerFault if that is wrong."""
-        if not self._n_bytes:
-            return data
         told, crc = data[: -self._n_bytes], data[-self._n_bytes :]
         if self._of(told, frame) != crc:
             raise PeerFault(self._fault)

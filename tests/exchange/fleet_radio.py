@@ -5,9 +5,9 @@ from functools import cache
 from pathlib import Path
 
 from exchange.codec import Codec
+from exchange.fragmentcodec import Packing
 from exchange.manager import ExchangeManager
 from exchange.packets import Fragment, ItemUid, Reception, Transmission
-from exchange.packing import Packing
 from exchange.peers import USUAL_UPKEEP, Upkeep
 from exchange.policies import POLICIES, AckPolicy
 from exchange.schedule import TdmaSchedule
@@ -68,15 +68,15 @@ def codec_of(n_nodes: int, policy: str | AckPolicy = "ack") -> Codec:
 class OneSizePacking(Packing):
     """Room for fragments that all take the most bits that a fragment may take: the study knows one size of an item."""
 
-    def size_bits(self, fragment: Fragment) -> int:
+    def size_bits(self, fragment: Fragment, body_bits: int) -> int:
         return self._codec.most_bits(fragment, relayed=True)
 
 
 class OneSizeCodec(Codec):
     """Of packets whose fragments take less than is counted for them."""
 
-    def packing(self, sender: int, epoch: int, frame: int, slot_start_s: float, room_bits: int) -> Packing:
-        return OneSizePacking(self, sender, epoch, frame, slot_start_s, room_bits)
+    def packing(self, sender: int, epoch: int, slot_start_s: float, room_bits: int) -> Packing:
+        return OneSizePacking(self.fragments, sender, epoch, slot_start_s, room_bits)
 
 
 def one_size_codec(n_nodes: int, policy: AckPolicy = POLICIES["ack"]) -> OneSizeCodec:

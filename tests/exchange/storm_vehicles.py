@@ -6,7 +6,7 @@ from typing import Any
 
 from fleet_radio import AREA_DONE, DURATION_S, MAPPED_CELL, N_BLOCKS, POSITION, SLOT_S, TBOX, bay, instances, needs
 
-from exchange.codec import Codec
+from exchange.codec import Codec, Framing
 from exchange.manager import ExchangeManager
 from exchange.packets import ItemUid
 from exchange.policies import POLICIES
@@ -25,7 +25,7 @@ PRIORITIES = {MAPPED_CELL: 1, AREA_DONE: 2, TYPE_UID: 3, POSITION: 2}
 def codec_of(n_nodes: int, policy: str, crc_bits: int = 0) -> Codec:
     """Names areas that vehicles create too."""
     n_instances = len(instances(n_nodes)) + n_nodes * NEW_INSTANCES
-    return Codec(TBOX, n_instances, n_nodes, POLICIES[policy], N_BLOCKS, DURATION_S, crc_bits=crc_bits)
+    return Codec(TBOX, n_instances, n_nodes, POLICIES[policy], N_BLOCKS, DURATION_S, framing=Framing(crc_bits))
 
 
 def schedule_of(n_nodes: int) -> TdmaSchedule:

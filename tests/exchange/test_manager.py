@@ -438,7 +438,7 @@ def test_a_symbol_that_is_none_never_stops_a_receiver():
         512,
         NeedsIndex(tbox, {}),
     )
-    packing = codec.packing(0, 0, 0, 0.0, 100)
+    packing = codec.packing(0, 0, 0.0, 100)
     flood = Fragment(0, 0, 0.0, (PropertyValue(0, kinds[-1].uid, 2),))
     assert packing.add(flood)
     size_bits = codec.overhead_bits + 100 - packing.left_bits

@@ -4,8 +4,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from exchange.codes import width
 from exchange.errors import PeerFault
-from exchange.names import AttributeNames, width
+from exchange.names import AttributeNames
 
 
 class Taker:

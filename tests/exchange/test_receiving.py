@@ -17,7 +17,7 @@ from fleet_radio import (
     needs,
 )
 
-from exchange.codec import Codec
+from exchange.codec import Codec, Widths
 from exchange.manager import ExchangeManager
 from exchange.packets import Fragment, ItemUid
 from exchange.policies import POLICIES
@@ -151,7 +151,7 @@ def test_a_coarse_clock_makes_no_sound_fact_one_of_the_future():
     """Times are rounded to 10 s: what is observed at 8.2 s is of 10 s. It arrives at 9 s, without tolerance, and is
     sound; of 20 s nothing is. Slot 4 begins at 8 s."""
     fleet = Fleet(2)
-    codec = Codec(TBOX, len(instances(2)), 2, POLICIES["ack"], N_BLOCKS, DURATION_S, 10.0)
+    codec = Codec(TBOX, len(instances(2)), 2, POLICIES["ack"], N_BLOCKS, DURATION_S, Widths(10.0))
     for time_s, is_refused in ((10.0, False), (20.0, True)):
         model = WorldModel(TBOX, 1, instances(2), 10.0, n_origins=2, clock_tolerance_s=0.0)
         manager = ExchangeManager(1, model, codec, fleet.schedule, POLICIES["ack"], 512, needs(range(2)))

@@ -11,7 +11,7 @@ from fleet_radio import DURATION_S, MAPPED_CELL, N_BLOCKS, TBOX, Fleet, bay, cel
 from hypothesis import given
 from hypothesis import strategies as st
 
-from exchange.codec import Codec
+from exchange.codec import Codec, Framing
 from exchange.errors import ConfigurationError, PeerFault
 from exchange.packets import Fragment, Packet
 from exchange.policies import POLICIES
@@ -23,7 +23,7 @@ KEY = bytes(range(16))
 @cache
 def guarded(crc_bits: int = 0, key: bytes | None = None, n_nodes: int = 3) -> Codec:
     return Codec(
-        TBOX, len(instances(n_nodes)), n_nodes, POLICIES["ack"], N_BLOCKS, DURATION_S, crc_bits=crc_bits, key=key
+        TBOX, len(instances(n_nodes)), n_nodes, POLICIES["ack"], N_BLOCKS, DURATION_S, framing=Framing(crc_bits, key)
     )
 
 

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from exchange.bits import Reader
 from exchange.codec import Codec
+from exchange.codes import Reader
 from exchange.errors import ConfigurationError, PeerFault
 from exchange.packets import Fragment
 from exchange.policies import POLICIES

@@ -6,8 +6,8 @@ from statistics import fmean
 
 import pytest
 
-from exchange.bits import Reader
 from exchange.codec import Codec
+from exchange.codes import Reader
 from exchange.factcodec import FactCodec
 from exchange.manager import ExchangeManager
 from exchange.policies import POLICIES
