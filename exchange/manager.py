@@ -30,16 +30,15 @@ from exchange.errors import ConfigurationError, DefinitionFault, PeerFault, Slot
 from exchange.holders import Holders
 from exchange.interests import Interests, Renewal
 from exchange.ledger import Entry, Ledger
-from exchange.lines import STATUS_COLUMN
 from exchange.links import PeerLinks
 from exchange.listening import Listener
-from exchange.packets import Fragment, Head, InfluenceSignal, ItemUid, Packet, Reception, Transmission
+from exchange.packets import Fragment, Head, InfluenceSignal, ItemUid, Packet, Reception, StatusUid, Transmission
 from exchange.peers import USUAL_UPKEEP, Peers, Upkeep
 from exchange.policies import AckPolicy
 from exchange.queue import Queue
 from exchange.schedule import TdmaSchedule
 from exchange.turns import Turns
-from exchange.values import ADDITIVE, ValueRule
+from exchange.values import ADDITIVE, STATUS_COLUMN, ValueRule
 from worldmodel import Change, Needs, PropertyValue, Stated, WorldModel
 from worldmodel.facts import Guid
 
@@ -276,10 +275,9 @@ class ExchangeManager:
         start_s, room_bits = self._schedule.base_s(slot), self._room_bits + spared_bits - signals_bits
         packing = self._codec.packing(self._me, self._epoch, start_s, room_bits - sum(map(size_of, summary)))
         chosen = self.queue.choose(packing, now_s, above)
-        columns = [one.column for one in chosen if one.column != STATUS_COLUMN]
         if self._upkeep.summaries and not summary:
             summary = telling.spare(packing.left_bits)
-        content = sum(1 << column for column in columns)
+        content = sum([1 << one.column for one in chosen if one.column != STATUS_COLUMN])
         rows = [0] * self._n_nodes
         self._ageing.compose(slot, 0 if self._peers.is_doubted(self._me, frame) else content, rows)
         place, n_turns = slot % self._schedule.n_slots, max(1, len(self.turns.slots))
@@ -290,11 +288,11 @@ class ExchangeManager:
             slot,
             data,
             8 * len(data),
-            tuple(self._ledger.uid(column) for column in columns),
+            tuple([one.uid for one in chosen if isinstance(one.uid, ItemUid)]),
             self._codec.header.n_set(self._me, rows, frame),
             packing.sizes(),
             signals_bits,
-            tuple(one.fragment.status_uid for one in chosen if one.column == STATUS_COLUMN),
+            tuple([one.uid for one in chosen if isinstance(one.uid, StatusUid)]),
             signals,
             summary,
             sum(map(size_of, summary)),

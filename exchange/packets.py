@@ -7,7 +7,7 @@ Blocks are delimited and acknowledged; influence signals are ephemeral bytes in 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
@@ -91,22 +91,17 @@ class Fragment:
     index: int = 0
     count: int = 1
     epoch: int = 0
-    uid: ItemUid = field(init=False, repr=False, compare=False)
-    """Name of the exchange item that it is, unless it is a status."""
 
-    def __post_init__(self) -> None:
+    @property
+    def uid(self) -> ItemUid:
+        """Name of the exchange item that it is, unless it is a status."""
         named = self.origin, self.sequence, self.index, self.epoch
-        object.__setattr__(self, "uid", tuple.__new__(ItemUid, named))  # half the time of ItemUid(...)
+        return tuple.__new__(ItemUid, named)  # half the time of ItemUid(...)
 
     @property
     def is_status(self) -> bool:
         """True for a status: it is said once, and nobody acknowledges it."""
         return self.sequence == STATUS
-
-    @property
-    def status_uid(self) -> StatusUid:
-        """Name of the status that it is."""
-        return StatusUid(self.origin, self.time_s, self.facts[0].subject, self.facts[0].attribute)
 
     @property
     def block(self) -> Block:

@@ -1,22 +1,242 @@
 """What waits to be said: the open items of a vehicle, and the newest value of each status, in one weighted queue.
 
-`exchange.choice` fills a packet from it; how much waits makes no difference to what a slot costs.
+What goes into a packet is the most valuable that fits, again and again, and of equals the lower item UID, items before
+statuses; the policy study chooses by the same rule, and a test compares the two. That takes no look at all that waits.
+Candidates that keep their order while they wait stand in one *line*, see `exchange.values`; a slot compares the heads
+of the lines, and takes from them until nothing more fits. It costs as much as there are lines, and as it sends.
 
-A queue is bounded. What does not go in, or has to make room, is told by an `Expiry`. If it is to be acknowledged, it
-waits outside of the queue, and comes in once there is room: nothing that is to be acknowledged is lost.
+A candidate too large for the room left is passed over. A line holds candidates of about one size, so if more than
+``LOOK_PAST`` of it do not fit, the rest is taken not to fit either. Where candidates of a line have one size exactly,
+that is so; in a packed form they differ by some bits, and one that would have fitted may be missed.
+
+A queue may be limited, see `exchange.limits`. What does not go in, or has to make room, is told by an `Expiry`.
 """
 
 from __future__ import annotations
 
+import math
 from collections import Counter
+from collections.abc import Hashable
+from heapq import heapify, heappop, heappush
+from typing import Protocol
 
-from exchange.bounds import Bounds, Deadlines, Ended
-from exchange.choice import Lines, Room
-from exchange.lines import STATUS_COLUMN, Candidate
-from exchange.packets import Fragment, ItemUid
+from exchange.limits import Limits
+from exchange.packets import Fragment, ItemUid, StatusUid
 from exchange.reasons import Expired, Expiry, Unsaid
-from exchange.values import ADDITIVE, Moment, ValueRule, Waiting
+from exchange.values import ADDITIVE, STATUS_COLUMN, Candidate, Moment, ValueRule, Waiting
 from worldmodel import PLAIN, Terms
+
+SLACK = 16
+"""Stale entries of a line, beside as many as there are candidates in it, before it is rebuilt."""
+LOOK_PAST = 3
+"""Candidates of one line that may not fit before the rest of it is left."""
+
+Head = tuple[float, tuple[int, ...], Candidate]
+"""Value, highest first by its sign; what orders equals; candidate."""
+Entry = tuple[float, tuple[int, ...], int, Candidate]
+"""Rank, lowest first; what orders equals; version; candidate."""
+
+
+class Line:
+    """Candidates that keep their order while they wait, the best first.
+
+    Attributes:
+        key: of the line in its queue.
+        priority: of all of them.
+        about: subject and attribute, of a line with a blackout.
+        blackout_s: least time between two packets with values about it.
+        shared: what a line is valued by that waits as one; None if each candidate waits for itself.
+    """
+
+    __slots__ = ("_entries", "about", "blackout_s", "key", "n_repeated", "n_waiting", "priority", "shared")
+
+    def __init__(self, key: Hashable, priority: int, about: tuple[int, int], blackout_s: float) -> None:
+        self.key = key
+        self.priority = priority
+        self.about = about
+        self.blackout_s = blackout_s
+        self.shared: Waiting | None = None
+        self.n_waiting = 0
+        self.n_repeated = 0
+        self._entries: list[Entry] = []
+
+    def add(self, candidate: Candidate, rank: float) -> None:
+        """Let a candidate wait here, before those of lower rank."""
+        candidate.version += 1
+        candidate.line = self.key
+        self.n_waiting += 1
+        self.n_repeated += candidate.is_repeated
+        heappush(self._entries, (-rank, candidate.tie, candidate.version, candidate))
+
+    def remove(self, candidate: Candidate) -> None:
+        """Take a candidate out, wherever it stands."""
+        candidate.version += 1
+        candidate.line = None
+        self.n_waiting -= 1
+        self.n_repeated -= candidate.is_repeated
+        if len(self._entries) > 2 * self.n_waiting + SLACK:
+            self._entries = [entry for entry in self._entries if entry[2] == entry[3].version]
+            heapify(self._entries)
+
+    def head(self) -> Candidate | None:
+        """The best of those that are not passed over; None if there is none."""
+        entries = self._entries
+        while entries and entries[0][2] != entries[0][3].version:
+            heappop(entries)
+        return entries[0][3] if entries else None
+
+    def pass_over(self) -> Entry:
+        """Look at the next one instead of the head; what is returned is to be put back."""
+        return heappop(self._entries)
+
+    def put_back(self, entry: Entry) -> None:
+        """Look at one again that was passed over."""
+        heappush(self._entries, entry)
+
+
+class Room(Protocol):
+    """A packet that is being filled."""
+
+    def add(self, fragment: Fragment) -> bool:
+        """Put a fragment in; False if it does not fit: then nothing has changed."""
+
+
+class Lines:
+    """The lines of one vehicle.
+
+    Args:
+        rule: says what is worth most.
+    """
+
+    def __init__(self, rule: ValueRule) -> None:
+        self._rule = rule
+        self._lines: dict[Hashable, Line] = {}
+        self._said_s: dict[tuple[int, int], float] = {}  # by subject and attribute, where the terms have a blackout
+
+    @property
+    def n_waiting(self) -> int:
+        """How many candidates stand in them."""
+        return sum(line.n_waiting for line in self._lines.values())
+
+    def barred(self, moment: Moment, above: float) -> Counter[Unsaid]:
+        """How many of those that wait may not go at that moment, by the reason.
+
+        Args:
+            moment: of the own slot.
+            above: only what has a higher priority goes.
+        """
+        reasons = Counter[Unsaid]()
+        for line in self._lines.values():
+            if line.n_waiting and (reason := self.bar(line, moment.now_s, above)) is not None:
+                reasons[reason] += line.n_waiting
+        return reasons
+
+    def bar_of(self, candidate: Candidate, now_s: float, above: float) -> Unsaid | None:
+        """Why nothing of the line of a candidate may go; None if it may."""
+        return self.bar(self._lines[candidate.line], now_s, above)
+
+    def bar(self, line: Line, now_s: float, above: float) -> Unsaid | None:
+        """Why nothing of a line may go; None if it may."""
+        if line.priority <= above:
+            return Unsaid.COVERT
+        is_blacked_out = line.blackout_s > 0.0 and now_s - self._said_s.get(line.about, -math.inf) < line.blackout_s
+        return Unsaid.BLACKOUT if is_blacked_out else None
+
+    def choose(self, room: Room, moment: Moment, above: float) -> tuple[list[Candidate], Counter[Unsaid]]:
+        """Fill a packet; returns what goes, the most valuable first, and how many do not go, by the reason.
+
+        Args:
+            room: the packet.
+            moment: of the own slot.
+            above: only what has a higher priority goes.
+        """
+        unsaid = Counter[Unsaid]()
+        heads, n_waiting, n_repeated = self._heads(moment, above, unsaid)
+        passed: dict[Hashable, list[tuple[Line, Entry]]] = {}
+        n_passed = n_too_large = 0
+        chosen: list[Candidate] = []
+        while heads:
+            _, _, candidate = heappop(heads)
+            line = self._lines[candidate.line]
+            entry = line.pass_over()
+            if room.add(candidate.fragment):
+                chosen.append(candidate)
+                n_too_large = n_passed
+                if line.shared is not None:
+                    line.shared.note_said(moment)
+            else:
+                n_passed += 1
+                of_line = passed.setdefault(line.key, [])
+                of_line.append((line, entry))
+                if len(of_line) > LOOK_PAST:
+                    continue
+            self._compare(heads, line, moment)
+        for line, entry in (one for of_line in passed.values() for one in of_line):
+            line.put_back(entry)
+        for candidate in chosen:
+            if candidate.terms.blackout_s:
+                self._said_s[candidate.about] = moment.now_s
+        n_unsaid = n_waiting - len(chosen) - n_too_large
+        n_repeated = min(n_unsaid, n_repeated - sum(one.is_repeated for one in chosen))
+        counts = (
+            (Unsaid.TOO_LARGE, n_too_large),
+            (Unsaid.WAITING, n_repeated),
+            (Unsaid.LOWER_VALUE, n_unsaid - n_repeated),
+        )
+        unsaid.update({reason: n for reason, n in counts if n})
+        return chosen, unsaid
+
+    def _heads(self, moment: Moment, above: float, unsaid: Counter[Unsaid]) -> tuple[list[Head], int, int]:
+        """Heads of the lines that may go, how many wait in these, and how many of them have been said before."""
+        heads: list[Head] = []
+        n_waiting = n_repeated = 0
+        for line in list(self._lines.values()):
+            if line.n_waiting == 0:
+                if line.shared is None:
+                    del self._lines[line.key]
+            elif (reason := self.bar(line, moment.now_s, above)) is not None:
+                unsaid[reason] += line.n_waiting
+            else:
+                n_waiting += line.n_waiting
+                n_repeated += line.n_repeated
+                self._compare(heads, line, moment)
+        return heads, n_waiting, n_repeated
+
+    def _compare(self, heads: list[Head], line: Line, moment: Moment) -> None:
+        """Let the head of a line compete with the others."""
+        head = line.head()
+        if head is not None:
+            value = self._rule.value(line.shared or head.waiting, moment)
+            heappush(heads, (-value, head.tie, head))
+
+    def remove(self, candidate: Candidate) -> None:
+        """Take a candidate out of the line in which it stands."""
+        self._lines[candidate.line].remove(candidate)
+
+    def place(self, candidate: Candidate, n_slots: int) -> None:
+        """Put a candidate where it belongs.
+
+        Args:
+            candidate: stands in no line.
+            n_slots: own slots so far.
+        """
+        waiting, terms, about = candidate.waiting, candidate.terms, candidate.about
+        place = None if terms.newest_first else self._rule.place(waiting)
+        which = about if terms.blackout_s else None
+        key: Hashable
+        if terms.newest_first:
+            key, rank = (waiting.priority, which, terms.blackout_s, "newest", about[1]), waiting.observed_s
+        elif place is None:
+            key, rank = (waiting.priority, which, terms.blackout_s, "alone", candidate.tie), 0.0
+        else:
+            key, rank = (waiting.priority, which, terms.blackout_s, candidate.size_bits, place.group), place.rank
+        line = self._lines.get(key)
+        if line is None:
+            line = self._lines[key] = Line(key, waiting.priority, about, terms.blackout_s)
+            if terms.newest_first:
+                line.shared = Waiting(waiting.priority, waiting.observed_s, waiting.since_s, n_slots)
+                line.shared.time_to_live_s = terms.time_to_live_s
+        line.add(candidate, rank)
 
 
 class Queue:
@@ -33,13 +253,12 @@ class Queue:
 
     def __init__(self, rule: ValueRule = ADDITIVE, limit: int | None = None) -> None:
         self._lines = Lines(rule)
-        self._items = Bounds(limit)
+        self._items: dict[int, Candidate] = {}  # by column, in the order of taking
+        self._limits = [] if limit is None else [Limits(limit)]  # one of them, if there are limits
         self._status: dict[tuple[int, int], Candidate] = {}  # by subject and attribute
         self._n_status = 0
-        self._deadlines = Deadlines()
         self._n_slots = 0
         self._expired: list[Expiry] = []
-        self._ended = Ended()
         self.open = 0
         self.unsaid: Counter[Unsaid] = Counter()
 
@@ -72,9 +291,12 @@ class Queue:
             now_s: the time (s).
             is_new_need: True if somebody needs it now who did not before.
         """
-        if self._ended.bars(column, waiting, terms, now_s, is_new_need):
-            return
-        candidate = Candidate(fragment, column, waiting, terms, (0, *fragment.uid), size_bits)
+        self._heed(terms)
+        for limits in self._limits:
+            if limits.bars(column, waiting, terms, now_s, is_new_need):
+                return
+        uid = fragment.uid
+        candidate = Candidate(uid, fragment, column, waiting, terms, (0, *uid), size_bits)
         waiting.time_to_live_s = terms.time_to_live_s
         waiting.resume(self._n_slots)
         self.open |= 1 << column
@@ -82,18 +304,20 @@ class Queue:
 
     def take_status(self, fragment: Fragment, priority: int, size_bits: int, terms: Terms = PLAIN) -> None:
         """Let the newest value of a status wait in place of the older one, with the weight that this has gained."""
+        self._heed(terms)
         about = fragment.facts[0].subject, fragment.facts[0].attribute
+        uid = StatusUid(fragment.origin, fragment.time_s, *about)
         candidate = self._status.get(about)
         if candidate is None:
             tie, self._n_status = (1, self._n_status), self._n_status + 1
-            candidate = Candidate(fragment, STATUS_COLUMN, Waiting(priority), terms, tie, size_bits)
+            candidate = Candidate(uid, fragment, STATUS_COLUMN, Waiting(priority), terms, tie, size_bits)
             candidate.waiting.resume(self._n_slots)
             candidate.waiting.since_s = fragment.time_s
             self._status[about] = candidate
         elif candidate.line is not None:
             self._leave(candidate)
             self._tell(candidate, Expired.SUPERSEDED, fragment.time_s)
-        candidate.fragment, candidate.size_bits, candidate.terms = fragment, size_bits, terms
+        candidate.uid, candidate.fragment, candidate.size_bits, candidate.terms = uid, fragment, size_bits, terms
         (waiting := candidate.waiting).resume(self._n_slots)
         waiting.priority, waiting.observed_s, waiting.n_said = priority, fragment.time_s, 0
         waiting.time_to_live_s = terms.time_to_live_s
@@ -114,13 +338,21 @@ class Queue:
 
     def revalue(self, column: int, priority: int, terms: Terms, now_s: float = 0.0) -> None:
         """Another priority, or other terms, hold for an item that waits, inside or outside of the queue."""
-        candidate = self._items.get(column) or self._items.outside(column)
+        self._heed(terms)
+        candidate = self._items.get(column)
+        for limits in self._limits:
+            candidate = candidate or limits.outside(column)
         if candidate is None or (priority, terms) == (candidate.waiting.priority, candidate.terms):
             return
         self._withdraw(column)
         candidate.waiting.priority, candidate.terms = priority, terms
         candidate.waiting.time_to_live_s = terms.time_to_live_s
         self._let_in(candidate, now_s)
+
+    def _heed(self, terms: Terms) -> None:
+        """Have limits from now on, if these terms ask for more than plain ones do."""
+        if terms is not PLAIN and not self._limits and terms != PLAIN:
+            self._limits.append(Limits(None, self._items.values()))
 
     # What goes out -------------------------------------------------------------------------------
 
@@ -152,16 +384,19 @@ class Queue:
     def _note_unsaid(self, reasons: Counter[Unsaid], is_empty: bool) -> None:
         """Keep why what waits was not said; ``is_empty`` if nothing was."""
         self.unsaid = reasons
-        if n_outside := self._items.n_outside:
+        n_outside = sum(limits.n_outside for limits in self._limits)
+        if n_outside:
             reasons[Unsaid.OVERFLOW] = n_outside
         elif is_empty and not reasons:
             reasons[Unsaid.NOTHING_OPEN] = 1
 
     def _update(self, now_s: float) -> None:
         """Let in what waits outside and has room now, and let go of what is too old."""
-        for candidate in self._items.from_outside():
-            self._enter(candidate)
-        self._expire_old(now_s)
+        for limits in self._limits:
+            for candidate in limits.from_outside():
+                self._enter(candidate)
+            for candidate in limits.overdue(now_s):
+                self._expire(candidate, now_s)
 
     def take_expired(self) -> tuple[Expiry, ...]:
         """What has come to be said no more since this was asked last."""
@@ -178,73 +413,84 @@ class Queue:
             now_s: when that slot opened.
             above: what ``choose`` was given.
         """
-        if self._items.is_outside(uid):
+        if any(limits.is_outside(uid) for limits in self._limits):
             return Unsaid.OVERFLOW
-        candidate = self._items.named(uid)
+        candidate = next((one for one in self._items.values() if one.uid == uid), None)
         if candidate is None or candidate.line is None or candidate.waiting.since_slot == self._n_slots > 0:
             return None
         plain = Unsaid.WAITING if candidate.is_repeated else Unsaid.LOWER_VALUE
-        return self._lines.bar(candidate.line, now_s, above) or plain
+        return self._lines.bar_of(candidate, now_s, above) or plain
 
     # Coming and going ----------------------------------------------------------------------------
 
     def _let_in(self, candidate: Candidate, now_s: float) -> None:
         """Let an item in, or one out for it."""
-        victim = self._items.rival(candidate)
-        if victim is not candidate:
-            self._enter(candidate)
-        if victim is None:
+        for limits in self._limits:
+            victim = limits.rival(candidate)
+            if victim is not candidate:
+                self._enter(candidate)
+            if victim is not None:
+                self._put_out(victim, limits, now_s)
             return
+        self._enter(candidate)
+
+    def _put_out(self, victim: Candidate, limits: Limits, now_s: float) -> None:
+        """Let an item make room: it waits outside if it is to be acknowledged, else it is said no more."""
         if victim.line is not None:
             self._let_go(victim)
         if victim.terms.acknowledged:
-            self._items.put_outside(victim)
+            limits.put_outside(victim)
         else:
             self._end(victim)
         self._tell(victim, Expired.OVERFLOW, now_s, comes_back=victim.terms.acknowledged)
 
     def _enter(self, candidate: Candidate) -> None:
         """Put an item among those that wait."""
-        self._items.add(candidate)
+        self._items[candidate.column] = candidate
+        for limits in self._limits:
+            limits.add(candidate)
         candidate.waiting.resume(self._n_slots)
         self._place(candidate)
 
     def _place(self, candidate: Candidate) -> None:
         """Put a candidate that comes in into its line, and note until when it may wait."""
         self._lines.place(candidate, self._n_slots)
-        self._deadlines.add(candidate)
+        for limits in self._limits:
+            limits.set_deadline(candidate)
 
     def _withdraw(self, column: int) -> None:
         """Take an item from among those that wait, inside or outside of the queue."""
         if (candidate := self._items.get(column)) is not None:
             self._let_go(candidate)
-        else:
-            self._items.forget_outside(column)
+            return
+        for limits in self._limits:
+            limits.forget_outside(column)
 
     def _let_go(self, candidate: Candidate) -> None:
         """Take an item out of the queue."""
-        self._items.remove(candidate)
+        del self._items[candidate.column]
+        for limits in self._limits:
+            limits.remove(candidate)
         self._leave(candidate)
 
     def _leave(self, candidate: Candidate) -> None:
         candidate.waiting.halt(self._n_slots)
         if candidate.line is not None:
-            candidate.line.remove(candidate)
+            self._lines.remove(candidate)
 
     def _end(self, candidate: Candidate) -> None:
         """An item is said no more for good."""
         self.open &= ~(1 << candidate.column)
-        self._ended.add(candidate)
+        for limits in self._limits:
+            limits.end(candidate)
 
     def _note_said(self, candidate: Candidate, moment: Moment) -> None:
         """It has been said: it waits again from 0, if it is to be acknowledged."""
-        line, is_status = candidate.line, candidate.column == STATUS_COLUMN
-        assert line is not None
-        if is_status:
-            line.remove(candidate)
+        if candidate.column == STATUS_COLUMN:
+            self._lines.remove(candidate)
             candidate.waiting.note_said(moment)
         elif candidate.terms.acknowledged:
-            line.remove(candidate)
+            self._lines.remove(candidate)
             candidate.waiting.note_said(moment)
             self._lines.place(candidate, self._n_slots)
         else:
@@ -255,16 +501,15 @@ class Queue:
 
     # Reasons -------------------------------------------------------------------------------------
 
-    def _expire_old(self, now_s: float) -> None:
+    def _expire(self, candidate: Candidate, now_s: float) -> None:
         """Let go of what is older than its time to live."""
-        for candidate in self._deadlines.before(now_s):
-            if candidate.column == STATUS_COLUMN:
-                self._leave(candidate)
-                candidate.waiting.credit = 0
-            else:
-                self._let_go(candidate)
-                self._end(candidate)
-            self._tell(candidate, Expired.TIME_TO_LIVE, now_s)
+        if candidate.column == STATUS_COLUMN:
+            self._leave(candidate)
+            candidate.waiting.credit = 0
+        else:
+            self._let_go(candidate)
+            self._end(candidate)
+        self._tell(candidate, Expired.TIME_TO_LIVE, now_s)
 
     def _tell(self, candidate: Candidate, reason: Expired, now_s: float, comes_back: bool = False) -> None:
         latency_s = now_s - candidate.fragment.time_s
