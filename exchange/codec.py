@@ -42,12 +42,12 @@ from exchange.codes import Bits, Reader, width
 from exchange.errors import ConfigurationError, DefinitionFault, PeerFault
 from exchange.factcodec import FactCodec
 from exchange.fragmentcodec import EPOCH_BITS, Before, FragmentCodec, Packing, Wired, refuse_epoch
-from exchange.packets import Fragment, Head, InfluenceSignal, Packet
+from exchange.packets import MASK_BITS, Fragment, Head, InfluenceSignal, Packet, Summary
 from exchange.policies import AckPolicy
 from exchange.sealing import DAMAGED, UNOPENED, Checksum, Seal, nonce_of
 from exchange.sizes import FieldSize
-from exchange.summaries import MASK_BITS, Summary
 from worldmodel import PropertyValue, TBox
+from worldmodel.tables import tables_of
 
 HASH_BITS = 8
 """Bits of the definition hash in one packet."""
@@ -290,6 +290,9 @@ class Codec:
         self.overhead_bits = self.head_bits + self.header.largest_bits + END_BITS[1] + guard_bits
         """Bits of a packet without sections, with the largest header of acknowledgements."""
         self._hash = zlib.crc32(repr(shape).encode()).to_bytes(HASH_BYTES, "big")
+        self._rows = tables_of(tbox).rows
+        self.judged = lru_cache(maxsize=32)(self._judged)
+        """``judged(data, frame=0, slot_start_s=0.0)``: the packet, and what value in it nobody can have recorded."""
         self.decode = lru_cache(maxsize=32)(self._decode)
         """``decode(data, frame=0, slot_start_s=0.0) -> Packet``; all receivers of one broadcast decode the same."""
 
@@ -333,6 +336,7 @@ class Codec:
     def forget(self) -> None:
         """Forget the bits of facts and the packets that are remembered, so that the next ones cost what new ones do."""
         self.decode.cache_clear()
+        self.judged.cache_clear()
         self._facts.forget()
 
     # To bits -------------------------------------------------------------------------------------
@@ -446,6 +450,16 @@ class Codec:
             raise PeerFault(f"slot {place} and {more + 1} packets in a frame of {self._n_slots} slots")
         return Head(sender, epoch, frame, place, more + 1)
 
+    def _judged(self, data: bytes, frame: int = 0, slot_start_s: float = 0.0) -> tuple[Packet, str | None]:
+        packet = self._decode(data, frame, slot_start_s)
+        for fragment in packet.fragments:
+            for fact in fragment.facts:
+                row = self._rows.get(fact.attribute)
+                if row is not None and row.quantise(fact.value) is None:
+                    name = self._facts.attribute(fact.attribute).name
+                    return packet, f"{name} is {fact.value}, out of its range"
+        return packet, None
+
     def _decode(self, data: bytes, frame: int = 0, slot_start_s: float = 0.0) -> Packet:
         """The packet of ``data``.
 
@@ -502,6 +516,7 @@ def renewed(codec: Codec, salt_of: Callable[[int], bytes | None] | None = None) 
     """
     found = copy(codec)
     found._seals = [seal.renewed(salt_of) for seal in codec._seals]
+    found.judged = lru_cache(maxsize=32)(found._judged)
     found.decode = lru_cache(maxsize=32)(found._decode)
     return found
 

@@ -72,7 +72,9 @@ class Interests:
         self._sendable = 0  # the same, as an item set
         self._addressed: set[int] = set()  # columns of items that wait for those to whom they are addressed
         self._aside: list[tuple[Block, ItemUid]] = []
-        self._undecided: dict[int, None] = {}  # columns of items about instances whose class is not known yet
+        self.undecided: dict[int, None] = {}
+        """Columns of items about instances whose class is not known yet."""
+        self._of_status: dict[tuple[int, int], tuple[int, int, Terms]] = {}  # nodes, priority, terms, by slot
 
     def of(self, facts: Iterable[PropertyValue]) -> tuple[int, int]:
         """Nodes (bit word) that need any of the facts, and the highest priority among them."""
@@ -113,12 +115,24 @@ class Interests:
 
     def take_status(self, block: Block) -> None:
         """Let the newest value of a status wait in place of the older one; one that nobody needs does not wait."""
-        nodes, priority = self.of(block.facts)
-        fragment = Fragment(block.origin, block.sequence, block.time_s, block.facts, epoch=block.epoch)
+        facts = block.facts
+        about = facts[0].subject, facts[0].attribute
+        known = self._of_status.get(about) if len(facts) == 1 else None
+        if known is None:
+            known = (*self.of(facts), self.terms_of(facts))
+            if len(facts) == 1 and self._is_lasting(facts[0]):
+                self._of_status[about] = known
+        nodes, priority, terms = known
+        fragment = Fragment(block.origin, block.sequence, block.time_s, facts, 0, 1, block.epoch)
         if nodes & ~(1 << self._me):
-            self._queue.take_status(fragment, priority, self._size_bits(fragment), self.terms_of(block.facts))
+            self._queue.take_status(fragment, priority, self._size_bits(fragment), terms)
         else:
-            self._queue.drop_status((block.facts[0].subject, block.facts[0].attribute), block.time_s)
+            self._queue.drop_status(about, block.time_s)
+
+    def _is_lasting(self, fact: PropertyValue) -> bool:
+        """True if who needs a fact needs all values of its slot until needs change: of a common instance, no link."""
+        is_link = self._model.tbox.attributes[fact.attribute].range_class is not None
+        return fact.subject < len(self._model.common_instances) and not is_link
 
     def decide(self, believes: Words, now_s: float) -> None:
         """Judge again the items about instances that were not known when they came in, and may be now.
@@ -127,7 +141,7 @@ class Interests:
             believes: item set that each node is believed to hold.
             now_s: the time (s).
         """
-        undecided, self._undecided = self._undecided, {}
+        undecided, self.undecided = self.undecided, {}
         for column in undecided:
             if self._judge(column) and self._is_lacked(column, believes):
                 self._send(column, now_s)
@@ -170,6 +184,7 @@ class Interests:
             believes: item set that each node is believed to hold.
             now_s: the time (s).
         """
+        self._of_status.clear()
         before = self._queue.open
         settled: list[ItemUid] = []
         unneeded: list[Expiry] = []
@@ -236,7 +251,7 @@ class Interests:
         entry, item = self._ledger.entries[column], 1 << column
         nodes, entry.priority = self._judged(entry)
         if not nodes and any(self._class_of(fact, entry.about) == 0 for fact in entry.about):
-            self._undecided[column] = None
+            self.undecided[column] = None
         for peer in range(len(self._ledger.unneeded)):
             is_unneeded = not nodes >> peer & 1 and peer != self._me
             if is_unneeded != bool(self._ledger.unneeded[peer] & item):

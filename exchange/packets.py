@@ -11,9 +11,11 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
-from exchange.summaries import Summary
 from worldmodel import STATUS, Block, PropertyValue
-from worldmodel.facts import Guid
+from worldmodel.facts import MOST_ITEMS, Guid
+
+MASK_BITS = 8
+"""Sequences that the mask of a summary tells of."""
 
 
 class Met(Enum):
@@ -119,6 +121,52 @@ class InfluenceSignal:
 
     role: int
     value: int
+
+
+class Summary(NamedTuple):
+    """What is held of one origin in one epoch.
+
+    Attributes:
+        origin: whose items; epoch: of which of its lives.
+        highest: every item up to this number is held; -1 if not even the first.
+        mask: bit k is set if the item ``highest + 2 + k`` is held; the one behind ``highest`` is not.
+
+    >>> one = Summary(0, 0, highest=4, mask=0b101)
+    >>> [one.holds(sequence) for sequence in (4, 5, 6, 7, 8, 13, 14)]
+    [True, False, True, False, True, False, None]
+    """
+
+    origin: int
+    epoch: int
+    highest: int
+    mask: int
+
+    @property
+    def life(self) -> tuple[int, int]:
+        """The origin and its epoch."""
+        return self.origin, self.epoch
+
+    @property
+    def end(self) -> int:
+        """The first sequence that it says nothing about."""
+        return self.highest + 2 + MASK_BITS
+
+    @property
+    def is_alarm(self) -> bool:
+        """True if it says that two vehicles speak under the name of the origin."""
+        return self.highest >= MOST_ITEMS
+
+    def beyond(self, sequence: int) -> bool:
+        """True if it names an item of this number or a higher one."""
+        return self.highest >= sequence or bool(self.mask >> max(0, sequence - self.highest - 2))
+
+    def holds(self, sequence: int) -> bool | None:
+        """True if the item is held, False if it is not; None if the summary does not say."""
+        if sequence <= self.highest:
+            return True
+        if sequence >= self.end:
+            return None
+        return sequence > self.highest + 1 and bool(self.mask >> (sequence - self.highest - 2) & 1)
 
 
 class Head(NamedTuple):

@@ -16,104 +16,29 @@ left.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import NamedTuple
 
+from exchange.ack import AckState
+from exchange.ledger import Holdings, Ledger, Life
+from exchange.packets import MASK_BITS, ItemUid, Summary
 from worldmodel.facts import MOST_ITEMS
 
-MASK_BITS = 8
-"""Sequences that the mask tells of."""
 TIMES_TOLD = 2
 """How often a summary is told, if nothing changes, since packets get lost."""
 FULL_MASK = (1 << MASK_BITS) - 1
 
-Life = tuple[int, int]
-"""An origin and its epoch."""
 
+def summary_of(life: Life, held: int) -> Summary:
+    """What is held of an origin in an epoch.
 
-class Summary(NamedTuple):
-    """What is held of one origin in one epoch.
+    >>> summary_of((2, 0), 0b1011)
+    Summary(origin=2, epoch=0, highest=1, mask=1)
 
-    Attributes:
-        origin: whose items; epoch: of which of its lives.
-        highest: every item up to this number is held; -1 if not even the first.
-        mask: bit k is set if the item ``highest + 2 + k`` is held; the one behind ``highest`` is not.
-
-    >>> one = Summary(0, 0, highest=4, mask=0b101)
-    >>> [one.holds(sequence) for sequence in (4, 5, 6, 7, 8, 13, 14)]
-    [True, False, True, False, True, False, None]
+    Args:
+        life: the origin and its epoch.
+        held: its blocks that are held, one bit for each sequence.
     """
-
-    origin: int
-    epoch: int
-    highest: int
-    mask: int
-
-    @property
-    def life(self) -> Life:
-        """The origin and its epoch."""
-        return self.origin, self.epoch
-
-    @property
-    def end(self) -> int:
-        """The first sequence that it says nothing about."""
-        return self.highest + 2 + MASK_BITS
-
-    @property
-    def is_alarm(self) -> bool:
-        """True if it says that two vehicles speak under the name of the origin."""
-        return self.highest >= MOST_ITEMS
-
-    def beyond(self, sequence: int) -> bool:
-        """True if it names an item of this number or a higher one."""
-        return self.highest >= sequence or bool(self.mask >> max(0, sequence - self.highest - 2))
-
-    def holds(self, sequence: int) -> bool | None:
-        """True if the item is held, False if it is not; None if the summary does not say."""
-        if sequence <= self.highest:
-            return True
-        if sequence >= self.end:
-            return None
-        return sequence > self.highest + 1 and bool(self.mask >> (sequence - self.highest - 2) & 1)
-
-
-class Holdings:
-    """Whole blocks that one vehicle holds, by origin and epoch: one bit for each sequence."""
-
-    def __init__(self) -> None:
-        self._held: dict[Life, int] = {}
-        self.given_up: dict[Life, set[int]] = {}
-        """Blocks that were held and are no longer, until they come again."""
-
-    def add(self, life: Life, sequence: int) -> None:
-        """Hold a block from now on."""
-        self._held[life] = self._held.get(life, 0) | 1 << sequence
-        self.given_up.get(life, set()).discard(sequence)
-
-    def give_up(self, life: Life, sequence: int) -> None:
-        """Hold a block no longer, so that it may come again."""
-        self._held[life] = self._held.get(life, 0) & ~(1 << sequence)
-        self.given_up.setdefault(life, set()).add(sequence)
-
-    def has(self, life: Life, sequence: int) -> bool:
-        """True if the block is held."""
-        return bool(self._held.get(life, 0) >> sequence & 1)
-
-    @property
-    def lives(self) -> tuple[Life, ...]:
-        """Origins and epochs of which anything is held, in order."""
-        return tuple(sorted(self._held))
-
-    def summary(self, life: Life) -> Summary:
-        """What is held of an origin in an epoch.
-
-        >>> held = Holdings()
-        >>> for sequence in (0, 1, 3): held.add((2, 0), sequence)
-        >>> held.summary((2, 0))
-        Summary(origin=2, epoch=0, highest=1, mask=1)
-        """
-        held = self._held.get(life, 0)
-        n_first = (~held & held + 1).bit_length() - 1
-        return Summary(*life, n_first - 1, held >> n_first + 1 & FULL_MASK)
+    n_first = (~held & held + 1).bit_length() - 1
+    return Summary(*life, n_first - 1, held >> n_first + 1 & FULL_MASK)
 
 
 class Telling:
@@ -133,10 +58,11 @@ class Telling:
         """Lives that two vehicles share; no summary is told of them, but alarms."""
         self._alarms: dict[Life, None] = {}
 
-    def alarm(self, life: Life) -> None:
-        """Say that two vehicles share a life."""
+    def silence(self, life: Life, by_alarm: bool) -> None:
+        """Two vehicles share a life: tell no summary of it, but an alarm, unless another one has told ``by_alarm``."""
         self.silenced.add(life)
-        self._alarms[life] = None
+        if not by_alarm:
+            self._alarms[life] = None
 
     def urge(self, *lives: Life) -> None:
         """Tell what is held of these, or of all if none is named, as soon as there is room."""
@@ -150,12 +76,12 @@ class Telling:
             if life in self.silenced and not is_alarm:
                 self._due.pop(life, None)
                 continue
-            summary = Summary(*life, MOST_ITEMS, 0) if is_alarm else self._holdings.summary(life)
+            summary = Summary(*life, MOST_ITEMS, 0) if is_alarm else summary_of(life, self._holdings.of(life))
             room_bits -= self._size_bits(summary)
             if room_bits < 0 and said:
                 break
             self._alarms.pop(life, None)
-            self._take(summary, said)
+            self._take(life, summary, said)
         return tuple(said)
 
     def spare(self, room_bits: int) -> tuple[Summary, ...]:
@@ -165,12 +91,12 @@ class Telling:
         """
         said: list[Summary] = []
         for life in self._longest_ago():
-            summary = self._holdings.summary(life)
+            summary = summary_of(life, self._holdings.of(life))
             given_up = self._holdings.given_up.get(life, ())
             is_asked_for = any(summary.holds(sequence) is False for sequence in given_up)
             is_known = self._told.get(life) == (summary, TIMES_TOLD) and not is_asked_for
             if life not in self.silenced and not is_known and self._size_bits(summary) <= room_bits:
-                self._take(summary, said)
+                self._take(life, summary, said)
                 break
         return tuple(said)
 
@@ -179,8 +105,62 @@ class Telling:
         yield from (life for life in self._holdings.lives if life not in self._told)
         yield from tuple(self._told)
 
-    def _take(self, summary: Summary, said: list[Summary]) -> None:
-        self._due.pop(summary.life, None)
-        before, times = self._told.pop(summary.life, (summary, 0))
-        self._told[summary.life] = summary, min(times + 1, TIMES_TOLD) if before == summary else 1
+    def _take(self, life: Life, summary: Summary, said: list[Summary]) -> None:
+        self._due.pop(life, None)
+        before, times = self._told.pop(life, (summary, 0))
+        self._told[life] = summary, min(times + 1, TIMES_TOLD) if before == summary else 1
         said.append(summary)
+
+
+class Summaries:
+    """The summaries that one vehicle tells and hears; a vehicle without them does not have it.
+
+    Args:
+        state: acknowledgement state of this node.
+        ledger: of this node.
+        holdings: of this node.
+        size_bits: of a summary on the wire.
+    """
+
+    def __init__(
+        self, state: AckState, ledger: Ledger, holdings: Holdings, size_bits: Callable[[Summary], int]
+    ) -> None:
+        self._state = state
+        self._ledger = ledger
+        self.telling = Telling(holdings, size_bits)
+        """Which of them it tells."""
+        self._noted: dict[int, dict[Life, Summary]] = {}  # by peer
+
+    def take(self, uid: ItemUid, column: int) -> None:
+        """An item is new to this vehicle: a peer that told that it holds it need not be told."""
+        for peer, noted in self._noted.items():
+            summary = noted.get((uid.origin, uid.epoch))
+            if summary is not None and summary.holds(uid.sequence):
+                self._state.believes[peer] |= 1 << column
+
+    def forget(self, *peers: int) -> None:
+        """What these have told, or all if none is named, counts no longer."""
+        for peer in peers or tuple(self._noted):
+            self._noted.pop(peer, None)
+
+    def note(self, sender: int, summary: Summary) -> list[int]:
+        """Believe what a peer says it holds, and no more; return the columns that it turns out to lack.
+
+        Args:
+            sender: of the summary.
+            summary: one of its own.
+        """
+        noted, life = self._noted.setdefault(sender, {}), summary.life
+        known, noted[life] = noted.get(life), summary
+        first = known.highest + 1 if known is not None and known.highest <= summary.highest else 0
+        believes, lacked = self._state.believes, list[int]()
+        for sequence in self._ledger.blocks_from(life, first, summary.end):
+            guid = (*life, sequence)
+            columns = self._ledger.parts_of(guid)
+            items = sum([1 << column for column in columns])
+            if summary.holds(sequence):
+                believes[sender] |= items
+            elif believes[sender] & items == items and self._ledger.is_whole(guid):
+                believes[sender] &= ~items
+                lacked += columns
+        return lacked

@@ -20,7 +20,6 @@ from exchange import ack
 from exchange.codec import Codec
 from exchange.errors import ConfigurationError
 from exchange.packets import Fragment, ItemUid
-from exchange.peers import Upkeep
 from exchange.policies import AckPolicy, header_bits, may_send, policy_fault, policy_named
 from exchange.study import montecarlo, trial
 from exchange.study.compiler import compiled
@@ -224,9 +223,8 @@ def one_size_fleet(
     policy: AckPolicy, n_nodes: int, payload_bytes: int, evidence: bool, lost: Callable[[int, int, int], bool]
 ) -> Fleet:
     """Vehicles that count one size for each item, own or relayed."""
-    paper = Upkeep(summaries=False, parking=False)
     codec = one_size_codec(n_nodes, policy)
-    return Fleet(n_nodes, policy, payload_bytes, evidence, lost=lost, codec=codec, upkeep=paper)
+    return Fleet(n_nodes, policy, payload_bytes, evidence, lost=lost, codec=codec, summaries=False, parking=False)
 
 
 def item_bits(fleet: Fleet) -> int:

@@ -6,9 +6,8 @@ from pathlib import Path
 
 from exchange.codec import Codec
 from exchange.fragmentcodec import Packing
-from exchange.manager import ExchangeManager
+from exchange.manager import ExchangeManager, Options
 from exchange.packets import Fragment, ItemUid, Reception, Transmission
-from exchange.peers import USUAL_UPKEEP, Upkeep
 from exchange.policies import POLICIES, AckPolicy
 from exchange.schedule import TdmaSchedule
 from worldmodel import (
@@ -104,7 +103,8 @@ class Fleet:
         lost: Callable[[int, int, int], bool] = lambda slot, sender, receiver: False,
         selective: bool = False,
         codec: Codec | None = None,
-        upkeep: Upkeep = USUAL_UPKEEP,
+        summaries: bool = True,
+        parking: bool = True,
     ) -> None:
         self.n_nodes = n_nodes
         self.payload_bytes = payload_bytes
@@ -124,9 +124,7 @@ class Fleet:
                 POLICIES[policy] if isinstance(policy, str) else policy,
                 8 * payload_bytes,
                 who_needs[node] if isinstance(who_needs, Sequence) else who_needs or needs(range(n_nodes)),
-                carrier_evidence,
-                selective,
-                upkeep=upkeep,
+                Options(carrier_evidence, selective, summaries=summaries, parking=parking),
             )
             for node, model in enumerate(self.models)
         ]

@@ -7,7 +7,7 @@ from typing import Any
 from fleet_radio import AREA_DONE, DURATION_S, MAPPED_CELL, N_BLOCKS, POSITION, SLOT_S, TBOX, bay, instances, needs
 
 from exchange.codec import Codec, Framing
-from exchange.manager import ExchangeManager
+from exchange.manager import ExchangeManager, Options
 from exchange.packets import ItemUid
 from exchange.policies import POLICIES
 from exchange.schedule import TdmaSchedule
@@ -57,8 +57,7 @@ def maker(
             POLICIES[policy],
             8 * payload_bytes,
             everything,
-            carrier_evidence,
-            **options,
+            Options(carrier_evidence, **options),
         )
         if store is not None:
             remember(model, store, now_s)

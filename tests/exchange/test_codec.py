@@ -25,9 +25,8 @@ from hypothesis import strategies as st
 from exchange.codec import Codec, Widths
 from exchange.codes import width
 from exchange.errors import ConfigurationError, DefinitionFault, PeerFault
-from exchange.packets import Fragment, Head, InfluenceSignal, Packet
+from exchange.packets import Fragment, Head, InfluenceSignal, Packet, Summary
 from exchange.policies import ACK, POLICIES, AckPolicy, header_bits
-from exchange.summaries import Summary
 from missions.runs.setup import resolved
 from missions.scenarios.loading import load
 from worldmodel import STATUS, Attribute, Field, OntologyClass, PropertyValue, TBox, Value, ValueKind
