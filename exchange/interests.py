@@ -19,7 +19,8 @@ from exchange.packets import Fragment, ItemUid
 from exchange.queue import Queue
 from exchange.reasons import Expired, Expiry
 from exchange.values import Waiting
-from worldmodel import PLAIN, Block, Needs, PropertyValue, Terms, WorldModel
+from worldmodel import PLAIN, Block, Needs, PropertyValue, Terms, ValueKind, WorldModel
+from worldmodel.needs import Wanted
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,26 +75,45 @@ class Interests:
         self._aside: list[tuple[Block, ItemUid]] = []
         self.undecided: dict[int, None] = {}
         """Columns of items about instances whose class is not known yet."""
-        self._of_status: dict[tuple[int, int], tuple[int, int, Terms]] = {}  # nodes, priority, terms, by slot
+        self._wanted: dict[tuple[int, int], Wanted] = {}  # by slot, as long as needs do not change
+        self._terms: dict[tuple[int, int], Terms] = {}
 
     def of(self, facts: Iterable[PropertyValue]) -> tuple[int, int]:
         """Nodes (bit word) that need any of the facts, and the highest priority among them."""
         nodes, priority = 0, 0
         facts = tuple(facts)
         for fact in facts:
-            word, value = self._needs.priority_of(fact, self._class_of(fact, facts))
+            word, value = self._wanted.get((fact.subject, fact.attribute)) or self._ask(fact, facts)
             nodes |= word
             priority = max(priority, value)
         return nodes, priority
+
+    def _ask(self, fact: PropertyValue, block: tuple[PropertyValue, ...]) -> Wanted:
+        """Who needs a fact of a block, and how urgently; kept where that is so for any value, until needs change."""
+        wanted = self._needs.priority_of(fact, self._class_of(fact, block))
+        if self._is_lasting(fact):
+            self._wanted[fact.subject, fact.attribute] = wanted
+        return wanted
+
+    def _is_lasting(self, fact: PropertyValue) -> bool:
+        """True if whoever needs a fact needs any value of its slot: one of a common instance, and no link or type."""
+        attribute = self._model.tbox.attributes[fact.attribute]
+        is_common = 0 <= fact.subject < len(self._model.common_instances)
+        return is_common and attribute.kind is not ValueKind.LINK and attribute.kind is not ValueKind.TYPE
 
     def terms_of(self, facts: tuple[PropertyValue, ...]) -> Terms:
         """Terms that serve all who need any of the facts; of what nobody needs, nothing is asked."""
         terms: Terms | None = None
         for fact in facts:
-            class_uid = self._class_of(fact, facts)
-            if self._needs.priority_of(fact, class_uid)[0]:
-                of_fact = self._needs.terms_of(fact, class_uid)
-                terms = of_fact if terms is None else terms.merged(of_fact)
+            slot = fact.subject, fact.attribute
+            if not (self._wanted.get(slot) or self._ask(fact, facts))[0]:
+                continue
+            of_fact = self._terms.get(slot)
+            if of_fact is None:
+                of_fact = self._needs.terms_of(fact, self._class_of(fact, facts))
+                if self._is_lasting(fact):
+                    self._terms[slot] = of_fact
+            terms = of_fact if terms is None else terms.merged(of_fact)
         return terms or PLAIN
 
     def _class_of(self, fact: PropertyValue, block: tuple[PropertyValue, ...]) -> int:
@@ -116,23 +136,12 @@ class Interests:
     def take_status(self, block: Block) -> None:
         """Let the newest value of a status wait in place of the older one; one that nobody needs does not wait."""
         facts = block.facts
-        about = facts[0].subject, facts[0].attribute
-        known = self._of_status.get(about) if len(facts) == 1 else None
-        if known is None:
-            known = (*self.of(facts), self.terms_of(facts))
-            if len(facts) == 1 and self._is_lasting(facts[0]):
-                self._of_status[about] = known
-        nodes, priority, terms = known
-        fragment = Fragment(block.origin, block.sequence, block.time_s, facts, 0, 1, block.epoch)
+        nodes, priority = self.of(facts)
         if nodes & ~(1 << self._me):
-            self._queue.take_status(fragment, priority, self._size_bits(fragment), terms)
+            fragment = Fragment(block.origin, block.sequence, block.time_s, facts, 0, 1, block.epoch)
+            self._queue.take_status(fragment, priority, self._size_bits(fragment), self.terms_of(facts))
         else:
-            self._queue.drop_status(about, block.time_s)
-
-    def _is_lasting(self, fact: PropertyValue) -> bool:
-        """True if who needs a fact needs all values of its slot until needs change: of a common instance, no link."""
-        is_link = self._model.tbox.attributes[fact.attribute].range_class is not None
-        return fact.subject < len(self._model.common_instances) and not is_link
+            self._queue.drop_status((facts[0].subject, facts[0].attribute), block.time_s)
 
     def decide(self, believes: Words, now_s: float) -> None:
         """Judge again the items about instances that were not known when they came in, and may be now.
@@ -184,7 +193,8 @@ class Interests:
             believes: item set that each node is believed to hold.
             now_s: the time (s).
         """
-        self._of_status.clear()
+        self._wanted.clear()
+        self._terms.clear()
         before = self._queue.open
         settled: list[ItemUid] = []
         unneeded: list[Expiry] = []

@@ -45,6 +45,7 @@ class Ledger:
     def __init__(self, n_nodes: int) -> None:
         self._column_of: dict[ItemUid, int] = {}
         self.entries: list[Entry] = []
+        self._uids: list[ItemUid] = []
         self.origins = [0] * n_nodes
         """Item set that each node has recorded in the life that it is in: these it holds."""
         self._epochs = [0] * n_nodes
@@ -79,12 +80,14 @@ class Ledger:
 
     def uid(self, column: int) -> ItemUid:
         """The item of a column."""
-        return self.entries[column].fragment.uid
+        return self._uids[column]
 
     def add(self, entry: Entry) -> int:
         """Take in a new item; returns its column."""
         column, fragment = len(self.entries), entry.fragment
-        self._column_of[fragment.uid] = column
+        uid = fragment.uid
+        self._column_of[uid] = column
+        self._uids.append(uid)
         self.entries.append(entry)
         origin, epoch, sequence = guid = fragment.origin, fragment.epoch, fragment.sequence
         self._parts.setdefault(guid, []).append(column)
@@ -96,7 +99,7 @@ class Ledger:
     def begin(self, node: int, epoch: int) -> None:
         """A node is in another life: it holds the items that it has recorded in this one, as far as is known."""
         self._epochs[node] = epoch
-        uids = [(column, entry.fragment.uid) for column, entry in enumerate(self.entries)]
+        uids = enumerate(self._uids)
         self.origins[node] = sum(1 << column for column, uid in uids if (uid.origin, uid.epoch) == (node, epoch))
 
     def parts_of(self, guid: Guid) -> Sequence[int]:
@@ -143,36 +146,28 @@ class Ledger:
 
     def uids(self, items: int) -> Iterator[ItemUid]:
         """UIDs of an item set, by column."""
-        return map(self.uid, self.columns(items))
+        return map(self._uids.__getitem__, self.columns(items))
 
 
 class Holdings:
     """Whole blocks that one vehicle holds, by origin and epoch: one bit for each sequence."""
 
     def __init__(self) -> None:
-        self._held: dict[Life, int] = {}
+        self.held: dict[Life, int] = {}
+        """By origin and epoch, one bit for each sequence."""
         self.given_up: dict[Life, set[int]] = {}
         """Blocks that were held and are no longer, until they come again."""
 
     def add(self, life: Life, sequence: int) -> None:
         """Hold a block from now on."""
-        self._held[life] = self._held.get(life, 0) | 1 << sequence
+        self.held[life] = self.held.get(life, 0) | 1 << sequence
         self.given_up.get(life, set()).discard(sequence)
 
     def give_up(self, life: Life, sequence: int) -> None:
         """Hold a block no longer, so that it may come again."""
-        self._held[life] = self._held.get(life, 0) & ~(1 << sequence)
+        self.held[life] = self.held.get(life, 0) & ~(1 << sequence)
         self.given_up.setdefault(life, set()).add(sequence)
 
     def has(self, life: Life, sequence: int) -> bool:
         """True if the block is held."""
-        return bool(self._held.get(life, 0) >> sequence & 1)
-
-    @property
-    def lives(self) -> tuple[Life, ...]:
-        """Origins and epochs of which anything is held, in order."""
-        return tuple(sorted(self._held))
-
-    def of(self, life: Life) -> int:
-        """The blocks of an origin in an epoch that are held, one bit for each sequence."""
-        return self._held.get(life, 0)
+        return bool(self.held.get(life, 0) >> sequence & 1)

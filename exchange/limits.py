@@ -1,7 +1,7 @@
 """What limits a queue: room, with the items outside of it; deadlines; and what is said no more.
 
-A queue is made without these. They are made when it is given a limit, or when the first need comes that is served on
-other terms than plain ones.
+A queue is made without these. They are made when it is full, or when the first need comes that is served on other terms
+than plain ones.
 
 Of those that wait the least urgent makes room for a more urgent one; of equals, the one that was taken last. Where the
 newest is to go first, the one that was taken first makes room. What is to be acknowledged waits outside of the queue,
@@ -23,12 +23,12 @@ class Limits:
     """Items that wait: so many at most, and of those whose need has a limit, no more than that; and until when.
 
     Args:
-        limit: most items in all; None for no limit.
+        limit: most items in all, infinite for no limit.
         waiting: items that wait already, in the order of taking.
     """
 
-    def __init__(self, limit: int | None, waiting: Iterable[Candidate] = ()) -> None:
-        self._limit = math.inf if limit is None else limit
+    def __init__(self, limit: float, waiting: Iterable[Candidate]) -> None:
+        self._limit = limit
         self._n_items = 0
         self._levels: dict[int, dict[int, Candidate]] = {}  # by priority and column, in the order of taking
         self._limited: dict[int, dict[int, Candidate]] = {}  # by attribute and column, where the terms have a limit

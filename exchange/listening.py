@@ -15,6 +15,7 @@ from exchange.peers import Ageing, Peers
 from exchange.policies import AckPolicy, may_send
 from exchange.summaries import Summaries
 from worldmodel import STATUS, Block, WorldModel
+from worldmodel.facts import MOST_ITEMS
 
 
 def _contradiction(fragment: Fragment, ledger: Ledger, assembly: Assembly) -> Block | None:
@@ -161,7 +162,9 @@ class Listener:
         if self._is_misquoted(packet):
             noticed.append((self._me, False))
         epochs = self._peers.epochs
-        noticed += [(one.origin, True) for one in packet.summary if one.is_alarm and one.epoch == epochs[one.origin]]
+        for summary in packet.summary:
+            if summary.highest >= MOST_ITEMS and summary.epoch == epochs[summary.origin]:  # an alarm
+                noticed.append((summary.origin, True))
         if not noticed:
             return None
         new = [node for node, by_alarm in noticed if self.doubt(node, packet.frame, now_s, by_alarm)]
@@ -208,7 +211,7 @@ class Listener:
         taken, shared = _Taken(), self._holders.shared
         for fragment in packet.fragments:
             if fragment.sequence == STATUS:
-                taken.blocks.append(fragment.block)
+                taken.blocks.append(Block(fragment.origin, STATUS, fragment.time_s, fragment.facts, fragment.epoch))
                 continue
             uid, guid = fragment.uid, (fragment.origin, fragment.epoch, fragment.sequence)
             column = self._ledger.column(uid)
@@ -236,7 +239,7 @@ class Listener:
                 taken.blocks += [other] if is_in or self._interests.keeps(other, uid) else []
             elif self._ledger.fragment(uid) == fragment:
                 taken.content |= 1 << column
-                if (again := self._holders.come_again(guid)) is not None:
+                if self._holders.own.given_up and (again := self._holders.come_again(guid)) is not None:
                     taken.blocks.append(again)
                     taken.items += [self._ledger.uid(part) for part in self._ledger.parts_of(guid)]
         return taken

@@ -12,7 +12,7 @@ from enum import Enum
 from typing import NamedTuple
 
 from worldmodel import STATUS, Block, PropertyValue
-from worldmodel.facts import MOST_ITEMS, Guid
+from worldmodel.facts import Guid
 
 MASK_BITS = 8
 """Sequences that the mask of a summary tells of."""
@@ -128,7 +128,8 @@ class Summary(NamedTuple):
 
     Attributes:
         origin: whose items; epoch: of which of its lives.
-        highest: every item up to this number is held; -1 if not even the first.
+        highest: every item up to this number is held; -1 if not even the first; ``MOST_ITEMS`` for an alarm: two
+            vehicles speak under the name of the origin.
         mask: bit k is set if the item ``highest + 2 + k`` is held; the one behind ``highest`` is not.
 
     >>> one = Summary(0, 0, highest=4, mask=0b101)
@@ -142,19 +143,9 @@ class Summary(NamedTuple):
     mask: int
 
     @property
-    def life(self) -> tuple[int, int]:
-        """The origin and its epoch."""
-        return self.origin, self.epoch
-
-    @property
     def end(self) -> int:
         """The first sequence that it says nothing about."""
         return self.highest + 2 + MASK_BITS
-
-    @property
-    def is_alarm(self) -> bool:
-        """True if it says that two vehicles speak under the name of the origin."""
-        return self.highest >= MOST_ITEMS
 
     def beyond(self, sequence: int) -> bool:
         """True if it names an item of this number or a higher one."""

@@ -9,7 +9,8 @@ A candidate too large for the room left is passed over. A line holds candidates 
 ``LOOK_PAST`` of it do not fit, the rest is taken not to fit either. Where candidates of a line have one size exactly,
 that is so; in a packed form they differ by some bits, and one that would have fitted may be missed.
 
-A queue may be limited, see `exchange.limits`. What does not go in, or has to make room, is told by an `Expiry`.
+A queue is limited once it is full or a need asks for it, see `exchange.limits`. What does not go in, or has to make
+room, is told by an `Expiry`.
 """
 
 from __future__ import annotations
@@ -254,7 +255,8 @@ class Queue:
     def __init__(self, rule: ValueRule = ADDITIVE, limit: int | None = None) -> None:
         self._lines = Lines(rule)
         self._items: dict[int, Candidate] = {}  # by column, in the order of taking
-        self._limits = [] if limit is None else [Limits(limit)]  # one of them, if there are limits
+        self._limit = math.inf if limit is None else limit
+        self._limits: list[Limits] = []  # one of them, once there is something to limit
         self._status: dict[tuple[int, int], Candidate] = {}  # by subject and attribute
         self._n_status = 0
         self._n_slots = 0
@@ -350,9 +352,9 @@ class Queue:
         self._let_in(candidate, now_s)
 
     def _heed(self, terms: Terms) -> None:
-        """Have limits from now on, if these terms ask for more than plain ones do."""
-        if terms is not PLAIN and not self._limits and terms != PLAIN:
-            self._limits.append(Limits(None, self._items.values()))
+        """Have limits from now on, if the queue is full or these terms ask for more than plain ones do."""
+        if not self._limits and (len(self._items) >= self._limit or (terms is not PLAIN and terms != PLAIN)):
+            self._limits.append(Limits(self._limit, self._items.values()))
 
     # What goes out -------------------------------------------------------------------------------
 

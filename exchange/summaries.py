@@ -66,7 +66,7 @@ class Telling:
 
     def urge(self, *lives: Life) -> None:
         """Tell what is held of these, or of all if none is named, as soon as there is room."""
-        self._due |= dict.fromkeys(lives or self._holdings.lives)
+        self._due |= dict.fromkeys(lives or sorted(self._holdings.held))
 
     def urgent(self, room_bits: int) -> tuple[Summary, ...]:
         """The summaries that are due and fit, one at least; the others are due in the next packet."""
@@ -76,7 +76,7 @@ class Telling:
             if life in self.silenced and not is_alarm:
                 self._due.pop(life, None)
                 continue
-            summary = Summary(*life, MOST_ITEMS, 0) if is_alarm else summary_of(life, self._holdings.of(life))
+            summary = Summary(*life, MOST_ITEMS, 0) if is_alarm else summary_of(life, self._holdings.held.get(life, 0))
             room_bits -= self._size_bits(summary)
             if room_bits < 0 and said:
                 break
@@ -91,7 +91,7 @@ class Telling:
         """
         said: list[Summary] = []
         for life in self._longest_ago():
-            summary = summary_of(life, self._holdings.of(life))
+            summary = summary_of(life, self._holdings.held.get(life, 0))
             given_up = self._holdings.given_up.get(life, ())
             is_asked_for = any(summary.holds(sequence) is False for sequence in given_up)
             is_known = self._told.get(life) == (summary, TIMES_TOLD) and not is_asked_for
@@ -102,7 +102,7 @@ class Telling:
 
     def _longest_ago(self) -> Iterator[Life]:
         """What is held of, in the order in which it was told: first what never was."""
-        yield from (life for life in self._holdings.lives if life not in self._told)
+        yield from (life for life in sorted(self._holdings.held) if life not in self._told)
         yield from tuple(self._told)
 
     def _take(self, life: Life, summary: Summary, said: list[Summary]) -> None:
@@ -150,7 +150,7 @@ class Summaries:
             sender: of the summary.
             summary: one of its own.
         """
-        noted, life = self._noted.setdefault(sender, {}), summary.life
+        noted, life = self._noted.setdefault(sender, {}), summary[:2]
         known, noted[life] = noted.get(life), summary
         first = known.highest + 1 if known is not None and known.highest <= summary.highest else 0
         believes, lacked = self._state.believes, list[int]()

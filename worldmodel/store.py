@@ -56,6 +56,7 @@ class PruneRule(NamedTuple):
             raise FactError(f"pruning: older_than_s is {self.older_than_s}; allowed: 0 s or more")
 
 
+_NONE = (None,)
 _new = tuple.__new__  # makes a named tuple of a tuple, in half the time
 
 
@@ -216,10 +217,11 @@ class Store(Answers):
         """Let a status that has passed the checks replace what its origin said before."""
         placed = self.index.place(block)
         self.version += bool(placed)
-        if self.subscriptions.watching:
-            for _, one in placed:
+        watching, slots = self.subscriptions.watching, self.index.slots
+        for fact, one in placed if watching else ():
+            if fact.attribute in watching:
                 self.subscriptions.note(Observation(one, 0))
-        return Change(block, tuple([f for f, one in placed if self._latest(f.subject, f.attribute) is one]))
+        return Change(block, tuple([f for f, one in placed if slots.get((f.subject, f.attribute), _NONE)[-1] is one]))
 
     def facts_of(self, subject: int, attribute: int) -> list[Observation]:
         """Return all observations of a slot, those of banned origins too."""
