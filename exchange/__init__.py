@@ -1,6 +1,6 @@
 """TDMA exchange of world knowledge between vehicles, over acoustic links that lose packets.
 
-The kernels stand here: `ack` (who holds what), `policies`, `selection`, `packets`, `codec`, `blocks`, `ledger`,
+The kernels stand here: `ack` (who holds what), `policies`, `packets`, `codec`, `blocks`, `ledger`,
 `interests` (who needs what), `queue` (what waits to be said), `schedule`, and `manager`, which a vehicle runs.
 `exchange.acoustics` has the sea; `exchange.study` compares policies.
 

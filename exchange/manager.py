@@ -7,7 +7,7 @@ The slot of the cooperation paper (section IV, "Selecting information to be shar
 ``interests`` asks who needs an item (1, 2); new candidates enter through ``offer`` and acknowledgement
 timers are one frame, so every item sent in the last frame is a candidate again (3); items that all
 interested peers are believed to hold are dropped (4); ``queue`` raises weights, sorts and fills the packet as
-``selection.select`` does (5, 6, 7). Who is believed to hold what, and until when an item is sent, is the business of
+the policy study does (5, 6, 7). Who is believed to hold what, and until when an item is sent, is the business of
 ``ack``; who sends it that of the policy.
 
 Two kinds of information are told apart by the TBox. An attribute of which only the latest value

@@ -20,7 +20,7 @@ from worldmodel.abox import WorldModel
 from worldmodel.errors import SnapshotError, WorldModelError
 from worldmodel.facts import Block, Instance, PropertyValue
 from worldmodel.merge import merge
-from worldmodel.store import PruneRule, Store
+from worldmodel.store import Keeping, PruneRule, Store
 from worldmodel.tbox import Attribute, TBox, Value, ValueKind
 
 NOBODY = -1
@@ -203,11 +203,13 @@ def _model_from(rows: list[Row], tbox: TBox) -> WorldModel:
         n_origins=int(settings["n_origins"]),
         run_time_instances_per_origin=int(settings["run_time_instances_per_origin"]),
         epoch=int(settings["epoch"]),
-        clock_tolerance_s=float(settings["clock_tolerance_s"]),
-        waiting_s=float(settings["waiting_s"]),
-        waiting_blocks=int(settings["waiting_blocks"]),
-        pruning=tuple(_rules_from(settings[_PRUNING], tbox)),
-        common_facts=[_fact_from(row, tbox) for row in common if row.attribute != "type"],
+        keeping=Keeping(
+            clock_tolerance_s=float(settings["clock_tolerance_s"]),
+            waiting_s=float(settings["waiting_s"]),
+            waiting_blocks=int(settings["waiting_blocks"]),
+            pruning=tuple(_rules_from(settings[_PRUNING], tbox)),
+            common_facts=[_fact_from(row, tbox) for row in common if row.attribute != "type"],
+        ),
     )
     merge(model, _blocks_from([*by_kind[RowKind.KNOWN], *by_kind[RowKind.REFUSED]], tbox))
     for waits_since_s, rows_since in groupby(

@@ -12,7 +12,7 @@ from exchange.packets import ItemUid
 from exchange.policies import POLICIES
 from exchange.schedule import TdmaSchedule
 from remoras.testing import Life, Make, Storm
-from worldmodel import TYPE_UID, WorldModel
+from worldmodel import TYPE_UID, Keeping, WorldModel
 from worldmodel.remembering import remember
 
 NEW_INSTANCES = 16
@@ -47,7 +47,7 @@ def maker(
             n_origins=n_nodes,
             run_time_instances_per_origin=NEW_INSTANCES,
             epoch=epoch,
-            waiting_s=WAITING_S,
+            keeping=Keeping(waiting_s=WAITING_S),
         )
         manager = ExchangeManager(
             node,

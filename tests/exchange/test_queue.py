@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from exchange.packets import Fragment, StatusUid
 from exchange.queue import Queue
 from exchange.reasons import Expired, Unsaid
-from exchange.selection import select
+from exchange.study.selection import select
 from exchange.values import VALUE_RULES, Waiting
 from worldmodel import STATUS, PropertyValue, Terms
 

@@ -21,7 +21,7 @@ from exchange.codec import Codec, Widths
 from exchange.manager import ExchangeManager
 from exchange.packets import Fragment, ItemUid
 from exchange.policies import POLICIES
-from worldmodel import STATUS, Fault, FaultCode, PropertyValue, WorldModel, merge
+from worldmodel import STATUS, Fault, FaultCode, Keeping, PropertyValue, WorldModel, merge
 
 
 def packet_of(fleet: Fleet, sender: int, *fragments: Fragment, frame: int = 0, epoch: int = 0) -> bytes:
@@ -153,7 +153,7 @@ def test_a_coarse_clock_makes_no_sound_fact_one_of_the_future():
     fleet = Fleet(2)
     codec = Codec(TBOX, len(instances(2)), 2, POLICIES["ack"], N_BLOCKS, DURATION_S, Widths(10.0))
     for time_s, is_refused in ((10.0, False), (20.0, True)):
-        model = WorldModel(TBOX, 1, instances(2), 10.0, n_origins=2, clock_tolerance_s=0.0)
+        model = WorldModel(TBOX, 1, instances(2), 10.0, n_origins=2, keeping=Keeping(clock_tolerance_s=0.0))
         manager = ExchangeManager(1, model, codec, fleet.schedule, POLICIES["ack"], 512, needs(range(2)))
         fragment = Fragment(0, 0, time_s, cells(2, 1))
         data = codec.encode(0, [0, 0], [fragment], frame=2, slot_start_s=fleet.schedule.start_s(4))
