@@ -16,10 +16,10 @@ from typing import Any
 
 import numpy as np
 
-from exchange.batch import Observations, decode_observations, encode_observations
-from exchange.codec import Codec, Widths
 from exchange.packets import Fragment
 from exchange.policies import POLICIES
+from exchange.wire.batch import Observations, decode_observations, encode_observations
+from exchange.wire.codec import Codec, Widths
 from worldmodel import Attribute, Field, OntologyClass, PropertyValue, TBox, ValueKind
 
 REPEATS = 7

@@ -11,10 +11,10 @@ import time
 from collections.abc import Sequence
 from typing import Any
 
-from exchange.codec import Codec, Widths
 from exchange.manager import ExchangeManager
 from exchange.policies import POLICIES
 from exchange.schedule import TdmaSchedule
+from exchange.wire.codec import Codec, Widths
 from missions.mapping.mission import MappingMission
 from missions.runs.assembly import assemble
 from missions.runs.setup import resolved

@@ -24,13 +24,9 @@ from typing import NamedTuple
 
 from exchange import ack
 from exchange.blocks import fragments_of
-from exchange.codec import Codec, refuse_longer_texts
-from exchange.definitions import Definitions
 from exchange.errors import ConfigurationError, DefinitionFault, PeerFault, SlotConflict
-from exchange.holders import Holders
 from exchange.interests import Interests, Renewal
 from exchange.ledger import Entry, Holdings, Ledger
-from exchange.listening import Listener
 from exchange.packets import (
     Fragment,
     Head,
@@ -42,13 +38,17 @@ from exchange.packets import (
     Summary,
     Transmission,
 )
-from exchange.peers import Ageing, BySlots, PeerLinks, Peers
+from exchange.peering.holders import Holders
+from exchange.peering.listening import Listener
+from exchange.peering.peers import Ageing, BySlots, PeerLinks, Peers
+from exchange.peering.summaries import Summaries
+from exchange.peering.turns import ByFrames, Turns
 from exchange.policies import AckPolicy
-from exchange.queue import Queue
+from exchange.queueing.queue import Queue
 from exchange.schedule import TdmaSchedule
-from exchange.summaries import Summaries
-from exchange.turns import ByFrames, Turns
 from exchange.values import ADDITIVE, STATUS_COLUMN, ValueRule
+from exchange.wire.codec import Codec, refuse_longer_texts
+from exchange.wire.definitions import Definitions
 from worldmodel import STATUS, Change, Needs, PropertyValue, Stated, WorldModel
 from worldmodel.facts import Guid
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from exchange.manager import ExchangeManager
 from exchange.packets import Met, Reception, Transmission
-from exchange.peers import PeerLinks
+from exchange.peering.peers import PeerLinks
 from remoras.recorder import Recorder
 
 LINK_FRAMES = 8

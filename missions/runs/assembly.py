@@ -8,8 +8,8 @@ from dataclasses import replace
 from typing import Any
 
 from exchange.acoustics.channel import BroadcastChannel, Channel
-from exchange.codec import renewed
 from exchange.manager import ExchangeManager, Options
+from exchange.wire.codec import renewed
 from missions.runs.clocks import clocks_of, disciplines, own_recorder, timekeeper_of
 from missions.runs.needs import needs_in_force, needs_of_all
 from missions.runs.sea import actual, sea_of

@@ -6,9 +6,9 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 from exchange.acoustics.modems import Modem, modems
-from exchange.codec import Codec, Framing, Widths
 from exchange.policies import AckPolicy
 from exchange.schedule import TdmaSchedule
+from exchange.wire.codec import Codec, Framing, Widths
 from missions.metric import Metric, collected
 from missions.runs.metrics import CORE_METRICS
 from missions.runs.needs import on_demand_of, priorities, stated_needs, subjects_of

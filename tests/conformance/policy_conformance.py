@@ -17,13 +17,13 @@ import numpy as np
 sys.path[:0] = [str(Path(__file__).resolve().parents[2])] if __name__ == "__main__" else []
 
 from exchange import ack
-from exchange.codec import Codec
 from exchange.errors import ConfigurationError
 from exchange.packets import Fragment, ItemUid
 from exchange.policies import AckPolicy, header_bits, may_send, policy_fault, policy_named
 from exchange.study import montecarlo, trial
 from exchange.study.compiler import compiled
 from exchange.study.trial import Ints, Load, Rules
+from exchange.wire.codec import Codec
 from remoras.plugins import named_object
 from tests.exchange.fleet_radio import DURATION_S, MAPPED_CELL, N_BLOCKS, TBOX, Fleet, instances, one_size_codec
 from worldmodel import PropertyValue

@@ -4,12 +4,12 @@ from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
 
-from exchange.codec import Codec
-from exchange.fragmentcodec import Packing
 from exchange.manager import ExchangeManager, Options
 from exchange.packets import Fragment, ItemUid, Reception, Transmission
 from exchange.policies import POLICIES, AckPolicy
 from exchange.schedule import TdmaSchedule
+from exchange.wire.codec import Codec
+from exchange.wire.fragmentcodec import Packing
 from worldmodel import (
     Block,
     InformationNeed,

@@ -6,11 +6,11 @@ from typing import Any
 
 from fleet_radio import AREA_DONE, DURATION_S, MAPPED_CELL, N_BLOCKS, POSITION, SLOT_S, TBOX, bay, instances, needs
 
-from exchange.codec import Codec, Framing
 from exchange.manager import ExchangeManager, Options
 from exchange.packets import ItemUid
 from exchange.policies import POLICIES
 from exchange.schedule import TdmaSchedule
+from exchange.wire.codec import Codec, Framing
 from remoras.testing import Life, Make, Storm
 from worldmodel import TYPE_UID, Keeping, WorldModel
 from worldmodel.remembering import remember

@@ -22,11 +22,11 @@ from fleet_radio import (
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from exchange.codec import Codec, Widths
-from exchange.codes import width
 from exchange.errors import ConfigurationError, DefinitionFault, PeerFault
 from exchange.packets import Fragment, Head, InfluenceSignal, Packet, Summary
 from exchange.policies import ACK, POLICIES, AckPolicy, header_bits
+from exchange.wire.codec import Codec, Widths
+from exchange.wire.codes import width
 from missions.runs.setup import resolved
 from missions.scenarios.loading import load
 from worldmodel import STATUS, Attribute, Field, OntologyClass, PropertyValue, TBox, Value, ValueKind

@@ -6,7 +6,7 @@ import random
 import pytest
 from fleet_radio import Fleet
 
-from exchange.peers import KEPT, SHORTEST_SILENCE, UNLIKELY, Estimate
+from exchange.peering.peers import KEPT, SHORTEST_SILENCE, UNLIKELY, Estimate
 
 N_EFFECTIVE = (1.0 + KEPT) / (1.0 - KEPT)
 """Samples of equal weight that tell as much as very many whose weights fall by ``KEPT``: 127."""

@@ -22,12 +22,12 @@ from fleet_radio import (
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from exchange.codec import Codec
 from exchange.errors import ConfigurationError
 from exchange.manager import ExchangeManager
 from exchange.packets import Fragment, InfluenceSignal, ItemUid
 from exchange.policies import POLICIES
 from exchange.schedule import TdmaSchedule
+from exchange.wire.codec import Codec
 from worldmodel import Attribute, Instance, NeedsIndex, PropertyValue, TBox, ValueKind, WorldModel
 
 

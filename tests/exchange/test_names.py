@@ -4,9 +4,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from exchange.codes import width
 from exchange.errors import PeerFault
-from exchange.names import AttributeNames
+from exchange.wire.codes import width
+from exchange.wire.names import AttributeNames
 
 
 class Taker:

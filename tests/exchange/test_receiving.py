@@ -17,10 +17,10 @@ from fleet_radio import (
     needs,
 )
 
-from exchange.codec import Codec, Widths
 from exchange.manager import ExchangeManager
 from exchange.packets import Fragment, ItemUid
 from exchange.policies import POLICIES
+from exchange.wire.codec import Codec, Widths
 from worldmodel import STATUS, Fault, FaultCode, Keeping, PropertyValue, WorldModel, merge
 
 

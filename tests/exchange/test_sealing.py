@@ -11,11 +11,11 @@ from fleet_radio import DURATION_S, MAPPED_CELL, N_BLOCKS, TBOX, Fleet, bay, cel
 from hypothesis import given
 from hypothesis import strategies as st
 
-from exchange.codec import Codec, Framing
 from exchange.errors import ConfigurationError, PeerFault
 from exchange.packets import Fragment, Packet
 from exchange.policies import POLICIES
-from exchange.sealing import CRC_BITS, Seal, key_in, nonce_of
+from exchange.wire.codec import Codec, Framing
+from exchange.wire.sealing import CRC_BITS, Seal, key_in, nonce_of
 
 KEY = bytes(range(16))
 

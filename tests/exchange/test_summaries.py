@@ -2,7 +2,7 @@
 
 from exchange.ledger import Holdings
 from exchange.packets import Summary
-from exchange.summaries import TIMES_TOLD, Telling
+from exchange.peering.summaries import TIMES_TOLD, Telling
 
 LIFE = (2, 0)
 

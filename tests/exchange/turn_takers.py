@@ -6,9 +6,9 @@ from collections.abc import Callable, Sequence
 from exchange_lives import Sea
 from fleet_radio import DURATION_S, N_BLOCKS, SLOT_S, TBOX, instances
 
-from exchange.codec import Codec, Framing
 from exchange.policies import POLICIES
 from exchange.schedule import TdmaSchedule
+from exchange.wire.codec import Codec, Framing
 
 Slots = tuple[tuple[int, ...], ...]
 

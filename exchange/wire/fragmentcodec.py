@@ -2,7 +2,7 @@
 
 What a fragment takes depends on the packet: its age on the slot, its sequence on the one before it of the same origin
 and epoch. So nobody adds up sizes: fragments are offered to a `Packing`, which takes those that fit. The layout stands
-at the top of ``exchange.codec``.
+at the top of ``exchange.wire.codec``.
 """
 
 from __future__ import annotations
@@ -10,12 +10,12 @@ from __future__ import annotations
 from bisect import bisect_left, insort
 from collections.abc import Iterable, Sequence
 
-from exchange import codes
-from exchange.codes import Bits, Reader, width
 from exchange.errors import ConfigurationError, PeerFault
-from exchange.factcodec import FactCodec
 from exchange.packets import Fragment
-from exchange.sizes import FieldSize
+from exchange.wire import codes
+from exchange.wire.codes import Bits, Reader, width
+from exchange.wire.factcodec import FactCodec
+from exchange.wire.sizes import FieldSize
 from worldmodel import STATUS, Field, PropertyValue
 
 EPOCH_BITS = 2

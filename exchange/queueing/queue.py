@@ -9,8 +9,8 @@ A candidate too large for the room left is passed over. A line holds candidates 
 ``LOOK_PAST`` of it do not fit, the rest is taken not to fit either. Where candidates of a line have one size exactly,
 that is so; in a packed form they differ by some bits, and one that would have fitted may be missed.
 
-A queue is limited once it is full or a need asks for it, see `exchange.limits`. What does not go in, or has to make
-room, is told by an `Expiry`.
+A queue is limited once it is full or a need asks for it, see `exchange.queueing.limits`. What does not go in, or has to
+make room, is told by an `Expiry`.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ from collections.abc import Hashable
 from heapq import heapify, heappop, heappush
 from typing import Protocol
 
-from exchange.limits import Limits
 from exchange.packets import Fragment, ItemUid, StatusUid
-from exchange.reasons import Expired, Expiry, Unsaid
+from exchange.queueing.limits import Limits
+from exchange.queueing.reasons import Expired, Expiry, Unsaid
 from exchange.values import ADDITIVE, STATUS_COLUMN, Candidate, Moment, ValueRule, Waiting
 from worldmodel import PLAIN, Terms
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from exchange.names import AttributeNames
+from exchange.wire.names import AttributeNames
 from worldmodel import Attribute, ValueKind
 
 

@@ -8,8 +8,8 @@ is never that of a stranger. Where all have agreed, a byte that differs is damag
 
 from __future__ import annotations
 
-from exchange.codec import HASH_BYTES
 from exchange.errors import PeerFault
+from exchange.wire.codec import HASH_BYTES
 
 ALL_BYTES = (1 << HASH_BYTES) - 1
 

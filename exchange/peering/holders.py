@@ -11,8 +11,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from exchange.ack import AckState
 from exchange.ledger import Holdings, Ledger, Life
 from exchange.packets import ItemUid
-from exchange.peers import Peers
-from exchange.summaries import Summaries
+from exchange.peering.peers import Peers
+from exchange.peering.summaries import Summaries
 from worldmodel import Block
 from worldmodel.facts import Guid
 

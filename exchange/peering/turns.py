@@ -25,7 +25,7 @@ from exchange import ack
 from exchange.ack import Acknowledgement, AckState, MutableWords, Words
 from exchange.errors import ConfigurationError, PeerFault
 from exchange.packets import Packet
-from exchange.peers import SpokenOf
+from exchange.peering.peers import SpokenOf
 from exchange.schedule import GRACE_S, TdmaSchedule
 from worldmodel import WorldModel
 
@@ -180,7 +180,7 @@ class ByFrames:
         self._sent: dict[int, _Sent] = {}
 
     def open(self, slot: int) -> None:
-        """See `exchange.peers.Ageing`."""
+        """See `exchange.peering.peers.Ageing`."""
         frame, state, coming, n_nodes = self._schedule.frame_of(slot), self._state, self._coming, self._n_nodes
         if frame <= self._frame:
             return
@@ -195,7 +195,7 @@ class ByFrames:
         self._frame = frame
 
     def refuse(self, slot: int, sender: int, now_s: float) -> None:
-        """See `exchange.peers.Ageing`."""
+        """See `exchange.peering.peers.Ageing`."""
         frame = self._schedule.frame_of(slot)
         if frame + 1 < self._frame:
             raise PeerFault(f"a packet of node {sender} of frame {frame} arrives in frame {self._frame}")
@@ -203,7 +203,7 @@ class ByFrames:
             raise PeerFault(f"a packet of node {sender} of frame {frame} arrives before that begins")
 
     def compose(self, slot: int, content: int, rows_out: MutableWords) -> None:
-        """See `exchange.peers.Ageing`."""
+        """See `exchange.peering.peers.Ageing`."""
         n_nodes, state = self._n_nodes, self._state
         self._sent_frame = self._frame
         self._coming.content[self._me] |= content
@@ -222,7 +222,7 @@ class ByFrames:
     def absorb(
         self, packet: Packet, slot: int, heeded: Words, content: int, carrier_evidence: bool, origins: Words
     ) -> None:
-        """See `exchange.peers.Ageing`; a packet of the frame before is not acknowledged."""
+        """See `exchange.peering.peers.Ageing`; a packet of the frame before is not acknowledged."""
         n_nodes, state, sender = self._n_nodes, self._state, packet.sender
         frame = self._schedule.frame_of(slot)
         state.believes[self._me] |= content

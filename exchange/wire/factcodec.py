@@ -1,9 +1,9 @@
 """Facts as bits: subject, attribute, value, and the uncertainty of a value that carries one.
 
 A number takes ``ceil(log2((max - min) / resolution + 1))`` bits, the rule of DCCL. One outside its range, or the one
-whose bits are all ones, stands exactly behind these, see ``exchange.codes``: nothing is ever sent as something else.
-A text is its length in bytes, then these in UTF-8.
-What an attribute may carry beside is added by `exchange.detail` and `exchange.uncertainties`, where it declares that.
+whose bits are all ones, stands exactly behind these, see `exchange.wire.codes`: nothing is ever sent as something else.
+A text is its length in bytes, then these in UTF-8. What an attribute may carry beside is added by
+`exchange.wire.detail` and `exchange.wire.uncertainties`, where it declares that.
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ from collections.abc import Callable, Collection, Sequence
 from functools import lru_cache, partial
 from typing import Any
 
-from exchange import detail, uncertainties
-from exchange.codes import LARGEST, Bits, Reader, read_beyond, whole, width
 from exchange.errors import ConfigurationError, PeerFault
-from exchange.names import AttributeNames
-from exchange.sizes import FieldSize, name_fields, value_lines
+from exchange.wire import detail, uncertainties
+from exchange.wire.codes import LARGEST, Bits, Reader, read_beyond, whole, width
+from exchange.wire.names import AttributeNames
+from exchange.wire.sizes import FieldSize, name_fields, value_lines
 from worldmodel import Attribute, Field, PropertyValue, TBox, Value, ValueKind
 from worldmodel.texts import bytes_of, text_of
 

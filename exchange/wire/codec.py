@@ -3,7 +3,8 @@
 Layout, most significant bit first (sizes in bits; ``w(n) = ceil(log2 n)``)::
 
     packet    head | acknowledgements (bits that the policy's kind says are carried) | sections | 111 | zeros to a byte
-              [| tag 32] [| checksum 8, 16 or 32], see ``exchange.sealing``; with a tag all behind the head is encrypted
+              [| tag 32] [| checksum 8, 16 or 32], see `exchange.wire.sealing`; with a tag all behind the head is
+              encrypted
     head      definition hash 8 | sender w(nodes) | epoch 2 | frame mod 4 2 [| slot w(slots) | packets - 1 w(slots)]
               [| zeros to a byte]; in brackets first what a slot list needs, then what encryption does
     section   0 age, fact, sequence: an own fragment that is a whole block of a single fact
@@ -17,13 +18,13 @@ Layout, most significant bit first (sizes in bits; ``w(n) = ceil(log2 n)``)::
               [| uncertain 1 [| uncertainty]]
 
 What a packet has not costs it nothing. One that was cut short anywhere lacks its end, and is refused.
-An age counts from the start of the slot that the head names; ``exchange.codes`` has its code and that of sequences. Of
-one origin and epoch the first sequence in a packet is written as it is, the others by the step from the one before.
+An age counts from the start of the slot that the head names; `exchange.wire.codes` has its code and that of sequences.
+Of one origin and epoch the first sequence in a packet is written as it is, the others by the step from the one before.
 A status has no sequence, and no bit says so: a whole block is one if, and only if, all its attributes are latest-only.
 Relayed is what is not of the sender in its present epoch. A value out of range is sent exactly, in more bits.
 
 The hash covers the TBox and every width in 32 bits, of which the packet of frame k carries byte k mod 4: two vehicles
-with different definitions notice it within four frames, see ``exchange.definitions``. The byte is crossed with the
+with different definitions notice it within four frames, see ``exchange.wire.definitions``. The byte is crossed with the
 higher bits of the frame, so that a packet from another frame has another byte, even where the counter is the same.
 """
 
@@ -36,16 +37,16 @@ from functools import lru_cache
 from itertools import product
 from typing import NamedTuple
 
-from exchange import codes
 from exchange.ack import Acknowledgement
-from exchange.codes import Bits, Reader, width
 from exchange.errors import ConfigurationError, DefinitionFault, PeerFault
-from exchange.factcodec import FactCodec
-from exchange.fragmentcodec import EPOCH_BITS, Before, FragmentCodec, Packing, Wired, refuse_epoch
 from exchange.packets import MASK_BITS, Fragment, Head, InfluenceSignal, Packet, Summary
 from exchange.policies import AckPolicy
-from exchange.sealing import DAMAGED, UNOPENED, Checksum, Seal, nonce_of
-from exchange.sizes import FieldSize
+from exchange.wire import codes
+from exchange.wire.codes import Bits, Reader, width
+from exchange.wire.factcodec import FactCodec
+from exchange.wire.fragmentcodec import EPOCH_BITS, Before, FragmentCodec, Packing, Wired, refuse_epoch
+from exchange.wire.sealing import DAMAGED, UNOPENED, Checksum, Seal, nonce_of
+from exchange.wire.sizes import FieldSize
 from worldmodel import PropertyValue, TBox
 from worldmodel.tables import tables_of
 

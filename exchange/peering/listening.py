@@ -7,13 +7,13 @@ from dataclasses import dataclass, field
 
 from exchange import ack
 from exchange.blocks import Assembly, fragments_of, whole
-from exchange.holders import Holders
 from exchange.interests import Interests
 from exchange.ledger import Entry, Ledger
 from exchange.packets import Fragment, ItemUid, Met, Packet, Reception
-from exchange.peers import Ageing, Peers
+from exchange.peering.holders import Holders
+from exchange.peering.peers import Ageing, Peers
+from exchange.peering.summaries import Summaries
 from exchange.policies import AckPolicy, may_send
-from exchange.summaries import Summaries
 from worldmodel import STATUS, Block, WorldModel
 from worldmodel.facts import MOST_ITEMS
 

@@ -6,8 +6,8 @@ are numbered first. One number more, if there are others at all, says that the u
 
 from collections.abc import Callable, Collection
 
-from exchange.codes import width
 from exchange.errors import PeerFault
+from exchange.wire.codes import width
 
 
 class AttributeNames:

@@ -1,4 +1,4 @@
-"""How vehicles in processes of their own learn by which salt each other's packets open, see ``exchange.sealing``.
+"""How vehicles in processes of their own learn by which salt each other's packets open, see ``exchange.wire.sealing``.
 
 Each process draws a salt when it starts. It is two things at once: what its own packets are encrypted by, and what a
 peer has to repeat to show that it speaks now, as in RFC 8613, appendix B.2. A packet that tells it is an introduction;
@@ -22,11 +22,11 @@ from __future__ import annotations
 
 import hmac
 
-from exchange.codec import Codec
 from exchange.errors import ConfigurationError, PeerFault
 from exchange.packets import Head
 from exchange.schedule import TdmaSchedule
-from exchange.sealing import SALT_BYTES, derived
+from exchange.wire.codec import Codec
+from exchange.wire.sealing import SALT_BYTES, derived
 
 ECHO_BYTES = 4
 """Of a salt that is repeated: one introduction in 2**32 of another mission repeats that of a hearer by chance."""

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from exchange.codes import Bits
 from exchange.errors import PeerFault
-from exchange.sizes import FieldSize
+from exchange.wire.codes import Bits
+from exchange.wire.sizes import FieldSize
 from worldmodel import Attribute
 
 

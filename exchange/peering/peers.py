@@ -2,7 +2,7 @@
 
 *Ageing.* Each node has one slot in each frame, in the order of the nodes. A bit A[i][j] is about j's last packet before
 i's last slot, as ``exchange.ack`` has it. What is known of a node ages as its slot opens (`BySlots`): so a node and its
-peers mean the same packet by the same acknowledgement. Where slots are listed, see ``exchange.turns``.
+peers mean the same packet by the same acknowledgement. Where slots are listed, see ``exchange.peering.turns``.
 
 *Lives.* A vehicle that begins anew has a higher epoch. What was believed of it is void when that epoch is heard. A
 third vehicle may not have heard of it and state by its matrix what the old life held. So of rows about a peer that
