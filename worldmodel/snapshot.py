@@ -261,7 +261,10 @@ def _name(model: Store, uid: int) -> str:
 
 def as_text(model: Store, attribute: Attribute, value: Value) -> str:
     """The value of a fact as text that ``from_text`` reads back exactly; see the head of this module."""
-    stored = attribute.quantise(value)
+    row = model.tables.rows.get(attribute.uid)
+    stored = None if row is None else row.quantise(value)
+    if stored is None:
+        stored = attribute.quantise(value)  # says what is wrong
     match attribute.kind:
         case ValueKind.TYPE:
             return model.tbox.classes[cast(int, stored)].name
