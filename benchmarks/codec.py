@@ -16,10 +16,10 @@ from typing import Any
 
 import numpy as np
 
-from exchange.batch import Observations, decode_observations, encode_observations
-from exchange.codec import Codec
 from exchange.packets import Fragment
 from exchange.policies import POLICIES
+from exchange.wire.batch import Observations, decode_observations, encode_observations
+from exchange.wire.codec import Codec, Widths
 from worldmodel import Attribute, Field, OntologyClass, PropertyValue, TBox, ValueKind
 
 REPEATS = 7
@@ -44,7 +44,7 @@ def reference_codec() -> Codec:
         Attribute(uid, f"a{uid}", f"urn:a{uid}", 0, ValueKind.POINT, (along, along)) for uid in range(32)
     )
     tbox = TBox(classes, attributes)
-    return Codec(tbox, 64 * 256, 5, POLICIES["ack"], 4096, 86_399.0, 1.0, recent_s=FRAME_S)
+    return Codec(tbox, 64 * 256, 5, POLICIES["ack"], 4096, 86_399.0, Widths(1.0, recent_s=FRAME_S))
 
 
 def records(n: int) -> list[Record]:
@@ -163,7 +163,7 @@ def size_rows() -> list[dict[str, Any]]:
         fewest, bits = N_RECORDS, 0.0
         for at in range(0, N_RECORDS - 20, 20):
             group = sorted(every[at : at + 20], key=lambda record: record[3])
-            packing = codec.packing(SENDER, 0, 0, START_S, room_bits)
+            packing = codec.packing(SENDER, 0, START_S, room_bits)
             n_fit = sum(1 for _ in takewhile(packing.add, fragments_of(group, at % 4096)))
             fewest, bits = min(fewest, n_fit), max(bits, (room_bits - packing.left_bits) / n_fit)
         found.append(_size_row(f"own observations in {payload_bytes} B, fewest", fewest, "items", goal, of_dccl, 1))

@@ -11,10 +11,10 @@ import time
 from collections.abc import Sequence
 from typing import Any
 
-from exchange.codec import Codec
 from exchange.manager import ExchangeManager
 from exchange.policies import POLICIES
 from exchange.schedule import TdmaSchedule
+from exchange.wire.codec import Codec, Widths
 from missions.mapping.mission import MappingMission
 from missions.runs.assembly import assemble
 from missions.runs.setup import resolved
@@ -44,7 +44,7 @@ class Small:
         index = NeedsIndex(tbox, dict.fromkeys(range(N_NODES), needs))
         policy = POLICIES["ack"]
         self.schedule = TdmaSchedule(N_NODES, 1.0, 1.0)
-        self.codec = Codec(tbox, len(instances), N_NODES, policy, 1 << 15, 1e6, 1.0)
+        self.codec = Codec(tbox, len(instances), N_NODES, policy, 1 << 15, 1e6, Widths(1.0))
         self.models = [WorldModel(tbox, node, instances, 1.0, n_origins=N_NODES) for node in range(N_NODES)]
         self.managers = [
             ExchangeManager(node, model, self.codec, self.schedule, policy, PAYLOAD_BITS, index)

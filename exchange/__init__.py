@@ -1,11 +1,12 @@
 """TDMA exchange of world knowledge between vehicles, over acoustic links that lose packets.
 
-The kernels stand here: `ack` (who holds what), `policies`, `selection`, `packets`, `codec`, `blocks`, `ledger`,
-`interests` (who needs what), `queue` (what waits to be said), `schedule`, and `manager`, which a vehicle runs.
-`exchange.acoustics` has the sea; `exchange.study` compares policies.
+The kernels stand here: `ack` (who holds what), `policies`, `packets`, `blocks`, `ledger`, `interests` (who needs what),
+`values` (what it is worth to say it), `schedule`, and `manager`, which a vehicle runs. `exchange.wire` makes bits of
+packets, `exchange.queueing` has what waits to be said, `exchange.peering` what is known of peers. `exchange.acoustics`
+has the sea; `exchange.study` compares policies.
 
 The names below are promised to stay. Each is loaded when it is first used; none of them needs Numba, and NumPy only
-those of `exchange.batch`: `Observations`, `encode_observations`, `decode_observations`.
+those of `exchange.wire.batch`: `Observations`, `encode_observations`, `decode_observations`.
 """
 
 from importlib import import_module
@@ -13,14 +14,14 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from exchange.ack import Acknowledgement
-    from exchange.batch import Observations, decode_observations, encode_observations
-    from exchange.codec import Codec
     from exchange.errors import ConfigurationError, ExchangeError
     from exchange.manager import ExchangeManager
     from exchange.packets import Fragment, InfluenceSignal, ItemUid, Packet, Reception, StatusUid, Transmission
     from exchange.policies import ACKNOWLEDGEMENTS, POLICIES, AckPolicy, header_bits, policy_named
     from exchange.schedule import TdmaSchedule
-    from exchange.sizes import FieldSize
+    from exchange.wire.batch import Observations, decode_observations, encode_observations
+    from exchange.wire.codec import Codec
+    from exchange.wire.sizes import FieldSize
 
 __all__ = [
     "ACKNOWLEDGEMENTS",
@@ -50,9 +51,9 @@ __all__ = [
 _MODULE_OF = {
     **dict.fromkeys(("ACKNOWLEDGEMENTS", "POLICIES", "AckPolicy", "header_bits", "policy_named"), "policies"),
     "Acknowledgement": "ack",
-    **dict.fromkeys(("Observations", "decode_observations", "encode_observations"), "batch"),
-    "Codec": "codec",
-    "FieldSize": "sizes",
+    **dict.fromkeys(("Observations", "decode_observations", "encode_observations"), "wire.batch"),
+    "Codec": "wire.codec",
+    "FieldSize": "wire.sizes",
     **dict.fromkeys(("ConfigurationError", "ExchangeError"), "errors"),
     "ExchangeManager": "manager",
     **dict.fromkeys(

@@ -16,10 +16,11 @@ from dataclasses import dataclass
 from exchange.ack import Words
 from exchange.ledger import ADDRESSED_SHARE, Entry, Ledger
 from exchange.packets import Fragment, ItemUid
-from exchange.queue import Queue
-from exchange.reasons import Expired, Expiry
+from exchange.queueing.queue import Queue
+from exchange.queueing.reasons import Expired, Expiry
 from exchange.values import Waiting
-from worldmodel import PLAIN, Block, Needs, PropertyValue, Terms, WorldModel
+from worldmodel import PLAIN, Block, Needs, PropertyValue, Terms, ValueKind, WorldModel
+from worldmodel.needs import Wanted
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,26 +73,47 @@ class Interests:
         self._sendable = 0  # the same, as an item set
         self._addressed: set[int] = set()  # columns of items that wait for those to whom they are addressed
         self._aside: list[tuple[Block, ItemUid]] = []
-        self._undecided: dict[int, None] = {}  # columns of items about instances whose class is not known yet
+        self.undecided: dict[int, None] = {}
+        """Columns of items about instances whose class is not known yet."""
+        self._wanted: dict[tuple[int, int], Wanted] = {}  # by slot, as long as needs do not change
+        self._terms: dict[tuple[int, int], Terms] = {}
 
     def of(self, facts: Iterable[PropertyValue]) -> tuple[int, int]:
         """Nodes (bit word) that need any of the facts, and the highest priority among them."""
         nodes, priority = 0, 0
         facts = tuple(facts)
         for fact in facts:
-            word, value = self._needs.priority_of(fact, self._class_of(fact, facts))
+            word, value = self._wanted.get((fact.subject, fact.attribute)) or self._ask(fact, facts)
             nodes |= word
             priority = max(priority, value)
         return nodes, priority
+
+    def _ask(self, fact: PropertyValue, block: tuple[PropertyValue, ...]) -> Wanted:
+        """Who needs a fact of a block, and how urgently; kept where that is so for any value, until needs change."""
+        wanted = self._needs.priority_of(fact, self._class_of(fact, block))
+        if self._is_lasting(fact):
+            self._wanted[fact.subject, fact.attribute] = wanted
+        return wanted
+
+    def _is_lasting(self, fact: PropertyValue) -> bool:
+        """True if whoever needs a fact needs any value of its slot: one of a common instance, and no link or type."""
+        attribute = self._model.tbox.attributes[fact.attribute]
+        is_common = 0 <= fact.subject < len(self._model.common_instances)
+        return is_common and attribute.kind is not ValueKind.LINK and attribute.kind is not ValueKind.TYPE
 
     def terms_of(self, facts: tuple[PropertyValue, ...]) -> Terms:
         """Terms that serve all who need any of the facts; of what nobody needs, nothing is asked."""
         terms: Terms | None = None
         for fact in facts:
-            class_uid = self._class_of(fact, facts)
-            if self._needs.priority_of(fact, class_uid)[0]:
-                of_fact = self._needs.terms_of(fact, class_uid)
-                terms = of_fact if terms is None else terms.merged(of_fact)
+            slot = fact.subject, fact.attribute
+            if not (self._wanted.get(slot) or self._ask(fact, facts))[0]:
+                continue
+            of_fact = self._terms.get(slot)
+            if of_fact is None:
+                of_fact = self._needs.terms_of(fact, self._class_of(fact, facts))
+                if self._is_lasting(fact):
+                    self._terms[slot] = of_fact
+            terms = of_fact if terms is None else terms.merged(of_fact)
         return terms or PLAIN
 
     def _class_of(self, fact: PropertyValue, block: tuple[PropertyValue, ...]) -> int:
@@ -113,12 +135,13 @@ class Interests:
 
     def take_status(self, block: Block) -> None:
         """Let the newest value of a status wait in place of the older one; one that nobody needs does not wait."""
-        nodes, priority = self.of(block.facts)
-        fragment = Fragment(block.origin, block.sequence, block.time_s, block.facts, epoch=block.epoch)
+        facts = block.facts
+        nodes, priority = self.of(facts)
         if nodes & ~(1 << self._me):
-            self._queue.take_status(fragment, priority, self._size_bits(fragment), self.terms_of(block.facts))
+            fragment = Fragment(block.origin, block.sequence, block.time_s, facts, 0, 1, block.epoch)
+            self._queue.take_status(fragment, priority, self._size_bits(fragment), self.terms_of(facts))
         else:
-            self._queue.drop_status((block.facts[0].subject, block.facts[0].attribute), block.time_s)
+            self._queue.drop_status((facts[0].subject, facts[0].attribute), block.time_s)
 
     def decide(self, believes: Words, now_s: float) -> None:
         """Judge again the items about instances that were not known when they came in, and may be now.
@@ -127,7 +150,7 @@ class Interests:
             believes: item set that each node is believed to hold.
             now_s: the time (s).
         """
-        undecided, self._undecided = self._undecided, {}
+        undecided, self.undecided = self.undecided, {}
         for column in undecided:
             if self._judge(column) and self._is_lacked(column, believes):
                 self._send(column, now_s)
@@ -170,6 +193,8 @@ class Interests:
             believes: item set that each node is believed to hold.
             now_s: the time (s).
         """
+        self._wanted.clear()
+        self._terms.clear()
         before = self._queue.open
         settled: list[ItemUid] = []
         unneeded: list[Expiry] = []
@@ -236,7 +261,7 @@ class Interests:
         entry, item = self._ledger.entries[column], 1 << column
         nodes, entry.priority = self._judged(entry)
         if not nodes and any(self._class_of(fact, entry.about) == 0 for fact in entry.about):
-            self._undecided[column] = None
+            self.undecided[column] = None
         for peer in range(len(self._ledger.unneeded)):
             is_unneeded = not nodes >> peer & 1 and peer != self._me
             if is_unneeded != bool(self._ledger.unneeded[peer] & item):

@@ -1,7 +1,7 @@
 """Which item is which column: the acknowledgement state speaks of columns, the packets of item UIDs.
 
 An item set is one Python integer: bit c stands for column c. Columns are never used twice, so a set
-keeps its meaning for good.
+keeps its meaning for good. `Holdings` count whole blocks of each origin and epoch instead, by their sequence.
 """
 
 from __future__ import annotations
@@ -16,6 +16,8 @@ from exchange.values import Waiting
 from worldmodel import Block, PropertyValue
 from worldmodel.facts import Guid
 
+Life = tuple[int, int]
+"""An origin and its epoch."""
 ADDRESSED_SHARE = 10
 """An item that those hold to whom it is addressed is needed so many times less by others."""
 
@@ -43,6 +45,7 @@ class Ledger:
     def __init__(self, n_nodes: int) -> None:
         self._column_of: dict[ItemUid, int] = {}
         self.entries: list[Entry] = []
+        self._uids: list[ItemUid] = []
         self.origins = [0] * n_nodes
         """Item set that each node has recorded in the life that it is in: these it holds."""
         self._epochs = [0] * n_nodes
@@ -56,6 +59,8 @@ class Ledger:
     @property
     def spared(self) -> list[int]:
         """Item set that each peer need not be told now: it has no need of it, or is away."""
+        if not self.away:
+            return self.unneeded
         return [-1 if self.away >> node & 1 else items for node, items in enumerate(self.unneeded)]
 
     def __contains__(self, uid: ItemUid) -> bool:
@@ -75,14 +80,16 @@ class Ledger:
 
     def uid(self, column: int) -> ItemUid:
         """The item of a column."""
-        return self.entries[column].fragment.uid
+        return self._uids[column]
 
     def add(self, entry: Entry) -> int:
         """Take in a new item; returns its column."""
-        column = len(self.entries)
-        self._column_of[entry.fragment.uid] = column
+        column, fragment = len(self.entries), entry.fragment
+        uid = fragment.uid
+        self._column_of[uid] = column
+        self._uids.append(uid)
         self.entries.append(entry)
-        origin, epoch, sequence = guid = entry.fragment.block.guid
+        origin, epoch, sequence = guid = fragment.origin, fragment.epoch, fragment.sequence
         self._parts.setdefault(guid, []).append(column)
         self._ends[origin, epoch] = max(self._ends.get((origin, epoch), 0), sequence + 1)
         if epoch == self._epochs[origin]:
@@ -92,7 +99,7 @@ class Ledger:
     def begin(self, node: int, epoch: int) -> None:
         """A node is in another life: it holds the items that it has recorded in this one, as far as is known."""
         self._epochs[node] = epoch
-        uids = [(column, entry.fragment.uid) for column, entry in enumerate(self.entries)]
+        uids = enumerate(self._uids)
         self.origins[node] = sum(1 << column for column, uid in uids if (uid.origin, uid.epoch) == (node, epoch))
 
     def parts_of(self, guid: Guid) -> Sequence[int]:
@@ -139,4 +146,28 @@ class Ledger:
 
     def uids(self, items: int) -> Iterator[ItemUid]:
         """UIDs of an item set, by column."""
-        return map(self.uid, self.columns(items))
+        return map(self._uids.__getitem__, self.columns(items))
+
+
+class Holdings:
+    """Whole blocks that one vehicle holds, by origin and epoch: one bit for each sequence."""
+
+    def __init__(self) -> None:
+        self.held: dict[Life, int] = {}
+        """By origin and epoch, one bit for each sequence."""
+        self.given_up: dict[Life, set[int]] = {}
+        """Blocks that were held and are no longer, until they come again."""
+
+    def add(self, life: Life, sequence: int) -> None:
+        """Hold a block from now on."""
+        self.held[life] = self.held.get(life, 0) | 1 << sequence
+        self.given_up.get(life, set()).discard(sequence)
+
+    def give_up(self, life: Life, sequence: int) -> None:
+        """Hold a block no longer, so that it may come again."""
+        self.held[life] = self.held.get(life, 0) & ~(1 << sequence)
+        self.given_up.setdefault(life, set()).add(sequence)
+
+    def has(self, life: Life, sequence: int) -> bool:
+        """True if the block is held."""
+        return bool(self.held.get(life, 0) >> sequence & 1)

@@ -7,7 +7,7 @@ The slot of the cooperation paper (section IV, "Selecting information to be shar
 ``interests`` asks who needs an item (1, 2); new candidates enter through ``offer`` and acknowledgement
 timers are one frame, so every item sent in the last frame is a candidate again (3); items that all
 interested peers are believed to hold are dropped (4); ``queue`` raises weights, sorts and fills the packet as
-``selection.select`` does (5, 6, 7). Who is believed to hold what, and until when an item is sent, is the business of
+the policy study does (5, 6, 7). Who is believed to hold what, and until when an item is sent, is the business of
 ``ack``; who sends it that of the policy.
 
 Two kinds of information are told apart by the TBox. An attribute of which only the latest value
@@ -20,27 +20,36 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from itertools import chain
+from typing import NamedTuple
 
 from exchange import ack
-from exchange.ageing import ageing_of
 from exchange.blocks import fragments_of
-from exchange.codec import Codec, refuse_longer_texts
-from exchange.definitions import Definitions
 from exchange.errors import ConfigurationError, DefinitionFault, PeerFault, SlotConflict
-from exchange.holders import Holders
 from exchange.interests import Interests, Renewal
-from exchange.ledger import Entry, Ledger
-from exchange.lines import STATUS_COLUMN
-from exchange.links import PeerLinks
-from exchange.listening import Listener
-from exchange.packets import Fragment, InfluenceSignal, ItemUid, Packet, Reception, Transmission
-from exchange.peers import USUAL_UPKEEP, Peers, Upkeep
+from exchange.ledger import Entry, Holdings, Ledger
+from exchange.packets import (
+    Fragment,
+    Head,
+    InfluenceSignal,
+    ItemUid,
+    Packet,
+    Reception,
+    StatusUid,
+    Summary,
+    Transmission,
+)
+from exchange.peering.holders import Holders
+from exchange.peering.listening import Listener
+from exchange.peering.peers import Ageing, BySlots, PeerLinks, Peers
+from exchange.peering.summaries import Summaries
+from exchange.peering.turns import ByFrames, Turns
 from exchange.policies import AckPolicy
-from exchange.queue import Queue
+from exchange.queueing.queue import Queue
 from exchange.schedule import TdmaSchedule
-from exchange.turns import Turns
-from exchange.values import ADDITIVE, ValueRule
-from worldmodel import Change, Needs, PropertyValue, Stated, WorldModel
+from exchange.values import ADDITIVE, STATUS_COLUMN, ValueRule
+from exchange.wire.codec import Codec, refuse_longer_texts
+from exchange.wire.definitions import Definitions
+from worldmodel import STATUS, Change, Needs, PropertyValue, Stated, WorldModel
 from worldmodel.facts import Guid
 
 SUMMARY_SHARE = 4
@@ -49,8 +58,34 @@ SIGNAL_SHARE = 4
 """A packet keeps one part in this many for influence signals; fragments are cut to fit the rest."""
 
 
+class Options(NamedTuple):
+    """What a vehicle does beyond needs and policy, and how its queue values what waits.
+
+    Attributes:
+        carrier_evidence: take a peer that carries an item as holding it.
+        selective: neither keep nor pass on items that this vehicle has no need of.
+        value: rule by which the queue compares what waits.
+        queue_limit: most items that wait in it; None for no limit.
+        summaries: tell summary vectors, and believe those of others.
+        parking: do not wait for what peers need that are silent for too long.
+    """
+
+    carrier_evidence: bool = True
+    selective: bool = False
+    value: ValueRule = ADDITIVE
+    queue_limit: int | None = None
+    summaries: bool = True
+    parking: bool = True
+
+
+USUAL = Options()
+
+
 def _refuse_future(packet: Packet, now_s: float, model: WorldModel) -> None:
     """Refuse a packet with a fact that was observed later than it arrives: it was damaged, or a clock is wrong."""
+    newest_s = max([fragment.time_s for fragment in packet.fragments], default=now_s)
+    if newest_s <= now_s:
+        return
     latest_s = model.latest_time_s(now_s)
     for fragment in packet.fragments:
         if fragment.time_s > latest_s:
@@ -58,15 +93,6 @@ def _refuse_future(packet: Packet, now_s: float, model: WorldModel) -> None:
                 f"a fact of {fragment.time_s:g} s arrives at {now_s:g} s: from the future, beyond a clock "
                 f"tolerance of {model.clock_tolerance_s:g} s"
             )
-
-
-def _refuse_out_of_range(packet: Packet, model: WorldModel) -> None:
-    """Refuse a packet with a value that nobody can have recorded: the world model would never take its block."""
-    for fragment in packet.fragments:
-        for fact in fragment.facts:
-            if not model.may_record(fact):
-                attribute = model.tbox.attributes[fact.attribute]
-                raise PeerFault(f"{attribute.name} is {fact.value}, out of its range")
 
 
 class ExchangeManager:
@@ -78,11 +104,7 @@ class ExchangeManager:
         codec, schedule, policy: the same at every vehicle.
         payload_bits: size of a packet on the modem.
         needs: which nodes need what, with priorities; ``renew`` is called when they have changed.
-        carrier_evidence: take a peer that carries an item as holding it.
-        selective: neither keep nor pass on items that this vehicle has no need of.
-        value: rule by which the queue compares what waits.
-        queue_limit: most items that wait in it; None for no limit.
-        upkeep: what is done for peers that were away or begin anew.
+        options: what it does beyond these.
 
     Raises:
         ConfigurationError: the header and one signal do not fit ``payload_bits``.
@@ -97,11 +119,7 @@ class ExchangeManager:
         policy: AckPolicy,
         payload_bits: int,
         needs: Needs,
-        carrier_evidence: bool = True,
-        selective: bool = False,
-        value: ValueRule = ADDITIVE,
-        queue_limit: int | None = None,
-        upkeep: Upkeep = USUAL_UPKEEP,
+        options: Options = USUAL,
     ) -> None:
         self._me = me
         self._model = model
@@ -109,7 +127,7 @@ class ExchangeManager:
         self._definitions = Definitions()
         self._codec = codec
         self._schedule = schedule
-        self._upkeep = upkeep
+        self._options = options
         self._room_bits = payload_bits - codec.overhead_bits
         self._signal_room_bits = max(codec.signal_bits, self._room_bits // SIGNAL_SHARE)
         if self._room_bits < 2 * codec.signal_bits:
@@ -119,28 +137,35 @@ class ExchangeManager:
             )
         refuse_longer_texts(codec, self._room_bits)
         self._n_nodes = schedule.n_nodes
-        states = ack.new_state(self._n_nodes), ack.new_state(self._n_nodes)
+        states, kind = (ack.new_state(self._n_nodes), ack.new_state(self._n_nodes)), policy.acknowledgement
         self._state = states[0]
         self._ledger = Ledger(self._n_nodes)
-        self.queue = Queue(value, queue_limit)
+        self.queue = Queue(options.value, options.queue_limit)
         """What waits to be said, why it was not said, and what is said no more."""
-        self._interests = Interests(me, model, needs, self._ledger, self.queue, codec.fragment_bits, selective)
-        self._peers = Peers(me, self._n_nodes, states, policy.acknowledgement)
-        self._ageing = ageing_of(me, schedule, states, policy.acknowledgement)
-        self.turns = Turns(me, schedule, model)
-        """Own slots, where they do not follow from the node."""
-        self._holders = Holders(me, self._state, self._ledger, self._peers, codec.summary_bits)
+        self._interests = Interests(me, model, needs, self._ledger, self.queue, codec.fragment_bits, options.selective)
+        self._peers = Peers(me, self._n_nodes, states, kind)
+        self._turns = [Turns(me, schedule, model)] if schedule.is_by_frame else []
+        by_frames, by_slots = (me, schedule, *states, kind), (me, schedule, self._state, kind)
+        self._ageing: Ageing = ByFrames(*by_frames) if schedule.is_by_frame else BySlots(*by_slots)
+        own = Holdings()
+        self._summaries = [Summaries(self._state, self._ledger, own, codec.summary_bits)] if options.summaries else []
+        self._holders = Holders(me, self._state, self._ledger, self._peers, own, self._summaries)
         if self._epoch:
             self._holders.begin(me, self._epoch)
         self._listener = Listener(
-            me, model, self._state, self._ledger, self._interests, self._holders, self._peers,
-            self._ageing, policy, carrier_evidence, upkeep.summaries, self.turns.attribute,
+            me, model, self._state, self._ledger, self._interests, self._holders, self._peers, self._ageing, policy,
+            options.carrier_evidence, self._summaries, *[turns.attribute for turns in self._turns],
         )  # fmt: skip
         self.half_blocks = self._listener.assembly.lacking
         """``half_blocks() -> list``: names of blocks of which it has parts, and lacks others."""
         self._signals: tuple[InfluenceSignal, ...] = ()
         self._n_signals_said = 0
         self.n_faults = 0
+
+    @property
+    def turns(self) -> Turns:
+        """Own slots, where they do not follow from the node: only then there are any."""
+        return self._turns[0]
 
     def offer(self, changes: Iterable[Change], addressed: Collection[int] = ()) -> tuple[Fragment, ...]:
         """Take blocks this vehicle recorded itself as candidates; returns the items they became, without status.
@@ -152,12 +177,12 @@ class ExchangeManager:
         items: list[Fragment] = []
         for change in changes:
             block = change.block
-            if block.is_status:
+            if block.sequence == STATUS:
                 self._interests.take_status(block)
                 continue
             room_bits = self._room_bits - self._signal_room_bits
             for fragment in fragments_of(block, room_bits, self._codec.fragment_bits):
-                entry = Entry(fragment, block.facts, addressed=sum(1 << peer for peer in addressed))
+                entry = Entry(fragment, block.facts, addressed=sum([1 << peer for peer in addressed]))
                 self._listener.register(entry, block.time_s)
                 items.append(fragment)
             self._holders.complete(block.guid)
@@ -167,7 +192,8 @@ class ExchangeManager:
         """Take up what the world model holds, after a restart with its memory; who holds it is to be learned anew."""
         self._listener.resume(self._room_bits - self._signal_room_bits, self._codec.fragment_bits, now_s)
         self._interests.adopt(self._holders.orphans(), self._state.believes, now_s)
-        self._holders.telling.urge()
+        for summaries in self._summaries:
+            summaries.telling.urge()
 
     def is_of_use(self, facts: Iterable[Stated]) -> bool:
         """True if these facts have an attribute that is exchanged, whoever needs it now."""
@@ -190,17 +216,23 @@ class ExchangeManager:
 
     def receive(self, data: bytes, now_s: float) -> Reception:
         """Take in a packet that arrives at ``now_s``; a bad one is counted, never raised, nor acknowledged."""
-        slot = self._schedule.slot_of_arrival(now_s)
-        sender, frame = self._schedule.owner(slot), self._schedule.frame_of(slot)
+        schedule = self._schedule
         try:
             head = self._codec.head(data)
-            slot = self._schedule.slot_named(self._schedule.place_of(head), head.frame, now_s)
-            sender, frame = head.sender, self._schedule.frame_of(slot)
-            packet = self._codec.decode(data, frame, self._schedule.base_s(slot))
+        except PeerFault as fault:
+            self.n_faults += 1
+            slot = schedule.slot_of_arrival(now_s)
+            return Reception(slot, schedule.owner(slot), fault=str(fault))
+        sender, slot = head.sender, schedule.slot_named(schedule.place_of(head), head.frame, now_s)
+        frame = schedule.frame_of(slot)
+        try:
+            packet, wrong = self._codec.judged(data, frame, schedule.base_s(slot))
             self._refuse_other_slot(slot, sender, now_s)
-            self._definitions.agree(sender, frame)
+            if sender not in self._definitions.trusted:
+                self._definitions.agree(sender, frame)
             _refuse_future(packet, now_s, self._model)
-            _refuse_out_of_range(packet, self._model)
+            if wrong is not None:  # the world model would never take its block
+                raise PeerFault(wrong)
             met = self._peers.meet(sender, packet.epoch, frame)
         except PeerFault as fault:
             self.n_faults += 1
@@ -208,7 +240,7 @@ class ExchangeManager:
             is_twin = isinstance(fault, SlotConflict) and self._listener.doubt(sender, frame, now_s)
             return Reception(slot, sender, fault=str(fault), is_stranger=differs, conflict=sender if is_twin else None)
         self._ageing.open(slot)
-        is_unlisted = self._schedule.is_by_frame and self.turns.note(packet, slot)
+        is_unlisted = any(turns.note(packet, slot) for turns in self._turns)
         is_second = self._peers.conflicts(sender, slot, data)
         heard = self._listener.listen(packet, slot, met, is_second, now_s)
         return heard._replace(is_unlisted=True) if is_unlisted else heard
@@ -225,12 +257,9 @@ class ExchangeManager:
     def _own_slot(self, now_s: float) -> int:
         """The slot of this vehicle that opens; raises ConfigurationError if it is that of another."""
         slot = self._schedule.slot_at(now_s)
-        if self._schedule.is_aloha:
-            slot = self._schedule.frame_of(slot) * self._schedule.n_slots + self._me
-        if self._schedule.is_by_frame:
-            if slot not in self.turns.slots:
-                raise ConfigurationError(f"slot {slot} at {now_s} s is not among those of node {self._me} in its frame")
-        elif (owner := self._schedule.owner(slot)) != self._me:
+        for turns in self._turns:
+            return turns.own_slot(slot, now_s)
+        if (owner := self._schedule.owner(slot)) != self._me:
             raise ConfigurationError(f"slot {slot} at {now_s} s belongs to node {owner}, not to node {self._me}")
         return slot
 
@@ -262,43 +291,43 @@ class ExchangeManager:
         """
         slot = self._own_slot(now_s)
         self._ageing.open(slot)
-        self._interests.decide(self._state.believes, now_s)
-        signals = self._signals
-        frame = self._schedule.frame_of(slot)
-        parked = self._peers.speak(frame, self._upkeep.parking)
+        if self._interests.undecided:
+            self._interests.decide(self._state.believes, now_s)
+        codec, schedule, signals = self._codec, self._schedule, self._signals
+        frame, start_s = schedule.frame_of(slot), schedule.base_s(slot)
+        parked = self._peers.park(frame) if self._options.parking else ()
         if self._ledger.away != self._peers.away:
             self._ledger.away = self._peers.away
             self._listener.settle() if parked else self._listener.reopen(now_s)
-        telling, size_of = self._holders.telling, self._codec.summary_bits
-        summary = telling.urgent(self._room_bits // SUMMARY_SHARE) if self._upkeep.summaries else ()
-        spared_bits = self._codec.header.largest_bits - self._codec.header.size_bits(self._me, frame)
-        signals_bits = len(signals) * self._codec.signal_bits
-        start_s, room_bits = self._schedule.base_s(slot), self._room_bits + spared_bits - signals_bits
-        packing = self._codec.packing(self._me, self._epoch, frame, start_s, room_bits - sum(map(size_of, summary)))
+        summary: tuple[Summary, ...] = ()
+        for summaries in self._summaries:
+            summary = summaries.telling.urgent(self._room_bits // SUMMARY_SHARE)
+        spared_bits = codec.header.largest_bits - codec.header.size_bits(self._me, frame)
+        signals_bits = len(signals) * codec.signal_bits
+        room_bits = self._room_bits + spared_bits - signals_bits - sum(map(codec.summary_bits, summary))
+        packing = codec.packing(self._me, self._epoch, start_s, room_bits)
         chosen = self.queue.choose(packing, now_s, above)
-        columns = [one.column for one in chosen if one.column != STATUS_COLUMN]
-        if self._upkeep.summaries and not summary:
-            summary = telling.spare(packing.left_bits)
-        content = sum(1 << column for column in columns)
+        for summaries in self._summaries if not summary else ():
+            summary = summaries.telling.spare(packing.left_bits)
+        content = sum([1 << one.column for one in chosen if one.column != STATUS_COLUMN])
         rows = [0] * self._n_nodes
         self._ageing.compose(slot, 0 if self._peers.is_doubted(self._me, frame) else content, rows)
-        place, n_turns = slot % self._schedule.n_slots, max(1, len(self.turns.slots))
-        data = self._codec.encode(
-            self._me, rows, packing.fragments, signals, frame, self._epoch, start_s, summary, place, n_turns
-        )
+        place, n_turns = slot % schedule.n_slots, sum([len(turns.slots) for turns in self._turns]) or 1
+        head = Head(self._me, self._epoch, frame, place, n_turns)
+        data = codec.assembled(head, start_s, rows, packing.wired(), signals, summary)
         self._signals = ()
         return Transmission(
             slot,
             data,
             8 * len(data),
-            tuple(self._ledger.uid(column) for column in columns),
-            self._codec.header.n_set(self._me, rows, frame),
+            tuple([one.uid for one in chosen if isinstance(one.uid, ItemUid)]),
+            codec.header.n_set(self._me, rows, frame),
             packing.sizes(),
             signals_bits,
-            tuple(one.fragment.status_uid for one in chosen if one.column == STATUS_COLUMN),
+            tuple([one.uid for one in chosen if isinstance(one.uid, StatusUid)]),
             signals,
             summary,
-            sum(map(size_of, summary)),
+            sum(map(codec.summary_bits, summary)),
             parked,
         )
 

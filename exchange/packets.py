@@ -7,13 +7,15 @@ Blocks are delimited and acknowledged; influence signals are ephemeral bytes in 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
-from exchange.summaries import Summary
 from worldmodel import STATUS, Block, PropertyValue
 from worldmodel.facts import Guid
+
+MASK_BITS = 8
+"""Sequences that the mask of a summary tells of."""
 
 
 class Met(Enum):
@@ -91,22 +93,17 @@ class Fragment:
     index: int = 0
     count: int = 1
     epoch: int = 0
-    uid: ItemUid = field(init=False, repr=False, compare=False)
-    """Name of the exchange item that it is, unless it is a status."""
 
-    def __post_init__(self) -> None:
+    @property
+    def uid(self) -> ItemUid:
+        """Name of the exchange item that it is, unless it is a status."""
         named = self.origin, self.sequence, self.index, self.epoch
-        object.__setattr__(self, "uid", tuple.__new__(ItemUid, named))  # half the time of ItemUid(...)
+        return tuple.__new__(ItemUid, named)  # half the time of ItemUid(...)
 
     @property
     def is_status(self) -> bool:
         """True for a status: it is said once, and nobody acknowledges it."""
         return self.sequence == STATUS
-
-    @property
-    def status_uid(self) -> StatusUid:
-        """Name of the status that it is."""
-        return StatusUid(self.origin, self.time_s, self.facts[0].subject, self.facts[0].attribute)
 
     @property
     def block(self) -> Block:
@@ -124,6 +121,43 @@ class InfluenceSignal:
 
     role: int
     value: int
+
+
+class Summary(NamedTuple):
+    """What is held of one origin in one epoch.
+
+    Attributes:
+        origin: whose items; epoch: of which of its lives.
+        highest: every item up to this number is held; -1 if not even the first; ``MOST_ITEMS`` for an alarm: two
+            vehicles speak under the name of the origin.
+        mask: bit k is set if the item ``highest + 2 + k`` is held; the one behind ``highest`` is not.
+
+    >>> one = Summary(0, 0, highest=4, mask=0b101)
+    >>> [one.holds(sequence) for sequence in (4, 5, 6, 7, 8, 13, 14)]
+    [True, False, True, False, True, False, None]
+    """
+
+    origin: int
+    epoch: int
+    highest: int
+    mask: int
+
+    @property
+    def end(self) -> int:
+        """The first sequence that it says nothing about."""
+        return self.highest + 2 + MASK_BITS
+
+    def beyond(self, sequence: int) -> bool:
+        """True if it names an item of this number or a higher one."""
+        return self.highest >= sequence or bool(self.mask >> max(0, sequence - self.highest - 2))
+
+    def holds(self, sequence: int) -> bool | None:
+        """True if the item is held, False if it is not; None if the summary does not say."""
+        if sequence <= self.highest:
+            return True
+        if sequence >= self.end:
+            return None
+        return sequence > self.highest + 1 and bool(self.mask >> (sequence - self.highest - 2) & 1)
 
 
 class Head(NamedTuple):

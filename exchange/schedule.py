@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from exchange.errors import ConfigurationError
 from exchange.packets import Head
@@ -36,8 +36,20 @@ class TdmaSchedule:
     guard_s: float
     slots: tuple[tuple[int, ...], ...] = ()
     is_aloha: bool = False
+    slot_s: float = field(init=False, repr=False, compare=False)
+    """Length of a slot."""
+    n_slots: int = field(init=False, repr=False, compare=False)
+    """Slots of a frame."""
+    frame_s: float = field(init=False, repr=False, compare=False)
+    """Length of a frame."""
+    is_by_frame: bool = field(init=False, repr=False, compare=False)
+    """True if a slot does not say who sends in it, so that acknowledgements are about whole frames."""
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "slot_s", self.packet_s + self.guard_s)
+        object.__setattr__(self, "n_slots", len(self.slots) or self.n_nodes)
+        object.__setattr__(self, "frame_s", self.n_slots * self.slot_s)
+        object.__setattr__(self, "is_by_frame", bool(self.slots) or self.is_aloha)
         if self.n_nodes < 2 or self.n_slots < 2 or self.packet_s <= 0.0 or self.guard_s < 0.0:
             raise ConfigurationError(
                 f"a TDMA schedule needs n_nodes >= 2, 2 slots or more, packet_s > 0 and guard_s >= 0, not {self}"
@@ -47,26 +59,6 @@ class TdmaSchedule:
     def for_range(cls, n_nodes: int, packet_s: float, range_m: float, sound_speed_mps: float) -> TdmaSchedule:
         """Guard as long as sound needs for ``range_m``."""
         return cls(n_nodes, packet_s, range_m / sound_speed_mps)
-
-    @property
-    def slot_s(self) -> float:
-        """Length of a slot."""
-        return self.packet_s + self.guard_s
-
-    @property
-    def frame_s(self) -> float:
-        """Length of a frame."""
-        return self.n_slots * self.slot_s
-
-    @property
-    def n_slots(self) -> int:
-        """Slots of a frame."""
-        return len(self.slots) or self.n_nodes
-
-    @property
-    def is_by_frame(self) -> bool:
-        """True if a slot does not say who sends in it, so that acknowledgements are about whole frames."""
-        return bool(self.slots) or self.is_aloha
 
     def owner(self, slot: int) -> int:
         """The node that sends in a slot, where each has its own; by a list, the first that was agreed, or node 0."""

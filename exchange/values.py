@@ -1,4 +1,4 @@
-"""What it is worth to say something now: rules by which the queue of a vehicle compares what waits.
+"""What waits, and what it is worth to say it now: rules by which the queue of a vehicle compares candidates.
 
 A rule gives each waiting candidate a value; the most valuable that fit go into the packet. So that a slot does not cost
 a look at all that waits, a rule also says which candidates keep their order among themselves while they wait: those
@@ -19,9 +19,13 @@ from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 from exchange.arithmetic import power
+from exchange.packets import Fragment, ItemUid, StatusUid
+from worldmodel import Terms
 
 DEFAULT_TIME_TO_LIVE_S = 1800.0
 """Time to live that rules take where a need names none; Goby's default."""
+STATUS_COLUMN = -1
+"""A status has no column: nobody acknowledges it."""
 LACKED = 0.5
 """Chance that something said is still lacking afterwards, as rules take it that go by it."""
 MOST_SAID = 6
@@ -76,6 +80,52 @@ class Waiting:
     def rated_time_to_live_s(self) -> float:
         """The time to live, or the default of rules that need one (s)."""
         return self.time_to_live_s if math.isfinite(self.time_to_live_s) else DEFAULT_TIME_TO_LIVE_S
+
+
+@dataclass(slots=True, eq=False)
+class Candidate:
+    """One thing that waits: an item, by its column, or a status.
+
+    Attributes:
+        uid: its name in tables.
+        fragment: what is to be said.
+        column: of the item, or ``STATUS_COLUMN``.
+        waiting: what it is valued by.
+        terms: of those who need it.
+        tie: orders candidates of equal value.
+        size_bits: about its size.
+        version: another one whenever it is placed or leaves; entries of a line with an older one are stale.
+        line: key of the line in which it stands; None while it does not wait.
+    """
+
+    uid: ItemUid | StatusUid
+    fragment: Fragment
+    column: int
+    waiting: Waiting
+    terms: Terms
+    tie: tuple[int, ...]
+    size_bits: int
+    version: int = 0
+    line: Hashable | None = None
+
+    def __lt__(self, other: Candidate) -> bool:
+        """False: of two entries alike but for this one is stale, since an item that left and came again is one."""
+        return False
+
+    @property
+    def about(self) -> tuple[int, int]:
+        """Subject and attribute of its first fact."""
+        return self.fragment.facts[0].subject, self.fragment.facts[0].attribute
+
+    @property
+    def deadline_s(self) -> float:
+        """Until when it is of use (s)."""
+        return self.waiting.observed_s + self.terms.time_to_live_s
+
+    @property
+    def is_repeated(self) -> bool:
+        """True if it has been said before."""
+        return self.waiting.n_said > 0
 
 
 class Place(NamedTuple):

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from exchange.links import PeerLinks
 from exchange.manager import ExchangeManager
 from exchange.packets import Met, Reception, Transmission
+from exchange.peering.peers import PeerLinks
 from remoras.recorder import Recorder
 
 LINK_FRAMES = 8

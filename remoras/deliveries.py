@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from exchange.packets import ItemUid
-from exchange.queue import Queue
-from exchange.reasons import Expiry
+from exchange.queueing.queue import Queue
+from exchange.queueing.reasons import Expiry
 from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
 from worldmodel import WorldModel
 

@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
 from exchange.arithmetic import length
-from exchange.links import PeerLinks
+from exchange.peering.peers import PeerLinks
 from remoras.known import NOTHING_KNOWN, Known
 from remoras.work import Point
 

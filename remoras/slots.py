@@ -1,13 +1,13 @@
 """Slot lists that a person orders: one vehicle tells the fleet who sends in which slots from now on.
 
-What comes of it is decided by every vehicle for itself, from what it has heard; see ``exchange.turns``.
+What comes of it is decided by every vehicle for itself, from what it has heard; see ``exchange.peering.turns``.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from exchange.turns import SENDS_IN
+from exchange.peering.turns import SENDS_IN
 from remoras.beliefs import Beliefs, Fact
 
 __all__ = ["SENDS_IN", "NewSlots"]

@@ -30,7 +30,7 @@ from remoras.traffic import sends_s
 from remoras.vehicle import Vehicle
 
 if TYPE_CHECKING:
-    from exchange.introductions import Introductions
+    from exchange.wire.introductions import Introductions
 
 
 @dataclass(frozen=True, slots=True)

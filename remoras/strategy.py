@@ -24,7 +24,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
-from exchange.links import PeerLinks
+from exchange.peering.peers import PeerLinks
 from remoras.authority import Authority
 from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, RoleAssignment

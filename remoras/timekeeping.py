@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from exchange.arithmetic import distance, length
-from exchange.offsets import Offsets
 from exchange.packets import Reception
+from exchange.peering.offsets import Offsets
 from exchange.schedule import TdmaSchedule
 from remoras.own_clock import CLOCKS, OwnClock
 from remoras.recorder import Recorder

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from exchange.codec import Codec
 from exchange.errors import ExchangeError
 from exchange.packets import Fragment, Packet
 from exchange.schedule import TdmaSchedule
+from exchange.wire.codec import Codec
 from worldmodel import PropertyValue, WorldModel
 
 LATER_EVERY = 4

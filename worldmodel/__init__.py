@@ -45,7 +45,7 @@ from worldmodel.owl import (
 )
 from worldmodel.pruning import prune, tidy
 from worldmodel.snapshot import Row, models_from, rows_of
-from worldmodel.store import PruneRule
+from worldmodel.store import Keeping, PruneRule
 from worldmodel.subscriptions import Subscription
 from worldmodel.tbox import TYPE_UID, Attribute, OntologyClass, Source, TBox, Value, ValueKind
 
@@ -66,6 +66,7 @@ __all__ = [
     "History",
     "InformationNeed",
     "Instance",
+    "Keeping",
     "Knowledge",
     "Lacking",
     "Merged",

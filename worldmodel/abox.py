@@ -60,6 +60,14 @@ class WorldModel(Store):
                     else:
                         self.own_log.put(sequence, block)
                     return self.index_plain(block, subject, attribute, time_s)
+            status = self.tables.statuses.get(attribute)
+            if status is not None and self.index.masks.get(subject, 0) >> status[1] & 1:
+                stored = status[0](value)
+                if stored is not None:
+                    numerator, denominator = self.time_ratio
+                    time_s = round(now_s / self.time_resolution_s) * numerator / denominator
+                    stored_facts = (_new(PropertyValue, (subject, attribute, stored, None)),)
+                    return self.place_status(_new(Block, (self.owner, STATUS, time_s, stored_facts, self.epoch)))
         return self._record_closely(facts, now_s, private)
 
     def _record_closely(self, facts: tuple[Stated, ...], now_s: float, private: bool) -> Change:

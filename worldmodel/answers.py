@@ -98,7 +98,8 @@ class Answers(Holdings):
 
         Raises FactError for a subscription that is not one of this store; see ``subscriptions.add``.
         """
-        return tuple(one for one in self.subscriptions.fetch(subscription) if self.is_seen(one.block))
+        news = self.subscriptions.fetch(subscription)
+        return tuple([one for one in news if self.is_seen(one.block)]) if self.index.bans.from_s else news
 
     def value(self, subject: int, attribute: int, default: Value | None = None) -> Value | None:
         """Return the latest value of a slot, or ``default`` when there is none."""

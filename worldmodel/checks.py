@@ -37,14 +37,15 @@ _NEVER_S = math.inf
 
 
 def soundness(store: Store) -> Callable[[Block], bool]:
-    """Return a quick check: True for an item of another vehicle that passes both checks, False if in doubt."""
+    """Return a quick check of items and statuses of other vehicles: True if both checks pass, False if in doubt."""
     n_origins, owner, step_s = store.n_origins, store.owner, store.time_resolution_s
     numerator, denominator = store.time_ratio
     row_of, mask_of = store.tables.unpacked.get, store.index.masks.get
+    latest_only = store.tables.latest_only
 
     def is_sound(block: Block) -> bool:
         origin, sequence, time_s, facts, epoch = block
-        if not (0 <= origin < n_origins and 0 <= sequence < MOST_ITEMS and 0 <= epoch < EPOCHS and facts):
+        if not (0 <= origin < n_origins and STATUS <= sequence < MOST_ITEMS and 0 <= epoch < EPOCHS and facts):
             return False
         if origin == owner or not 0 <= time_s < _NEVER_S:
             return False
@@ -52,7 +53,7 @@ def soundness(store: Store) -> Callable[[Block], bool]:
             return False
         for subject, attribute, value, uncertainty in facts:
             row = row_of(attribute)
-            if row is None or uncertainty is not None:
+            if row is None or uncertainty is not None or (sequence == STATUS and attribute not in latest_only):
                 return False
             quantise, domain, range_class = row
             stored = quantise(value)

@@ -156,13 +156,29 @@ class Index:
             slot = (fact.subject, fact.attribute, status.origin)
             held = self.statuses.get(slot)
             if held is not None:
-                if self._order(one) <= self._order(held):
+                if one.time_s <= held.time_s:
+                    if self._order(one) <= self._order(held):
+                        continue
+                elif self._succeeds(held, one):
+                    self.statuses[slot] = one
+                    placed.append((fact, one))
                     continue
                 self.leave(held.facts[0], held)
             self.statuses[slot] = one
             self.enter(fact, one)
             placed.append((fact, one))
         return placed
+
+    def _succeeds(self, held: Block, one: Block) -> bool:
+        """Let a later status take the place of the latest of its slot, if nothing follows from either; True if so."""
+        subject, attribute, _, _ = one.facts[0]
+        if self.bans.from_s or attribute not in self._tables.unlinked or attribute in self.heeded:
+            return False
+        entries = self.slots[subject, attribute]
+        if entries[-1] is not held:
+            return False
+        entries[-1] = one
+        return True
 
     def _order(self, status: Block) -> tuple[float, int, tuple[int, ...], bool, float]:
         """The order of statuses of one slot and origin; content breaks ties, so that any order gives the same."""

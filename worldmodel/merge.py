@@ -33,7 +33,7 @@ from collections.abc import Iterable
 
 from worldmodel.arrivals import NOTHING
 from worldmodel.checks import check_fit, check_form, soundness
-from worldmodel.facts import Block, Change, Fault, FaultCode, Merged
+from worldmodel.facts import STATUS, Block, Change, Fault, FaultCode, Merged
 from worldmodel.revision import Revision
 from worldmodel.store import Store
 from worldmodel.tbox import TYPE_UID
@@ -55,12 +55,21 @@ def merge(store: Store, blocks: Iterable[Block], now_s: float | None = None) -> 
     changes, faults = list(arrivals.unreported.changes), list(arrivals.unreported.faults)
     arrivals.unreported = NOTHING
     arrivals.now_s = now_s
-    latest_s = math.inf if now_s is None else store.latest_time_s(now_s)
     is_sound = soundness(store)
+    latest_s = math.inf if now_s is None else now_s
     for block in blocks:
-        if is_sound(block) and block.time_s <= latest_s and (change := store.append(block)) is not None:
-            changes.append(change)
-            continue
+        if block.time_s > latest_s and now_s is not None:
+            latest_s = store.latest_time_s(now_s)
+        if is_sound(block) and block.time_s <= latest_s:
+            if block.sequence == STATUS:
+                version, change = store.version, store.place_status(block)
+                if store.version != version:
+                    changes.append(change)
+                continue
+            added = store.append(block)
+            if added is not None:
+                changes.append(added)
+                continue
         went_in, refused = _look_closer(store, block, latest_s)
         changes += went_in
         faults += refused

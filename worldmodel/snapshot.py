@@ -20,7 +20,7 @@ from worldmodel.abox import WorldModel
 from worldmodel.errors import SnapshotError, WorldModelError
 from worldmodel.facts import Block, Instance, PropertyValue
 from worldmodel.merge import merge
-from worldmodel.store import PruneRule, Store
+from worldmodel.store import Keeping, PruneRule, Store
 from worldmodel.tbox import Attribute, TBox, Value, ValueKind
 
 NOBODY = -1
@@ -203,11 +203,13 @@ def _model_from(rows: list[Row], tbox: TBox) -> WorldModel:
         n_origins=int(settings["n_origins"]),
         run_time_instances_per_origin=int(settings["run_time_instances_per_origin"]),
         epoch=int(settings["epoch"]),
-        clock_tolerance_s=float(settings["clock_tolerance_s"]),
-        waiting_s=float(settings["waiting_s"]),
-        waiting_blocks=int(settings["waiting_blocks"]),
-        pruning=tuple(_rules_from(settings[_PRUNING], tbox)),
-        common_facts=[_fact_from(row, tbox) for row in common if row.attribute != "type"],
+        keeping=Keeping(
+            clock_tolerance_s=float(settings["clock_tolerance_s"]),
+            waiting_s=float(settings["waiting_s"]),
+            waiting_blocks=int(settings["waiting_blocks"]),
+            pruning=tuple(_rules_from(settings[_PRUNING], tbox)),
+            common_facts=[_fact_from(row, tbox) for row in common if row.attribute != "type"],
+        ),
     )
     merge(model, _blocks_from([*by_kind[RowKind.KNOWN], *by_kind[RowKind.REFUSED]], tbox))
     for waits_since_s, rows_since in groupby(
@@ -259,7 +261,10 @@ def _name(model: Store, uid: int) -> str:
 
 def as_text(model: Store, attribute: Attribute, value: Value) -> str:
     """The value of a fact as text that ``from_text`` reads back exactly; see the head of this module."""
-    stored = attribute.quantise(value)
+    row = model.tables.rows.get(attribute.uid)
+    stored = None if row is None else row.quantise(value)
+    if stored is None:
+        stored = attribute.quantise(value)  # says what is wrong
     match attribute.kind:
         case ValueKind.TYPE:
             return model.tbox.classes[cast(int, stored)].name

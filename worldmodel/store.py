@@ -56,6 +56,26 @@ class PruneRule(NamedTuple):
             raise FactError(f"pruning: older_than_s is {self.older_than_s}; allowed: 0 s or more")
 
 
+class Keeping(NamedTuple):
+    """What a store knows beforehand, and what it takes and keeps of what it hears; the same at all vehicles of a fleet.
+
+    Attributes:
+        clock_tolerance_s: by how much a fact may be later than its arrival (s).
+        waiting_s: for how long a block waits for what it rests on (s).
+        waiting_blocks: how many blocks of one origin wait at most; the oldest is dropped.
+        pruning: what ``tidy`` drops.
+        common_facts: what all know of common instances before the mission; these facts have no time and origin.
+    """
+
+    clock_tolerance_s: float = CLOCK_TOLERANCE_S
+    waiting_s: float = WAITING_S
+    waiting_blocks: int = WAITING_BLOCKS
+    pruning: Sequence[PruneRule] = ()
+    common_facts: Sequence[PropertyValue] = ()
+
+
+USUAL = Keeping()
+_NONE = (None,)
 _new = tuple.__new__  # makes a named tuple of a tuple, in half the time
 
 
@@ -72,11 +92,7 @@ class Store(Answers):
         n_origins: int,
         run_time_instances_per_origin: int = 256,
         epoch: int = 0,
-        clock_tolerance_s: float = CLOCK_TOLERANCE_S,
-        waiting_s: float = WAITING_S,
-        waiting_blocks: int = WAITING_BLOCKS,
-        pruning: Sequence[PruneRule] = (),
-        common_facts: Sequence[PropertyValue] = (),
+        keeping: Keeping = USUAL,
     ) -> None:
         """Know the common ``instances``, and no fact about them.
 
@@ -91,11 +107,7 @@ class Store(Answers):
             n_origins: the number of vehicles that may record facts.
             run_time_instances_per_origin: the number of instances that each origin may create.
             epoch: how often the owner has restarted without its memory, 0 to 15.
-            clock_tolerance_s: by how much a fact may be later than its arrival (s).
-            waiting_s: for how long a block waits for what it rests on (s).
-            waiting_blocks: how many blocks of one origin wait at most; the oldest is dropped.
-            pruning: what ``tidy`` drops.
-            common_facts: what all know of common instances before the mission; these facts have no time and origin.
+            keeping: what is known beforehand, taken and kept.
 
         Raises:
             FactError: an argument cannot be right; the message names all bad instances.
@@ -106,10 +118,11 @@ class Store(Answers):
             time_resolution_s,
             n_origins,
             run_time_instances_per_origin,
-            waiting_s,
-            waiting_blocks,
-            common_facts,
+            keeping.waiting_s,
+            keeping.waiting_blocks,
+            keeping.common_facts,
         )
+        clock_tolerance_s, pruning = keeping.clock_tolerance_s, keeping.pruning
         if not 0 <= owner < n_origins:
             raise FactError(f"owner {owner} is not an origin; allowed: 0..{n_origins - 1}")
         if not 0 <= epoch < EPOCHS:
@@ -216,10 +229,11 @@ class Store(Answers):
         """Let a status that has passed the checks replace what its origin said before."""
         placed = self.index.place(block)
         self.version += bool(placed)
-        if self.subscriptions.watching:
-            for _, one in placed:
+        watching, slots = self.subscriptions.watching, self.index.slots
+        for fact, one in placed if watching else ():
+            if fact.attribute in watching:
                 self.subscriptions.note(Observation(one, 0))
-        return Change(block, tuple([f for f, one in placed if self._latest(f.subject, f.attribute) is one]))
+        return Change(block, tuple([f for f, one in placed if slots.get((f.subject, f.attribute), _NONE)[-1] is one]))
 
     def facts_of(self, subject: int, attribute: int) -> list[Observation]:
         """Return all observations of a slot, those of banned origins too."""

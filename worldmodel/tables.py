@@ -58,6 +58,12 @@ class Tables:
             if uid in self.unlinked and uid not in self.latest_only
         }
         """By uid, how values are stored and the class asked of the subject; without links and status."""
+        self.statuses = {
+            uid: (row.quantise, row.domain)
+            for uid, row in self.rows.items()
+            if uid in self.unlinked and uid in self.latest_only
+        }
+        """The same for attributes of which only the latest value counts."""
         below = [sum(1 << d for d in tbox.subclasses(c.uid)) for c in tbox.classes]
         self._descendants = tuple(below)
 

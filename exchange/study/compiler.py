@@ -26,10 +26,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from exchange import policies, selection
+from exchange import policies
 from exchange.ack import Acknowledgement, AckRules
 from exchange.errors import ConfigurationError
-from exchange.study import montecarlo, trial
+from exchange.study import montecarlo, selection, trial
 from exchange.study.trial import Floats, Ints, Load, Rules
 
 MachineCode = Callable[..., None]

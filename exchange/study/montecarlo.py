@@ -1,15 +1,15 @@
 """The slot loop of the policy study: many trials of one policy at one set of loss probabilities.
 
-Every node keeps the state that a vehicle keeps, and the functions of the policy, of `exchange.ack` and of
-`exchange.selection` act on it: this file only says who calls them when. It is plain Python that
-`exchange.study.compiler` compiles for each kind of acknowledgement; uncompiled it does the same, slowly. The losses of
-a trial are drawn once and serve every policy.
+Every node keeps the state that a vehicle keeps, and the functions of the policy and of `exchange.ack` act on it; what
+goes into a packet is chosen by `exchange.study.selection`. This file only says who calls them when. It is plain Python
+that `exchange.study.compiler` compiles for each kind of acknowledgement; uncompiled it does the same, slowly. The
+losses of a trial are drawn once and serve every policy.
 """
 
 from exchange.ack import AckRules, absorb, bits_carried, compose, open_slot, settled
 from exchange.acoustics.loss import link_uniform, slot_key, trial_key
 from exchange.policies import may_send
-from exchange.selection import select
+from exchange.study.selection import select
 from exchange.study.trial import (
     COUNT,
     FALSE_BELIEFS,

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import tomli_w
 
-from exchange.codec import renewed
-from exchange.sealing import fresh_salt
+from exchange.wire.codec import renewed
+from exchange.wire.sealing import fresh_salt
 from missions.document import Document
 from missions.errors import ConfigurationError, ConfigurationFault
 from missions.runs.assembly import faults_in, vehicle_of
@@ -27,7 +27,7 @@ from remoras.vehicle import Vehicle, go_on
 from worldmodel import EPOCHS, suggestion
 
 if TYPE_CHECKING:
-    from exchange.introductions import Introductions
+    from exchange.wire.introductions import Introductions
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,7 +149,7 @@ def alone(plan: Plan, salt: bytes | None = None) -> Alone:
 
 def _introductions(setup: Setup, vehicle: str, key: bytes, salt: bytes) -> Introductions:
     """The introductions of a vehicle in a process of its own."""
-    from exchange.introductions import Introductions
+    from exchange.wire.introductions import Introductions
 
     tolerance_s, node = setup.scenario.communication.clock_tolerance_s, setup.database[vehicle].node
     return Introductions(node, key, salt, setup.codec, setup.schedule, setup.modem.payload_bits, tolerance_s)

@@ -8,9 +8,8 @@ from dataclasses import replace
 from typing import Any
 
 from exchange.acoustics.channel import BroadcastChannel, Channel
-from exchange.codec import renewed
-from exchange.manager import ExchangeManager
-from exchange.peers import Upkeep
+from exchange.manager import ExchangeManager, Options
+from exchange.wire.codec import renewed
 from missions.runs.clocks import clocks_of, disciplines, own_recorder, timekeeper_of
 from missions.runs.needs import needs_in_force, needs_of_all
 from missions.runs.sea import actual, sea_of
@@ -171,11 +170,14 @@ def vehicle_of(
         setup.policy,
         setup.modem.payload_bits,
         needs or common,
-        communication.carrier_evidence,
-        by_groups is not None,
-        value_rule_of(communication.value),
-        communication.queue_limit,
-        upkeep=Upkeep(communication.summaries, communication.parking),
+        Options(
+            communication.carrier_evidence,
+            by_groups is not None,
+            value_rule_of(communication.value),
+            communication.queue_limit,
+            communication.summaries,
+            communication.parking,
+        ),
     )
     above = communication.coarse_above
     beliefs = Beliefs(model, Detail(setup.tbox, lambda: len(manager.queue), above) if above else None)

@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from exchange.reasons import Expired
+from exchange.queueing.reasons import Expired
 from missions.metric import NOT_APPLICABLE, Absent, Better, Metric, collected
 from missions.runs.fleet_metrics import closest_approach_m, conflicts, idle_s, recovery_time_s
 from missions.runs.navigation_metrics import fixing_s, n_fixes

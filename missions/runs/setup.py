@@ -6,9 +6,9 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 from exchange.acoustics.modems import Modem, modems
-from exchange.codec import Codec
 from exchange.policies import AckPolicy
 from exchange.schedule import TdmaSchedule
+from exchange.wire.codec import Codec, Framing, Widths
 from missions.metric import Metric, collected
 from missions.runs.metrics import CORE_METRICS
 from missions.runs.needs import on_demand_of, priorities, stated_needs, subjects_of
@@ -193,13 +193,13 @@ def _codec(
         policy,
         n_items,
         round(horizon_s, 9),
-        resolution_s,
-        exchanged,
-        schedule.frame_s,
-        scenario.communication.crc_bits,
-        key_of(scenario.communication.key_file),
-        len(schedule.slots),
-        schedule.is_by_frame,
+        Widths(resolution_s, exchanged, schedule.frame_s),
+        Framing(
+            scenario.communication.crc_bits,
+            key_of(scenario.communication.key_file),
+            len(schedule.slots),
+            schedule.is_by_frame,
+        ),
     )
 
 

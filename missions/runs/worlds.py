@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from missions.scenarios.knowledge import pruning_of
-from worldmodel import WorldModel
+from worldmodel import Keeping, WorldModel
 
 if TYPE_CHECKING:
     from missions.runs.setup import Setup
@@ -29,9 +29,11 @@ def world_model(setup: Setup, node: int, epoch: int = 0) -> WorldModel:
         epoch=epoch,
         n_origins=setup.schedule.n_nodes,
         run_time_instances_per_origin=setup.mission.instances_found_per_vehicle,
-        common_facts=setup.common_facts,
-        clock_tolerance_s=max(communication.clock_tolerance_s, 0.0 if clocks is None else clocks.apart_s),
-        waiting_s=kept.waiting_s,
-        waiting_blocks=kept.waiting_blocks,
-        pruning=pruning_of(setup.scenario, setup.tbox),
+        keeping=Keeping(
+            max(communication.clock_tolerance_s, 0.0 if clocks is None else clocks.apart_s),
+            kept.waiting_s,
+            kept.waiting_blocks,
+            pruning_of(setup.scenario, setup.tbox),
+            setup.common_facts,
+        ),
     )

@@ -21,7 +21,7 @@ from missions.scenarios.tables import Raw, entries, one_of, table_of
 from remoras.errors import PluginError
 from remoras.mission import Mission
 from remoras.sensor import SensorSettings
-from worldmodel import Instance, OntologyError, PropertyValue, TBox, WorldModel
+from worldmodel import Instance, Keeping, OntologyError, PropertyValue, TBox, WorldModel
 
 HAS_PART = "hasPart"
 EQUIPMENT = "Equipment"
@@ -97,7 +97,9 @@ def capabilities_of(tbox: TBox, vehicle_type: str, parts: tuple[str, ...]) -> fr
     classes = [named[vehicle_type], *(named[part] for part in parts if part in named)]
     instances = [Instance(uid, of_class, str(uid)) for uid, of_class in enumerate(classes)]
     facts = [PropertyValue(0, links[0], uid) for uid in range(1, len(instances))]
-    model = WorldModel(tbox, 0, instances, n_origins=1, run_time_instances_per_origin=0, common_facts=facts)
+    model = WorldModel(
+        tbox, 0, instances, n_origins=1, run_time_instances_per_origin=0, keeping=Keeping(common_facts=facts)
+    )
     seen = model.inference.classes(0)
     return frozenset(one.name for one in tbox.classes if seen >> one.uid & 1)
 

@@ -9,7 +9,7 @@ from typing import Any
 from exchange.acoustics.modems import modems
 from exchange.errors import ExchangeError
 from exchange.policies import POLICIES, AckPolicy, checked_policy, header_bits
-from exchange.sealing import Seal, key_in
+from exchange.wire.sealing import Seal, key_in
 from missions.errors import ConfigurationFault
 from missions.scenarios.tables import Raw, entries, table_of
 from remoras.errors import PluginError

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import Field
 
-from exchange.turns import MAX_SLOTS, masks_of
+from exchange.peering.turns import MAX_SLOTS, masks_of
 from missions.errors import ConfigurationFault
 from missions.files import shown
 from missions.scenarios.tables import NotNegative, Raw, Section, entries, list_of, names_of, one_of, table_of

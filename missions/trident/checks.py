@@ -14,7 +14,7 @@ from missions.scenarios.tables import Raw, entries, list_of, names_of, one_of, p
 from missions.trident.choreography import unsound
 from missions.trident.services import CHOOSE, SURVEY
 from remoras.mission import Mission
-from worldmodel import Instance, OntologyError, PropertyValue, TBox, WorldModel
+from worldmodel import Instance, Keeping, OntologyError, PropertyValue, TBox, WorldModel
 
 SERVICE = "Service"
 MOST_TILES = 1024
@@ -129,7 +129,9 @@ def _concluded(tbox: TBox, vehicle: Raw, table: Raw) -> frozenset[str]:
         return frozenset()
     instances = [Instance(0, kind, "vehicle"), Instance(1, of_class, "service")]
     provided = PropertyValue(1, tbox.attribute_named("providedBy").uid, 0)
-    model = WorldModel(tbox, 0, instances, n_origins=1, run_time_instances_per_origin=0, common_facts=[provided])
+    model = WorldModel(
+        tbox, 0, instances, n_origins=1, run_time_instances_per_origin=0, keeping=Keeping(common_facts=[provided])
+    )
     seen, above = model.inference.classes(1), named[SERVICE]
     return frozenset(one.name for one in tbox.classes if seen >> one.uid & 1 and one.uid != above)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
 
-from exchange.links import PeerLinks
+from exchange.peering.peers import PeerLinks
 from remoras.authority import Rules
 from remoras.beliefs import Beliefs, Fact
 from remoras.organisation import Group, Organisation

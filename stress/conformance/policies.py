@@ -11,14 +11,13 @@ from random import Random
 import numpy as np
 
 from exchange import ack
-from exchange.codec import Codec
 from exchange.errors import ConfigurationError
 from exchange.packets import Fragment, ItemUid
-from exchange.peers import Upkeep
 from exchange.policies import AckPolicy, header_bits, may_send, policy_fault, policy_named
 from exchange.study import montecarlo, trial
 from exchange.study.compiler import compiled
 from exchange.study.trial import Ints, Load, Rules
+from exchange.wire.codec import Codec
 from remoras.plugins import named_object
 from stress.conformance.radio import DURATION_S, MAPPED_CELL, N_BLOCKS, TBOX, Fleet, instances, one_size_codec
 from worldmodel import PropertyValue
@@ -218,9 +217,8 @@ def one_size_fleet(
     policy: AckPolicy, n_nodes: int, payload_bytes: int, evidence: bool, lost: Callable[[int, int, int], bool]
 ) -> Fleet:
     """Vehicles that count one size for each item, own or relayed."""
-    paper = Upkeep(summaries=False, parking=False)
     codec = one_size_codec(n_nodes, policy)
-    return Fleet(n_nodes, policy, payload_bytes, evidence, lost=lost, codec=codec, upkeep=paper)
+    return Fleet(n_nodes, policy, payload_bytes, evidence, lost=lost, codec=codec, summaries=False, parking=False)
 
 
 def item_bits(fleet: Fleet) -> int:

@@ -3,13 +3,12 @@
 from collections.abc import Callable, Sequence
 from functools import cache
 
-from exchange.codec import Codec
-from exchange.manager import ExchangeManager
+from exchange.manager import ExchangeManager, Options
 from exchange.packets import Fragment, ItemUid, Reception, Transmission
-from exchange.packing import Packing
-from exchange.peers import USUAL_UPKEEP, Upkeep
 from exchange.policies import POLICIES, AckPolicy
 from exchange.schedule import TdmaSchedule
+from exchange.wire.codec import Codec
+from exchange.wire.fragmentcodec import Packing
 from missions.mapping import MappingMission
 from worldmodel import (
     Block,
@@ -70,7 +69,7 @@ def codec_of(n_nodes: int, policy: str | AckPolicy = "ack") -> Codec:
 class OneSizePacking(Packing):
     """Room for fragments that all take the most bits that a fragment may take: the study knows one size of an item."""
 
-    def size_bits(self, fragment: Fragment) -> int:
+    def size_bits(self, fragment: Fragment, body_bits: int) -> int:
         """Size of a fragment (bits): the most that any takes."""
         return self._codec.most_bits(fragment, relayed=True)
 
@@ -78,9 +77,9 @@ class OneSizePacking(Packing):
 class OneSizeCodec(Codec):
     """Of packets whose fragments take less than is counted for them."""
 
-    def packing(self, sender: int, epoch: int, frame: int, slot_start_s: float, room_bits: int) -> Packing:
+    def packing(self, sender: int, epoch: int, slot_start_s: float, room_bits: int) -> Packing:
         """A packet to be filled, in which sizes are the greatest."""
-        return OneSizePacking(self, sender, epoch, frame, slot_start_s, room_bits)
+        return OneSizePacking(self.fragments, sender, epoch, slot_start_s, room_bits)
 
 
 def one_size_codec(n_nodes: int, policy: AckPolicy = POLICIES["ack"]) -> OneSizeCodec:
@@ -108,7 +107,8 @@ class Fleet:
         lost: Callable[[int, int, int], bool] = lambda slot, sender, receiver: False,
         selective: bool = False,
         codec: Codec | None = None,
-        upkeep: Upkeep = USUAL_UPKEEP,
+        summaries: bool = True,
+        parking: bool = True,
     ) -> None:
         self.n_nodes = n_nodes
         self.payload_bytes = payload_bytes
@@ -128,9 +128,7 @@ class Fleet:
                 POLICIES[policy] if isinstance(policy, str) else policy,
                 8 * payload_bytes,
                 who_needs[node] if isinstance(who_needs, Sequence) else who_needs or needs(range(n_nodes)),
-                carrier_evidence,
-                selective,
-                upkeep=upkeep,
+                Options(carrier_evidence, selective, summaries=summaries, parking=parking),
             )
             for node, model in enumerate(self.models)
         ]

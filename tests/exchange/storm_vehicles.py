@@ -4,11 +4,11 @@ from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
-from exchange.codec import Codec
-from exchange.manager import ExchangeManager
+from exchange.manager import ExchangeManager, Options
 from exchange.packets import ItemUid
 from exchange.policies import POLICIES
 from exchange.schedule import TdmaSchedule
+from exchange.wire.codec import Codec, Framing
 from remoras.testing import Life, Make, Storm
 from stress.conformance.radio import (
     AREA_DONE,
@@ -22,7 +22,7 @@ from stress.conformance.radio import (
     instances,
     needs,
 )
-from worldmodel import TYPE_UID, WorldModel
+from worldmodel import TYPE_UID, Keeping, WorldModel
 from worldmodel.remembering import remember
 
 NEW_INSTANCES = 16
@@ -35,7 +35,7 @@ PRIORITIES = {MAPPED_CELL: 1, AREA_DONE: 2, TYPE_UID: 3, POSITION: 2}
 def codec_of(n_nodes: int, policy: str, crc_bits: int = 0) -> Codec:
     """Names areas that vehicles create too."""
     n_instances = len(instances(n_nodes)) + n_nodes * NEW_INSTANCES
-    return Codec(TBOX, n_instances, n_nodes, POLICIES[policy], N_BLOCKS, DURATION_S, crc_bits=crc_bits)
+    return Codec(TBOX, n_instances, n_nodes, POLICIES[policy], N_BLOCKS, DURATION_S, framing=Framing(crc_bits))
 
 
 def schedule_of(n_nodes: int) -> TdmaSchedule:
@@ -57,7 +57,7 @@ def maker(
             n_origins=n_nodes,
             run_time_instances_per_origin=NEW_INSTANCES,
             epoch=epoch,
-            waiting_s=WAITING_S,
+            keeping=Keeping(waiting_s=WAITING_S),
         )
         manager = ExchangeManager(
             node,
@@ -67,8 +67,7 @@ def maker(
             POLICIES[policy],
             8 * payload_bytes,
             everything,
-            carrier_evidence,
-            **options,
+            Options(carrier_evidence, **options),
         )
         if store is not None:
             remember(model, store, now_s)

@@ -10,12 +10,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from exchange.codec import Codec
 from exchange.errors import ConfigurationError, DefinitionFault, PeerFault
-from exchange.names import width
-from exchange.packets import Fragment, Head, InfluenceSignal, Packet
+from exchange.packets import Fragment, Head, InfluenceSignal, Packet, Summary
 from exchange.policies import ACK, POLICIES, AckPolicy, header_bits
-from exchange.summaries import Summary
+from exchange.wire.codec import Codec, Widths
+from exchange.wire.codes import width
 from missions.runs.setup import resolved
 from missions.scenarios.loading import load
 from stress.conformance.radio import (
@@ -317,7 +316,7 @@ def with_another_attribute() -> TBox:
         Codec(TBOX, 8, 5, POLICIES["ack"], N_BLOCKS, DURATION_S),
         Codec(TBOX, 9, 4, POLICIES["ack"], N_BLOCKS, DURATION_S),
         Codec(TBOX, 8, 4, POLICIES["ack"], N_BLOCKS, DURATION_S / 2),
-        Codec(TBOX, 8, 4, POLICIES["ack"], N_BLOCKS, DURATION_S, 1.0),
+        Codec(TBOX, 8, 4, POLICIES["ack"], N_BLOCKS, DURATION_S, Widths(1.0)),
         Codec(TBOX, 8, 4, POLICIES["ack"], N_BLOCKS // 2, DURATION_S),
     ],
     ids=["TBox", "policy", "nodes", "instances", "duration", "time resolution", "blocks"],
@@ -488,7 +487,7 @@ def test_a_matrix_of_twenty_nodes_does_not_fit_the_smallest_frame():
 
 def size_of(codec: Codec, *fragments: Fragment, sender: int = 0, slot_start_s: float = 0.0) -> int:
     """Bits of these fragments in a packet, as its packing adds them up."""
-    packing = codec.packing(sender, 0, 0, slot_start_s, 1 << 20)
+    packing = codec.packing(sender, 0, slot_start_s, 1 << 20)
     for fragment in fragments:
         assert packing.add(fragment)
     return (1 << 20) - packing.left_bits
@@ -524,7 +523,7 @@ def reference_codec() -> Codec:
         Attribute(uid, f"a{uid}", f"urn:a{uid}", 0, ValueKind.POINT, (along, along), latest_only=uid == 1)
         for uid in range(32)
     )
-    return Codec(TBox(classes, attributes), 64 * 256, 5, POLICIES["ack"], 4096, 86_399.0, 1.0, recent_s=21.0)
+    return Codec(TBox(classes, attributes), 64 * 256, 5, POLICIES["ack"], 4096, 86_399.0, Widths(1.0, recent_s=21.0))
 
 
 def test_the_record_by_which_codecs_are_compared():
@@ -554,7 +553,7 @@ def test_observations_per_packet(payload_bytes: int, at_least: int):
             subject, kind = draws.randrange(64 * 256), draws.choice([0, *range(2, 32)])
             said.append(Fragment(2, sequence, time_s, (PropertyValue(subject, kind, place),)))
             sequence += 1
-        packing = codec.packing(2, 0, frame, start_s, 8 * payload_bytes - codec.overhead_bits)
+        packing = codec.packing(2, 0, start_s, 8 * payload_bytes - codec.overhead_bits)
         for fragment in draws.sample(said, at_least):
             assert packing.add(fragment)
         data = codec.encode(2, [0b01001] * 5, packing.fragments, (), frame, 0, start_s)
@@ -573,7 +572,7 @@ def test_sizes_added_up_beforehand_are_those_sent(
     start_s = 8.0 * frame
     size_bits = codec.overhead_bits - codec.header.largest_bits + codec.header.size_bits(packet.sender, frame)
     size_bits += len(packet.signals) * codec.signal_bits + sum(map(codec.summary_bits, packet.summary))
-    packing = codec.packing(packet.sender, packet.epoch, frame, start_s, 1 << 20)
+    packing = codec.packing(packet.sender, packet.epoch, start_s, 1 << 20)
     most_bits = 0
     for fragment in dice.sample(packet.fragments, len(packet.fragments)):
         assert packing.add(fragment)
@@ -592,7 +591,7 @@ def test_sizes_added_up_beforehand_are_those_sent(
 def test_a_packing_takes_what_fits_and_nothing_changes_by_what_does_not():
     codec = reference_codec()
     items = [Fragment(0, n, 60.0, (PropertyValue(900, 0, (12.3, 45.6)),)) for n in range(4)]
-    packing = codec.packing(0, 0, 0, 70.0, 54 + 12 + 54)
+    packing = codec.packing(0, 0, 70.0, 54 + 12 + 54)
     assert packing.add(items[1])
     assert not packing.add(items[2])  # one bit too little
     assert (packing.left_bits, packing.fragments) == (54, [items[1]])

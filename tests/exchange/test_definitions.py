@@ -4,11 +4,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from exchange.codec import Codec
-from exchange.definitions import Definitions
 from exchange.errors import PeerFault
 from exchange.packets import Fragment
 from exchange.policies import POLICIES
+from exchange.wire.codec import Codec
+from exchange.wire.definitions import Definitions
 from stress.conformance.radio import DURATION_S, N_BLOCKS, TBOX, Fleet, cells, instances
 
 

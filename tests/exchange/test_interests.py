@@ -141,6 +141,7 @@ def test_a_status_that_nobody_needs_any_more_is_not_said() -> None:
     assert len(fleet.pass_slot().status) == 1
     fleet.pass_slot()
     team.nodes.clear()
+    fleet.managers[0].renew(fleet.now_s)
     fleet.observe(0, (0, fleet.models[0].tbox.attribute_named("position").uid, (3.0, 4.0)))
     assert fleet.pass_slot().status == ()
 

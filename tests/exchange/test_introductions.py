@@ -7,12 +7,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_sealing import KEY, guarded
 
-from exchange.codec import Codec, renewed
 from exchange.errors import ConfigurationError, PeerFault
-from exchange.introductions import Introductions
 from exchange.packets import Packet
 from exchange.schedule import TdmaSchedule
-from exchange.sealing import SALT_BYTES, Seal
+from exchange.wire.codec import Codec, renewed
+from exchange.wire.introductions import Introductions
+from exchange.wire.sealing import SALT_BYTES, Seal
 
 BASE = guarded(key=KEY)
 SCHEDULE = TdmaSchedule(3, 1.0, 0.5)

@@ -5,8 +5,7 @@ import random
 
 import pytest
 
-from exchange.links import KEPT, SHORTEST_SILENCE, UNLIKELY, Estimate
-from exchange.peers import Upkeep
+from exchange.peering.peers import KEPT, SHORTEST_SILENCE, UNLIKELY, Estimate
 from stress.conformance.radio import Fleet
 
 N_EFFECTIVE = (1.0 + KEPT) / (1.0 - KEPT)
@@ -73,7 +72,7 @@ def test_absence_is_no_loss():
 @pytest.mark.parametrize("parking", [True, False])
 def test_nobody_waits_for_what_is_away_and_it_catches_up(parking: bool):
     """With the cause taken out, all that is observed meanwhile stays open."""
-    fleet = Fleet(4, "ack-repeat", upkeep=Upkeep(parking=parking))
+    fleet = Fleet(4, "ack-repeat", parking=parking)
     fleet.pass_frames(5)
     fleet.lost = lambda slot, sender, receiver: 3 in (sender, receiver)
     fleet.pass_frames(20)
@@ -110,7 +109,7 @@ def test_a_summary_ends_what_is_settled_when_acknowledgements_are_lost(summaries
     def lost(slot: int, sender: int, receiver: int) -> bool:
         return sender == 1 and slot // 2 % 2 == 0
 
-    fleet = Fleet(2, lost=lost, upkeep=Upkeep(summaries=summaries))
+    fleet = Fleet(2, lost=lost, summaries=summaries)
     uid = fleet.maps(0, 1)
     fleet.pass_slot()
     fleet.pass_slot()

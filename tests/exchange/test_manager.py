@@ -6,12 +6,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from exchange.codec import Codec
 from exchange.errors import ConfigurationError
 from exchange.manager import ExchangeManager
 from exchange.packets import Fragment, InfluenceSignal, ItemUid
 from exchange.policies import POLICIES
 from exchange.schedule import TdmaSchedule
+from exchange.wire.codec import Codec
 from stress.conformance.radio import (
     AREA_DONE,
     BATTERY,
@@ -438,7 +438,7 @@ def test_a_symbol_that_is_none_never_stops_a_receiver():
         512,
         NeedsIndex(tbox, {}),
     )
-    packing = codec.packing(0, 0, 0, 0.0, 100)
+    packing = codec.packing(0, 0, 0.0, 100)
     flood = Fragment(0, 0, 0.0, (PropertyValue(0, kinds[-1].uid, 2),))
     assert packing.add(flood)
     size_bits = codec.overhead_bits + 100 - packing.left_bits

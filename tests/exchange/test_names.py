@@ -5,7 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from exchange.errors import PeerFault
-from exchange.names import AttributeNames, width
+from exchange.wire.codes import width
+from exchange.wire.names import AttributeNames
 
 
 class Taker:

@@ -4,7 +4,7 @@ import pytest
 
 from exchange.ack import new_state
 from exchange.errors import PeerFault
-from exchange.peers import Met, Peers
+from exchange.peering.peers import Met, Peers
 from exchange.policies import ACK
 
 

@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from exchange.packets import Fragment
-from exchange.queue import Queue
-from exchange.reasons import Expired, Unsaid
-from exchange.selection import select
+from exchange.packets import Fragment, StatusUid
+from exchange.queueing.queue import Queue
+from exchange.queueing.reasons import Expired, Unsaid
+from exchange.study.selection import select
 from exchange.values import VALUE_RULES, Waiting
 from worldmodel import STATUS, PropertyValue, Terms
 
@@ -360,7 +360,7 @@ def test_a_newer_status_takes_the_place_of_the_older_one() -> None:
     queue.take_status(status(4, 1.0), 2, SIZE_BITS)
     queue.take_status(status(4, 3.0), 2, SIZE_BITS)
     (expiry,) = queue.take_expired()
-    assert (expiry.uid, expiry.reason, expiry.latency_s) == (status(4, 1.0).status_uid, Expired.SUPERSEDED, 2.0)
+    assert (expiry.uid, expiry.reason, expiry.latency_s) == (StatusUid(0, 1.0, 4, BATTERY), Expired.SUPERSEDED, 2.0)
     assert [one.fragment.time_s for one in queue.choose(FixedRoom(600), 5.0)] == [3.0]
     assert queue.choose(FixedRoom(600), 6.0) == []
 

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import pytest
 
-from exchange.codec import Codec
 from exchange.manager import ExchangeManager
 from exchange.packets import Fragment, ItemUid
 from exchange.policies import POLICIES
+from exchange.wire.codec import Codec, Widths
 from stress.conformance.radio import (
     BATTERY,
     DURATION_S,
@@ -21,7 +21,7 @@ from stress.conformance.radio import (
     instances,
     needs,
 )
-from worldmodel import STATUS, Fault, FaultCode, PropertyValue, WorldModel, merge
+from worldmodel import STATUS, Fault, FaultCode, Keeping, PropertyValue, WorldModel, merge
 
 
 def packet_of(fleet: Fleet, sender: int, *fragments: Fragment, frame: int = 0, epoch: int = 0) -> bytes:
@@ -151,9 +151,9 @@ def test_a_coarse_clock_makes_no_sound_fact_one_of_the_future():
     """Times are rounded to 10 s: what is observed at 8.2 s is of 10 s. It arrives at 9 s, without tolerance, and is
     sound; of 20 s nothing is. Slot 4 begins at 8 s."""
     fleet = Fleet(2)
-    codec = Codec(TBOX, len(instances(2)), 2, POLICIES["ack"], N_BLOCKS, DURATION_S, 10.0)
+    codec = Codec(TBOX, len(instances(2)), 2, POLICIES["ack"], N_BLOCKS, DURATION_S, Widths(10.0))
     for time_s, is_refused in ((10.0, False), (20.0, True)):
-        model = WorldModel(TBOX, 1, instances(2), 10.0, n_origins=2, clock_tolerance_s=0.0)
+        model = WorldModel(TBOX, 1, instances(2), 10.0, n_origins=2, keeping=Keeping(clock_tolerance_s=0.0))
         manager = ExchangeManager(1, model, codec, fleet.schedule, POLICIES["ack"], 512, needs(range(2)))
         fragment = Fragment(0, 0, time_s, cells(2, 1))
         data = codec.encode(0, [0, 0], [fragment], frame=2, slot_start_s=fleet.schedule.start_s(4))

@@ -10,11 +10,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from exchange.codec import Codec
 from exchange.errors import ConfigurationError, PeerFault
 from exchange.packets import Fragment, Packet
 from exchange.policies import POLICIES
-from exchange.sealing import CRC_BITS, Seal, key_in, nonce_of
+from exchange.wire.codec import Codec, Framing
+from exchange.wire.sealing import CRC_BITS, Seal, key_in, nonce_of
 from stress.conformance.radio import DURATION_S, MAPPED_CELL, N_BLOCKS, TBOX, Fleet, bay, cells, instances
 
 KEY = bytes(range(16))
@@ -23,7 +23,7 @@ KEY = bytes(range(16))
 @cache
 def guarded(crc_bits: int = 0, key: bytes | None = None, n_nodes: int = 3) -> Codec:
     return Codec(
-        TBOX, len(instances(n_nodes)), n_nodes, POLICIES["ack"], N_BLOCKS, DURATION_S, crc_bits=crc_bits, key=key
+        TBOX, len(instances(n_nodes)), n_nodes, POLICIES["ack"], N_BLOCKS, DURATION_S, framing=Framing(crc_bits, key)
     )
 
 

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from exchange.selection import select
+from exchange.study.selection import select
 
 ITEMS = st.lists(
     st.tuples(st.integers(0, 20), st.integers(0, 9), st.integers(1, 90), st.booleans()), min_size=1, max_size=30

@@ -1,6 +1,8 @@
 """Summaries: what is told of holdings, and how often."""
 
-from exchange.summaries import TIMES_TOLD, Holdings, Summary, Telling
+from exchange.ledger import Holdings
+from exchange.packets import Summary
+from exchange.peering.summaries import TIMES_TOLD, Telling
 
 LIFE = (2, 0)
 

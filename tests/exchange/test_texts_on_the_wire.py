@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from exchange.bits import Reader
-from exchange.codec import Codec
 from exchange.errors import ConfigurationError, PeerFault
 from exchange.packets import Fragment
 from exchange.policies import POLICIES
+from exchange.wire.codec import Codec
+from exchange.wire.codes import Reader
 from missions.errors import ConfigurationError as ScenarioError
 from missions.runs.assembly import assemble
 from missions.runs.run import run

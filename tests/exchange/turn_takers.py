@@ -5,9 +5,9 @@ from collections.abc import Callable, Sequence
 
 from exchange_lives import Sea
 
-from exchange.codec import Codec
 from exchange.policies import POLICIES
 from exchange.schedule import TdmaSchedule
+from exchange.wire.codec import Codec, Framing
 from stress.conformance.radio import DURATION_S, N_BLOCKS, SLOT_S, TBOX, instances
 
 Slots = tuple[tuple[int, ...], ...]
@@ -23,7 +23,7 @@ class Round(Sea):
         self.schedule = TdmaSchedule(n_nodes, SLOT_S - 0.5, 0.5, slots, self.is_aloha)
         self.codec = Codec(
             TBOX, len(instances(n_nodes)), n_nodes, POLICIES[policy], N_BLOCKS, DURATION_S,
-            n_slots=len(slots), is_by_frame=True,
+            framing=Framing(n_slots=len(slots), is_by_frame=True),
         )  # fmt: skip
         self.draws = random.Random(seed)
         self.frame = 0

@@ -120,7 +120,7 @@ def test_without_a_key_nothing_of_it_is_made(monkeypatch: pytest.MonkeyPatch) ->
 
     monkeypatch.setattr(import_module("missions.runs.assembly"), "renewed", never)
     monkeypatch.setattr(import_module("missions.nodes.alone"), "renewed", never)
-    monkeypatch.setattr("exchange.sealing.secrets.token_bytes", never)
+    monkeypatch.setattr("exchange.wire.sealing.secrets.token_bytes", never)
     plain = load("mapping-rendezvous", [("--set", "scenario.duration_s=30")])
     assemble(resolved(plain), 1).run()
     assert alone(Plan.of(plain, "AUV00", 1, None, 10.0)).salt is None

@@ -6,12 +6,12 @@ from statistics import fmean
 
 import pytest
 
-from exchange.bits import Reader
-from exchange.codec import Codec
-from exchange.factcodec import FactCodec
 from exchange.manager import ExchangeManager
 from exchange.policies import POLICIES
 from exchange.schedule import TdmaSchedule
+from exchange.wire.codec import Codec
+from exchange.wire.codes import Reader
+from exchange.wire.factcodec import FactCodec
 from remoras.beliefs import Beliefs
 from remoras.detail import Detail
 from worldmodel import (

@@ -2,7 +2,7 @@
 
 import pytest
 
-from exchange.offsets import Offsets
+from exchange.peering.offsets import Offsets
 from missions.errors import ConfigurationError
 from missions.runs.assembly import assemble
 from missions.runs.setup import resolved

@@ -7,9 +7,9 @@ import pytest
 from sampling import sampled
 
 from exchange.acoustics.channel import Arrival, Channel
-from exchange.codec import Codec
 from exchange.packets import Packet
 from exchange.schedule import TdmaSchedule
+from exchange.wire.codec import Codec
 from missions.runs.assembly import channel_of
 from missions.runs.run import Run, run
 from missions.runs.setup import resolved

@@ -20,8 +20,9 @@ ROOT = Path(__file__).resolve().parents[2]
 OURS = tuple(str(ROOT / package) for package in ("worldmodel", "exchange", "remoras", "missions"))
 VALUES = (
     "worldmodel/facts.py", "worldmodel/fields.py", "worldmodel/tbox.py", "worldmodel/store.py",
-    "worldmodel/holdings.py", "worldmodel/individuals.py", "exchange/bits.py", "exchange/ledger.py",
-    "exchange/names.py", "exchange/packets.py", "exchange/schedule.py", "remoras/activities.py", "remoras/authority.py",
+    "worldmodel/holdings.py", "worldmodel/individuals.py", "exchange/ledger.py", "exchange/packets.py",
+    "exchange/schedule.py", "exchange/wire/codes.py", "exchange/wire/names.py", "remoras/activities.py",
+    "remoras/authority.py",
     "remoras/beliefs.py", "remoras/database.py", "remoras/motion.py", "remoras/organisation.py",
     "remoras/own_clock.py", "remoras/picture.py", "remoras/plugins.py", "remoras/sensor.py", "remoras/work.py",
 )  # fmt: skip

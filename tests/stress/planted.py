@@ -15,11 +15,12 @@ from typing import Any
 import pytest
 from small_sea import small_plan
 
-from exchange import listening, manager
-from exchange.holders import Holders
-from exchange.listening import Listener
-from exchange.peers import Peers
-from exchange.sealing import Checksum
+from exchange import manager
+from exchange.peering import listening
+from exchange.peering.holders import Holders
+from exchange.peering.listening import Listener
+from exchange.peering.peers import Peers
+from exchange.wire.sealing import Checksum
 from missions.mapping.truth import MappingTruth
 from missions.meeting.meeting import Meeting
 from missions.meeting.truth import MeetingTruth
@@ -156,8 +157,7 @@ def never_catch_up(patch: Patch) -> None:
 
 
 def never_park(patch: Patch) -> None:
-    sound = Peers.speak
-    patch.setattr(Peers, "speak", lambda self, frame, parking: sound(self, frame, False))
+    patch.setattr(Peers, "park", lambda self, frame: ())
 
 
 def grant_everything(patch: Patch) -> None:

@@ -40,6 +40,7 @@ from worldmodel import (
     TYPE_UID,
     Block,
     FactError,
+    Keeping,
     Lacking,
     WorldModel,
     core_ontology_paths,
@@ -280,11 +281,11 @@ def test_a_block_of_the_future_has_not_arrived() -> None:
 
 
 def test_the_tolerance_of_clocks_is_an_argument() -> None:
-    model = WorldModel(TBOX, 0, INSTANCES, n_origins=N_ORIGINS, clock_tolerance_s=60.0)
+    model = WorldModel(TBOX, 0, INSTANCES, n_origins=N_ORIGINS, keeping=Keeping(clock_tolerance_s=60.0))
     assert len(merge(model, [block(1, 0, 700, (BAY, CELL, 1.0))], now_s=10.0).changes) == 1
     assert codes(merge(model, [block(1, 1, 701, (BAY, CELL, 1.0))], now_s=10.0).faults) == ["FUTURE"]
     with pytest.raises(FactError, match="clock_tolerance_s is -1"):
-        WorldModel(TBOX, 0, INSTANCES, n_origins=N_ORIGINS, clock_tolerance_s=-1.0)
+        WorldModel(TBOX, 0, INSTANCES, n_origins=N_ORIGINS, keeping=Keeping(clock_tolerance_s=-1.0))
 
 
 def test_what_waits_says_what_it_lacks_of_whom_and_for_how_long() -> None:
@@ -301,7 +302,9 @@ def test_what_waits_says_what_it_lacks_of_whom_and_for_how_long() -> None:
 
 
 def test_what_has_waited_too_long_is_forgotten_and_may_come_again() -> None:
-    model = WorldModel(TBOX, 0, INSTANCES, n_origins=N_ORIGINS, run_time_instances_per_origin=2, waiting_s=60.0)
+    model = WorldModel(
+        TBOX, 0, INSTANCES, n_origins=N_ORIGINS, run_time_instances_per_origin=2, keeping=Keeping(waiting_s=60.0)
+    )
     waiting = [block(2, 0, 0, (NEW, LENGTH, 3.0)), block(2, 1, 0, (NEW, LENGTH, 4.0))]
     merge(model, waiting[:1], now_s=5.0)
     merge(model, waiting[1:], now_s=6.0)
@@ -350,7 +353,9 @@ def test_who_forgets_what_waits_and_hears_it_again_knows_the_same(
 
 
 def test_of_too_many_that_wait_the_oldest_goes() -> None:
-    model = WorldModel(TBOX, 0, INSTANCES, n_origins=N_ORIGINS, run_time_instances_per_origin=2, waiting_blocks=2)
+    model = WorldModel(
+        TBOX, 0, INSTANCES, n_origins=N_ORIGINS, run_time_instances_per_origin=2, keeping=Keeping(waiting_blocks=2)
+    )
     for n in range(3):
         faults = merge(model, [block(2, 2 - n, 0, (NEW, LENGTH, 3.0 + n))], now_s=5.0 + n).faults
         assert codes(faults) == ["CROWDED_OUT"] * (n == 2)
@@ -359,7 +364,7 @@ def test_of_too_many_that_wait_the_oldest_goes() -> None:
     assert sorted(model.arrivals.waiting) == [(0, 0, 0), (2, 0, 0), (2, 0, 1)]
     assert model.digest() == {(0, 0): (0, 0), (2, 0): (1, 0)}
     with pytest.raises(FactError, match="waiting_blocks is 0; allowed: 1 or more"):
-        WorldModel(TBOX, 0, INSTANCES, n_origins=N_ORIGINS, waiting_blocks=0)
+        WorldModel(TBOX, 0, INSTANCES, n_origins=N_ORIGINS, keeping=Keeping(waiting_blocks=0))
 
 
 # Digests ---------------------------------------------------------------------------------------------

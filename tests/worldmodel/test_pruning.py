@@ -30,6 +30,7 @@ from worldmodel import (
     TYPE_UID,
     Block,
     FactError,
+    Keeping,
     PruneRule,
     WorldModel,
     merge,
@@ -126,7 +127,7 @@ def test_an_item_goes_as_a_whole_or_not_at_all() -> None:
 def test_several_rules_together_let_an_item_go() -> None:
     """An observation of mapping-objects says where something is and what it seems to be, in one item."""
     rules = (PruneRule(OBJECT, LOCATION, 2.0), PruneRule(OBJECT, CLASSIFICATION, 4.0))
-    model = WorldModel(TBOX, 0, INSTANCES, n_origins=N_ORIGINS, pruning=rules)
+    model = WorldModel(TBOX, 0, INSTANCES, n_origins=N_ORIGINS, keeping=Keeping(pruning=rules))
     for n in range(8):
         model.record([(ECHO, LOCATION, (float(n), 0.0)), (ECHO, CLASSIFICATION, 0)], float(n))
     assert tidy(model, 8.0) == ()
@@ -158,7 +159,7 @@ def test_other_contents_of_what_was_pruned_are_passed_over() -> None:
 
 def test_a_model_with_rules_prunes_by_age_when_it_tidies_up() -> None:
     rules = (PruneRule(AREA, CELL, 5.0),)
-    model = WorldModel(TBOX, 0, INSTANCES, n_origins=N_ORIGINS, waiting_s=2.0, pruning=rules)
+    model = WorldModel(TBOX, 0, INSTANCES, n_origins=N_ORIGINS, keeping=Keeping(waiting_s=2.0, pruning=rules))
     for n in range(10):
         model.record([(BAY, CELL, float(n))], float(n))
     merge(model, [block(1, 0, 0, (ECHO, TYPE_UID, WRECK)), block(2, 0, 0, (model.n_uids - 1, LOCATION, (0.0, 0.0)))])
@@ -180,7 +181,7 @@ def test_a_model_with_rules_prunes_by_age_when_it_tidies_up() -> None:
 )
 def test_rules_that_cannot_be_are_refused(rule: PruneRule, reason: str) -> None:
     with pytest.raises(FactError, match=reason):
-        WorldModel(TBOX, 0, INSTANCES, n_origins=N_ORIGINS, pruning=(rule,))
+        WorldModel(TBOX, 0, INSTANCES, n_origins=N_ORIGINS, keeping=Keeping(pruning=(rule,)))
     if rule.older_than_s >= 0:
         with pytest.raises(FactError, match=reason):
             prune(fleet_model(), rule.class_uid, rule.attribute, 1.0)

@@ -17,6 +17,7 @@ from worldmodel import (
     Block,
     FactError,
     Instance,
+    Keeping,
     Knowledge,
     PropertyValue,
     TBox,
@@ -80,7 +81,7 @@ def fleet(tbox: TBox, common_facts: Sequence[PropertyValue] = ()) -> WorldModel:
     vehicle, gear = (tbox.class_named(name).uid for name in ("Vehicle", "Gear"))
     instances = [Instance(uid, vehicle, f"v{uid}") for uid in range(N_VEHICLES)]
     instances += [Instance(uid, gear, f"g{uid}") for uid in range(N_VEHICLES, N_VEHICLES + N_GEAR)]
-    return WorldModel(tbox, 0, instances, n_origins=N_ORIGINS, common_facts=common_facts)
+    return WorldModel(tbox, 0, instances, n_origins=N_ORIGINS, keeping=Keeping(common_facts=common_facts))
 
 
 def blocks(drawn: Sequence[tuple[str, int, int, int]], tbox: TBox) -> list[Block]:

@@ -35,6 +35,7 @@ from small_fleet import (
 from worldmodel import (
     TYPE_UID,
     Block,
+    Keeping,
     Lacking,
     SnapshotError,
     WorldModel,
@@ -154,9 +155,7 @@ def test_who_restarts_with_its_memory_counts_on() -> None:
         n_origins=N_ORIGINS,
         run_time_instances_per_origin=2,
         epoch=3,
-        clock_tolerance_s=5.0,
-        waiting_s=60.0,
-        waiting_blocks=7,
+        keeping=Keeping(clock_tolerance_s=5.0, waiting_s=60.0, waiting_blocks=7),
     )
     uid = model.new_instance_uid()  # taken and not announced yet
     model.record([(BAY, CELL, 1.0)], 1.0)

@@ -1,22 +1,21 @@
 """Fragments as bits: whose they are, their age, their facts, and their place in the sequence of their origin.
 
 What a fragment takes depends on the packet: its age on the slot, its sequence on the one before it of the same origin
-and epoch. The layout stands at the top of ``exchange.codec``.
+and epoch. So nobody adds up sizes: fragments are offered to a `Packing`, which takes those that fit. The layout stands
+at the top of ``exchange.wire.codec``.
 """
 
 from __future__ import annotations
 
+from bisect import bisect_left, insort
 from collections.abc import Iterable, Sequence
-from operator import attrgetter
 
-from exchange import codes
-from exchange.bits import Reader
-from exchange.codes import Bits
 from exchange.errors import ConfigurationError, PeerFault
-from exchange.factcodec import FactCodec
-from exchange.names import width
 from exchange.packets import Fragment
-from exchange.sizes import FieldSize
+from exchange.wire import codes
+from exchange.wire.codes import Bits, Reader, width
+from exchange.wire.factcodec import FactCodec
+from exchange.wire.sizes import FieldSize
 from worldmodel import STATUS, Field, PropertyValue
 
 EPOCH_BITS = 2
@@ -30,6 +29,8 @@ Life = tuple[int, int]
 """An origin and its epoch."""
 Before = dict[Life, int]
 """The last sequence of each origin and epoch in a packet so far."""
+Wired = tuple[Fragment, int, int]
+"""A fragment, its bits and their number."""
 
 
 def refuse_epoch(epoch: int) -> None:
@@ -38,19 +39,12 @@ def refuse_epoch(epoch: int) -> None:
         raise ConfigurationError(f"epoch {epoch} has no name on the wire; allowed: 0 to {EPOCHS - 1}")
 
 
-_BY_SEQUENCE = attrgetter("sequence", "index")
-_BY_ORIGIN = attrgetter("origin", "epoch", "sequence", "index")
+def _by_sequence(wired: Wired) -> tuple[int, int]:
+    return wired[0].sequence, wired[0].index
 
 
-def in_order(fragments: Iterable[Fragment], sender: int, epoch: int) -> list[Fragment]:
-    """Fragments by origin, epoch and sequence, own ones first: the order of the wire."""
-    own: list[Fragment] = []
-    relayed: list[Fragment] = []
-    for one in fragments:
-        (own if one.origin == sender and one.epoch == epoch else relayed).append(one)
-    own.sort(key=_BY_SEQUENCE)
-    relayed.sort(key=_BY_ORIGIN)
-    return own + relayed
+def _by_origin(wired: Wired) -> tuple[int, int, int, int]:
+    return wired[0].origin, wired[0].epoch, wired[0].sequence, wired[0].index
 
 
 class FragmentCodec:
@@ -89,10 +83,10 @@ class FragmentCodec:
         """The step of time from which ages count in a slot: nothing that was observed before has a negative age."""
         return int(slot_start_s / self.time.resolution) + 1
 
-    def most_bits(self, fragment: Fragment, relayed: bool) -> int:
-        """The most bits that a fragment takes in whatever packet."""
-        size = 2 + codes.natural(self.time.grid.index_of(fragment.time_s), self._time_bits)[1]
-        size += 0 if fragment.is_status else 2 + codes.natural(fragment.sequence, self.sequence_bits)[1]
+    def most_bits(self, fragment: Fragment, relayed: bool = True) -> int:
+        """The most bits that a fragment takes, by default as a relay has to send it, in whatever packet."""
+        size = 2 + self._natural(round(fragment.time_s / self._step_s), self._time_bits)[1]  # ``Grid.index_of``
+        size += 0 if fragment.sequence == STATUS else 2 + self._natural(fragment.sequence, self.sequence_bits)[1]
         if not relayed and fragment.count == 1 and len(fragment.facts) == 1:
             return 1 + size + self.facts.of_one(fragment.facts[0])[1]
         size += LONGEST_KIND_BITS + 1 + (2 * INDEX_BITS if fragment.count > 1 else 0)
@@ -148,7 +142,8 @@ class FragmentCodec:
             raise ConfigurationError(f"a fact of {fragment.time_s} s: times are counted from the mission's beginning")
         is_own = fragment.origin == sender and fragment.epoch == epoch
         if is_own and is_single:
-            bits, size_bits = self.facts.of_one(facts[0])
+            bits, size_bits = self.facts.of_all(facts)  # remembered from when its size was asked
+            bits, size_bits = bits >> 1, size_bits - 1  # no bit says that another follows
             if 0 <= base - time < self._near:  # as ``codes.age`` has it
                 return base - time << size_bits | bits, self.near_bits + 2 + size_bits
             age, age_bits = codes.age(base, time, self.near_bits, self._time_bits)
@@ -172,18 +167,31 @@ class FragmentCodec:
     def encode_sequence(self, sequence: int, before: int | None) -> Bits:
         """``(bits, size_bits)`` of the sequence of an item, by the one before it of the same origin and epoch."""
         if before is None:
-            return codes.natural(sequence, self.sequence_bits)
+            return self._natural(sequence, self.sequence_bits)
         return codes.step(before, sequence, self.sequence_bits)
 
-    def encode_all(
-        self, fragments: Iterable[Fragment], sender: int, epoch: int, base: int
-    ) -> list[tuple[Fragment, int, int]]:
-        """The fragments of one packet in the order of the wire, each with its bits and their number."""
+    @staticmethod
+    def _natural(number: int, width_bits: int) -> Bits:
+        """``codes.natural``, at once for what fits."""
+        return (number, width_bits) if number < (1 << width_bits) - 1 else codes.natural(number, width_bits)
+
+    def in_sequence(self, bodies: Iterable[Wired], sender: int, epoch: int) -> list[Wired]:
+        """The fragments of one packet in the order of the wire: by origin, epoch and sequence, own ones first.
+
+        Args:
+            bodies: each without its sequence, in any order, as ``encode`` gives it.
+            sender: node that speaks; ``epoch`` is its own.
+        """
+        own: list[Wired] = []
+        relayed: list[Wired] = []
+        for one in bodies:
+            (own if one[0].origin == sender and one[0].epoch == epoch else relayed).append(one)
+        own.sort(key=_by_sequence)
+        relayed.sort(key=_by_origin)
         before: Before = {}
-        found: list[tuple[Fragment, int, int]] = []
-        for fragment in in_order(fragments, sender, epoch):
-            bits, size_bits = self.encode(fragment, sender, epoch, base)
-            sequence = fragment.sequence
+        found: list[Wired] = []
+        for fragment, body, body_bits in own + relayed:
+            bits, size_bits, sequence = body, body_bits, fragment.sequence
             if sequence != STATUS:
                 life = fragment.origin, fragment.epoch
                 last = before.get(life)
@@ -260,6 +268,71 @@ class FragmentCodec:
             raise PeerFault("an own fragment in a longer form than it has")
         sequence = STATUS if self._is_status(facts, count) else self._read_sequence(reader, life, before)
         return Fragment(life[0], sequence, time_s, facts, index, count, life[1])
+
+
+class Packing:
+    """The room of one packet for fragments, while it is filled.
+
+    Args:
+        codec: of fragments.
+        sender: node that speaks, in its ``epoch``.
+        slot_start_s: start of its slot.
+        room_bits: of the packet for fragments.
+
+    Attributes:
+        left_bits: what is left of the room.
+    """
+
+    def __init__(self, codec: FragmentCodec, sender: int, epoch: int, slot_start_s: float, room_bits: int) -> None:
+        self._codec = codec
+        self._sender = sender
+        self._epoch = epoch
+        self._base = codec.base_of(slot_start_s)
+        self.left_bits = room_bits
+        self._bodies: list[Wired] = []
+        self._wired: list[Wired] | None = None
+        self._sequences: dict[Life, list[int]] = {}
+
+    @property
+    def fragments(self) -> list[Fragment]:
+        """Those that have been taken, in that order."""
+        return [fragment for fragment, _, _ in self._bodies]
+
+    def size_bits(self, fragment: Fragment, body_bits: int) -> int:
+        """Bits by which the packet grows if it takes the fragment, which takes ``body_bits`` without its sequence."""
+        if fragment.sequence == STATUS:
+            return body_bits
+        taken, sequence = self._sequences.get((fragment.origin, fragment.epoch), ()), fragment.sequence
+        at = bisect_left(taken, sequence)
+        before = taken[at - 1] if at else None
+        sequence_bits = self._codec.encode_sequence(sequence, before)[1]
+        if at < len(taken):  # the one behind it follows another now
+            behind = self._codec.encode_sequence
+            sequence_bits += behind(taken[at], sequence)[1] - behind(taken[at], before)[1]
+        return body_bits + sequence_bits
+
+    def add(self, fragment: Fragment) -> bool:
+        """Take a fragment; False if it does not fit, and nothing has changed."""
+        body = self._codec.encode(fragment, self._sender, self._epoch, self._base)
+        size_bits = self.size_bits(fragment, body[1])
+        if size_bits > self.left_bits:
+            return False
+        self.left_bits -= size_bits
+        self._bodies.append((fragment, *body))
+        self._wired = None
+        if fragment.sequence != STATUS:
+            insort(self._sequences.setdefault((fragment.origin, fragment.epoch), []), fragment.sequence)
+        return True
+
+    def wired(self) -> list[Wired]:
+        """What was taken, in the order of the wire."""
+        if self._wired is None:
+            self._wired = self._codec.in_sequence(self._bodies, self._sender, self._epoch)
+        return self._wired
+
+    def sizes(self) -> tuple[tuple[int, int], ...]:
+        """(attribute of the first fact, size_bits) of each fragment taken; together they are what the room lost."""
+        return tuple([(fragment.facts[0].attribute, size_bits) for fragment, _, size_bits in self.wired()])
 
 
 def _nameless(fragment: Fragment) -> ConfigurationError:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from exchange.names import AttributeNames
+from exchange.wire.names import AttributeNames
 from worldmodel import Attribute, ValueKind
 
 
@@ -45,27 +45,11 @@ def values_in_words(attribute: Attribute, n_values: Mapping[ValueKind, int]) -> 
 def value_lines(
     attributes: Sequence[Attribute], value_bits: Sequence[int], n_values: Mapping[ValueKind, int]
 ) -> list[FieldSize]:
-    """Lines of the size listing for the values of attributes, coarse ones, and what values may carry."""
-    values = [
+    """Lines of the size listing for the values of attributes."""
+    return [
         FieldSize("fact", one.name, bits, values_in_words(one, n_values))
         for one, bits in zip(attributes, value_bits, strict=True)
     ]
-    coarse = [
-        FieldSize(
-            "fact", f"{one.name}, coarse", sum(field.size_bits for field in one.coarse), "in its place; a bit says so"
-        )
-        for one in attributes
-        if one.coarse
-    ]
-    return (
-        values
-        + coarse
-        + [
-            FieldSize("fact", f"uncertainty of {one.name}", 1 + one.uncertainty.size_bits, "1 where it carries none")
-            for one in attributes
-            if one.uncertainty is not None
-        ]
-    )
 
 
 def name_fields(names: AttributeNames) -> list[FieldSize]:

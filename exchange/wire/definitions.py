@@ -8,8 +8,8 @@ is never that of a stranger. Where all have agreed, a byte that differs is damag
 
 from __future__ import annotations
 
-from exchange.codec import HASH_BYTES
 from exchange.errors import PeerFault
+from exchange.wire.codec import HASH_BYTES
 
 ALL_BYTES = (1 << HASH_BYTES) - 1
 
@@ -20,6 +20,8 @@ class Definitions:
     def __init__(self) -> None:
         self._agreed: dict[int, int] = {}  # by peer: its bytes that agreed, one bit each
         self._differs: dict[int, int] = {}  # by peer: the number of the byte that differed
+        self.trusted: set[int] = set()
+        """Peers all of whose bytes have agreed: nothing need be compared any more."""
 
     def agree(self, peer: int, frame: int) -> None:
         """The byte of this frame agrees.
@@ -33,6 +35,8 @@ class Definitions:
             del self._differs[peer]
         if peer in self._differs:
             raise PeerFault(f"node {peer} uses another TBox or other field widths, by an earlier packet")
+        if self._agreed[peer] == ALL_BYTES:
+            self.trusted.add(peer)
 
     def differ(self, peer: int, frame: int) -> bool:
         """The byte of this frame differs; True if this makes the peer a stranger."""

@@ -1,18 +1,18 @@
-"""Who holds what beside acknowledgements: what this vehicle holds itself, what summaries say, whose life is over.
+"""Who holds what beside acknowledgements: what this vehicle holds itself, and whose life is over.
 
 The acknowledgement state has a word of items for each node. Here it is corrected where more is known than packets and
-their acknowledgements say: a peer began anew, two vehicles speak under one name, a summary names what is held.
+their acknowledgements say: a peer began anew, two vehicles speak under one name. Summaries correct it further.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 
 from exchange.ack import AckState
-from exchange.ledger import Ledger
+from exchange.ledger import Holdings, Ledger, Life
 from exchange.packets import ItemUid
-from exchange.peers import Peers
-from exchange.summaries import Holdings, Life, Summary, Telling
+from exchange.peering.peers import Peers
+from exchange.peering.summaries import Summaries
 from worldmodel import Block
 from worldmodel.facts import Guid
 
@@ -25,30 +25,29 @@ class Holders:
         state: acknowledgement state of this node.
         ledger: of this node.
         peers: of this node.
-        size_bits: of a summary on the wire.
+        own: what this vehicle holds.
+        summaries: of this node, one of them at most.
     """
 
     def __init__(
-        self, me: int, state: AckState, ledger: Ledger, peers: Peers, size_bits: Callable[[Summary], int]
+        self, me: int, state: AckState, ledger: Ledger, peers: Peers, own: Holdings, summaries: Sequence[Summaries]
     ) -> None:
         self._me = me
         self._state = state
         self._ledger = ledger
         self._peers = peers
-        self.own = Holdings()
-        self.telling = Telling(self.own, size_bits)
-        self._noted: dict[int, dict[Life, Summary]] = {}  # by peer
+        self.own = own
+        self._summaries = summaries
+        self.shared: set[Life] = set()
+        """Lives that two vehicles share."""
 
     # What this vehicle holds -----------------------------------------------------------------------
 
     def take(self, column: int) -> None:
-        """An item is new to this vehicle: a peer that told that it holds it need not be told."""
-        uid, believes = self._ledger.uid(column), self._state.believes
-        believes[self._me] |= 1 << column
-        for peer, noted in self._noted.items():
-            summary = noted.get((uid.origin, uid.epoch))
-            if summary is not None and summary.holds(uid.sequence):
-                believes[peer] |= 1 << column
+        """An item is new to this vehicle."""
+        self._state.believes[self._me] |= 1 << column
+        for summaries in self._summaries:
+            summaries.take(self._ledger.uid(column), column)
 
     def complete(self, guid: Guid) -> None:
         """A block is whole here."""
@@ -60,7 +59,8 @@ class Holders:
         for origin, epoch, sequence in guids:
             if sequence >= 0 and self.own.has((origin, epoch), sequence):
                 self.own.give_up((origin, epoch), sequence)
-                self.telling.urge((origin, epoch))
+                for summaries in self._summaries:
+                    summaries.telling.urge((origin, epoch))
 
     def given_up(self) -> Iterator[tuple[int, ItemUid]]:
         """This node, and blocks, by their first items, that it has given up and that have not come again."""
@@ -81,7 +81,8 @@ class Holders:
         """A node is in another life: it holds what it has recorded in it, and nothing else is known."""
         self._peers.begin(node, epoch)
         self._ledger.begin(node, epoch)
-        self._noted.pop(node, None)
+        for summaries in self._summaries:
+            summaries.forget(node)
         self._state.believes[node] = self._ledger.origins[node]
 
     def doubt(self, node: int, frame: int, by_alarm: bool = False) -> bool:
@@ -94,37 +95,15 @@ class Holders:
         """
         is_new = self._peers.doubt(node, frame)
         life = node, self._peers.epochs[node]
-        self.telling.silenced.add(life)
-        if not by_alarm:
-            self.telling.alarm(life)
-        self._noted.clear()
+        self.shared.add(life)
+        for summaries in self._summaries:
+            summaries.telling.silence(life, by_alarm)
+            summaries.forget()
         if is_new or node == self._me:
             for peer, items in enumerate(self._ledger.origins):
                 if peer != node or node == self._me:
                     self._state.believes[peer] |= items
         return is_new
-
-    def note(self, sender: int, summary: Summary) -> list[int]:
-        """Believe what a peer says it holds, and no more; return the columns that it turns out to lack.
-
-        Args:
-            sender: of the summary.
-            summary: one of its own.
-        """
-        noted = self._noted.setdefault(sender, {})
-        known, noted[summary.life] = noted.get(summary.life), summary
-        first = known.highest + 1 if known is not None and known.highest <= summary.highest else 0
-        believes, lacked = self._state.believes, list[int]()
-        for sequence in self._ledger.blocks_from(summary.life, first, summary.end):
-            guid = (*summary.life, sequence)
-            columns = self._ledger.parts_of(guid)
-            items = sum(1 << column for column in columns)
-            if summary.holds(sequence):
-                believes[sender] |= items
-            elif believes[sender] & items == items and self._ledger.is_whole(guid):
-                believes[sender] &= ~items
-                lacked += columns
-        return lacked
 
     def orphans(self, life: Life | None = None) -> list[int]:
         """Columns of items that their origin cannot be relied on to send, of which this node is the one to do so.
@@ -136,14 +115,10 @@ class Holders:
             life: of these alone.
         """
         ledger, away, found = self._ledger, self._peers.away, list[int]()
-        for column in range(len(ledger)) if life is None or self._is_over(*life) else ():
+        for column in range(len(ledger)):
             uid = ledger.uid(column)
-            if not self._is_over(uid.origin, uid.epoch) or (life is not None and life != (uid.origin, uid.epoch)):
+            if not self._peers.is_over(uid.origin, uid.epoch) or (life is not None and life != (uid.origin, uid.epoch)):
                 continue
             if not any(self._state.believes[node] >> column & 1 and not away >> node & 1 for node in range(self._me)):
                 found.append(column)
         return found
-
-    def _is_over(self, origin: int, epoch: int) -> bool:
-        """True if the origin is in another life, or away."""
-        return epoch != self._peers.epochs[origin] or bool(self._peers.away >> origin & 1)

@@ -1,4 +1,4 @@
-"""Numbers of a width that suits nearly all of them, and any other number exactly.
+"""Numbers as bits: of a width that suits nearly all of them, and any other number exactly.
 
 A number that does not fit its width is never cut: all ones stand before its rest, which is as long as it needs to be.
 Each number has one form, and the decoder refuses any other.
@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from exchange.bits import Reader
 from exchange.errors import ConfigurationError, PeerFault
 
 Bits = tuple[int, int]
@@ -23,6 +22,43 @@ NEAR_STEP_BITS = 4
 NEAR_STEPS = 1 << NEAR_STEP_BITS
 FAR_AGE_BITS = 3
 """A far age has so many bits more than a near one."""
+
+
+class Reader:
+    """Takes fields off a big integer from the most significant end.
+
+    Attributes:
+        left: bits that have not been read.
+    """
+
+    __slots__ = ("bits", "left")
+
+    def __init__(self, data: bytes) -> None:
+        self.bits = int.from_bytes(data, "big")
+        self.left = 8 * len(data)
+
+    def take(self, size_bits: int) -> int:
+        """The next bits as a number; raises PeerFault if there are not so many."""
+        self.left = left = self.left - size_bits
+        if left < 0:
+            raise PeerFault("packet ends inside a field")
+        return self.bits >> left & (1 << size_bits) - 1
+
+    def bit(self) -> int:
+        """The next bit; raises PeerFault if there is none."""
+        self.left = left = self.left - 1
+        if left < 0:
+            raise PeerFault("packet ends inside a field")
+        return self.bits >> left & 1
+
+    def padding_is_clean(self) -> bool:
+        """True if what is left is less than a byte, and zero."""
+        return self.left < 8 and self.take(self.left) == 0
+
+
+def width(n_values: int) -> int:
+    """Bits that tell ``n_values`` values apart: 1 -> 0, 2 -> 1, 5 -> 3."""
+    return (n_values - 1).bit_length()
 
 
 def rest_of(number: int) -> Bits:

@@ -1,25 +1,23 @@
 """Facts as bits: subject, attribute, value, and the uncertainty of a value that carries one.
 
 A number takes ``ceil(log2((max - min) / resolution + 1))`` bits, the rule of DCCL. One outside its range, or the one
-whose bits are all ones, stands exactly behind these, see ``exchange.codes``: nothing is ever sent as something else.
-A text is its length in bytes, then these in UTF-8.
-If an attribute declares a coarse grid, a bit before the value says whether it is a number of steps of that.
+whose bits are all ones, stands exactly behind these, see `exchange.wire.codes`: nothing is ever sent as something else.
+A text is its length in bytes, then these in UTF-8. What an attribute may carry beside is added by
+`exchange.wire.detail` and `exchange.wire.uncertainties`, where it declares that.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
-from functools import lru_cache
+from collections.abc import Callable, Collection, Sequence
+from functools import lru_cache, partial
 from typing import Any
 
-from exchange.bits import Reader
-from exchange.codes import LARGEST, Bits, read_beyond, whole
 from exchange.errors import ConfigurationError, PeerFault
-from exchange.names import AttributeNames, width
-from exchange.sizes import FieldSize, name_fields, value_lines
-from exchange.uncertainties import read_uncertainty, uncertainty_of
+from exchange.wire import detail, uncertainties
+from exchange.wire.codes import LARGEST, Bits, Reader, read_beyond, whole, width
+from exchange.wire.names import AttributeNames
+from exchange.wire.sizes import FieldSize, name_fields, value_lines
 from worldmodel import Attribute, Field, PropertyValue, TBox, Value, ValueKind
-from worldmodel.coarse import is_coarse
 from worldmodel.texts import bytes_of, text_of
 
 CACHED = 4096
@@ -50,6 +48,9 @@ class FactCodec:
             sum(field.size_bits for field in attribute.fields) if attribute.fields else width(count)
             for attribute, count in zip(tbox.attributes, self._counts, strict=True)
         ]
+        self._writers = [self._writer_of(attribute) for attribute in tbox.attributes]
+        self._readers = [self._reader_of(attribute) for attribute in tbox.attributes]
+        self._uncertain = {attribute.uid: attribute for attribute in tbox.attributes if attribute.uncertainty}
         self.of_all = lru_cache(maxsize=CACHED)(self._of_all)
         """``of_all(facts) -> (bits, size_bits)`` of several, each with a bit that says whether another follows."""
 
@@ -84,6 +85,8 @@ class FactCodec:
             FieldSize("fact", "subject", self.subject_bits, f"one of {self.n_instances} instances"),
             *name_fields(self.names),
             *value_lines(self._attributes, self._value_bits, self._n_values),
+            *detail.lines(self._attributes),
+            *uncertainties.lines(self._attributes),
             FieldSize("fact", "another follows", 1, "of all but own single facts"),
         ]
 
@@ -110,34 +113,36 @@ class FactCodec:
         subject, uid, value, sigma = fact
         if not 0 <= subject < self.n_instances:
             raise ConfigurationError(f"instance {subject} has no wire name, 0 to {self.n_instances - 1} have")
-        attribute = self._attributes[uid]
-        bits = subject << self.names.sizes[uid] | self.names.names[uid]
-        size_bits = self.subject_bits + self.names.sizes[uid]
-        if attribute.fields:
-            value_bits, value_size = _numbers(attribute.name, attribute.fields, value)
-            if attribute.coarse:
-                value_bits, value_size = _by_detail(attribute, value, value_bits, value_size)
-        elif attribute.most_bytes:
-            value_bits, value_size = _text(attribute, value, self._value_bits[uid])
-        else:
-            value_bits, value_size = self._choice(attribute, value), self._value_bits[uid]
-        bits, size_bits = bits << value_size | value_bits, size_bits + value_size
-        if attribute.uncertainty is not None:
-            uncertain, uncertain_bits = uncertainty_of(attribute, fact)
-            return bits << uncertain_bits | uncertain, size_bits + uncertain_bits
+        value_bits, value_size = self._writers[uid](value)
+        bits = (subject << self.names.sizes[uid] | self.names.names[uid]) << value_size | value_bits
+        size_bits = self.subject_bits + self.names.sizes[uid] + value_size
+        if uid in self._uncertain:
+            more, more_bits = uncertainties.written(self._uncertain[uid], sigma)
+            return bits << more_bits | more, size_bits + more_bits
         if sigma is not None:
-            raise ConfigurationError(f"{attribute.name}: its values carry no uncertainty, not {sigma}")
+            raise ConfigurationError(f"{self._attributes[uid].name}: its values carry no uncertainty, not {sigma}")
         return bits, size_bits
 
-    def _choice(self, attribute: Attribute, value: Value) -> int:
-        """The number of a value of those that an attribute may have."""
+    def _writer_of(self, attribute: Attribute) -> Callable[[Any], Bits]:
+        """``write(value) -> (bits, size_bits)`` of an attribute."""
+        if attribute.fields:
+            fine = partial(_numbers, attribute.name, attribute.fields)
+            if not attribute.coarse:
+                return fine
+            return detail.writer(attribute, fine, partial(_numbers, attribute.name, attribute.coarse))
+        if attribute.most_bytes:
+            return partial(_text, attribute, self._value_bits[attribute.uid])
+        return partial(self._choice, attribute)
+
+    def _choice(self, attribute: Attribute, value: Value) -> Bits:
+        """``(bits, size_bits)`` of a value of those that an attribute may have."""
         try:
             (number,) = attribute.encode(value)
         except ValueError as error:
             raise ConfigurationError(f"{attribute.name}: {error}") from None
         if number >= self._counts[attribute.uid]:
             raise ConfigurationError(f"{attribute.name}: {number} is outside 0..{self._counts[attribute.uid] - 1}")
-        return number
+        return number, self._value_bits[attribute.uid]
 
     # From bits -----------------------------------------------------------------------------------
 
@@ -163,42 +168,44 @@ class FactCodec:
         uid = self._short[name] if name < self._n_short else names.uid_of(name, take)
         if subject >= self.n_instances:
             raise PeerFault(f"instance {subject} is not one of {self.n_instances}")
-        attribute = self._attributes[uid]
-        value: Value
+        value = self._readers[uid](reader)
+        if uid in self._uncertain:
+            return PropertyValue(subject, uid, value, uncertainties.read(self._uncertain[uid], take))
+        return tuple.__new__(PropertyValue, (subject, uid, value, None))
+
+    def _reader_of(self, attribute: Attribute) -> Callable[[Reader], Value]:
+        """``read(reader) -> value`` of an attribute; raises PeerFault if what comes next cannot be one."""
         if not attribute.fields:
-            number = take(self._value_bits[uid])
-            if number >= self._counts[uid]:
-                raise PeerFault(f"{attribute.name}: {number} of {self._counts[uid]}")
-            if attribute.most_bytes:
-                value = _read_text(reader, attribute, number)
-            else:
-                value = bool(number) if attribute.kind is ValueKind.BOOLEAN else number
-        else:
-            fields = attribute.coarse if attribute.coarse and take(1) else attribute.fields
-            value = self._read_point(reader, *fields) if len(fields) == 2 else _read_number(reader, fields[0])
-        if attribute.uncertainty is None:
-            return tuple.__new__(PropertyValue, (subject, uid, value, None))
-        return PropertyValue(subject, uid, value, read_uncertainty(attribute, take))
+            return partial(self._read_choice, attribute, self._value_bits[attribute.uid], self._counts[attribute.uid])
+        fine = _number_reader(attribute.fields)
+        return detail.reader(fine, _number_reader(attribute.coarse)) if attribute.coarse else fine
 
     @staticmethod
-    def _read_point(reader: Reader, east: Field, north: Field) -> tuple[float, float]:
-        """The place that comes next; both numbers at once, unless one stands behind ones."""
-        north_bits = north.size_bits
-        both_bits = east.size_bits + north_bits
-        both, ones = reader.take(both_bits), (1 << north_bits) - 1
-        x, y = both >> north_bits, both & ones
-        if y != ones and x != (1 << east.size_bits) - 1:
-            return (east.grid.value_at(x), north.grid.value_at(y))
-        reader.left += both_bits
-        return (_read_number(reader, east), _read_number(reader, north))
+    def _read_choice(attribute: Attribute, size_bits: int, n_values: int, reader: Reader) -> Value:
+        """The text, or the value of those that an attribute may have, that comes next."""
+        number = reader.take(size_bits)
+        if number >= n_values:
+            raise PeerFault(f"{attribute.name}: {number} of {n_values}")
+        if attribute.most_bytes:
+            return _read_text(reader, attribute, number)
+        return bool(number) if attribute.kind is ValueKind.BOOLEAN else number
 
 
-def _by_detail(attribute: Attribute, value: Value, fine_bits: int, fine_size: int) -> Bits:
-    """``(bits, size_bits)`` of a number or a place behind a bit that says whether it is on the coarse grid."""
-    if not is_coarse(attribute, value):
-        return fine_bits, 1 + fine_size
-    bits, size_bits = _numbers(attribute.name, attribute.coarse, value)
-    return 1 << size_bits | bits, 1 + size_bits
+def _number_reader(fields: Sequence[Field]) -> Callable[[Reader], Value]:
+    """``read(reader) -> value`` of a number or a place."""
+    return partial(_read_point, fields[0], fields[1]) if len(fields) == 2 else partial(_read_number, fields[0])
+
+
+def _read_point(east: Field, north: Field, reader: Reader) -> tuple[float, float]:
+    """The place that comes next; both numbers at once, unless one stands behind ones."""
+    north_bits = north.size_bits
+    both_bits = east.size_bits + north_bits
+    both, ones = reader.take(both_bits), (1 << north_bits) - 1
+    x, y = both >> north_bits, both & ones
+    if y != ones and x != (1 << east.size_bits) - 1:
+        return (east.grid.value_at(x), north.grid.value_at(y))
+    reader.left += both_bits
+    return (_read_number(east, reader), _read_number(north, reader))
 
 
 def _numbers(name: str, fields: Sequence[Field], value: Value) -> Bits:
@@ -224,7 +231,7 @@ def _numbers(name: str, fields: Sequence[Field], value: Value) -> Bits:
     return bits, size_bits
 
 
-def _text(attribute: Attribute, value: Value, length_bits: int) -> Bits:
+def _text(attribute: Attribute, length_bits: int, value: Value) -> Bits:
     """``(bits, size_bits)`` of a text behind its length in bytes."""
     try:
         data = bytes_of(value, attribute.most_bytes)
@@ -246,7 +253,7 @@ def _refuse_no_number(name: str, value: object) -> None:
         raise TypeError(f"{name}: {value!r} is not a number")
 
 
-def _read_number(reader: Reader, field: Field) -> float:
+def _read_number(field: Field, reader: Reader) -> float:
     size_bits = field.size_bits
     steps = reader.take(size_bits)
     if steps == (1 << size_bits) - 1:

@@ -18,9 +18,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from exchange.codec import Codec
 from exchange.errors import ConfigurationError, PeerFault
-from exchange.fragmentcodec import EPOCH_BITS
+from exchange.wire.codec import Codec
+from exchange.wire.fragmentcodec import EPOCH_BITS
 from worldmodel import Attribute, Field
 
 Ints = npt.NDArray[np.int64]

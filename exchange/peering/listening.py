@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from exchange import ack
-from exchange.ageing import Ageing
 from exchange.blocks import Assembly, fragments_of, whole
-from exchange.holders import Holders
 from exchange.interests import Interests
 from exchange.ledger import Entry, Ledger
 from exchange.packets import Fragment, ItemUid, Met, Packet, Reception
-from exchange.peers import Peers
+from exchange.peering.holders import Holders
+from exchange.peering.peers import Ageing, Peers
+from exchange.peering.summaries import Summaries
 from exchange.policies import AckPolicy, may_send
-from worldmodel import Block, WorldModel
+from worldmodel import STATUS, Block, WorldModel
+from worldmodel.facts import MOST_ITEMS
 
 
 def _contradiction(fragment: Fragment, ledger: Ledger, assembly: Assembly) -> Block | None:
@@ -54,7 +55,7 @@ class Listener:
         ledger, interests, holders, peers, ageing: of this node.
         policy: the same at every vehicle.
         carrier_evidence: take a peer that carries an item as holding it.
-        heeds_summaries: believe summary vectors.
+        summaries: of this node, one of them at most.
         slot_list: attribute of slot lists: all pass them on under any policy, since who has the old one may be unable
             to hear its origin, with which it shares a slot.
     """
@@ -71,7 +72,7 @@ class Listener:
         ageing: Ageing,
         policy: AckPolicy,
         carrier_evidence: bool,
-        heeds_summaries: bool,
+        summaries: Sequence[Summaries],
         slot_list: int | None = None,
     ) -> None:
         self._me = me
@@ -85,7 +86,7 @@ class Listener:
         self._n_nodes = len(ledger.origins)
         self._repeat = policy.repeat
         self._carrier_evidence = carrier_evidence
-        self._heeds_summaries = heeds_summaries
+        self._summaries = summaries
         self._slot_list = slot_list
         self.assembly = Assembly()
 
@@ -121,18 +122,20 @@ class Listener:
         else:
             heeded, origins = self._peers.heed(packet, frame, *self._ageing.spoken_of(slot)), self._ledger.origins
             self._ageing.absorb(packet, slot, heeded, taken.content, self._carrier_evidence, origins)
-            for summary in packet.summary if self._heeds_summaries else ():
-                if summary.life not in self._holders.telling.silenced:
-                    lacked += self._holders.note(sender, summary)
-                    if not self._repeat:
-                        self._interests.adopt(self._holders.orphans(summary.life), state.believes, now_s)
+            for summaries in self._summaries:
+                for summary in packet.summary:
+                    if summary[:2] in self._holders.shared:
+                        continue
+                    lacked += summaries.note(sender, summary)
+                    if not self._repeat and self._peers.is_over(*summary[:2]):
+                        self._interests.adopt(self._holders.orphans(summary[:2]), state.believes, now_s)
         if begun or met is Met.BACK:
             self._catch_up(now_s)
         elif lacked:
             self.reopen(now_s)
         gained = [state.believes[peer] & ~before[peer] for peer in range(self._n_nodes)]
         gained[self._me] = 0
-        beliefs = tuple((peer, uid) for peer in range(self._n_nodes) for uid in self._ledger.uids(gained[peer]))
+        beliefs = tuple([(peer, uid) for peer, items in enumerate(gained) if items for uid in self._ledger.uids(items)])
         settled = self.settle() if beliefs else ()
         return Reception(
             slot, sender, tuple(taken.blocks), packet.signals, tuple(taken.items), beliefs, settled, tuple(taken.aside),
@@ -158,8 +161,12 @@ class Listener:
         noticed: list[tuple[int, bool]] = [(packet.sender, False)] if is_second else []
         if self._is_misquoted(packet):
             noticed.append((self._me, False))
-        lives = {(node, epoch) for node, epoch in enumerate(self._peers.epochs)}
-        noticed += [(one.origin, True) for one in packet.summary if one.is_alarm and one.life in lives]
+        epochs = self._peers.epochs
+        for summary in packet.summary:
+            if summary.highest >= MOST_ITEMS and summary.epoch == epochs[summary.origin]:  # an alarm
+                noticed.append((summary.origin, True))
+        if not noticed:
+            return None
         new = [node for node, by_alarm in noticed if self.doubt(node, packet.frame, now_s, by_alarm)]
         return new[0] if new else None
 
@@ -179,32 +186,34 @@ class Listener:
     def _is_misquoted(self, packet: Packet) -> bool:
         """True if a packet has items or summaries of this vehicle's life that it never told: another speaks as it."""
         own, n_told = (self._me, self._model.epoch), self._model.next_sequence
-        if any(one.life == own and one.beyond(n_told) for one in packet.summary):
-            return True
+        for summary in packet.summary:
+            if summary[:2] == own and summary.beyond(n_told):
+                return True
         return any(map(self._is_misquote, packet.fragments))
 
     def _is_misquote(self, fragment: Fragment) -> bool:
         """True for an item under the name of this vehicle, in its life, that it never told."""
-        own = (fragment.origin, fragment.epoch) == (self._me, self._model.epoch) and not fragment.is_status
-        return own and self._ledger.fragment(fragment.uid) != fragment
+        if fragment.origin != self._me or fragment.epoch != self._model.epoch or fragment.sequence == STATUS:
+            return False
+        return self._ledger.fragment(fragment.uid) != fragment
 
     def _lives_told(self, packet: Packet) -> list[tuple[int, int]]:
         """Nodes that are in another life than was known, by the packet's head and by items that are new here."""
         told = {packet.sender: packet.epoch}
         for one in packet.fragments:
             is_newer = one.origin not in told and one.origin != self._me and one.epoch > self._peers.epochs[one.origin]
-            if is_newer and not one.is_status and one.uid not in self._ledger:
+            if is_newer and one.sequence != STATUS and one.uid not in self._ledger:
                 told[one.origin] = one.epoch
         return [(node, epoch) for node, epoch in told.items() if epoch != self._peers.epochs[node]]
 
     def _take_in(self, packet: Packet, now_s: float) -> _Taken:
         """Take in the fragments of a packet."""
-        taken, silenced = _Taken(), self._holders.telling.silenced
+        taken, shared = _Taken(), self._holders.shared
         for fragment in packet.fragments:
-            if fragment.is_status:
-                taken.blocks.append(fragment.block)
+            if fragment.sequence == STATUS:
+                taken.blocks.append(Block(fragment.origin, STATUS, fragment.time_s, fragment.facts, fragment.epoch))
                 continue
-            uid, guid = fragment.uid, fragment.block.guid
+            uid, guid = fragment.uid, (fragment.origin, fragment.epoch, fragment.sequence)
             column = self._ledger.column(uid)
             if self._is_misquote(fragment):
                 taken.is_ambiguous = True
@@ -223,14 +232,14 @@ class Listener:
                 if block is not None:
                     taken.blocks.append(block)
                 taken.content |= 1 << column
-            elif guid[:2] in silenced and self._ledger.fragment(uid) != fragment:
+            elif guid[:2] in shared and self._ledger.fragment(uid) != fragment:
                 taken.is_ambiguous = True
             elif (other := _contradiction(fragment, self._ledger, self.assembly)) is not None:
                 is_in = self._model.arrived(other.guid) is not None
                 taken.blocks += [other] if is_in or self._interests.keeps(other, uid) else []
             elif self._ledger.fragment(uid) == fragment:
                 taken.content |= 1 << column
-                if (again := self._holders.come_again(guid)) is not None:
+                if self._holders.own.given_up and (again := self._holders.come_again(guid)) is not None:
                     taken.blocks.append(again)
                     taken.items += [self._ledger.uid(part) for part in self._ledger.parts_of(guid)]
         return taken
@@ -241,7 +250,8 @@ class Listener:
         if not self._repeat:
             self._interests.adopt(self._holders.orphans(), self._state.believes, now_s)
         self.reopen(now_s)
-        self._holders.telling.urge()
+        for summaries in self._summaries:
+            summaries.telling.urge()
 
     def reopen(self, now_s: float) -> None:
         """Send again what was settled and is lacked by somebody now."""

@@ -7,11 +7,7 @@ are numbered first. One number more, if there are others at all, says that the u
 from collections.abc import Callable, Collection
 
 from exchange.errors import PeerFault
-
-
-def width(n_values: int) -> int:
-    """Bits that tell ``n_values`` values apart: 1 -> 0, 2 -> 1, 5 -> 3."""
-    return (n_values - 1).bit_length()
+from exchange.wire.codes import width
 
 
 class AttributeNames:

@@ -1,55 +1,56 @@
-"""What bounds a queue: room, with the items outside of it; deadlines; and what is said no more."""
+"""What limits a queue: room, with the items outside of it; deadlines; and what is said no more.
+
+A queue is made without these. They are made when it is full, or when the first need comes that is served on other terms
+than plain ones.
+
+Of those that wait the least urgent makes room for a more urgent one; of equals, the one that was taken last. Where the
+newest is to go first, the one that was taken first makes room. What is to be acknowledged waits outside of the queue,
+and comes in once there is room: nothing that is to be acknowledged is lost.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from heapq import heappop, heappush
 
-from exchange.lines import Candidate
 from exchange.packets import ItemUid
-from exchange.values import Waiting
+from exchange.values import Candidate, Waiting
 from worldmodel import Terms
 
 
-class Bounds:
-    """Items that wait: so many at most, and of those whose need has a limit, no more than that.
-
-    Of those that wait the least urgent makes room for a more urgent one; of equals, the one that was taken last. Where
-    the newest is to go first, the one that was taken first makes room.
+class Limits:
+    """Items that wait: so many at most, and of those whose need has a limit, no more than that; and until when.
 
     Args:
-        limit: most items in all; None for no limit.
+        limit: most items in all, infinite for no limit.
+        waiting: items that wait already, in the order of taking.
     """
 
-    def __init__(self, limit: int | None) -> None:
-        self._limit = math.inf if limit is None else limit
-        self._items: dict[int, Candidate] = {}  # by column
+    def __init__(self, limit: float, waiting: Iterable[Candidate]) -> None:
+        self._limit = limit
+        self._n_items = 0
         self._levels: dict[int, dict[int, Candidate]] = {}  # by priority and column, in the order of taking
         self._limited: dict[int, dict[int, Candidate]] = {}  # by attribute and column, where the terms have a limit
         self._outside: dict[int | None, dict[int, Candidate]] = {}  # by attribute with a limit, and column
+        self._ended: dict[int, Terms] = {}  # by column, of what is said no more: the terms by which that is so
+        self._deadlines: list[tuple[float, int, Candidate]] = []
+        self._n_deadlines = 0
+        for candidate in waiting:
+            self.add(candidate)
 
-    def __len__(self) -> int:
-        return len(self._items)
-
-    def get(self, column: int) -> Candidate | None:
-        """The item of a column, if it is inside."""
-        return self._items.get(column)
-
-    def named(self, uid: ItemUid) -> Candidate | None:
-        """The item with that name, if it is inside; looks through all."""
-        return next((one for one in self._items.values() if one.uid == uid), None)
+    # Inside --------------------------------------------------------------------------------------
 
     def add(self, candidate: Candidate) -> None:
         """Let an item wait inside."""
-        self._items[candidate.column] = candidate
+        self._n_items += 1
         self._levels.setdefault(candidate.waiting.priority, {})[candidate.column] = candidate
         if candidate.terms.queue_limit is not None:
             self._limited.setdefault(candidate.about[1], {})[candidate.column] = candidate
 
     def remove(self, candidate: Candidate) -> None:
         """Let an item go that waits inside."""
-        del self._items[candidate.column]
+        self._n_items -= 1
         del self._levels[candidate.waiting.priority][candidate.column]
         if candidate.terms.queue_limit is not None:
             del self._limited[candidate.about[1]][candidate.column]
@@ -59,7 +60,7 @@ class Bounds:
         terms, priority = candidate.terms, candidate.waiting.priority
         rivals = self._limited.get(candidate.about[1], {})
         if terms.queue_limit is None or len(rivals) < terms.queue_limit:
-            if len(self._items) < self._limit:
+            if self._n_items < self._limit:
                 return None
             lowest = min(level for level, of_level in self._levels.items() if of_level)
             if lowest > priority:
@@ -97,7 +98,7 @@ class Bounds:
     def from_outside(self) -> Iterator[Candidate]:
         """Items for which there is room now, the longest outside first; each is to be added before the next."""
         for attribute, outside in self._outside.items():
-            while outside and len(self._items) < self._limit:
+            while outside and self._n_items < self._limit:
                 column, candidate = next(iter(outside.items()))
                 limit = candidate.terms.queue_limit
                 if attribute is not None and limit is not None and len(self._limited.get(attribute, ())) >= limit:
@@ -105,16 +106,11 @@ class Bounds:
                 del outside[column]
                 yield candidate
 
+    # Said no more --------------------------------------------------------------------------------
 
-class Ended:
-    """Items that are said no more, though not all who need them are known to hold them."""
-
-    def __init__(self) -> None:
-        self._terms: dict[int, Terms] = {}  # by column: by which that is so
-
-    def add(self, candidate: Candidate) -> None:
+    def end(self, candidate: Candidate) -> None:
         """An item is said no more."""
-        self._terms[candidate.column] = candidate.terms
+        self._ended[candidate.column] = candidate.terms
 
     def bars(self, column: int, waiting: Waiting, terms: Terms, now_s: float, is_new_need: bool) -> bool:
         """True if an item may not wait again: it is too old, or those who need it ask for no more than they had.
@@ -126,32 +122,26 @@ class Ended:
             now_s: the time (s).
             is_new_need: True if somebody needs it now who did not before.
         """
-        ended = self._terms.get(column)
+        ended = self._ended.get(column)
         if ended is None:
             return False
         is_served = terms == ended or (waiting.n_said > 0 and not terms.acknowledged)
         if (is_served and not is_new_need) or now_s > waiting.observed_s + terms.time_to_live_s:
             return True
-        del self._terms[column]
+        del self._ended[column]
         return False
 
+    # Deadlines -----------------------------------------------------------------------------------
 
-class Deadlines:
-    """Until when candidates may wait, the earliest first."""
-
-    def __init__(self) -> None:
-        self._heap: list[tuple[float, int, Candidate]] = []
-        self._n_added = 0
-
-    def add(self, candidate: Candidate) -> None:
-        """A candidate comes in that may have one."""
+    def set_deadline(self, candidate: Candidate) -> None:
+        """A candidate comes in that may wait only for some time."""
         if math.isfinite(candidate.terms.time_to_live_s):
-            self._n_added += 1
-            heappush(self._heap, (candidate.deadline_s, self._n_added, candidate))
+            self._n_deadlines += 1
+            heappush(self._deadlines, (candidate.deadline_s, self._n_deadlines, candidate))
 
-    def before(self, now_s: float) -> Iterator[Candidate]:
+    def overdue(self, now_s: float) -> Iterator[Candidate]:
         """Those that still wait and may not any more; each is to be let go of before the next."""
-        while self._heap and self._heap[0][0] < now_s:
-            at_s, _, candidate = heappop(self._heap)
+        while self._deadlines and self._deadlines[0][0] < now_s:
+            at_s, _, candidate = heappop(self._deadlines)
             if candidate.line is not None and candidate.deadline_s == at_s:
                 yield candidate

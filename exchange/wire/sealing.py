@@ -11,7 +11,7 @@ from the key of the fleet, a salt and its node. The nonce is slot, sender and ep
 
 No vehicle sends twice in one slot of one mission, so no nonce comes twice under one salt. A salt is drawn by the
 operating system for each run and for each process, so none comes twice under one key, whatever else is the same. The
-vehicles of a run share a salt. Those of several processes tell each other theirs, see ``exchange.introductions``.
+vehicles of a run share a salt. Those of several processes tell each other theirs, see ``exchange.wire.introductions``.
 Nothing that a run records depends on the bytes of a packet, so the same scenario and seed still give the same tables.
 """
 
@@ -87,7 +87,7 @@ class Checksum:
     """The checksum behind a packet.
 
     Args:
-        size_bits: 0 for none, 8, 16 or 32.
+        size_bits: 8, 16 or 32.
         fault: what a packet with another is said to be. Of encrypted bytes chance says whether the checksum or the tag
             finds the damage, so both say the same.
 
@@ -105,12 +105,10 @@ class Checksum:
 
     def added(self, data: bytes, frame: int) -> bytes:
         """A packet with its checksum behind it."""
-        return data + self._of(data, frame) if self._n_bytes else data
+        return data + self._of(data, frame)
 
     def stripped(self, data: bytes, frame: int) -> bytes:
         """A packet without its checksum; raises PeerFault if that is wrong."""
-        if not self._n_bytes:
-            return data
         told, crc = data[: -self._n_bytes], data[-self._n_bytes :]
         if self._of(told, frame) != crc:
             raise PeerFault(self._fault)

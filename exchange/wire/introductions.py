@@ -1,4 +1,4 @@
-"""How vehicles in processes of their own learn by which salt each other's packets open, see ``exchange.sealing``.
+"""How vehicles in processes of their own learn by which salt each other's packets open, see ``exchange.wire.sealing``.
 
 Each process draws a salt when it starts. It is two things at once: what its own packets are encrypted by, and what a
 peer has to repeat to show that it speaks now, as in RFC 8613, appendix B.2. A packet that tells it is an introduction;
@@ -22,10 +22,11 @@ from __future__ import annotations
 
 import hmac
 
-from exchange.codec import Codec
 from exchange.errors import ConfigurationError, PeerFault
+from exchange.packets import Head
 from exchange.schedule import TdmaSchedule
-from exchange.sealing import SALT_BYTES, derived
+from exchange.wire.codec import Codec
+from exchange.wire.sealing import SALT_BYTES, derived
 
 ECHO_BYTES = 4
 """Of a salt that is repeated: one introduction in 2**32 of another mission repeats that of a hearer by chance."""
@@ -105,7 +106,7 @@ class Introductions:
             del self._owed[peer]
         lacks = sum(1 << node for node in range(self._schedule.n_nodes) if self._lacks(node))
         place, frame = slot % self._schedule.n_slots, self._schedule.frame_of(slot)
-        body = self._codec.encode_head(self._me, frame, place=place).to_bytes(self._head_bytes, "big")
+        body = self._codec.encode_head(Head(self._me, 0, frame, place)).to_bytes(self._head_bytes, "big")
         body += self._salts[self._me] + lacks.to_bytes(self._lacks_bytes, "big")
         body += b"".join(bytes((peer,)) + self._claims[peer][:ECHO_BYTES] for peer in told)
         return body + self._tag(body, slot)

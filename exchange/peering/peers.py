@@ -1,4 +1,8 @@
-"""The peers of one vehicle: which life each is in, who is away, what its links lose, and whose word is doubted.
+"""The peers of one vehicle: what their packets acknowledge, which life each is in, who is away, what its links lose.
+
+*Ageing.* Each node has one slot in each frame, in the order of the nodes. A bit A[i][j] is about j's last packet before
+i's last slot, as ``exchange.ack`` has it. What is known of a node ages as its slot opens (`BySlots`): so a node and its
+peers mean the same packet by the same acknowledgement. Where slots are listed, see ``exchange.peering.turns``.
 
 *Lives.* A vehicle that begins anew has a higher epoch. What was believed of it is void when that epoch is heard. A
 third vehicle may not have heard of it and state by its matrix what the old life held. So of rows about a peer that
@@ -6,6 +10,12 @@ began anew only those are heeded whose senders are known to have heard the new e
 own row for the peer's last packet: at that time its epoch was not lower than the one known here. What such a vehicle
 states rests, in turn, on rows that it heeded by the same rule. An older epoch is refused; if it comes twice running,
 the newer one was damage.
+
+*Links.* Of the link from a peer to this vehicle a sample is each slot of the peer: heard or missed. Which slots a peer
+spoke in is known once it is heard again; a silence too long to be loss is no sample, for the peer was away. Of the link
+to a peer a sample is the bit by which the peer says whether it received this vehicle's last packet. It comes in packets
+that were heard, so it does not depend on the way back. Newer samples count more: a sample has the weight ``KEPT`` to
+the power of its age in samples, so an estimate follows a link within about 64 packets.
 
 *Absence.* A peer that is silent for longer than loss explains is parked: what it needs is not waited for. It is heard
 again, and catches up.
@@ -18,13 +28,17 @@ held the other for it. And of matrices it heeds until then only what senders say
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
 
-from exchange.ack import Acknowledgement, AckState
+from exchange import ack
+from exchange.ack import Acknowledgement, AckState, MutableWords, Words
+from exchange.arithmetic import log
 from exchange.errors import PeerFault
-from exchange.links import Estimate, PeerLinks
 from exchange.packets import Met, Packet
+from exchange.schedule import TdmaSchedule
 
 DOUBT_FRAMES = 16
 """Frames after the last sign of two vehicles in one slot before their name is trusted again."""
@@ -32,19 +46,164 @@ REPEATED_EPOCHS = 2
 """Packets in a row of an older epoch after which the newer one is taken for damage."""
 
 
-class Upkeep(NamedTuple):
-    """What a vehicle does beyond the policies of the paper.
+KEPT = 1.0 - 1.0 / 64.0
+"""What is left of the weight of a sample after the next one."""
+PRIOR_LOSS = 0.5
+"""Loss that is reckoned with before there is a sample; it counts as ``PRIOR_WEIGHT`` samples."""
+PRIOR_WEIGHT = 2.0
+UNLIKELY = 1e-3
+"""A silence of this probability, at the estimated loss, is taken for absence."""
+LOG_UNLIKELY = log(UNLIKELY)
+SHORTEST_SILENCE = 4
+"""Frames that a peer may be silent in any case."""
+
+
+class Link(NamedTuple):
+    """What is known of one directed link.
 
     Attributes:
-        summaries: it tells summary vectors.
-        parking: it does not wait for what peers need that are silent for too long.
+        p_loss: estimated share of lost packets; None without a sample.
+        n: samples that it rests on; the old ones of many hardly count.
     """
 
-    summaries: bool = True
-    parking: bool = True
+    p_loss: float | None
+    n: int
 
 
-USUAL_UPKEEP = Upkeep()
+class PeerLinks(NamedTuple):
+    """The two links between this vehicle and a peer.
+
+    Attributes:
+        incoming: from the peer to this vehicle.
+        outgoing: from this vehicle to the peer.
+    """
+
+    incoming: Link
+    outgoing: Link
+
+
+@dataclass(slots=True)
+class Estimate:
+    """Running estimate of the loss of one directed link.
+
+    >>> estimate = Estimate()
+    >>> estimate.add(3, 1)
+    >>> round(estimate.link.p_loss, 2), estimate.n, estimate.longest_silence
+    (0.74, 4, 17)
+    """
+
+    n: int = 0
+    _lost: float = 0.0
+    _weight: float = 0.0
+
+    def add(self, n_lost: int, n_heard: int) -> None:
+        """Take in so many losses and then so many packets that came through."""
+        for is_lost in (*(1.0,) * n_lost, *(0.0,) * n_heard):
+            self._lost = KEPT * self._lost + is_lost
+            self._weight = KEPT * self._weight + 1.0
+        self.n += n_lost + n_heard
+
+    @property
+    def link(self) -> Link:
+        """The estimate as a value."""
+        return Link(self._lost / self._weight if self.n else None, self.n)
+
+    @property
+    def longest_silence(self) -> int:
+        """Frames in a row that loss alone leaves empty with a probability below ``UNLIKELY``."""
+        p_loss = (self._lost + PRIOR_LOSS * PRIOR_WEIGHT) / (self._weight + PRIOR_WEIGHT)
+        return max(SHORTEST_SILENCE, math.ceil(LOG_UNLIKELY / log(p_loss)))
+
+
+class SpokenOf(NamedTuple):
+    """What the acknowledgements in a packet are about.
+
+    Attributes:
+        lasting: nodes, one bit each, of which the packet is still known that is meant.
+        is_asked: the own last packets are.
+        frame: of the packets that are meant, where it is the same for all.
+    """
+
+    lasting: int
+    is_asked: bool
+    frame: int | None = None
+
+
+class Ageing(Protocol):
+    """What is known of packets as time goes on."""
+
+    def open(self, slot: int) -> None:
+        """Time has come to a slot."""
+
+    def refuse(self, slot: int, sender: int, now_s: float) -> None:
+        """Raise PeerFault if a packet of that slot comes when it can no more be heeded, or not yet."""
+
+    def compose(self, slot: int, content: int, rows_out: MutableWords) -> None:
+        """Remember what the own packet carries, and write its acknowledgement bits."""
+
+    def spoken_of(self, slot: int) -> SpokenOf:
+        """What the acknowledgements in a packet of that slot are about."""
+
+    def absorb(
+        self, packet: Packet, slot: int, heeded: Words, content: int, carrier_evidence: bool, origins: Words
+    ) -> None:
+        """Learn from a packet that was heard.
+
+        Args:
+            packet: heard; slot: in which it was sent.
+            heeded: its acknowledgement bits that may be believed.
+            content: its items.
+            carrier_evidence, origins: as ``ack.absorb`` has them.
+        """
+
+
+class BySlots:
+    """Ages node by node.
+
+    Args:
+        me: own node index.
+        schedule: in which every node has one slot.
+        state: acknowledgement state of this node.
+        kind: acknowledgement of the policy.
+    """
+
+    def __init__(self, me: int, schedule: TdmaSchedule, state: AckState, kind: Acknowledgement) -> None:
+        self._me, self._n_nodes = me, schedule.n_nodes
+        self._schedule, self._state, self._kind = schedule, state, kind
+        self._next_slot = 0  # first slot that has not been opened
+        self._sent_slot: int | None = None
+
+    def open(self, slot: int) -> None:
+        """See `Ageing`."""
+        for k in range(self._next_slot, slot + 1):
+            ack.open_slot(self._kind, self._state, self._n_nodes, k % self._n_nodes)
+        self._next_slot = max(self._next_slot, slot + 1)
+
+    def refuse(self, slot: int, sender: int, now_s: float) -> None:
+        """See `Ageing`."""
+        if slot + self._n_nodes < self._next_slot:
+            raise PeerFault(f"a packet of node {sender} of slot {slot} arrives when its next slot is open")
+        own = slot - (slot - self._me) % self._n_nodes  # the last own slot before it
+        if own >= self._next_slot and self._schedule.start_s(own) > now_s:
+            raise PeerFault(f"a packet of slot {slot} arrives before the own slot {own} is open")
+
+    def compose(self, slot: int, content: int, rows_out: MutableWords) -> None:
+        """See `Ageing`."""
+        self._sent_slot = slot
+        ack.compose(self._kind, self._state, self._n_nodes, slot // self._n_nodes, self._me, (content,), rows_out)
+
+    def spoken_of(self, slot: int) -> SpokenOf:
+        """Of who has had a slot since a packet that comes late, the last packet is another than it speaks of."""
+        lasting = ~sum(1 << one % self._n_nodes for one in range(slot + 1, self._next_slot))
+        return SpokenOf(lasting, self._sent_slot is not None and 0 < slot - self._sent_slot < self._n_nodes)
+
+    def absorb(
+        self, packet: Packet, slot: int, heeded: Words, content: int, carrier_evidence: bool, origins: Words
+    ) -> None:
+        """See `Ageing`."""
+        n_nodes, sender, known = self._n_nodes, packet.sender, ((content,), origins)
+        frame = slot // n_nodes
+        ack.absorb(self._kind, carrier_evidence, self._state, n_nodes, frame, self._me, sender, heeded, *known)
 
 
 class Heard(NamedTuple):
@@ -123,6 +282,10 @@ class Peers:
         self._informed[node] = 1 << node | 1 << self._me
         self.forget(node)
 
+    def is_over(self, origin: int, epoch: int) -> bool:
+        """True if an origin is in another life, or away."""
+        return epoch != self.epochs[origin] or bool(self.away >> origin & 1)
+
     def _note_frame(self, sender: int, frame: int) -> bool:
         """Count what was missed since the last packet; True if the sender was away."""
         last, self._heard_frame[sender] = self._heard_frame[sender], frame
@@ -131,7 +294,7 @@ class Peers:
             incoming.add(0, 1)
         elif frame > last:
             n_missed = frame - last - 1
-            incoming.add(n_missed if n_missed <= 2 * incoming.longest_silence else 0, 1)
+            incoming.add(n_missed if n_missed == 0 or n_missed <= 2 * incoming.longest_silence else 0, 1)
         was_away = self._is_alone or bool(self.away >> sender & 1)
         self.away &= ~(1 << sender)
         self._is_alone = False
@@ -169,25 +332,28 @@ class Peers:
 
     # Absence -------------------------------------------------------------------------------------
 
-    def speak(self, frame: int, parks: bool = True) -> tuple[int, ...]:
-        """The own slot opens; return the peers that are parked from now on.
+    def park(self, frame: int) -> tuple[int, ...]:
+        """Park who is silent for too long as the own slot opens; return those that are parked from now on.
 
         Of whom nobody is heard, the silence says that this vehicle is deaf or far away: it parks none.
 
         Args:
             frame: TDMA frame of the slot.
-            parks: False if none is ever parked.
         """
         if self._since_frame is None:
             self._since_frame = frame
         parked = tuple(
-            node
-            for node in range(self._n_nodes)
-            if parks
-            and node != self._me
-            and not self.away >> node & 1
-            and frame - (self._heard_frame[node] or self._since_frame) > self._incoming[node].longest_silence
+            [
+                node
+                for node in range(self._n_nodes)
+                if node != self._me
+                and not self.away >> node & 1
+                and (n_silent := frame - (self._heard_frame[node] or self._since_frame)) > SHORTEST_SILENCE
+                and n_silent > self._incoming[node].longest_silence
+            ]
         )
+        if not parked:
+            return ()
         self.away |= sum(1 << node for node in parked)
         if self._n_nodes > 1 and self.away == (1 << self._n_nodes) - 1 & ~(1 << self._me):
             self.away, self._is_alone = 0, True

@@ -1,4 +1,7 @@
-"""Which items go into a packet, written once for the vehicles and for the policy study.
+"""Which items go into a packet of the policy study: the plain form of the rule by which the queue of a vehicle chooses.
+
+The study compiles it. `exchange.queueing.queue` chooses the same without looking at all that waits, and a test compares
+the two.
 
 In each of a node's own slots the weight of every candidate grows by the item's need priority, and the
 heaviest candidates that fit are sent. An item sent is in progress until its acknowledgement timer of one

@@ -1,0 +1,166 @@
+"""Summary vectors: what a vehicle holds of one origin, in a number and a short mask.
+
+The items of an origin and epoch are numbered without gaps. So what is held of them is the highest number up to which
+nothing lacks, and a mask of the few behind the first gap. Only whole blocks count: of one in parts, half is nothing. A
+vehicle that hears a summary believes of its sender just what it says: it holds what is named, and lacks the rest as far
+as the mask reaches. What lies farther on is left as it was believed.
+
+A summary that names more items than any origin can have is an alarm: two speak under that name, and what both numbered
+alike cannot be summed up.
+
+A summary goes where it pays: all of them, one after the other, once this vehicle has begun anew or has heard a peer
+that was away or has begun anew; and of one origin at a time what has changed since it was told, where a packet has room
+left.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+from exchange.ack import AckState
+from exchange.ledger import Holdings, Ledger, Life
+from exchange.packets import MASK_BITS, ItemUid, Summary
+from worldmodel.facts import MOST_ITEMS
+
+TIMES_TOLD = 2
+"""How often a summary is told, if nothing changes, since packets get lost."""
+FULL_MASK = (1 << MASK_BITS) - 1
+
+
+def summary_of(life: Life, held: int) -> Summary:
+    """What is held of an origin in an epoch.
+
+    >>> summary_of((2, 0), 0b1011)
+    Summary(origin=2, epoch=0, highest=1, mask=1)
+
+    Args:
+        life: the origin and its epoch.
+        held: its blocks that are held, one bit for each sequence.
+    """
+    n_first = (~held & held + 1).bit_length() - 1
+    return Summary(*life, n_first - 1, held >> n_first + 1 & FULL_MASK)
+
+
+class Telling:
+    """Which summaries one vehicle tells, and when.
+
+    Args:
+        holdings: of the vehicle.
+        size_bits: of a summary on the wire.
+    """
+
+    def __init__(self, holdings: Holdings, size_bits: Callable[[Summary], int]) -> None:
+        self._holdings = holdings
+        self._size_bits = size_bits
+        self._due: dict[Life, None] = {}
+        self._told: dict[Life, tuple[Summary, int]] = {}  # and how often
+        self.silenced: set[Life] = set()
+        """Lives that two vehicles share; no summary is told of them, but alarms."""
+        self._alarms: dict[Life, None] = {}
+
+    def silence(self, life: Life, by_alarm: bool) -> None:
+        """Two vehicles share a life: tell no summary of it, but an alarm, unless another one has told ``by_alarm``."""
+        self.silenced.add(life)
+        if not by_alarm:
+            self._alarms[life] = None
+
+    def urge(self, *lives: Life) -> None:
+        """Tell what is held of these, or of all if none is named, as soon as there is room."""
+        self._due |= dict.fromkeys(lives or sorted(self._holdings.held))
+
+    def urgent(self, room_bits: int) -> tuple[Summary, ...]:
+        """The summaries that are due and fit, one at least; the others are due in the next packet."""
+        said: list[Summary] = []
+        for life in (*self._alarms, *self._due):
+            is_alarm = life in self._alarms
+            if life in self.silenced and not is_alarm:
+                self._due.pop(life, None)
+                continue
+            summary = Summary(*life, MOST_ITEMS, 0) if is_alarm else summary_of(life, self._holdings.held.get(life, 0))
+            room_bits -= self._size_bits(summary)
+            if room_bits < 0 and said:
+                break
+            self._alarms.pop(life, None)
+            self._take(life, summary, said)
+        return tuple(said)
+
+    def spare(self, room_bits: int) -> tuple[Summary, ...]:
+        """One summary that says more than when it was told last, or was not told often enough, if it fits.
+
+        What says that a block was given up is told until that comes again: whoever is to say it may have missed it.
+        """
+        said: list[Summary] = []
+        for life in self._longest_ago():
+            summary = summary_of(life, self._holdings.held.get(life, 0))
+            given_up = self._holdings.given_up.get(life, ())
+            is_asked_for = any(summary.holds(sequence) is False for sequence in given_up)
+            is_known = self._told.get(life) == (summary, TIMES_TOLD) and not is_asked_for
+            if life not in self.silenced and not is_known and self._size_bits(summary) <= room_bits:
+                self._take(life, summary, said)
+                break
+        return tuple(said)
+
+    def _longest_ago(self) -> Iterator[Life]:
+        """What is held of, in the order in which it was told: first what never was."""
+        yield from (life for life in sorted(self._holdings.held) if life not in self._told)
+        yield from tuple(self._told)
+
+    def _take(self, life: Life, summary: Summary, said: list[Summary]) -> None:
+        self._due.pop(life, None)
+        before, times = self._told.pop(life, (summary, 0))
+        self._told[life] = summary, min(times + 1, TIMES_TOLD) if before == summary else 1
+        said.append(summary)
+
+
+class Summaries:
+    """The summaries that one vehicle tells and hears; a vehicle without them does not have it.
+
+    Args:
+        state: acknowledgement state of this node.
+        ledger: of this node.
+        holdings: of this node.
+        size_bits: of a summary on the wire.
+    """
+
+    def __init__(
+        self, state: AckState, ledger: Ledger, holdings: Holdings, size_bits: Callable[[Summary], int]
+    ) -> None:
+        self._state = state
+        self._ledger = ledger
+        self.telling = Telling(holdings, size_bits)
+        """Which of them it tells."""
+        self._noted: dict[int, dict[Life, Summary]] = {}  # by peer
+
+    def take(self, uid: ItemUid, column: int) -> None:
+        """An item is new to this vehicle: a peer that told that it holds it need not be told."""
+        for peer, noted in self._noted.items():
+            summary = noted.get((uid.origin, uid.epoch))
+            if summary is not None and summary.holds(uid.sequence):
+                self._state.believes[peer] |= 1 << column
+
+    def forget(self, *peers: int) -> None:
+        """What these have told, or all if none is named, counts no longer."""
+        for peer in peers or tuple(self._noted):
+            self._noted.pop(peer, None)
+
+    def note(self, sender: int, summary: Summary) -> list[int]:
+        """Believe what a peer says it holds, and no more; return the columns that it turns out to lack.
+
+        Args:
+            sender: of the summary.
+            summary: one of its own.
+        """
+        noted, life = self._noted.setdefault(sender, {}), summary[:2]
+        known, noted[life] = noted.get(life), summary
+        first = known.highest + 1 if known is not None and known.highest <= summary.highest else 0
+        believes, lacked = self._state.believes, list[int]()
+        for sequence in self._ledger.blocks_from(life, first, summary.end):
+            guid = (*life, sequence)
+            columns = self._ledger.parts_of(guid)
+            items = sum([1 << column for column in columns])
+            if summary.holds(sequence):
+                believes[sender] |= items
+            elif believes[sender] & items == items and self._ledger.is_whole(guid):
+                believes[sender] &= ~items
+                lacked += columns
+        return lacked

@@ -1,0 +1,518 @@
+"""What waits to be said: the open items of a vehicle, and the newest value of each status, in one weighted queue.
+
+What goes into a packet is the most valuable that fits, again and again, and of equals the lower item UID, items before
+statuses; the policy study chooses by the same rule, and a test compares the two. That takes no look at all that waits.
+Candidates that keep their order while they wait stand in one *line*, see `exchange.values`; a slot compares the heads
+of the lines, and takes from them until nothing more fits. It costs as much as there are lines, and as it sends.
+
+A candidate too large for the room left is passed over. A line holds candidates of about one size, so if more than
+``LOOK_PAST`` of it do not fit, the rest is taken not to fit either. Where candidates of a line have one size exactly,
+that is so; in a packed form they differ by some bits, and one that would have fitted may be missed.
+
+A queue is limited once it is full or a need asks for it, see `exchange.queueing.limits`. What does not go in, or has to
+make room, is told by an `Expiry`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Hashable
+from heapq import heapify, heappop, heappush
+from typing import Protocol
+
+from exchange.packets import Fragment, ItemUid, StatusUid
+from exchange.queueing.limits import Limits
+from exchange.queueing.reasons import Expired, Expiry, Unsaid
+from exchange.values import ADDITIVE, STATUS_COLUMN, Candidate, Moment, ValueRule, Waiting
+from worldmodel import PLAIN, Terms
+
+SLACK = 16
+"""Stale entries of a line, beside as many as there are candidates in it, before it is rebuilt."""
+LOOK_PAST = 3
+"""Candidates of one line that may not fit before the rest of it is left."""
+
+Head = tuple[float, tuple[int, ...], Candidate]
+"""Value, highest first by its sign; what orders equals; candidate."""
+Entry = tuple[float, tuple[int, ...], int, Candidate]
+"""Rank, lowest first; what orders equals; version; candidate."""
+
+
+class Line:
+    """Candidates that keep their order while they wait, the best first.
+
+    Attributes:
+        key: of the line in its queue.
+        priority: of all of them.
+        about: subject and attribute, of a line with a blackout.
+        blackout_s: least time between two packets with values about it.
+        shared: what a line is valued by that waits as one; None if each candidate waits for itself.
+    """
+
+    __slots__ = ("_entries", "about", "blackout_s", "key", "n_repeated", "n_waiting", "priority", "shared")
+
+    def __init__(self, key: Hashable, priority: int, about: tuple[int, int], blackout_s: float) -> None:
+        self.key = key
+        self.priority = priority
+        self.about = about
+        self.blackout_s = blackout_s
+        self.shared: Waiting | None = None
+        self.n_waiting = 0
+        self.n_repeated = 0
+        self._entries: list[Entry] = []
+
+    def add(self, candidate: Candidate, rank: float) -> None:
+        """Let a candidate wait here, before those of lower rank."""
+        candidate.version += 1
+        candidate.line = self.key
+        self.n_waiting += 1
+        self.n_repeated += candidate.is_repeated
+        heappush(self._entries, (-rank, candidate.tie, candidate.version, candidate))
+
+    def remove(self, candidate: Candidate) -> None:
+        """Take a candidate out, wherever it stands."""
+        candidate.version += 1
+        candidate.line = None
+        self.n_waiting -= 1
+        self.n_repeated -= candidate.is_repeated
+        if len(self._entries) > 2 * self.n_waiting + SLACK:
+            self._entries = [entry for entry in self._entries if entry[2] == entry[3].version]
+            heapify(self._entries)
+
+    def head(self) -> Candidate | None:
+        """The best of those that are not passed over; None if there is none."""
+        entries = self._entries
+        while entries and entries[0][2] != entries[0][3].version:
+            heappop(entries)
+        return entries[0][3] if entries else None
+
+    def pass_over(self) -> Entry:
+        """Look at the next one instead of the head; what is returned is to be put back."""
+        return heappop(self._entries)
+
+    def put_back(self, entry: Entry) -> None:
+        """Look at one again that was passed over."""
+        heappush(self._entries, entry)
+
+
+class Room(Protocol):
+    """A packet that is being filled."""
+
+    def add(self, fragment: Fragment) -> bool:
+        """Put a fragment in; False if it does not fit: then nothing has changed."""
+
+
+class Lines:
+    """The lines of one vehicle.
+
+    Args:
+        rule: says what is worth most.
+    """
+
+    def __init__(self, rule: ValueRule) -> None:
+        self._rule = rule
+        self._lines: dict[Hashable, Line] = {}
+        self._said_s: dict[tuple[int, int], float] = {}  # by subject and attribute, where the terms have a blackout
+
+    @property
+    def n_waiting(self) -> int:
+        """How many candidates stand in them."""
+        return sum(line.n_waiting for line in self._lines.values())
+
+    def barred(self, moment: Moment, above: float) -> Counter[Unsaid]:
+        """How many of those that wait may not go at that moment, by the reason.
+
+        Args:
+            moment: of the own slot.
+            above: only what has a higher priority goes.
+        """
+        reasons = Counter[Unsaid]()
+        for line in self._lines.values():
+            if line.n_waiting and (reason := self.bar(line, moment.now_s, above)) is not None:
+                reasons[reason] += line.n_waiting
+        return reasons
+
+    def bar_of(self, candidate: Candidate, now_s: float, above: float) -> Unsaid | None:
+        """Why nothing of the line of a candidate may go; None if it may."""
+        return self.bar(self._lines[candidate.line], now_s, above)
+
+    def bar(self, line: Line, now_s: float, above: float) -> Unsaid | None:
+        """Why nothing of a line may go; None if it may."""
+        if line.priority <= above:
+            return Unsaid.COVERT
+        is_blacked_out = line.blackout_s > 0.0 and now_s - self._said_s.get(line.about, -math.inf) < line.blackout_s
+        return Unsaid.BLACKOUT if is_blacked_out else None
+
+    def choose(self, room: Room, moment: Moment, above: float) -> tuple[list[Candidate], Counter[Unsaid]]:
+        """Fill a packet; returns what goes, the most valuable first, and how many do not go, by the reason.
+
+        Args:
+            room: the packet.
+            moment: of the own slot.
+            above: only what has a higher priority goes.
+        """
+        unsaid = Counter[Unsaid]()
+        heads, n_waiting, n_repeated = self._heads(moment, above, unsaid)
+        passed: dict[Hashable, list[tuple[Line, Entry]]] = {}
+        n_passed = n_too_large = 0
+        chosen: list[Candidate] = []
+        while heads:
+            _, _, candidate = heappop(heads)
+            line = self._lines[candidate.line]
+            entry = line.pass_over()
+            if room.add(candidate.fragment):
+                chosen.append(candidate)
+                n_too_large = n_passed
+                if line.shared is not None:
+                    line.shared.note_said(moment)
+            else:
+                n_passed += 1
+                of_line = passed.setdefault(line.key, [])
+                of_line.append((line, entry))
+                if len(of_line) > LOOK_PAST:
+                    continue
+            self._compare(heads, line, moment)
+        for line, entry in (one for of_line in passed.values() for one in of_line):
+            line.put_back(entry)
+        for candidate in chosen:
+            if candidate.terms.blackout_s:
+                self._said_s[candidate.about] = moment.now_s
+        n_unsaid = n_waiting - len(chosen) - n_too_large
+        n_repeated = min(n_unsaid, n_repeated - sum(one.is_repeated for one in chosen))
+        counts = (
+            (Unsaid.TOO_LARGE, n_too_large),
+            (Unsaid.WAITING, n_repeated),
+            (Unsaid.LOWER_VALUE, n_unsaid - n_repeated),
+        )
+        unsaid.update({reason: n for reason, n in counts if n})
+        return chosen, unsaid
+
+    def _heads(self, moment: Moment, above: float, unsaid: Counter[Unsaid]) -> tuple[list[Head], int, int]:
+        """Heads of the lines that may go, how many wait in these, and how many of them have been said before."""
+        heads: list[Head] = []
+        n_waiting = n_repeated = 0
+        for line in list(self._lines.values()):
+            if line.n_waiting == 0:
+                if line.shared is None:
+                    del self._lines[line.key]
+            elif (reason := self.bar(line, moment.now_s, above)) is not None:
+                unsaid[reason] += line.n_waiting
+            else:
+                n_waiting += line.n_waiting
+                n_repeated += line.n_repeated
+                self._compare(heads, line, moment)
+        return heads, n_waiting, n_repeated
+
+    def _compare(self, heads: list[Head], line: Line, moment: Moment) -> None:
+        """Let the head of a line compete with the others."""
+        head = line.head()
+        if head is not None:
+            value = self._rule.value(line.shared or head.waiting, moment)
+            heappush(heads, (-value, head.tie, head))
+
+    def remove(self, candidate: Candidate) -> None:
+        """Take a candidate out of the line in which it stands."""
+        self._lines[candidate.line].remove(candidate)
+
+    def place(self, candidate: Candidate, n_slots: int) -> None:
+        """Put a candidate where it belongs.
+
+        Args:
+            candidate: stands in no line.
+            n_slots: own slots so far.
+        """
+        waiting, terms, about = candidate.waiting, candidate.terms, candidate.about
+        place = None if terms.newest_first else self._rule.place(waiting)
+        which = about if terms.blackout_s else None
+        key: Hashable
+        if terms.newest_first:
+            key, rank = (waiting.priority, which, terms.blackout_s, "newest", about[1]), waiting.observed_s
+        elif place is None:
+            key, rank = (waiting.priority, which, terms.blackout_s, "alone", candidate.tie), 0.0
+        else:
+            key, rank = (waiting.priority, which, terms.blackout_s, candidate.size_bits, place.group), place.rank
+        line = self._lines.get(key)
+        if line is None:
+            line = self._lines[key] = Line(key, waiting.priority, about, terms.blackout_s)
+            if terms.newest_first:
+                line.shared = Waiting(waiting.priority, waiting.observed_s, waiting.since_s, n_slots)
+                line.shared.time_to_live_s = terms.time_to_live_s
+        line.add(candidate, rank)
+
+
+class Queue:
+    """The candidates of one vehicle for its next packet.
+
+    Args:
+        rule: says what is worth most.
+        limit: most items that wait in it.
+
+    Attributes:
+        open: item set of those that wait, outside of the queue too.
+        unsaid: how many candidates were not said in the last own slot, by the reason.
+    """
+
+    def __init__(self, rule: ValueRule = ADDITIVE, limit: int | None = None) -> None:
+        self._lines = Lines(rule)
+        self._items: dict[int, Candidate] = {}  # by column, in the order of taking
+        self._limit = math.inf if limit is None else limit
+        self._limits: list[Limits] = []  # one of them, once there is something to limit
+        self._status: dict[tuple[int, int], Candidate] = {}  # by subject and attribute
+        self._n_status = 0
+        self._n_slots = 0
+        self._expired: list[Expiry] = []
+        self.open = 0
+        self.unsaid: Counter[Unsaid] = Counter()
+
+    def __len__(self) -> int:
+        """How many items wait in it."""
+        return len(self._items)
+
+    # What comes in -------------------------------------------------------------------------------
+
+    def take(
+        self,
+        column: int,
+        fragment: Fragment,
+        waiting: Waiting,
+        size_bits: int,
+        terms: Terms = PLAIN,
+        now_s: float = 0.0,
+        is_new_need: bool = False,
+    ) -> None:
+        """Let an item wait; where there is no room, one of those that wait makes room, or it does.
+
+        What is said no more waits again if somebody comes to need it, or other terms ask for more, while it is of use.
+
+        Args:
+            column: of the item.
+            fragment: the item.
+            waiting: what is known from when it waited before.
+            size_bits: about its size.
+            terms: of those who need it.
+            now_s: the time (s).
+            is_new_need: True if somebody needs it now who did not before.
+        """
+        self._heed(terms)
+        for limits in self._limits:
+            if limits.bars(column, waiting, terms, now_s, is_new_need):
+                return
+        uid = fragment.uid
+        candidate = Candidate(uid, fragment, column, waiting, terms, (0, *uid), size_bits)
+        waiting.time_to_live_s = terms.time_to_live_s
+        waiting.resume(self._n_slots)
+        self.open |= 1 << column
+        self._let_in(candidate, now_s)
+
+    def take_status(self, fragment: Fragment, priority: int, size_bits: int, terms: Terms = PLAIN) -> None:
+        """Let the newest value of a status wait in place of the older one, with the weight that this has gained."""
+        self._heed(terms)
+        about = fragment.facts[0].subject, fragment.facts[0].attribute
+        uid = StatusUid(fragment.origin, fragment.time_s, *about)
+        candidate = self._status.get(about)
+        if candidate is None:
+            tie, self._n_status = (1, self._n_status), self._n_status + 1
+            candidate = Candidate(uid, fragment, STATUS_COLUMN, Waiting(priority), terms, tie, size_bits)
+            candidate.waiting.resume(self._n_slots)
+            candidate.waiting.since_s = fragment.time_s
+            self._status[about] = candidate
+        elif candidate.line is not None:
+            self._leave(candidate)
+            self._tell(candidate, Expired.SUPERSEDED, fragment.time_s)
+        candidate.uid, candidate.fragment, candidate.size_bits, candidate.terms = uid, fragment, size_bits, terms
+        (waiting := candidate.waiting).resume(self._n_slots)
+        waiting.priority, waiting.observed_s, waiting.n_said = priority, fragment.time_s, 0
+        waiting.time_to_live_s = terms.time_to_live_s
+        self._place(candidate)
+
+    def drop_status(self, about: tuple[int, int], now_s: float) -> None:
+        """Nobody needs a status any more, by subject and attribute."""
+        candidate = self._status.pop(about, None)
+        if candidate is not None and candidate.line is not None:
+            self._leave(candidate)
+            self._tell(candidate, Expired.NOT_NEEDED, now_s)
+
+    def drop(self, column: int) -> None:
+        """Let an item wait no longer; what it has gained counts if it comes in again."""
+        if self.open >> column & 1:
+            self.open ^= 1 << column
+            self._withdraw(column)
+
+    def revalue(self, column: int, priority: int, terms: Terms, now_s: float = 0.0) -> None:
+        """Another priority, or other terms, hold for an item that waits, inside or outside of the queue."""
+        self._heed(terms)
+        candidate = self._items.get(column)
+        for limits in self._limits:
+            candidate = candidate or limits.outside(column)
+        if candidate is None or (priority, terms) == (candidate.waiting.priority, candidate.terms):
+            return
+        self._withdraw(column)
+        candidate.waiting.priority, candidate.terms = priority, terms
+        candidate.waiting.time_to_live_s = terms.time_to_live_s
+        self._let_in(candidate, now_s)
+
+    def _heed(self, terms: Terms) -> None:
+        """Have limits from now on, if the queue is full or these terms ask for more than plain ones do."""
+        if not self._limits and (len(self._items) >= self._limit or (terms is not PLAIN and terms != PLAIN)):
+            self._limits.append(Limits(self._limit, self._items.values()))
+
+    # What goes out -------------------------------------------------------------------------------
+
+    def choose(self, room: Room, now_s: float, above: float = 0) -> list[Candidate]:
+        """Fill a packet; returns what goes, the most valuable first.
+
+        Args:
+            room: the packet.
+            now_s: when the own slot opens.
+            above: only what has a higher priority goes.
+        """
+        self._update(now_s)
+        self._n_slots += 1
+        moment = Moment(now_s, self._n_slots)
+        chosen, unsaid = self._lines.choose(room, moment, above)
+        self._note_unsaid(unsaid, not chosen)
+        for candidate in chosen:
+            self._note_said(candidate, moment)
+        return chosen
+
+    def stays_silent(self, now_s: float, above: float) -> bool:
+        """True if nothing waits that may go now: of a higher priority than ``above``, and not in a blackout."""
+        self._update(now_s)
+        barred = self._lines.barred(Moment(now_s, self._n_slots), above)
+        is_silent = barred.total() == self._lines.n_waiting
+        self._note_unsaid(barred, True)
+        return is_silent
+
+    def _note_unsaid(self, reasons: Counter[Unsaid], is_empty: bool) -> None:
+        """Keep why what waits was not said; ``is_empty`` if nothing was."""
+        self.unsaid = reasons
+        n_outside = sum(limits.n_outside for limits in self._limits)
+        if n_outside:
+            reasons[Unsaid.OVERFLOW] = n_outside
+        elif is_empty and not reasons:
+            reasons[Unsaid.NOTHING_OPEN] = 1
+
+    def _update(self, now_s: float) -> None:
+        """Let in what waits outside and has room now, and let go of what is too old."""
+        for limits in self._limits:
+            for candidate in limits.from_outside():
+                self._enter(candidate)
+            for candidate in limits.overdue(now_s):
+                self._expire(candidate, now_s)
+
+    def take_expired(self) -> tuple[Expiry, ...]:
+        """What has come to be said no more since this was asked last."""
+        expired, self._expired = tuple(self._expired), []
+        return expired
+
+    def why_unsaid(self, uid: ItemUid, now_s: float, above: float = 0) -> Unsaid | None:
+        """Why an item that waits was not said in the last own slot; None if it was said, or does not wait.
+
+        It looks through all that waits: for questions, not for every slot.
+
+        Args:
+            uid: of the item.
+            now_s: when that slot opened.
+            above: what ``choose`` was given.
+        """
+        if any(limits.is_outside(uid) for limits in self._limits):
+            return Unsaid.OVERFLOW
+        candidate = next((one for one in self._items.values() if one.uid == uid), None)
+        if candidate is None or candidate.line is None or candidate.waiting.since_slot == self._n_slots > 0:
+            return None
+        plain = Unsaid.WAITING if candidate.is_repeated else Unsaid.LOWER_VALUE
+        return self._lines.bar_of(candidate, now_s, above) or plain
+
+    # Coming and going ----------------------------------------------------------------------------
+
+    def _let_in(self, candidate: Candidate, now_s: float) -> None:
+        """Let an item in, or one out for it."""
+        for limits in self._limits:
+            victim = limits.rival(candidate)
+            if victim is not candidate:
+                self._enter(candidate)
+            if victim is not None:
+                self._put_out(victim, limits, now_s)
+            return
+        self._enter(candidate)
+
+    def _put_out(self, victim: Candidate, limits: Limits, now_s: float) -> None:
+        """Let an item make room: it waits outside if it is to be acknowledged, else it is said no more."""
+        if victim.line is not None:
+            self._let_go(victim)
+        if victim.terms.acknowledged:
+            limits.put_outside(victim)
+        else:
+            self._end(victim)
+        self._tell(victim, Expired.OVERFLOW, now_s, comes_back=victim.terms.acknowledged)
+
+    def _enter(self, candidate: Candidate) -> None:
+        """Put an item among those that wait."""
+        self._items[candidate.column] = candidate
+        for limits in self._limits:
+            limits.add(candidate)
+        candidate.waiting.resume(self._n_slots)
+        self._place(candidate)
+
+    def _place(self, candidate: Candidate) -> None:
+        """Put a candidate that comes in into its line, and note until when it may wait."""
+        self._lines.place(candidate, self._n_slots)
+        for limits in self._limits:
+            limits.set_deadline(candidate)
+
+    def _withdraw(self, column: int) -> None:
+        """Take an item from among those that wait, inside or outside of the queue."""
+        if (candidate := self._items.get(column)) is not None:
+            self._let_go(candidate)
+            return
+        for limits in self._limits:
+            limits.forget_outside(column)
+
+    def _let_go(self, candidate: Candidate) -> None:
+        """Take an item out of the queue."""
+        del self._items[candidate.column]
+        for limits in self._limits:
+            limits.remove(candidate)
+        self._leave(candidate)
+
+    def _leave(self, candidate: Candidate) -> None:
+        candidate.waiting.halt(self._n_slots)
+        if candidate.line is not None:
+            self._lines.remove(candidate)
+
+    def _end(self, candidate: Candidate) -> None:
+        """An item is said no more for good."""
+        self.open &= ~(1 << candidate.column)
+        for limits in self._limits:
+            limits.end(candidate)
+
+    def _note_said(self, candidate: Candidate, moment: Moment) -> None:
+        """It has been said: it waits again from 0, if it is to be acknowledged."""
+        if candidate.column == STATUS_COLUMN:
+            self._lines.remove(candidate)
+            candidate.waiting.note_said(moment)
+        elif candidate.terms.acknowledged:
+            self._lines.remove(candidate)
+            candidate.waiting.note_said(moment)
+            self._lines.place(candidate, self._n_slots)
+        else:
+            self._let_go(candidate)
+            candidate.waiting.note_said(moment)
+            self._end(candidate)
+            self._tell(candidate, Expired.SAID_ONCE, moment.now_s)
+
+    # Reasons -------------------------------------------------------------------------------------
+
+    def _expire(self, candidate: Candidate, now_s: float) -> None:
+        """Let go of what is older than its time to live."""
+        if candidate.column == STATUS_COLUMN:
+            self._leave(candidate)
+            candidate.waiting.credit = 0
+        else:
+            self._let_go(candidate)
+            self._end(candidate)
+        self._tell(candidate, Expired.TIME_TO_LIVE, now_s)
+
+    def _tell(self, candidate: Candidate, reason: Expired, now_s: float, comes_back: bool = False) -> None:
+        latency_s = now_s - candidate.fragment.time_s
+        self._expired.append(Expiry(candidate.uid, reason, latency_s, comes_back))

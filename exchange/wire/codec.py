@@ -1,0 +1,534 @@
+"""Packets as bits, by field tables that follow from the TBox.
+
+Layout, most significant bit first (sizes in bits; ``w(n) = ceil(log2 n)``)::
+
+    packet    head | acknowledgements (bits that the policy's kind says are carried) | sections | 111 | zeros to a byte
+              [| tag 32] [| checksum 8, 16 or 32], see `exchange.wire.sealing`; with a tag all behind the head is
+              encrypted
+    head      definition hash 8 | sender w(nodes) | epoch 2 | frame mod 4 2 [| slot w(slots) | packets - 1 w(slots)]
+              [| zeros to a byte]; in brackets first what a slot list needs, then what encryption does
+    section   0 age, fact, sequence: an own fragment that is a whole block of a single fact
+              100 age, part, facts, sequence: any other own fragment
+              101 origin w(nodes), epoch 2, age, part, facts, sequence: a relayed fragment
+              1100 role w(instances), value 8 (two's complement): an influence signal
+              1101 origin w(nodes), epoch 2, highest + 1 w(items), mask 8: a summary of what the sender holds
+    part      part of a larger block 1 [index 4, count - 1 4]
+    facts     fact | another follows 1 [fact | another follows 1 ...]
+    fact      subject w(instances) | attribute w(those exchanged + 1), another's is longer | value
+              [| uncertain 1 [| uncertainty]]
+
+What a packet has not costs it nothing. One that was cut short anywhere lacks its end, and is refused.
+An age counts from the start of the slot that the head names; `exchange.wire.codes` has its code and that of sequences.
+Of one origin and epoch the first sequence in a packet is written as it is, the others by the step from the one before.
+A status has no sequence, and no bit says so: a whole block is one if, and only if, all its attributes are latest-only.
+Relayed is what is not of the sender in its present epoch. A value out of range is sent exactly, in more bits.
+
+The hash covers the TBox and every width in 32 bits, of which the packet of frame k carries byte k mod 4: two vehicles
+with different definitions notice it within four frames, see ``exchange.wire.definitions``. The byte is crossed with the
+higher bits of the frame, so that a packet from another frame has another byte, even where the counter is the same.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Callable, Collection, Iterable, Sequence
+from copy import copy
+from functools import lru_cache
+from itertools import product
+from typing import NamedTuple
+
+from exchange.ack import Acknowledgement
+from exchange.errors import ConfigurationError, DefinitionFault, PeerFault
+from exchange.packets import MASK_BITS, Fragment, Head, InfluenceSignal, Packet, Summary
+from exchange.policies import AckPolicy
+from exchange.wire import codes
+from exchange.wire.codes import Bits, Reader, width
+from exchange.wire.factcodec import FactCodec
+from exchange.wire.fragmentcodec import EPOCH_BITS, Before, FragmentCodec, Packing, Wired, refuse_epoch
+from exchange.wire.sealing import DAMAGED, UNOPENED, Checksum, Seal, nonce_of
+from exchange.wire.sizes import FieldSize
+from worldmodel import PropertyValue, TBox
+from worldmodel.tables import tables_of
+
+HASH_BITS = 8
+"""Bits of the definition hash in one packet."""
+HASH_BYTES = 4
+"""Bytes of the definition hash; a packet carries one of them, by its frame."""
+FRAME_BITS = 2
+"""Bits of the frame counter: frames are told apart modulo 4."""
+FRAMES = 1 << FRAME_BITS
+END_BITS = (0b111, 3)
+SIGNAL_VALUE_BITS = 8
+SIGNAL_BITS, SUMMARY_BITS = (0b1100, 4), (0b1101, 4)
+RECENT_S = 30.0
+"""Age of an observation up to which it is stated in the fewest bits, unless a codec is told otherwise."""
+
+
+class Widths(NamedTuple):
+    """What fields are made for beside the size of the fleet and of its mission.
+
+    Attributes:
+        time_resolution_s: step of times of observation.
+        exchanged: uids of the attributes that somebody needs, which get short names; None for all.
+        recent_s: age up to which a time takes the fewest bits; a TDMA frame, say.
+    """
+
+    time_resolution_s: float = 0.1
+    exchanged: Collection[int] | None = None
+    recent_s: float = RECENT_S
+
+
+class Framing(NamedTuple):
+    """What stands around the sections of a packet beside acknowledgements: usually nothing.
+
+    Attributes:
+        crc_bits: of the checksum of each packet: 0, 8, 16 or 32.
+        key: of the fleet, by which all behind the head is encrypted, with a fresh salt; None for in clear.
+        n_slots: slots of a frame of which the head names one; 0 where the sender's name says its slot.
+        is_by_frame: acknowledgements are about whole frames.
+    """
+
+    crc_bits: int = 0
+    key: bytes | None = None
+    n_slots: int = 0
+    is_by_frame: bool = False
+
+
+USUAL_WIDTHS = Widths()
+USUAL_FRAMING = Framing()
+
+
+def _place_listing(n_slots: int) -> tuple[FieldSize, ...]:
+    """Fields of the head by a list of so many slots; none without a list."""
+    if not n_slots:
+        return ()
+    return (
+        FieldSize("packet", "slot", width(n_slots), f"one of {n_slots} of the frame"),
+        FieldSize("packet", "packets", width(n_slots), "of the sender in this frame, less 1"),
+    )
+
+
+def _guard_listing(seals: Sequence[Seal], head_padding_bits: int, checksums: Sequence[Checksum]) -> list[FieldSize]:
+    """Fields of the packet that protect it, if there are any."""
+    found = []
+    for seal in seals:
+        found.append(FieldSize("packet", "head to a byte", head_padding_bits, "the head stays in clear"))
+        found.append(FieldSize("packet", "tag", seal.size_bits, "of the encrypted rest; it covers head and slot too"))
+    return found + [FieldSize("packet", "checksum", one.size_bits, "of all before it") for one in checksums]
+
+
+class AckHeader:
+    """Layout of the header of every sender in every TDMA frame, until the layouts repeat.
+
+    Args:
+        kind: acknowledgement of the policy.
+        n_nodes: size of the fleet.
+    """
+
+    def __init__(self, kind: Acknowledgement, n_nodes: int) -> None:
+        self._n_nodes = n_nodes
+        self._fields = [
+            [self._carried(kind, frame, sender) for sender in range(n_nodes)] for frame in range(kind.period_frames)
+        ]
+        self._masks = [[self._mask(fields) for fields in of_frame] for of_frame in self._fields]
+        self.largest_bits = max(len(fields) for of_frame in self._fields for fields in of_frame)
+        """Size of the largest header, in bits."""
+
+    def _carried(self, kind: Acknowledgement, frame: int, sender: int) -> list[tuple[int, int]]:
+        """``(row, column)`` of every bit that ``sender`` sends in a frame, in order; nobody acknowledges itself."""
+        pairs = product(range(self._n_nodes), repeat=2)
+        return [(i, j) for i, j in pairs if i != j and kind.carries(self._n_nodes, frame, sender, i, j)]
+
+    def _mask(self, fields: Sequence[tuple[int, int]]) -> list[int]:
+        """The bits that a header carries as a word per row."""
+        mask = [0] * self._n_nodes
+        for i, j in fields:
+            mask[i] |= 1 << j
+        return mask
+
+    @property
+    def varies(self) -> bool:
+        """True if headers differ in size."""
+        return any(len(fields) != self.largest_bits for of_frame in self._fields for fields in of_frame)
+
+    def size_bits(self, sender: int, frame: int) -> int:
+        """Size of the header that ``sender`` sends in a TDMA frame."""
+        return len(self._fields[frame % len(self._fields)][sender])
+
+    def encode(self, sender: int, rows: Sequence[int], frame: int) -> int:
+        """The bits of the rows that are carried, the first at the most significant end."""
+        bits = 0
+        for i, j in self._fields[frame % len(self._fields)][sender]:
+            bits = bits << 1 | (rows[i] >> j & 1)
+        return bits
+
+    def decode(self, sender: int, frame: int, take: Callable[[int], int]) -> tuple[int, ...]:
+        """Rows from the wire; ``take(size_bits)`` gives the next bits. What is not carried is zero."""
+        rows = [0] * self._n_nodes
+        fields = self._fields[frame % len(self._fields)][sender]
+        bits = take(len(fields))
+        for i, j in reversed(fields):
+            rows[i] |= (bits & 1) << j
+            bits >>= 1
+        return tuple(rows)
+
+    def n_set(self, sender: int, rows: Sequence[int], frame: int) -> int:
+        """Acknowledgements that the header states with these rows."""
+        masks = self._masks[frame % len(self._masks)][sender]
+        return sum((row & mask).bit_count() for row, mask in zip(rows, masks, strict=True))
+
+
+class SideCodec:
+    """Encodes and decodes influence signals and summaries.
+
+    Args:
+        fragments: has the widths of instances, nodes and sequences.
+    """
+
+    def __init__(self, fragments: FragmentCodec) -> None:
+        self._fragments = fragments
+        self._role_bits = fragments.facts.subject_bits
+        self.signal_bits = SIGNAL_BITS[1] + self._role_bits + SIGNAL_VALUE_BITS
+        """Bits of one influence signal."""
+        self.encode_summary = lru_cache(maxsize=256)(self._encode_summary)
+        """``(bits, size_bits)`` of a summary; raises ConfigurationError if its epoch has no name."""
+
+    def listing(self) -> tuple[FieldSize, ...]:
+        """Fields of a signal and of a summary in the order of the wire."""
+        return (
+            FieldSize("signal", "signal", SIGNAL_BITS[1], "one comes"),
+            FieldSize("signal", "role", self._role_bits, "its instance"),
+            FieldSize("signal", "value", SIGNAL_VALUE_BITS, "-128 to 127"),
+            FieldSize("summary", "summary", SUMMARY_BITS[1], "one comes"),
+            FieldSize("summary", "origin", self._fragments.node_bits, "whose items"),
+            FieldSize("summary", "origin's epoch", EPOCH_BITS),
+            FieldSize("summary", "highest", self._fragments.sequence_bits, "all up to it are held; more bits beyond"),
+            FieldSize("summary", "mask", MASK_BITS, "which of those behind the first gap are held"),
+        )
+
+    def encode_signal(self, signal: InfluenceSignal) -> Bits:
+        """``(bits, size_bits)`` of a signal; raises ConfigurationError if it is no signed byte."""
+        if not -128 <= signal.value <= 127:
+            raise ConfigurationError(f"influence signal {signal.value}: a signed byte holds -128 to 127")
+        bits = (SIGNAL_BITS[0] << self._role_bits | signal.role) << SIGNAL_VALUE_BITS | signal.value & 0xFF
+        return bits, self.signal_bits
+
+    def _encode_summary(self, summary: Summary) -> Bits:
+        refuse_epoch(summary.epoch)
+        highest, highest_bits = codes.natural(summary.highest + 1, self._fragments.sequence_bits)
+        bits = (SUMMARY_BITS[0] << self._fragments.node_bits | summary.origin) << EPOCH_BITS | summary.epoch
+        size_bits = SUMMARY_BITS[1] + self._fragments.node_bits + EPOCH_BITS + highest_bits + MASK_BITS
+        return (bits << highest_bits | highest) << MASK_BITS | summary.mask, size_bits
+
+    def read_signal(self, reader: Reader) -> InfluenceSignal:
+        """The signal that comes next, behind its prefix."""
+        role = reader.take(self._role_bits)
+        value = reader.take(SIGNAL_VALUE_BITS)
+        return InfluenceSignal(role, value - 256 if value > 127 else value)
+
+    def read_summary(self, reader: Reader) -> Summary:
+        """The summary that comes next, behind its prefix; raises PeerFault if its origin is no node."""
+        origin, epoch = self._fragments.read_life(reader)
+        highest = codes.read_natural(reader.take, self._fragments.sequence_bits) - 1
+        return Summary(origin, epoch, highest, reader.take(MASK_BITS))
+
+
+class Codec:
+    """Encodes and decodes packets for one fleet: fixed TBox, node count, instance count and policy.
+
+    Args:
+        tbox: the compiled TBox that every vehicle carries.
+        n_instances: instance uids 0..n_instances-1 can be told apart on the wire.
+        n_nodes: number of vehicles, 2..64.
+        policy: fixes the acknowledgement bits of the header.
+        n_items: how many items one vehicle is expected to tell in one epoch; later ones take more bits.
+        duration_s: latest expected time of an observation; later ones take more bits.
+        widths: steps of time, and what gets the shortest forms.
+        framing: names of slots, checksum and key.
+
+    Raises:
+        ConfigurationError: there is no such checksum or key, or no library to encrypt.
+    """
+
+    def __init__(
+        self,
+        tbox: TBox,
+        n_instances: int,
+        n_nodes: int,
+        policy: AckPolicy,
+        n_items: int,
+        duration_s: float,
+        widths: Widths = USUAL_WIDTHS,
+        framing: Framing = USUAL_FRAMING,
+    ) -> None:
+        crc_bits, key, n_slots, is_by_frame = framing
+        self._n_slots = n_slots
+        self._place_bits = width(n_slots) if n_slots else 0
+        self._n_nodes = n_nodes
+        self._policy = policy
+        self._facts = FactCodec(tbox, n_instances, widths.exchanged)
+        resolution_s = widths.time_resolution_s
+        self.fragments = FragmentCodec(self._facts, n_nodes, n_items, duration_s, resolution_s, widths.recent_s)
+        """Encodes and decodes fragments."""
+        self.fragment_bits = self.fragments.most_bits
+        """``fragment_bits(fragment, relayed=True)``: the most bits that a fragment takes, in whatever packet."""
+        self._side = SideCodec(self.fragments)
+        self.signal_bits = self._side.signal_bits
+        """Bits of one influence signal."""
+        self._node_bits = self.fragments.node_bits
+        self._clear_bits = HASH_BITS + self._node_bits + EPOCH_BITS + FRAME_BITS + 2 * self._place_bits
+        self._clear_bytes = -(-self._clear_bits // 8)
+        self.header = AckHeader(policy.acknowledgement, n_nodes)
+        """Layout of the acknowledgements."""
+        fleet = tbox.hash, n_instances, n_nodes, n_items, self.header.largest_bits
+        times = duration_s, resolution_s, self._facts.names.exchanged, self.fragments.near_bits
+        shape = *fleet, *times, crc_bits, key is not None, *((n_slots,) if is_by_frame else ())
+        self._checksums = [] if crc_bits == 0 else [Checksum(crc_bits, DAMAGED if key is None else UNOPENED)]
+        self._seals = [] if key is None else [Seal(key)]
+        self.head_bits = 8 * self._clear_bytes if self._seals else self._clear_bits
+        """Bits of a packet before the acknowledgements; whole bytes if what follows is encrypted."""
+        guard_bits = sum(one.size_bits for one in self._checksums) + sum(one.size_bits for one in self._seals)
+        self.overhead_bits = self.head_bits + self.header.largest_bits + END_BITS[1] + guard_bits
+        """Bits of a packet without sections, with the largest header of acknowledgements."""
+        self._hash = zlib.crc32(repr(shape).encode()).to_bytes(HASH_BYTES, "big")
+        self._rows = tables_of(tbox).rows
+        self.judged = lru_cache(maxsize=32)(self._judged)
+        """``judged(data, frame=0, slot_start_s=0.0)``: the packet, and what value in it nobody can have recorded."""
+        self.decode = lru_cache(maxsize=32)(self._decode)
+        """``decode(data, frame=0, slot_start_s=0.0) -> Packet``; all receivers of one broadcast decode the same."""
+
+    @property
+    def definition(self) -> bytes:
+        """The definition hash, 4 bytes: of TBox, fleet, policy and widths."""
+        return self._hash
+
+    # Sizes ---------------------------------------------------------------------------------------
+
+    def summary_bits(self, summary: Summary) -> int:
+        """Bits of a summary."""
+        return self._side.encode_summary(summary)[1]
+
+    def packing(self, sender: int, epoch: int, slot_start_s: float, room_bits: int) -> Packing:
+        """The room of a packet for fragments, to be filled."""
+        return Packing(self.fragments, sender, epoch, slot_start_s, room_bits)
+
+    def listing(self) -> tuple[FieldSize, ...]:
+        """Every field of a packet in the order of the wire, with its size in this fleet.
+
+        Fields of ``packet`` come once. Those of ``fragment`` come for each fragment, those of ``fact`` for each fact in
+        it: subject and attribute, the value of that attribute, and whether another follows.
+        """
+        named = f"policy {self._policy.name}" + (", the largest" if self.header.varies else "")
+        of_hash = f"of {8 * HASH_BYTES} bits a byte in turn: TBox, fleet, policy"
+        return (
+            FieldSize("packet", "definition hash", HASH_BITS, of_hash),
+            FieldSize("packet", "sender", self._node_bits, f"one of {self._n_nodes} nodes"),
+            FieldSize("packet", "epoch", EPOCH_BITS, "of the sender: which of its lives"),
+            FieldSize("packet", "frame", FRAME_BITS, f"TDMA frame modulo {FRAMES}: with the sender it names the slot"),
+            *_place_listing(self._n_slots),
+            FieldSize("packet", "acknowledgements", self.header.largest_bits, named),
+            FieldSize("packet", "end", END_BITS[1], "behind all that follows"),
+            *_guard_listing(self._seals, self.head_bits - self._clear_bits, self._checksums),
+            *self.fragments.listing(),
+            *self._facts.listing(),
+            *self._side.listing(),
+        )
+
+    def forget(self) -> None:
+        """Forget the bits of facts and the packets that are remembered, so that the next ones cost what new ones do."""
+        self.decode.cache_clear()
+        self.judged.cache_clear()
+        self._facts.forget()
+
+    # To bits -------------------------------------------------------------------------------------
+
+    def _hash_byte(self, frame: int) -> int:
+        return self._hash[frame % HASH_BYTES] ^ (frame // FRAMES & 0xFF)
+
+    def encode_head(self, head: Head) -> int:
+        """The ``head_bits`` bits of the head of a packet, of which the frame is given as a whole number."""
+        refuse_epoch(head.epoch)
+        bits = (self._hash_byte(head.frame) << self._node_bits | head.sender) << EPOCH_BITS | head.epoch
+        bits = bits << FRAME_BITS | head.frame % FRAMES
+        if self._n_slots:
+            bits = (bits << self._place_bits | head.place) << self._place_bits | head.n_turns - 1
+        return bits << self.head_bits - self._clear_bits
+
+    def encode(
+        self,
+        sender: int,
+        rows: Sequence[int],
+        fragments: Iterable[Fragment] = (),
+        signals: Sequence[InfluenceSignal] = (),
+        frame: int = 0,
+        epoch: int = 0,
+        slot_start_s: float = 0.0,
+        summary: Sequence[Summary] = (),
+        place: int = 0,
+        n_turns: int = 1,
+    ) -> bytes:
+        """Bytes of a packet.
+
+        Args:
+            sender: node that speaks.
+            rows: one acknowledgement bit word per node, shape (n_nodes,).
+            fragments: in any order; they arrive by origin and sequence, own ones first.
+            signals: influence signals.
+            frame: TDMA frame in which the packet is sent; the policy may choose its header by it.
+            epoch: of the sender.
+            slot_start_s: start of the sender's slot in that frame.
+            summary: what the sender holds, by origin.
+            place: of its slot in the frame; n_turns: packets that it sends in it. Both go where slots are listed.
+
+        Raises:
+            ConfigurationError: a signal that is no signed byte, an epoch too many, or what has no form on the wire.
+        """
+        base = self.fragments.base_of(slot_start_s)
+        bodies = [(one, *self.fragments.encode(one, sender, epoch, base)) for one in fragments]
+        wired = self.fragments.in_sequence(bodies, sender, epoch)
+        return self.assembled(Head(sender, epoch, frame, place, n_turns), slot_start_s, rows, wired, signals, summary)
+
+    def assembled(
+        self,
+        head: Head,
+        slot_start_s: float,
+        rows: Sequence[int],
+        wired: Iterable[Wired],
+        signals: Iterable[InfluenceSignal],
+        summary: Iterable[Summary],
+    ) -> bytes:
+        """Bytes of a packet whose fragments are bits already.
+
+        Args:
+            head: of the packet; its frame is a whole number.
+            slot_start_s: start of the sender's slot in that frame.
+            rows: one acknowledgement bit word per node, shape (n_nodes,).
+            wired: fragments in the order of the wire.
+            signals: influence signals.
+            summary: what the sender holds, by origin.
+
+        Raises:
+            ConfigurationError: a signal that is no signed byte, or an epoch too many.
+        """
+        sender, frame = head.sender, head.frame
+        size = self.header.size_bits(sender, frame)
+        bits = self.encode_head(head) << size | self.header.encode(sender, rows, frame)
+        size += self.head_bits
+        for _, part, part_bits in wired:
+            bits, size = bits << part_bits | part, size + part_bits
+        beside = [*map(self._side.encode_signal, signals), *map(self._side.encode_summary, summary), END_BITS]
+        for part, part_bits in beside:
+            bits, size = bits << part_bits | part, size + part_bits
+        padding = -size % 8
+        data = (bits << padding).to_bytes((size + padding) // 8, "big")
+        for seal in self._seals:
+            nonce = nonce_of(sender, head.epoch, frame, slot_start_s, self._hash)
+            clear = data[: self._clear_bytes]
+            data = clear + seal.sealed(sender, clear, data[self._clear_bytes :], nonce)
+        for checksum in self._checksums:
+            data = checksum.added(data, frame)
+        return data
+
+    # From bits -----------------------------------------------------------------------------------
+
+    def head(self, data: bytes) -> Head:
+        """Who speaks in a packet, in which of its lives and in which frame modulo 4.
+
+        Raises:
+            PeerFault: it is too short, or no node has that number.
+        """
+        n_bytes, place_bits = self._clear_bytes, self._place_bits
+        if len(data) < n_bytes:
+            raise PeerFault("packet ends inside a field")
+        bits = int.from_bytes(data[:n_bytes], "big") >> 8 * n_bytes - self._clear_bits
+        place, more = bits >> place_bits & (1 << place_bits) - 1, bits & (1 << place_bits) - 1
+        bits >>= 2 * place_bits
+        epoch, frame = bits >> FRAME_BITS & (1 << EPOCH_BITS) - 1, bits & FRAMES - 1
+        sender = bits >> FRAME_BITS + EPOCH_BITS & (1 << self._node_bits) - 1
+        if sender >= self._n_nodes:
+            raise PeerFault(f"sender {sender} is not one of {self._n_nodes} nodes")
+        if self._n_slots and max(place, more) >= self._n_slots:
+            raise PeerFault(f"slot {place} and {more + 1} packets in a frame of {self._n_slots} slots")
+        return Head(sender, epoch, frame, place, more + 1)
+
+    def _judged(self, data: bytes, frame: int = 0, slot_start_s: float = 0.0) -> tuple[Packet, str | None]:
+        packet = self._decode(data, frame, slot_start_s)
+        for fragment in packet.fragments:
+            for fact in fragment.facts:
+                row = self._rows.get(fact.attribute)
+                if row is not None and row.quantise(fact.value) is None:
+                    name = self._facts.attribute(fact.attribute).name
+                    return packet, f"{name} is {fact.value}, out of its range"
+        return packet, None
+
+    def _decode(self, data: bytes, frame: int = 0, slot_start_s: float = 0.0) -> Packet:
+        """The packet of ``data``.
+
+        Args:
+            data: as it was heard.
+            frame: in which it was sent.
+            slot_start_s: start of the slot in which it was sent.
+
+        Raises:
+            DefinitionFault: its sender uses another definition, or it is of another frame.
+            PeerFault: it cannot be a packet of this fleet.
+        """
+        for checksum in self._checksums:  # first: damage makes nobody a stranger
+            data = checksum.stripped(data, frame)
+        if data and data[0] != self._hash_byte(frame):
+            raise DefinitionFault("definition hash differs: sender uses another TBox or other field widths")
+        head, clear_bits = self.head(data), self._clear_bits
+        for seal in self._seals:
+            nonce, clear_bits = nonce_of(*head[:2], frame, slot_start_s, self._hash), 0
+            data = seal.opened(head.sender, data[: self._clear_bytes], data[self._clear_bytes :], nonce)
+        reader = Reader(data)
+        reader.left -= clear_bits
+        if head.frame != frame % FRAMES:
+            raise PeerFault(f"a packet of frame {head.frame} modulo {FRAMES} in frame {frame}")
+        rows = self.header.decode(head.sender, frame, reader.take)
+        base, own = self.fragments.base_of(slot_start_s), (head.sender, head.epoch)
+        before: Before = {}
+        fragments: list[Fragment] = []
+        signals: list[InfluenceSignal] = []
+        summary: list[Summary] = []
+        while True:
+            if not reader.bit():
+                fragments.append(self.fragments.read_single(reader, own, base, before))
+            elif not reader.take(1):
+                fragments.append(self.fragments.read_other(reader, own, base, before))
+            elif reader.take(1):
+                break
+            elif not reader.take(1):
+                signals.append(self._side.read_signal(reader))
+            else:
+                summary.append(self._side.read_summary(reader))
+        if not reader.padding_is_clean():
+            raise PeerFault("bits left over behind the packet")
+        beside = tuple(signals), head.epoch, frame, tuple(summary), head.n_turns
+        return Packet(head.sender, rows, tuple(fragments), *beside)
+
+
+def renewed(codec: Codec, salt_of: Callable[[int], bytes | None] | None = None) -> Codec:
+    """The codec for another mission under the same key, whose packets the first one does not open.
+
+    Args:
+        codec: of a fleet with a key.
+        salt_of: the salt of each sender, None for one that is not known yet; without it a fresh one for all.
+    """
+    found = copy(codec)
+    found._seals = [seal.renewed(salt_of) for seal in codec._seals]
+    found.judged = lru_cache(maxsize=32)(found._judged)
+    found.decode = lru_cache(maxsize=32)(found._decode)
+    return found
+
+
+def refuse_longer_texts(codec: Codec, room_bits: int) -> None:
+    """Raise ConfigurationError if a text that may be told is larger than the room of a packet."""
+    for kind in codec.fragments.facts.exchanged_texts():
+        fact = PropertyValue(0, kind.uid, "x" * kind.most_bytes)
+        size_bits = codec.fragment_bits(Fragment(0, 0, 0.0, (fact,), 0, 2))
+        if size_bits > room_bits:
+            raise ConfigurationError(
+                f"a text of {kind.name} may take {size_bits} bits, a packet has room for {room_bits}: lower its "
+                "rm:maxBytes, or take a modem with a larger payload"
+            )
