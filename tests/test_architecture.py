@@ -72,7 +72,7 @@ ROOMS: dict[str, set[str]] = {
     },
     "stress.conformance": {
         "stress.conformance", "missions", "missions.mapping", "missions.scenarios", "missions.runs", "remoras",
-        "remoras.strategies", "remoras.social", "remoras.functional", "exchange", "exchange.acoustics",
+        "remoras.strategies", "remoras.social", "remoras.functional", "exchange", "exchange.wire", "exchange.acoustics",
         "exchange.drivers", "exchange.study", "worldmodel",
     },
     "stress.verify": {"stress.verify"},
