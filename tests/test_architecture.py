@@ -345,6 +345,13 @@ def assigned(source: str) -> set[str]:
             for t in (n.targets if isinstance(n, ast.Assign) else [n.target]) if isinstance(t, ast.Name)}  # fmt: skip
 
 
+def test_of_the_exchange_only_manager_and_interests_know_its_rooms() -> None:
+    folders = {"exchange.wire", "exchange.queueing", "exchange.peering"}
+    kernels = [module for module in SOURCES if room_of(module) == "exchange" and module not in PACKAGES]
+    found = [one for module in kernels for one in imports(SOURCES[module], module) if room_of(one.target) in folders]
+    assert {one.module for one in found} == {"exchange.interests", "exchange.manager"}
+
+
 def test_every_package_says_what_is_promised_to_stay() -> None:
     assert [package for package in sorted(PACKAGES) if "__all__" not in assigned(SOURCES[package])] == []
 

@@ -118,13 +118,14 @@ class FragmentCodec:
 
     # To bits -------------------------------------------------------------------------------------
 
-    def encode(self, fragment: Fragment, sender: int, epoch: int, base: int) -> Bits:
+    def encode(self, fragment: Fragment, sender: int, epoch: int, base: int, is_known: bool = False) -> Bits:
         """``(bits, size_bits)`` of a fragment without its sequence, as ``sender`` says it in its epoch.
 
         Args:
             fragment: of a block that is not private.
             sender: node that speaks; ``epoch`` is its own.
             base: of the slot, see ``base_of``.
+            is_known: its size was asked before, so the bits of its facts are remembered.
 
         Raises:
             ConfigurationError: what has no form on the wire.
@@ -142,8 +143,11 @@ class FragmentCodec:
             raise ConfigurationError(f"a fact of {fragment.time_s} s: times are counted from the mission's beginning")
         is_own = fragment.origin == sender and fragment.epoch == epoch
         if is_own and is_single:
-            bits, size_bits = self.facts.of_all(facts)  # remembered from when its size was asked
-            bits, size_bits = bits >> 1, size_bits - 1  # no bit says that another follows
+            if is_known:
+                bits, size_bits = self.facts.of_all(facts)
+                bits, size_bits = bits >> 1, size_bits - 1  # here no bit says that another follows
+            else:
+                bits, size_bits = self.facts.of_one(facts[0])
             if 0 <= base - time < self._near:  # as ``codes.age`` has it
                 return base - time << size_bits | bits, self.near_bits + 2 + size_bits
             age, age_bits = codes.age(base, time, self.near_bits, self._time_bits)
@@ -184,9 +188,16 @@ class FragmentCodec:
         """
         own: list[Wired] = []
         relayed: list[Wired] = []
+        last_own, is_sorted = STATUS - 1, True
         for one in bodies:
-            (own if one[0].origin == sender and one[0].epoch == epoch else relayed).append(one)
-        own.sort(key=_by_sequence)
+            fragment = one[0]
+            if fragment.origin == sender and fragment.epoch == epoch:
+                own.append(one)
+                is_sorted, last_own = is_sorted and last_own < fragment.sequence, fragment.sequence
+            else:
+                relayed.append(one)
+        if not is_sorted:
+            own.sort(key=_by_sequence)
         relayed.sort(key=_by_origin)
         before: Before = {}
         found: list[Wired] = []
@@ -313,7 +324,7 @@ class Packing:
 
     def add(self, fragment: Fragment) -> bool:
         """Take a fragment; False if it does not fit, and nothing has changed."""
-        body = self._codec.encode(fragment, self._sender, self._epoch, self._base)
+        body = self._codec.encode(fragment, self._sender, self._epoch, self._base, True)
         size_bits = self.size_bits(fragment, body[1])
         if size_bits > self.left_bits:
             return False
