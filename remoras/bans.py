@@ -6,12 +6,14 @@ What comes of it is decided by every vehicle for itself, from what it has heard;
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from remoras.beliefs import Beliefs, Fact
+from remoras.events import Host, Part, Says, say_at
 from worldmodel.bans import BANNED_FROM
 
-__all__ = ["BANNED_FROM", "Ban", "word"]
+__all__ = ["BANNED_FROM", "Ban", "bans_part", "word"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,3 +44,19 @@ def word(beliefs: Beliefs, vehicle: str, from_s: float | None) -> Fact:
     """
     attribute = beliefs.model.tbox.attribute_named(BANNED_FROM)
     return beliefs.fact(vehicle, BANNED_FROM, attribute.fields[0].maximum if from_s is None else from_s)
+
+
+def bans_part(bans: Iterable[Ban]) -> Part:
+    """What lets vehicles say bans, and take them back, at their times."""
+
+    def begin(host: Host) -> None:
+        for ban in bans:
+            for at_s, from_s in ((ban.at_s, ban.from_s), (ban.until_s, None)):
+                said = _said(ban.vehicle, from_s)
+                say_at(host, at_s, Says(ban.issuer, said, ("ban not said", ban.vehicle)))
+
+    return Part(begin)
+
+
+def _said(vehicle: str, from_s: float | None) -> Callable[[Beliefs], list[Fact]]:
+    return lambda beliefs: [word(beliefs, vehicle, from_s)]

@@ -8,8 +8,12 @@ that are agreed before the mission need not be told. One of priority 0 is taken 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
+from remoras.beliefs import Beliefs
+from remoras.beliefs import Fact as OfInstance
+from remoras.events import Host, Part, Says, say_at
 from remoras.sensor import Fact
 from worldmodel import InformationNeed
 
@@ -76,3 +80,19 @@ class StatedNeed:
     def taken_back(self) -> tuple[Fact, ...]:
         """What the vehicle says when it needs that no more."""
         return ((need_name(self.vehicle, self.number), PRIORITY, 0.0),)
+
+
+def needs_part(needs: Iterable[StatedNeed]) -> Part:
+    """What lets vehicles state needs, and take them back, at their times; one of the beginning is agreed."""
+
+    def begin(host: Host) -> None:
+        for need in needs:
+            if need.from_s > 0.0:
+                say_at(host, need.from_s, Says(need.vehicle, _named(need.facts())))
+            say_at(host, need.until_s, Says(need.vehicle, _named(need.taken_back())))
+
+    return Part(begin)
+
+
+def _named(facts: Iterable[Fact]) -> Callable[[Beliefs], list[OfInstance]]:
+    return lambda beliefs: [beliefs.fact(*fact) for fact in facts]

@@ -5,12 +5,14 @@ What comes of it is decided by every vehicle for itself, from what it has heard;
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from exchange.turns import SENDS_IN
 from remoras.beliefs import Beliefs, Fact
+from remoras.events import Host, Part, Says, say_at
 
-__all__ = ["SENDS_IN", "NewSlots"]
+__all__ = ["SENDS_IN", "NewSlots", "slots_part"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,3 +32,13 @@ class NewSlots:
     def facts(self, beliefs: Beliefs) -> list[Fact]:
         """The list as facts, one for each vehicle; ``beliefs`` of the issuer have the names."""
         return [beliefs.fact(vehicle, SENDS_IN, mask) for vehicle, mask in self.masks]
+
+
+def slots_part(lists: Iterable[NewSlots]) -> Part:
+    """What lets vehicles say slot lists at their times."""
+
+    def begin(host: Host) -> None:
+        for one in lists:
+            say_at(host, one.at_s, Says(one.issuer, one.facts, ("slots not said", "their speaker is away")))
+
+    return Part(begin)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 from exchange.acoustics.channel import BroadcastChannel, Channel
 from exchange.codec import renewed
@@ -22,24 +22,32 @@ from missions.scenarios.obligations import obligations_of
 from missions.scenarios.parts import groups_of
 from missions.scenarios.slots import new_slots
 from missions.scenarios.values import value_rule_of
+from remoras.bans import bans_part
 from remoras.beliefs import Beliefs
+from remoras.bound import share_at_once
 from remoras.database import AUVDatabase, VehicleData
 from remoras.detail import Detail
+from remoras.events import Part
 from remoras.executive.layer import ExecutiveLayer
+from remoras.fault_events import faults_part
 from remoras.faults import Fault, drawn
-from remoras.fleet import Fleet
+from remoras.fleet import Fleet, Makers
 from remoras.functional.layer import FunctionalLayer
+from remoras.needs import needs_part
 from remoras.obligations import Obligations
 from remoras.own_clock import OwnClock
 from remoras.picture import Picture
 from remoras.radio import Radio
 from remoras.recorder import Recorder
-from remoras.sensor import Sensor
+from remoras.sea import Sea
+from remoras.slots import slots_part
 from remoras.social.agreement import agree
 from remoras.social.layer import SocialLayer
 from remoras.social.needs import GroupNeeds
+from remoras.social.stated_needs import NeedsInForce
 from remoras.solo import Solo
 from remoras.strategy import Declaration
+from remoras.traffic import Medium
 from remoras.vehicle import Layers, Vehicle, go_on
 
 
@@ -67,6 +75,41 @@ def faults_in(setup: Setup, seed: int) -> tuple[Fault, ...]:
     return drawn(declared, seed, setup.database, organisation, scenario.scenario.duration_s)
 
 
+@dataclass(frozen=True)
+class Shared:
+    """What the vehicles of one run have in common.
+
+    Attributes:
+        setup: the scenario resolved.
+        seed: root of all draws.
+        world: of the mission, as its sensors perceive it.
+        recorder: takes the rows.
+        parts: of the features that are on.
+    """
+
+    setup: Setup
+    seed: int
+    world: Any
+    recorder: Recorder
+    parts: Sequence[Part]
+
+
+class Life(NamedTuple):
+    """A vehicle from when it begins, or begins anew, on.
+
+    Attributes:
+        real: its data as it really is.
+        clock: its own.
+        began_s: when it begins, by that clock.
+        epoch: how often it has begun anew.
+    """
+
+    real: VehicleData
+    clock: OwnClock
+    began_s: float = 0.0
+    epoch: int = 0
+
+
 def assemble(setup: Setup, seed: int, channel: Channel | None = None, salt: bytes | None = None) -> Fleet:
     """A fleet ready to run.
 
@@ -81,44 +124,40 @@ def assemble(setup: Setup, seed: int, channel: Channel | None = None, salt: byte
         setup = replace(setup, codec=renewed(setup.codec, None if salt is None else lambda sender: salt))
     scenario, mission = setup.scenario, setup.mission
     fleet = [actual(data, scenario.uncertainty.speed_spread, seed) for data in setup.database.values()]
-    sensors = [sensors_of(real) for real in fleet]
-    recorder, clocks = recorder_of_mission(mission, sensors), clocks_of(scenario, seed)
-    world = mission.world(seed)
+    recorder, clocks = recorder_of_mission(mission, [sensors_of(real) for real in fleet]), clocks_of(scenario, seed)
     if setup.strategy.declaration.is_bound:
         setup = _known_as_it_is(setup, fleet)
+    shared = Shared(setup, seed, mission.world(seed), recorder, parts_of(setup))
+    lives = [Life(real, clock) for real, clock in zip(fleet, clocks, strict=True)]
 
-    def make(model: Fleet) -> Sequence[Vehicle]:
-        return [
-            vehicle_of(model, setup, real, own, world, recorder, seed, clock)
-            for real, own, clock in zip(fleet, sensors, clocks, strict=True)
-        ]
+    def anew(model: Fleet, before: Vehicle, fault: Fault) -> Vehicle:
+        return vehicle_anew(model, shared, before, clocks[before.data.node], fault)
 
-    def make_anew(model: Fleet, before: Vehicle, fault: Fault) -> Vehicle:
-        data, epoch, clock = before.functional.data, before.beliefs.model.epoch + 1, clocks[before.data.node]
-        now_s = clock.reads(model.now_s)
-        anew = vehicle_of(model, setup, data, sensors_of(data), world, recorder, seed, clock, now_s, epoch)
-        go_on(anew, before, now_s, fault.keeps_memory)
-        return anew
-
-    return Fleet(
-        make,
-        channel if channel is not None else channel_of(setup, seed),
-        setup.modem,
-        setup.schedule,
-        mission.truth(recorder, world),
+    faults, times = faults_in(setup, seed), scenario.scenario
+    carrier = channel if channel is not None else channel_of(setup, seed)
+    made = Fleet(
+        Makers(lambda model: [vehicle_of(model, shared, life) for life in lives], anew),
+        Medium(carrier, setup.modem, setup.schedule, clocks, faults, seed),
+        mission.truth(recorder, shared.world),
         recorder,
-        scenario.scenario.tick_s,
-        scenario.scenario.duration_s,
-        faults_in(setup, seed),
+        times.tick_s,
+        times.duration_s,
         scenario.guidance.separation_m,
-        Obligations(owed, mission.jobs, recorder) if (owed := obligations_of(scenario)) else None,
-        [table.declared() for table in scenario.ban],
-        make_anew,
-        clocks,
-        setup.stated,
-        new_slots(scenario),
-        seed,
+        (faults_part(faults), *shared.parts),
     )
+    if setup.strategy.declaration.is_bound:
+        share_at_once(made)
+    if owed := obligations_of(scenario):
+        obligations = Obligations(owed, mission.jobs, recorder)
+        made.judged.append(lambda now_s: obligations.judge(made.vehicles, now_s))
+    return made
+
+
+def parts_of(setup: Setup) -> list[Part]:
+    """What features that are on do in a run."""
+    scenario = setup.scenario
+    bans = [table.declared() for table in scenario.ban]
+    return [slots_part(new_slots(scenario)), bans_part(bans), needs_part(setup.stated)]
 
 
 def _lease_frames(declaration: Declaration, lease_frames: int) -> float:
@@ -135,36 +174,70 @@ def _known_as_it_is(setup: Setup, fleet: Sequence[VehicleData]) -> Setup:
     return replace(setup, database=database, agreement=agreement)
 
 
-def vehicle_of(
-    fleet: Fleet | Solo,
-    setup: Setup,
-    real: VehicleData,
-    sensors: dict[str, Sensor],
-    world: Any,
-    recorder: Recorder,
-    seed: int,
-    clock: OwnClock,
-    began_s: float = 0.0,
-    epoch: int = 0,
-) -> Vehicle:
+def vehicle_anew(host: Fleet | Solo, shared: Shared, before: Vehicle, clock: OwnClock, fault: Fault) -> Vehicle:
+    """A vehicle that begins anew now, of the one that it was.
+
+    Args:
+        host: of the vehicle.
+        shared: what the vehicles of the run have in common.
+        before: what it was.
+        clock: its own.
+        fault: after which it begins anew.
+    """
+    now_s = clock.reads(host.now_s)
+    anew = vehicle_of(host, shared, Life(before.functional.data, clock, now_s, before.beliefs.model.epoch + 1))
+    go_on(anew, before, now_s, fault.keeps_memory)
+    return anew
+
+
+def vehicle_of(host: Fleet | Solo, shared: Shared, life: Life) -> Vehicle:
     """A vehicle that believes what the fleet knows of it, and moves as it really is.
 
     Args:
-        clock: its own; began_s: when it begins, by that.
-        epoch: how often it has begun anew.
+        host: of the vehicle.
+        shared: what the vehicles of the run have in common.
+        life: of the vehicle.
     """
-    data = setup.database[real.name]
-    timekeeper = timekeeper_of(setup, data.node, clock, recorder)
-    recorder = own_recorder(clock, recorder, disciplines(setup.scenario))
-    communication, mission = setup.scenario.communication, setup.mission
-    model = world_model(setup, data.node, epoch)
+    setup = shared.setup
+    data, names = setup.database[life.real.name], setup.database.names
+    recorder = own_recorder(life.clock, shared.recorder, disciplines(setup.scenario))
     picture = Picture(frame_s=setup.schedule.frame_s)
+    manager, beliefs, needs = _exchange(setup, data.node, life.epoch)
+    radio = Radio(
+        names,
+        setup.agreement.groups,
+        setup.strategy.declaration,
+        manager,
+        beliefs,
+        picture.peers,
+        recorder,
+        needs,
+        {one.node: max(one.transit_speed_mps, one.survey_speed_mps) for one in setup.database.values()},
+        [one for table in setup.scenario.covert if (one := table.declared()).vehicle == data.name],
+    )
+    timekeeper = timekeeper_of(setup, data.node, life.clock, shared.recorder)
+    layers = Layers(
+        _social(setup, data.name, beliefs, picture),
+        ExecutiveLayer(setup.decision),
+        _functional(shared, life.real, picture, sea_of(setup.scenario, data, shared.seed, host.carried_m)),
+    )
+    vehicle = Vehicle(host, data, layers, radio, beliefs, recorder, life.began_s, timekeeper)
+    for part in shared.parts:
+        if part.equip is not None:
+            part.equip(vehicle)
+    return vehicle
+
+
+def _exchange(setup: Setup, node: int, epoch: int) -> tuple[ExchangeManager, Beliefs, NeedsInForce | GroupNeeds | None]:
+    """What a vehicle knows and tells: its manager, its beliefs, and who needs what where that may change."""
+    communication = setup.scenario.communication
+    model = world_model(setup, node, epoch)
     subjects, organisation = setup.subjects, setup.agreement.organisation
     by_groups = None if subjects is None else GroupNeeds(setup.tbox, setup.urgency, subjects, organisation)
     common = by_groups or needs_of_all(setup.tbox, setup.urgency, len(setup.database))
     needs = needs_in_force(setup, model, common)
     manager = ExchangeManager(
-        data.node,
+        node,
         model,
         setup.codec,
         setup.schedule,
@@ -179,49 +252,25 @@ def vehicle_of(
     )
     above = communication.coarse_above
     beliefs = Beliefs(model, Detail(setup.tbox, lambda: len(manager.queue), above) if above else None)
-    declaration = setup.strategy.declaration
-    return Vehicle(
-        fleet,
-        data,
-        Layers(
-            SocialLayer(
-                data.name,
-                setup.database,
-                beliefs,
-                mission,
-                setup.strategy,
-                setup.agreement,
-                setup.rally_points_m,
-                picture,
-                _lease_frames(declaration, communication.lease_frames) * setup.schedule.frame_s,
-                setup.scenario.scenario.duration_s,
-            ),
-            ExecutiveLayer(setup.decision),
-            FunctionalLayer(
-                real,
-                mission,
-                world,
-                sensors,
-                setup.bounds_m,
-                picture,
-                setup.scenario.guidance.constants(),
-                sea_of(setup.scenario, data, seed, fleet.carried_m),
-            ),
-        ),
-        Radio(
-            setup.database.names,
-            setup.agreement.groups,
-            declaration,
-            manager,
-            beliefs,
-            picture.peers,
-            recorder,
-            needs or by_groups,
-            {one.node: max(one.transit_speed_mps, one.survey_speed_mps) for one in setup.database.values()},
-            [one for table in setup.scenario.covert if (one := table.declared()).vehicle == data.name],
-        ),
+    return manager, beliefs, needs or by_groups
+
+
+def _social(setup: Setup, name: str, beliefs: Beliefs, picture: Picture) -> SocialLayer:
+    return SocialLayer(
+        name,
+        setup.database,
         beliefs,
-        recorder,
-        began_s,
-        timekeeper,
+        setup.mission,
+        setup.strategy,
+        setup.agreement,
+        setup.rally_points_m,
+        picture,
+        _lease_frames(setup.strategy.declaration, setup.scenario.communication.lease_frames) * setup.schedule.frame_s,
+        setup.scenario.scenario.duration_s,
     )
+
+
+def _functional(shared: Shared, real: VehicleData, picture: Picture, sea: Sea) -> FunctionalLayer:
+    setup = shared.setup
+    guidance, sensors = setup.scenario.guidance.constants(), sensors_of(real)
+    return FunctionalLayer(real, setup.mission, shared.world, sensors, setup.bounds_m, picture, guidance, sea)
