@@ -16,7 +16,6 @@ from exchange.packets import Fragment, InfluenceSignal, ItemUid, Reception, Tran
 from remoras.beliefs import Beliefs, Fact
 from remoras.contacts import Contacts
 from remoras.contents import BitCount
-from remoras.covert import Covert, least_priority
 from remoras.deliveries import note_acknowledged, note_expired, note_slot
 from remoras.jumps import Jumps
 from remoras.organisation import Group, Organisation
@@ -82,7 +81,10 @@ class Radio:
         recorder: takes the rows of items, signals and faults.
         needs: by which the manager judges, where they may change.
         top_speeds_mps: of the vehicles by node, by which positions that cannot be are told.
-        covert: times in which it hears, but does not send all.
+
+    Attributes:
+        limits: each tells, of the time by its own clock (s), the priority above which things may be sent: 0 for all,
+            infinite for nothing. Asked when a slot opens; features that are on add to them.
     """
 
     def __init__(
@@ -96,7 +98,6 @@ class Radio:
         recorder: Recorder,
         needs: NeedsInForce | GroupNeeds | None = None,
         top_speeds_mps: Mapping[int, float] = MappingProxyType({}),
-        covert: Iterable[Covert] = (),
     ) -> None:
         self.manager = manager
         self._contacts = Contacts(names, beliefs.model.owner, manager)
@@ -120,7 +121,7 @@ class Radio:
             for group in groups
             for role in group.roles
         }
-        self.covert = tuple(covert)
+        self.limits: list[Callable[[float], float]] = []
         self._unheard: dict[tuple[str, ItemUid], set[str]] = {}  # by vehicle and item: roles given out in the item
 
     def record_into(self, recorder: Recorder) -> None:
@@ -192,7 +193,7 @@ class Radio:
 
     def speak(self, signals: Iterable[tuple[tuple[str, str], int]], now_s: float) -> Transmission | None:
         """The packet for the own slot, with satisfactions -128..127 by (group, role); None while it keeps silent."""
-        above, queue = least_priority(self.covert, now_s), self.manager.queue
+        above, queue = self.least_priority(now_s), self.manager.queue
         if above > 0 and queue.stays_silent(now_s, above):
             note_slot(self._recorder, self._me, queue, self.manager.keep_silent(now_s), now_s)
             return None
@@ -208,6 +209,10 @@ class Radio:
         self._contacts.sent(sent, now_s, self._recorder)
         self._peers.links = self._contacts.links
         return sent
+
+    def least_priority(self, now_s: float) -> float:
+        """Priority above which things may be sent at a time (s): 0 for all, infinite for nothing."""
+        return max([limit(now_s) for limit in self.limits], default=0)
 
     def told(self) -> tuple[Block, ...]:
         """What this vehicle has told since it was asked last, under a strategy that is a bound; else nothing."""

@@ -20,7 +20,6 @@ from exchange.packets import Reception, Transmission
 from exchange.schedule import TdmaSchedule
 from remoras.beliefs import Beliefs, Fact
 from remoras.clock import Clock, Priority
-from remoras.covert import least_priority
 from remoras.events import Event, Part
 from remoras.faults import Fault
 from remoras.recorder import Recorder
@@ -257,7 +256,7 @@ class Solo(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         vehicle = self.vehicle
         if self._introductions is None or not vehicle.is_alive or not vehicle.radio.communicates:
             return None
-        if vehicle.social.is_silent or least_priority(vehicle.radio.covert, now_s) > 0:
+        if vehicle.social.is_silent or vehicle.radio.least_priority(now_s) > 0:
             return None
         data = self._introductions.packet(slot)
         if data is None:

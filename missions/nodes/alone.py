@@ -126,7 +126,8 @@ def alone(plan: Plan, salt: bytes | None = None) -> Alone:
     scenario, mission = setup.scenario, setup.mission
     real = actual(setup.database[plan.vehicle], scenario.uncertainty.speed_spread, plan.seed)
     recorder = recorder_of_mission(mission, [sensors_of(data) for data in setup.database.values()])
-    shared, clock = Shared(setup, plan.seed, mission.world(plan.seed), recorder, parts_of(setup)), OwnClock()
+    parts, clock = parts_of(setup, recorder, plan.seed), OwnClock()
+    shared = Shared(setup, plan.seed, mission.world(plan.seed), recorder, parts)
 
     def make(model: Solo) -> Vehicle:
         return vehicle_of(model, shared, Life(real, clock, plan.begins_s, plan.epoch))
@@ -138,8 +139,8 @@ def alone(plan: Plan, salt: bytes | None = None) -> Alone:
     faults = [fault for fault in faults_in(setup, plan.seed) if fault.vehicle == plan.vehicle]
     if plan.begins_s > 0.0:
         faults.insert(0, Fault(FaultKind.JOINS, plan.vehicle, plan.begins_s))
-    parts = (faults_part(faults), *shared.parts)
-    solo = Solo(make, make_anew, setup.schedule, recorder, times, plan.seed, introductions, parts)
+    everything = (faults_part(faults), *parts)
+    solo = Solo(make, make_anew, setup.schedule, recorder, times, plan.seed, introductions, everything)
     return Alone(plan, setup, solo, salt)
 
 

@@ -11,6 +11,7 @@ from exchange.acoustics.channel import BroadcastChannel, Channel
 from exchange.codec import renewed
 from exchange.manager import ExchangeManager
 from exchange.peers import Upkeep
+from missions.feature import Joining
 from missions.runs.clocks import clocks_of, disciplines, own_recorder, timekeeper_of
 from missions.runs.needs import needs_in_force, needs_of_all
 from missions.runs.sea import actual, sea_of
@@ -18,6 +19,7 @@ from missions.runs.sensors import recorder_of_mission, sensors_of
 from missions.runs.setup import Setup
 from missions.runs.worlds import world_model
 from missions.scenarios.deployment import deployment_of, sound_speed_mps
+from missions.scenarios.extending import features
 from missions.scenarios.obligations import obligations_of
 from missions.scenarios.parts import groups_of
 from missions.scenarios.slots import new_slots
@@ -127,7 +129,7 @@ def assemble(setup: Setup, seed: int, channel: Channel | None = None, salt: byte
     recorder, clocks = recorder_of_mission(mission, [sensors_of(real) for real in fleet]), clocks_of(scenario, seed)
     if setup.strategy.declaration.is_bound:
         setup = _known_as_it_is(setup, fleet)
-    shared = Shared(setup, seed, mission.world(seed), recorder, parts_of(setup))
+    shared = Shared(setup, seed, mission.world(seed), recorder, parts_of(setup, recorder, seed))
     lives = [Life(real, clock) for real, clock in zip(fleet, clocks, strict=True)]
 
     def anew(model: Fleet, before: Vehicle, fault: Fault) -> Vehicle:
@@ -153,11 +155,19 @@ def assemble(setup: Setup, seed: int, channel: Channel | None = None, salt: byte
     return made
 
 
-def parts_of(setup: Setup) -> list[Part]:
-    """What features that are on do in a run."""
+def parts_of(setup: Setup, recorder: Recorder, seed: int) -> list[Part]:
+    """What features that are on do in a run.
+
+    Args:
+        setup: the scenario resolved.
+        recorder: of the run.
+        seed: root of all draws.
+    """
     scenario = setup.scenario
     bans = [table.declared() for table in scenario.ban]
-    return [slots_part(new_slots(scenario)), bans_part(bans), needs_part(setup.stated)]
+    parts = [slots_part(new_slots(scenario)), bans_part(bans), needs_part(setup.stated)]
+    joining = Joining(scenario, setup.mission, setup.tbox, setup.instances, setup.database, recorder, seed)
+    return parts + [part for feature in features().values() if (part := feature.part(joining)) is not None]
 
 
 def _lease_frames(declaration: Declaration, lease_frames: int) -> float:
@@ -213,7 +223,6 @@ def vehicle_of(host: Fleet | Solo, shared: Shared, life: Life) -> Vehicle:
         recorder,
         needs,
         {one.node: max(one.transit_speed_mps, one.survey_speed_mps) for one in setup.database.values()},
-        [one for table in setup.scenario.covert if (one := table.declared()).vehicle == data.name],
     )
     timekeeper = timekeeper_of(setup, data.node, life.clock, shared.recorder)
     layers = Layers(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 from exchange.acoustics.modems import Modem, modems
 from exchange.codec import Codec
@@ -17,6 +18,7 @@ from missions.runs.sensors import recorder_of_mission, sensors_of
 from missions.scenarios.bans import ban_words
 from missions.scenarios.clocks import guard_s, most_ahead_s
 from missions.scenarios.equipment import common_equipment
+from missions.scenarios.extending import features
 from missions.scenarios.needs import need_names, need_words
 from missions.scenarios.ontologies import sources_of
 from missions.scenarios.parts import database_of, groups_of, mission_class, strategy_of
@@ -111,7 +113,7 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
     policy = policy_of(scenario.communication.policy)
     given, words = (
         sources_of(scenario.worldmodel.ontology_text),
-        (*ban_words(scenario), *need_words(scenario), *slot_words(scenario)),
+        (*ban_words(scenario), *need_words(scenario), *slot_words(scenario), *_words(scenario)),
     )
     tbox = read_tbox(*core_ontology_paths(), *mission.vocabulary_used, *given, *words)
     database, groups = database_of(scenario, mission_type), groups_of(scenario)
@@ -151,6 +153,11 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
         decision=scenario.decision.constants(schedule.frame_s),
         metrics=collected(scenario.scenario.mission, (*CORE_METRICS, *mission_type.metrics)),
     )
+
+
+def _words(scenario: Scenario) -> list[Path]:
+    """Turtle files with the words of the features that a scenario uses; items are numbered by their words."""
+    return [path for feature in features().values() for path in feature.words(scenario)]
 
 
 def _instances(scenario: Scenario, mission: Mission, tbox: TBox) -> tuple[Instance, ...]:

@@ -17,6 +17,7 @@ from missions.errors import ConfigurationFault
 from missions.scenarios.bans import ban_faults
 from missions.scenarios.channel import channel_faults
 from missions.scenarios.equipment import equipment_faults, gear_of
+from missions.scenarios.extending import features
 from missions.scenarios.faults import bias_faults, draw_faults, fault_table_faults
 from missions.scenarios.formation import formation_faults
 from missions.scenarios.hooks import hook_faults
@@ -60,6 +61,7 @@ def cross_faults(raw: Raw, mission: type[Mission] | None) -> list[ConfigurationF
     )  # fmt: skip
     faults = [fault for check in checks for fault in check(raw)]
     gear = gear_of(raw, mission)
+    faults += [fault for feature in features().values() for fault in feature.checks(raw, mission)]
     faults += [*organisation_faults(raw, gear), *fault_table_faults(raw, gear.default_sensor)]
     if mission is not None:
         faults += [*_needs(raw, mission), *_missions(raw, mission), *formation_faults(raw, mission)]

@@ -1,4 +1,4 @@
-"""Needs and silence: ``[[need]]``, by which vehicles need an attribute on terms of their own, and ``[[covert]]``."""
+"""Needs: ``[[need]]``, by which vehicles need an attribute on terms of their own."""
 
 from __future__ import annotations
 
@@ -13,8 +13,17 @@ from missions.errors import ConfigurationFault
 from missions.files import shown
 from missions.scenarios.communication import QUEUE_LIMIT
 from missions.scenarios.ontologies import TABLE, TEXTS, words_of
-from missions.scenarios.tables import NotNegative, Positive, Raw, Section, entries, names_of, one_of, table_of
-from remoras.covert import Covert
+from missions.scenarios.tables import (
+    NotNegative,
+    Positive,
+    Raw,
+    Section,
+    entries,
+    names_of,
+    one_of,
+    span_faults,
+    table_of,
+)
 from remoras.mission import Mission
 from remoras.needs import need_name
 from worldmodel import OntologyError, Terms, need_ontology_path
@@ -50,19 +59,6 @@ class NeedTable(Section):
             self.newest_first,
             self.acknowledged,
         )
-
-
-class CovertTable(Section):
-    """One ``[[covert]]``."""
-
-    vehicle: str = Field(description="vehicle that hears but does not send")
-    above: int | None = Field(None, ge=0, le=1000, description="it sends what has a higher priority; nothing if absent")
-    from_s: NotNegative = Field(0.0, description="when that begins")
-    until_s: Positive | None = Field(None, description="when that is over; never if absent")
-
-    def declared(self) -> Covert:
-        """The time as a value."""
-        return Covert(self.vehicle, self.above, self.from_s, math.inf if self.until_s is None else self.until_s)
 
 
 def states_needs(scenario: Scenario) -> bool:
@@ -101,10 +97,7 @@ def need_faults(raw: Raw, mission: type[Mission]) -> Iterator[ConfigurationFault
         yield from one_of(f"{key}.attribute", table.get("attribute"), attributes)
         yield from one_of(f"{key}.vehicle", table.get("vehicle", ALL), [ALL, *names_of(raw, "vehicle")])
         yield from list(_term_faults(key, table)) or _idle_term_faults(raw, key, table)
-        yield from _span_faults(raw, key, table)
-    for number, table in enumerate(entries(raw, "covert"), 1):
-        yield from one_of(f"covert.{number}.vehicle", table.get("vehicle"), names_of(raw, "vehicle"))
-        yield from _span_faults(raw, f"covert.{number}", table)
+        yield from span_faults(raw, key, table)
     on_demand = table_of(raw, "communication").get("on_demand")
     for name in on_demand if isinstance(on_demand, list | tuple) else ():
         yield from one_of("communication.on_demand", name, attributes)
@@ -163,13 +156,3 @@ def detail_faults(raw: Raw) -> Iterator[ConfigurationFault]:
     if isinstance(above, int) and isinstance(limit, int) and above >= limit > 0:
         allowed = f"must be below queue_limit = {limit}, or the queue never gets that long"
         yield ConfigurationFault("communication.coarse_above", shown(above), allowed)
-
-
-def _span_faults(raw: Raw, key: str, table: Raw) -> Iterator[ConfigurationFault]:
-    """Times that cannot be."""
-    from_s, until_s, end_s = table.get("from_s", 0.0), table.get("until_s"), table_of(raw, "scenario").get("duration_s")
-    if isinstance(from_s, int | float) and isinstance(end_s, int | float) and from_s >= end_s:
-        allowed = f"must be below scenario.duration_s = {end_s:g}, when the mission is over"
-        yield ConfigurationFault(f"{key}.from_s", shown(from_s), allowed)
-    if isinstance(from_s, int | float) and isinstance(until_s, int | float) and until_s <= from_s:
-        yield ConfigurationFault(f"{key}.until_s", shown(until_s), f"must be above from_s = {from_s:g}")

@@ -15,9 +15,10 @@ from missions.scenarios.channel import ChannelTable
 from missions.scenarios.clocks import VehicleClockTable
 from missions.scenarios.communication import Communication
 from missions.scenarios.copies import MAX_VEHICLES, SPACING_M
+from missions.scenarios.extending import with_features
 from missions.scenarios.faults import FaultTable
 from missions.scenarios.knowledge import WorldModelTable
-from missions.scenarios.needs import CovertTable, NeedTable
+from missions.scenarios.needs import NeedTable
 from missions.scenarios.obligations import ObligationTable
 from missions.scenarios.sea import BeaconTable, CurrentTable, NavigationTable
 from missions.scenarios.slots import SlotsTable
@@ -272,11 +273,12 @@ class FleetTable(Section):
     )
 
 
+@with_features("")
 class Scenario(Sparse):
     """The whole input of a run; a mission with tables of its own subclasses it."""
 
     model_config = ConfigDict(json_schema_extra=unless("organisation", "group"))
-    UNSAID = frozenset({"role", "group_template", "worldmodel", "ban", "slots", "need", "covert"})
+    UNSAID = frozenset({"role", "group_template", "worldmodel", "ban", "slots", "need"})
 
     organisation: str | None = Field(
         None,
@@ -310,4 +312,3 @@ class Scenario(Sparse):
     ban: tuple[BanTable, ...] = ()
     slots: tuple[SlotsTable, ...] = ()
     need: tuple[NeedTable, ...] = ()
-    covert: tuple[CovertTable, ...] = ()

@@ -91,7 +91,8 @@ class Scene:
     @property
     def is_selective(self) -> bool:
         """True if vehicles need not keep what all others know."""
-        return self.setup.subjects is not None or bool(self.setup.stated) or bool(self.setup.scenario.covert)
+        is_limited = any(vehicle.radio.limits for vehicle in self.fleet.vehicles)
+        return is_limited or self.setup.subjects is not None or bool(self.setup.stated)
 
     @property
     def is_silent(self) -> bool:

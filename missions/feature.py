@@ -1,0 +1,67 @@
+"""Features: what a scenario may do without, each in one file of ``missions/features`` that has its name.
+
+A file there has a ``FEATURE``: the keys that it brings to the tables of scenarios, what it checks, the words that it
+adds to the ontology, and how it takes part in a run. There is no list of them: whoever puts a file there has a feature,
+and whoever takes it away has one less, and nothing else changes. What a scenario does not use is not made in its runs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from missions.errors import ConfigurationFault
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from missions.scenarios.scenario import Scenario
+    from missions.scenarios.tables import Raw
+    from remoras.database import AUVDatabase
+    from remoras.events import Part
+    from remoras.mission import Mission
+    from remoras.recorder import Recorder
+    from worldmodel import Instance, TBox
+
+
+@dataclass(frozen=True)
+class Joining:
+    """What a feature may know of the run that it is to take part in.
+
+    Attributes:
+        scenario: the whole input.
+        mission: of the scenario.
+        tbox: core ontology and the words that mission, scenario and features add.
+        instances: what the whole fleet has names for.
+        database: vehicles as the fleet knows them.
+        recorder: takes the rows; a feature declares tables of its own.
+        seed: root of all draws.
+    """
+
+    scenario: Scenario
+    mission: Mission
+    tbox: TBox
+    instances: Sequence[Instance]
+    database: AUVDatabase
+    recorder: Recorder
+    seed: int
+
+
+@dataclass(frozen=True)
+class Feature:
+    """One feature.
+
+    Attributes:
+        keys: type and field of each key that it brings, by the table that has the key: "" is the scenario itself,
+            "vehicle" or "communication" a table of it. A key is left out of what is written while it has its default.
+        part: called once for each run; what the feature does in it, None where the scenario does not use it.
+        checks: called when a scenario is checked, with the raw tables and the class of its mission, None if that is not
+            to be had; yields what is wrong, and passes malformed values over.
+        words: called with each checked scenario; Turtle files whose words its items use, read only where it uses them.
+    """
+
+    keys: Mapping[str, Mapping[str, tuple[Any, Any]]]
+    part: Callable[[Joining], Part | None]
+    checks: Callable[[Raw, type[Mission] | None], Iterable[ConfigurationFault]] = lambda raw, mission: ()
+    words: Callable[[Scenario], Sequence[Path]] = lambda scenario: ()

@@ -1,0 +1,47 @@
+"""Tables of scenarios take in the keys that features bring (``missions.feature``), whichever are there."""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+from collections.abc import Callable
+from functools import cache
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from pydantic import create_model
+
+from missions.scenarios.tables import Sparse
+
+if TYPE_CHECKING:
+    from missions.feature import Feature
+
+FOLDER = "missions.features"
+Table = TypeVar("Table", bound=Sparse)
+
+
+@cache
+def features() -> dict[str, Feature]:
+    """The features that are there, by name, in the order of their names."""
+    names = sorted(one.name for one in pkgutil.iter_modules(importlib.import_module(FOLDER).__path__))
+    return {name: importlib.import_module(f"{FOLDER}.{name}").FEATURE for name in names}
+
+
+def with_features(table: str) -> Callable[[type[Table]], type[Table]]:
+    """Let a table take in what features bring to it: a decorator of its class.
+
+    Args:
+        table: as features call it, see ``missions.feature.Feature.keys``.
+    """
+
+    def extended(base: type[Table]) -> type[Table]:
+        keys: dict[str, Any] = {}
+        for feature in features().values():
+            keys |= feature.keys.get(table, {})
+        if not keys:
+            return base
+        name, module, text = base.__name__, base.__module__, base.__doc__
+        made: type[Table] = create_model(name, __base__=base, __module__=module, __doc__=text, **keys)
+        made.UNSAID = base.UNSAID | keys.keys()
+        return made
+
+    return extended

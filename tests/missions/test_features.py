@@ -1,0 +1,78 @@
+"""Each feature is one file: who takes it away loses the feature, and nothing else."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from missions.scenarios.extending import features
+
+ROOT = Path(__file__).parents[2]
+WITHOUT = """
+import hashlib, json, pkgutil, sys
+left_out, use = sys.argv[1], sys.argv[2:]
+sound = pkgutil.iter_modules
+pkgutil.iter_modules = lambda path: [one for one in sound(path) if one.name != left_out]
+if left_out:
+    sys.modules["missions.features." + left_out] = None  # whoever imports it fails
+from missions.errors import ConfigurationError
+from missions.runs.run import run
+from missions.runs.summary import summary
+from missions.scenarios import load
+from missions.scenarios.extending import features
+PLAIN = [("--set", "scenario.duration_s=150.0"), ("--set", "channel.per=0.3")]
+finished = run(load("mapping-rendezvous", PLAIN), 3)
+rows = {name: finished.recorder.rows(name) for name in finished.recorder.tables}
+found = json.dumps([rows, summary(finished)], default=str, sort_keys=True)
+refused = ""
+try:
+    load("mapping-rendezvous", [*PLAIN, *(("--set", one) for one in use)])
+except ConfigurationError as error:
+    refused = str(error)
+print(json.dumps([hashlib.sha256(found.encode()).hexdigest(), refused, list(features())]))
+"""
+USES = {
+    "covert": ["covert=[{vehicle='AUV01'}]"],
+}
+"""What a scenario has to say to use each feature."""
+
+
+def run_without(feature: str, *use: str) -> tuple[str, str, list[str]]:
+    """Digest of a run, how a scenario with these settings is refused, and which features there are."""
+    # a process of its own: tables take in the keys of features once, when they are imported
+    command = [sys.executable, "-c", WITHOUT, feature, *use]
+    made = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True, timeout=240)
+    digest, refused, names = json.loads(made.stdout)
+    return digest, refused, names
+
+
+@pytest.fixture(scope="module")
+def whole() -> str:
+    """Digest of the run with all features there, of which it uses none."""
+    digest, _, names = run_without("")
+    assert names == list(features())
+    return digest
+
+
+@pytest.mark.parametrize("feature", sorted(USES))
+def test_a_feature_can_be_taken_away(feature: str, whole: str) -> None:
+    """A run that does not use it gives the same bytes; a scenario that does is refused in a line that names it."""
+    digest, refused, names = run_without(feature, *USES[feature])
+    assert feature not in names
+    assert digest == whole
+    assert "unknown key" in refused
+    assert feature in refused
+    assert len(refused.splitlines()) <= 2
+
+
+@pytest.mark.parametrize("feature", sorted(USES))
+def test_a_feature_that_is_there_is_taken(feature: str, whole: str) -> None:
+    digest, refused, names = run_without("", *USES[feature])
+    assert (digest, refused) == (whole, "")
+    assert feature in names
+
+
+def test_every_feature_is_tried() -> None:
+    assert set(USES) == set(features())
