@@ -59,9 +59,14 @@ class Feature:
         checks: called when a scenario is checked, with the raw tables and the class of its mission, None if that is not
             to be had; yields what is wrong, and passes malformed values over.
         words: called with each checked scenario; Turtle files whose words its items use, read only where it uses them.
+        states: attributes of these words that vehicles tell all others, as urgent as what is most urgent.
+        turns: called with each checked scenario; nodes that send in each slot of a frame, empty if the feature has
+            nothing to say to that.
     """
 
     keys: Mapping[str, Mapping[str, tuple[Any, Any]]]
-    part: Callable[[Joining], Part | None]
+    part: Callable[[Joining], Part | None] = lambda joining: None
     checks: Callable[[Raw, type[Mission] | None], Iterable[ConfigurationFault]] = lambda raw, mission: ()
     words: Callable[[Scenario], Sequence[Path]] = lambda scenario: ()
+    states: Sequence[str] = ()
+    turns: Callable[[Scenario], Sequence[Sequence[int]]] = lambda scenario: ()

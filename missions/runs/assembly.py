@@ -22,9 +22,7 @@ from missions.scenarios.deployment import deployment_of, sound_speed_mps
 from missions.scenarios.extending import features
 from missions.scenarios.obligations import obligations_of
 from missions.scenarios.parts import groups_of
-from missions.scenarios.slots import new_slots
 from missions.scenarios.values import value_rule_of
-from remoras.bans import bans_part
 from remoras.beliefs import Beliefs
 from remoras.bound import share_at_once
 from remoras.database import AUVDatabase, VehicleData
@@ -42,7 +40,6 @@ from remoras.picture import Picture
 from remoras.radio import Radio
 from remoras.recorder import Recorder
 from remoras.sea import Sea
-from remoras.slots import slots_part
 from remoras.social.agreement import agree
 from remoras.social.layer import SocialLayer
 from remoras.social.needs import GroupNeeds
@@ -164,8 +161,7 @@ def parts_of(setup: Setup, recorder: Recorder, seed: int) -> list[Part]:
         seed: root of all draws.
     """
     scenario = setup.scenario
-    bans = [table.declared() for table in scenario.ban]
-    parts = [slots_part(new_slots(scenario)), bans_part(bans), needs_part(setup.stated)]
+    parts = [needs_part(setup.stated)]
     joining = Joining(scenario, setup.mission, setup.tbox, setup.instances, setup.database, recorder, seed)
     return parts + [part for feature in features().values() if (part := feature.part(joining)) is not None]
 

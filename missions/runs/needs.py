@@ -6,15 +6,14 @@ import math
 from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from missions.scenarios.extending import features
 from missions.scenarios.needs import ALL, states_needs
 from missions.scenarios.scenario import BY_GROUPS, HELD, Scenario
-from remoras.bans import BANNED_FROM
 from remoras.database import AUVDatabase
 from remoras.mission import Mission
 from remoras.needs import NEED_ATTRIBUTES, StatedNeed, need_name
 from remoras.organisation import Group
 from remoras.plugins import answer
-from remoras.slots import SENDS_IN
 from remoras.social.agreement import Agreement
 from remoras.social.formations import FORMATION_ATTRIBUTES
 from remoras.social.needs import GroupNeeds, Path, Subjects
@@ -40,7 +39,7 @@ def priorities(scenario: Scenario, strategy: Strategy, mission: Mission, tbox: T
     known = {attribute.name for attribute in tbox.attributes}
     listed = {name: priority for name, priority in scenario.communication.needs.items() if name in known}
     formation = [name for name in FORMATION_ATTRIBUTES if name in known]
-    ordered = [name for name in (BANNED_FROM, SENDS_IN) if name in known]
+    ordered = [name for feature in features().values() for name in feature.states if name in known]
     stated = (*negotiated_attributes(strategy, mission.jobs, tbox), *SOCIAL_ATTRIBUTES, *formation, *ordered)
     stated += NEED_ATTRIBUTES if states_needs(scenario) else ()
     strategic = dict.fromkeys(stated, max(listed.values(), default=1))

@@ -15,7 +15,6 @@ from missions.runs.metrics import CORE_METRICS
 from missions.runs.needs import on_demand_of, priorities, stated_needs, subjects_of
 from missions.runs.refusals import refuse_malformed, refuse_undivided
 from missions.runs.sensors import recorder_of_mission, sensors_of
-from missions.scenarios.bans import ban_words
 from missions.scenarios.clocks import guard_s, most_ahead_s
 from missions.scenarios.equipment import common_equipment
 from missions.scenarios.extending import features
@@ -24,7 +23,6 @@ from missions.scenarios.ontologies import sources_of
 from missions.scenarios.parts import database_of, groups_of, mission_class, strategy_of
 from missions.scenarios.policy import key_of, policy_of
 from missions.scenarios.scenario import Scenario, StrategyTable
-from missions.scenarios.slots import agreed_slots, slot_words
 from remoras.database import AUVDatabase
 from remoras.errors import PluginError
 from remoras.executive.satisfaction import DecisionConstants
@@ -113,7 +111,7 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
     policy = policy_of(scenario.communication.policy)
     given, words = (
         sources_of(scenario.worldmodel.ontology_text),
-        (*ban_words(scenario), *need_words(scenario), *slot_words(scenario), *_words(scenario)),
+        (*need_words(scenario), *_words(scenario)),
     )
     tbox = read_tbox(*core_ontology_paths(), *mission.vocabulary_used, *given, *words)
     database, groups = database_of(scenario, mission_type), groups_of(scenario)
@@ -123,7 +121,7 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
     n_named = len(instances) + (len(equipment) if mission.instances_found_per_vehicle else 0)
     instances += equipment
     modem, world = modems()[scenario.communication.modem], scenario.world
-    is_aloha, slots = scenario.communication.mac == "aloha", agreed_slots(scenario)
+    is_aloha, slots = scenario.communication.mac == "aloha", _turns(scenario)
     packet_s = modem.packet_s(modem.payload_bits)
     schedule = TdmaSchedule(len(database), packet_s, guard_s(scenario), slots, is_aloha)
     agreement = agree(strategy, mission, database, groups, scenario.scenario.duration_s)
@@ -153,6 +151,12 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
         decision=scenario.decision.constants(schedule.frame_s),
         metrics=collected(scenario.scenario.mission, (*CORE_METRICS, *mission_type.metrics)),
     )
+
+
+def _turns(scenario: Scenario) -> tuple[tuple[int, ...], ...]:
+    """Nodes that send in each slot of a frame, by the feature that says so; empty if none does."""
+    turns = (feature.turns(scenario) for feature in features().values())
+    return tuple(map(tuple, next(filter(None, turns), ())))
 
 
 def _words(scenario: Scenario) -> list[Path]:

@@ -14,7 +14,6 @@ from collections.abc import Iterable, Iterator, Mapping
 from exchange.acoustics.modems import FILE as MODEMS
 from exchange.acoustics.modems import modems
 from missions.errors import ConfigurationFault
-from missions.scenarios.bans import ban_faults
 from missions.scenarios.channel import channel_faults
 from missions.scenarios.equipment import equipment_faults, gear_of
 from missions.scenarios.extending import features
@@ -31,7 +30,6 @@ from missions.scenarios.parts import database_of, groups_of, strategy_named
 from missions.scenarios.policy import key_faults, policy_faults
 from missions.scenarios.scenario import Scenario
 from missions.scenarios.sea import beacon_faults, current_faults
-from missions.scenarios.slots import slot_faults
 from missions.scenarios.starts import start_faults
 from missions.scenarios.tables import Raw, bounds_of, entries, names_of, one_of, point_of, table_of, text_of
 from missions.scenarios.values import value_faults
@@ -57,7 +55,7 @@ def cross_faults(raw: Raw, mission: type[Mission] | None) -> list[ConfigurationF
     """
     checks = (
         _names, _slots, _times, _world, _origin, _choices, _weights, channel_faults,
-        _vehicles, start_faults, current_faults, beacon_faults, information_faults, slot_faults,
+        _vehicles, start_faults, current_faults, beacon_faults, information_faults, _aloha,
     )  # fmt: skip
     faults = [fault for check in checks for fault in check(raw)]
     gear = gear_of(raw, mission)
@@ -66,7 +64,7 @@ def cross_faults(raw: Raw, mission: type[Mission] | None) -> list[ConfigurationF
     if mission is not None:
         faults += [*_needs(raw, mission), *_missions(raw, mission), *formation_faults(raw, mission)]
         faults += [*obligation_faults(raw, mission), *knowledge_faults(raw, mission), *ontology_faults(raw, mission)]
-        faults += [*bias_faults(raw, mission), *ban_faults(raw), *need_faults(raw, mission), *_own_faults(raw, mission)]
+        faults += [*bias_faults(raw, mission), *need_faults(raw, mission), *_own_faults(raw, mission)]
         faults += equipment_faults(raw, mission)
     return faults
 
@@ -236,6 +234,14 @@ def outside_faults(raw: Raw, places_m: Iterable[tuple[str, tuple[float, float]]]
             yield ConfigurationFault(
                 key, f"[{x}, {y}]", f"outside the world, x {x_min} to {x_max}, y {y_min} to {y_max}"
             )
+
+
+def _aloha(raw: Raw) -> Iterator[ConfigurationFault]:
+    """Clocks that are to be set by slots where nobody has any."""
+    communication = table_of(raw, "communication")
+    if communication.get("mac") == "aloha" and table_of(communication, "clocks").get("discipline") is True:
+        allowed = 'must be false by communication.mac = "aloha": arrivals tell nothing where no packet has a slot'
+        yield ConfigurationFault("communication.clocks.discipline", "true", allowed)
 
 
 def _choices(raw: Raw) -> Iterator[ConfigurationFault]:

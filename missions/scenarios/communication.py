@@ -7,13 +7,14 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from missions.scenarios.clocks import ClocksTable
-from missions.scenarios.slots import SlotList
+from missions.scenarios.extending import with_features
 from missions.scenarios.tables import NotNegative, Sparse
 
 QUEUE_LIMIT = 10_000
 """Items in the queue of a vehicle, if a scenario does not say how many."""
 
 
+@with_features("communication")
 class Communication(Sparse):
     """The table ``[communication]``."""
 
@@ -31,18 +32,12 @@ class Communication(Sparse):
             "on_demand",
             "queue_limit",
             "receive_power_w",
-            "slots",
             "value",
         }
     )
 
     mac: Literal["tdma", "aloha"] = Field(
         "tdma", description="who sends when: each in its slots, or each once in a frame at a time of its own drawing"
-    )
-    slots: SlotList = Field(
-        (),
-        description='who sends in each slot of a frame: a vehicle, a list of those that share it, or "" for free; one '
-        "slot each, in the order of the fleet, if absent",
     )
     modem: str = Field(description="modem profile, see `remoras list modems`")
     range_m: float = Field(

@@ -10,7 +10,6 @@ from typing import Any, Final, Literal
 
 from pydantic import ConfigDict, Field, field_validator
 
-from missions.scenarios.bans import BanTable
 from missions.scenarios.channel import ChannelTable
 from missions.scenarios.clocks import VehicleClockTable
 from missions.scenarios.communication import Communication
@@ -21,7 +20,6 @@ from missions.scenarios.knowledge import WorldModelTable
 from missions.scenarios.needs import NeedTable
 from missions.scenarios.obligations import ObligationTable
 from missions.scenarios.sea import BeaconTable, CurrentTable, NavigationTable
-from missions.scenarios.slots import SlotsTable
 from missions.scenarios.tables import Name, NotNegative, PointM, Positive, Section, Sparse, one_or_more, unless
 from remoras.attraction import GuidanceConstants
 from remoras.avoidance import SEPARATION_M
@@ -278,7 +276,7 @@ class Scenario(Sparse):
     """The whole input of a run; a mission with tables of its own subclasses it."""
 
     model_config = ConfigDict(json_schema_extra=unless("organisation", "group"))
-    UNSAID = frozenset({"role", "group_template", "worldmodel", "ban", "slots", "need"})
+    UNSAID = frozenset({"role", "group_template", "worldmodel", "need"})
 
     organisation: str | None = Field(
         None,
@@ -309,6 +307,4 @@ class Scenario(Sparse):
     fleet: FleetTable | None = Field(None, exclude=True)
     vehicle: tuple[VehicleTable, ...] = Field(min_length=2, max_length=MAX_VEHICLES)
     fault: tuple[FaultTable, ...] = ()
-    ban: tuple[BanTable, ...] = ()
-    slots: tuple[SlotsTable, ...] = ()
     need: tuple[NeedTable, ...] = ()

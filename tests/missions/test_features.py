@@ -34,6 +34,8 @@ except ConfigurationError as error:
 print(json.dumps([hashlib.sha256(found.encode()).hexdigest(), refused, list(features())]))
 """
 USES = {
+    "ban": ["ban=[{issuer='AUV00', vehicle='AUV02', at_s=6.0}]"],
+    "slots": ["communication.slots=['AUV00','AUV01','AUV02','ASV00']"],
     "covert": ["covert=[{vehicle='AUV01'}]"],
 }
 """What a scenario has to say to use each feature."""
