@@ -16,6 +16,7 @@ from missions.errors import ConfigurationFault
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from missions.metric import Metric
     from missions.scenarios.scenario import Scenario
     from missions.scenarios.tables import Raw
     from remoras.database import AUVDatabase
@@ -62,6 +63,7 @@ class Feature:
         states: attributes of these words that vehicles tell all others, as urgent as what is most urgent.
         turns: called with each checked scenario; nodes that send in each slot of a frame, empty if the feature has
             nothing to say to that.
+        metrics: figures of a run; each is not applicable where the scenario does not use the feature.
     """
 
     keys: Mapping[str, Mapping[str, tuple[Any, Any]]]
@@ -70,3 +72,4 @@ class Feature:
     words: Callable[[Scenario], Sequence[Path]] = lambda scenario: ()
     states: Sequence[str] = ()
     turns: Callable[[Scenario], Sequence[Sequence[int]]] = lambda scenario: ()
+    metrics: Sequence[Metric] = ()

@@ -107,7 +107,10 @@ class Part:
         begin: called once, when the fleet, or the vehicle by itself, is made: schedules events.
         equip: called with each vehicle when it is made, and again with what takes its place after a restart: adds to
             its hooks.
+        watch: called with all vehicles and the true time (s) whenever the truth of a fleet looks; never of a vehicle by
+            itself.
     """
 
     begin: Callable[[Host], None] | None = None
     equip: Callable[[Vehicle], None] | None = None
+    watch: Callable[[Sequence[Vehicle], float], None] | None = None

@@ -75,7 +75,6 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
     Attributes:
         acted: called with a vehicle after it has done something by which it may have told something.
         restarted: called with a vehicle that began anew.
-        judged: called with the true time (s) whenever the truth is about to look.
     """
 
     def __init__(
@@ -105,7 +104,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         self.holders = HolderCount()
         self.acted: list[Callable[[Vehicle], None]] = []
         self.restarted: list[Callable[[Vehicle], None]] = []
-        self.judged: list[Callable[[float], None]] = []
+        self._watching = [part.watch for part in parts if part.watch is not None]
         leave_layers = any(vehicle.functional.adrift is not None for vehicle in self.vehicles)
         self._separation = Separation(self.vehicles, separation_m, leave_layers)
         self.medium, self.clocks = medium, medium.clocks
@@ -174,13 +173,13 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
             ids.pop(self, None)
         self.vehicles = ()
         self.view = ReadOnlyFleet(())
-        for hooks in (self.acted, self.restarted, self.judged):
-            hooks.clear()
+        self.acted.clear()
+        self.restarted.clear()
         del self.recorder
 
     def _observe(self, now_s: float) -> None:
-        for judge in self.judged:
-            judge(now_s)
+        for watch in self._watching:
+            watch(self.vehicles, now_s)
         if not self.completed:
             try:
                 self.completed = self.truth.observe(self.view, now_s)

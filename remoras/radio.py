@@ -131,7 +131,7 @@ class Radio:
     def tidy(self, now_s: float) -> None:
         """Give up blocks that have waited too long, and old values; note once what others wait for."""
         model = self._beliefs.model
-        for fault in tidy(model, now_s):
+        for fault in tidy(model, now_s) if model.pruning or model.arrivals.waiting or model.arrivals.dropped else ():
             self._record_fault(now_s, f"dropped block: {fault.code}", fault.detail)
             self.manager.give_up([fault.guid])
         if not model.arrivals.waiting and not self._lacking:

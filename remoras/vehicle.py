@@ -81,6 +81,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         self.radio = radio
         self.beliefs = beliefs
         self.condition = SOUND
+        self._is_running = True  # as its condition says, which is asked for it all the time
         self._recorder = recorder
         self._diary = Diary(self.name, self.social.database.names, recorder)
         tbox = beliefs.model.tbox
@@ -95,11 +96,12 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
     @property
     def is_alive(self) -> bool:
         """True while there is energy left and no fault has taken the vehicle away."""
-        return self.condition.is_alive and not self.functional.exhausted
+        return self._is_running and not self.functional.exhausted
 
     def suffer(self, condition: Condition) -> None:
         """Be in another condition from now on; called by the fleet when a fault begins or is over."""
         self.condition = condition
+        self._is_running = condition.is_alive
         self.functional.impair(condition.speed_factor, condition.dead_sensors, condition.drain_w)
         if not condition.is_alive:
             self.functional.stop()

@@ -20,7 +20,6 @@ from missions.runs.setup import Setup
 from missions.runs.worlds import world_model
 from missions.scenarios.deployment import deployment_of, sound_speed_mps
 from missions.scenarios.extending import features
-from missions.scenarios.obligations import obligations_of
 from missions.scenarios.parts import groups_of
 from missions.scenarios.values import value_rule_of
 from remoras.beliefs import Beliefs
@@ -34,7 +33,6 @@ from remoras.faults import Fault, drawn
 from remoras.fleet import Fleet, Makers
 from remoras.functional.layer import FunctionalLayer
 from remoras.needs import needs_part
-from remoras.obligations import Obligations
 from remoras.own_clock import OwnClock
 from remoras.picture import Picture
 from remoras.radio import Radio
@@ -146,9 +144,6 @@ def assemble(setup: Setup, seed: int, channel: Channel | None = None, salt: byte
     )
     if setup.strategy.declaration.is_bound:
         share_at_once(made)
-    if owed := obligations_of(scenario):
-        obligations = Obligations(owed, mission.jobs, recorder)
-        made.judged.append(lambda now_s: obligations.judge(made.vehicles, now_s))
     return made
 
 

@@ -15,9 +15,9 @@ from missions.runs.organisation_metrics import (
     holder_conflict_fraction,
     malformed_s,
     n_refused_acts,
-    n_violated_obligations,
     view_divergence,
 )
+from missions.scenarios.extending import features
 from missions.scenarios.parts import mission_class, modem_energy
 from missions.scenarios.scenario import Scenario
 from remoras.contents import Content
@@ -212,7 +212,7 @@ CORE_METRICS = (
         note="Time in which a founding role has too few holders, a role too many, or one who may not hold it.",
     ),
     Metric("n_refused_acts", "", Better.NEITHER, "refused acts", n_refused_acts),
-    Metric("n_violated_obligations", "", LOWER, "violated obligations", n_violated_obligations),
+    *(metric for feature in features().values() for metric in feature.metrics),
     Metric("n_expired", "", LOWER, "expired", n_expired, note="Too old, or no room in the queue."),
     Metric("idle_s", "s", LOWER, "idle time", idle_s, note="Mean over the vehicles that are able to do a job."),
     Metric(
@@ -232,7 +232,7 @@ CORE_METRICS = (
     Metric("n_fixes", "", LOWER, "fixes", n_fixes, note="Runs in which vehicles know where they are are left out."),
     Metric("fixing_s", "s", LOWER, "time for fixes", fixing_s, note="Of all vehicles together."),
 )  # fmt: skip
-"""Metrics of every run."""
+"""Metrics of every run, and those that features bring, which do not apply to runs that do not use these."""
 
 
 def metrics_of(scenario: Scenario) -> Mapping[str, Metric]:

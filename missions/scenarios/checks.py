@@ -23,7 +23,6 @@ from missions.scenarios.hooks import hook_faults
 from missions.scenarios.information import information_faults
 from missions.scenarios.knowledge import knowledge_faults
 from missions.scenarios.needs import detail_faults, need_faults, of_faults
-from missions.scenarios.obligations import obligation_faults
 from missions.scenarios.ontologies import ontology_faults, words_of
 from missions.scenarios.organisation_checks import organisation_faults
 from missions.scenarios.parts import database_of, groups_of, strategy_named
@@ -63,7 +62,7 @@ def cross_faults(raw: Raw, mission: type[Mission] | None) -> list[ConfigurationF
     faults += [*organisation_faults(raw, gear), *fault_table_faults(raw, gear.default_sensor)]
     if mission is not None:
         faults += [*_needs(raw, mission), *_missions(raw, mission), *formation_faults(raw, mission)]
-        faults += [*obligation_faults(raw, mission), *knowledge_faults(raw, mission), *ontology_faults(raw, mission)]
+        faults += [*knowledge_faults(raw, mission), *ontology_faults(raw, mission)]
         faults += [*bias_faults(raw, mission), *need_faults(raw, mission), *_own_faults(raw, mission)]
         faults += equipment_faults(raw, mission)
     return faults

@@ -18,7 +18,6 @@ from missions.scenarios.extending import with_features
 from missions.scenarios.faults import FaultTable
 from missions.scenarios.knowledge import WorldModelTable
 from missions.scenarios.needs import NeedTable
-from missions.scenarios.obligations import ObligationTable
 from missions.scenarios.sea import BeaconTable, CurrentTable, NavigationTable
 from missions.scenarios.tables import Name, NotNegative, PointM, Positive, Section, Sparse, one_or_more, unless
 from remoras.attraction import GuidanceConstants
@@ -185,11 +184,12 @@ class SubgroupTable(Section):
     maximum: int | None = Field(None, ge=1, description="most subgroups of it; any number if absent")
 
 
+@with_features("group")
 class GroupTable(Sparse):
     """One ``[[group]]``."""
 
     model_config = ConfigDict(json_schema_extra=unless("template", "rally_point", "role"))
-    UNSAID = frozenset({"template", "within", "subgroup", "information", "obligation"})
+    UNSAID = frozenset({"template", "within", "subgroup", "information"})
 
     name: Name = Field(description="name of the group")
     template: str | None = Field(
@@ -212,7 +212,6 @@ class GroupTable(Sparse):
         "replicated",
         description="who needs what the group knows of its jobs: all members, or its head and who does the job",
     )
-    obligation: tuple[ObligationTable, ...] = Field((), description="what its roles owe, and by when")
     role: tuple[Role, ...] = Field(min_length=1, description="roles of the group")
 
 
