@@ -51,12 +51,12 @@ class Joining:
 
 @dataclass(frozen=True)
 class Feature:
-    """One feature.
+    """One feature. All but its keys is asked for only where a scenario has one of them.
 
     Attributes:
         keys: type and field of each key that it brings, by the table that has the key: "" is the scenario itself,
             "vehicle" or "communication" a table of it. A key is left out of what is written while it has its default.
-        part: called once for each run; what the feature does in it, None where the scenario does not use it.
+        part: called once for each run; what the feature does in it, if anything.
         checks: called when a scenario is checked, with the raw tables and the class of its mission, None if that is not
             to be had; yields what is wrong, and passes malformed values over.
         words: called with each checked scenario; Turtle files whose words its items use, read only where it uses them.
@@ -64,6 +64,10 @@ class Feature:
         turns: called with each checked scenario; nodes that send in each slot of a frame, empty if the feature has
             nothing to say to that.
         metrics: figures of a run; each is not applicable where the scenario does not use the feature.
+        instances: called with each checked scenario; class and name of what the whole fleet has names for on top.
+        needed: called when a scenario is checked, with the raw tables; attributes of which somebody needs values.
+        on_demand: called with each checked scenario; attributes that are exchanged once somebody needs them.
+        made_checks: called with a scenario that has no other faults and its mission; yields what is wrong.
     """
 
     keys: Mapping[str, Mapping[str, tuple[Any, Any]]]
@@ -73,3 +77,7 @@ class Feature:
     states: Sequence[str] = ()
     turns: Callable[[Scenario], Sequence[Sequence[int]]] = lambda scenario: ()
     metrics: Sequence[Metric] = ()
+    instances: Callable[[Scenario], Sequence[tuple[str, str]]] = lambda scenario: ()
+    needed: Callable[[Raw], Iterable[str]] = lambda raw: ()
+    on_demand: Callable[[Scenario], Iterable[str]] = lambda scenario: ()
+    made_checks: Callable[[Scenario, Mission], Iterable[ConfigurationFault]] = lambda scenario, made: ()

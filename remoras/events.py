@@ -16,8 +16,11 @@ from remoras.clock import Priority
 if TYPE_CHECKING:
     from remoras.beliefs import Beliefs, Fact
     from remoras.faults import Fault
+    from remoras.radio import RenewedNeeds
     from remoras.recorder import Recorder
+    from remoras.social.needs import GroupNeeds
     from remoras.vehicle import Vehicle
+    from worldmodel import NeedsIndex, WorldModel
 
 H_contra = TypeVar("H_contra", contravariant=True)
 
@@ -109,8 +112,11 @@ class Part:
             its hooks.
         watch: called with all vehicles and the true time (s) whenever the truth of a fleet looks; never of a vehicle by
             itself.
+        needs: called when a vehicle is made, with its world model and the needs that nobody states; who needs what
+            instead. At most one part of a run has it.
     """
 
     begin: Callable[[Host], None] | None = None
     equip: Callable[[Vehicle], None] | None = None
     watch: Callable[[Sequence[Vehicle], float], None] | None = None
+    needs: Callable[[WorldModel, NeedsIndex | GroupNeeds], RenewedNeeds] | None = None

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from exchange.manager import ExchangeManager
 from exchange.packets import Fragment, InfluenceSignal, ItemUid, Reception, Transmission, name_of
@@ -21,10 +21,8 @@ from remoras.jumps import Jumps
 from remoras.organisation import Group, Organisation
 from remoras.picture import Peers
 from remoras.recorder import Recorder
-from remoras.social.needs import GroupNeeds
-from remoras.social.stated_needs import NeedsInForce
 from remoras.strategy import Declaration
-from worldmodel import STATUS, Block, Change, FaultCode, PropertyValue, TBox, merge, tidy
+from worldmodel import STATUS, Block, Change, FaultCode, Needs, PropertyValue, TBox, merge, tidy
 from worldmodel.snapshot import uncertainty_as_text
 
 JOB = "Job"
@@ -44,6 +42,14 @@ class Signalling(NamedTuple):
     group: str
     role: str
     addressed: tuple[str, ...]
+
+
+class RenewedNeeds(Needs, Protocol):
+    """Who needs what, where that may change during the mission."""
+
+    def renew(self, organisation: Organisation) -> bool:
+        """Answer by what has been heard so far, and another view of the organisation; True if needs have changed."""
+        ...
 
 
 class HeardPacket(NamedTuple):
@@ -85,6 +91,7 @@ class Radio:
     Attributes:
         limits: each tells, of the time by its own clock (s), the priority above which things may be sent: 0 for all,
             infinite for nothing. Asked when a slot opens; features that are on add to them.
+        noted: each is told of what has changed in the world model; features that are on add to them.
     """
 
     def __init__(
@@ -96,12 +103,13 @@ class Radio:
         beliefs: Beliefs,
         peers: Peers,
         recorder: Recorder,
-        needs: NeedsInForce | GroupNeeds | None = None,
+        needs: RenewedNeeds | None = None,
         top_speeds_mps: Mapping[int, float] = MappingProxyType({}),
     ) -> None:
         self.manager = manager
         self._contacts = Contacts(names, beliefs.model.owner, manager)
-        self._needs = needs
+        self.needs = needs
+        self.noted: list[Callable[[Sequence[Change]], None]] = []
         self.communicates = declaration.communicates
         self.influences = declaration.influences
         self.is_bound = declaration.is_bound
@@ -270,7 +278,7 @@ class Radio:
 
     def regroup(self, organisation: Organisation, now_s: float) -> tuple[Change, ...]:
         """Tell and keep what this view of the organisation asks for; what was set aside and is needed now goes in."""
-        if self._needs is None or not self._needs.renew(organisation):
+        if self.needs is None or not self.needs.renew(organisation):
             return ()
         renewal = self.manager.renew(now_s)
         for uid in renewal.items:
@@ -294,10 +302,10 @@ class Radio:
         if any(fact.attribute in self._news for fact in facts):
             self._peers.last_news_s = now_s
 
-    def note(self, changes: Iterable[Change]) -> None:
-        """Keep the newest positions, whoever said them, and see whether anybody has stated a need."""
-        if isinstance(self._needs, NeedsInForce):
-            self._needs.note(changes)
+    def note(self, changes: Sequence[Change]) -> None:
+        """Keep the newest positions, whoever said them."""
+        for note in self.noted:
+            note(changes)
         for change in changes:
             for fact in change.new_latest:
                 if fact.attribute == self._position:

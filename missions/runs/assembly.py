@@ -13,39 +13,36 @@ from exchange.manager import ExchangeManager
 from exchange.peers import Upkeep
 from missions.feature import Joining
 from missions.runs.clocks import clocks_of, disciplines, own_recorder, timekeeper_of
-from missions.runs.needs import needs_in_force, needs_of_all
+from missions.runs.needs import needs_of_all
 from missions.runs.sea import actual, sea_of
 from missions.runs.sensors import recorder_of_mission, sensors_of
 from missions.runs.setup import Setup
 from missions.runs.worlds import world_model
 from missions.scenarios.deployment import deployment_of, sound_speed_mps
-from missions.scenarios.extending import features
 from missions.scenarios.parts import groups_of
 from missions.scenarios.values import value_rule_of
 from remoras.beliefs import Beliefs
 from remoras.bound import share_at_once
 from remoras.database import AUVDatabase, VehicleData
-from remoras.detail import Detail
 from remoras.events import Part
 from remoras.executive.layer import ExecutiveLayer
 from remoras.fault_events import faults_part
 from remoras.faults import Fault, drawn
 from remoras.fleet import Fleet, Makers
 from remoras.functional.layer import FunctionalLayer
-from remoras.needs import needs_part
 from remoras.own_clock import OwnClock
 from remoras.picture import Picture
-from remoras.radio import Radio
+from remoras.radio import Radio, RenewedNeeds
 from remoras.recorder import Recorder
 from remoras.sea import Sea
 from remoras.social.agreement import agree
 from remoras.social.layer import SocialLayer
 from remoras.social.needs import GroupNeeds
-from remoras.social.stated_needs import NeedsInForce
 from remoras.solo import Solo
 from remoras.strategy import Declaration
 from remoras.traffic import Medium
 from remoras.vehicle import Layers, Vehicle, go_on
+from worldmodel import WorldModel
 
 
 def channel_of(setup: Setup, seed: int) -> BroadcastChannel:
@@ -156,9 +153,8 @@ def parts_of(setup: Setup, recorder: Recorder, seed: int) -> list[Part]:
         seed: root of all draws.
     """
     scenario = setup.scenario
-    parts = [needs_part(setup.stated)]
     joining = Joining(scenario, setup.mission, setup.tbox, setup.instances, setup.database, recorder, seed)
-    return parts + [part for feature in features().values() if (part := feature.part(joining)) is not None]
+    return [part for feature in setup.features if (part := feature.part(joining)) is not None]
 
 
 def _lease_frames(declaration: Declaration, lease_frames: int) -> float:
@@ -203,7 +199,8 @@ def vehicle_of(host: Fleet | Solo, shared: Shared, life: Life) -> Vehicle:
     data, names = setup.database[life.real.name], setup.database.names
     recorder = own_recorder(life.clock, shared.recorder, disciplines(setup.scenario))
     picture = Picture(frame_s=setup.schedule.frame_s)
-    manager, beliefs, needs = _exchange(setup, data.node, life.epoch)
+    beliefs = Beliefs(world_model(setup, data.node, life.epoch))
+    manager, needs = _manager(shared, beliefs.model)
     radio = Radio(
         names,
         setup.agreement.groups,
@@ -228,31 +225,29 @@ def vehicle_of(host: Fleet | Solo, shared: Shared, life: Life) -> Vehicle:
     return vehicle
 
 
-def _exchange(setup: Setup, node: int, epoch: int) -> tuple[ExchangeManager, Beliefs, NeedsInForce | GroupNeeds | None]:
-    """What a vehicle knows and tells: its manager, its beliefs, and who needs what where that may change."""
+def _manager(shared: Shared, model: WorldModel) -> tuple[ExchangeManager, RenewedNeeds | None]:
+    """The exchange manager of a vehicle, and who needs what where that may change."""
+    setup = shared.setup
     communication = setup.scenario.communication
-    model = world_model(setup, node, epoch)
     subjects, organisation = setup.subjects, setup.agreement.organisation
     by_groups = None if subjects is None else GroupNeeds(setup.tbox, setup.urgency, subjects, organisation)
     common = by_groups or needs_of_all(setup.tbox, setup.urgency, len(setup.database))
-    needs = needs_in_force(setup, model, common)
+    stated = next((part.needs(model, common) for part in shared.parts if part.needs is not None), None)
     manager = ExchangeManager(
-        node,
+        model.owner,
         model,
         setup.codec,
         setup.schedule,
         setup.policy,
         setup.modem.payload_bits,
-        needs or common,
+        stated or common,
         communication.carrier_evidence,
         by_groups is not None,
         value_rule_of(communication.value),
         communication.queue_limit,
         upkeep=Upkeep(communication.summaries, communication.parking),
     )
-    above = communication.coarse_above
-    beliefs = Beliefs(model, Detail(setup.tbox, lambda: len(manager.queue), above) if above else None)
-    return manager, beliefs, needs or by_groups
+    return manager, stated or by_groups
 
 
 def _social(setup: Setup, name: str, beliefs: Beliefs, picture: Picture) -> SocialLayer:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from pydantic import create_model
 
-from missions.scenarios.tables import Sparse
+from missions.scenarios.tables import Raw, Sparse
 
 if TYPE_CHECKING:
     from missions.feature import Feature
@@ -24,6 +24,33 @@ def features() -> dict[str, Feature]:
     """The features that are there, by name, in the order of their names."""
     names = sorted(one.name for one in pkgutil.iter_modules(importlib.import_module(FOLDER).__path__))
     return {name: importlib.import_module(f"{FOLDER}.{name}").FEATURE for name in names}
+
+
+def named_in(raw: Raw) -> list[Feature]:
+    """The features of which a scenario has a key, by its raw tables."""
+
+    def has(place: str, key: str) -> bool:
+        table = raw.get(place) if place else raw
+        tables = table if isinstance(table, list) else [table]
+        return any(isinstance(one, dict) and key in one for one in tables)
+
+    return [one for one in features().values() if any(has(place, key) for place in one.keys for key in one.keys[place])]
+
+
+def used_in(scenario: Sparse) -> tuple[Feature, ...]:
+    """The features that a scenario uses: one of their keys is not at its default. The others are asked for nothing.
+
+    Args:
+        scenario: the whole input.
+    """
+
+    def says(place: str, key: str) -> bool:
+        table = getattr(scenario, place) if place else scenario
+        tables = table if isinstance(table, tuple) else [table]
+        return any(getattr(one, key) != type(one).model_fields[key].default for one in tables)
+
+    found = features().values()
+    return tuple(one for one in found if any(says(place, key) for place in one.keys for key in one.keys[place]))
 
 
 def with_features(table: str) -> Callable[[type[Table]], type[Table]]:

@@ -17,7 +17,6 @@ from missions.scenarios.copies import MAX_VEHICLES, SPACING_M
 from missions.scenarios.extending import with_features
 from missions.scenarios.faults import FaultTable
 from missions.scenarios.knowledge import WorldModelTable
-from missions.scenarios.needs import NeedTable
 from missions.scenarios.sea import BeaconTable, CurrentTable, NavigationTable
 from missions.scenarios.tables import Name, NotNegative, PointM, Positive, Section, Sparse, one_or_more, unless
 from remoras.attraction import GuidanceConstants
@@ -275,7 +274,7 @@ class Scenario(Sparse):
     """The whole input of a run; a mission with tables of its own subclasses it."""
 
     model_config = ConfigDict(json_schema_extra=unless("organisation", "group"))
-    UNSAID = frozenset({"role", "group_template", "worldmodel", "need"})
+    UNSAID = frozenset({"role", "group_template", "worldmodel"})
 
     organisation: str | None = Field(
         None,
@@ -306,4 +305,3 @@ class Scenario(Sparse):
     fleet: FleetTable | None = Field(None, exclude=True)
     vehicle: tuple[VehicleTable, ...] = Field(min_length=2, max_length=MAX_VEHICLES)
     fault: tuple[FaultTable, ...] = ()
-    need: tuple[NeedTable, ...] = ()

@@ -17,6 +17,8 @@ Probability = Annotated[float, Field(ge=0.0, le=1.0)]
 Name = Annotated[str, Field(min_length=1, max_length=40, pattern=r"^[^./\\\x00-\x1f]+$")]
 """Files are named by it: it has no dot, no slash and no control character."""
 PointM = tuple[float, float]
+QUEUE_LIMIT = 10_000
+"""Items in the queue of a vehicle, if a scenario does not say how many."""
 
 Raw = Mapping[str, Any]
 """A table as TOML has it, not checked yet."""

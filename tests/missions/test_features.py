@@ -35,6 +35,8 @@ print(json.dumps([hashlib.sha256(found.encode()).hexdigest(), refused, list(feat
 """
 USES = {
     "ban": ["ban=[{issuer='AUV00', vehicle='AUV02', at_s=6.0}]"],
+    "coarse_above": ["communication.coarse_above=5"],
+    "need": ["need=[{attribute='batteryFraction', vehicle='ASV00', from_s=60.0}]"],
     "obligation": ["group.Operational.obligation=[{role='Midfield', objective='Exploring', deadline_s=300}]"],
     "slots": ["communication.slots=['AUV00','AUV01','AUV02','ASV00']"],
     "covert": ["covert=[{vehicle='AUV01'}]"],
