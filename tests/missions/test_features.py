@@ -81,3 +81,37 @@ def test_a_feature_that_is_there_is_taken(feature: str, whole: str) -> None:
 
 def test_every_feature_is_tried() -> None:
     assert set(USES) == set(features())
+
+
+PRINTED = """
+import json, pkgutil, sys
+from pathlib import Path
+folder, at_s = sys.argv[1], sys.argv[2]
+sound = pkgutil.iter_modules
+pkgutil.iter_modules = lambda path: (path.append(folder), sound(path))[1]  # as if the file lay beside the others
+from missions.errors import ConfigurationError
+from missions.runs.run import run
+from missions.scenarios import load
+lost = "fault=[{vehicle='AUV02', kind='lost', at_s=20.0}]"
+given = [f"headcount=[{{at_s=10.0}}, {{at_s={at_s}}}]", lost, "scenario.duration_s=60.0"]
+try:
+    made = run(load("mapping-rendezvous", [("--set", one) for one in given]), 1)
+    print(json.dumps(made.recorder.rows("headcount")))
+except ConfigurationError as error:
+    print(json.dumps(str(error)))
+"""
+
+
+def printed_feature(folder: Path, at_s: float) -> object:
+    """What comes of the feature of the how-to, with a second count at a time (s)."""
+    page = (ROOT / "docs" / "howto" / "feature.md").read_text(encoding="utf-8")
+    (folder / "headcount.py").write_text(page.split("```python\n")[1].split("```")[0], encoding="utf-8")
+    command = [sys.executable, "-c", PRINTED, str(folder), str(at_s)]
+    made = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True, timeout=240)
+    return json.loads(made.stdout)
+
+
+def test_the_feature_of_the_how_to_works_as_printed(tmp_path: Path) -> None:
+    """One vehicle of four is lost at 20 s; the mission is over at 60 s."""
+    assert printed_feature(tmp_path, 30.0) == [[10.0, 4], [30.0, 3]]
+    assert "headcount.2.at_s" in str(printed_feature(tmp_path, 90.0))
