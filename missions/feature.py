@@ -16,6 +16,7 @@ from missions.errors import ConfigurationFault
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from exchange.schedule import TdmaSchedule
     from missions.metric import Metric
     from missions.scenarios.scenario import Scenario
     from missions.scenarios.tables import Raw
@@ -36,8 +37,11 @@ class Joining:
         tbox: core ontology and the words that mission, scenario and features add.
         instances: what the whole fleet has names for.
         database: vehicles as the fleet knows them.
+        schedule: of the slots.
+        packet_s: time that the modem takes to send so many bits (s).
         recorder: takes the rows; a feature declares tables of its own.
         seed: root of all draws.
+        is_alone: True for a vehicle by itself, which has the clock of its hull.
     """
 
     scenario: Scenario
@@ -45,8 +49,11 @@ class Joining:
     tbox: TBox
     instances: Sequence[Instance]
     database: AUVDatabase
+    schedule: TdmaSchedule
+    packet_s: Callable[[int], float]
     recorder: Recorder
     seed: int
+    is_alone: bool = False
 
 
 @dataclass(frozen=True)
@@ -67,6 +74,8 @@ class Feature:
         instances: called with each checked scenario; class and name of what the whole fleet has names for on top.
         needed: called when a scenario is checked, with the raw tables; attributes of which somebody needs values.
         on_demand: called with each checked scenario; attributes that are exchanged once somebody needs them.
+        apart_s: called with each checked scenario; the most by which two clocks differ that slots stand (s).
+        ahead_s: called with each checked scenario; the most by which any clock may come to be ahead (s).
         made_checks: called with a scenario that has no other faults and its mission; yields what is wrong.
     """
 
@@ -80,4 +89,6 @@ class Feature:
     instances: Callable[[Scenario], Sequence[tuple[str, str]]] = lambda scenario: ()
     needed: Callable[[Raw], Iterable[str]] = lambda raw: ()
     on_demand: Callable[[Scenario], Iterable[str]] = lambda scenario: ()
+    apart_s: Callable[[Scenario], float] = lambda scenario: 0.0
+    ahead_s: Callable[[Scenario], float] = lambda scenario: 0.0
     made_checks: Callable[[Scenario, Mission], Iterable[ConfigurationFault]] = lambda scenario, made: ()

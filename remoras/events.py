@@ -7,15 +7,16 @@ A feature that is on gives a run a ``Part``. Whatever is off gives none, so noth
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
-from remoras.clock import Priority
+from remoras.clock import Priority, ShownTime
 
 if TYPE_CHECKING:
     from remoras.beliefs import Beliefs, Fact
     from remoras.faults import Fault
+    from remoras.fleet import Fleet
     from remoras.radio import RenewedNeeds
     from remoras.recorder import Recorder
     from remoras.social.needs import GroupNeeds
@@ -54,6 +55,10 @@ class Host(Protocol):
 
     def named(self, vehicle: str) -> Vehicle:
         """The vehicle of that name, as it is now."""
+        ...
+
+    def shown_s(self, vehicle: Vehicle) -> float:
+        """What the clock of a vehicle shows now (s)."""
         ...
 
     def let_say(self, vehicle: str, facts: Callable[[Beliefs], Sequence[Fact]]) -> bool:
@@ -112,6 +117,9 @@ class Part:
             its hooks.
         watch: called with all vehicles and the true time (s) whenever the truth of a fleet looks; never of a vehicle by
             itself.
+        join: called once with a fleet when it is made, never with a vehicle by itself: adds to the hooks of the fleet.
+        clocks: of vehicles whose clocks may be off, by node.
+        recorder: called when a vehicle is made, with its node and what takes the rows of all; what takes its rows.
         needs: called when a vehicle is made, with its world model and the needs that nobody states; who needs what
             instead. At most one part of a run has it.
     """
@@ -119,4 +127,26 @@ class Part:
     begin: Callable[[Host], None] | None = None
     equip: Callable[[Vehicle], None] | None = None
     watch: Callable[[Sequence[Vehicle], float], None] | None = None
+    join: Callable[[Fleet], None] | None = None
+    clocks: Mapping[int, ShownTime] = field(default_factory=dict)
+    recorder: Callable[[int, Recorder], Recorder] | None = None
     needs: Callable[[WorldModel, NeedsIndex | GroupNeeds], RenewedNeeds] | None = None
+
+
+def clocks_of(parts: Iterable[Part]) -> dict[int, ShownTime]:
+    """Clocks that may be off, by the node of their vehicle."""
+    return {node: clock for part in parts for node, clock in part.clocks.items()}
+
+
+def recorder_for(parts: Iterable[Part], node: int, recorder: Recorder) -> Recorder:
+    """What takes the rows of one vehicle.
+
+    Args:
+        parts: of the run.
+        node: of the vehicle.
+        recorder: takes the rows of all.
+    """
+    for part in parts:
+        if part.recorder is not None:
+            recorder = part.recorder(node, recorder)
+    return recorder

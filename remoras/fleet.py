@@ -75,6 +75,8 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
     Attributes:
         acted: called with a vehicle after it has done something by which it may have told something.
         restarted: called with a vehicle that began anew.
+        consulted: called with a vehicle after it has consulted.
+        sent: called with a vehicle after its slot.
     """
 
     def __init__(
@@ -102,18 +104,23 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         self.reason = ""
         self.n_false_beliefs = 0
         self.holders = HolderCount()
+        self.consulted: list[Callable[[Vehicle], None]] = []
+        self.sent: list[Callable[[Vehicle], None]] = []
         self.acted: list[Callable[[Vehicle], None]] = []
         self.restarted: list[Callable[[Vehicle], None]] = []
+        self.parts = parts
         self._watching = [part.watch for part in parts if part.watch is not None]
         leave_layers = any(vehicle.functional.adrift is not None for vehicle in self.vehicles)
         self._separation = Separation(self.vehicles, separation_m, leave_layers)
         self.medium, self.clocks = medium, medium.clocks
         self.channel, self.schedule = medium.channel, medium.schedule
-        self._astray = {node for node, clock in enumerate(self.clocks) if not clock.is_exact}
+        self._astray = {node for node, clock in self.clocks.items() if not clock.is_exact}
         self.traffic = Traffic(medium, self.clock)
         for part in parts:
             if part.begin is not None:
                 part.begin(self)
+            if part.join is not None:
+                part.join(self)
 
     @property
     def now_s(self) -> float:
@@ -173,8 +180,8 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
             ids.pop(self, None)
         self.vehicles = ()
         self.view = ReadOnlyFleet(())
-        self.acted.clear()
-        self.restarted.clear()
+        for hooks in (self.acted, self.restarted, self.consulted, self.sent):
+            hooks.clear()
         del self.recorder
 
     def _observe(self, now_s: float) -> None:
@@ -199,7 +206,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
 
     def shown_s(self, vehicle: Vehicle) -> float:
         """What the clock of a vehicle shows now (s)."""
-        return self.clocks[vehicle.data.node].reads(self.clock.now_s)
+        return self.medium.shown_s(vehicle.data.node, self.clock.now_s)
 
     def let_say(self, vehicle: str, facts: Callable[[Beliefs], Sequence[Fact]]) -> bool:
         """Let a vehicle conclude and tell facts now; False, and nothing is said, if it is not alive."""
@@ -230,14 +237,13 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         self._has_acted(sender)
         if sent is not None:
             self.traffic.carry(slot, sender, sent, self.vehicles, self.recorder)
-        if sender.timekeeper is not None and sender.timekeeper.set_clock():
-            self.traffic.await_slot(node)
+        for tell in self.sent:
+            tell(sender)
 
     def deliver(self, arrival: Arrival) -> None:
         """Let a vehicle hear a packet that arrives now."""
-        reception = self.vehicles[arrival.receiver].hear(
-            arrival.data, self.clocks[arrival.receiver].reads(self.clock.now_s)
-        )
+        hearer = self.vehicles[arrival.receiver]
+        reception = hearer.hear(arrival.data, self.shown_s(hearer))
         if reception is not None:
             for peer, uid in reception.beliefs:
                 if not self.vehicles[peer].radio.manager.holds(uid):
@@ -262,8 +268,8 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
 
     def _consult(self, vehicle: Vehicle) -> None:
         vehicle.consult(self.shown_s(vehicle))
-        if vehicle.timekeeper is not None and vehicle.is_alive:
-            vehicle.timekeeper.record()
+        for tell in self.consulted:
+            tell(vehicle)
         self._has_acted(vehicle)
 
     def _has_acted(self, vehicle: Vehicle) -> None:

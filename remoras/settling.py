@@ -10,8 +10,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from exchange.packets import name_of
+from remoras.events import recorder_for
 from remoras.fleet import Fleet
-from remoras.own_clock import RecorderByClock
 from remoras.recorder import SETTLING, Recorder
 from remoras.traffic import Arrives, FrameBegins, SlotOpens
 from remoras.vehicle import Vehicle
@@ -36,8 +36,8 @@ def settle(fleet: Fleet, settle_s: float) -> Settled:
     """
     began_s, record = fleet.now_s, Recorder()
     fleet.recorder.declare(SETTLING)
-    for vehicle, clock in zip(fleet.vehicles, fleet.clocks, strict=True):
-        vehicle.radio.record_into(record if clock.is_exact else RecorderByClock(record, clock))
+    for vehicle in fleet.vehicles:
+        vehicle.radio.record_into(recorder_for(fleet.parts, vehicle.data.node, record))
     resting = _Resting(fleet, record)
     while not _is_settled(fleet):
         event = fleet.clock.next_before(began_s + settle_s)

@@ -195,6 +195,10 @@ class Solo(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         assert vehicle == self.vehicle.name
         return self.vehicle
 
+    def shown_s(self, vehicle: Vehicle) -> float:
+        """What its clock shows now (s): in a process of its own that of its hull is right."""
+        return self.now_s
+
     def let_say(self, vehicle: str, facts: Callable[[Beliefs], Sequence[Fact]]) -> bool:
         """Let the vehicle conclude and tell facts now; False, and nothing is said, if it is not alive."""
         speaker = self.named(vehicle)

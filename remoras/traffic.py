@@ -5,7 +5,7 @@ Where slots do not follow from the node, each vehicle says at the beginning of a
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -15,10 +15,9 @@ from exchange.acoustics.collisions import Collisions, Hearing
 from exchange.acoustics.modems import Modem
 from exchange.packets import Transmission
 from exchange.schedule import GRACE_S, TdmaSchedule
-from remoras.clock import Clock, Priority
+from remoras.clock import Clock, Priority, ShownTime
 from remoras.events import Event
 from remoras.faults import Fault, hears_throughout
-from remoras.own_clock import OwnClock
 from remoras.recorder import PACKETS, Recorder
 
 if TYPE_CHECKING:
@@ -103,7 +102,7 @@ class Medium:
         channel: carries packets.
         modem: of all vehicles.
         schedule: TDMA.
-        clocks: of the vehicles, by node.
+        clocks: of the vehicles whose clocks may be off, by node; the others' show the true time.
         faults: by which vehicles do not hear.
         seed: of the times at which vehicles send in ALOHA.
     """
@@ -111,9 +110,19 @@ class Medium:
     channel: Channel
     modem: Modem
     schedule: TdmaSchedule
-    clocks: Sequence[OwnClock]
+    clocks: Mapping[int, ShownTime]
     faults: Sequence[Fault] = ()
     seed: int = 0
+
+    def shown_s(self, node: int, true_s: float) -> float:
+        """What the clock of a vehicle shows at a true time (s)."""
+        clock = self.clocks.get(node)
+        return true_s if clock is None else clock.reads(true_s)
+
+    def true_time_s(self, node: int, shown_s: float) -> float:
+        """The true time at which the clock of a vehicle shows a time (s)."""
+        clock = self.clocks.get(node)
+        return shown_s if clock is None else clock.true_time_s(shown_s)
 
 
 class Traffic:
@@ -128,7 +137,7 @@ class Traffic:
         self._channel = medium.channel
         self._modem = medium.modem
         self._schedule = schedule = medium.schedule
-        self._clocks = clocks = medium.clocks
+        self._medium = medium
         self._faults = medium.faults
         self._seed = medium.seed
         self._heap = heap
@@ -136,9 +145,10 @@ class Traffic:
         by_frame = schedule.is_by_frame
         self._next_slots: list[list[int]] = [[] if by_frame else [node] for node in range(schedule.n_nodes)]
         self._next_frame = [0] * schedule.n_nodes
-        for node, clock in enumerate(clocks):
+        for node in range(schedule.n_nodes):
             self.await_slot(node)
-            if not clock.is_exact:
+            clock = medium.clocks.get(node)
+            if clock is not None and not clock.is_exact:
                 self.await_frame(1, node)
         self.await_frame(1)
 
@@ -152,7 +162,7 @@ class Traffic:
 
     def _at(self, node: int, shown_s: float, event: SlotOpens | FrameBegins) -> None:
         """Schedule an event at a time that the clock of a node shows."""
-        at_s = self._clocks[node].true_time_s(shown_s)
+        at_s = self._medium.true_time_s(node, shown_s)
         self._heap.schedule(max(at_s, self._heap.now_s), Priority.SLOT, event)
 
     def _sends_s(self, slot: int, node: int) -> float:
@@ -168,7 +178,7 @@ class Traffic:
             now_s: the true time (s).
         """
         node = sender.data.node
-        shown_s = self._clocks[node].reads(now_s)
+        shown_s = self._medium.shown_s(node, now_s)
         if frame != self._next_frame[node] or shown_s < self._schedule.frame_start_s(frame) - GRACE_S:
             return
         self._next_frame[node] = frame + 1
@@ -179,7 +189,7 @@ class Traffic:
         """Schedule the end of a frame, in true time or by the clock of a node."""
         at_s = self._schedule.frame_start_s(number)
         if node is not None:
-            at_s = max(self._clocks[node].true_time_s(at_s), self._heap.now_s)
+            at_s = max(self._medium.true_time_s(node, at_s), self._heap.now_s)
         self._heap.schedule(at_s, Priority.CONSULTATION, FrameEnds(number, node))
 
     def opened(self, slot: int, owner: Vehicle, now_s: float) -> float | None:
@@ -193,7 +203,7 @@ class Traffic:
             now_s: the true time (s).
         """
         node = owner.data.node
-        start_s, shown_s = self._sends_s(slot, node), self._clocks[node].reads(now_s)
+        start_s, shown_s = self._sends_s(slot, node), self._medium.shown_s(node, now_s)
         if self._next_slots[node][:1] != [slot] or shown_s < start_s - GRACE_S:
             return None
         del self._next_slots[node][0]

@@ -12,7 +12,7 @@ and the executive layer. Every step returns a value; nothing calls back up.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import mesa
@@ -34,7 +34,6 @@ from remoras.functional.sensing import Sensed
 from remoras.radio import Radio
 from remoras.recorder import Recorder
 from remoras.social.layer import Consulted, Review, SocialLayer
-from remoras.timekeeping import Timekeeper
 from worldmodel import Block, Change, WorldModelError
 from worldmodel.remembering import remember
 
@@ -59,7 +58,9 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         beliefs: its world model, by names.
         recorder: takes the rows.
         began_s: when it began; later than 0 if it begins anew, see ``go_on``.
-        timekeeper: compares its clock with its peers'; None where all clocks are right.
+
+    Attributes:
+        heard: each is told of a packet that was taken in: what came of it, its bits, and the time by the own clock (s).
     """
 
     def __init__(
@@ -71,10 +72,9 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         beliefs: Beliefs,
         recorder: Recorder,
         began_s: float = 0.0,
-        timekeeper: Timekeeper | None = None,
     ) -> None:
         super().__init__(model)
-        self.timekeeper = timekeeper
+        self.heard: list[Callable[[Reception, int, float], None]] = []
         self.data = data
         self.name = data.name
         self.social, self.executive, self.functional = layers.social, layers.executive, layers.functional
@@ -262,9 +262,8 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         if reception.fault is not None:
             return reception
         self._consider(changes, now_s)
-        if self.timekeeper is not None:
-            known_m, own_m = self.functional.picture.peers.positions_m, self.functional.believed.position_m
-            self.timekeeper.heard(reception, 8 * len(data), now_s, own_m, known_m.get(emitter))
+        for tell in self.heard:
+            tell(reception, 8 * len(data), now_s)
         organisation = self.social.organisation
         for (group, role, addressed), value in signals:
             if organisation.is_member(self.name, group) and organisation.is_member(emitter, group):

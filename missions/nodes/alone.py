@@ -21,7 +21,6 @@ from missions.scenarios.policy import key_of
 from missions.scenarios.scenario import Scenario
 from remoras.fault_events import faults_part
 from remoras.faults import Fault, FaultKind
-from remoras.own_clock import OwnClock
 from remoras.solo import Solo, Times
 from remoras.vehicle import Vehicle
 from worldmodel import EPOCHS, suggestion
@@ -126,14 +125,14 @@ def alone(plan: Plan, salt: bytes | None = None) -> Alone:
     scenario, mission = setup.scenario, setup.mission
     real = actual(setup.database[plan.vehicle], scenario.uncertainty.speed_spread, plan.seed)
     recorder = recorder_of_mission(mission, [sensors_of(data) for data in setup.database.values()])
-    parts, clock = parts_of(setup, recorder, plan.seed), OwnClock()
+    parts = parts_of(setup, recorder, plan.seed, is_alone=True)
     shared = Shared(setup, plan.seed, mission.world(plan.seed), recorder, parts)
 
     def make(model: Solo) -> Vehicle:
-        return vehicle_of(model, shared, Life(real, clock, plan.begins_s, plan.epoch))
+        return vehicle_of(model, shared, Life(real, plan.begins_s, plan.epoch))
 
     def make_anew(model: Solo, before: Vehicle, fault: Fault) -> Vehicle:
-        return vehicle_anew(model, shared, before, clock, fault)
+        return vehicle_anew(model, shared, before, fault)
 
     times = Times(scenario.scenario.tick_s, plan.begins_s, plan.until_s)
     faults = [fault for fault in faults_in(setup, plan.seed) if fault.vehicle == plan.vehicle]

@@ -12,7 +12,6 @@ from exchange.codec import renewed
 from exchange.manager import ExchangeManager
 from exchange.peers import Upkeep
 from missions.feature import Joining
-from missions.runs.clocks import clocks_of, disciplines, own_recorder, timekeeper_of
 from missions.runs.needs import needs_of_all
 from missions.runs.sea import actual, sea_of
 from missions.runs.sensors import recorder_of_mission, sensors_of
@@ -24,13 +23,12 @@ from missions.scenarios.values import value_rule_of
 from remoras.beliefs import Beliefs
 from remoras.bound import share_at_once
 from remoras.database import AUVDatabase, VehicleData
-from remoras.events import Part
+from remoras.events import Part, clocks_of, recorder_for
 from remoras.executive.layer import ExecutiveLayer
 from remoras.fault_events import faults_part
 from remoras.faults import Fault, drawn
 from remoras.fleet import Fleet, Makers
 from remoras.functional.layer import FunctionalLayer
-from remoras.own_clock import OwnClock
 from remoras.picture import Picture
 from remoras.radio import Radio, RenewedNeeds
 from remoras.recorder import Recorder
@@ -93,13 +91,11 @@ class Life(NamedTuple):
 
     Attributes:
         real: its data as it really is.
-        clock: its own.
-        began_s: when it begins, by that clock.
+        began_s: when it begins, by its own clock (s).
         epoch: how often it has begun anew.
     """
 
     real: VehicleData
-    clock: OwnClock
     began_s: float = 0.0
     epoch: int = 0
 
@@ -118,20 +114,19 @@ def assemble(setup: Setup, seed: int, channel: Channel | None = None, salt: byte
         setup = replace(setup, codec=renewed(setup.codec, None if salt is None else lambda sender: salt))
     scenario, mission = setup.scenario, setup.mission
     fleet = [actual(data, scenario.uncertainty.speed_spread, seed) for data in setup.database.values()]
-    recorder, clocks = recorder_of_mission(mission, [sensors_of(real) for real in fleet]), clocks_of(scenario, seed)
+    recorder = recorder_of_mission(mission, [sensors_of(real) for real in fleet])
     if setup.strategy.declaration.is_bound:
         setup = _known_as_it_is(setup, fleet)
     shared = Shared(setup, seed, mission.world(seed), recorder, parts_of(setup, recorder, seed))
-    lives = [Life(real, clock) for real, clock in zip(fleet, clocks, strict=True)]
 
     def anew(model: Fleet, before: Vehicle, fault: Fault) -> Vehicle:
-        return vehicle_anew(model, shared, before, clocks[before.data.node], fault)
+        return vehicle_anew(model, shared, before, fault)
 
     faults, times = faults_in(setup, seed), scenario.scenario
     carrier = channel if channel is not None else channel_of(setup, seed)
-    made = Fleet(
-        Makers(lambda model: [vehicle_of(model, shared, life) for life in lives], anew),
-        Medium(carrier, setup.modem, setup.schedule, clocks, faults, seed),
+    return Fleet(
+        Makers(lambda model: [vehicle_of(model, shared, Life(real)) for real in fleet], anew),
+        Medium(carrier, setup.modem, setup.schedule, clocks_of(shared.parts), faults, seed),
         mission.truth(recorder, shared.world),
         recorder,
         times.tick_s,
@@ -139,22 +134,31 @@ def assemble(setup: Setup, seed: int, channel: Channel | None = None, salt: byte
         scenario.guidance.separation_m,
         (faults_part(faults), *shared.parts),
     )
-    if setup.strategy.declaration.is_bound:
-        share_at_once(made)
-    return made
 
 
-def parts_of(setup: Setup, recorder: Recorder, seed: int) -> list[Part]:
+def parts_of(setup: Setup, recorder: Recorder, seed: int, is_alone: bool = False) -> list[Part]:
     """What features that are on do in a run.
 
     Args:
         setup: the scenario resolved.
         recorder: of the run.
         seed: root of all draws.
+        is_alone: True for a vehicle by itself.
     """
-    scenario = setup.scenario
-    joining = Joining(scenario, setup.mission, setup.tbox, setup.instances, setup.database, recorder, seed)
-    return [part for feature in setup.features if (part := feature.part(joining)) is not None]
+    joining = Joining(
+        setup.scenario,
+        setup.mission,
+        setup.tbox,
+        setup.instances,
+        setup.database,
+        setup.schedule,
+        setup.modem.packet_s,
+        recorder,
+        seed,
+        is_alone,
+    )
+    parts = [part for feature in setup.features if (part := feature.part(joining)) is not None]
+    return [*parts, Part(join=share_at_once)] if setup.strategy.declaration.is_bound else parts
 
 
 def _lease_frames(declaration: Declaration, lease_frames: int) -> float:
@@ -171,18 +175,17 @@ def _known_as_it_is(setup: Setup, fleet: Sequence[VehicleData]) -> Setup:
     return replace(setup, database=database, agreement=agreement)
 
 
-def vehicle_anew(host: Fleet | Solo, shared: Shared, before: Vehicle, clock: OwnClock, fault: Fault) -> Vehicle:
+def vehicle_anew(host: Fleet | Solo, shared: Shared, before: Vehicle, fault: Fault) -> Vehicle:
     """A vehicle that begins anew now, of the one that it was.
 
     Args:
         host: of the vehicle.
         shared: what the vehicles of the run have in common.
         before: what it was.
-        clock: its own.
         fault: after which it begins anew.
     """
-    now_s = clock.reads(host.now_s)
-    anew = vehicle_of(host, shared, Life(before.functional.data, clock, now_s, before.beliefs.model.epoch + 1))
+    now_s = host.shown_s(before)
+    anew = vehicle_of(host, shared, Life(before.functional.data, now_s, before.beliefs.model.epoch + 1))
     go_on(anew, before, now_s, fault.keeps_memory)
     return anew
 
@@ -197,7 +200,7 @@ def vehicle_of(host: Fleet | Solo, shared: Shared, life: Life) -> Vehicle:
     """
     setup = shared.setup
     data, names = setup.database[life.real.name], setup.database.names
-    recorder = own_recorder(life.clock, shared.recorder, disciplines(setup.scenario))
+    recorder = recorder_for(shared.parts, data.node, shared.recorder)
     picture = Picture(frame_s=setup.schedule.frame_s)
     beliefs = Beliefs(world_model(setup, data.node, life.epoch))
     manager, needs = _manager(shared, beliefs.model)
@@ -212,13 +215,12 @@ def vehicle_of(host: Fleet | Solo, shared: Shared, life: Life) -> Vehicle:
         needs,
         {one.node: max(one.transit_speed_mps, one.survey_speed_mps) for one in setup.database.values()},
     )
-    timekeeper = timekeeper_of(setup, data.node, life.clock, shared.recorder)
     layers = Layers(
         _social(setup, data.name, beliefs, picture),
         ExecutiveLayer(setup.decision),
         _functional(shared, life.real, picture, sea_of(setup.scenario, data, shared.seed, host.carried_m)),
     )
-    vehicle = Vehicle(host, data, layers, radio, beliefs, recorder, life.began_s, timekeeper)
+    vehicle = Vehicle(host, data, layers, radio, beliefs, recorder, life.began_s)
     for part in shared.parts:
         if part.equip is not None:
             part.equip(vehicle)

@@ -15,9 +15,9 @@ from missions.runs.metrics import CORE_METRICS
 from missions.runs.needs import priorities, subjects_of
 from missions.runs.refusals import refuse_malformed, refuse_undivided
 from missions.runs.sensors import recorder_of_mission, sensors_of
-from missions.scenarios.clocks import guard_s, most_ahead_s
 from missions.scenarios.equipment import common_equipment
 from missions.scenarios.extending import used_in
+from missions.scenarios.guard import guard_s
 from missions.scenarios.ontologies import sources_of
 from missions.scenarios.parts import database_of, groups_of, mission_class, strategy_of
 from missions.scenarios.policy import key_of, policy_of
@@ -127,6 +127,7 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
     recorder_of_mission(mission, [sensors_of(data) for data in database.values()])
     urgency = priorities(scenario, strategy, mission, tbox)
     on_demand = [name for feature in used for name in feature.on_demand(scenario)]
+    ahead_s = max([feature.ahead_s(scenario) for feature in used], default=0.0)
     exchanged = {*urgency, *(tbox.attribute_named(name).uid for name in on_demand)}
     return Setup(
         scenario=scenario,
@@ -142,7 +143,7 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
         bounds_m=(world.x_m[0], world.y_m[0], world.x_m[1], world.y_m[1]),
         modem=modem,
         schedule=schedule,
-        codec=_codec(scenario, mission, strategy, policy, tbox, n_named, schedule, exchanged),
+        codec=_codec(scenario, mission, strategy, policy, tbox, n_named, schedule, exchanged, ahead_s),
         urgency=urgency,
         subjects=subjects_of(scenario, mission, tbox, instances, database, agreement),
         decision=scenario.decision.constants(schedule.frame_s),
@@ -181,10 +182,11 @@ def _codec(
     n_instances: int,
     schedule: TdmaSchedule,
     exchanged: Collection[int],
+    ahead_s: float,
 ) -> Codec:
     """The codec that all vehicles of the scenario share; its numbers are as wide as the whole mission needs them."""
     duration_s, resolution_s = scenario.scenario.duration_s, scenario.communication.time_resolution_s
-    horizon_s = resolution_s * (int((duration_s + most_ahead_s(scenario)) / resolution_s) + 1)
+    horizon_s = resolution_s * (int((duration_s + ahead_s) / resolution_s) + 1)
     n_frames = int(duration_s / schedule.frame_s) + 1
     stated = _items_per_round(strategy.declaration, tbox) * max(1, len(mission.jobs))
     n_items = stated * n_frames + mission.most_observations + SPARE_ITEMS

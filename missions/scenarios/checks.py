@@ -53,7 +53,7 @@ def cross_faults(raw: Raw, mission: type[Mission] | None) -> list[ConfigurationF
     """
     checks = (
         _names, _slots, _times, _world, _origin, _choices, _weights, channel_faults,
-        _vehicles, start_faults, current_faults, beacon_faults, information_faults, _aloha,
+        _vehicles, start_faults, current_faults, beacon_faults, information_faults,
     )  # fmt: skip
     faults = [fault for check in checks for fault in check(raw)]
     gear = gear_of(raw, mission)
@@ -233,14 +233,6 @@ def outside_faults(raw: Raw, places_m: Iterable[tuple[str, tuple[float, float]]]
             yield ConfigurationFault(
                 key, f"[{x}, {y}]", f"outside the world, x {x_min} to {x_max}, y {y_min} to {y_max}"
             )
-
-
-def _aloha(raw: Raw) -> Iterator[ConfigurationFault]:
-    """Clocks that are to be set by slots where nobody has any."""
-    communication = table_of(raw, "communication")
-    if communication.get("mac") == "aloha" and table_of(communication, "clocks").get("discipline") is True:
-        allowed = 'must be false by communication.mac = "aloha": arrivals tell nothing where no packet has a slot'
-        yield ConfigurationFault("communication.clocks.discipline", "true", allowed)
 
 
 def _choices(raw: Raw) -> Iterator[ConfigurationFault]:

@@ -6,7 +6,6 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from missions.scenarios.clocks import ClocksTable
 from missions.scenarios.extending import with_features
 from missions.scenarios.tables import QUEUE_LIMIT, NotNegative, Sparse
 
@@ -17,7 +16,6 @@ class Communication(Sparse):
 
     UNSAID = frozenset(
         {
-            "clocks",
             "count_listening",
             "crc_bits",
             "guard_s",
@@ -75,7 +73,6 @@ class Communication(Sparse):
         le=86_400.0,
         description="silence behind the longest packet of a slot; as long as needed if absent",
     )
-    clocks: ClocksTable | None = Field(None, description="how far the clocks of vehicles are off; all right if absent")
     clock_tolerance_s: float = Field(
         1.0,
         ge=0.0,

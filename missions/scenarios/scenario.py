@@ -11,7 +11,6 @@ from typing import Any, Final, Literal
 from pydantic import ConfigDict, Field, field_validator
 
 from missions.scenarios.channel import ChannelTable
-from missions.scenarios.clocks import VehicleClockTable
 from missions.scenarios.communication import Communication
 from missions.scenarios.copies import MAX_VEHICLES, SPACING_M
 from missions.scenarios.extending import with_features
@@ -214,10 +213,9 @@ class GroupTable(Sparse):
     role: tuple[Role, ...] = Field(min_length=1, description="roles of the group")
 
 
+@with_features("vehicle")
 class VehicleTable(Sparse):
     """One ``[[vehicle]]``."""
-
-    UNSAID = frozenset({"clock"})
 
     name: Name = Field(description="name of the vehicle")
     vehicle_type: Literal["AUV", "ASV"] = Field(description="AUV or ASV")
@@ -235,7 +233,6 @@ class VehicleTable(Sparse):
     energy_j: Positive = Field(description="battery capacity")
     hotel_w: NotNegative = Field(description="power at rest")
     drag_w_per_mps3: NotNegative = Field(description="power of propulsion per cubed speed")
-    clock: VehicleClockTable | None = Field(None, description="how far its clock is off; drawn if absent")
     playable_roles: tuple[str, ...] | None = Field(
         None,
         description="roles the vehicle is able to play, those it is meant for first: Role of any group, or Group.Role; "

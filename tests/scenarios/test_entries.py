@@ -24,7 +24,7 @@ VALUES = (
     "worldmodel/holdings.py", "worldmodel/individuals.py", "exchange/bits.py", "exchange/ledger.py",
     "exchange/names.py", "exchange/packets.py", "exchange/schedule.py", "remoras/activities.py", "remoras/authority.py",
     "remoras/beliefs.py", "remoras/database.py", "remoras/motion.py", "remoras/organisation.py",
-    "remoras/own_clock.py", "remoras/picture.py", "remoras/plugins.py", "remoras/sensor.py", "remoras/work.py",
+    "remoras/picture.py", "remoras/plugins.py", "remoras/sensor.py", "remoras/work.py",
 )  # fmt: skip
 PLUG_INS = ("missions/mapping/", "missions/meeting/", "remoras/strategies/", "exchange/policies.py")
 MOST = 2
