@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from remoras.fleet import Fleet
+from remoras.events import Joined
 from remoras.vehicle import Vehicle
 from worldmodel import Block
 
@@ -21,7 +21,7 @@ class Bound:
         fleet: of the vehicles.
     """
 
-    def __init__(self, fleet: Fleet) -> None:
+    def __init__(self, fleet: Joined) -> None:
         self._fleet = fleet
         self._early: dict[str, list[tuple[str, Block]]] = {}
 
@@ -52,7 +52,7 @@ class Bound:
             self._early.setdefault(vehicle.name, []).extend(early)
 
 
-def share_at_once(fleet: Fleet) -> None:
+def share_at_once(fleet: Joined) -> None:
     """Let all vehicles of a fleet know at once what any of them tells.
 
     Args:

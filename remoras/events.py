@@ -16,7 +16,6 @@ from remoras.clock import Priority, ShownTime
 if TYPE_CHECKING:
     from remoras.beliefs import Beliefs, Fact
     from remoras.faults import Fault
-    from remoras.fleet import Fleet
     from remoras.radio import RenewedNeeds
     from remoras.recorder import Recorder
     from remoras.social.needs import GroupNeeds
@@ -75,6 +74,37 @@ class Host(Protocol):
         ...
 
 
+class Slots(Protocol):
+    """What opens the slots of a fleet."""
+
+    def await_slot(self, node: int) -> None:
+        """Schedule the next own slot of a vehicle by its clock as set now."""
+        ...
+
+
+class Joined(Protocol):
+    """What a part may ask of a fleet, and the hooks to which it may add: each is called with the vehicle concerned."""
+
+    acted: list[Callable[[Vehicle], None]]
+    restarted: list[Callable[[Vehicle], None]]
+    consulted: list[Callable[[Vehicle], None]]
+    sent: list[Callable[[Vehicle], None]]
+
+    @property
+    def vehicles(self) -> Sequence[Vehicle]:
+        """Every vehicle, in the order of the nodes."""
+        ...
+
+    @property
+    def traffic(self) -> Slots:
+        """What opens its slots."""
+        ...
+
+    def shown_s(self, vehicle: Vehicle) -> float:
+        """What the clock of a vehicle shows now (s)."""
+        ...
+
+
 @dataclass(frozen=True, slots=True)
 class Says:
     """A vehicle says something at a time that the scenario gives.
@@ -127,7 +157,7 @@ class Part:
     begin: Callable[[Host], None] | None = None
     equip: Callable[[Vehicle], None] | None = None
     watch: Callable[[Sequence[Vehicle], float], None] | None = None
-    join: Callable[[Fleet], None] | None = None
+    join: Callable[[Joined], None] | None = None
     clocks: Mapping[int, ShownTime] = field(default_factory=dict)
     recorder: Callable[[int, Recorder], Recorder] | None = None
     needs: Callable[[WorldModel, NeedsIndex | GroupNeeds], RenewedNeeds] | None = None

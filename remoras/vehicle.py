@@ -88,6 +88,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         self._position = tbox.attribute_named("position").uid
         self._battery = tbox.attribute_named("batteryFraction").uid
         self._next_decision_s = 0.0
+        self._pulls = NO_PULLS
         self.has_resigned = False
         self._weighed: tuple[ActivitySet, ...] = ()
         self._diary.founded(self.social.organisation, self.social.objectives.values(), began_s)
@@ -155,7 +156,10 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
             if decision is not before:
                 functional.perform(decision.chosen)
                 self._diary.drives(now_s, decision.driving, candidates)
-        functional.heed(executive.pulls(now_s) if functional.picture.body.contacts_m else NO_PULLS)
+        pulls = executive.pulls(now_s) if functional.picture.body.contacts_m else NO_PULLS
+        if pulls is not self._pulls:
+            self._pulls = pulls
+            functional.heed(pulls)
         if functional.must_go_home and not self.has_resigned:
             self.has_resigned = True
             self.conclude(self.social.standing.resign(), now_s)

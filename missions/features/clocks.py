@@ -25,13 +25,12 @@ from missions.errors import ConfigurationFault
 from missions.feature import Feature, Joining
 from missions.scenarios.deployment import sound_speed_mps
 from missions.scenarios.tables import Raw, Section, table_of
-from remoras.events import Part
+from remoras.events import Joined, Part
 from remoras.recorder import TIME, VEHICLE, Column, Recorder, Row, Table
 from remoras.work import Point
 
 if TYPE_CHECKING:
     from missions.scenarios.scenario import Scenario
-    from remoras.fleet import Fleet
     from remoras.mission import Mission
     from remoras.vehicle import Vehicle
 
@@ -331,7 +330,7 @@ def part_of(joining: Joining) -> Part | None:
 
         vehicle.heard.append(heard)
 
-    def join(fleet: Fleet) -> None:
+    def join(fleet: Joined) -> None:
         def consulted(vehicle: Vehicle) -> None:
             if vehicle.is_alive:
                 keepers[vehicle.data.node].record()
