@@ -1,4 +1,7 @@
-"""Tables of scenarios take in the keys that features bring (``missions.feature``), whichever are there."""
+"""Tables of scenarios take in the keys that features bring, whichever are there.
+
+A feature is a ``missions.feature.Feature``. It is ``Any`` here, for features know scenarios, not the other way round.
+"""
 
 from __future__ import annotations
 
@@ -6,27 +9,24 @@ import importlib
 import pkgutil
 from collections.abc import Callable
 from functools import cache
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 from pydantic import create_model
 
 from missions.scenarios.tables import Raw, Sparse
-
-if TYPE_CHECKING:
-    from missions.feature import Feature
 
 FOLDER = "missions.features"
 Table = TypeVar("Table", bound=Sparse)
 
 
 @cache
-def features() -> dict[str, Feature]:
+def features() -> dict[str, Any]:
     """The features that are there, by name, in the order of their names."""
     names = sorted(one.name for one in pkgutil.iter_modules(importlib.import_module(FOLDER).__path__))
     return {name: importlib.import_module(f"{FOLDER}.{name}").FEATURE for name in names}
 
 
-def named_in(raw: Raw) -> list[Feature]:
+def named_in(raw: Raw) -> list[Any]:
     """The features of which a scenario has a key, by its raw tables."""
 
     def has(place: str, key: str) -> bool:
@@ -37,7 +37,7 @@ def named_in(raw: Raw) -> list[Feature]:
     return [one for one in features().values() if any(has(place, key) for place in one.keys for key in one.keys[place])]
 
 
-def used_in(scenario: Sparse) -> tuple[Feature, ...]:
+def used_in(scenario: Sparse) -> tuple[Any, ...]:
     """The features that a scenario uses: one of their keys is not at its default. The others are asked for nothing.
 
     Args:
