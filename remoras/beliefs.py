@@ -7,12 +7,11 @@ the latest in the vehicle's world model; links are given by the name of their ta
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence, Set
+from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass
 from typing import Any, NamedTuple, cast
 
 from exchange.arithmetic import distance
-from remoras.detail import Detail
 from remoras.sensor import SELF, Observation
 from worldmodel import (
     TYPE_UID,
@@ -28,6 +27,7 @@ from worldmodel import (
     WorldModel,
     fused,
 )
+from worldmodel.abox import Stated
 from worldmodel.facts import Observation as Latest
 from worldmodel.snapshot import as_text
 
@@ -69,12 +69,14 @@ class Beliefs:
 
     Args:
         model: its world model.
-        detail: how finely it records now.
+
+    Attributes:
+        rounded: makes facts as coarse as they are to be recorded now; None where they are recorded as they are.
     """
 
-    def __init__(self, model: WorldModel, detail: Detail | None = None) -> None:
+    def __init__(self, model: WorldModel) -> None:
         self.model = model
-        self._detail = detail
+        self.rounded: Callable[[Sequence[Stated]], Sequence[Stated]] | None = None
         self._tbox: TBox = model.tbox
         self._uids: dict[str, int] = {}
         self._slots: dict[Key, tuple[int, Attribute]] = {}
@@ -89,11 +91,11 @@ class Beliefs:
 
     def record(self, facts: Sequence[Fact], now_s: float, private: bool) -> Change:
         """Record what the vehicle found out itself, as finely as it records now; see ``WorldModel.record``."""
-        return self.model.record(facts if self._detail is None else self._detail.of(facts), now_s, private)
+        return self.model.record(facts if self.rounded is None else self.rounded(facts), now_s, private)
 
     def detailed(self, attribute: int, value: float) -> Any:
         """A number as coarse as it would be recorded now, by the uid of its attribute."""
-        return value if self._detail is None else self._detail.of([(self.model.owner, attribute, value)])[0][2]
+        return value if self.rounded is None else self.rounded([(self.model.owner, attribute, value)])[0][2]
 
     # From the world model ------------------------------------------------------------------------
 

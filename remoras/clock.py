@@ -9,7 +9,7 @@ from __future__ import annotations
 import heapq
 import math
 from enum import IntEnum
-from typing import Generic, TypeVar
+from typing import Generic, Protocol, TypeVar
 
 Event = TypeVar("Event")
 
@@ -25,6 +25,27 @@ class Priority(IntEnum):
     MOTION = 2
     CONSULTATION = 3
     SLOT = 4
+
+
+class ShownTime(Protocol):
+    """The clock of a vehicle that may be off."""
+
+    @property
+    def is_exact(self) -> bool:
+        """True if it shows the true time, and always will."""
+        ...
+
+    def reads(self, true_s: float) -> float:
+        """What it shows at a true time (s)."""
+        ...
+
+    def true_time_s(self, shown_s: float) -> float:
+        """The true time at which it shows a time (s)."""
+        ...
+
+    def set_by(self, by_s: float) -> None:
+        """Put it forward by that much (s); back if it is negative."""
+        ...
 
 
 class Clock(Generic[Event]):

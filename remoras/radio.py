@@ -9,23 +9,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from exchange.manager import ExchangeManager
 from exchange.packets import Fragment, InfluenceSignal, ItemUid, Reception, Transmission, name_of
 from remoras.beliefs import Beliefs, Fact
 from remoras.contacts import Contacts
 from remoras.contents import BitCount
-from remoras.covert import Covert, least_priority
 from remoras.deliveries import note_acknowledged, note_expired, note_slot
 from remoras.jumps import Jumps
 from remoras.organisation import Group, Organisation
 from remoras.picture import Peers
 from remoras.recorder import Recorder
-from remoras.social.needs import GroupNeeds
-from remoras.social.stated_needs import NeedsInForce
 from remoras.strategy import Declaration
-from worldmodel import STATUS, Block, Change, FaultCode, PropertyValue, TBox, merge, tidy
+from worldmodel import STATUS, Block, Change, FaultCode, Needs, PropertyValue, TBox, merge, tidy
 from worldmodel.snapshot import uncertainty_as_text
 
 JOB = "Job"
@@ -45,6 +42,14 @@ class Signalling(NamedTuple):
     group: str
     role: str
     addressed: tuple[str, ...]
+
+
+class RenewedNeeds(Needs, Protocol):
+    """Who needs what, where that may change during the mission."""
+
+    def renew(self, organisation: Organisation) -> bool:
+        """Answer by what has been heard so far, and another view of the organisation; True if needs have changed."""
+        ...
 
 
 class HeardPacket(NamedTuple):
@@ -82,7 +87,11 @@ class Radio:
         recorder: takes the rows of items, signals and faults.
         needs: by which the manager judges, where they may change.
         top_speeds_mps: of the vehicles by node, by which positions that cannot be are told.
-        covert: times in which it hears, but does not send all.
+
+    Attributes:
+        limits: each tells, of the time by its own clock (s), the priority above which things may be sent: 0 for all,
+            infinite for nothing. Asked when a slot opens; features that are on add to them.
+        noted: each is told of what has changed in the world model; features that are on add to them.
     """
 
     def __init__(
@@ -94,13 +103,13 @@ class Radio:
         beliefs: Beliefs,
         peers: Peers,
         recorder: Recorder,
-        needs: NeedsInForce | GroupNeeds | None = None,
+        needs: RenewedNeeds | None = None,
         top_speeds_mps: Mapping[int, float] = MappingProxyType({}),
-        covert: Iterable[Covert] = (),
     ) -> None:
         self.manager = manager
         self._contacts = Contacts(names, beliefs.model.owner, manager)
-        self._needs = needs
+        self.needs = needs
+        self.noted: list[Callable[[Sequence[Change]], None]] = []
         self.communicates = declaration.communicates
         self.influences = declaration.influences
         self.is_bound = declaration.is_bound
@@ -120,7 +129,7 @@ class Radio:
             for group in groups
             for role in group.roles
         }
-        self.covert = tuple(covert)
+        self.limits: list[Callable[[float], float]] = []
         self._unheard: dict[tuple[str, ItemUid], set[str]] = {}  # by vehicle and item: roles given out in the item
 
     def record_into(self, recorder: Recorder) -> None:
@@ -130,7 +139,7 @@ class Radio:
     def tidy(self, now_s: float) -> None:
         """Give up blocks that have waited too long, and old values; note once what others wait for."""
         model = self._beliefs.model
-        for fault in tidy(model, now_s):
+        for fault in tidy(model, now_s) if model.pruning or model.arrivals.waiting or model.arrivals.dropped else ():
             self._record_fault(now_s, f"dropped block: {fault.code}", fault.detail)
             self.manager.give_up([fault.guid])
         if not model.arrivals.waiting and not self._lacking:
@@ -192,7 +201,7 @@ class Radio:
 
     def speak(self, signals: Iterable[tuple[tuple[str, str], int]], now_s: float) -> Transmission | None:
         """The packet for the own slot, with satisfactions -128..127 by (group, role); None while it keeps silent."""
-        above, queue = least_priority(self.covert, now_s), self.manager.queue
+        above, queue = self.least_priority(now_s), self.manager.queue
         if above > 0 and queue.stays_silent(now_s, above):
             note_slot(self._recorder, self._me, queue, self.manager.keep_silent(now_s), now_s)
             return None
@@ -208,6 +217,10 @@ class Radio:
         self._contacts.sent(sent, now_s, self._recorder)
         self._peers.links = self._contacts.links
         return sent
+
+    def least_priority(self, now_s: float) -> float:
+        """Priority above which things may be sent at a time (s): 0 for all, infinite for nothing."""
+        return max([limit(now_s) for limit in self.limits], default=0)
 
     def told(self) -> tuple[Block, ...]:
         """What this vehicle has told since it was asked last, under a strategy that is a bound; else nothing."""
@@ -265,7 +278,7 @@ class Radio:
 
     def regroup(self, organisation: Organisation, now_s: float) -> tuple[Change, ...]:
         """Tell and keep what this view of the organisation asks for; what was set aside and is needed now goes in."""
-        if self._needs is None or not self._needs.renew(organisation):
+        if self.needs is None or not self.needs.renew(organisation):
             return ()
         renewal = self.manager.renew(now_s)
         for uid in renewal.items:
@@ -289,10 +302,10 @@ class Radio:
         if any(fact.attribute in self._news for fact in facts):
             self._peers.last_news_s = now_s
 
-    def note(self, changes: Iterable[Change]) -> None:
-        """Keep the newest positions, whoever said them, and see whether anybody has stated a need."""
-        if isinstance(self._needs, NeedsInForce):
-            self._needs.note(changes)
+    def note(self, changes: Sequence[Change]) -> None:
+        """Keep the newest positions, whoever said them."""
+        for note in self.noted:
+            note(changes)
         for change in changes:
             for fact in change.new_latest:
                 if fact.attribute == self._position:

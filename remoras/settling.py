@@ -7,14 +7,17 @@ table of its own, so no other table, metric or truth of the mission knows of it;
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from exchange.packets import name_of
+from remoras.events import recorder_for
 from remoras.fleet import Fleet
-from remoras.own_clock import RecorderByClock
 from remoras.recorder import SETTLING, Recorder
-from remoras.traffic import FrameBegins, Hearing, SlotOpens
+from remoras.traffic import Arrives, FrameBegins, SlotOpens
 from remoras.vehicle import Vehicle
+
+if TYPE_CHECKING:
+    from exchange.acoustics.channel import Arrival
 
 
 class Settled(NamedTuple):
@@ -33,18 +36,15 @@ def settle(fleet: Fleet, settle_s: float) -> Settled:
     """
     began_s, record = fleet.now_s, Recorder()
     fleet.recorder.declare(SETTLING)
-    for vehicle, clock in zip(fleet.vehicles, fleet.clocks, strict=True):
-        vehicle.radio.record_into(record if clock.is_exact else RecorderByClock(record, clock))
+    for vehicle in fleet.vehicles:
+        vehicle.radio.record_into(recorder_for(fleet.parts, vehicle.data.node, record))
+    resting = _Resting(fleet, record)
     while not _is_settled(fleet):
         event = fleet.clock.next_before(began_s + settle_s)
         if event is None:
             break
-        if isinstance(event, SlotOpens):
-            _speak(fleet, event)
-        elif isinstance(event, FrameBegins):
-            fleet.traffic.begins(event, fleet.vehicles[event.node], fleet.now_s)
-        elif isinstance(event, Hearing) and not event.collided:
-            _hear(fleet, event, record)
+        if isinstance(event, SlotOpens | FrameBegins | Arrives):
+            event.act(resting)
     complete = _is_settled(fleet)
     for vehicle in fleet.vehicles:
         vehicle.radio.record_into(fleet.recorder)
@@ -77,24 +77,43 @@ def _speaks(vehicle: Vehicle) -> bool:
     return vehicle.is_alive and vehicle.radio.communicates and not vehicle.social.is_silent
 
 
-def _speak(fleet: Fleet, opens: SlotOpens) -> None:
-    sender = fleet.vehicles[opens.node]
-    shown_s = fleet.traffic.opened(opens.number, sender, fleet.now_s)
-    if shown_s is None or not _speaks(sender):
-        return
-    sent = sender.radio.manager.packet_to_send(shown_s)
-    if not sender.condition.is_mute:
-        fleet.traffic.carry(opens.number, sender, sent, fleet.vehicles, None)
+class _Resting:
+    """A fleet whose mission is over, as the events of its traffic see it.
 
+    Args:
+        fleet: that is at rest.
+        record: takes the rows of what is heard.
+    """
 
-def _hear(fleet: Fleet, hearing: Hearing, record: Recorder) -> None:
-    arrival, now_s = hearing.arrival, fleet.now_s
-    vehicle = fleet.vehicles[arrival.receiver]
-    if not vehicle.is_alive or vehicle.condition.is_deaf:
-        return
-    heard = vehicle.radio.hear(arrival.data, fleet.clocks[arrival.receiver].reads(now_s))
-    vehicle.beliefs.note()
-    for block in heard.reception.blocks:
-        if block.is_status:
-            origin = vehicle.beliefs.name(block.origin)
-            record.knowledge.append((now_s, vehicle.name, name_of(block), origin, "received"))
+    def __init__(self, fleet: Fleet, record: Recorder) -> None:
+        self._fleet = fleet
+        self._record = record
+
+    def transmit(self, slot: int, node: int) -> None:
+        """Let a vehicle say what is still open."""
+        fleet, sender = self._fleet, self._fleet.vehicles[node]
+        shown_s = fleet.traffic.opened(slot, sender, fleet.now_s)
+        if shown_s is None or not _speaks(sender):
+            return
+        sent = sender.radio.manager.packet_to_send(shown_s)
+        if not sender.condition.is_mute:
+            fleet.traffic.carry(slot, sender, sent, fleet.vehicles, None)
+
+    def begin_frame(self, frame: int, node: int) -> None:
+        """Ask a vehicle for its slots."""
+        self._fleet.begin_frame(frame, node)
+
+    def end_frame(self, frame: int, node: int | None) -> None:
+        """Nobody consults any more."""
+
+    def deliver(self, arrival: Arrival) -> None:
+        """Let a vehicle take in what it hears."""
+        fleet, vehicle = self._fleet, self._fleet.vehicles[arrival.receiver]
+        if not vehicle.is_alive or vehicle.condition.is_deaf:
+            return
+        heard = vehicle.radio.hear(arrival.data, fleet.shown_s(vehicle))
+        vehicle.beliefs.note()
+        for block in heard.reception.blocks:
+            if block.is_status:
+                origin = vehicle.beliefs.name(block.origin)
+                self._record.knowledge.append((fleet.now_s, vehicle.name, name_of(block), origin, "received"))

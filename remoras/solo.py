@@ -18,14 +18,11 @@ import mesa
 
 from exchange.packets import Reception, Transmission
 from exchange.schedule import TdmaSchedule
-from remoras.bans import Ban, word
-from remoras.beliefs import Fact
+from remoras.beliefs import Beliefs, Fact
 from remoras.clock import Clock, Priority
-from remoras.covert import least_priority
-from remoras.faults import OVER, Condition, Fault, FaultKind
-from remoras.needs import StatedNeed
+from remoras.events import Event, Part
+from remoras.faults import Fault
 from remoras.recorder import Recorder
-from remoras.slots import NewSlots
 from remoras.traffic import sends_s
 from remoras.vehicle import Vehicle
 
@@ -59,40 +56,40 @@ class Sent(NamedTuple):
 class _Tick:
     number: int
 
+    def act(self, solo: Solo) -> None:
+        solo.tick(self.number)
+
 
 @dataclass(frozen=True, slots=True)
 class _SlotOpens:
     number: int
+
+    def act(self, solo: Solo) -> None:
+        solo.speak(self.number)
 
 
 @dataclass(frozen=True, slots=True)
 class _FrameBegins:
     number: int
 
+    def act(self, solo: Solo) -> None:
+        solo.begin_frame(self.number)
+
 
 @dataclass(frozen=True, slots=True)
 class _FrameEnds:
     number: int
 
-
-@dataclass(frozen=True, slots=True)
-class _FaultChanges:
-    fault: Fault
-    begins: bool
-
-
-@dataclass(frozen=True, slots=True)
-class _Says:
-    what: Ban | StatedNeed | NewSlots
-    begins: bool
+    def act(self, solo: Solo) -> None:
+        solo.end_frame(self.number)
 
 
 @dataclass(frozen=True, slots=True)
 class _Arrives:
     data: bytes
 
-
-_Event = _Tick | _SlotOpens | _FrameBegins | _FrameEnds | _FaultChanges | _Says | _Arrives
+    def act(self, solo: Solo) -> None:
+        solo.take_in(self.data)
 
 
 class Solo(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
@@ -104,12 +101,9 @@ class Solo(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         schedule: TDMA.
         recorder: takes the rows of this vehicle.
         times: when it acts.
-        faults: what befalls it in this run.
-        bans: that a person orders at its console.
-        needs: that it states during the mission.
-        slots: lists of slots that a person orders at its console.
         seed: of the times at which it sends in ALOHA.
         introductions: of the vehicle, where packets are encrypted.
+        parts: of the features that are on, and of the faults that befall it.
 
     Attributes:
         n_refused: packets that were heard and not taken.
@@ -122,15 +116,13 @@ class Solo(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         schedule: TdmaSchedule,
         recorder: Recorder,
         times: Times,
-        faults: Sequence[Fault] = (),
-        bans: Sequence[Ban] = (),
-        needs: Sequence[StatedNeed] = (),
-        slots: Sequence[NewSlots] = (),
         seed: int = 0,
         introductions: Introductions | None = None,
+        parts: Sequence[Part] = (),
     ) -> None:
         super().__init__(rng=0)  # Mesa's generators are not used: every draw is keyed by its purpose
-        self._clock: Clock[_Event] = Clock()
+        self._clock: Clock[Event[Solo]] = Clock()
+        self._said: list[Sent] = []
         self._horizon_s = 0.0
         self._make_anew = make_anew
         self._schedule = schedule
@@ -140,24 +132,11 @@ class Solo(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         self.recorder = recorder
         self.vehicle = make_vehicle(self)
         self.n_refused = 0
-        self._holding: list[Fault] = []
-        if times.begins_s > 0.0:
-            faults = (Fault(FaultKind.JOINS, self.vehicle.name, times.begins_s), *faults)
-        for fault in faults:
-            from_s, until_s = fault.span_s
-            self._at(from_s, Priority.FAULT, _FaultChanges(fault, True))
-            self._at(until_s, Priority.FAULT, _FaultChanges(fault, False))
-        for ban in bans:
-            self._at(ban.at_s, Priority.FAULT, _Says(ban, True))
-            self._at(ban.until_s, Priority.FAULT, _Says(ban, False))
-        for one in slots:
-            self._at(one.at_s, Priority.FAULT, _Says(one, True))
-        for need in needs:
-            if need.from_s > 0.0:  # else it was agreed before the mission
-                self._at(need.from_s, Priority.FAULT, _Says(need, True))
-            self._at(need.until_s, Priority.FAULT, _Says(need, False))
-        self._at(0.0, Priority.MOTION, _Tick(0))
-        self._at(schedule.frame_s, Priority.CONSULTATION, _FrameEnds(1))
+        for part in parts:
+            if part.begin is not None:
+                part.begin(self)
+        self.at(0.0, Priority.MOTION, _Tick(0))
+        self.at(schedule.frame_s, Priority.CONSULTATION, _FrameEnds(1))
         if schedule.is_by_frame:
             self._clock.schedule(0.0, Priority.SLOT, _FrameBegins(0))
         else:
@@ -189,74 +168,85 @@ class Solo(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
 
     def advance(self, until_s: float) -> list[Sent]:
         """Do all that is due before ``until_s``; returns what was said meanwhile."""
-        said: list[Sent] = []
+        self._said = []
         while (event := self._clock.next_before(until_s, Priority.FAULT)) is not None:
-            sent = self._handle(event, self._clock.now_s)
-            if sent is not None:
-                said.append(Sent(self._clock.now_s, sent))
+            event.act(self)
         self._horizon_s = max(self._horizon_s, until_s)
-        return said
-
-    def _at(self, time_s: float, priority: Priority, event: _Event) -> None:
-        """Let something happen, unless the vehicle has stopped to act by then."""
-        if time_s < self._times.until_s:
-            self._clock.schedule(time_s, priority, event)
+        return self._said
 
     def _await_slot(self, slot: int) -> None:
         at_s = sends_s(self._schedule, slot, self.vehicle.data.node, self._seed)
         self._clock.schedule(at_s, Priority.SLOT, _SlotOpens(slot))
 
-    def _begin(self, frame: int) -> None:
+    # What events ask for -------------------------------------------------------------------------
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The name of the vehicle."""
+        return (self.vehicle.name,)
+
+    def at(self, time_s: float, priority: Priority, event: Event[Solo]) -> None:
+        """Let something happen at a time (s), unless the vehicle has stopped to act by then."""
+        if time_s < self._times.until_s:
+            self._clock.schedule(time_s, priority, event)
+
+    def named(self, vehicle: str) -> Vehicle:
+        """The vehicle, whose name is given."""
+        assert vehicle == self.vehicle.name
+        return self.vehicle
+
+    def shown_s(self, vehicle: Vehicle) -> float:
+        """What its clock shows now (s): in a process of its own that of its hull is right."""
+        return self.now_s
+
+    def let_say(self, vehicle: str, facts: Callable[[Beliefs], Sequence[Fact]]) -> bool:
+        """Let the vehicle conclude and tell facts now; False, and nothing is said, if it is not alive."""
+        speaker = self.named(vehicle)
+        if speaker.is_alive:
+            speaker.conclude(facts(speaker.beliefs), self.now_s)
+        return speaker.is_alive
+
+    def restart(self, before: Vehicle, fault: Fault) -> Vehicle:
+        """The vehicle that begins anew now, and takes the place of what it was before the fault."""
+        self.vehicle = self._make_anew(self, before, fault)
+        before.remove()
+        return self.vehicle
+
+    def tick(self, number: int) -> None:
+        """Let the vehicle move for a tick."""
+        self.vehicle.step(self.now_s, self._times.tick_s if number else 0.0, ())
+        self.at((number + 1) * self._times.tick_s, Priority.MOTION, _Tick(number + 1))
+
+    def begin_frame(self, frame: int) -> None:
         """Ask the vehicle for its slots in a frame that begins."""
         for slot in self.vehicle.radio.manager.turns.begin(frame, self.vehicle.is_alive):
             self._await_slot(slot)
         self._clock.schedule(self._schedule.frame_start_s(frame + 1), Priority.SLOT, _FrameBegins(frame + 1))
 
-    def _handle(self, event: _Event, now_s: float) -> Transmission | None:
-        match event:
-            case _Arrives(data=data):
-                reception = self._hear(data, now_s)
-                if reception is not None and reception.fault is not None:
-                    self.n_refused += 1
-                    if self._introductions is not None:
-                        self._introductions.miss(reception.sender)
-            case _SlotOpens(number=slot):
-                if not self._schedule.is_by_frame:
-                    self._await_slot(slot + self._schedule.n_nodes)
-                elif slot not in self.vehicle.radio.manager.turns.slots:
-                    return None  # it has begun anew in this frame
-                return self._speak(slot, now_s)
-            case _FrameBegins(number=frame):
-                self._begin(frame)
-            case _Tick(number=number):
-                self.vehicle.step(now_s, self._times.tick_s if number else 0.0, ())
-                self._at((number + 1) * self._times.tick_s, Priority.MOTION, _Tick(number + 1))
-            case _FrameEnds(number=frame):
-                self.vehicle.consult(now_s)
-                end_s = self._schedule.frame_start_s(frame + 1)
-                self._at(end_s, Priority.CONSULTATION, _FrameEnds(frame + 1))
-            case _FaultChanges(fault=fault, begins=begins):
-                self._befall(fault, begins, now_s)
-            case _Says(what=what, begins=begins):
-                if self.vehicle.is_alive:
-                    self.vehicle.conclude(self._facts(what, begins), now_s)
-        return None
+    def end_frame(self, frame: int) -> None:
+        """Let the vehicle consult at the end of a frame."""
+        self.vehicle.consult(self.now_s)
+        self.at(self._schedule.frame_start_s(frame + 1), Priority.CONSULTATION, _FrameEnds(frame + 1))
 
-    def _facts(self, what: Ban | StatedNeed | NewSlots, begins: bool) -> list[Fact]:
-        """What the vehicle says of a ban, a slot list or a need of its own as that begins, or is taken back."""
-        beliefs = self.vehicle.beliefs
-        if isinstance(what, NewSlots):
-            return what.facts(beliefs)
-        if isinstance(what, Ban):
-            return [word(beliefs, what.vehicle, what.from_s if begins else None)]
-        return [beliefs.fact(*fact) for fact in (what.facts() if begins else what.taken_back())]
+    def take_in(self, data: bytes) -> None:
+        """Let the vehicle hear a packet."""
+        reception = self._hear(data, self.now_s)
+        if reception is not None and reception.fault is not None:
+            self.n_refused += 1
+            if self._introductions is not None:
+                self._introductions.miss(reception.sender)
 
-    def _speak(self, slot: int, now_s: float) -> Transmission | None:
-        """What goes in an own slot that opens now."""
-        sent = self._introduction(slot, now_s) or self._said(now_s)
-        return None if self.vehicle.condition.is_mute else sent
+    def speak(self, slot: int) -> None:
+        """Let the vehicle speak in an own slot that opens now."""
+        if not self._schedule.is_by_frame:
+            self._await_slot(slot + self._schedule.n_nodes)
+        elif slot not in self.vehicle.radio.manager.turns.slots:
+            return  # it has begun anew in this frame
+        sent = self._introduction(slot, self.now_s) or self._packet(self.now_s)
+        if sent is not None and not self.vehicle.condition.is_mute:
+            self._said.append(Sent(self.now_s, sent))
 
-    def _said(self, now_s: float) -> Transmission | None:
+    def _packet(self, now_s: float) -> Transmission | None:
         """What is said now; a vehicle that has stopped says what is still open."""
         vehicle = self.vehicle
         if now_s < self._times.until_s:
@@ -270,7 +260,7 @@ class Solo(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         vehicle = self.vehicle
         if self._introductions is None or not vehicle.is_alive or not vehicle.radio.communicates:
             return None
-        if vehicle.social.is_silent or least_priority(vehicle.radio.covert, now_s) > 0:
+        if vehicle.social.is_silent or vehicle.radio.least_priority(now_s) > 0:
             return None
         data = self._introductions.packet(slot)
         if data is None:
@@ -292,19 +282,6 @@ class Solo(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         heard = vehicle.radio.hear(data, now_s)
         vehicle.beliefs.note()
         return heard.reception
-
-    def _befall(self, fault: Fault, begins: bool, now_s: float) -> None:
-        """Let a fault hold from now on, or no longer; others of the vehicle hold as they did."""
-        if begins:
-            self._holding.append(fault)
-        else:
-            self._holding.remove(fault)
-            if fault.kind is FaultKind.RESTARTS and not self.vehicle.functional.exhausted:
-                before, self.vehicle = self.vehicle, self._make_anew(self, self.vehicle, fault)
-                before.remove()
-        self.vehicle.suffer(Condition.under(self._holding))
-        detail = fault.detail if begins else OVER
-        self.recorder.faults.append((now_s, self.vehicle.name, fault.kind.value, detail))
 
 
 def just_after(time_s: float) -> float:

@@ -5,9 +5,9 @@ Where slots do not follow from the node, each vehicle says at the beginning of a
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Protocol
 
 from exchange.acoustics import loss
 from exchange.acoustics.channel import Arrival, Channel
@@ -15,20 +15,35 @@ from exchange.acoustics.collisions import Collisions, Hearing
 from exchange.acoustics.modems import Modem
 from exchange.packets import Transmission
 from exchange.schedule import GRACE_S, TdmaSchedule
-from remoras.clock import Clock, Priority
+from remoras.clock import Clock, Priority, ShownTime
+from remoras.events import Event
 from remoras.faults import Fault, hears_throughout
-from remoras.own_clock import OwnClock
 from remoras.recorder import PACKETS, Recorder
 
 if TYPE_CHECKING:
-    from remoras.fleet import Event
     from remoras.vehicle import Vehicle
 
-__all__ = ["FrameBegins", "FrameEnds", "Hearing", "SlotOpens", "Traffic"]
+__all__ = ["Arrives", "FrameBegins", "FrameEnds", "Medium", "SlotOpens", "Station", "Traffic", "sends_s"]
 
 SLOT, SENDER, RECEIVERS, ARRIVALS, COLLIDED = map(
     PACKETS.column_names.index, ("slot", "sender", "receivers", "arrivals_s", "collided_at")
 )
+
+
+class Station(Protocol):
+    """What the events of traffic ask of the fleet."""
+
+    def transmit(self, slot: int, node: int) -> None:
+        """Let a vehicle speak in its slot, which opens now."""
+
+    def begin_frame(self, frame: int, node: int) -> None:
+        """Ask a vehicle for its slots in a frame that begins now."""
+
+    def end_frame(self, frame: int, node: int | None) -> None:
+        """Let a vehicle, or all whose clocks are right, consult at the end of a frame."""
+
+    def deliver(self, arrival: Arrival) -> None:
+        """Let a vehicle hear a packet that arrives now."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +53,10 @@ class SlotOpens:
     number: int
     node: int
 
+    def act(self, station: Station) -> None:
+        """Let its owner speak."""
+        station.transmit(self.number, self.node)
+
 
 @dataclass(frozen=True, slots=True)
 class FrameBegins:
@@ -45,6 +64,10 @@ class FrameBegins:
 
     number: int
     node: int
+
+    def act(self, station: Station) -> None:
+        """Ask the vehicle for its slots."""
+        station.begin_frame(self.number, self.node)
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,42 +77,78 @@ class FrameEnds:
     number: int
     node: int | None = None
 
+    def act(self, station: Station) -> None:
+        """Let what was heard in the frame count."""
+        station.end_frame(self.number, self.node)
+
+
+@dataclass(frozen=True, slots=True)
+class Arrives:
+    """The last bit of a packet is where a vehicle is, which hears it unless it has met another packet on its way."""
+
+    hearing: Hearing
+
+    def act(self, station: Station) -> None:
+        """Let the vehicle hear it."""
+        if not self.hearing.collided:
+            station.deliver(self.hearing.arrival)
+
+
+@dataclass(frozen=True, slots=True)
+class Medium:
+    """What carries the packets of a fleet, and by what it is told when they are sent.
+
+    Attributes:
+        channel: carries packets.
+        modem: of all vehicles.
+        schedule: TDMA.
+        clocks: of the vehicles whose clocks may be off, by node; the others' show the true time.
+        faults: by which vehicles do not hear.
+        seed: of the times at which vehicles send in ALOHA.
+    """
+
+    channel: Channel
+    modem: Modem
+    schedule: TdmaSchedule
+    clocks: Mapping[int, ShownTime]
+    faults: Sequence[Fault] = ()
+    seed: int = 0
+
+    def shown_s(self, node: int, true_s: float) -> float:
+        """What the clock of a vehicle shows at a true time (s)."""
+        clock = self.clocks.get(node)
+        return true_s if clock is None else clock.reads(true_s)
+
+    def true_time_s(self, node: int, shown_s: float) -> float:
+        """The true time at which the clock of a vehicle shows a time (s)."""
+        clock = self.clocks.get(node)
+        return shown_s if clock is None else clock.true_time_s(shown_s)
+
 
 class Traffic:
     """Opens slots and carries packets.
 
     Args:
-        channel: carries packets; modem: of all vehicles; schedule: TDMA.
+        medium: what carries packets.
         heap: of the events of the fleet, in true time.
-        clocks: of the vehicles, by node.
-        faults: by which vehicles do not hear.
-        seed: of the times at which vehicles send in ALOHA.
     """
 
-    def __init__(
-        self,
-        channel: Channel,
-        modem: Modem,
-        schedule: TdmaSchedule,
-        heap: Clock[Event],
-        clocks: Sequence[OwnClock],
-        faults: Sequence[Fault],
-        seed: int = 0,
-    ) -> None:
-        self._channel = channel
-        self._modem = modem
-        self._schedule = schedule
+    def __init__(self, medium: Medium, heap: Clock[Event[Any]]) -> None:
+        self._channel = medium.channel
+        self._modem = medium.modem
+        self._schedule = schedule = medium.schedule
+        self._medium = medium
+        self._faults = medium.faults
+        self._seed = medium.seed
         self._heap = heap
-        self._clocks = clocks
-        self._faults = faults
         self._air = Collisions()
-        self._seed = seed
         by_frame = schedule.is_by_frame
         self._next_slots: list[list[int]] = [[] if by_frame else [node] for node in range(schedule.n_nodes)]
         self._next_frame = [0] * schedule.n_nodes
-        for node, clock in enumerate(clocks):
+        for node in range(schedule.n_nodes):
             self.await_slot(node)
-            if not clock.is_exact:
+            clock = medium.clocks.get(node)
+            if clock is not None and not clock.is_exact:
                 self.await_frame(1, node)
         self.await_frame(1)
 
@@ -103,23 +162,23 @@ class Traffic:
 
     def _at(self, node: int, shown_s: float, event: SlotOpens | FrameBegins) -> None:
         """Schedule an event at a time that the clock of a node shows."""
-        at_s = self._clocks[node].true_time_s(shown_s)
+        at_s = self._medium.true_time_s(node, shown_s)
         self._heap.schedule(max(at_s, self._heap.now_s), Priority.SLOT, event)
 
     def _sends_s(self, slot: int, node: int) -> float:
         """When a node sends in its slot, by its clock."""
         return sends_s(self._schedule, slot, node, self._seed)
 
-    def begins(self, begun: FrameBegins, sender: Vehicle, now_s: float) -> None:
+    def begins(self, frame: int, sender: Vehicle, now_s: float) -> None:
         """Ask a vehicle for its slots in a frame that begins; what is not now, since its clock was set, is let be.
 
         Args:
-            begun: the frame.
-            sender: the vehicle of the node.
+            frame: its number.
+            sender: the vehicle.
             now_s: the true time (s).
         """
-        frame, node = begun.number, begun.node
-        shown_s = self._clocks[node].reads(now_s)
+        node = sender.data.node
+        shown_s = self._medium.shown_s(node, now_s)
         if frame != self._next_frame[node] or shown_s < self._schedule.frame_start_s(frame) - GRACE_S:
             return
         self._next_frame[node] = frame + 1
@@ -130,7 +189,7 @@ class Traffic:
         """Schedule the end of a frame, in true time or by the clock of a node."""
         at_s = self._schedule.frame_start_s(number)
         if node is not None:
-            at_s = max(self._clocks[node].true_time_s(at_s), self._heap.now_s)
+            at_s = max(self._medium.true_time_s(node, at_s), self._heap.now_s)
         self._heap.schedule(at_s, Priority.CONSULTATION, FrameEnds(number, node))
 
     def opened(self, slot: int, owner: Vehicle, now_s: float) -> float | None:
@@ -144,7 +203,7 @@ class Traffic:
             now_s: the true time (s).
         """
         node = owner.data.node
-        start_s, shown_s = self._sends_s(slot, node), self._clocks[node].reads(now_s)
+        start_s, shown_s = self._sends_s(slot, node), self._medium.shown_s(node, now_s)
         if self._next_slots[node][:1] != [slot] or shown_s < start_s - GRACE_S:
             return None
         del self._next_slots[node][0]
@@ -175,7 +234,7 @@ class Traffic:
             arrivals = self._heard(sender, arrivals, vehicles)
         hearings, lost = self._air.send(slot, sender.data.node, now_s, end_s, arrivals)
         for hearing in hearings:
-            self._heap.schedule(hearing.arrival.time_s, Priority.ARRIVAL, hearing)
+            self._heap.schedule(hearing.arrival.time_s, Priority.ARRIVAL, Arrives(hearing))
         if recorder is None:
             return
         others = [vehicle for vehicle in vehicles if vehicle is not sender and vehicle.is_alive]

@@ -12,7 +12,7 @@ and the executive layer. Every step returns a value; nothing calls back up.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import mesa
@@ -34,7 +34,6 @@ from remoras.functional.sensing import Sensed
 from remoras.radio import Radio
 from remoras.recorder import Recorder
 from remoras.social.layer import Consulted, Review, SocialLayer
-from remoras.timekeeping import Timekeeper
 from worldmodel import Block, Change, WorldModelError
 from worldmodel.remembering import remember
 
@@ -59,7 +58,9 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         beliefs: its world model, by names.
         recorder: takes the rows.
         began_s: when it began; later than 0 if it begins anew, see ``go_on``.
-        timekeeper: compares its clock with its peers'; None where all clocks are right.
+
+    Attributes:
+        heard: each is told of a packet that was taken in: what came of it, its bits, and the time by the own clock (s).
     """
 
     def __init__(
@@ -71,22 +72,23 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         beliefs: Beliefs,
         recorder: Recorder,
         began_s: float = 0.0,
-        timekeeper: Timekeeper | None = None,
     ) -> None:
         super().__init__(model)
-        self.timekeeper = timekeeper
+        self.heard: list[Callable[[Reception, int, float], None]] = []
         self.data = data
         self.name = data.name
         self.social, self.executive, self.functional = layers.social, layers.executive, layers.functional
         self.radio = radio
         self.beliefs = beliefs
         self.condition = SOUND
+        self._is_running = True  # as its condition says, which is asked for it all the time
         self._recorder = recorder
         self._diary = Diary(self.name, self.social.database.names, recorder)
         tbox = beliefs.model.tbox
         self._position = tbox.attribute_named("position").uid
         self._battery = tbox.attribute_named("batteryFraction").uid
         self._next_decision_s = 0.0
+        self._pulls = NO_PULLS
         self.has_resigned = False
         self._weighed: tuple[ActivitySet, ...] = ()
         self._diary.founded(self.social.organisation, self.social.objectives.values(), began_s)
@@ -95,11 +97,12 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
     @property
     def is_alive(self) -> bool:
         """True while there is energy left and no fault has taken the vehicle away."""
-        return self.condition.is_alive and not self.functional.exhausted
+        return self._is_running and not self.functional.exhausted
 
     def suffer(self, condition: Condition) -> None:
         """Be in another condition from now on; called by the fleet when a fault begins or is over."""
         self.condition = condition
+        self._is_running = condition.is_alive
         self.functional.impair(condition.speed_factor, condition.dead_sensors, condition.drain_w)
         if not condition.is_alive:
             self.functional.stop()
@@ -153,7 +156,10 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
             if decision is not before:
                 functional.perform(decision.chosen)
                 self._diary.drives(now_s, decision.driving, candidates)
-        functional.heed(executive.pulls(now_s) if functional.picture.body.contacts_m else NO_PULLS)
+        pulls = executive.pulls(now_s) if functional.picture.body.contacts_m else NO_PULLS
+        if pulls is not self._pulls:
+            self._pulls = pulls
+            functional.heed(pulls)
         if functional.must_go_home and not self.has_resigned:
             self.has_resigned = True
             self.conclude(self.social.standing.resign(), now_s)
@@ -260,9 +266,8 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         if reception.fault is not None:
             return reception
         self._consider(changes, now_s)
-        if self.timekeeper is not None:
-            known_m, own_m = self.functional.picture.peers.positions_m, self.functional.believed.position_m
-            self.timekeeper.heard(reception, 8 * len(data), now_s, own_m, known_m.get(emitter))
+        for tell in self.heard:
+            tell(reception, 8 * len(data), now_s)
         organisation = self.social.organisation
         for (group, role, addressed), value in signals:
             if organisation.is_member(self.name, group) and organisation.is_member(emitter, group):

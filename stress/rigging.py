@@ -55,10 +55,9 @@ class Rigging:
         fleet = scene.fleet
         for vehicle in fleet.vehicles:
             self._begin(vehicle)
-        make_anew = fleet._make_anew
+        make_anew = fleet.makers.anew
 
         def rigged_anew(model: Fleet, before: Vehicle, fault: Fault) -> Vehicle:
-            assert make_anew is not None
             old = scene.lives[before.name]
             old.is_alive = False
             vehicle = make_anew(model, before, fault)
@@ -68,7 +67,7 @@ class Rigging:
                 life.had = {guid for guid in old.had if old.model.has_arrived(guid)}
             return vehicle
 
-        fleet._make_anew = rigged_anew
+        fleet.makers = fleet.makers._replace(anew=rigged_anew)
 
     def _begin(self, vehicle: Vehicle) -> Life:
         """Let a vehicle begin a life, rigged."""

@@ -199,7 +199,7 @@ def priorities(draws: Draws, scenario: Scenario) -> Drawn:
 def needs(draws: Draws, scenario: Scenario) -> Drawn:
     """What is needed least, on terms: how old, how many, how often."""
     given = scenario.communication.needs
-    if not given or scenario.need:
+    if not given or scenario.of_feature("need"):
         return {}
     attribute = draws.one_of(sorted(name for name in given if given[name] == min(given.values())))
     need: dict[str, Any] = {"attribute": attribute, "priority": given[attribute]}

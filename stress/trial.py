@@ -207,7 +207,7 @@ class _Trial:
         if act is not None:
             self.happened[fault.kind] += 1
             scene.forged.append((act.issuer, act.about, act.kind))
-            vehicle.conclude(act.facts, fleet.clocks[vehicle.data.node].reads(fleet.now_s))
+            vehicle.conclude(act.facts, fleet.shown_s(vehicle))
 
     def _outcome(self, judged: Sequence[str], began: float) -> Outcome:
         fleet, recorder = self.fleet, self.fleet.recorder

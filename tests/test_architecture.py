@@ -38,6 +38,10 @@ ROOMS: dict[str, set[str]] = {
         "missions.scenarios", "missions", "remoras", "remoras.strategies", "exchange", "exchange.acoustics",
         "worldmodel",
     },
+    "missions.features": {
+        "missions.features", "missions", "missions.scenarios", "remoras", "remoras.social", "exchange",
+        "exchange.acoustics", "worldmodel",
+    },
     "missions.meeting": {"missions.meeting", "missions.scenarios", "missions", "remoras"},
     "missions.mapping": {"missions.mapping", "missions.meeting", "missions.scenarios", "missions", "remoras"},
     "missions.trident": {

@@ -11,7 +11,7 @@ from exchange.wire.codec import renewed
 from exchange.wire.sealing import fresh_salt
 from missions.document import Document
 from missions.errors import ConfigurationError, ConfigurationFault
-from missions.runs.assembly import faults_in, vehicle_of
+from missions.runs.assembly import Life, Shared, faults_in, parts_of, vehicle_anew, vehicle_of
 from missions.runs.sea import actual
 from missions.runs.sensors import recorder_of_mission, sensors_of
 from missions.runs.setup import Setup
@@ -19,11 +19,10 @@ from missions.runs.setup import resolved as setup_of
 from missions.scenarios.loading import resolved
 from missions.scenarios.policy import key_of
 from missions.scenarios.scenario import Scenario
-from missions.scenarios.slots import new_slots
-from remoras.faults import Fault
-from remoras.own_clock import OwnClock
+from remoras.fault_events import faults_part
+from remoras.faults import Fault, FaultKind
 from remoras.solo import Solo, Times
-from remoras.vehicle import Vehicle, go_on
+from remoras.vehicle import Vehicle
 from worldmodel import EPOCHS, suggestion
 
 if TYPE_CHECKING:
@@ -126,24 +125,21 @@ def alone(plan: Plan, salt: bytes | None = None) -> Alone:
     scenario, mission = setup.scenario, setup.mission
     real = actual(setup.database[plan.vehicle], scenario.uncertainty.speed_spread, plan.seed)
     recorder = recorder_of_mission(mission, [sensors_of(data) for data in setup.database.values()])
-    world = mission.world(plan.seed)
+    parts = parts_of(setup, recorder, plan.seed, is_alone=True)
+    shared = Shared(setup, plan.seed, mission.world(plan.seed), recorder, parts)
 
     def make(model: Solo) -> Vehicle:
-        own = sensors_of(real)
-        return vehicle_of(model, setup, real, own, world, recorder, plan.seed, OwnClock(), plan.begins_s, plan.epoch)
+        return vehicle_of(model, shared, Life(real, plan.begins_s, plan.epoch))
 
     def make_anew(model: Solo, before: Vehicle, fault: Fault) -> Vehicle:
-        own, epoch = sensors_of(real), before.beliefs.model.epoch + 1
-        anew = vehicle_of(model, setup, real, own, world, recorder, plan.seed, OwnClock(), model.now_s, epoch)
-        go_on(anew, before, model.now_s, fault.keeps_memory)
-        return anew
+        return vehicle_anew(model, shared, before, fault)
 
     times = Times(scenario.scenario.tick_s, plan.begins_s, plan.until_s)
     faults = [fault for fault in faults_in(setup, plan.seed) if fault.vehicle == plan.vehicle]
-    bans = [ban for table in scenario.ban if (ban := table.declared()).issuer == plan.vehicle]
-    needs = [need for need in setup.stated if need.vehicle == plan.vehicle]
-    slots = [one for one in new_slots(scenario) if one.issuer == plan.vehicle]
-    solo = Solo(make, make_anew, setup.schedule, recorder, times, faults, bans, needs, slots, plan.seed, introductions)
+    if plan.begins_s > 0.0:
+        faults.insert(0, Fault(FaultKind.JOINS, plan.vehicle, plan.begins_s))
+    everything = (faults_part(faults), *parts)
+    solo = Solo(make, make_anew, setup.schedule, recorder, times, plan.seed, introductions, everything)
     return Alone(plan, setup, solo, salt)
 
 

@@ -4,42 +4,42 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 from exchange.acoustics.channel import BroadcastChannel, Channel
 from exchange.manager import ExchangeManager, Options
 from exchange.wire.codec import renewed
-from missions.runs.clocks import clocks_of, disciplines, own_recorder, timekeeper_of
-from missions.runs.needs import needs_in_force, needs_of_all
+from missions.feature import Joining
+from missions.runs.needs import needs_of_all
 from missions.runs.sea import actual, sea_of
 from missions.runs.sensors import recorder_of_mission, sensors_of
 from missions.runs.setup import Setup
 from missions.runs.worlds import world_model
 from missions.scenarios.deployment import deployment_of, sound_speed_mps
-from missions.scenarios.obligations import obligations_of
 from missions.scenarios.parts import groups_of
-from missions.scenarios.slots import new_slots
 from missions.scenarios.values import value_rule_of
 from remoras.beliefs import Beliefs
+from remoras.bound import share_at_once
 from remoras.database import AUVDatabase, VehicleData
-from remoras.detail import Detail
+from remoras.events import Part, clocks_of, recorder_for
 from remoras.executive.layer import ExecutiveLayer
+from remoras.fault_events import faults_part
 from remoras.faults import Fault, drawn
-from remoras.fleet import Fleet
+from remoras.fleet import Fleet, Makers
 from remoras.functional.layer import FunctionalLayer
-from remoras.obligations import Obligations
-from remoras.own_clock import OwnClock
 from remoras.picture import Picture
-from remoras.radio import Radio
+from remoras.radio import Radio, RenewedNeeds
 from remoras.recorder import Recorder
-from remoras.sensor import Sensor
+from remoras.sea import Sea
 from remoras.social.agreement import agree
 from remoras.social.layer import SocialLayer
 from remoras.social.needs import GroupNeeds
 from remoras.solo import Solo
 from remoras.strategy import Declaration
+from remoras.traffic import Medium
 from remoras.vehicle import Layers, Vehicle, go_on
+from worldmodel import WorldModel
 
 
 def channel_of(setup: Setup, seed: int) -> BroadcastChannel:
@@ -66,6 +66,39 @@ def faults_in(setup: Setup, seed: int) -> tuple[Fault, ...]:
     return drawn(declared, seed, setup.database, organisation, scenario.scenario.duration_s)
 
 
+@dataclass(frozen=True)
+class Shared:
+    """What the vehicles of one run have in common.
+
+    Attributes:
+        setup: the scenario resolved.
+        seed: root of all draws.
+        world: of the mission, as its sensors perceive it.
+        recorder: takes the rows.
+        parts: of the features that are on.
+    """
+
+    setup: Setup
+    seed: int
+    world: Any
+    recorder: Recorder
+    parts: Sequence[Part]
+
+
+class Life(NamedTuple):
+    """A vehicle from when it begins, or begins anew, on.
+
+    Attributes:
+        real: its data as it really is.
+        began_s: when it begins, by its own clock (s).
+        epoch: how often it has begun anew.
+    """
+
+    real: VehicleData
+    began_s: float = 0.0
+    epoch: int = 0
+
+
 def assemble(setup: Setup, seed: int, channel: Channel | None = None, salt: bytes | None = None) -> Fleet:
     """A fleet ready to run.
 
@@ -80,44 +113,51 @@ def assemble(setup: Setup, seed: int, channel: Channel | None = None, salt: byte
         setup = replace(setup, codec=renewed(setup.codec, None if salt is None else lambda sender: salt))
     scenario, mission = setup.scenario, setup.mission
     fleet = [actual(data, scenario.uncertainty.speed_spread, seed) for data in setup.database.values()]
-    sensors = [sensors_of(real) for real in fleet]
-    recorder, clocks = recorder_of_mission(mission, sensors), clocks_of(scenario, seed)
-    world = mission.world(seed)
+    recorder = recorder_of_mission(mission, [sensors_of(real) for real in fleet])
     if setup.strategy.declaration.is_bound:
         setup = _known_as_it_is(setup, fleet)
+    shared = Shared(setup, seed, mission.world(seed), recorder, parts_of(setup, recorder, seed))
 
-    def make(model: Fleet) -> Sequence[Vehicle]:
-        return [
-            vehicle_of(model, setup, real, own, world, recorder, seed, clock)
-            for real, own, clock in zip(fleet, sensors, clocks, strict=True)
-        ]
+    def anew(model: Fleet, before: Vehicle, fault: Fault) -> Vehicle:
+        return vehicle_anew(model, shared, before, fault)
 
-    def make_anew(model: Fleet, before: Vehicle, fault: Fault) -> Vehicle:
-        data, epoch, clock = before.functional.data, before.beliefs.model.epoch + 1, clocks[before.data.node]
-        now_s = clock.reads(model.now_s)
-        anew = vehicle_of(model, setup, data, sensors_of(data), world, recorder, seed, clock, now_s, epoch)
-        go_on(anew, before, now_s, fault.keeps_memory)
-        return anew
-
+    faults, times = faults_in(setup, seed), scenario.scenario
+    carrier = channel if channel is not None else channel_of(setup, seed)
     return Fleet(
-        make,
-        channel if channel is not None else channel_of(setup, seed),
-        setup.modem,
-        setup.schedule,
-        mission.truth(recorder, world),
+        Makers(lambda model: [vehicle_of(model, shared, Life(real)) for real in fleet], anew),
+        Medium(carrier, setup.modem, setup.schedule, clocks_of(shared.parts), faults, seed),
+        mission.truth(recorder, shared.world),
         recorder,
-        scenario.scenario.tick_s,
-        scenario.scenario.duration_s,
-        faults_in(setup, seed),
+        times.tick_s,
+        times.duration_s,
         scenario.guidance.separation_m,
-        Obligations(owed, mission.jobs, recorder) if (owed := obligations_of(scenario)) else None,
-        [table.declared() for table in scenario.ban],
-        make_anew,
-        clocks,
-        setup.stated,
-        new_slots(scenario),
-        seed,
+        (faults_part(faults), *shared.parts),
     )
+
+
+def parts_of(setup: Setup, recorder: Recorder, seed: int, is_alone: bool = False) -> list[Part]:
+    """What features that are on do in a run.
+
+    Args:
+        setup: the scenario resolved.
+        recorder: of the run.
+        seed: root of all draws.
+        is_alone: True for a vehicle by itself.
+    """
+    joining = Joining(
+        setup.scenario,
+        setup.mission,
+        setup.tbox,
+        setup.instances,
+        setup.database,
+        setup.schedule,
+        setup.modem.packet_s,
+        recorder,
+        seed,
+        is_alone,
+    )
+    parts = [part for feature in setup.features if (part := feature.part(joining)) is not None]
+    return [*parts, Part(join=share_at_once)] if setup.strategy.declaration.is_bound else parts
 
 
 def _lease_frames(declaration: Declaration, lease_frames: int) -> float:
@@ -134,42 +174,74 @@ def _known_as_it_is(setup: Setup, fleet: Sequence[VehicleData]) -> Setup:
     return replace(setup, database=database, agreement=agreement)
 
 
-def vehicle_of(
-    fleet: Fleet | Solo,
-    setup: Setup,
-    real: VehicleData,
-    sensors: dict[str, Sensor],
-    world: Any,
-    recorder: Recorder,
-    seed: int,
-    clock: OwnClock,
-    began_s: float = 0.0,
-    epoch: int = 0,
-) -> Vehicle:
+def vehicle_anew(host: Fleet | Solo, shared: Shared, before: Vehicle, fault: Fault) -> Vehicle:
+    """A vehicle that begins anew now, of the one that it was.
+
+    Args:
+        host: of the vehicle.
+        shared: what the vehicles of the run have in common.
+        before: what it was.
+        fault: after which it begins anew.
+    """
+    now_s = host.shown_s(before)
+    anew = vehicle_of(host, shared, Life(before.functional.data, now_s, before.beliefs.model.epoch + 1))
+    go_on(anew, before, now_s, fault.keeps_memory)
+    return anew
+
+
+def vehicle_of(host: Fleet | Solo, shared: Shared, life: Life) -> Vehicle:
     """A vehicle that believes what the fleet knows of it, and moves as it really is.
 
     Args:
-        clock: its own; began_s: when it begins, by that.
-        epoch: how often it has begun anew.
+        host: of the vehicle.
+        shared: what the vehicles of the run have in common.
+        life: of the vehicle.
     """
-    data = setup.database[real.name]
-    timekeeper = timekeeper_of(setup, data.node, clock, recorder)
-    recorder = own_recorder(clock, recorder, disciplines(setup.scenario))
-    communication, mission = setup.scenario.communication, setup.mission
-    model = world_model(setup, data.node, epoch)
+    setup = shared.setup
+    data, names = setup.database[life.real.name], setup.database.names
+    recorder = recorder_for(shared.parts, data.node, shared.recorder)
     picture = Picture(frame_s=setup.schedule.frame_s)
+    beliefs = Beliefs(world_model(setup, data.node, life.epoch))
+    manager, needs = _manager(shared, beliefs.model)
+    radio = Radio(
+        names,
+        setup.agreement.groups,
+        setup.strategy.declaration,
+        manager,
+        beliefs,
+        picture.peers,
+        recorder,
+        needs,
+        {one.node: max(one.transit_speed_mps, one.survey_speed_mps) for one in setup.database.values()},
+    )
+    layers = Layers(
+        _social(setup, data.name, beliefs, picture),
+        ExecutiveLayer(setup.decision),
+        _functional(shared, life.real, picture, sea_of(setup.scenario, data, shared.seed, host.carried_m)),
+    )
+    vehicle = Vehicle(host, data, layers, radio, beliefs, recorder, life.began_s)
+    for part in shared.parts:
+        if part.equip is not None:
+            part.equip(vehicle)
+    return vehicle
+
+
+def _manager(shared: Shared, model: WorldModel) -> tuple[ExchangeManager, RenewedNeeds | None]:
+    """The exchange manager of a vehicle, and who needs what where that may change."""
+    setup = shared.setup
+    communication = setup.scenario.communication
     subjects, organisation = setup.subjects, setup.agreement.organisation
     by_groups = None if subjects is None else GroupNeeds(setup.tbox, setup.urgency, subjects, organisation)
     common = by_groups or needs_of_all(setup.tbox, setup.urgency, len(setup.database))
-    needs = needs_in_force(setup, model, common)
+    stated = next((part.needs(model, common) for part in shared.parts if part.needs is not None), None)
     manager = ExchangeManager(
-        data.node,
+        model.owner,
         model,
         setup.codec,
         setup.schedule,
         setup.policy,
         setup.modem.payload_bits,
-        needs or common,
+        stated or common,
         Options(
             communication.carrier_evidence,
             by_groups is not None,
@@ -179,51 +251,25 @@ def vehicle_of(
             communication.parking,
         ),
     )
-    above = communication.coarse_above
-    beliefs = Beliefs(model, Detail(setup.tbox, lambda: len(manager.queue), above) if above else None)
-    declaration = setup.strategy.declaration
-    return Vehicle(
-        fleet,
-        data,
-        Layers(
-            SocialLayer(
-                data.name,
-                setup.database,
-                beliefs,
-                mission,
-                setup.strategy,
-                setup.agreement,
-                setup.rally_points_m,
-                picture,
-                _lease_frames(declaration, communication.lease_frames) * setup.schedule.frame_s,
-                setup.scenario.scenario.duration_s,
-            ),
-            ExecutiveLayer(setup.decision),
-            FunctionalLayer(
-                real,
-                mission,
-                world,
-                sensors,
-                setup.bounds_m,
-                picture,
-                setup.scenario.guidance.constants(),
-                sea_of(setup.scenario, data, seed, fleet.carried_m),
-            ),
-        ),
-        Radio(
-            setup.database.names,
-            setup.agreement.groups,
-            declaration,
-            manager,
-            beliefs,
-            picture.peers,
-            recorder,
-            needs or by_groups,
-            {one.node: max(one.transit_speed_mps, one.survey_speed_mps) for one in setup.database.values()},
-            [one for table in setup.scenario.covert if (one := table.declared()).vehicle == data.name],
-        ),
+    return manager, stated or by_groups
+
+
+def _social(setup: Setup, name: str, beliefs: Beliefs, picture: Picture) -> SocialLayer:
+    return SocialLayer(
+        name,
+        setup.database,
         beliefs,
-        recorder,
-        began_s,
-        timekeeper,
+        setup.mission,
+        setup.strategy,
+        setup.agreement,
+        setup.rally_points_m,
+        picture,
+        _lease_frames(setup.strategy.declaration, setup.scenario.communication.lease_frames) * setup.schedule.frame_s,
+        setup.scenario.scenario.duration_s,
     )
+
+
+def _functional(shared: Shared, real: VehicleData, picture: Picture, sea: Sea) -> FunctionalLayer:
+    setup = shared.setup
+    guidance, sensors = setup.scenario.guidance.constants(), sensors_of(real)
+    return FunctionalLayer(real, setup.mission, shared.world, sensors, setup.bounds_m, picture, guidance, sea)

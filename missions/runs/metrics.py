@@ -7,7 +7,6 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from exchange.queueing.reasons import Expired
 from missions.metric import NOT_APPLICABLE, Absent, Better, Metric, collected
 from missions.runs.fleet_metrics import closest_approach_m, conflicts, idle_s, recovery_time_s
 from missions.runs.navigation_metrics import fixing_s, n_fixes
@@ -15,13 +14,12 @@ from missions.runs.organisation_metrics import (
     holder_conflict_fraction,
     malformed_s,
     n_refused_acts,
-    n_violated_obligations,
     view_divergence,
 )
+from missions.scenarios.extending import features
 from missions.scenarios.parts import mission_class, modem_energy
 from missions.scenarios.scenario import Scenario
 from remoras.contents import Content
-from remoras.deliveries import DELIVERIES
 from remoras.recorder import Recorder
 
 if TYPE_CHECKING:
@@ -160,14 +158,6 @@ def is_settled(run: Run) -> bool | Absent:
     return NOT_APPLICABLE if run.settled is None else run.settled.complete
 
 
-def n_expired(run: Run) -> int | Absent:
-    """How often a vehicle let go of an item or status that was too old or had no room; only if a need says how."""
-    if not any(one.ttl_s is not None or one.queue_limit is not None for one in run.scenario.need):
-        return NOT_APPLICABLE
-    lost = (Expired.TIME_TO_LIVE.value, Expired.OVERFLOW.value)
-    return sum(1 for row in run.recorder.rows(DELIVERIES.name) if row[3] == "expired" and row[4] in lost)
-
-
 CORE_METRICS = (
     Metric("mission_time_s", "s", LOWER, "mission time", lambda run: round(run.end_s, 4), True, censored=True),
     Metric("completed", "", HIGHER, "success rate", lambda run: run.completed, headline=True),
@@ -212,8 +202,7 @@ CORE_METRICS = (
         note="Time in which a founding role has too few holders, a role too many, or one who may not hold it.",
     ),
     Metric("n_refused_acts", "", Better.NEITHER, "refused acts", n_refused_acts),
-    Metric("n_violated_obligations", "", LOWER, "violated obligations", n_violated_obligations),
-    Metric("n_expired", "", LOWER, "expired", n_expired, note="Too old, or no room in the queue."),
+    *(metric for feature in features().values() for metric in feature.metrics),
     Metric("idle_s", "s", LOWER, "idle time", idle_s, note="Mean over the vehicles that are able to do a job."),
     Metric(
         "recovery_time_s", "s", LOWER, "recovery time", recovery_time_s, censored=True,
@@ -232,7 +221,7 @@ CORE_METRICS = (
     Metric("n_fixes", "", LOWER, "fixes", n_fixes, note="Runs in which vehicles know where they are are left out."),
     Metric("fixing_s", "s", LOWER, "time for fixes", fixing_s, note="Of all vehicles together."),
 )  # fmt: skip
-"""Metrics of every run."""
+"""Metrics of every run, and those that features bring, which do not apply to runs that do not use these."""
 
 
 def metrics_of(scenario: Scenario) -> Mapping[str, Metric]:

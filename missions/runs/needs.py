@@ -2,30 +2,25 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from missions.scenarios.needs import ALL, states_needs
+from missions.scenarios.extending import features
 from missions.scenarios.scenario import BY_GROUPS, HELD, Scenario
-from remoras.bans import BANNED_FROM
 from remoras.database import AUVDatabase
 from remoras.mission import Mission
-from remoras.needs import NEED_ATTRIBUTES, StatedNeed, need_name
 from remoras.organisation import Group
 from remoras.plugins import answer
-from remoras.slots import SENDS_IN
 from remoras.social.agreement import Agreement
 from remoras.social.formations import FORMATION_ATTRIBUTES
-from remoras.social.needs import GroupNeeds, Path, Subjects
+from remoras.social.needs import Path, Subjects
 from remoras.social.negotiation import negotiated_attributes
 from remoras.social.reports import SENSORS_WORK
-from remoras.social.stated_needs import NeedsInForce
 from remoras.strategy import Strategy
-from worldmodel import InformationNeed, Instance, NeedsIndex, TBox, WorldModel
+from worldmodel import InformationNeed, Instance, NeedsIndex, TBox
 
 if TYPE_CHECKING:
-    from missions.runs.setup import Setup
+    pass
 
 SOCIAL_ATTRIBUTES = ("available", "headedBy", "headTerm", SENSORS_WORK)
 """What vehicles say of themselves whatever the strategy."""
@@ -40,9 +35,8 @@ def priorities(scenario: Scenario, strategy: Strategy, mission: Mission, tbox: T
     known = {attribute.name for attribute in tbox.attributes}
     listed = {name: priority for name, priority in scenario.communication.needs.items() if name in known}
     formation = [name for name in FORMATION_ATTRIBUTES if name in known]
-    ordered = [name for name in (BANNED_FROM, SENDS_IN) if name in known]
+    ordered = [name for feature in features().values() for name in feature.states if name in known]
     stated = (*negotiated_attributes(strategy, mission.jobs, tbox), *SOCIAL_ATTRIBUTES, *formation, *ordered)
-    stated += NEED_ATTRIBUTES if states_needs(scenario) else ()
     strategic = dict.fromkeys(stated, max(listed.values(), default=1))
     return {tbox.attribute_named(name).uid: priority for name, priority in {**strategic, **listed}.items()}
 
@@ -55,42 +49,6 @@ def needs_of_all(tbox: TBox, urgency: Mapping[int, int], n_nodes: int) -> NeedsI
     """
     needs = tuple(InformationNeed(uid, one, class_uid=tbox.attributes[uid].domain) for uid, one in urgency.items())
     return NeedsIndex(tbox, dict.fromkeys(range(n_nodes), needs))
-
-
-def stated_needs(scenario: Scenario, tbox: TBox, instances: Sequence[Instance]) -> tuple[StatedNeed, ...]:
-    """The needs of ``[[need]]``, vehicle by vehicle; the n-th table is the n-th need of each."""
-    uids = {one.name: one.uid for one in instances}
-    classes = {one.name: one.uid for one in tbox.classes}
-    found = []
-    for number, table in enumerate(scenario.need, 1):
-        attribute = tbox.attribute_named(table.attribute)
-        class_uid = classes.get(table.of) if table.of else attribute.domain
-        instance = uids[table.of] if class_uid is None else None
-        need = InformationNeed(attribute.uid, table.priority, class_uid, instance, table.terms())
-        until_s = math.inf if table.until_s is None else table.until_s
-        for vehicle in scenario.vehicle:
-            if table.vehicle in (ALL, vehicle.name):
-                found.append(StatedNeed(vehicle.name, number, need, table.from_s, until_s))
-    return tuple(found)
-
-
-def on_demand_of(scenario: Scenario, tbox: TBox) -> frozenset[int]:
-    """Attributes, by uid, that are exchanged once somebody needs them."""
-    names = (*scenario.communication.on_demand, *(table.attribute for table in scenario.need))
-    return frozenset(tbox.attribute_named(name).uid for name in names)
-
-
-def needs_in_force(setup: Setup, model: WorldModel, common: NeedsIndex | GroupNeeds) -> NeedsInForce | None:
-    """Who needs what as a vehicle hears of it; None if no vehicle may state a need."""
-    if not states_needs(setup.scenario):
-        return None
-    uids, nodes = {one.name: one.uid for one in setup.instances}, setup.nodes
-    agreed = {
-        uids[need_name(one.vehicle, one.number)]: (nodes[one.vehicle], one.need)
-        for one in setup.stated
-        if one.from_s == 0.0
-    }
-    return NeedsInForce(model, common, agreed, setup.on_demand)
 
 
 def subjects_of(

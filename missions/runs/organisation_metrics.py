@@ -11,10 +11,7 @@ from collections import Counter
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
-from missions.metric import NOT_APPLICABLE, Absent
-from missions.scenarios.obligations import obligations_of
 from remoras.faults import OVER, FaultKind
-from remoras.obligations import OBLIGATIONS, State
 from remoras.organisation import Organisation, RoleAssignment
 from remoras.wellformed import Malformed, faults_of
 
@@ -194,22 +191,3 @@ def missed(run: Run) -> dict[str, float]:
 def n_refused_acts(run: Run) -> int:
     """Requests to change the organisation that vehicles refused, each vehicle's refusal counted."""
     return sum(row[5] == "refused" for row in run.recorder.organisation)
-
-
-def n_violated_obligations(run: Run) -> int | Absent:
-    """Obligations that no head knew to be fulfilled in time by the end of the run, though their deadline was over.
-
-    What was reached late, or never judged for want of a head, counts. It does not apply without obligations.
-    """
-    declared = obligations_of(run.scenario)
-    if not declared:
-        return NOT_APPLICABLE
-    states: dict[tuple[str, str, str], set[str]] = {}
-    for row in run.recorder.rows(OBLIGATIONS.name):
-        states.setdefault(row[2:5], set()).add(row[5])
-    n_violated = 0
-    for one in declared:
-        known = states.get((one.group, one.role, one.objective), set())
-        is_over = one.deadline_s < run.end_s or State.VIOLATED.value in known
-        n_violated += is_over and State.FULFILLED.value not in known
-    return n_violated

@@ -2,32 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 
 from exchange.acoustics.modems import Modem, modems
 from exchange.policies import AckPolicy
 from exchange.schedule import TdmaSchedule
 from exchange.wire.codec import Codec, Framing, Widths
+from missions.feature import Feature
 from missions.metric import Metric, collected
 from missions.runs.metrics import CORE_METRICS
-from missions.runs.needs import on_demand_of, priorities, stated_needs, subjects_of
+from missions.runs.needs import priorities, subjects_of
 from missions.runs.refusals import refuse_malformed, refuse_undivided
 from missions.runs.sensors import recorder_of_mission, sensors_of
-from missions.scenarios.bans import ban_words
-from missions.scenarios.clocks import guard_s, most_ahead_s
 from missions.scenarios.equipment import common_equipment
-from missions.scenarios.needs import need_names, need_words
+from missions.scenarios.extending import used_in
+from missions.scenarios.guard import guard_s
 from missions.scenarios.ontologies import sources_of
 from missions.scenarios.parts import database_of, groups_of, mission_class, strategy_of
 from missions.scenarios.policy import key_of, policy_of
 from missions.scenarios.scenario import Scenario, StrategyTable
-from missions.scenarios.slots import agreed_slots, slot_words
 from remoras.database import AUVDatabase
 from remoras.errors import PluginError
 from remoras.executive.satisfaction import DecisionConstants
 from remoras.mission import Mission
-from remoras.needs import NEED, StatedNeed
 from remoras.social.agreement import Agreement, agree
 from remoras.social.needs import Subjects
 from remoras.social.negotiation import ROLE_ATTRIBUTES
@@ -58,10 +56,10 @@ class Setup:
         database: vehicles as the fleet knows them; agreement: what they agree on before the mission.
         rally_points_m: by name; bounds_m: area of operations (x_min, y_min, x_max, y_max).
         modem, schedule, codec: of the exchange.
-        urgency: priority of each attribute that all exchange, by uid; stated: needs of single vehicles; on_demand:
-            attributes that somebody may come to need; subjects: what it is told of, where needs follow
-            from groups.
+        urgency: priority of each attribute that all exchange, by uid.
+        subjects: what it is told of, where needs follow from groups.
         decision: constants of the executive layer; metrics: of its runs, by name.
+        features: that the scenario uses.
     """
 
     scenario: Scenario
@@ -79,11 +77,10 @@ class Setup:
     schedule: TdmaSchedule
     codec: Codec
     urgency: Mapping[int, int]
-    stated: tuple[StatedNeed, ...]
-    on_demand: frozenset[int]
     subjects: Subjects | None
     decision: DecisionConstants
     metrics: Mapping[str, Metric]
+    features: tuple[Feature, ...]
 
     @property
     def nodes(self) -> dict[str, int]:
@@ -108,27 +105,30 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
         strategy = strategy_of(scenario)
     else:
         scenario = scenario.model_copy(update={"strategy": StrategyTable(name=strategy.name)})
-    policy = policy_of(scenario.communication.policy)
+    policy, used = policy_of(scenario.communication.policy), used_in(scenario)
     given, words = (
         sources_of(scenario.worldmodel.ontology_text),
-        (*ban_words(scenario), *need_words(scenario), *slot_words(scenario)),
+        [path for feature in used for path in feature.words(scenario)],
     )
     tbox = read_tbox(*core_ontology_paths(), *mission.vocabulary_used, *given, *words)
     database, groups = database_of(scenario, mission_type), groups_of(scenario)
-    instances = _instances(scenario, mission, tbox)
+    instances = _instances(scenario, mission, tbox, used)
     equipment, common_facts = common_equipment(scenario, mission_type.sensors, tbox, instances)
     # nobody tells facts about equipment, so it needs no names on the wire unless new instances come behind it
     n_named = len(instances) + (len(equipment) if mission.instances_found_per_vehicle else 0)
     instances += equipment
     modem, world = modems()[scenario.communication.modem], scenario.world
-    is_aloha, slots = scenario.communication.mac == "aloha", agreed_slots(scenario)
+    is_aloha, slots = scenario.communication.mac == "aloha", _turns(scenario, used)
     packet_s = modem.packet_s(modem.payload_bits)
     schedule = TdmaSchedule(len(database), packet_s, guard_s(scenario), slots, is_aloha)
     agreement = agree(strategy, mission, database, groups, scenario.scenario.duration_s)
     refuse_malformed(scenario, agreement)
     refuse_undivided(scenario, strategy, agreement, database)
     recorder_of_mission(mission, [sensors_of(data) for data in database.values()])
-    urgency, on_demand = priorities(scenario, strategy, mission, tbox), on_demand_of(scenario, tbox)
+    urgency = priorities(scenario, strategy, mission, tbox)
+    on_demand = [name for feature in used for name in feature.on_demand(scenario)]
+    ahead_s = max([feature.ahead_s(scenario) for feature in used], default=0.0)
+    exchanged = {*urgency, *(tbox.attribute_named(name).uid for name in on_demand)}
     return Setup(
         scenario=scenario,
         mission=mission,
@@ -143,17 +143,21 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
         bounds_m=(world.x_m[0], world.y_m[0], world.x_m[1], world.y_m[1]),
         modem=modem,
         schedule=schedule,
-        codec=_codec(scenario, mission, strategy, policy, tbox, n_named, schedule, {*urgency, *on_demand}),
+        codec=_codec(scenario, mission, strategy, policy, tbox, n_named, schedule, exchanged, ahead_s),
         urgency=urgency,
-        stated=stated_needs(scenario, tbox, instances),
-        on_demand=on_demand,
         subjects=subjects_of(scenario, mission, tbox, instances, database, agreement),
         decision=scenario.decision.constants(schedule.frame_s),
         metrics=collected(scenario.scenario.mission, (*CORE_METRICS, *mission_type.metrics)),
+        features=used,
     )
 
 
-def _instances(scenario: Scenario, mission: Mission, tbox: TBox) -> tuple[Instance, ...]:
+def _turns(scenario: Scenario, used: Iterable[Feature]) -> tuple[tuple[int, ...], ...]:
+    """Nodes that send in each slot of a frame, by the feature that says so; empty if none does."""
+    return tuple(map(tuple, next(filter(None, (feature.turns(scenario) for feature in used)), ())))
+
+
+def _instances(scenario: Scenario, mission: Mission, tbox: TBox, used: Iterable[Feature]) -> tuple[Instance, ...]:
     """What the whole fleet has names for; a vehicle's uid is its node index."""
     vehicles = sorted(scenario.vehicle, key=lambda vehicle: vehicle.slot)
     named: list[tuple[str, str]] = [(v.vehicle_type, v.name) for v in vehicles]
@@ -162,7 +166,7 @@ def _instances(scenario: Scenario, mission: Mission, tbox: TBox) -> tuple[Instan
     named += mission.instances
     named += [("RallyPoint", rally.name) for rally in scenario.rally_point]
     named += [("Mission", name) for name in mission.group_missions]
-    named += [(NEED, name) for name in need_names(scenario)]
+    named += [one for feature in used for one in feature.instances(scenario)]
     try:
         return tuple(Instance(uid, tbox.class_named(kind).uid, name) for uid, (kind, name) in enumerate(named))
     except UnknownNameError as error:
@@ -178,10 +182,11 @@ def _codec(
     n_instances: int,
     schedule: TdmaSchedule,
     exchanged: Collection[int],
+    ahead_s: float,
 ) -> Codec:
     """The codec that all vehicles of the scenario share; its numbers are as wide as the whole mission needs them."""
     duration_s, resolution_s = scenario.scenario.duration_s, scenario.communication.time_resolution_s
-    horizon_s = resolution_s * (int((duration_s + most_ahead_s(scenario)) / resolution_s) + 1)
+    horizon_s = resolution_s * (int((duration_s + ahead_s) / resolution_s) + 1)
     n_frames = int(duration_s / schedule.frame_s) + 1
     stated = _items_per_round(strategy.declaration, tbox) * max(1, len(mission.jobs))
     n_items = stated * n_frames + mission.most_observations + SPARE_ITEMS

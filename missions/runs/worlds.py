@@ -20,7 +20,7 @@ def world_model(setup: Setup, node: int, epoch: int = 0) -> WorldModel:
         epoch: how often it has begun anew.
     """
     kept, communication = setup.scenario.worldmodel, setup.scenario.communication
-    clocks = communication.clocks
+    apart_s = max([feature.apart_s(setup.scenario) for feature in setup.features], default=0.0)
     return WorldModel(
         setup.tbox,
         node,
@@ -30,7 +30,7 @@ def world_model(setup: Setup, node: int, epoch: int = 0) -> WorldModel:
         n_origins=setup.schedule.n_nodes,
         run_time_instances_per_origin=setup.mission.instances_found_per_vehicle,
         keeping=Keeping(
-            max(communication.clock_tolerance_s, 0.0 if clocks is None else clocks.apart_s),
+            max(communication.clock_tolerance_s, apart_s),
             kept.waiting_s,
             kept.waiting_blocks,
             pruning_of(setup.scenario, setup.tbox),

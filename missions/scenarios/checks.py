@@ -14,23 +14,20 @@ from collections.abc import Iterable, Iterator, Mapping
 from exchange.acoustics.modems import FILE as MODEMS
 from exchange.acoustics.modems import modems
 from missions.errors import ConfigurationFault
-from missions.scenarios.bans import ban_faults
 from missions.scenarios.channel import channel_faults
 from missions.scenarios.equipment import equipment_faults, gear_of
+from missions.scenarios.extending import named_in, used_in
 from missions.scenarios.faults import bias_faults, draw_faults, fault_table_faults
 from missions.scenarios.formation import formation_faults
 from missions.scenarios.hooks import hook_faults
 from missions.scenarios.information import information_faults
 from missions.scenarios.knowledge import knowledge_faults
-from missions.scenarios.needs import detail_faults, need_faults, of_faults
-from missions.scenarios.obligations import obligation_faults
 from missions.scenarios.ontologies import ontology_faults, words_of
 from missions.scenarios.organisation_checks import organisation_faults
 from missions.scenarios.parts import database_of, groups_of, strategy_named
 from missions.scenarios.policy import key_faults, policy_faults
 from missions.scenarios.scenario import Scenario
 from missions.scenarios.sea import beacon_faults, current_faults
-from missions.scenarios.slots import slot_faults
 from missions.scenarios.starts import start_faults
 from missions.scenarios.tables import Raw, bounds_of, entries, names_of, one_of, point_of, table_of, text_of
 from missions.scenarios.values import value_faults
@@ -56,15 +53,16 @@ def cross_faults(raw: Raw, mission: type[Mission] | None) -> list[ConfigurationF
     """
     checks = (
         _names, _slots, _times, _world, _origin, _choices, _weights, channel_faults,
-        _vehicles, start_faults, current_faults, beacon_faults, information_faults, slot_faults,
+        _vehicles, start_faults, current_faults, beacon_faults, information_faults,
     )  # fmt: skip
     faults = [fault for check in checks for fault in check(raw)]
     gear = gear_of(raw, mission)
+    faults += [fault for feature in named_in(raw) for fault in feature.checks(raw, mission)]
     faults += [*organisation_faults(raw, gear), *fault_table_faults(raw, gear.default_sensor)]
     if mission is not None:
         faults += [*_needs(raw, mission), *_missions(raw, mission), *formation_faults(raw, mission)]
-        faults += [*obligation_faults(raw, mission), *knowledge_faults(raw, mission), *ontology_faults(raw, mission)]
-        faults += [*bias_faults(raw, mission), *ban_faults(raw), *need_faults(raw, mission), *_own_faults(raw, mission)]
+        faults += [*knowledge_faults(raw, mission), *ontology_faults(raw, mission)]
+        faults += [*bias_faults(raw, mission), *_own_faults(raw, mission)]
         faults += equipment_faults(raw, mission)
     return faults
 
@@ -115,8 +113,9 @@ def job_faults(scenario: Scenario, mission: type[Mission]) -> list[Configuration
         return faults
     groups = {group.name: group for group in groups_of(scenario)}
     declared = [table.declared() for table in scenario.fault]
+    brought = [fault for feature in used_in(scenario) for fault in feature.made_checks(scenario, made)]
     draws = draw_faults(declared, database_of(scenario, mission), groups)
-    return [*_role_jobs(scenario, mission, jobs), *_order_of(jobs), *draws, *of_faults(scenario, made)]
+    return [*_role_jobs(scenario, mission, jobs), *_order_of(jobs), *draws, *brought]
 
 
 def _role_jobs(scenario: Scenario, mission: type[Mission], jobs: Mapping[str, Job]) -> Iterator[ConfigurationFault]:
@@ -247,7 +246,6 @@ def _choices(raw: Raw) -> Iterator[ConfigurationFault]:
     yield from policy_faults(raw)
     yield from key_faults(raw)
     yield from value_faults(raw)
-    yield from detail_faults(raw)
     name = table_of(raw, "strategy").get("name")
     if not isinstance(name, str):
         return
@@ -278,7 +276,7 @@ def _needs(raw: Raw, mission: type[Mission]) -> Iterator[ConfigurationFault]:
     for name in needs:
         for fault in one_of(f"communication.needs.{name}", name, known):
             yield ConfigurationFault(fault.key, "", f"no attribute of the ontology; {fault.allowed}")
-    listed = {*needs, *(table.get("attribute") for table in entries(raw, "need"))}
+    listed = {*needs, *(name for feature in named_in(raw) for name in feature.needed(raw))}
     missing = [name for name in mission.needs if name not in listed]
     if missing:
         allowed = f"missing: {', '.join(missing)}; without them nobody learns what the mission needs"

@@ -6,43 +6,30 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from missions.scenarios.clocks import ClocksTable
-from missions.scenarios.slots import SlotList
-from missions.scenarios.tables import NotNegative, Sparse
-
-QUEUE_LIMIT = 10_000
-"""Items in the queue of a vehicle, if a scenario does not say how many."""
+from missions.scenarios.extending import with_features
+from missions.scenarios.tables import QUEUE_LIMIT, NotNegative, Sparse
 
 
+@with_features("communication")
 class Communication(Sparse):
     """The table ``[communication]``."""
 
     UNSAID = frozenset(
         {
-            "clocks",
-            "coarse_above",
             "count_listening",
             "crc_bits",
             "guard_s",
             "key_file",
             "mac",
             "needs_follow",
-            "needs_per_vehicle",
-            "on_demand",
             "queue_limit",
             "receive_power_w",
-            "slots",
             "value",
         }
     )
 
     mac: Literal["tdma", "aloha"] = Field(
         "tdma", description="who sends when: each in its slots, or each once in a frame at a time of its own drawing"
-    )
-    slots: SlotList = Field(
-        (),
-        description='who sends in each slot of a frame: a vehicle, a list of those that share it, or "" for free; one '
-        "slot each, in the order of the fleet, if absent",
     )
     modem: str = Field(description="modem profile, see `remoras list modems`")
     range_m: float = Field(
@@ -86,7 +73,6 @@ class Communication(Sparse):
         le=86_400.0,
         description="silence behind the longest packet of a slot; as long as needed if absent",
     )
-    clocks: ClocksTable | None = Field(None, description="how far the clocks of vehicles are off; all right if absent")
     clock_tolerance_s: float = Field(
         1.0,
         ge=0.0,
@@ -114,19 +100,6 @@ class Communication(Sparse):
         ge=1,
         le=1_000_000,
         description="most items in the queue of a vehicle; others wait outside of it until there is room",
-    )
-    coarse_above: int = Field(
-        0,
-        ge=0,
-        le=1_000_000,
-        description="items that wait at a vehicle, above which it records values by the rm:coarseResolution of their "
-        "attribute; 0: never",
-    )
-    needs_per_vehicle: int = Field(
-        0, ge=0, le=100, description="needs that a vehicle may state during the mission, beside those of [[need]]"
-    )
-    on_demand: tuple[str, ...] = Field(
-        (), description="attributes that nobody may need yet: facts about them are kept for who comes to need them"
     )
     needs: dict[str, Annotated[int, Field(ge=1, le=1000)]] = Field(
         description="priority of each attribute that vehicles need of each other"

@@ -20,10 +20,10 @@ from missions.files import MOST_LEVELS, SCENARIO, TOO_DEEP, LimitError, parsed, 
 from missions.scenarios.abilities import with_abilities
 from missions.scenarios.channel import leave_aside
 from missions.scenarios.checks import cross_faults, job_faults
-from missions.scenarios.clocks import guard_faults
 from missions.scenarios.copies import with_copies
 from missions.scenarios.deployment import with_trace_found
 from missions.scenarios.equipment import gear_of
+from missions.scenarios.guard import guard_faults
 from missions.scenarios.ontologies import KEY as ONTOLOGIES
 from missions.scenarios.ontologies import with_ontologies
 from missions.scenarios.organisation import specified

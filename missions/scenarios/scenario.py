@@ -10,17 +10,13 @@ from typing import Any, Final, Literal
 
 from pydantic import ConfigDict, Field, field_validator
 
-from missions.scenarios.bans import BanTable
 from missions.scenarios.channel import ChannelTable
-from missions.scenarios.clocks import VehicleClockTable
 from missions.scenarios.communication import Communication
 from missions.scenarios.copies import MAX_VEHICLES, SPACING_M
+from missions.scenarios.extending import with_features
 from missions.scenarios.faults import FaultTable
 from missions.scenarios.knowledge import WorldModelTable
-from missions.scenarios.needs import CovertTable, NeedTable
-from missions.scenarios.obligations import ObligationTable
 from missions.scenarios.sea import BeaconTable, CurrentTable, NavigationTable
-from missions.scenarios.slots import SlotsTable
 from missions.scenarios.tables import Name, NotNegative, PointM, Positive, Section, Sparse, one_or_more, unless
 from remoras.attraction import GuidanceConstants
 from remoras.avoidance import SEPARATION_M
@@ -186,11 +182,12 @@ class SubgroupTable(Section):
     maximum: int | None = Field(None, ge=1, description="most subgroups of it; any number if absent")
 
 
+@with_features("group")
 class GroupTable(Sparse):
     """One ``[[group]]``."""
 
     model_config = ConfigDict(json_schema_extra=unless("template", "rally_point", "role"))
-    UNSAID = frozenset({"template", "within", "subgroup", "information", "obligation"})
+    UNSAID = frozenset({"template", "within", "subgroup", "information"})
 
     name: Name = Field(description="name of the group")
     template: str | None = Field(
@@ -213,14 +210,12 @@ class GroupTable(Sparse):
         "replicated",
         description="who needs what the group knows of its jobs: all members, or its head and who does the job",
     )
-    obligation: tuple[ObligationTable, ...] = Field((), description="what its roles owe, and by when")
     role: tuple[Role, ...] = Field(min_length=1, description="roles of the group")
 
 
+@with_features("vehicle")
 class VehicleTable(Sparse):
     """One ``[[vehicle]]``."""
-
-    UNSAID = frozenset({"clock"})
 
     name: Name = Field(description="name of the vehicle")
     vehicle_type: Literal["AUV", "ASV"] = Field(description="AUV or ASV")
@@ -238,7 +233,6 @@ class VehicleTable(Sparse):
     energy_j: Positive = Field(description="battery capacity")
     hotel_w: NotNegative = Field(description="power at rest")
     drag_w_per_mps3: NotNegative = Field(description="power of propulsion per cubed speed")
-    clock: VehicleClockTable | None = Field(None, description="how far its clock is off; drawn if absent")
     playable_roles: tuple[str, ...] | None = Field(
         None,
         description="roles the vehicle is able to play, those it is meant for first: Role of any group, or Group.Role; "
@@ -272,11 +266,12 @@ class FleetTable(Section):
     )
 
 
+@with_features("")
 class Scenario(Sparse):
     """The whole input of a run; a mission with tables of its own subclasses it."""
 
     model_config = ConfigDict(json_schema_extra=unless("organisation", "group"))
-    UNSAID = frozenset({"role", "group_template", "worldmodel", "ban", "slots", "need", "covert"})
+    UNSAID = frozenset({"role", "group_template", "worldmodel"})
 
     organisation: str | None = Field(
         None,
@@ -307,7 +302,3 @@ class Scenario(Sparse):
     fleet: FleetTable | None = Field(None, exclude=True)
     vehicle: tuple[VehicleTable, ...] = Field(min_length=2, max_length=MAX_VEHICLES)
     fault: tuple[FaultTable, ...] = ()
-    ban: tuple[BanTable, ...] = ()
-    slots: tuple[SlotsTable, ...] = ()
-    need: tuple[NeedTable, ...] = ()
-    covert: tuple[CovertTable, ...] = ()

@@ -8,6 +8,7 @@ from typing import Annotated, Any, ClassVar
 from pydantic import BaseModel, ConfigDict, Field, SerializerFunctionWrapHandler, model_serializer
 
 from missions.errors import ConfigurationFault
+from missions.files import shown
 from worldmodel import suggestion
 
 Positive = Annotated[float, Field(gt=0.0)]
@@ -16,6 +17,8 @@ Probability = Annotated[float, Field(ge=0.0, le=1.0)]
 Name = Annotated[str, Field(min_length=1, max_length=40, pattern=r"^[^./\\\x00-\x1f]+$")]
 """Files are named by it: it has no dot, no slash and no control character."""
 PointM = tuple[float, float]
+QUEUE_LIMIT = 10_000
+"""Items in the queue of a vehicle, if a scenario does not say how many."""
 
 Raw = Mapping[str, Any]
 """A table as TOML has it, not checked yet."""
@@ -32,6 +35,10 @@ class Sparse(Section):
     in the others, and runs of these keep their id."""
 
     UNSAID: ClassVar[frozenset[str]] = frozenset()
+
+    def of_feature(self, key: str) -> Any:
+        """The value below a key that a feature brings, see ``missions.feature``."""
+        return getattr(self, key)
 
     @model_serializer(mode="wrap")
     def _said(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
@@ -90,6 +97,22 @@ def one_of(key: str, given: Any, allowed: Sequence[str]) -> Iterator[Configurati
     if isinstance(given, str) and given not in allowed:
         hint = suggestion(given, allowed)
         yield ConfigurationFault(key, f'"{given}"', f"allowed: {', '.join(allowed) or 'none'}{hint}")
+
+
+def span_faults(raw: Raw, key: str, table: Raw) -> Iterator[ConfigurationFault]:
+    """Times from which and until when a table holds that cannot be.
+
+    Args:
+        raw: the tables as TOML has them.
+        key: of the table, dotted.
+        table: with ``from_s`` and ``until_s``.
+    """
+    from_s, until_s, end_s = table.get("from_s", 0.0), table.get("until_s"), table_of(raw, "scenario").get("duration_s")
+    if isinstance(from_s, int | float) and isinstance(end_s, int | float) and from_s >= end_s:
+        allowed = f"must be below scenario.duration_s = {end_s:g}, when the mission is over"
+        yield ConfigurationFault(f"{key}.from_s", shown(from_s), allowed)
+    if isinstance(from_s, int | float) and isinstance(until_s, int | float) and until_s <= from_s:
+        yield ConfigurationFault(f"{key}.until_s", shown(until_s), f"must be above from_s = {from_s:g}")
 
 
 def bounds_of(raw: Raw) -> tuple[float, float, float, float] | None:

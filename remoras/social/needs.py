@@ -31,11 +31,11 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from remoras.bans import BANNED_FROM
 from remoras.organisation import Group, Organisation
 from remoras.social.negotiation import ROLE_ATTRIBUTES
 from remoras.social.succession import HEAD_TERM, HEADED_BY
 from worldmodel import NOBODY, PLAIN, PropertyValue, TBox, Terms, Wanted
+from worldmodel.bans import BANNED_FROM
 
 Path = tuple[str, str]
 """Group and role, or group and group."""

@@ -55,7 +55,7 @@ class WholeTables:
 
 def _heard(scene: Scene) -> Iterator[str]:
     """Packets that somebody is said to have heard who was deaf or off, or whose sender was mute."""
-    for fault in scene.fleet._faults:
+    for fault in scene.fleet.medium.faults:
         begins_s, ends_s = fault.span_s
         for row in scene.fleet.recorder.packets:
             slot, sent_s, sender, receivers, arrivals_s = row[0], row[1], row[2], row[6], row[9]
@@ -72,7 +72,7 @@ def _faults(scene: Scene) -> Iterator[str]:
     """Faults of which the begin or the end is missing."""
     fleet = scene.fleet
     told = {(row[1], row[2], row[3] == OVER, row[0]) for row in fleet.recorder.faults}
-    for fault in fleet._faults:
+    for fault in fleet.medium.faults:
         for at_s, is_over in zip(fault.span_s, (False, True), strict=True):
             if at_s < fleet.ended_s and (fault.vehicle, fault.kind.value, is_over, at_s) not in told:
                 event = "was over at" if is_over else "befell"

@@ -91,7 +91,8 @@ class Scene:
     @property
     def is_selective(self) -> bool:
         """True if vehicles need not keep what all others know."""
-        return self.setup.subjects is not None or bool(self.setup.stated) or bool(self.setup.scenario.covert)
+        of_its_own = any(vehicle.radio.limits or vehicle.radio.noted for vehicle in self.fleet.vehicles)
+        return of_its_own or self.setup.subjects is not None
 
     @property
     def is_silent(self) -> bool:

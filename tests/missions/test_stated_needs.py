@@ -8,6 +8,7 @@ import pytest
 
 import remoras
 from missions.errors import ConfigurationError
+from missions.features.need import NeedsInForce
 from missions.mapping.mission import MappingMission
 from missions.runs.assembly import assemble
 from missions.runs.run import run
@@ -15,7 +16,6 @@ from missions.runs.setup import resolved
 from missions.runs.summary import summary
 from missions.scenarios import Scenario, load
 from remoras.fleet import Fleet
-from remoras.social.stated_needs import NeedsInForce
 
 SHIPPED = Path(__file__).parents[2] / "missions" / "mapping" / "rendezvous.toml"
 END_S = 200.0
@@ -77,7 +77,7 @@ def test_a_need_survives_a_restart_of_who_has_it_and_of_who_tells(tmp_path: Path
     fault = f'\n[[fault]]\nvehicle = "AUV01"\nkind = "restarts"\nat_s = 130.0\nuntil_s = 135.0\nmemory = "{memory}"\n'
     needed = NEED + f"from_s = {BEGINS_S}" + fault
     fleet = fleet_of(scenario(tmp_path, needed, listed=["mappedCell"]))
-    needs = fleet.vehicles[2].radio._needs
+    needs = fleet.vehicles[2].radio.needs
     assert isinstance(needs, NeedsInForce)
     assert [(node, one.priority) for node, one in needs.stated] == [(0, 5)]
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
+from exchange.acoustics.channel import Arrival
 from missions.runs.assembly import assemble
 from missions.runs.setup import resolved
 from missions.scenarios import load
@@ -24,7 +25,7 @@ VALUES = (
     "exchange/schedule.py", "exchange/wire/codes.py", "exchange/wire/names.py", "remoras/activities.py",
     "remoras/authority.py",
     "remoras/beliefs.py", "remoras/database.py", "remoras/motion.py", "remoras/organisation.py",
-    "remoras/own_clock.py", "remoras/picture.py", "remoras/plugins.py", "remoras/sensor.py", "remoras/work.py",
+    "remoras/picture.py", "remoras/plugins.py", "remoras/sensor.py", "remoras/work.py",
 )  # fmt: skip
 PLUG_INS = ("missions/mapping/", "missions/meeting/", "remoras/strategies/", "exchange/policies.py")
 MOST = 2
@@ -64,13 +65,13 @@ def often(walked: list[tuple[str, str]]) -> dict[str, int]:
 def test_a_packet_that_changes_a_plan_enters_no_file_more_than_twice() -> None:
     fleet = assemble(resolved(load("mapping-rendezvous", [("--channel", "channel.name=perfect")])), seed=1)
     heard: list[tuple[int, bytes, float]] = []
-    deliver = fleet._deliver
+    deliver = fleet.deliver
 
-    def noted(node: int, data: bytes, now_s: float) -> None:
-        heard.append((node, data, now_s))
-        deliver(node, data, now_s)
+    def noted(arrival: Arrival) -> None:
+        heard.append((arrival.receiver, arrival.data, fleet.now_s))
+        deliver(arrival)
 
-    fleet._deliver = noted  # type: ignore[method-assign]  # listens in
+    fleet.deliver = noted  # type: ignore[method-assign]  # listens in
     while not any(v.social.organisation.members("Operational", "Midfield") for v in fleet.vehicles[2:]):
         fleet.step()
     again = assemble(resolved(load("mapping-rendezvous", [("--channel", "channel.name=perfect")])), seed=1)

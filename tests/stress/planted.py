@@ -30,6 +30,7 @@ from remoras.contents import BitCount, Content
 from remoras.current import Current
 from remoras.database import VehicleData
 from remoras.diary import Diary
+from remoras.fault_events import FaultChanges
 from remoras.fleet import Fleet
 from remoras.functional.layer import FunctionalLayer
 from remoras.functional.sensing import Sensing
@@ -254,14 +255,14 @@ def forget_that_roles_were_left(patch: Patch) -> None:
 
 
 def forget_that_faults_were_over(patch: Patch) -> None:
-    sound = Fleet._befall
+    sound = FaultChanges.act
 
-    def befall(self: Fleet, fault: Any, begins: bool, now_s: float) -> None:
-        sound(self, fault, begins, now_s)
-        if not begins:
-            self.recorder.faults.pop()
+    def act(self: FaultChanges, host: Any) -> None:
+        sound(self, host)
+        if not self.begins:
+            host.recorder.faults.pop()
 
-    patch.setattr(Fleet, "_befall", befall)
+    patch.setattr(FaultChanges, "act", act)
 
 
 def let_the_deaf_hear(patch: Patch) -> None:

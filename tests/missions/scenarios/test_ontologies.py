@@ -92,7 +92,7 @@ offset = 1.0
     path.write_text(f"{head}{obligation}{marker}{tail}", encoding="utf-8")
     read = load(str(path))
     assert read.fault[0].attribute == "turbidity"
-    assert [one.objective for group in read.group for one in group.obligation] == ["Watching"]
+    assert [one.objective for group in read.group for one in group.of_feature("obligation")] == ["Watching"]
 
 
 def test_names_are_relative_to_the_scenario_and_of_an_option_to_the_working_folder(

@@ -5,11 +5,11 @@ from pathlib import Path
 import pytest
 
 from missions.errors import ConfigurationError
+from missions.features.obligation import State, judged, reached_by
 from missions.runs.run import Run, run
 from missions.runs.summary import summary
 from missions.scenarios import load, shipped
 from remoras.activities import Objective
-from remoras.obligations import State, judged, reached_by
 
 OWED = "group.Operational.obligation"
 EXPLORING = '{role="LeftWinger", objective="Exploring", deadline_s=2000}'

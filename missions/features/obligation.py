@@ -1,4 +1,4 @@
-"""Obligations: what a role of a group owes by a deadline, and whether it was fulfilled, as the heads of the group know.
+"""Obligations: ``[[group.obligation]]``, what a role owes by a deadline, and whether it did, as the heads know.
 
 Nobody is forced by an obligation and nobody acts on it; it is judged and put down. The holders of the role owe it
 together: it is fulfilled once the objective of the role is reached, whoever has reached it. The job that is the
@@ -19,19 +19,34 @@ Each head judges by what it knows, so after a succession the new one judges anew
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING
 
+from pydantic import Field
+
+from missions.errors import ConfigurationFault
+from missions.feature import Feature, Joining
+from missions.metric import NOT_APPLICABLE, Absent, Better, Metric
+from missions.scenarios.ontologies import words_of
+from missions.scenarios.tables import Positive, Raw, Section, entries, names_of, one_of
 from remoras.activities import Objective
 from remoras.beliefs import Key
+from remoras.events import Part
 from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
 from remoras.work import Job
+from worldmodel import OntologyError
 
 if TYPE_CHECKING:
+    from missions.runs.run import Run
+    from missions.scenarios.scenario import Scenario
+    from remoras.mission import Mission
     from remoras.vehicle import Vehicle
 
+KEY = "obligation"
+PREFIX = "objective"
+"""Attributes of roles whose name begins so are objectives."""
 OBLIGATIONS = Table("obligations", (
     TIME, VEHICLE, Column("group", "str"), Column("role", "str"), Column("objective", "str"), Column("state", "str"),
     Column("deadline_s", "float", "s"), Column("reached_s", "float", "s"), Column("holders", "list"),
@@ -86,12 +101,12 @@ class Obligations:
     def __init__(self, declared: Iterable[Obligation], jobs: Mapping[str, Job], recorder: Recorder) -> None:
         self._declared = tuple(declared)
         self._jobs = jobs
-        recorder.declare(OBLIGATIONS)
-        self._rows = recorder.rows(OBLIGATIONS.name)
+        self._recorder = recorder
         self._states: dict[tuple[str, Obligation], State] = {}
 
     def judge(self, vehicles: Iterable[Vehicle], now_s: float) -> None:
         """Let all heads judge; a row for every state that is new."""
+        self._recorder.declare(OBLIGATIONS)
         for vehicle in vehicles:
             for one in self._declared if vehicle.is_alive else ():
                 if vehicle.social.leads(one.group):
@@ -114,7 +129,7 @@ class Obligations:
         self._write(now_s, head.name, *about, state.value, one.deadline_s, reached_s, holders)
 
     def _write(self, *row: object) -> None:
-        self._rows.append(row)
+        self._recorder.rows(OBLIGATIONS.name).append(row)
 
     def _reached_s(self, head: Vehicle, one: Obligation) -> float | None:
         given = head.social.objectives.get((one.group, one.role, one.objective))
@@ -132,3 +147,84 @@ def reached_by(objective: Objective, jobs: Mapping[str, Job]) -> Key:
     """
     job = jobs.get(objective.argument)
     return (GATHERED_AT, objective.group) if job is None else job.done
+
+
+class ObligationTable(Section):
+    """One ``[[group.obligation]]``."""
+
+    role: str = Field(description="role of the group whose holders owe it")
+    objective: str = Field(description="objective of the role that has to be reached")
+    deadline_s: Positive = Field(description="time of the mission by which it has to be")
+
+
+def obligations_of(scenario: Scenario) -> tuple[Obligation, ...]:
+    """The obligations of all groups."""
+    return tuple(
+        Obligation(group.name, one.role, one.objective, one.deadline_s)
+        for group in scenario.group
+        for one in group.of_feature(KEY)
+    )
+
+
+def obligation_faults(raw: Raw, mission: type[Mission] | None) -> Iterator[ConfigurationFault]:
+    """Obligations of roles that the group has not, for objectives that there are not, or said twice."""
+    groups = [group for group in entries(raw, "group") if entries(group, KEY)]
+    if not groups or mission is None:
+        return
+    known = _objectives(raw, mission)
+    for group in groups:
+        said: dict[tuple[str, str], int] = {}
+        for number, one in enumerate(entries(group, KEY), 1):
+            key = f"group.{group.get('name')}.obligation.{number}"
+            yield from one_of(f"{key}.role", one.get("role"), names_of(group, "role"))
+            yield from one_of(f"{key}.objective", one.get("objective"), known)
+            about = str(one.get("role")), str(one.get("objective"))
+            if said.setdefault(about, number) != number:
+                allowed = f"{about[0]} has an obligation for {about[1]} already, number {said[about]}: leave one out"
+                yield ConfigurationFault(f"{key}.objective", f'"{about[1]}"', allowed)
+
+
+def _objectives(raw: Raw, mission: type[Mission]) -> list[str]:
+    """Names of the objectives that the ontology of a scenario has."""
+    try:
+        tbox = words_of(raw, mission)
+    except (OntologyError, OSError):
+        return []  # reported elsewhere
+    names = (attribute.name for attribute in tbox.attributes if attribute.name.startswith(PREFIX))
+    return sorted(name.removeprefix(PREFIX) for name in names)
+
+
+def n_violated_obligations(run: Run) -> int | Absent:
+    """Obligations that no head knew to be fulfilled in time by the end of the run, though their deadline was over.
+
+    What was reached late, or never judged for want of a head, counts. It does not apply without obligations.
+    """
+    declared = obligations_of(run.scenario)
+    if not declared:
+        return NOT_APPLICABLE
+    states: dict[tuple[str, str, str], set[str]] = {}
+    for row in run.recorder.rows(OBLIGATIONS.name):
+        states.setdefault(row[2:5], set()).add(row[5])
+    n_violated = 0
+    for one in declared:
+        known = states.get((one.group, one.role, one.objective), set())
+        is_over = one.deadline_s < run.end_s or State.VIOLATED.value in known
+        n_violated += is_over and State.FULFILLED.value not in known
+    return n_violated
+
+
+def part_of(joining: Joining) -> Part | None:
+    """Let the heads of a fleet judge whenever its truth looks."""
+    declared = obligations_of(joining.scenario)
+    if not declared:
+        return None
+    obligations = Obligations(declared, joining.mission.jobs, joining.recorder)
+    return Part(watch=obligations.judge)
+
+
+FEATURE = Feature(
+    {"group": {KEY: (tuple[ObligationTable, ...], Field((), description="what its roles owe, and by when"))}},
+    part_of,
+    obligation_faults,
+    metrics=(Metric("n_violated_obligations", "", Better.LOWER, "violated obligations", n_violated_obligations),),
+)

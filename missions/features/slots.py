@@ -1,26 +1,36 @@
-"""Who sends when: ``communication.mac`` and ``slots``, and ``[[slots]]``, by which a person orders another list."""
+"""Slot lists: ``communication.slots``, who sends when, and ``[[slots]]``, by which a person orders another list.
+
+The vehicle that a person tells states a list as facts, one for each vehicle. What comes of it is decided by every
+vehicle for itself, from what it has heard; see ``exchange.peering.turns``.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from pathlib import Path
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from pydantic import Field
 
-from exchange.peering.turns import MAX_SLOTS, masks_of
+from exchange.peering.turns import MAX_SLOTS, SENDS_IN, masks_of
 from missions.errors import ConfigurationFault
+from missions.feature import Feature, Joining
 from missions.files import shown
 from missions.scenarios.tables import NotNegative, Raw, Section, entries, list_of, names_of, one_of, table_of
-from remoras.slots import NewSlots
+from remoras.events import Host, Part, Says, say_at
 from worldmodel import slot_ontology_path
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from missions.scenarios.scenario import Scenario
+    from remoras.beliefs import Beliefs, Fact
+    from remoras.mission import Mission
 
 SlotList = tuple[str | tuple[str, ...], ...]
 """Who sends in each slot of a frame: a vehicle, several that share the slot, or "" for a free one."""
+ORDERED = "slots"
 KEY = "communication.slots"
+UNSAID = ("slots not said", "their speaker is away")
 
 
 class SlotsTable(Section):
@@ -31,28 +41,35 @@ class SlotsTable(Section):
     order: SlotList = Field(description="slot list, as communication.slots, of as many slots as that")
 
 
-def agreed_slots(scenario: Scenario) -> tuple[tuple[int, ...], ...]:
+def turns_of(scenario: Scenario) -> tuple[tuple[int, ...], ...]:
     """Nodes of each slot by the list that is agreed before the mission; empty if no list is in use."""
-    listed = scenario.communication.slots
+    listed: SlotList = scenario.communication.of_feature("slots")
     if listed:
         return _nodes(listed, scenario)
-    return tuple((node,) for node in range(len(scenario.vehicle))) if scenario.slots else ()
+    return tuple((node,) for node in range(len(scenario.vehicle))) if scenario.of_feature(ORDERED) else ()
 
 
-def new_slots(scenario: Scenario) -> tuple[NewSlots, ...]:
-    """The lists that persons order during the mission."""
+def part_of(joining: Joining) -> Part | None:
+    """Let vehicles say the lists that persons order, at their times."""
+    scenario = joining.scenario
+    tables: tuple[SlotsTable, ...] = scenario.of_feature(ORDERED)
     names = _by_node(scenario)
-    return tuple(
-        NewSlots(
-            table.by, table.at_s, tuple(zip(names, masks_of(_nodes(table.order, scenario), len(names)), strict=True))
-        )
-        for table in scenario.slots
-    )
+
+    def begin(host: Host) -> None:
+        for table in tables:
+            masks = tuple(zip(names, masks_of(_nodes(table.order, scenario), len(names)), strict=True))
+
+            def facts(beliefs: Beliefs, masks: tuple[tuple[str, int], ...] = masks) -> list[Fact]:
+                return [beliefs.fact(vehicle, SENDS_IN, mask) for vehicle, mask in masks]
+
+            say_at(host, table.at_s, Says(table.by, facts, UNSAID))
+
+    return Part(begin) if tables else None
 
 
-def slot_words(scenario: Scenario) -> tuple[Path, ...]:
+def words(scenario: Scenario) -> Sequence[Path]:
     """The Turtle file with the word for slot lists, where a scenario orders any during the mission."""
-    return (slot_ontology_path(),) if scenario.slots else ()
+    return (slot_ontology_path(),) if scenario.of_feature(ORDERED) else ()
 
 
 def _by_node(scenario: Scenario) -> list[str]:
@@ -69,21 +86,14 @@ def _shared(entry: Any) -> list[Any]:
     return [name for name in (list(entry) if isinstance(entry, list | tuple) else [entry]) if name != ""]
 
 
-def slot_faults(raw: Raw) -> Iterator[ConfigurationFault]:
-    """Slot lists that leave a vehicle out or name none, and lists where nobody heeds them.
-
-    Args:
-        raw: the tables as TOML has them.
-    """
+def slot_faults(raw: Raw, mission: type[Mission] | None) -> Iterator[ConfigurationFault]:
+    """Slot lists that leave a vehicle out or name none, and lists where nobody heeds them."""
     communication, vehicles, given = table_of(raw, "communication"), names_of(raw, "vehicle"), entries(raw, "slots")
     listed, end_s = communication.get("slots"), table_of(raw, "scenario").get("duration_s")
     if communication.get("mac") == "aloha":
         for key in [KEY] if listed is not None else ["slots.1"] if given else []:
             allowed = 'nobody has a slot by communication.mac = "aloha": leave the list out, or mac'
             yield ConfigurationFault(key, shown(listed if listed is not None else given[0].get("order")), allowed)
-        if table_of(communication, "clocks").get("discipline") is True:
-            allowed = 'must be false by communication.mac = "aloha": arrivals tell nothing where no packet has a slot'
-            yield ConfigurationFault("communication.clocks.discipline", "true", allowed)
         return
     if listed is not None:
         yield from _list_faults(KEY, listed, vehicles)
@@ -126,3 +136,25 @@ def _list_faults(key: str, listed: Any, vehicles: list[str]) -> Iterator[Configu
             "which they find by listening"
         )
         yield ConfigurationFault(key, shown(listed), allowed)
+
+
+FEATURE = Feature(
+    {
+        "": {ORDERED: (tuple[SlotsTable, ...], ())},
+        "communication": {
+            "slots": (
+                SlotList,
+                Field(
+                    (),
+                    description='who sends in each slot of a frame: a vehicle, a list of those that share it, or "" '
+                    "for free; one slot each, in the order of the fleet, if absent",
+                ),
+            )
+        },
+    },
+    part_of,
+    slot_faults,
+    words,
+    (SENDS_IN,),
+    turns_of,
+)

@@ -12,8 +12,8 @@ from exchange.schedule import TdmaSchedule
 from exchange.wire.codec import Codec
 from exchange.wire.codes import Reader
 from exchange.wire.factcodec import FactCodec
+from missions.features.coarse_above import Detail
 from remoras.beliefs import Beliefs
-from remoras.detail import Detail
 from worldmodel import (
     InformationNeed,
     Instance,
@@ -66,7 +66,8 @@ def mean_latency_s(tbox: TBox, n_per_frame: int, above: int) -> tuple[float, set
     managers = [
         ExchangeManager(n, model, codec, schedule, POLICIES["ack"], 8 * 32, needs) for n, model in enumerate(models)
     ]
-    beliefs = Beliefs(models[AUV], Detail(tbox, lambda: len(managers[AUV].queue), above))
+    beliefs = Beliefs(models[AUV])
+    beliefs.rounded = Detail(tbox, lambda: len(managers[AUV].queue), above).of
     latencies_s, received = [], set()
     for slot in range(N_SLOTS):
         now_s, sender = schedule.start_s(slot), schedule.owner(slot)

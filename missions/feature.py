@@ -1,0 +1,94 @@
+"""Features: what a scenario may do without, each in one file of ``missions/features`` that has its name.
+
+A file there has a ``FEATURE``: the keys that it brings to the tables of scenarios, what it checks, the words that it
+adds to the ontology, and how it takes part in a run. There is no list of them: whoever puts a file there has a feature,
+and whoever takes it away has one less, and nothing else changes. What a scenario does not use is not made in its runs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from missions.errors import ConfigurationFault
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from exchange.schedule import TdmaSchedule
+    from missions.metric import Metric
+    from missions.scenarios.scenario import Scenario
+    from missions.scenarios.tables import Raw
+    from remoras.database import AUVDatabase
+    from remoras.events import Part
+    from remoras.mission import Mission
+    from remoras.recorder import Recorder
+    from worldmodel import Instance, TBox
+
+
+@dataclass(frozen=True)
+class Joining:
+    """What a feature may know of the run that it is to take part in.
+
+    Attributes:
+        scenario: the whole input.
+        mission: of the scenario.
+        tbox: core ontology and the words that mission, scenario and features add.
+        instances: what the whole fleet has names for.
+        database: vehicles as the fleet knows them.
+        schedule: of the slots.
+        packet_s: time that the modem takes to send so many bits (s).
+        recorder: takes the rows; a feature declares tables of its own.
+        seed: root of all draws.
+        is_alone: True for a vehicle by itself, which has the clock of its hull.
+    """
+
+    scenario: Scenario
+    mission: Mission
+    tbox: TBox
+    instances: Sequence[Instance]
+    database: AUVDatabase
+    schedule: TdmaSchedule
+    packet_s: Callable[[int], float]
+    recorder: Recorder
+    seed: int
+    is_alone: bool = False
+
+
+@dataclass(frozen=True)
+class Feature:
+    """One feature. All but its keys is asked for only where a scenario has one of them.
+
+    Attributes:
+        keys: type and field of each key that it brings, by the table that has the key: "" is the scenario itself,
+            "vehicle" or "communication" a table of it. A key is left out of what is written while it has its default.
+        part: called once for each run; what the feature does in it, if anything.
+        checks: called when a scenario is checked, with the raw tables and the class of its mission, None if that is not
+            to be had; yields what is wrong, and passes malformed values over.
+        words: called with each checked scenario; Turtle files whose words its items use, read only where it uses them.
+        states: attributes of these words that vehicles tell all others, as urgent as what is most urgent.
+        turns: called with each checked scenario; nodes that send in each slot of a frame, empty if the feature has
+            nothing to say to that.
+        metrics: figures of a run; each is not applicable where the scenario does not use the feature.
+        instances: called with each checked scenario; class and name of what the whole fleet has names for on top.
+        needed: called when a scenario is checked, with the raw tables; attributes of which somebody needs values.
+        on_demand: called with each checked scenario; attributes that are exchanged once somebody needs them.
+        apart_s: called with each checked scenario; the most by which two clocks differ that slots stand (s).
+        ahead_s: called with each checked scenario; the most by which any clock may come to be ahead (s).
+        made_checks: called with a scenario that has no other faults and its mission; yields what is wrong.
+    """
+
+    keys: Mapping[str, Mapping[str, tuple[Any, Any]]]
+    part: Callable[[Joining], Part | None] = lambda joining: None
+    checks: Callable[[Raw, type[Mission] | None], Iterable[ConfigurationFault]] = lambda raw, mission: ()
+    words: Callable[[Scenario], Sequence[Path]] = lambda scenario: ()
+    states: Sequence[str] = ()
+    turns: Callable[[Scenario], Sequence[Sequence[int]]] = lambda scenario: ()
+    metrics: Sequence[Metric] = ()
+    instances: Callable[[Scenario], Sequence[tuple[str, str]]] = lambda scenario: ()
+    needed: Callable[[Raw], Iterable[str]] = lambda raw: ()
+    on_demand: Callable[[Scenario], Iterable[str]] = lambda scenario: ()
+    apart_s: Callable[[Scenario], float] = lambda scenario: 0.0
+    ahead_s: Callable[[Scenario], float] = lambda scenario: 0.0
+    made_checks: Callable[[Scenario, Mission], Iterable[ConfigurationFault]] = lambda scenario, made: ()

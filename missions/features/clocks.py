@@ -1,0 +1,386 @@
+"""Clocks of vehicles: ``[communication.clocks]`` and ``[vehicle.clock]``, how far they are off, and what is made of it.
+
+A clock shows ``t + offset + drift * t + correction`` at the true time ``t``, and never less than 0, when the mission
+begins by it. All that a vehicle does by time goes by what its clock shows: its slots, the times of its observations,
+what it makes of arrivals, leases. Rows of its tables have the true time, so that vehicles can be compared. Each vehicle
+compares its clock with its peers' by when their packets arrive, and sets it if it is told to.
+
+A vehicle by itself has the clock of its hull: there the feature does nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from pydantic import Field
+
+from exchange.acoustics import loss
+from exchange.arithmetic import distance, length
+from exchange.packets import Reception
+from exchange.peering.offsets import Offsets
+from exchange.schedule import TdmaSchedule
+from missions.errors import ConfigurationFault
+from missions.feature import Feature, Joining
+from missions.scenarios.deployment import sound_speed_mps
+from missions.scenarios.tables import Raw, Section, table_of
+from remoras.events import Joined, Part
+from remoras.recorder import TIME, VEHICLE, Column, Recorder, Row, Table
+from remoras.work import Point
+
+if TYPE_CHECKING:
+    from missions.scenarios.scenario import Scenario
+    from remoras.mission import Mission
+    from remoras.vehicle import Vehicle
+
+KEY, OF_VEHICLE = "clocks", "clock"
+PPM = 1e-6
+OFFSET, DRIFT = range(2)
+"""Stand where receivers stand in the draws."""
+MOST_OFF_S, MOST_DRIFT_PPM = 86_400.0, 10_000.0
+"""Clocks are off by no more than a day, and gain no more than one part in a hundred."""
+
+
+class ClocksTable(Section):
+    """The table ``[communication.clocks]``."""
+
+    offset_s: float = Field(
+        0.0,
+        ge=0.0,
+        le=MOST_OFF_S,
+        description="every clock is by up to this ahead or behind at the start, evenly, drawn once per run",
+    )
+    drift_ppm: float = Field(
+        0.0,
+        ge=0.0,
+        le=MOST_DRIFT_PPM,
+        description="every clock gains or loses by up to this many millionths, evenly, drawn once per run",
+    )
+    apart_s: float = Field(
+        0.0,
+        ge=0.0,
+        le=MOST_OFF_S,
+        description="most by which two clocks differ that slots stand: the guard and clock tolerances cover it",
+    )
+    discipline: bool = Field(
+        False, description="vehicles set their clocks by when packets of their peers arrive, one way"
+    )
+
+
+class VehicleClockTable(Section):
+    """The table ``[vehicle.clock]``: what is given here is not drawn."""
+
+    offset_s: float | None = Field(
+        None, ge=-MOST_OFF_S, le=MOST_OFF_S, description="by how much it is ahead at the start"
+    )
+    drift_ppm: float | None = Field(
+        None, ge=-MOST_DRIFT_PPM, le=MOST_DRIFT_PPM, description="by how many millionths it gains"
+    )
+
+
+CLOCKS = Table("clocks", (
+    TIME, VEHICLE, Column("offset_s", "float", "s"), Column("peers", "list"), Column("estimates_s", "floats", "s"),
+))  # fmt: skip
+"""How far the clock of a vehicle is off the true time, at the end of every TDMA frame, and by how much it takes itself
+to be ahead of each of ``peers``; written where the scenario has clocks."""
+
+
+@dataclass(slots=True)
+class OwnClock:
+    """The clock of one vehicle.
+
+    Attributes:
+        offset_s: by how much it is ahead at the true time 0.
+        drift_ppm: by how much it gains, in millionths.
+        correction_s: by which its vehicle has set it since.
+        true_s: true time at which it was read last; only the fleet and its records look at it.
+
+    >>> clock = OwnClock(offset_s=0.5, drift_ppm=100.0)
+    >>> clock.reads(10_000.0), round(clock.true_time_s(10_001.5), 9)
+    (10001.5, 10000.0)
+    """
+
+    offset_s: float = 0.0
+    drift_ppm: float = 0.0
+    correction_s: float = 0.0
+    true_s: float = 0.0
+
+    def reads(self, true_s: float) -> float:
+        """What it shows at a true time (s)."""
+        self.true_s = true_s
+        return max(0.0, true_s + self.ahead_s(true_s))
+
+    def ahead_s(self, true_s: float) -> float:
+        """By how much it is ahead at a true time (s)."""
+        return self.offset_s + PPM * self.drift_ppm * true_s + self.correction_s
+
+    def true_time_s(self, shown_s: float) -> float:
+        """The true time at which it shows a time (s), with the corrections made so far."""
+        return (shown_s - self.offset_s - self.correction_s) / (1.0 + PPM * self.drift_ppm)
+
+    def set_by(self, by_s: float) -> None:
+        """Put it forward by that much (s); back if it is negative."""
+        self.correction_s += by_s
+
+    @property
+    def is_exact(self) -> bool:
+        """True if it shows the true time, and always will."""
+        return self.offset_s == self.drift_ppm == self.correction_s == 0.0
+
+
+class _AtTrueTime(list[Row]):
+    """Takes the rows of a table and hands them on with the true time in place of what the own clock shows."""
+
+    def __init__(self, rows: list[Row], column: int, clock: OwnClock) -> None:
+        super().__init__()
+        self._handed_on = rows
+        self._column = column
+        self._clock = clock
+
+    def append(self, row: Row) -> None:
+        """Hand on a row."""
+        self._handed_on.append((*row[: self._column], self._clock.true_s, *row[self._column + 1 :]))
+
+    def extend(self, rows: Iterable[Row]) -> None:
+        """Hand on rows."""
+        for row in rows:
+            self.append(row)
+
+
+NOW: Mapping[str, str] = {"items": "recorded_s"}
+"""Columns that have the time of writing, where that is not the first column of ``TIME``."""
+
+
+class RecorderByClock(Recorder):
+    """Takes the rows of a vehicle whose clock may be off; they get the true time.
+
+    Args:
+        recorder: of the whole fleet, which gets the rows.
+        clock: of the vehicle.
+    """
+
+    def __init__(self, recorder: Recorder, clock: OwnClock) -> None:
+        self._recorder = recorder
+        self._clock = clock
+        super().__init__(recorder.tables.values())
+        self.bits = recorder.bits
+
+    def declare(self, table: Table) -> None:
+        """Take rows of another table, too."""
+        self._recorder.declare(table)
+        self.tables.setdefault(table.name, table)
+        rows, now = self._recorder.rows(table.name), NOW.get(table.name, TIME.name)
+        if now in table.column_names:
+            rows = _AtTrueTime(rows, table.column_names.index(now), self._clock)
+        self._rows.setdefault(table.name, rows)
+
+
+LARGEST_STEP = 0.25
+"""A clock is set by at most this share of a slot at once, so that no slot is passed over."""
+SMALLEST_STEP_S = 1e-3
+"""Less is left, as positions are not known better."""
+
+
+@dataclass(slots=True)
+class Timekeeper:
+    """Compares the own clock with those of the peers.
+
+    Attributes:
+        names: of all vehicles, by node.
+        depths_m: of the vehicles, by node.
+        me: own node.
+        schedule: TDMA.
+        packet_s: time that the modem takes to send so many bits (s).
+        sound_speed_mps: in the sea.
+        clock: own.
+        disciplines: set the clock by what the peers' show.
+        recorder: of the fleet, in true time.
+    """
+
+    names: Sequence[str]
+    depths_m: Sequence[float]
+    me: int
+    schedule: TdmaSchedule
+    packet_s: Callable[[int], float]
+    sound_speed_mps: float
+    clock: OwnClock
+    disciplines: bool
+    recorder: Recorder
+    offsets: Offsets = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.offsets = Offsets(len(self.names))
+
+    def heard(self, reception: Reception, size_bits: int, now_s: float, own_m: Point, peer_m: Point | None) -> None:
+        """Learn from when a packet arrived.
+
+        Args:
+            reception: of the packet.
+            size_bits: of the packet.
+            now_s: what the own clock shows.
+            own_m: where this vehicle takes itself to be.
+            peer_m: where it takes the sender to be, if it knows.
+        """
+        if peer_m is None or self.schedule.is_aloha:  # nobody knows when it was sent
+            return
+        peer = reception.sender
+        range_m = length(distance(own_m, peer_m), self.depths_m[self.me] - self.depths_m[peer])
+        sent_s = now_s - self.packet_s(size_bits) - range_m / self.sound_speed_mps
+        self.offsets.note(peer, sent_s - self.schedule.start_s(reception.slot))
+
+    def set_clock(self) -> bool:
+        """Set the clock, if it is to be and is off by something that counts. True if it was set."""
+        if not self.disciplines:
+            return False
+        most_s = LARGEST_STEP * self.schedule.slot_s
+        by_s = max(-most_s, min(most_s, self.offsets.correction_s()))
+        if abs(by_s) < SMALLEST_STEP_S:
+            return False
+        self.clock.set_by(by_s)
+        self.offsets.shift(by_s)
+        return True
+
+    def record(self) -> None:
+        """Write how far the clock is off, and what is known of it."""
+        known = [(name, one) for k, name in enumerate(self.names) if (one := self.offsets.estimate_s(k)) is not None]
+        names, leads_s = [name for name, _ in known], [lead_s for _, lead_s in known]
+        true_s = self.clock.true_s
+        row = true_s, self.names[self.me], self.clock.ahead_s(true_s), names, leads_s
+        self.recorder.rows(CLOCKS.name).append(row)
+
+
+# What a scenario says of clocks --------------------------------------------------------------------
+
+
+def clock_faults(raw: Raw, mission: type[Mission] | None) -> Iterator[ConfigurationFault]:
+    """Clocks that are to be set by slots where nobody has any."""
+    communication = table_of(raw, "communication")
+    if communication.get("mac") == "aloha" and table_of(communication, KEY).get("discipline") is True:
+        allowed = 'must be false by communication.mac = "aloha": arrivals tell nothing where no packet has a slot'
+        yield ConfigurationFault("communication.clocks.discipline", "true", allowed)
+
+
+def apart_s(scenario: Scenario) -> float:
+    """The most by which two clocks differ that guard and tolerances cover (s)."""
+    return _spread(scenario).apart_s
+
+
+def _spread(scenario: Scenario) -> ClocksTable:
+    found: ClocksTable | None = scenario.communication.of_feature(KEY)
+    return found or ClocksTable()
+
+
+def _own(scenario: Scenario) -> dict[int, VehicleClockTable]:
+    """What is given of single clocks, by node."""
+    return {one.slot: given for one in scenario.vehicle if (given := one.of_feature(OF_VEHICLE)) is not None}
+
+
+def most_ahead_s(scenario: Scenario) -> float:
+    """The most by which any clock may come to be ahead in a run (s), set by its peers' or not."""
+    spread, duration_s = _spread(scenario), scenario.scenario.duration_s
+    ahead_s = [spread.offset_s + PPM * spread.drift_ppm * duration_s]
+    for given in _own(scenario).values():
+        offset_s = spread.offset_s if given.offset_s is None else given.offset_s
+        drift_ppm = spread.drift_ppm if given.drift_ppm is None else given.drift_ppm
+        ahead_s.append(offset_s + PPM * drift_ppm * duration_s)
+    return max(0.0, *ahead_s) + apart_s(scenario)
+
+
+def clocks_of(scenario: Scenario, seed: int) -> dict[int, OwnClock]:
+    """The clocks of the vehicles, by node; draws are keyed by seed and node, in a stream of their own.
+
+    Args:
+        scenario: the whole input.
+        seed: root of all draws.
+    """
+    spread, own, clocks = _spread(scenario), _own(scenario), {}
+    for table in sorted(scenario.vehicle, key=lambda one: one.slot):
+        given = own.get(table.slot, VehicleClockTable())
+        clocks[table.slot] = OwnClock(
+            _drawn(seed, table.slot, OFFSET, spread.offset_s) if given.offset_s is None else given.offset_s,
+            _drawn(seed, table.slot, DRIFT, spread.drift_ppm) if given.drift_ppm is None else given.drift_ppm,
+        )
+    return clocks
+
+
+def _drawn(seed: int, node: int, what: int, spread: float) -> float:
+    """A number from -spread to spread; exactly 0 without spread."""
+    return spread * (2.0 * loss.uniform(seed, loss.CLOCKS, 0, node, what) - 1.0) if spread else 0.0
+
+
+# What becomes of them in a run ---------------------------------------------------------------------
+
+
+def part_of(joining: Joining) -> Part | None:
+    """Let the vehicles of a fleet go by clocks of their own, and compare these with their peers'."""
+    if joining.is_alone:
+        return None
+    joining.recorder.declare(CLOCKS)
+    clocks, disciplines = clocks_of(joining.scenario, joining.seed), _spread(joining.scenario).discipline
+    keepers: dict[int, Timekeeper] = {}
+
+    def equip(vehicle: Vehicle) -> None:
+        keeper = keepers[vehicle.data.node] = _keeper(joining, vehicle.data.node, clocks, disciplines)
+
+        def heard(reception: Reception, size_bits: int, now_s: float) -> None:
+            functional, sender = vehicle.functional, joining.database.names[reception.sender]
+            known_m = functional.picture.peers.positions_m.get(sender)
+            keeper.heard(reception, size_bits, now_s, functional.believed.position_m, known_m)
+
+        vehicle.heard.append(heard)
+
+    def join(fleet: Joined) -> None:
+        def consulted(vehicle: Vehicle) -> None:
+            if vehicle.is_alive:
+                keepers[vehicle.data.node].record()
+
+        def sent(vehicle: Vehicle) -> None:
+            if keepers[vehicle.data.node].set_clock():
+                fleet.traffic.await_slot(vehicle.data.node)
+
+        fleet.consulted.append(consulted)
+        fleet.sent.append(sent)
+
+    def recorder(node: int, of_fleet: Recorder) -> Recorder:
+        clock = clocks[node]
+        return of_fleet if clock.is_exact and not disciplines else RecorderByClock(of_fleet, clock)
+
+    return Part(equip=equip, join=join, clocks=clocks, recorder=recorder)
+
+
+def _keeper(joining: Joining, node: int, clocks: Mapping[int, OwnClock], disciplines: bool) -> Timekeeper:
+    database = joining.database
+    return Timekeeper(
+        database.names,
+        [data.depth_m for data in database.values()],
+        node,
+        joining.schedule,
+        joining.packet_s,
+        sound_speed_mps(joining.scenario),
+        clocks[node],
+        disciplines,
+        joining.recorder,
+    )
+
+
+FEATURE = Feature(
+    {
+        "communication": {
+            KEY: (
+                ClocksTable | None,
+                Field(None, description="how far the clocks of vehicles are off; all right if absent"),
+            )
+        },
+        "vehicle": {
+            OF_VEHICLE: (
+                VehicleClockTable | None,
+                Field(None, description="how far its clock is off; drawn if absent"),
+            )
+        },
+    },
+    part_of,
+    clock_faults,
+    apart_s=apart_s,
+    ahead_s=most_ahead_s,
+)

@@ -1,0 +1,478 @@
+"""Needs of single vehicles: ``[[need]]``, by which they need an attribute on terms of their own.
+
+A need is an instance of ``InformationNeed``. Every vehicle has names for a few of its own; what it states about one of
+them goes to all, since everybody needs the needs of others (steps 1 and 2 of the cooperation paper, section IV). Needs
+that are agreed before the mission need not be told. One of priority 0 is taken back.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from pydantic import Field
+
+from exchange.queueing.reasons import Expired
+from missions.errors import ConfigurationFault
+from missions.feature import Feature, Joining
+from missions.files import shown
+from missions.metric import NOT_APPLICABLE, Absent, Better, Metric
+from missions.scenarios.ontologies import TABLE, TEXTS, words_of
+from missions.scenarios.tables import (
+    NotNegative,
+    Positive,
+    Raw,
+    Section,
+    entries,
+    names_of,
+    one_of,
+    span_faults,
+    table_of,
+)
+from remoras.deliveries import DELIVERIES
+from remoras.events import Host, Part, Says, say_at
+from remoras.social.needs import GroupNeeds
+from worldmodel import (
+    NOBODY,
+    PLAIN,
+    Change,
+    InformationNeed,
+    Instance,
+    NeedError,
+    NeedsIndex,
+    OntologyError,
+    PropertyValue,
+    TBox,
+    Terms,
+    Wanted,
+    WorldModel,
+    need_ontology_path,
+)
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from missions.runs.run import Run
+    from missions.scenarios.scenario import Scenario
+    from remoras.beliefs import Beliefs
+    from remoras.beliefs import Fact as Named
+    from remoras.mission import Mission
+    from remoras.organisation import Organisation
+    from remoras.sensor import Fact
+    from remoras.vehicle import Vehicle
+
+KEY, ON_DEMAND, PER_VEHICLE = "need", "on_demand", "needs_per_vehicle"
+NEED = "InformationNeed"
+"""Class of the ontology that needs are of."""
+NEEDED_BY, ATTRIBUTE, OF_CLASS, OF_INSTANCE = "neededBy", "neededAttribute", "neededOfClass", "neededOfInstance"
+PRIORITY, TIME_TO_LIVE, BLACKOUT = "needPriority", "needTimeToLive", "needBlackout"
+QUEUE_LIMIT, NEWEST_FIRST, ACKNOWLEDGED = "needQueueLimit", "needNewestFirst", "needAcknowledged"
+NEED_ATTRIBUTES = (
+    NEEDED_BY, ATTRIBUTE, OF_CLASS, OF_INSTANCE, PRIORITY, TIME_TO_LIVE, BLACKOUT, QUEUE_LIMIT, NEWEST_FIRST,
+    ACKNOWLEDGED,
+)  # fmt: skip
+"""Attributes of needs."""
+
+
+ALL = "all"
+"""Every vehicle has the need."""
+
+
+class NeedTable(Section):
+    """One ``[[need]]``."""
+
+    attribute: str = Field(description="attribute of which values are needed")
+    of: str = Field("", description="class or instance of which they are needed; all that have the attribute if absent")
+    vehicle: str = Field(ALL, description='vehicle that needs them, or "all"')
+    priority: int = Field(1, ge=1, le=1000, description="how urgent it is")
+    ttl_s: float | None = Field(None, description="age beyond which a value is of no use; none if absent")
+    blackout_s: float = Field(0.0, description="least time between two packets of one vehicle with such values")
+    queue_limit: int | None = Field(None, description="most such values that wait at a vehicle; no limit if absent")
+    newest_first: bool = Field(False, description="the newest value goes first, else the one that has waited longest")
+    acknowledged: bool = Field(True, description="told until all who need it are known to hold it, else once")
+    from_s: NotNegative = Field(0.0, description="when the vehicle says so; agreed before the mission if 0 or absent")
+    until_s: Positive | None = Field(None, description="when the vehicle takes the need back; never if absent")
+
+    def terms(self) -> Terms:
+        """The terms of the need."""
+        return Terms(
+            math.inf if self.ttl_s is None else self.ttl_s,
+            self.blackout_s,
+            self.queue_limit,
+            self.newest_first,
+            self.acknowledged,
+        )
+
+
+def need_name(vehicle: str, number: int) -> str:
+    """Name of the instance that is the need of a vehicle with that number, from 1.
+
+    >>> need_name("AUV01", 2)
+    'need 2 of AUV01'
+    """
+    return f"need {number} of {vehicle}"
+
+
+@dataclass(frozen=True, slots=True)
+class StatedNeed:
+    """A need of one vehicle.
+
+    Attributes:
+        vehicle: that has it; number: of its needs, from 1.
+        need: what it needs.
+        from_s: when it says so, 0 if that is agreed before the mission.
+        until_s: when it takes the need back, infinite for never.
+    """
+
+    vehicle: str
+    number: int
+    need: InformationNeed
+    from_s: float = 0.0
+    until_s: float = math.inf
+
+    def facts(self) -> tuple[Fact, ...]:
+        """What the vehicle says of it, by names: for ``Observation.facts`` of a sensor, say."""
+        name, need, terms = need_name(self.vehicle, self.number), self.need, self.need.terms
+        of = (OF_INSTANCE, need.instance) if need.instance is not None else (OF_CLASS, need.class_uid)
+        said: list[Fact] = [
+            (name, NEEDED_BY, self.vehicle),
+            (name, ATTRIBUTE, float(need.attribute)),
+            (name, of[0], float(of[1] or 0)),
+            (name, PRIORITY, float(need.priority)),
+        ]
+        if math.isfinite(terms.time_to_live_s):
+            said.append((name, TIME_TO_LIVE, terms.time_to_live_s))
+        if terms.blackout_s:
+            said.append((name, BLACKOUT, terms.blackout_s))
+        if terms.queue_limit is not None:
+            said.append((name, QUEUE_LIMIT, float(terms.queue_limit)))
+        if terms.newest_first:
+            said.append((name, NEWEST_FIRST, True))
+        if not terms.acknowledged:
+            said.append((name, ACKNOWLEDGED, False))
+        return tuple(said)
+
+    def taken_back(self) -> tuple[Fact, ...]:
+        """What the vehicle says when it needs that no more."""
+        return ((need_name(self.vehicle, self.number), PRIORITY, 0.0),)
+
+
+class NeedsInForce:
+    """Who needs what, as one vehicle has heard: ``worldmodel.Needs`` of its exchange manager.
+
+    What everybody needs, or what follows from groups, and the needs that vehicles state hold side by side; several
+    needs for one attribute are served together, see ``worldmodel.needs``.
+
+    Args:
+        model: own world model, from which stated needs are read; they survive a restart with it.
+        common: needs that nobody states.
+        agreed: needs agreed before the mission, by the uid of their instance: node and need.
+        on_demand: attributes that nobody may need yet: facts about them are kept as items, for who comes to need them.
+    """
+
+    def __init__(
+        self,
+        model: WorldModel,
+        common: NeedsIndex | GroupNeeds,
+        agreed: Mapping[int, tuple[int, InformationNeed]],
+        on_demand: Iterable[int],
+    ) -> None:
+        tbox = self._tbox = model.tbox
+        self._model = model
+        self._common = common
+        self._agreed = dict(agreed)
+        self._on_demand = frozenset(on_demand)
+        self._uid = {name: tbox.attribute_named(name).uid for name in NEED_ATTRIBUTES}
+        self._said_of_needs = frozenset(self._uid.values())
+        of_class = tbox.class_named(NEED).uid
+        self._instances = [uid for uid in model.instance_uids() if _class_of(model, uid) == of_class]
+        self._is_due = True
+        self._in_force: dict[int, tuple[int, InformationNeed]] = {}
+        self._stated = NeedsIndex(tbox, {})
+        self.renew(None)
+
+    def note(self, changes: Iterable[Change]) -> None:
+        """See whether anybody has stated a need, or taken one back."""
+        if any(fact.attribute in self._said_of_needs for change in changes for fact in change.block.facts):
+            self._is_due = True
+
+    def renew(self, organisation: Organisation | None) -> bool:
+        """Answer by what has been heard so far, and another view of the organisation; True if needs have changed."""
+        has_changed = False
+        if organisation is not None and isinstance(self._common, GroupNeeds):
+            has_changed = self._common.renew(organisation)
+        if not self._is_due:
+            return has_changed
+        self._is_due = False
+        found = {uid: one for uid in self._instances if (one := self._read(uid)) is not None}
+        if found == self._in_force:
+            return has_changed
+        self._in_force = found
+        by_peer: dict[int, list[InformationNeed]] = {}
+        for peer, need in found.values():
+            by_peer.setdefault(peer, []).append(need)
+        self._stated = NeedsIndex(self._tbox, by_peer)
+        return True
+
+    @property
+    def stated(self) -> Sequence[tuple[int, InformationNeed]]:
+        """Node and need of the stated needs in force."""
+        return tuple(self._in_force.values())
+
+    def priority_of(self, fact: PropertyValue, class_uid: int) -> Wanted:
+        """Which nodes need a fact, and how urgent it is; for one that nobody needs yet, nobody and 1."""
+        common, stated = self._common.priority_of(fact, class_uid), self._stated.priority_of(fact, class_uid)
+        if common == NOBODY == stated:
+            return (0, 1) if fact.attribute in self._on_demand else NOBODY
+        return common[0] | stated[0], max(common[1], stated[1])
+
+    def terms_of(self, fact: PropertyValue, class_uid: int) -> Terms:
+        """How those who need a fact want it served, all together."""
+        if not self._common.priority_of(fact, class_uid)[0]:
+            return self._stated.terms_of(fact, class_uid)
+        terms = self._common.terms_of(fact, class_uid)
+        if not self._stated.priority_of(fact, class_uid)[0]:
+            return terms
+        return terms.merged(self._stated.terms_of(fact, class_uid))
+
+    def _read(self, uid: int) -> tuple[int, InformationNeed] | None:
+        """Node and need of an instance; None if it is not in force, or what is said of it makes no sense."""
+
+        def value(name: str, default: float | None = None) -> float | None:
+            said = self._model.value(uid, self._uid[name])
+            return default if said is None else float(said)  # type: ignore[arg-type]
+
+        priority, by, attribute = value(PRIORITY), value(NEEDED_BY), value(ATTRIBUTE)
+        if priority is None:
+            return self._agreed.get(uid)
+        of_class, of_instance = value(OF_CLASS), value(OF_INSTANCE)
+        if priority < 1 or by is None or attribute is None or attribute >= len(self._tbox.attributes):
+            return None
+        limit = value(QUEUE_LIMIT)
+        try:
+            terms = Terms(
+                value(TIME_TO_LIVE) or math.inf,
+                value(BLACKOUT) or 0.0,
+                None if limit is None else int(limit),
+                bool(value(NEWEST_FIRST, 0.0)),
+                bool(value(ACKNOWLEDGED, 1.0)),
+            )
+            need = InformationNeed(
+                int(attribute),
+                int(priority),
+                None if of_class is None or of_instance is not None else int(of_class),
+                None if of_instance is None else int(of_instance),
+                PLAIN if terms == PLAIN else terms,
+            )
+            NeedsIndex(self._tbox, {int(by): [need]})
+        except NeedError:
+            return None  # a peer said so: it is no need that could be served
+        return int(by), need
+
+
+def _class_of(model: WorldModel, uid: int) -> int | None:
+    instance = model.instance(uid)
+    return None if instance is None else instance.class_uid
+
+
+# What a scenario says of needs ---------------------------------------------------------------------
+
+
+def states_needs(scenario: Scenario) -> bool:
+    """True if vehicles of a scenario may state needs."""
+    return bool(scenario.of_feature(KEY)) or scenario.communication.of_feature(PER_VEHICLE) > 0
+
+
+def words(scenario: Scenario) -> Sequence[Path]:
+    """The Turtle file with the words for needs, where vehicles of a scenario may state any."""
+    return (need_ontology_path(),) if states_needs(scenario) else ()
+
+
+def instances_of(scenario: Scenario) -> Sequence[tuple[str, str]]:
+    """Class and name of the needs that the vehicles of a scenario may state: as many for each."""
+    if not states_needs(scenario):
+        return ()
+    most = scenario.communication.of_feature(PER_VEHICLE) + len(scenario.of_feature(KEY))
+    vehicles = sorted(scenario.vehicle, key=lambda vehicle: vehicle.slot)
+    return [(NEED, need_name(vehicle.name, number + 1)) for vehicle in vehicles for number in range(most)]
+
+
+def needed(raw: Raw) -> Iterator[str]:
+    """Attributes of which somebody needs values."""
+    for table in entries(raw, KEY):
+        if isinstance(name := table.get("attribute"), str):
+            yield name
+
+
+def on_demand(scenario: Scenario) -> Sequence[str]:
+    """Attributes that are exchanged once somebody needs them."""
+    tables: tuple[NeedTable, ...] = scenario.of_feature(KEY)
+    return (*scenario.communication.of_feature(ON_DEMAND), *(table.attribute for table in tables))
+
+
+def stated_needs(scenario: Scenario, tbox: TBox, instances: Sequence[Instance]) -> tuple[StatedNeed, ...]:
+    """The needs of ``[[need]]``, vehicle by vehicle; the n-th table is the n-th need of each."""
+    tables: tuple[NeedTable, ...] = scenario.of_feature(KEY)
+    uids = {one.name: one.uid for one in instances}
+    classes = {one.name: one.uid for one in tbox.classes}
+    found = []
+    for number, table in enumerate(tables, 1):
+        attribute = tbox.attribute_named(table.attribute)
+        class_uid = classes.get(table.of) if table.of else attribute.domain
+        instance = uids[table.of] if class_uid is None else None
+        need = InformationNeed(attribute.uid, table.priority, class_uid, instance, table.terms())
+        until_s = math.inf if table.until_s is None else table.until_s
+        for vehicle in scenario.vehicle:
+            if table.vehicle in (ALL, vehicle.name):
+                found.append(StatedNeed(vehicle.name, number, need, table.from_s, until_s))
+    return tuple(found)
+
+
+def need_faults(raw: Raw, mission: type[Mission] | None) -> Iterator[ConfigurationFault]:
+    """Needs of what there is not, or on terms that cannot be served."""
+    if mission is None:
+        return
+    try:
+        tbox = words_of(raw, mission)
+    except (OntologyError, OSError):
+        return  # reported where the ontology is checked
+    attributes = [one.name for one in tbox.attributes]
+    for number, table in enumerate(entries(raw, KEY), 1):
+        key = f"need.{number}"
+        yield from one_of(f"{key}.attribute", table.get("attribute"), attributes)
+        yield from one_of(f"{key}.vehicle", table.get("vehicle", ALL), [ALL, *names_of(raw, "vehicle")])
+        yield from list(_term_faults(key, table)) or _idle_term_faults(raw, key, table)
+        yield from span_faults(raw, key, table)
+    on_demand = table_of(raw, "communication").get("on_demand")
+    for name in on_demand if isinstance(on_demand, list | tuple) else ():
+        yield from one_of("communication.on_demand", name, attributes)
+
+
+def of_faults(scenario: Scenario, made: Mission) -> Iterator[ConfigurationFault]:
+    """Needs of classes and instances that there are not.
+
+    Args:
+        scenario: whose tables are whole.
+        made: the mission, which has instances of its own.
+    """
+    tables: tuple[NeedTable, ...] = scenario.of_feature(KEY)
+    if not any(table.of for table in tables):
+        return
+    texts = {TABLE: {TEXTS: scenario.worldmodel.ontology_text}}
+    classes = [one.name for one in words_of(texts, type(made)).classes]
+    named = [group.name for group in scenario.group]
+    named += [f"{group.name}.{role.name}" for group in scenario.group for role in group.role]
+    named += [vehicle.name for vehicle in scenario.vehicle] + [rally.name for rally in scenario.rally_point]
+    named += [name for _, name in made.instances]
+    for number, table in enumerate(tables, 1):
+        if table.of:
+            for fault in one_of(f"need.{number}.of", table.of, [*classes, *named]):
+                yield ConfigurationFault(fault.key, shown(table.of), f"no class or instance; {fault.allowed}")
+
+
+def _term_faults(key: str, table: Raw) -> Iterator[ConfigurationFault]:
+    """Terms that cannot be served."""
+    ttl_s, blackout_s, limit = table.get("ttl_s"), table.get("blackout_s", 0.0), table.get("queue_limit")
+    if isinstance(ttl_s, int | float) and not ttl_s > 0.0:
+        yield ConfigurationFault(f"{key}.ttl_s", shown(ttl_s), "must be above 0: leave it out for no limit")
+    elif isinstance(blackout_s, int | float) and blackout_s < 0.0:
+        yield ConfigurationFault(f"{key}.blackout_s", shown(blackout_s), "must be 0 or more")
+    elif isinstance(ttl_s, int | float) and isinstance(blackout_s, int | float) and blackout_s >= ttl_s:
+        allowed = f"must be below ttl_s = {ttl_s:g}, else values expire before they may be said: shorten the blackout"
+        yield ConfigurationFault(f"{key}.blackout_s", shown(blackout_s), allowed)
+    if isinstance(limit, int) and limit < 1:
+        yield ConfigurationFault(f"{key}.queue_limit", shown(limit), "must be 1 or more: leave it out for no limit")
+
+
+def _idle_term_faults(raw: Raw, key: str, table: Raw) -> Iterator[ConfigurationFault]:
+    """Limits on an attribute that all need without any: what serves all needs is what goes out."""
+    attribute = table.get("attribute")
+    if attribute not in table_of(table_of(raw, "communication"), "needs"):
+        return
+    limits = [name for name in ("ttl_s", "blackout_s", "queue_limit") if table.get(name)]
+    limits += ["acknowledged"] if table.get("acknowledged") is False else []
+    allowed = f"limits nothing, for communication.needs lists {attribute}, without limits, for all: take it out there"
+    yield from (ConfigurationFault(f"{key}.{name}", shown(table[name]), allowed) for name in limits)
+
+
+# What becomes of them in a run ---------------------------------------------------------------------
+
+
+def n_expired(run: Run) -> int | Absent:
+    """How often a vehicle let go of an item or status that was too old or had no room; only if a need says how."""
+    tables: tuple[NeedTable, ...] = run.scenario.of_feature(KEY)
+    if not any(one.ttl_s is not None or one.queue_limit is not None for one in tables):
+        return NOT_APPLICABLE
+    lost = (Expired.TIME_TO_LIVE.value, Expired.OVERFLOW.value)
+    return sum(1 for row in run.recorder.rows(DELIVERIES.name) if row[3] == "expired" and row[4] in lost)
+
+
+def part_of(joining: Joining) -> Part | None:
+    """Let vehicles state needs, and take them back, at their times, and serve those that they have heard of."""
+    scenario = joining.scenario
+    if not states_needs(scenario):
+        return None
+    stated = stated_needs(scenario, joining.tbox, joining.instances)
+    uids, database = {one.name: one.uid for one in joining.instances}, joining.database
+    agreed = {
+        uids[need_name(one.vehicle, one.number)]: (database[one.vehicle].node, one.need)
+        for one in stated
+        if one.from_s == 0.0
+    }
+    kept = [joining.tbox.attribute_named(name).uid for name in on_demand(scenario)]
+
+    def begin(host: Host) -> None:
+        for need in stated:
+            if need.from_s > 0.0:
+                say_at(host, need.from_s, Says(need.vehicle, _named(need.facts())))
+            say_at(host, need.until_s, Says(need.vehicle, _named(need.taken_back())))
+
+    def equip(vehicle: Vehicle) -> None:
+        if isinstance(needs := vehicle.radio.needs, NeedsInForce):
+            vehicle.radio.noted.append(needs.note)
+
+    def needs(model: WorldModel, common: NeedsIndex | GroupNeeds) -> NeedsInForce:
+        return NeedsInForce(model, common, agreed, kept)
+
+    return Part(begin, equip, needs=needs)
+
+
+def _named(facts: Iterable[Fact]) -> Callable[[Beliefs], list[Named]]:
+    return lambda beliefs: [beliefs.fact(*fact) for fact in facts]
+
+
+FEATURE = Feature(
+    {
+        "": {KEY: (tuple[NeedTable, ...], ())},
+        "communication": {
+            PER_VEHICLE: (
+                int,
+                Field(
+                    0,
+                    ge=0,
+                    le=100,
+                    description="needs that a vehicle may state during the mission, beside those of [[need]]",
+                ),
+            ),
+            ON_DEMAND: (
+                tuple[str, ...],
+                Field(
+                    (),
+                    description="attributes that nobody may need yet: facts about them are kept for who comes to need "
+                    "them",
+                ),
+            ),
+        },
+    },
+    part_of,
+    need_faults,
+    words,
+    NEED_ATTRIBUTES,
+    metrics=(Metric("n_expired", "", Better.LOWER, "expired", n_expired, note="Too old, or no room in the queue."),),
+    instances=instances_of,
+    needed=needed,
+    on_demand=on_demand,
+    made_checks=of_faults,
+)

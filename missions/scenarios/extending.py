@@ -1,0 +1,74 @@
+"""Tables of scenarios take in the keys that features bring, whichever are there.
+
+A feature is a ``missions.feature.Feature``. It is ``Any`` here, for features know scenarios, not the other way round.
+"""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+from collections.abc import Callable
+from functools import cache
+from typing import Any, TypeVar
+
+from pydantic import create_model
+
+from missions.scenarios.tables import Raw, Sparse
+
+FOLDER = "missions.features"
+Table = TypeVar("Table", bound=Sparse)
+
+
+@cache
+def features() -> dict[str, Any]:
+    """The features that are there, by name, in the order of their names."""
+    names = sorted(one.name for one in pkgutil.iter_modules(importlib.import_module(FOLDER).__path__))
+    return {name: importlib.import_module(f"{FOLDER}.{name}").FEATURE for name in names}
+
+
+def named_in(raw: Raw) -> list[Any]:
+    """The features of which a scenario has a key, by its raw tables."""
+
+    def has(place: str, key: str) -> bool:
+        table = raw.get(place) if place else raw
+        tables = table if isinstance(table, list) else [table]
+        return any(isinstance(one, dict) and key in one for one in tables)
+
+    return [one for one in features().values() if any(has(place, key) for place in one.keys for key in one.keys[place])]
+
+
+def used_in(scenario: Sparse) -> tuple[Any, ...]:
+    """The features that a scenario uses: one of their keys is not at its default. The others are asked for nothing.
+
+    Args:
+        scenario: the whole input.
+    """
+
+    def says(place: str, key: str) -> bool:
+        table = getattr(scenario, place) if place else scenario
+        tables = table if isinstance(table, tuple) else [table]
+        return any(getattr(one, key) != type(one).model_fields[key].default for one in tables)
+
+    found = features().values()
+    return tuple(one for one in found if any(says(place, key) for place in one.keys for key in one.keys[place]))
+
+
+def with_features(table: str) -> Callable[[type[Table]], type[Table]]:
+    """Let a table take in what features bring to it: a decorator of its class.
+
+    Args:
+        table: as features call it, see ``missions.feature.Feature.keys``.
+    """
+
+    def extended(base: type[Table]) -> type[Table]:
+        keys: dict[str, Any] = {}
+        for feature in features().values():
+            keys |= feature.keys.get(table, {})
+        if not keys:
+            return base
+        name, module, text = base.__name__, base.__module__, base.__doc__
+        made: type[Table] = create_model(name, __base__=base, __module__=module, __doc__=text, **keys)
+        made.UNSAID = base.UNSAID | keys.keys()
+        return made
+
+    return extended

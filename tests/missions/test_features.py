@@ -1,0 +1,118 @@
+"""Each feature is one file: who takes it away loses the feature, and nothing else."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from missions.scenarios.extending import features
+
+ROOT = Path(__file__).parents[2]
+WITHOUT = """
+import hashlib, json, pkgutil, sys
+left_out, use = sys.argv[1], sys.argv[2:]
+sound = pkgutil.iter_modules
+pkgutil.iter_modules = lambda path: [one for one in sound(path) if one.name != left_out]
+if left_out:
+    sys.modules["missions.features." + left_out] = None  # whoever imports it fails
+from missions.errors import ConfigurationError
+from missions.runs.run import run
+from missions.runs.summary import summary
+from missions.scenarios import load
+from missions.scenarios.extending import features
+PLAIN = [("--set", "scenario.duration_s=150.0"), ("--set", "channel.per=0.3")]
+finished = run(load("mapping-rendezvous", PLAIN), 3)
+rows = {name: finished.recorder.rows(name) for name in finished.recorder.tables}
+found = json.dumps([rows, summary(finished)], default=str, sort_keys=True)
+refused = ""
+try:
+    load("mapping-rendezvous", [*PLAIN, *(("--set", one) for one in use)])
+except ConfigurationError as error:
+    refused = str(error)
+print(json.dumps([hashlib.sha256(found.encode()).hexdigest(), refused, list(features())]))
+"""
+USES = {
+    "ban": ["ban=[{issuer='AUV00', vehicle='AUV02', at_s=6.0}]"],
+    "clocks": ["communication.clocks={offset_s=0.2, apart_s=0.5}"],
+    "coarse_above": ["communication.coarse_above=5"],
+    "need": ["need=[{attribute='batteryFraction', vehicle='ASV00', from_s=60.0}]"],
+    "obligation": ["group.Operational.obligation=[{role='Midfield', objective='Exploring', deadline_s=300}]"],
+    "slots": ["communication.slots=['AUV00','AUV01','AUV02','ASV00']"],
+    "covert": ["covert=[{vehicle='AUV01'}]"],
+}
+"""What a scenario has to say to use each feature."""
+
+
+def run_without(feature: str, *use: str) -> tuple[str, str, list[str]]:
+    """Digest of a run, how a scenario with these settings is refused, and which features there are."""
+    # a process of its own: tables take in the keys of features once, when they are imported
+    command = [sys.executable, "-c", WITHOUT, feature, *use]
+    made = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True, timeout=240)
+    digest, refused, names = json.loads(made.stdout)
+    return digest, refused, names
+
+
+@pytest.fixture(scope="module")
+def whole() -> str:
+    """Digest of the run with all features there, of which it uses none."""
+    digest, _, names = run_without("")
+    assert names == list(features())
+    return digest
+
+
+@pytest.mark.parametrize("feature", sorted(USES))
+def test_a_feature_can_be_taken_away(feature: str, whole: str) -> None:
+    """A run that does not use it gives the same bytes; a scenario that does is refused in a line that names it."""
+    digest, refused, names = run_without(feature, *USES[feature])
+    assert feature not in names
+    assert digest == whole
+    assert "unknown key" in refused
+    assert feature in refused
+    assert len(refused.splitlines()) <= 2
+
+
+@pytest.mark.parametrize("feature", sorted(USES))
+def test_a_feature_that_is_there_is_taken(feature: str, whole: str) -> None:
+    digest, refused, names = run_without("", *USES[feature])
+    assert (digest, refused) == (whole, "")
+    assert feature in names
+
+
+def test_every_feature_is_tried() -> None:
+    assert set(USES) == set(features())
+
+
+PRINTED = """
+import json, pkgutil, sys
+from pathlib import Path
+folder, at_s = sys.argv[1], sys.argv[2]
+sound = pkgutil.iter_modules
+pkgutil.iter_modules = lambda path: (path.append(folder), sound(path))[1]  # as if the file lay beside the others
+from missions.errors import ConfigurationError
+from missions.runs.run import run
+from missions.scenarios import load
+lost = "fault=[{vehicle='AUV02', kind='lost', at_s=20.0}]"
+given = [f"headcount=[{{at_s=10.0}}, {{at_s={at_s}}}]", lost, "scenario.duration_s=60.0"]
+try:
+    made = run(load("mapping-rendezvous", [("--set", one) for one in given]), 1)
+    print(json.dumps(made.recorder.rows("headcount")))
+except ConfigurationError as error:
+    print(json.dumps(str(error)))
+"""
+
+
+def printed_feature(folder: Path, at_s: float) -> object:
+    """What comes of the feature of the how-to, with a second count at a time (s)."""
+    page = (ROOT / "docs" / "howto" / "feature.md").read_text(encoding="utf-8")
+    (folder / "headcount.py").write_text(page.split("```python\n")[1].split("```")[0], encoding="utf-8")
+    command = [sys.executable, "-c", PRINTED, str(folder), str(at_s)]
+    made = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True, timeout=240)
+    return json.loads(made.stdout)
+
+
+def test_the_feature_of_the_how_to_works_as_printed(tmp_path: Path) -> None:
+    """One vehicle of four is lost at 20 s; the mission is over at 60 s."""
+    assert printed_feature(tmp_path, 30.0) == [[10.0, 4], [30.0, 3]]
+    assert "headcount.2.at_s" in str(printed_feature(tmp_path, 90.0))
