@@ -72,6 +72,11 @@ class Declaration:
     authorities: frozenset[Authority] = frozenset()
     private_jobs: bool = False
 
+    @property
+    def claims(self) -> frozenset[str]:
+        """Messages by which vehicles divide the work: all but ``JOB_DONE``, which says what came of it."""
+        return frozenset(self.messages) - {JOB_DONE}
+
 
 @dataclass(frozen=True, slots=True)
 class Statement:

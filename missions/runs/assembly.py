@@ -12,12 +12,13 @@ from exchange.codec import renewed
 from exchange.manager import ExchangeManager
 from exchange.peers import Upkeep
 from missions.runs.clocks import clocks_of, disciplines, own_recorder, timekeeper_of
-from missions.runs.needs import needs_in_force, needs_of_all
+from missions.runs.needs import needs_at_start, needs_of_all
 from missions.runs.sea import actual, sea_of
 from missions.runs.sensors import recorder_of_mission, sensors_of
 from missions.runs.setup import Setup
 from missions.runs.worlds import world_model
 from missions.scenarios.deployment import deployment_of, sound_speed_mps
+from missions.scenarios.needs import states_needs
 from missions.scenarios.obligations import obligations_of
 from missions.scenarios.parts import groups_of
 from missions.scenarios.slots import new_slots
@@ -38,6 +39,7 @@ from remoras.sensor import Sensor
 from remoras.social.agreement import agree
 from remoras.social.layer import SocialLayer
 from remoras.social.needs import GroupNeeds
+from remoras.social.stated_needs import NeedsInForce
 from remoras.solo import Solo
 from remoras.strategy import Declaration
 from remoras.vehicle import Layers, Vehicle, go_on
@@ -162,7 +164,10 @@ def vehicle_of(
     subjects, organisation = setup.subjects, setup.agreement.organisation
     by_groups = None if subjects is None else GroupNeeds(setup.tbox, setup.urgency, subjects, organisation)
     common = by_groups or needs_of_all(setup.tbox, setup.urgency, len(setup.database))
-    needs = needs_in_force(setup, model, common)
+    needs = None
+    if states_needs(setup.scenario):
+        agreed = needs_at_start(setup.stated, setup.instances, setup.nodes)
+        needs = NeedsInForce(model, common, agreed, setup.on_demand)
     manager = ExchangeManager(
         data.node,
         model,

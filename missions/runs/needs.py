@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Collection, Iterable, Mapping, Sequence
 
 from missions.scenarios.needs import ALL, states_needs
 from missions.scenarios.scenario import BY_GROUPS, HELD, Scenario
@@ -17,15 +16,11 @@ from remoras.plugins import answer
 from remoras.slots import SENDS_IN
 from remoras.social.agreement import Agreement
 from remoras.social.formations import FORMATION_ATTRIBUTES
-from remoras.social.needs import GroupNeeds, Path, Subjects
+from remoras.social.needs import Path, Subjects
 from remoras.social.negotiation import negotiated_attributes
 from remoras.social.reports import SENSORS_WORK
-from remoras.social.stated_needs import NeedsInForce
 from remoras.strategy import Strategy
-from worldmodel import InformationNeed, Instance, NeedsIndex, TBox, WorldModel
-
-if TYPE_CHECKING:
-    from missions.runs.setup import Setup
+from worldmodel import InformationNeed, Instance, NeedsIndex, TBox
 
 SOCIAL_ATTRIBUTES = ("available", "headedBy", "headTerm", SENSORS_WORK)
 """What vehicles say of themselves whatever the strategy."""
@@ -80,17 +75,20 @@ def on_demand_of(scenario: Scenario, tbox: TBox) -> frozenset[int]:
     return frozenset(tbox.attribute_named(name).uid for name in names)
 
 
-def needs_in_force(setup: Setup, model: WorldModel, common: NeedsIndex | GroupNeeds) -> NeedsInForce | None:
-    """Who needs what as a vehicle hears of it; None if no vehicle may state a need."""
-    if not states_needs(setup.scenario):
-        return None
-    uids, nodes = {one.name: one.uid for one in setup.instances}, setup.nodes
-    agreed = {
-        uids[need_name(one.vehicle, one.number)]: (nodes[one.vehicle], one.need)
-        for one in setup.stated
-        if one.from_s == 0.0
+def needs_at_start(
+    stated: Iterable[StatedNeed], instances: Iterable[Instance], nodes: Mapping[str, int]
+) -> dict[int, tuple[int, InformationNeed]]:
+    """Needs that hold from the start of the mission, each with the node of its vehicle, by the uid of their name.
+
+    Args:
+        stated: needs of single vehicles.
+        instances: what the whole fleet has names for.
+        nodes: of the vehicles, by name.
+    """
+    uids = {one.name: one.uid for one in instances}
+    return {
+        uids[need_name(one.vehicle, one.number)]: (nodes[one.vehicle], one.need) for one in stated if one.from_s == 0.0
     }
-    return NeedsInForce(model, common, agreed, setup.on_demand)
 
 
 def subjects_of(

@@ -9,8 +9,8 @@ from exchange.acoustics.modems import Modem, modems
 from exchange.codec import Codec
 from exchange.policies import AckPolicy
 from exchange.schedule import TdmaSchedule
-from missions.metric import Metric, collected
-from missions.runs.metrics import CORE_METRICS
+from missions.metric import Metric
+from missions.runs.metrics import metrics_of
 from missions.runs.needs import on_demand_of, priorities, stated_needs, subjects_of
 from missions.runs.refusals import refuse_malformed, refuse_undivided
 from missions.runs.sensors import recorder_of_mission, sensors_of
@@ -149,7 +149,7 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
         on_demand=on_demand,
         subjects=subjects_of(scenario, mission, tbox, instances, database, agreement),
         decision=scenario.decision.constants(schedule.frame_s),
-        metrics=collected(scenario.scenario.mission, (*CORE_METRICS, *mission_type.metrics)),
+        metrics=metrics_of(scenario),
     )
 
 
