@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 TAKEN = frozenset({
-    "scenario", "strategy", "policy", "channel", "per", "seed", "n_vehicles", "reason", "milestones",
+    "scenario", "strategy", "policy", "channel", "per", "seed", "n_vehicles", "reason", "milestones", "drawn", "run_id",
     "key", "repeat", "unforeseen", "status", "error", "replay", "wall_s", "cpu_s", "host", "worker", "finished_at",
 })  # fmt: skip
 """Fields of a summary and columns of the table of runs that are no metrics."""
@@ -230,6 +230,10 @@ class MetricRecord:
             ) from None
 
 
+WHOLE = "it"
+"""What faults call a declaration as a whole."""
+
+
 class PartFault(NamedTuple):
     """What is wrong with a part of a declaration: which part, what was given, what is allowed."""
 
@@ -240,11 +244,13 @@ class PartFault(NamedTuple):
     @property
     def text(self) -> str:
         """The fault in words."""
+        if self.part == WHOLE:
+            return f"{self.part} {self.allowed}"
         return f"{self.part} = {self.given}: {self.allowed}" if self.given else f"{self.part}: {self.allowed}"
 
 
-NAME = re.compile(r"[A-Za-z]\w*")
-"""Names of metrics: they are keys of JSON and columns of tables."""
+NAME = re.compile(r"[^\s:/]+")
+"""Names of metrics: they are keys, columns of tables and parts of names of files."""
 
 
 def faults_of_metric(found: Any) -> Iterator[PartFault]:
@@ -256,11 +262,11 @@ def faults_of_metric(found: Any) -> Iterator[PartFault]:
     if not isinstance(found, Metric):
         what = f"the class {found.__name__}" if isinstance(found, type) else f"a {type(found).__name__}"
         yield PartFault(
-            "it", "", f"is {what}; expected a remoras.Metric, such as Metric(name, unit, better, label, of)"
+            WHOLE, "", f"is {what}; expected a remoras.Metric, such as Metric(name, unit, better, label, of)"
         )
         return
     if not isinstance(found.name, str) or not NAME.fullmatch(found.name):
-        yield PartFault("name", repr(found.name), "allowed: a word of letters, digits and _, as closest_m")
+        yield PartFault("name", repr(found.name), "allowed: a word without : and /, as closest_m")
     if not isinstance(found.unit, str):
         yield PartFault("unit", repr(found.unit), "allowed: a text, empty for a number without one")
     if not isinstance(found.better, Better):

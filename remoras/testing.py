@@ -1,4 +1,7 @@
-"""For tests of your own strategies, missions and managers: the fleet, or managers alone, under random faults.
+"""For tests of your own strategies, missions, managers, metrics and figures.
+
+Strategies and missions meet the fleet under random faults, managers each other alone; ``check_metric`` and
+``check_figure`` ask a metric or a figure of short runs.
 
 >>> from remoras.testing import campaign, plan_of
 >>> plan = plan_of("mapping-rendezvous", "cbba", kinds=["links"])  # doctest: +SKIP
@@ -7,6 +10,7 @@
 
 from typing import TYPE_CHECKING
 
+from remoras.conformance import check_figure, check_metric
 from stress.campaign import Report, campaign, judge
 from stress.drawing import Plan, plan_of, schedule_of
 from stress.invariants.seam import Heard, Invariant, Moment, Scene
@@ -44,6 +48,8 @@ __all__ = [
     "StressFault",
     "campaign",
     "chances",
+    "check_figure",
+    "check_metric",
     "damaged",
     "flipped",
     "judge",

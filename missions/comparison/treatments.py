@@ -91,18 +91,19 @@ def treatments_of(results: SweepResults) -> dict[Treatment, dict[int, Outcome]]:
     if not found:
         raise OutputError(f"{results.folder}: no run has finished yet, there is nothing to compare")
     in_order = sorted(found, key=lambda one: (place.get(one.unforeseen, len(place)), *_in_order(one)))
-    return {treatment: _distinct(dict(sorted(found[treatment].items()))) for treatment in in_order}
+    of_sample = {metric.name for metric in results.measured.values()}
+    return {treatment: _distinct(dict(sorted(found[treatment].items())), of_sample) for treatment in in_order}
 
 
-def _distinct(runs: dict[int, Outcome]) -> dict[int, Outcome]:
-    """The runs, or the first of them if they are one run."""
-    if not is_one_run(runs):
+def _distinct(runs: dict[int, Outcome], of_sample: Collection[str]) -> dict[int, Outcome]:
+    """The runs, or the first of them if they are one run; fields ``of_sample`` do not tell runs apart."""
+    if not is_one_run(runs, of_sample):
         return runs
     first = next(iter(runs))
     return {first: replace(runs[first], constant=True)}
 
 
-def is_one_run(runs: Outcomes) -> bool:
+def is_one_run(runs: Outcomes, of_sample: Collection[str] = ()) -> bool:
     """True if repeats of a treatment are one run, made again: n counts what was drawn.
 
     A run says whether anything was drawn in it. If nothing was, no seed can change it. Where the run cannot say it,
@@ -116,7 +117,7 @@ def is_one_run(runs: Outcomes) -> bool:
         return False
     if "unsaid" in said and any(run.summary["per"] > 0.0 for run in runs.values()):
         return False
-    first, *others = (outcome(run.summary) for run in runs.values())
+    first, *others = (outcome(run.summary, of_sample) for run in runs.values())
     return all(other == first for other in others)
 
 

@@ -25,6 +25,7 @@ from missions.scenarios.parts import mission_class, modem_energy
 from missions.scenarios.scenario import Scenario
 from remoras.contents import Content
 from remoras.deliveries import DELIVERIES
+from remoras.mission import Mission
 
 HIGHER, LOWER = Better.HIGHER, Better.LOWER
 NEVER_RECEIVED = "What was never received is left out."
@@ -234,16 +235,23 @@ CORE_METRICS = (
 """Metrics of every run."""
 
 
-def metrics_of(scenario: Scenario) -> Mapping[str, Metric]:
+def metrics_of(
+    scenario: Scenario, mission: type[Mission] | None = None, own: Mapping[str, Metric] | None = None
+) -> Mapping[str, Metric]:
     """Metrics of the runs of a scenario by name: those of every run, of its mission, and those that it names itself.
+
+    Args:
+        scenario: the whole input.
+        mission: the class of its mission, if that is loaded already.
+        own: what ``own_metrics`` gives, if these are loaded already.
 
     Raises:
         ConfigurationError: a metric has no direction, or two have one name or one label.
-        PluginError: one that it names cannot be had.
+        PluginError: one cannot be had.
     """
     reference = scenario.scenario.mission
-    found = collected(reference, (*CORE_METRICS, *mission_class(reference).metrics))
-    for named, metric in own_metrics(scenario).items():
+    found = collected(reference, (*CORE_METRICS, *(mission or mission_class(reference)).metrics))
+    for named, metric in (own_metrics(scenario) if own is None else own).items():
         found = with_own(found, metric, scenario.scenario.name, METRICS, named)
     return found
 

@@ -10,7 +10,7 @@ from exchange.codec import Codec
 from exchange.policies import AckPolicy
 from exchange.schedule import TdmaSchedule
 from missions.metric import Metric
-from missions.runs.metrics import metrics_of
+from missions.runs.metrics import metrics_of, own_metrics
 from missions.runs.needs import on_demand_of, priorities, stated_needs, subjects_of
 from missions.runs.refusals import refuse_malformed, refuse_undivided
 from missions.runs.sensors import recorder_of_mission, sensors_of
@@ -62,6 +62,7 @@ class Setup:
             attributes that somebody may come to need; subjects: what it is told of, where needs follow
             from groups.
         decision: constants of the executive layer; metrics: of its runs, by name.
+        own_metrics: of these, what the scenario names itself, by what it names them.
     """
 
     scenario: Scenario
@@ -84,6 +85,7 @@ class Setup:
     subjects: Subjects | None
     decision: DecisionConstants
     metrics: Mapping[str, Metric]
+    own_metrics: Mapping[str, Metric]
 
     @property
     def nodes(self) -> dict[str, int]:
@@ -128,6 +130,7 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
     refuse_malformed(scenario, agreement)
     refuse_undivided(scenario, strategy, agreement, database)
     recorder_of_mission(mission, [sensors_of(data) for data in database.values()])
+    own = own_metrics(scenario)
     urgency, on_demand = priorities(scenario, strategy, mission, tbox), on_demand_of(scenario, tbox)
     return Setup(
         scenario=scenario,
@@ -149,7 +152,8 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
         on_demand=on_demand,
         subjects=subjects_of(scenario, mission, tbox, instances, database, agreement),
         decision=scenario.decision.constants(schedule.frame_s),
-        metrics=metrics_of(scenario),
+        metrics=metrics_of(scenario, mission_type, own),
+        own_metrics=own,
     )
 
 

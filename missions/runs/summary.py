@@ -10,7 +10,6 @@ import pyarrow as pa
 
 from missions.metric import NOT_APPLICABLE
 from missions.runs.measured import KeptRun, value_of
-from missions.runs.metrics import own_metrics
 from missions.runs.tables import arrow_table
 from missions.scenarios.deployment import deployment_of
 from missions.scenarios.scenario import Scenario
@@ -45,7 +44,7 @@ def summary(run: Run) -> dict[str, Any]:
     Raises:
         PluginError: a metric raises, or gives something else than a number, a truth value or None.
     """
-    of, own = run.scenario.scenario.mission, own_metrics(run.scenario)
+    of, own = run.scenario.scenario.mission, run.setup.own_metrics
     names = {metric.name for metric in own.values()}
     shipped = [metric for metric in run.setup.metrics.values() if metric.name not in names]
     values = {metric.name: value_of(metric, run, of) for metric in shipped}

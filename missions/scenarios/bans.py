@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 from pydantic import Field
 
@@ -14,9 +14,6 @@ from missions.files import shown
 from missions.scenarios.tables import NotNegative, Positive, Raw, Section, entries, names_of, one_of, table_of
 from remoras.bans import Ban
 from worldmodel import ban_ontology_path
-
-if TYPE_CHECKING:
-    from missions.scenarios.scenario import Scenario
 
 
 class BanTable(Section):
@@ -34,7 +31,12 @@ class BanTable(Section):
         return Ban(self.issuer, self.vehicle, self.at_s, self.from_s, until_s)
 
 
-def ban_words(scenario: Scenario) -> tuple[Path, ...]:
+class _WithBans(Protocol):
+    @property
+    def ban(self) -> Sequence[BanTable]: ...
+
+
+def ban_words(scenario: _WithBans) -> tuple[Path, ...]:
     """The Turtle file with the word for bans, where a scenario has any; items are numbered by their words."""
     return (ban_ontology_path(),) if scenario.ban else ()
 

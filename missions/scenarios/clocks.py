@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import Protocol
 
 from pydantic import Field
 
 from missions.errors import ConfigurationFault
-from missions.scenarios.deployment import sound_speed_mps
+from missions.scenarios.deployment import Deployed, sound_speed_mps
 from missions.scenarios.tables import Section
-
-if TYPE_CHECKING:
-    from missions.scenarios.scenario import Scenario
 
 PPM, ROUNDING_S = 1e-6, 1e-6
 MOST_OFF_S, MOST_DRIFT_PPM = 86_400.0, 10_000.0
@@ -55,18 +53,56 @@ class VehicleClockTable(Section):
     )
 
 
-def has_clocks(scenario: Scenario) -> bool:
+class _Timed(Protocol):
+    """A vehicle."""
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def slot(self) -> int: ...
+
+    @property
+    def depth_m(self) -> float: ...
+
+    @property
+    def clock(self) -> VehicleClockTable | None: ...
+
+
+class _Exchange(Protocol):
+    @property
+    def modem(self) -> str: ...
+
+    @property
+    def range_m(self) -> float: ...
+
+    @property
+    def guard_s(self) -> float | None: ...
+
+    @property
+    def clocks(self) -> ClocksTable | None: ...
+
+
+class _WithClocks(Deployed, Protocol):
+    @property
+    def vehicle(self) -> Sequence[_Timed]: ...
+
+    @property
+    def communication(self) -> _Exchange: ...
+
+
+def has_clocks(scenario: _WithClocks) -> bool:
     """True if a scenario says anything of clocks."""
     return scenario.communication.clocks is not None or any(one.clock is not None for one in scenario.vehicle)
 
 
-def apart_s(scenario: Scenario) -> float:
+def apart_s(scenario: _WithClocks) -> float:
     """The most by which two clocks differ that guard and tolerances cover (s)."""
     clocks = scenario.communication.clocks
     return 0.0 if clocks is None else clocks.apart_s
 
 
-def most_ahead_s(scenario: Scenario) -> float:
+def most_ahead_s(scenario: _WithClocks) -> float:
     """The most by which any clock may come to be ahead in a run (s), set by its peers' or not."""
     spread, duration_s = scenario.communication.clocks or ClocksTable(), scenario.scenario.duration_s
     ahead_s = [spread.offset_s + PPM * spread.drift_ppm * duration_s]
@@ -77,18 +113,18 @@ def most_ahead_s(scenario: Scenario) -> float:
     return max(0.0, *ahead_s) + apart_s(scenario)
 
 
-def least_guard_s(scenario: Scenario) -> float:
+def least_guard_s(scenario: _WithClocks) -> float:
     """The time in which a packet travels over the whole range, and by which two clocks may differ (s)."""
     return scenario.communication.range_m / sound_speed_mps(scenario) + apart_s(scenario)
 
 
-def guard_s(scenario: Scenario) -> float:
+def guard_s(scenario: _WithClocks) -> float:
     """The guard of a slot: as given, or the least (s)."""
     given_s = scenario.communication.guard_s
     return least_guard_s(scenario) if given_s is None else given_s
 
 
-def guard_faults(scenario: Scenario) -> list[ConfigurationFault]:
+def guard_faults(scenario: _WithClocks) -> list[ConfigurationFault]:
     """A guard in which packets of one slot run into the next."""
     given_s, least_s = scenario.communication.guard_s, least_guard_s(scenario)
     if given_s is None or given_s >= least_s - ROUNDING_S:

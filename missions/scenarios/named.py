@@ -7,13 +7,13 @@ processes know it, too. So results call ``mine.py:Mine`` what scenarios call it,
 from __future__ import annotations
 
 import importlib.util
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 from missions.errors import ConfigurationFault
-from missions.figure import Declared, Figure, Layer, Mark, faults_of_figure
-from missions.files import is_file, shown
+from missions.figure import Declared, Figure, faults_of_figure
+from missions.files import is_file, is_named, shown
 from missions.metric import Metric, faults_of_metric
 from missions.scenarios.tables import Raw, list_of, table_of
 from remoras.errors import PluginError
@@ -22,15 +22,8 @@ from remoras.plugins import named_object, refuse_unshipped
 
 METRICS = "scenario.metrics"
 """Key of a scenario that names metrics of one's own."""
-
-
-def is_named(text: str) -> bool:
-    """True for a text that names an object of a module or of a file, and no field, figure or strategy that is known.
-
-    >>> is_named("closeness.py:CLOSEST"), is_named("mission_time_s")
-    (True, False)
-    """
-    return ":" in text or text.endswith(".py")
+TRACKS = "trajectories"
+"""Kind of figure into which layers and marks are drawn."""
 
 
 def importable(given: str, folder: Path | None = None) -> str:
@@ -82,27 +75,62 @@ def metric_named(reference: str, folder: Path | None = None) -> Metric:
     return metric
 
 
-def figure_named(reference: str, taken: Collection[str] = ()) -> Declared:
-    """The figure, layer or mark that a user names.
+def metric_given(given: str | Metric, where: str) -> Metric:
+    """The metric that a user names, or passes as an object.
 
     Args:
-        reference: ``package.module:object`` or ``file.py:object``.
-        taken: names that figures have already.
+        given: ``package.module:object``, ``file.py:object``, or the metric.
+        where: how it was given, for messages.
 
     Raises:
-        PluginError: it cannot be loaded, is none, a part of it is none, or its name is taken.
+        PluginError: see ``metric_named``.
     """
-    found: Any = named_object(importable(reference))
-    if faults := list(faults_of_figure(found)):
-        raise PluginError(f"a figure: {'; '.join(faults)}")
-    if isinstance(found, Figure) and found.name in taken:
-        raise PluginError(f"its figure {found.name!r} has the name of another one; rename it, none of {_listed(taken)}")
-    declared: Figure | Layer | Mark = found
-    return declared
+    try:
+        if isinstance(given, str):
+            return metric_named(given)
+        if faults := list(faults_of_metric(given)):
+            raise PluginError(f"a metric: {'; '.join(fault.text for fault in faults)}")
+    except PluginError as error:
+        raise PluginError(f"{where} {given!r}: {error}") from None
+    return given
 
 
-def _listed(names: Iterable[str]) -> str:
-    return ", ".join(dict.fromkeys(names))
+def with_figures(
+    kinds: Sequence[str | Declared], declared: Sequence[Declared], taken: Collection[str]
+) -> tuple[list[str], list[Declared]]:
+    """Kinds of figures by their names, and what is declared, each with figures of a user's own.
+
+    Args:
+        kinds: names of figures, ``package.module:object``, ``file.py:object``, or figures themselves.
+        declared: what the mission declares.
+        taken: names of figures that every run has.
+
+    Raises:
+        PluginError: one cannot be had, is no figure, or has the name of another one.
+    """
+    names: list[str] = []
+    figures = list(declared)
+    for kind in kinds:
+        if isinstance(kind, str) and not is_named(kind):
+            names.append(kind)
+            continue
+        where = f"figure {kind!r}" if isinstance(kind, str) else "figure"
+        try:
+            found = named_object(importable(kind)) if isinstance(kind, str) else kind
+            if faults := list(faults_of_figure(found)):
+                raise PluginError(f"a figure: {'; '.join(faults)}")
+        except PluginError as error:
+            raise PluginError(f"{where}: {error}") from None
+        own: Declared = found
+        if isinstance(own, Figure) and own not in figures:
+            known = [*taken, *(one.name for one in figures if isinstance(one, Figure))]
+            if own.name in known:
+                raise PluginError(
+                    f"{where}: its name {own.name!r} is that of another; rename it, none of {', '.join(known)}"
+                )
+        figures += [] if own in figures else [own]
+        names.append(own.name if isinstance(own, Figure) else TRACKS)
+    return names, figures
 
 
 def with_metrics_found(raw: dict[str, Any], folder: Path) -> dict[str, Any]:

@@ -3,24 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any, Protocol
 
 from pydantic import Field
 
 from missions.errors import ConfigurationFault
 from missions.files import shown
-from missions.scenarios.communication import QUEUE_LIMIT
+from missions.scenarios.communication import QUEUE_LIMIT, Communication
 from missions.scenarios.ontologies import TABLE, TEXTS, words_of
 from missions.scenarios.tables import NotNegative, Positive, Raw, Section, entries, names_of, one_of, table_of
 from remoras.covert import Covert
 from remoras.mission import Mission
 from remoras.needs import need_name
 from worldmodel import OntologyError, Terms, need_ontology_path
-
-if TYPE_CHECKING:
-    from missions.scenarios.scenario import Scenario
 
 ALL = "all"
 """Every vehicle has the need."""
@@ -65,17 +62,57 @@ class CovertTable(Section):
         return Covert(self.vehicle, self.above, self.from_s, math.inf if self.until_s is None else self.until_s)
 
 
-def states_needs(scenario: Scenario) -> bool:
+class _Named(Protocol):
+    @property
+    def name(self) -> str: ...
+
+
+class _Vehicle(_Named, Protocol):
+    @property
+    def slot(self) -> int: ...
+
+
+class _Group(_Named, Protocol):
+    @property
+    def role(self) -> Sequence[_Named]: ...
+
+
+class _Words(Protocol):
+    @property
+    def ontology_text(self) -> Any: ...
+
+
+class _WithNeeds(Protocol):
+    @property
+    def need(self) -> Sequence[NeedTable]: ...
+
+    @property
+    def communication(self) -> Communication: ...
+
+    @property
+    def vehicle(self) -> Sequence[_Vehicle]: ...
+
+    @property
+    def group(self) -> Sequence[_Group]: ...
+
+    @property
+    def rally_point(self) -> Sequence[_Named]: ...
+
+    @property
+    def worldmodel(self) -> _Words: ...
+
+
+def states_needs(scenario: _WithNeeds) -> bool:
     """True if vehicles of a scenario may state needs."""
     return bool(scenario.need) or scenario.communication.needs_per_vehicle > 0
 
 
-def need_words(scenario: Scenario) -> tuple[Path, ...]:
+def need_words(scenario: _WithNeeds) -> tuple[Path, ...]:
     """The Turtle file with the words for needs, where vehicles of a scenario may state any."""
     return (need_ontology_path(),) if states_needs(scenario) else ()
 
 
-def need_names(scenario: Scenario) -> tuple[str, ...]:
+def need_names(scenario: _WithNeeds) -> tuple[str, ...]:
     """Names of the needs that the vehicles of a scenario may state: as many for each."""
     if not states_needs(scenario):
         return ()
@@ -110,7 +147,7 @@ def need_faults(raw: Raw, mission: type[Mission]) -> Iterator[ConfigurationFault
         yield from one_of("communication.on_demand", name, attributes)
 
 
-def of_faults(scenario: Scenario, made: Mission) -> Iterator[ConfigurationFault]:
+def of_faults(scenario: _WithNeeds, made: Mission) -> Iterator[ConfigurationFault]:
     """Needs of classes and instances that there are not.
 
     Args:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Sequence
+from typing import Protocol
 
 from pydantic import Field
 
@@ -13,9 +13,6 @@ from missions.scenarios.tables import Positive, Raw, Section, entries, names_of,
 from remoras.mission import Mission
 from remoras.obligations import Obligation
 from worldmodel import OntologyError
-
-if TYPE_CHECKING:
-    from missions.scenarios.scenario import Scenario
 
 PREFIX = "objective"
 """Attributes of roles whose name begins so are objectives."""
@@ -29,7 +26,22 @@ class ObligationTable(Section):
     deadline_s: Positive = Field(description="time of the mission by which it has to be")
 
 
-def obligations_of(scenario: Scenario) -> tuple[Obligation, ...]:
+class _Owing(Protocol):
+    """A group whose roles owe something."""
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def obligation(self) -> Sequence[ObligationTable]: ...
+
+
+class _WithGroups(Protocol):
+    @property
+    def group(self) -> Sequence[_Owing]: ...
+
+
+def obligations_of(scenario: _WithGroups) -> tuple[Obligation, ...]:
     """The obligations of all groups."""
     return tuple(
         Obligation(group.name, one.role, one.objective, one.deadline_s)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 from pydantic import Field
 
@@ -14,9 +14,6 @@ from missions.files import shown
 from missions.scenarios.tables import NotNegative, Raw, Section, entries, list_of, names_of, one_of, table_of
 from remoras.slots import NewSlots
 from worldmodel import slot_ontology_path
-
-if TYPE_CHECKING:
-    from missions.scenarios.scenario import Scenario
 
 SlotList = tuple[str | tuple[str, ...], ...]
 """Who sends in each slot of a frame: a vehicle, several that share the slot, or "" for a free one."""
@@ -31,7 +28,35 @@ class SlotsTable(Section):
     order: SlotList = Field(description="slot list, as communication.slots, of as many slots as that")
 
 
-def agreed_slots(scenario: Scenario) -> tuple[tuple[int, ...], ...]:
+class _Sending(Protocol):
+    """A vehicle."""
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def slot(self) -> int: ...
+
+
+class _Agreed(Protocol):
+    """What the table of the exchange has of slots."""
+
+    @property
+    def slots(self) -> SlotList: ...
+
+
+class _WithSlots(Protocol):
+    @property
+    def communication(self) -> _Agreed: ...
+
+    @property
+    def vehicle(self) -> Sequence[_Sending]: ...
+
+    @property
+    def slots(self) -> Sequence[SlotsTable]: ...
+
+
+def agreed_slots(scenario: _WithSlots) -> tuple[tuple[int, ...], ...]:
     """Nodes of each slot by the list that is agreed before the mission; empty if no list is in use."""
     listed = scenario.communication.slots
     if listed:
@@ -39,7 +64,7 @@ def agreed_slots(scenario: Scenario) -> tuple[tuple[int, ...], ...]:
     return tuple((node,) for node in range(len(scenario.vehicle))) if scenario.slots else ()
 
 
-def new_slots(scenario: Scenario) -> tuple[NewSlots, ...]:
+def new_slots(scenario: _WithSlots) -> tuple[NewSlots, ...]:
     """The lists that persons order during the mission."""
     names = _by_node(scenario)
     return tuple(
@@ -50,16 +75,16 @@ def new_slots(scenario: Scenario) -> tuple[NewSlots, ...]:
     )
 
 
-def slot_words(scenario: Scenario) -> tuple[Path, ...]:
+def slot_words(scenario: _WithSlots) -> tuple[Path, ...]:
     """The Turtle file with the word for slot lists, where a scenario orders any during the mission."""
     return (slot_ontology_path(),) if scenario.slots else ()
 
 
-def _by_node(scenario: Scenario) -> list[str]:
+def _by_node(scenario: _WithSlots) -> list[str]:
     return [vehicle.name for vehicle in sorted(scenario.vehicle, key=lambda one: one.slot)]
 
 
-def _nodes(listed: SlotList, scenario: Scenario) -> tuple[tuple[int, ...], ...]:
+def _nodes(listed: SlotList, scenario: _WithSlots) -> tuple[tuple[int, ...], ...]:
     names = _by_node(scenario)
     return tuple(tuple(names.index(name) for name in _shared(entry)) for entry in listed)
 
