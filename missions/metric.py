@@ -69,7 +69,7 @@ class MeasuredTables(Protocol):
         """
 
 
-class Agreed(Protocol):
+class AgreedBefore(Protocol):
     """What was settled before the mission began."""
 
     @property
@@ -149,7 +149,7 @@ class MeasuredRun(Protocol):
         """How the exchange after the mission ended; None where there was none."""
 
     @property
-    def setup(self) -> Agreed:
+    def setup(self) -> AgreedBefore:
         """What was settled before the mission began."""
 
 

@@ -11,6 +11,8 @@ from worldmodel import Attribute, TBox
 
 ASSIGNING = frozenset({"playsRole", "leftRole", "hasMission"})
 """Attributes of the core ontology that say who is what in the organisation; objectives go with them."""
+DONE = "jobDone"
+"""Attribute that says what came of the work, not who does it."""
 OBJECTIVES = "objective"
 """How the names of attributes begin by which a role is given an objective."""
 
@@ -26,7 +28,7 @@ class Content(Enum):
     OBSERVATIONS = "observations"
 
 
-def content_of(attribute: Attribute, claims: Collection[str]) -> Content:
+def content_of(attribute: Attribute, messages: Collection[str]) -> Content:
     """What a fact of an attribute is.
 
     Assignments give and leave roles, objectives and missions. Claims are all else that the strategy declares to state:
@@ -35,11 +37,11 @@ def content_of(attribute: Attribute, claims: Collection[str]) -> Content:
 
     Args:
         attribute: of the fact.
-        claims: names of the attributes by which vehicles divide the work, see ``Declaration.claims``.
+        messages: names of the attributes by which vehicles organise themselves, see ``Declaration.messages``.
     """
     if attribute.name in ASSIGNING or attribute.name.startswith(OBJECTIVES):
         return Content.ASSIGNMENTS
-    if attribute.name in claims:
+    if attribute.name in messages and attribute.name != DONE:
         return Content.CLAIMS
     return Content.STATUS if attribute.latest_only else Content.OBSERVATIONS
 
@@ -52,12 +54,12 @@ class BitCount:
 
     Args:
         tbox: attributes of the facts.
-        claims: see ``content_of``.
+        messages: see ``content_of``.
         counts: bits by content so far, added to.
     """
 
-    def __init__(self, tbox: TBox, claims: Collection[str], counts: Counter[Content]) -> None:
-        self._contents = tuple(content_of(attribute, claims) for attribute in tbox.attributes)
+    def __init__(self, tbox: TBox, messages: Collection[str], counts: Counter[Content]) -> None:
+        self._contents = tuple(content_of(attribute, messages) for attribute in tbox.attributes)
         self._counts = counts
 
     def add(self, sent: Transmission) -> None:

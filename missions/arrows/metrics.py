@@ -19,7 +19,7 @@ SILENCE_S = 60.0
 """Who has heard nobody for longer than this is out of contact."""
 
 
-class Search(Protocol):
+class Searching(Protocol):
     """What metrics ask of the mission itself."""
 
     @property
@@ -113,7 +113,7 @@ def apart_bits(run: MeasuredRun) -> float:
 
 def told_per_km(run: MeasuredRun) -> float | Absent:
     """What all looks have told, for each kilometre that searchers went."""
-    searchers, last, way_m = set(cast(Search, run.mission).searchers), dict[str, tuple[float, float]](), 0.0
+    searchers, last, way_m = set(cast(Searching, run.mission).searchers), dict[str, tuple[float, float]](), 0.0
     for _, vehicle, x_m, y_m, *_ in run.recorder.rows("trajectories"):
         if vehicle in searchers:
             if vehicle in last:
@@ -129,7 +129,7 @@ def alone_of(run: MeasuredRun) -> dict[str, tuple[float, float]]:
 
     That is until the search ended, or until it spoke last, for a lost vehicle hears nobody.
     """
-    heard: dict[str, list[float]] = {name: [0.0] for name in cast(Search, run.mission).searchers}
+    heard: dict[str, list[float]] = {name: [0.0] for name in cast(Searching, run.mission).searchers}
     last_s = dict.fromkeys(heard, 0.0)
     for row in run.recorder.rows("packets"):
         if row[2] in heard:

@@ -18,7 +18,6 @@ from missions.runs.sensors import recorder_of_mission, sensors_of
 from missions.runs.setup import Setup
 from missions.runs.worlds import world_model
 from missions.scenarios.deployment import deployment_of, sound_speed_mps
-from missions.scenarios.needs import states_needs
 from missions.scenarios.obligations import obligations_of
 from missions.scenarios.parts import groups_of
 from missions.scenarios.slots import new_slots
@@ -164,10 +163,8 @@ def vehicle_of(
     subjects, organisation = setup.subjects, setup.agreement.organisation
     by_groups = None if subjects is None else GroupNeeds(setup.tbox, setup.urgency, subjects, organisation)
     common = by_groups or needs_of_all(setup.tbox, setup.urgency, len(setup.database))
-    needs = None
-    if states_needs(setup.scenario):
-        agreed = needs_at_start(setup.stated, setup.instances, setup.nodes)
-        needs = NeedsInForce(model, common, agreed, setup.on_demand)
+    agreed = needs_at_start(setup.scenario, setup.stated, setup.instances, setup.nodes)
+    needs = None if agreed is None else NeedsInForce(model, common, agreed, setup.on_demand)
     manager = ExchangeManager(
         data.node,
         model,

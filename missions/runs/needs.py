@@ -76,15 +76,20 @@ def on_demand_of(scenario: Scenario, tbox: TBox) -> frozenset[int]:
 
 
 def needs_at_start(
-    stated: Iterable[StatedNeed], instances: Iterable[Instance], nodes: Mapping[str, int]
-) -> dict[int, tuple[int, InformationNeed]]:
+    scenario: Scenario, stated: Iterable[StatedNeed], instances: Iterable[Instance], nodes: Mapping[str, int]
+) -> dict[int, tuple[int, InformationNeed]] | None:
     """Needs that hold from the start of the mission, each with the node of its vehicle, by the uid of their name.
 
+    None if no vehicle may state a need.
+
     Args:
+        scenario: the whole input.
         stated: needs of single vehicles.
         instances: what the whole fleet has names for.
         nodes: of the vehicles, by name.
     """
+    if not states_needs(scenario):
+        return None
     uids = {one.name: one.uid for one in instances}
     return {
         uids[need_name(one.vehicle, one.number)]: (nodes[one.vehicle], one.need) for one in stated if one.from_s == 0.0

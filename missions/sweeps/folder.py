@@ -74,7 +74,7 @@ class SweepResults:
     """
 
     folder: Path
-    measured: Mapping[str, Metric] = field(default_factory=dict)
+    measured: Mapping[str, Metric] = field(default_factory=dict, hash=False)
 
     @classmethod
     def read(cls, folder: Path) -> SweepResults:

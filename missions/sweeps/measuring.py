@@ -18,7 +18,7 @@ from missions.metric import NOT_APPLICABLE, Metric
 from missions.runs.measured import KeptRun, value_of
 from missions.scenarios import Scenario, load
 from missions.sweeps.ledger import DONE, Line
-from missions.sweeps.plan import Label, RunSchedule, content_of
+from missions.sweeps.plan import Label, RunSchedule, run_content
 from remoras.recorder import KEY
 
 
@@ -79,7 +79,7 @@ def _scenario(key: str, label_of: Mapping[str, tuple[Label, str]]) -> Callable[[
             scenario = load(label.source, settings)
         except MissionsError as error:
             raise OutputError(f"run {key}: its scenario {label.source} cannot be had: {error}") from None
-        if hashlib.sha256(content_of(scenario).encode()).hexdigest() != digest:
+        if hashlib.sha256(run_content(scenario).encode()).hexdigest() != digest:
             raise OutputError(f"run {key}: its scenario {label.source} is another one now; rows of tables can be read")
         return scenario
 

@@ -39,7 +39,7 @@ def version() -> str:
     return __version__
 
 
-def content_of(scenario: Scenario) -> str:
+def run_content(scenario: Scenario) -> str:
     """What a scenario makes of its runs: all of it but the metrics that it names itself, which are asked afterwards."""
     about = scenario.scenario.model_copy(update={"metrics": ()})
     return scenario.model_copy(update={"scenario": about}).model_dump_json()
@@ -249,7 +249,7 @@ class SweepPlan:
     def schedule(self) -> RunSchedule:
         """Keys of the runs."""
         digests = (
-            hashlib.sha256(content_of(configuration.scenario).encode()).hexdigest()
+            hashlib.sha256(run_content(configuration.scenario).encode()).hexdigest()
             for configuration in self.study.configurations
         )
         labels = map(Label.of, self.study.configurations)

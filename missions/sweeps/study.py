@@ -115,8 +115,9 @@ def load_study(name_or_path: str, strategies: Sequence[str] = ()) -> Study:
         raise document.error(document.faults_of(error, StudyFile)) from None
     folder = Path(document.path).parent
     file, unknown = _with_strategies(file, strategies, folder)
+    between = list(faults_between(file))
     file, own, no_metrics = _with_own_metrics(file, folder)
-    if faults := [*faults_between(file), *unknown, *no_metrics]:
+    if faults := [*between, *unknown, *no_metrics]:
         raise document.error(faults)
     configurations, faults = _resolved(file, folder, own)
     metrics, more = _metrics(configurations)

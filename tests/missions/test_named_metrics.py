@@ -174,7 +174,7 @@ WRONG = {
 @pytest.mark.parametrize("name", WRONG)
 def test_a_study_refuses_what_is_no_metric_in_one_line(own: Path, tmp_path: Path, name: str) -> None:
     with pytest.raises(ConfigurationError) as raised:
-        load_study(str(study_of(tmp_path, f"{own}:{name}")))
+        load_study(str(study_of(tmp_path, "n_bytes", f"{own}:{name}")))
     (line,) = str(raised.value).splitlines()
     assert "study.toml" in line
     assert "study.metrics" in line
