@@ -37,8 +37,9 @@ a figure of a mission needs no page, no colours and no file of its own::
 
 from __future__ import annotations
 
+import inspect
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -236,3 +237,45 @@ class Mark:
 
 Declared = Figure | Layer | Mark
 """What a mission lists as its figures."""
+
+
+def faults_of_figure(found: Any) -> Iterator[str]:
+    """What is wrong with a figure, a layer or a mark as it is declared, in words.
+
+    Args:
+        found: what should be one of them.
+    """
+    if not isinstance(found, Figure | Layer | Mark):
+        what = f"the class {found.__name__}" if isinstance(found, type) else f"a {type(found).__name__}"
+        yield f"it is {what}; expected a remoras.Figure, Layer or Mark, such as Figure(name, title, draw)"
+        return
+    texts = {"milestone": found.milestone, "label": found.label} if isinstance(found, Mark) else {"name": found.name}
+    texts |= {"title": found.title} if isinstance(found, Figure) else {}
+    for part, given in texts.items():
+        if not isinstance(given, str) or not given.strip():
+            yield f"{part} = {given!r}: allowed: a text"
+    if isinstance(found, Figure) and isinstance(found.name, str) and not _is_file_name(found.name):
+        yield f"name = {found.name!r}: it is no name of a file: rename it, without / and without a dot in front"
+    if isinstance(found, Mark):
+        return
+    if not callable(found.draw):
+        yield f"draw = {found.draw!r}: allowed: a function draw(axes, results, style) that returns the caption"
+    elif not _takes_three(found.draw):
+        yield "draw cannot be called as draw(axes, results, style)"
+    if isinstance(found.needs, str) or not all(isinstance(one, str) for one in found.needs):
+        yield f"needs = {found.needs!r}: allowed: a tuple of names of tables"
+
+
+def _is_file_name(name: str) -> bool:
+    return bool(name) and not name.startswith(".") and not {"/", "\\"} & {*name}
+
+
+def _takes_three(function: Callable[..., Any]) -> bool:
+    """True if a function can be called with three arguments, or if Python does not know."""
+    try:
+        inspect.signature(function).bind(None, None, None)
+    except TypeError:
+        return False
+    except ValueError:
+        return True
+    return True

@@ -188,6 +188,15 @@ def is_file(path: Path) -> bool:
         return False
 
 
+def is_named(text: str) -> bool:
+    """True for a text that names an object of a module or of a file, and no field, figure or strategy that is known.
+
+    >>> is_named("closeness.py:CLOSEST"), is_named("mission_time_s")
+    (True, False)
+    """
+    return ":" in text or text.endswith(".py")
+
+
 def text_of(path: Path, most_bytes: int | None = None) -> str:
     """Text of a UTF-8 file, with or without a byte order mark.
 

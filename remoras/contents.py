@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Collection
 from enum import Enum
 
 from exchange.packets import Transmission
-from remoras.strategy import JOB_DONE, OBJECTIVE, Declaration
 from worldmodel import Attribute, TBox
 
 ASSIGNING = frozenset({"playsRole", "leftRole", "hasMission"})
 """Attributes of the core ontology that say who is what in the organisation; objectives go with them."""
+DONE = "jobDone"
+"""Attribute that says what came of the work, not who does it."""
+OBJECTIVES = "objective"
+"""How the names of attributes begin by which a role is given an objective."""
 
 
 class Content(Enum):
@@ -24,16 +28,20 @@ class Content(Enum):
     OBSERVATIONS = "observations"
 
 
-def content_of(attribute: Attribute, declaration: Declaration) -> Content:
+def content_of(attribute: Attribute, messages: Collection[str]) -> Content:
     """What a fact of an attribute is.
 
     Assignments give and leave roles, objectives and missions. Claims are all else that the strategy declares to state:
     bids, announcements, the state of its work. Status is what else counts with its newest value alone, as positions do.
     The rest are observations: the mission's own facts, such as a map or a job that is done.
+
+    Args:
+        attribute: of the fact.
+        messages: names of the attributes by which vehicles organise themselves, see ``Declaration.messages``.
     """
-    if attribute.name in ASSIGNING or attribute.name.startswith(OBJECTIVE):
+    if attribute.name in ASSIGNING or attribute.name.startswith(OBJECTIVES):
         return Content.ASSIGNMENTS
-    if attribute.name in declaration.messages and attribute.name != JOB_DONE:
+    if attribute.name in messages and attribute.name != DONE:
         return Content.CLAIMS
     return Content.STATUS if attribute.latest_only else Content.OBSERVATIONS
 
@@ -46,12 +54,12 @@ class BitCount:
 
     Args:
         tbox: attributes of the facts.
-        declaration: of the strategy.
+        messages: see ``content_of``.
         counts: bits by content so far, added to.
     """
 
-    def __init__(self, tbox: TBox, declaration: Declaration, counts: Counter[Content]) -> None:
-        self._contents = tuple(content_of(attribute, declaration) for attribute in tbox.attributes)
+    def __init__(self, tbox: TBox, messages: Collection[str], counts: Counter[Content]) -> None:
+        self._contents = tuple(content_of(attribute, messages) for attribute in tbox.attributes)
         self._counts = counts
 
     def add(self, sent: Transmission) -> None:

@@ -8,11 +8,25 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import TypeVar
+from typing import Any, Protocol, TypeVar
 
-from remoras.sensor import SensorSettings
 
-Settings = TypeVar("Settings", bound=SensorSettings)
+class Carried(Protocol):
+    """Settings of a sensor on board, as ``remoras.SensorSettings`` has them."""
+
+    @property
+    def name(self) -> str:
+        """Name by which activities switch it on."""
+
+    @property
+    def tells_state(self) -> bool:
+        """True if the vehicle can ask it whether it works."""
+
+    def make(self, data: VehicleData) -> Any:
+        """The sensor of a vehicle, see ``remoras.Sensor``."""
+
+
+Settings = TypeVar("Settings", bound=Carried)
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +67,7 @@ class VehicleData:
     drag_w_per_mps3: float
     transmit_j_per_bit: float
     playable_roles: tuple[str, ...]
-    sensors: tuple[SensorSettings, ...] = ()
+    sensors: tuple[Carried, ...] = ()
     speed_factor: float = 1.0
     transmit_j_per_packet: float = 0.0
 

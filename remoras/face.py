@@ -13,17 +13,20 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from missions.errors import OutputError
-from missions.files import toml_value
+from missions.files import is_named, toml_value
 from missions.runs.results import MemoryResults, Results
 from missions.scenarios import Scenario
 from missions.scenarios import load as load_scenario
 from remoras.swept import Sweep
+from worldmodel import suggestion
 
 if TYPE_CHECKING:
     import matplotlib.figure
     from pandas import DataFrame
 
     import missions.runs.known
+    from missions.figure import Declared
+    from missions.metric import Metric
     from remoras.mission import Mission
     from remoras.strategy import Strategy
     from visualisation.replay import Page
@@ -154,7 +157,7 @@ def sweep(study: str | Path, out: str | Path, jobs: int = 1, strategies: Sequenc
     return Sweep(SweepResults.read(Path(out)))
 
 
-def compare(folder: str | Path, *metrics: str, baseline: str | None = None) -> DataFrame:
+def compare(folder: str | Path, *metrics: str | Metric, baseline: str | None = None) -> DataFrame:
     """Compare the configurations of a sweep; see ``Sweep.compare``."""
     found = open(folder)
     if isinstance(found, Run):
@@ -253,12 +256,17 @@ class Run:
         return mission_of(self.scenario)
 
     def plot(
-        self, kind: str = "trajectories", width_in: float | None = None, at_s: float | None = None, viewer: str = ""
+        self,
+        kind: str | Declared = "trajectories",
+        width_in: float | None = None,
+        at_s: float | None = None,
+        viewer: str = "",
     ) -> matplotlib.figure.Figure:
         """A figure of the run.
 
         Args:
-            kind: of those that ``remoras plot`` knows, or one that the mission has.
+            kind: of those that ``remoras plot`` knows, or one that the mission has; or your own, as ``"mine.py:MINE"``
+                or the object. A layer or a mark is drawn into the trajectories.
             width_in: of the figure; at_s, viewer: of the organisation, when and in whose view. All may be left out.
 
         Returns:
@@ -266,11 +274,43 @@ class Run:
 
         Raises:
             DrawingError: the kind is not known, or the run lacks its tables, that time or that vehicle.
+            PluginError: a figure of your own cannot be had.
         """
+        from missions.scenarios.named import with_figures
+        from visualisation.kinds import KINDS
         from visualisation.runs import Moment, picture
 
-        about = self._mission.figures, self._mission.places, width_in, Moment(at_s, viewer)
-        return picture(self._results, kind, *about).shown()
+        mission = self._mission
+        (asked,), figures = with_figures([kind], mission.figures, KINDS)
+        about = figures, mission.places, width_in, Moment(at_s, viewer)
+        return picture(self._results, asked, *about).shown()
+
+    def metric(self, metric: str | Metric) -> float | None:
+        """The value of a metric in the run, be it in memory or in a folder.
+
+        Args:
+            metric: a field of the summary; or your own, as ``"mine.py:MINE"`` or the object.
+
+        Returns:
+            A number; None where the run has none.
+
+        Raises:
+            OutputError: the summary has no such field.
+            PluginError: a metric of your own cannot be had, or fails.
+        """
+        from missions.metric import Absent
+        from missions.runs.measured import KeptRun, value_of
+        from missions.scenarios.named import metric_given
+
+        if isinstance(metric, str) and not is_named(metric):
+            known = [name for name, value in self.summary.items() if value is None or isinstance(value, float | int)]
+            if metric not in known:
+                raise OutputError(f"metric {metric!r}: allowed are {', '.join(known)}{suggestion(metric, known)}")
+            found = self.summary[metric]
+        else:
+            own = metric_given(metric, "metric")
+            found = value_of(own, KeptRun.of(self._results), metric if isinstance(metric, str) else "")
+        return None if isinstance(found, Absent) else found
 
     def replay(self) -> Page:
         """The page in which the run can be watched; a notebook shows it.

@@ -123,7 +123,7 @@ class Radio:
         self._position = beliefs.model.tbox.attribute_named("position").uid
         self._jumps = Jumps(self._position, top_speeds_mps)
         self._news = _news_attributes(beliefs.model.tbox)
-        self._bits = BitCount(beliefs.model.tbox, declaration, recorder.bits)
+        self._bits = BitCount(beliefs.model.tbox, declaration.messages, recorder.bits)
         self._signalling = {
             beliefs.uid(group.path(role.name)): Signalling(group.name, role.name, role.influences)
             for group in groups

@@ -26,6 +26,7 @@ from typing import Any, Protocol
 
 from exchange.peering.peers import PeerLinks
 from remoras.authority import Authority
+from remoras.contents import DONE, OBJECTIVES
 from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, RoleAssignment
 from remoras.plugins import answer, faults_of
@@ -34,9 +35,9 @@ from remoras.work import Point, Work
 Statable = tuple[str, str, str | float | bool]
 """(subject, attribute, value) of a fact, by names."""
 
-JOB_DONE = "jobDone"
+JOB_DONE = DONE
 """Key of a declaration's messages: a vehicle has done a job; the attributes of the mission's jobs take its place."""
-OBJECTIVE = "objective"
+OBJECTIVE = OBJECTIVES
 """Key of a declaration's messages: a role is given an objective; the mission has an attribute for each kind."""
 INFLUENCE_SIGNAL = "influence signal"
 """Key of a declaration's messages: one signed byte for every role that the sender plays, in every slot."""

@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     import matplotlib.figure
     from pandas import DataFrame
 
+    from missions.metric import Metric
     from missions.sweeps.folder import SweepResults
 
 
@@ -37,15 +38,17 @@ class Sweep:
         found: DataFrame = self._results.runs()
         return found
 
-    def compare(self, *metrics: str, baseline: str | None = None) -> DataFrame:
+    def compare(self, *metrics: str | Metric, baseline: str | None = None) -> DataFrame:
         """One row for each configuration and metric: mean, interval, paired difference to the baseline.
 
         Args:
-            metrics: fields of the summary; those of the study if left out.
+            metrics: fields of the summary; or your own, as ``"mine.py:MINE"`` or the object, which are read of the
+                tables that were kept; those of the study if left out.
             baseline: a strategy or a policy; the study's, or its first, if left out.
 
         Raises:
-            OutputError: nothing has finished, or a name is unknown.
+            OutputError: nothing has finished, a name is unknown, or no tables were kept.
+            PluginError: a metric of your own cannot be had, or fails.
         """
         from dataclasses import asdict
 
@@ -56,13 +59,14 @@ class Sweep:
         return pd.DataFrame([asdict(row) for row in compared(self._results, metrics, baseline)])
 
     def plot(
-        self, kind: str = "overview", metric: str = "mission_time_s", width_in: float | None = None
+        self, kind: str | Metric = "overview", metric: str | Metric = "mission_time_s", width_in: float | None = None
     ) -> matplotlib.figure.Figure:
         """A figure of the sweep.
 
         Args:
-            kind: differences, ranking, trade-off, overview, or a metric by its field or the name of its chart.
-            metric: field of the summary whose differences or ranking are drawn.
+            kind: differences, ranking, trade-off, overview, or a metric by its field or the name of its chart, or your
+                own.
+            metric: field of the summary whose differences or ranking are drawn, or your own, see ``compare``.
             width_in: of the figure; a column or a page of a paper if left out.
 
         Returns:
@@ -74,4 +78,5 @@ class Sweep:
         """
         from visualisation.sweeps import picture
 
-        return picture(self._results, kind, metric, width_in).shown()
+        results, (ranked, asked) = self._results.naming([metric, kind])
+        return picture(results, asked, ranked, width_in).shown()

@@ -3,7 +3,8 @@
     python -m remoras.testing strategy nearest:NEAREST
 
 tries a strategy, a policy, a channel model or, by its scenario, a mission; ``conforms`` does the same in a test. What a
-behaviour, a sensor, a driver or a rule of values has to keep to is checked by ``check_behaviour`` and so on.
+behaviour, a sensor, a driver, a rule of values, a metric or a figure has to keep to is checked by ``check_behaviour``
+and so on.
 
 >>> from remoras.testing import campaign, plan_of
 >>> plan = plan_of("mapping-rendezvous", "cbba", kinds=["links"])  # doctest: +SKIP
@@ -15,6 +16,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from remoras.conformance import check_figure, check_metric
 from remoras.plugin_folders import drop_current_folder, look_in
 from stress.campaign import Report, campaign, judge
 from stress.drawing import Plan, plan_of, schedule_of
@@ -61,6 +63,8 @@ __all__ = [
     "chances",
     "check_behaviour",
     "check_driver",
+    "check_figure",
+    "check_metric",
     "check_mission",
     "check_sensor",
     "check_value",

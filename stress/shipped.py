@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from typing import Any, cast
 
 from missions.errors import ConfigurationError, ConfigurationFault
+from missions.scenarios.named import importable
 from missions.scenarios.parts import mission_class
 from missions.scenarios.scenario import Scenario
-from missions.sweeps.additions import importable
 from remoras.errors import PluginError
 from remoras.plugins import faults_of, named_object
 from stress.follows import Follows

@@ -33,7 +33,7 @@ class Box(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Grid:
+class PanelGrid:
     """Panels of one size in rows.
 
     Args:
@@ -74,7 +74,7 @@ class Grid:
     def boxes(self) -> list[Box]:
         """Where the panels are, row by row.
 
-        >>> Grid(3, 2, 7.0, 0.5, 0.1, 0.2, 2.0, gap_in=0.4, row_gap_in=0.3).boxes[2]
+        >>> PanelGrid(3, 2, 7.0, 0.5, 0.1, 0.2, 2.0, gap_in=0.4, row_gap_in=0.3).boxes[2]
         Box(left_in=0.5, top_in=2.7, width_in=3.0, height_in=2.0)
         """
         row_in = self.top_in + self.body_in + self.row_gap_in
@@ -154,7 +154,7 @@ class Page:
             axes.set_title(title, loc="left", pad=3)
         return axes
 
-    def open_panels(self, grid: Grid, titles: Sequence[str] = ()) -> list[Axes]:
+    def open_panels(self, grid: PanelGrid, titles: Sequence[str] = ()) -> list[Axes]:
         """The panels of a grid, without frame above and on the right; titles get letters and are cut to their panel."""
         panels = []
         for number, box in enumerate(grid.boxes):

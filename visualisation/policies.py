@@ -23,7 +23,7 @@ from visualisation import style, words
 from visualisation.errors import DrawingError, unknown
 from visualisation.files import check_format
 from visualisation.files import write as write_files
-from visualisation.page import Grid, Legend, Page
+from visualisation.page import Legend, Page, PanelGrid
 
 LEFT_IN, GAP_IN, RIGHT_IN, TOP_IN, BODY_IN, AXIS_IN = 0.5, 0.62, 0.1, 0.24, 2.3, 0.4
 LOADED_BODY_IN, ROW_GAP_IN = 1.75, 0.3
@@ -223,7 +223,7 @@ def _panels(rows: Sequence[StudyRow], n_rows: int, body_in: float) -> tuple[Figu
     """A page with two panels in each row, letters above them, and the legend below."""
     entries = tuple(Line2D([], [], **look) for look in _looks(rows).values())
     legend = Legend(entries, style.PAGE_IN, most=LEGEND_COLUMNS)
-    grid = Grid(2 * n_rows, 2, style.PAGE_IN, LEFT_IN, RIGHT_IN, TOP_IN, body_in, GAP_IN, ROW_GAP_IN)
+    grid = PanelGrid(2 * n_rows, 2, style.PAGE_IN, LEFT_IN, RIGHT_IN, TOP_IN, body_in, GAP_IN, ROW_GAP_IN)
     page = Page(style.PAGE_IN, grid.height_in + AXIS_IN + legend.height_in + 0.08)
     panels = page.open_panels(grid, [""] * grid.n)
     page.legend(legend)

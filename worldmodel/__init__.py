@@ -29,7 +29,7 @@ from worldmodel.facts import (
     Observation,
     PropertyValue,
 )
-from worldmodel.fields import Field
+from worldmodel.fields import Field, Value
 from worldmodel.fusion import Estimate, fused
 from worldmodel.history import History
 from worldmodel.knowledge import Knowledge, Reception
@@ -47,7 +47,7 @@ from worldmodel.pruning import prune, tidy
 from worldmodel.snapshot import Row, models_from, rows_of
 from worldmodel.store import Keeping, PruneRule
 from worldmodel.subscriptions import Subscription
-from worldmodel.tbox import TYPE_UID, Attribute, OntologyClass, Source, TBox, Value, ValueKind
+from worldmodel.tbox import TYPE_UID, Attribute, OntologyClass, Source, TBox, ValueKind
 
 __all__ = [
     "EPOCHS",

@@ -6,9 +6,9 @@ from collections.abc import Iterable
 from worldmodel.checks import CheckResult, check_fit, check_form
 from worldmodel.errors import FactError
 from worldmodel.facts import EPOCHS, MOST_ITEMS, STATUS, Block, Change, Merged, PropertyValue
+from worldmodel.fields import Value
 from worldmodel.merge import enter
 from worldmodel.store import Store
-from worldmodel.tbox import Value
 
 _NEVER_S = math.inf
 _new = tuple.__new__  # makes a named tuple of a tuple, in half the time

@@ -4,12 +4,13 @@ from bisect import bisect_right
 from collections.abc import Iterator, Mapping, Sequence
 
 from worldmodel.facts import Block, Instance, Lacking, Observation, PropertyValue
+from worldmodel.fields import Value
 from worldmodel.history import History
 from worldmodel.holdings import Holdings
 from worldmodel.index import Entry, observation_of, time_of
 from worldmodel.reasoning import Inference
 from worldmodel.subscriptions import Subscription, Subscriptions
-from worldmodel.tbox import TYPE_UID, TBox, Value
+from worldmodel.tbox import TYPE_UID, TBox
 
 
 class Answers(Holdings):

@@ -14,10 +14,33 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Protocol
 
-if TYPE_CHECKING:
-    from worldmodel.tbox import Attribute, OntologyClass, Value
+from worldmodel.fields import Value
+
+
+class Classified(Protocol):
+    """What rules need of a class: ``worldmodel.OntologyClass``."""
+
+    @property
+    def uid(self) -> int:
+        """Its place among the classes."""
+
+    @property
+    def parents(self) -> tuple[int, ...]:
+        """Uids of its direct superclasses."""
+
+
+class Linking(Protocol):
+    """What rules need of an attribute: ``worldmodel.Attribute``."""
+
+    @property
+    def domain(self) -> int:
+        """The class that has it."""
+
+    @property
+    def range_class(self) -> int | None:
+        """The class that a link points to; None if it is no link."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +97,7 @@ class Rules:
         heeded: attributes of which a value may lead to a conclusion.
     """
 
-    def __init__(self, classes: Sequence[OntologyClass], attributes: Sequence[Attribute], axioms: Axioms) -> None:
+    def __init__(self, classes: Sequence[Classified], attributes: Sequence[Linking], axioms: Axioms) -> None:
         self.n_classes = len(classes)
         self.entailed, self.sources, self.transitive = _links(len(attributes), axioms)
         sufficient = [each for each in axioms.definitions if each.is_sufficient]
@@ -116,7 +139,7 @@ class Rules:
         return mask
 
     def _saturated(
-        self, classes: Sequence[OntologyClass], attributes: Sequence[Attribute], axioms: Axioms
+        self, classes: Sequence[Classified], attributes: Sequence[Linking], axioms: Axioms
     ) -> tuple[int, ...]:
         """Return ``superclasses``: what is told, and what follows from what is necessary, until nothing new does."""
         masks = [1 << c.uid | sum(1 << parent for parent in c.parents) for c in classes]
@@ -138,7 +161,7 @@ class Rules:
                 masks[uid] = self._close(masks[uid], masks)
         return tuple(masks)
 
-    def _met_by(self, asked: Condition, masks: Sequence[int], attributes: Sequence[Attribute]) -> int:
+    def _met_by(self, asked: Condition, masks: Sequence[int], attributes: Sequence[Linking]) -> int:
         """Return the conditions that are met wherever ``asked`` is."""
         if asked.filler is None:
             return self._bits.get(asked, 0)

@@ -13,8 +13,8 @@ from decimal import Decimal
 from fractions import Fraction
 from typing import cast
 
-from worldmodel.fields import Field
-from worldmodel.tbox import Attribute, Value
+from worldmodel.fields import Field, Value
+from worldmodel.tbox import Attribute
 
 
 def coarse_fields(fields: Sequence[Field], stated: Sequence[object]) -> tuple[Field, ...]:

@@ -24,7 +24,8 @@ from rdflib.collection import Collection
 from rdflib.term import Node
 
 from worldmodel.axioms import Axioms, Condition, Definition, Rules
-from worldmodel.tbox import Attribute, OntologyClass, Value, ValueKind, closure
+from worldmodel.fields import Value
+from worldmodel.tbox import Attribute, OntologyClass, ValueKind, closure
 
 DEFINING = {RDFS.subClassOf, RDFS.subPropertyOf, OWL.equivalentClass, OWL.inverseOf}
 """Predicates that define the class or attribute that is their subject."""

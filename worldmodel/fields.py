@@ -10,6 +10,9 @@ import math
 from dataclasses import dataclass, field
 from fractions import Fraction
 
+Value = float | int | bool | str | tuple[float, float]
+"""TYPE: class uid. NUMBER: float. POINT: (east, north). BOOLEAN: bool. SYMBOL: index. TEXT: str. LINK: instance uid."""
+
 # Above 2**50 steps the rounding error of a double reaches the step, and an index would not survive the way to a
 # value and back.
 _MOST_STEPS = 2**50

@@ -28,7 +28,8 @@ from typing import NamedTuple, cast
 
 from worldmodel.errors import FactError
 from worldmodel.facts import Observation
-from worldmodel.tbox import MEASURED, Attribute, Value, ValueKind
+from worldmodel.fields import Value
+from worldmodel.tbox import MEASURED, Attribute, ValueKind
 
 
 class Estimate(NamedTuple):

@@ -17,8 +17,9 @@ from typing import NamedTuple, Protocol
 from worldmodel.axioms import Condition
 from worldmodel.errors import FactError
 from worldmodel.facts import Instance, PropertyValue
+from worldmodel.fields import Value
 from worldmodel.links import Links, Slot
-from worldmodel.tbox import TYPE_UID, TBox, Value, ValueKind
+from worldmodel.tbox import TYPE_UID, TBox, ValueKind
 
 
 class Seen(Protocol):

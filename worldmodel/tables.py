@@ -22,7 +22,7 @@ MOST_SHARED = 1 << 16
 NO_CLASS = -1
 
 
-class Row(NamedTuple):
+class AttributeRow(NamedTuple):
     """One attribute: how its values are stored, and the classes that it asks of subject and target."""
 
     quantise: Quantise
@@ -36,7 +36,7 @@ class Tables:
     def __init__(self, tbox: TBox) -> None:
         self._tbox = tbox
         self.rows = {
-            attribute.uid: Row(
+            attribute.uid: AttributeRow(
                 _quantiser(attribute),
                 attribute.domain,
                 NO_CLASS if attribute.range_class is None else attribute.range_class,

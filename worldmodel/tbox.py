@@ -17,11 +17,8 @@ from enum import Enum
 
 from worldmodel.axioms import NO_AXIOMS, Axioms, Rules
 from worldmodel.errors import unknown_name
-from worldmodel.fields import Field
+from worldmodel.fields import Field, Value
 from worldmodel.texts import bytes_of, text_of
-
-Value = float | int | bool | str | tuple[float, float]
-"""TYPE: class uid. NUMBER: float. POINT: (east, north). BOOLEAN: bool. SYMBOL: index. TEXT: str. LINK: instance uid."""
 
 TYPE_UID = 0
 """The uid of the built-in attribute ``type``."""

@@ -13,7 +13,7 @@ import numpy as np
 from exchange.arithmetic import distance
 from missions.arrows.bayes import entropy
 from missions.arrows.chart import Chart
-from missions.arrows.choosing import Choosing, Track, Way
+from missions.arrows.choosing import Choosing, Trail, Way
 from missions.arrows.contact import Leash, Reach
 from missions.arrows.detectors import ANOMALY, shown_of
 from missions.arrows.grid import summed
@@ -79,7 +79,7 @@ class Searching(Behaviour):
     ) -> None:
         self._chart, self._choosing, self._reach = chart, choosing, reach
         self._leash, self._others, self._held = Leash(reach), others, Held(others)
-        self._track = Track(choosing, chart.grid)
+        self._track = Trail(choosing, chart.grid)
         self._data, self._until_s = data, until_s
         self._target_m: Point | None = None
         self._chosen_s = -math.inf
@@ -184,7 +184,7 @@ class Directing(Behaviour):
     ) -> None:
         self._chart, self._choosing, self._until_s = chart, choosing, until_s
         self._leashes = {name: Leash(reach) for name in choosing}
-        self._tracks = {name: Track(of, chart.grid) for name, of in choosing.items()}
+        self._tracks = {name: Trail(of, chart.grid) for name, of in choosing.items()}
         self._starts_m = starts_m
         self._ordered: dict[str, tuple[Point, float]] = {}
         self._awake_s = 0.0

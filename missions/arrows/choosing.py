@@ -38,7 +38,7 @@ def beside(grid: Grid, way: Way) -> Array:
     return np.asarray(np.sqrt(off_x * off_x + off_y * off_y))
 
 
-class Track:
+class Trail:
     """Where a vehicle has been lately: what it has just looked at, whether it has told so or not.
 
     Args:
@@ -78,7 +78,7 @@ class Choosing:
     repulsion: float
     repulsion_m: float
 
-    def information(self, chart: Chart, held: Sequence[Way], track: Track, now_s: float) -> dict[int, Array]:
+    def information(self, chart: Chart, held: Sequence[Way], track: Trail, now_s: float) -> dict[int, Array]:
         """What a look of each detector at each cell may tell (bits) that nobody else is about to find out.
 
         Args:
@@ -96,7 +96,7 @@ class Choosing:
         }
 
     def choose(
-        self, chart: Chart, held: Sequence[Way], track: Track, at_m: Point, leash: Leash, now_s: float
+        self, chart: Chart, held: Sequence[Way], track: Trail, at_m: Point, leash: Leash, now_s: float
     ) -> Point | None:
         """The best point to go to; None if there is none to which it may go.
 

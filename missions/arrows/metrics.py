@@ -4,35 +4,41 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Protocol, cast
 
 from missions.arrows.detectors import CONTACTS
 from missions.arrows.scenario import NOTHING, SITES, UNKNOWN
 from missions.arrows.truth import FLEET_MAPS, IDENTIFIED
-from missions.metric import NOT_APPLICABLE, Absent, Better, Metric
+from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
 
 if TYPE_CHECKING:
-    from missions.arrows.mission import ArrowsMission
     from missions.arrows.scenario import ArrowsScenario
     from missions.arrows.seafloor import Seafloor
-    from missions.runs.run import Run
 
 SILENCE_S = 60.0
 """Who has heard nobody for longer than this is out of contact."""
 
 
-def search_s_of(run: Run) -> float:
+class Searching(Protocol):
+    """What metrics ask of the mission itself."""
+
+    @property
+    def searchers(self) -> tuple[str, ...]:
+        """Vehicles with a detector that sweeps."""
+
+
+def search_s_of(run: MeasuredRun) -> float:
     """When the search was to end."""
     return cast("ArrowsScenario", run.scenario).mission.search_s
 
 
-def sites_of(run: Run) -> set[int]:
+def sites_of(run: MeasuredRun) -> set[int]:
     """Cells in which a site really lies."""
-    seafloor: Seafloor = cast("ArrowsMission", run.mission).world(run.seed)
+    seafloor: Seafloor = run.mission.world(run.seed)
     return {cell for cell, thing in seafloor.things.items() if thing.name in SITES}
 
 
-def found_at_s(run: Run) -> dict[int, float]:
+def found_at_s(run: MeasuredRun) -> dict[int, float]:
     """When a detector first took notice of each site, by its cell."""
     first: dict[int, float] = {}
     for time_s, _, _, cell, kind, _, _ in run.recorder.rows(CONTACTS.name):
@@ -41,10 +47,10 @@ def found_at_s(run: Run) -> dict[int, float]:
     return first
 
 
-def identified_at_s(run: Run) -> dict[int, float]:
+def identified_at_s(run: MeasuredRun) -> dict[int, float]:
     """When each site was first taken for what it is, by its cell."""
-    grid, first = cast("ArrowsMission", run.mission).grid, dict[int, float]()
-    things = cast("ArrowsMission", run.mission).world(run.seed).things
+    seafloor: Seafloor = run.mission.world(run.seed)
+    grid, things, first = seafloor.grid, seafloor.things, dict[int, float]()
     for time_s, _, _, identity, _, kind, x_m, y_m in run.recorder.rows(IDENTIFIED.name):
         if identity != kind or kind not in SITES:
             continue
@@ -62,19 +68,19 @@ def _squared_m(one: tuple[float, float], other: tuple[float, float]) -> float:
     return dx_m * dx_m + dy_m * dy_m
 
 
-def found_fraction(run: Run) -> float | Absent:
+def found_fraction(run: MeasuredRun) -> float | Absent:
     """Share of the sites that a detector took notice of."""
     sites = sites_of(run)
     return len(found_at_s(run)) / len(sites) if sites else NOT_APPLICABLE
 
 
-def identified_fraction(run: Run) -> float | Absent:
+def identified_fraction(run: MeasuredRun) -> float | Absent:
     """Share of the sites that were found and rightly identified."""
     sites = sites_of(run)
     return len(identified_at_s(run)) / len(sites) if sites else NOT_APPLICABLE
 
 
-def mean_s(run: Run, at_s: dict[int, float]) -> float | Absent:
+def mean_s(run: MeasuredRun, at_s: dict[int, float]) -> float | Absent:
     """Mean time of sites, in which those that were never found count with the end of the search."""
     sites, until_s = sites_of(run), search_s_of(run)
     if not sites:
@@ -82,33 +88,33 @@ def mean_s(run: Run, at_s: dict[int, float]) -> float | Absent:
     return math.fsum(min(until_s, at_s.get(cell, until_s)) for cell in sorted(sites)) / len(sites)
 
 
-def n_mistaken(run: Run) -> int:
+def n_mistaken(run: MeasuredRun) -> int:
     """Anomalies that were taken for what they are not."""
     return sum(row[3] not in (row[5], UNKNOWN) for row in run.recorder.rows(IDENTIFIED.name))
 
 
-def n_false_alarms(run: Run) -> int:
+def n_false_alarms(run: MeasuredRun) -> int:
     """Looks that gave a contact where nothing lies."""
     return sum(row[4] == NOTHING for row in run.recorder.rows(CONTACTS.name))
 
 
-def told_bits(run: Run) -> float:
+def told_bits(run: MeasuredRun) -> float:
     """What all looks have told by the end: divergence of the map of all from the prior."""
     rows = run.recorder.rows(FLEET_MAPS.name)
     return float(rows[-1][1]) if rows else 0.0
 
 
-def apart_bits(run: Run) -> float:
+def apart_bits(run: MeasuredRun) -> float:
     """How far the maps of the vehicles were from each other, in the mean over the search."""
     until_s = search_s_of(run)
     apart = [row[2] for row in run.recorder.rows(FLEET_MAPS.name) if row[0] <= until_s]
     return math.fsum(apart) / len(apart) if apart else 0.0
 
 
-def told_per_km(run: Run) -> float | Absent:
+def told_per_km(run: MeasuredRun) -> float | Absent:
     """What all looks have told, for each kilometre that searchers went."""
-    searchers, last, way_m = set(cast("ArrowsMission", run.mission).searchers), dict[str, tuple[float, float]](), 0.0
-    for _, vehicle, x_m, y_m, *_ in run.recorder.trajectories:
+    searchers, last, way_m = set(cast(Searching, run.mission).searchers), dict[str, tuple[float, float]](), 0.0
+    for _, vehicle, x_m, y_m, *_ in run.recorder.rows("trajectories"):
         if vehicle in searchers:
             if vehicle in last:
                 way_m += math.sqrt(_squared_m(last[vehicle], (x_m, y_m)))
@@ -118,14 +124,14 @@ def told_per_km(run: Run) -> float | Absent:
     return 1000.0 * told_bits(run) / float(way_m)
 
 
-def alone_of(run: Run) -> dict[str, tuple[float, float]]:
+def alone_of(run: MeasuredRun) -> dict[str, tuple[float, float]]:
     """Of each searcher: how long it was out of contact in all, and at a stretch (s).
 
     That is until the search ended, or until it spoke last, for a lost vehicle hears nobody.
     """
-    heard: dict[str, list[float]] = {name: [0.0] for name in cast("ArrowsMission", run.mission).searchers}
+    heard: dict[str, list[float]] = {name: [0.0] for name in cast(Searching, run.mission).searchers}
     last_s = dict.fromkeys(heard, 0.0)
-    for row in run.recorder.packets:
+    for row in run.recorder.rows("packets"):
         if row[2] in heard:
             last_s[row[2]] = row[8]
         for vehicle in row[6]:
@@ -141,13 +147,13 @@ def alone_of(run: Run) -> dict[str, tuple[float, float]]:
     return found
 
 
-def alone_fraction(run: Run) -> float | Absent:
+def alone_fraction(run: MeasuredRun) -> float | Absent:
     """Share of the search in which a searcher had heard nobody for a minute, in the mean."""
     of, until_s = alone_of(run), min(search_s_of(run), run.end_s)
     return math.fsum(whole_s for whole_s, _ in of.values()) / (len(of) * until_s) if of and until_s else NOT_APPLICABLE
 
 
-def longest_alone_s(run: Run) -> float | Absent:
+def longest_alone_s(run: MeasuredRun) -> float | Absent:
     """The longest time at a stretch in which a searcher was out of contact."""
     return max((longest_s for _, longest_s in alone_of(run).values()), default=0.0)
 

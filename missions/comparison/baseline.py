@@ -31,28 +31,33 @@ from missions.comparison.treatments import (
     treatments_of,
     values_of,
 )
-from missions.metric import MetricRecord
+from missions.metric import Metric, MetricRecord
 from missions.statistics import Interval, holm, restricted_mean_time, wilson_interval
 from missions.sweeps.folder import SweepResults
 
 
-def compare(results: SweepResults, metrics: Sequence[str] = (), baseline: str | None = None) -> list[Comparison]:
+def compare(
+    results: SweepResults, metrics: Sequence[str | Metric] = (), baseline: str | None = None
+) -> list[Comparison]:
     """Compare the treatments of a sweep, finished or not.
 
     Args:
         results: see ``SweepResults.read``.
-        metrics: fields of the summary; those of the study if empty.
+        metrics: fields of the summary; or a user's own, ``package.module:object``, ``file.py:object`` or the objects,
+            which are read of the tables that were kept; those of the study if empty.
         baseline: a strategy or a policy; that of the study, or its first strategy or policy, if left out.
 
     Returns:
         Metric by metric a row for each treatment that has values.
 
     Raises:
-        OutputError: nothing has finished, or a name is unknown.
+        OutputError: nothing has finished, a name is unknown, or no tables were kept.
+        PluginError: a metric of a user's own cannot be had, or fails.
     """
+    results, names = results.naming(metrics)
     treatments = treatments_of(results)
-    metrics = tuple(metrics) or results.compared
-    for metric in metrics:
+    names = tuple(dict.fromkeys(names)) or results.compared
+    for metric in names:
         check_name("--metric", metric, results.metrics)
     design = results.file.study
     strategies = list(dict.fromkeys([*(design.strategies or ()), *(one.strategy for one in treatments)]))
@@ -64,7 +69,7 @@ def compare(results: SweepResults, metrics: Sequence[str] = (), baseline: str | 
     declared = results.metrics
     columns = columns_of(treatments, declared[SUCCESS], declared[SUCCESS], results.bounds)
     behind = frozenset(treatment for column in columns for treatment in of_less_success(column))
-    return [row for metric in metrics for row in _rows(treatments, declared, metric, baseline, by_strategy, behind)]
+    return [row for metric in names for row in _rows(treatments, declared, metric, baseline, by_strategy, behind)]
 
 
 def _rows(

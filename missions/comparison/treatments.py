@@ -50,7 +50,7 @@ class Treatment:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class RunOutcome:
     """How one run ended.
 
     Args:
@@ -71,11 +71,11 @@ class Outcome:
         return not self.failed and bool(self.summary["completed"])
 
 
-Outcomes = Mapping[int, Outcome]
+Outcomes = Mapping[int, RunOutcome]
 """Outcomes of the runs of a treatment by repeat."""
 
 
-def treatments_of(results: SweepResults) -> dict[Treatment, dict[int, Outcome]]:
+def treatments_of(results: SweepResults) -> dict[Treatment, dict[int, RunOutcome]]:
     """Outcomes of the runs by treatment and repeat, in a fixed order; failed runs are among them.
 
     Repeats of a run in which nothing was drawn are one run: of these there is the first alone.
@@ -91,18 +91,19 @@ def treatments_of(results: SweepResults) -> dict[Treatment, dict[int, Outcome]]:
     if not found:
         raise OutputError(f"{results.folder}: no run has finished yet, there is nothing to compare")
     in_order = sorted(found, key=lambda one: (place.get(one.unforeseen, len(place)), *_in_order(one)))
-    return {treatment: _distinct(dict(sorted(found[treatment].items()))) for treatment in in_order}
+    of_sample = {metric.name for metric in results.measured.values()}
+    return {treatment: _distinct(dict(sorted(found[treatment].items())), of_sample) for treatment in in_order}
 
 
-def _distinct(runs: dict[int, Outcome]) -> dict[int, Outcome]:
-    """The runs, or the first of them if they are one run."""
-    if not is_one_run(runs):
+def _distinct(runs: dict[int, RunOutcome], of_sample: Collection[str]) -> dict[int, RunOutcome]:
+    """The runs, or the first of them if they are one run; fields ``of_sample`` do not tell runs apart."""
+    if not is_one_run(runs, of_sample):
         return runs
     first = next(iter(runs))
     return {first: replace(runs[first], constant=True)}
 
 
-def is_one_run(runs: Outcomes) -> bool:
+def is_one_run(runs: Outcomes, of_sample: Collection[str] = ()) -> bool:
     """True if repeats of a treatment are one run, made again: n counts what was drawn.
 
     A run says whether anything was drawn in it. If nothing was, no seed can change it. Where the run cannot say it,
@@ -116,20 +117,20 @@ def is_one_run(runs: Outcomes) -> bool:
         return False
     if "unsaid" in said and any(run.summary["per"] > 0.0 for run in runs.values()):
         return False
-    first, *others = (outcome(run.summary) for run in runs.values())
+    first, *others = (outcome(run.summary, of_sample) for run in runs.values())
     return all(other == first for other in others)
 
 
-def _grouped(lines: Iterable[Line], left_out: Collection[str]) -> dict[Treatment, dict[int, Outcome]]:
+def _grouped(lines: Iterable[Line], left_out: Collection[str]) -> dict[Treatment, dict[int, RunOutcome]]:
     """Outcomes by treatment and repeat; ``left_out`` are keys of settings that do not tell treatments apart."""
-    found: dict[Treatment, dict[int, Outcome]] = {}
+    found: dict[Treatment, dict[int, RunOutcome]] = {}
     for line in lines:
         summary = line["summary"]
         settings = tuple((key, str(value)) for key, value in sorted(line["settings"].items()) if key not in left_out)
         scenario, strategy, policy, channel, per = (summary[key] for key in FIELDS)
         case = line["settings"].get(UNFORESEEN, "")
         treatment = Treatment(scenario, strategy, policy, channel, per, settings, case)
-        outcome = Outcome(summary, line["status"] != DONE, line.get("duration_s"))
+        outcome = RunOutcome(summary, line["status"] != DONE, line.get("duration_s"))
         found.setdefault(treatment, {})[line["repeat"]] = outcome
     return found
 
@@ -212,11 +213,11 @@ def measured(runs: Outcomes, metric: MetricRecord) -> Measured:
     return Measured(values, reached, horizon, constant)
 
 
-def _has_reached(run: Outcome, metric: MetricRecord) -> bool:
+def _has_reached(run: RunOutcome, metric: MetricRecord) -> bool:
     return run.completed if metric.name == MISSION_TIME else run.summary.get(metric.name) is not None
 
 
-def _duration_s(run: Outcome, runs: Outcomes) -> float | None:
+def _duration_s(run: RunOutcome, runs: Outcomes) -> float | None:
     """Longest mission time of a run; where the folder does not say it, that of those that did not complete."""
     if run.duration_s is not None:
         return run.duration_s

@@ -18,7 +18,7 @@ from exchange.queueing.reasons import Expired
 from missions.errors import ConfigurationFault
 from missions.feature import Feature, Joining
 from missions.files import shown
-from missions.metric import NOT_APPLICABLE, Absent, Better, Metric
+from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
 from missions.scenarios.ontologies import TABLE, TEXTS, words_of
 from missions.scenarios.tables import (
     NotNegative,
@@ -54,7 +54,6 @@ from worldmodel import (
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from missions.runs.run import Run
     from missions.scenarios.scenario import Scenario
     from remoras.beliefs import Beliefs
     from remoras.beliefs import Fact as Named
@@ -400,7 +399,7 @@ def _idle_term_faults(raw: Raw, key: str, table: Raw) -> Iterator[ConfigurationF
 # What becomes of them in a run ---------------------------------------------------------------------
 
 
-def n_expired(run: Run) -> int | Absent:
+def n_expired(run: MeasuredRun) -> int | Absent:
     """How often a vehicle let go of an item or status that was too old or had no room; only if a need says how."""
     tables: tuple[NeedTable, ...] = run.scenario.of_feature(KEY)
     if not any(one.ttl_s is not None or one.queue_limit is not None for one in tables):

@@ -28,7 +28,7 @@ from pydantic import Field
 
 from missions.errors import ConfigurationFault
 from missions.feature import Feature, Joining
-from missions.metric import NOT_APPLICABLE, Absent, Better, Metric
+from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
 from missions.scenarios.ontologies import words_of
 from missions.scenarios.tables import Positive, Raw, Section, entries, names_of, one_of
 from remoras.activities import Objective
@@ -39,7 +39,6 @@ from remoras.work import Job
 from worldmodel import OntologyError
 
 if TYPE_CHECKING:
-    from missions.runs.run import Run
     from missions.scenarios.scenario import Scenario
     from remoras.mission import Mission
     from remoras.vehicle import Vehicle
@@ -194,7 +193,7 @@ def _objectives(raw: Raw, mission: type[Mission]) -> list[str]:
     return sorted(name.removeprefix(PREFIX) for name in names)
 
 
-def n_violated_obligations(run: Run) -> int | Absent:
+def n_violated_obligations(run: MeasuredRun) -> int | Absent:
     """Obligations that no head knew to be fulfilled in time by the end of the run, though their deadline was over.
 
     What was reached late, or never judged for want of a head, counts. It does not apply without obligations.

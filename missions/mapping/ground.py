@@ -32,7 +32,7 @@ T = TypeVar("T")
 TOLERANCE_M = 1e-6
 
 
-class Row(NamedTuple):
+class SurveyRow(NamedTuple):
     """A row of a survey.
 
     Attributes:
@@ -149,9 +149,9 @@ class Survey:
             if (number := self._nearest(index, ends)) is not None:
                 line = ground.cells[index][1 - self._axis]
                 lines[number][line] = lines[number].get(line, 0) | 1 << index
-        self.rows: list[Row] = []
+        self.rows: list[SurveyRow] = []
         for of_row, of_lines in zip(ends, lines, strict=True):
-            self.rows.append(Row(of_row, sum(of_lines.values()), tuple(of_lines.values())))
+            self.rows.append(SurveyRow(of_row, sum(of_lines.values()), tuple(of_lines.values())))
             self._lengthen(len(self.rows) - 1)
         self.reach = sum(row.cells for row in self.rows)
         """Bits of the cells that the rows cover."""

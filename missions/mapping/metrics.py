@@ -7,33 +7,32 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, cast
 
 from missions.mapping.truth import GOAL
-from missions.metric import NOT_APPLICABLE, Absent, Better, Metric
+from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
 from missions.scenarios.scenario import Scenario
 
 if TYPE_CHECKING:
     from missions.mapping.scenario import MappingScenario
-    from missions.runs.run import Run
     from remoras.mission import Milestone
 
 SHARES = (50, 80, 95, 100)
 """Shares of the goal (%) whose times are measured."""
 
 
-def _n_cells(run: Run) -> int:
+def _n_cells(run: MeasuredRun) -> int:
     return len(run.mission.world(run.seed).cells)
 
 
-def _mapped(run: Run) -> set[tuple[int, int]]:
+def _mapped(run: MeasuredRun) -> set[tuple[int, int]]:
     return {(row[2], row[3]) for row in run.recorder.rows("coverage")}
 
 
-def coverage_fraction(run: Run) -> float:
+def coverage_fraction(run: MeasuredRun) -> float:
     """Share of the cells of all areas that somebody mapped; 0 without areas."""
     n_cells = _n_cells(run)
     return len(_mapped(run)) / n_cells if n_cells else 0.0
 
 
-def believed_fraction(run: Run) -> float | Absent:
+def believed_fraction(run: MeasuredRun) -> float | Absent:
     """Share of the cells that the vehicles take for mapped, all together; it applies where they err about their place.
 
     What is surely mapped counts alone, so it is not greater than ``coverage_fraction``.
@@ -41,13 +40,13 @@ def believed_fraction(run: Run) -> float | Absent:
     n_cells = _n_cells(run)
     if not run.scenario.navigation.errs or not n_cells:
         return NOT_APPLICABLE
-    return len({(row[4], row[6]) for row in run.recorder.items if row[5] == "mappedCell"}) / n_cells
+    return len({(row[4], row[6]) for row in run.recorder.rows("items") if row[5] == "mappedCell"}) / n_cells
 
 
-def time_to_s(share: float) -> Callable[[Run], float | None]:
+def time_to_s(share: float) -> Callable[[MeasuredRun], float | None]:
     """A metric: when that share (0..1) of the goal had been reached on the ground; None if it never was."""
 
-    def reached_s(run: Run) -> float | None:
+    def reached_s(run: MeasuredRun) -> float | None:
         reached = (time_s for time_s, fraction in run.recorder.rows(GOAL.name) if fraction >= share - 1e-9)
         first_s = next(reached, None)
         return None if first_s is None else round(first_s, 4)
@@ -55,7 +54,7 @@ def time_to_s(share: float) -> Callable[[Run], float | None]:
     return reached_s
 
 
-def duplicate_fraction(run: Run) -> float:
+def duplicate_fraction(run: MeasuredRun) -> float:
     """Share of the mapping that was done again by another vehicle."""
     rows = run.recorder.rows("coverage")
     return 1.0 - len(_mapped(run)) / len(rows) if rows else 0.0
@@ -67,7 +66,7 @@ def area_roles(scenario: Scenario) -> set[tuple[str, str]]:
     return {(group.name, role.name) for group in scenario.group for role in group.role if role.job in areas}
 
 
-def least_mapped_fraction(run: Run) -> float | None:
+def least_mapped_fraction(run: MeasuredRun) -> float | None:
     """Utility of the worst vehicle: the smallest share of the mapped cells that was first mapped by one vehicle.
 
     Over the vehicles that held a role with an area at any time. With n of them it is 1/n if they shared the work
@@ -78,12 +77,12 @@ def least_mapped_fraction(run: Run) -> float | None:
     first: dict[tuple[int, int], str] = {}
     for _, vehicle, x, y in recorder.rows("coverage"):
         first.setdefault((x, y), vehicle)
-    holders = {vehicle for _, vehicle, group, role, event in recorder.roles if (group, role) in roles}
+    holders = {vehicle for _, vehicle, group, role, event in recorder.rows("roles") if (group, role) in roles}
     counts = Counter(first.values())
     return min(counts[vehicle] for vehicle in holders) / len(first) if holders and first else None
 
 
-def finds_inspected_fraction(run: Run) -> float | Absent:
+def finds_inspected_fraction(run: MeasuredRun) -> float | Absent:
     """Share of the features that were found and really inspected; not applicable where there are none."""
     finds = cast("MappingScenario", run.scenario).finds
     if finds is None or not finds.number:
@@ -91,11 +90,11 @@ def finds_inspected_fraction(run: Run) -> float | Absent:
     return sum(milestone.name == "inspected" for milestone in run.milestones) / finds.number
 
 
-def _first_given_up(run: Run) -> Milestone | None:
+def _first_given_up(run: MeasuredRun) -> Milestone | None:
     return next((milestone for milestone in run.milestones if milestone.name == "mapping_stopped"), None)
 
 
-def given_up_s(run: Run) -> float | Absent:
+def given_up_s(run: MeasuredRun) -> float | Absent:
     """When the first vehicle turned away for good from an area that was not finished."""
     stopped = _first_given_up(run)
     return NOT_APPLICABLE if stopped is None else round(stopped.time_s, 4)
@@ -105,7 +104,7 @@ AT_ONCE_S = 1e-3
 """Vehicles end a round some microseconds one after another; what all see counts from the last of them on."""
 
 
-def left_when_given_up(run: Run) -> float | Absent:
+def left_when_given_up(run: MeasuredRun) -> float | Absent:
     """Share of its area that nobody had covered when the first vehicle gave up; of several the greatest share."""
     stopped = _first_given_up(run)
     if stopped is None:
@@ -113,7 +112,7 @@ def left_when_given_up(run: Run) -> float | Absent:
     recorder = run.recorder
     jobs = {(group.name, role.name): role.job for group in run.scenario.group for role in group.role}
     held: set[str] = set()
-    for time_s, vehicle, group, role, event in recorder.roles:
+    for time_s, vehicle, group, role, event in recorder.rows("roles"):
         if (
             vehicle != stopped.vehicle
             or time_s >= stopped.time_s - AT_ONCE_S

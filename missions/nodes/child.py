@@ -27,7 +27,7 @@ LOOPBACK = "127.0.0.1"
 
 
 @dataclass(frozen=True, slots=True)
-class Job:
+class NodeJob:
     """What the process of one vehicle is to do.
 
     Attributes:
@@ -47,7 +47,7 @@ class Job:
     folders: Sequence[str] = ()
 
 
-def work(job: Job) -> dict[str, Any]:
+def work(job: NodeJob) -> dict[str, Any]:
     """Be the vehicle of a job until its end; returns its outcome."""
     plan = Plan(**job.plan)
     own = alone(plan)
@@ -67,7 +67,7 @@ def say(value: dict[str, Any]) -> None:
 
 def main() -> None:
     """Do the job that the standard input gives."""
-    job = Job(**json.loads(sys.stdin.readline()))
+    job = NodeJob(**json.loads(sys.stdin.readline()))
     look_in(job.folders)
     try:
         say({"outcome": work(job)})

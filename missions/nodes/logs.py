@@ -42,7 +42,7 @@ class Kind(StrEnum):
     END = "end"
 
 
-class Entry(NamedTuple):
+class LogEntry(NamedTuple):
     """A packet of a log, or the salt of its packets."""
 
     kind: Kind
@@ -78,7 +78,7 @@ class Log:
             raise OutputError(f"{self.path}: cannot be written: {error.strerror}") from None
         self._line({"log": FORMAT, "version": __version__, "plan": plan.as_json()})
 
-    def write(self, entry: Entry) -> None:
+    def write(self, entry: LogEntry) -> None:
         """Add a packet."""
         self._line({"kind": entry.kind, "time_s": entry.time_s, "data": entry.data.hex()})
 
@@ -106,7 +106,7 @@ class Logged:
     """
 
     plan: Plan
-    entries: tuple[Entry, ...]
+    entries: tuple[LogEntry, ...]
     state_hash: str | None
 
 
@@ -121,7 +121,7 @@ def read_log(path: Path) -> Logged:
     if not lines:
         raise _no_log(path, 1, unfinished)
     plan = _plan(path, lines[0])
-    entries: list[Entry] = []
+    entries: list[LogEntry] = []
     state_hash = None
     for number, line in enumerate(lines[1:], start=2):
         try:
@@ -132,7 +132,7 @@ def read_log(path: Path) -> Logged:
             if kind is Kind.END:
                 state_hash = str(value["state_hash"])
             else:
-                entries.append(Entry(kind, time_s, bytes.fromhex(value["data"])))
+                entries.append(LogEntry(kind, time_s, bytes.fromhex(value["data"])))
         except (ValueError, TypeError, KeyError):
             raise _no_log(path, number, line) from None
     return Logged(plan, tuple(entries), state_hash)
@@ -192,7 +192,7 @@ def play(log: Logged) -> Played:
     return Played(plan.vehicle, len(logged), len(heard), state_hash, difference)
 
 
-def _differences(logged: list[Entry], said: list[Sent]) -> Iterator[str]:
+def _differences(logged: list[LogEntry], said: list[Sent]) -> Iterator[str]:
     """Packets that differ, in words."""
     for number, (old, new) in enumerate(zip(logged, said, strict=False), start=1):
         data = new.packet.data

@@ -10,7 +10,7 @@ from exchange.acoustics import loss
 from exchange.drivers import Driver, Heard, Pace
 from exchange.errors import PeerFault
 from missions.nodes.alone import Alone
-from missions.nodes.logs import Entry, Kind, Log
+from missions.nodes.logs import Kind, Log, LogEntry
 from remoras.solo import just_after
 
 DOUBLES = 40
@@ -106,7 +106,7 @@ class Node:
         self._n_doubled = 0
         self._late_s = 0.0
         if log is not None and own.salt is not None:
-            log.write(Entry(Kind.SALT, own.plan.begins_s, own.salt))
+            log.write(LogEntry(Kind.SALT, own.plan.begins_s, own.salt))
 
     @property
     def next_s(self) -> float:
@@ -189,4 +189,4 @@ class Node:
     def _note(self, kind: Kind, time_s: float, data: bytes) -> None:
         self._counts[kind] += 1
         if self._log is not None:
-            self._log.write(Entry(kind, time_s, data))
+            self._log.write(LogEntry(kind, time_s, data))

@@ -16,7 +16,7 @@ from typing import Any
 
 from missions.errors import MissionsError
 from missions.nodes.alone import Plan
-from missions.nodes.child import MODULE, Job
+from missions.nodes.child import MODULE, NodeJob
 from remoras.plugin_folders import SAFE_PATH, plugin_folders
 
 LEAD_S = 0.3
@@ -57,7 +57,7 @@ class Processes:
         jobs: of each, by the name of its vehicle.
     """
 
-    def __init__(self, jobs: dict[str, Job]) -> None:
+    def __init__(self, jobs: dict[str, NodeJob]) -> None:
         self._jobs = jobs
         self._running: dict[str, subprocess.Popen[str]] = {}
         self.ended: dict[str, str] = {}
@@ -174,7 +174,7 @@ def swarm(
     """
     folder = "" if out is None else str(out)
     jobs = {
-        plan.vehicle: Job(
+        plan.vehicle: NodeJob(
             plan.as_json(), first_port and first_port + number, speed, *lost_and_doubled, folder, plugin_folders()
         )
         for number, plan in enumerate(plans)

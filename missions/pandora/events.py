@@ -7,12 +7,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, cast
 
+from missions.metric import MeasuredRun
 from missions.pandora.truth import MET
 from remoras.faults import OVER
 
 if TYPE_CHECKING:
     from missions.pandora.scenario import PandoraScenario
-    from missions.runs.run import Run
 
 FAULTS = {"slow": "thruster", "sensor": "camera dead", "biased": "camera drifts", "drains": "energy"}
 """What is to be diagnosed of vehicles, by kind of fault."""
@@ -53,14 +53,14 @@ class Found:
     finding: str
 
 
-def events_of(run: Run) -> list[Event]:
+def events_of(run: MeasuredRun) -> list[Event]:
     """What befell a run, in the order in which it began."""
     found = [
         Event(kind, part, UPSETS[kind], time_s)
         for time_s, _, part, kind in run.recorder.rows(MET.name)
     ]  # fmt: skip
     begun: dict[tuple[str, str], float] = {}
-    for time_s, vehicle, kind, detail in run.recorder.faults:
+    for time_s, vehicle, kind, detail in run.recorder.rows("faults"):
         if kind not in FAULTS or (kind in ("sensor", "biased") and not detail.startswith((OF_CAMERAS, OVER))):
             continue
         if not detail.startswith(OVER):
@@ -76,14 +76,14 @@ def events_of(run: Run) -> list[Event]:
     return sorted(found, key=lambda event: (event.from_s, event.kind, event.subject))
 
 
-def _last_s(run: Run) -> float:
-    rows = run.recorder.trajectories
+def _last_s(run: MeasuredRun) -> float:
+    rows = run.recorder.rows("trajectories")
     return float(rows[-1][0]) if rows else 0.0
 
 
-def findings_of(run: Run) -> Iterator[Found]:
+def findings_of(run: MeasuredRun) -> Iterator[Found]:
     """What vehicles found, in the order in which they did; that all is well again is none."""
-    for _, origin, _, recorded_s, subject, attribute, value, *_ in run.recorder.items:
+    for _, origin, _, recorded_s, subject, attribute, value, *_ in run.recorder.rows("items"):
         if attribute in ("diagnosis", "anomaly") and value != "sound":
             yield Found(recorded_s, origin, subject, value)
 

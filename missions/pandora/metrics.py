@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING, cast
 
 from exchange.arithmetic import distance
 from missions.meeting.truth import JOBS
-from missions.metric import NOT_APPLICABLE, Absent, Better, Metric
+from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
 from missions.pandora.events import detected_s, events_of, findings_of, is_of
 from missions.pandora.scenario import job_of
 from missions.pandora.truth import SERVICED
 
 if TYPE_CHECKING:
     from missions.pandora.scenario import PandoraScenario
-    from missions.runs.run import Run
 
 REPAIRED = "failed step"
 """Kind of the rows in the table of faults that say that a step failed and the plan goes another way."""
@@ -22,27 +21,27 @@ HOME_M = 25.0
 """A vehicle whose battery is empty nearer to where it started, or to a rally point, is not lost."""
 
 
-def serviced_fraction(run: Run) -> float:
+def serviced_fraction(run: MeasuredRun) -> float:
     """Share of the parts that were really serviced at the end."""
     return run.goal_fraction
 
 
-def n_false_claims(run: Run) -> int:
+def n_false_claims(run: MeasuredRun) -> int:
     """Parts whose vehicle took them for done, or claimed nothing of a failure, though they were not serviced."""
     serviced = {job_of(row[2]) for row in run.recorder.rows(SERVICED.name)}
     failed = {
-        job_of(row[4]) for row in run.recorder.items if row[5] == "outcome" and row[6] == "failed"
+        job_of(row[4]) for row in run.recorder.rows("items") if row[5] == "outcome" and row[6] == "failed"
     }  # fmt: skip
     return len({row[2] for row in run.recorder.rows(JOBS.name)} - serviced - failed)
 
 
-def last_serviced_s(run: Run) -> float | None:
+def last_serviced_s(run: MeasuredRun) -> float | None:
     """When the last of all parts was really serviced; None if some were not."""
     rows = run.recorder.rows(SERVICED.name)
     return float(rows[-1][0]) if rows and run.goal_fraction == 1.0 else None
 
 
-def detected_fraction(run: Run) -> float | Absent:
+def detected_fraction(run: MeasuredRun) -> float | Absent:
     """Share of what befell the run that was found."""
     events, found = events_of(run), list(findings_of(run))
     if not events:
@@ -50,13 +49,13 @@ def detected_fraction(run: Run) -> float | Absent:
     return sum(detected_s(event, found) is not None for event in events) / len(events)
 
 
-def n_missed(run: Run) -> int:
+def n_missed(run: MeasuredRun) -> int:
     """What befell the run and was not found by its end."""
     found = list(findings_of(run))
     return sum(detected_s(event, found) is None for event in events_of(run))
 
 
-def time_to_detect_s(run: Run) -> float | Absent | None:
+def time_to_detect_s(run: MeasuredRun) -> float | Absent | None:
     """Mean time from the begin of what befell the run to its first finding, of what was found."""
     events, found = events_of(run), list(findings_of(run))
     if not events:
@@ -65,22 +64,22 @@ def time_to_detect_s(run: Run) -> float | Absent | None:
     return math.fsum(taken_s) / len(taken_s) if taken_s else None
 
 
-def n_false_alarms(run: Run) -> int:
+def n_false_alarms(run: MeasuredRun) -> int:
     """Findings without a cause."""
     events = events_of(run)
     return sum(not any(is_of(one, event) for event in events) for one in findings_of(run))
 
 
-def n_repairs(run: Run) -> int:
+def n_repairs(run: MeasuredRun) -> int:
     """How often a step failed and a branch of the plan was planned anew."""
-    return sum(row[2] == REPAIRED for row in run.recorder.faults)
+    return sum(row[2] == REPAIRED for row in run.recorder.rows("faults"))
 
 
-def n_lost(run: Run) -> int:
+def n_lost(run: MeasuredRun) -> int:
     """Vehicles whose battery ran out away from where they started and from rally points."""
-    empty = {row[1]: row[0] for row in run.recorder.faults if row[2] == "energy"}
+    empty = {row[1]: row[0] for row in run.recorder.rows("faults") if row[2] == "energy"}
     scenario = cast("PandoraScenario", run.scenario)
-    at_m = {row[1]: (row[2], row[3]) for row in run.recorder.trajectories[-len(scenario.vehicle) :]}
+    at_m = {row[1]: (row[2], row[3]) for row in run.recorder.rows("trajectories")[-len(scenario.vehicle) :]}
     homes_m = [point.position_m for point in scenario.rally_point]
     return sum(
         all(distance(at_m[one.name], home_m) > HOME_M for home_m in (one.start_m, *homes_m))

@@ -8,18 +8,14 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
-from missions.metric import NOT_APPLICABLE, Absent
+from missions.metric import NOT_APPLICABLE, Absent, MeasuredRun
 from missions.scenarios.scenario import Scenario
 from remoras.faults import OVER, FaultKind
 from remoras.separation import SAME_DEPTH_M, TOLERANCE_M
-
-if TYPE_CHECKING:
-    from missions.runs.run import Run
 
 DISABLING = frozenset({FaultKind.LOST, FaultKind.MUTE, FaultKind.DEAF, FaultKind.SENSOR, FaultKind.RESTARTS})
 """Kinds of faults after which others have to take over."""
@@ -27,7 +23,7 @@ ABSENT = frozenset({FaultKind.LOST.value, FaultKind.JOINS.value, FaultKind.RESTA
 """Kinds of rows in ``faults`` from which on a vehicle is in nobody's way, until they are over."""
 
 
-def idle_s(run: Run) -> float | None:
+def idle_s(run: MeasuredRun) -> float | None:
     """Mean time, over the vehicles that are able to do a job, in which a vehicle did none until the mission's end.
 
     A vehicle does a job, or is on the way to it, while the decision of its executive layer serves a role that has one.
@@ -44,23 +40,23 @@ def idle_s(run: Run) -> float | None:
     return round(math.fsum(idle) / len(idle), 4) if idle else None
 
 
-def _first_s(run: Run, kind: FaultKind, over: bool) -> dict[str, float]:
+def _first_s(run: MeasuredRun, kind: FaultKind, over: bool) -> dict[str, float]:
     """When a kind of fault first began, or was over, by vehicle."""
-    found = [(row[1], row[0]) for row in run.recorder.faults if row[2] == kind and (row[3] == OVER) == over]
+    found = [(row[1], row[0]) for row in run.recorder.rows("faults") if row[2] == kind and (row[3] == OVER) == over]
     return dict(reversed(found))
 
 
-def _joined_s(run: Run) -> dict[str, float]:
+def _joined_s(run: MeasuredRun) -> dict[str, float]:
     """When vehicles joined that were not there from the start; infinite for those that never did."""
     away = _first_s(run, FaultKind.JOINS, False)
     return {vehicle: _first_s(run, FaultKind.JOINS, True).get(vehicle, math.inf) for vehicle in away}
 
 
-def _working(run: Run, vehicle: str, work: set[tuple[str, str]], end_s: float) -> Iterator[tuple[float, float]]:
+def _working(run: MeasuredRun, vehicle: str, work: set[tuple[str, str]], end_s: float) -> Iterator[tuple[float, float]]:
     """Spells in which a vehicle's decision served a role with a job, in time order and apart from each other."""
     serving: set[tuple[str, str]] = set()
     since_s = 0.0
-    for time_s, name, group, role, event in run.recorder.roles:
+    for time_s, name, group, role, event in run.recorder.rows("roles"):
         if name != vehicle or (group, role) not in work or event not in ("active", "inactive") or time_s > end_s:
             continue
         before = bool(serving)
@@ -84,25 +80,25 @@ def able_to_work(scenario: Scenario) -> tuple[str, ...]:
     return tuple(vehicle.name for vehicle in scenario.vehicle if not names.isdisjoint(vehicle.playable_roles or ()))
 
 
-def closest_approach_m(run: Run) -> float | None:
+def closest_approach_m(run: MeasuredRun) -> float | None:
     """Least distance of two vehicles in one depth layer; None if no two ever shared one."""
     least_m = _least_distances_m(run)
     return round(min(least_m), 3) if least_m else None
 
 
-def conflicts(run: Run) -> int:
+def conflicts(run: MeasuredRun) -> int:
     """Pairs of vehicles in one depth layer that were ever nearer to each other than the scenario has them come."""
     allowed_m = run.scenario.guidance.separation_m - TOLERANCE_M
     return sum(distance_m < allowed_m for distance_m in _least_distances_m(run))
 
 
-def _least_distances_m(run: Run) -> list[float]:
+def _least_distances_m(run: MeasuredRun) -> list[float]:
     """Least distance of every two vehicles in one depth layer, while both were there.
 
     A vehicle that joins late counts from then on, one that is lost or without energy floats up and counts until then.
     """
     n_vehicles = len(run.scenario.vehicle)
-    rows = run.recorder.trajectories  # all vehicles at every tick, in the order of the scenario
+    rows = run.recorder.rows("trajectories")  # all vehicles at every tick, in the order of the scenario
     n_times = len(rows) // n_vehicles
     depth_m = [vehicle.depth_m for vehicle in run.scenario.vehicle]
     moves = run.scenario.navigation.errs  # so vehicles leave their layers to learn where they are
@@ -127,31 +123,31 @@ def _least_distances_m(run: Run) -> list[float]:
     return [math.sqrt(squared) for squared in least if squared < math.inf]
 
 
-def _present(run: Run, times_s: Sequence[float]) -> npt.NDArray[np.bool_]:
+def _present(run: MeasuredRun, times_s: Sequence[float]) -> npt.NDArray[np.bool_]:
     """Whether each vehicle is in its layer at each of the times: there, running and with energy."""
     names = {vehicle.name: number for number, vehicle in enumerate(run.scenario.vehicle)}
-    changes = [row for row in run.recorder.faults if row[2] in ABSENT]
+    changes = [row for row in run.recorder.rows("faults") if row[2] in ABSENT]
     present = np.ones((len(times_s), len(names)), dtype=bool)
     for at_s, vehicle, _, detail in changes:
         present[np.searchsorted(times_s, at_s) :, names[vehicle]] = detail == OVER
     return present
 
 
-def recovery_time_s(run: Run) -> float | Absent | None:
+def recovery_time_s(run: MeasuredRun) -> float | Absent | None:
     """From the first fault that disables a vehicle until others hold all roles with jobs that it held then.
 
     Roles that nobody took over before the mission completed had no work left, and do not count. None if the mission
     did not complete and such a role was never taken over. It does not apply without such a fault, and where the
     vehicle held no work.
     """
-    first = next((row for row in run.recorder.faults if row[2] in DISABLING and row[3] != OVER), None)
+    first = next((row for row in run.recorder.rows("faults") if row[2] in DISABLING and row[3] != OVER), None)
     if first is None:
         return NOT_APPLICABLE
     at_s, vehicle = first[0], first[1]
     work = job_roles(run.scenario)
     held: set[tuple[str, str]] = set()
     taken_s: dict[tuple[str, str], float] = {}
-    for time_s, name, group, role, event in run.recorder.roles:
+    for time_s, name, group, role, event in run.recorder.rows("roles"):
         if (group, role) not in work:
             continue
         if time_s <= at_s and name == vehicle and event in ("assigned", "left"):

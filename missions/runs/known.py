@@ -15,10 +15,11 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import chain
 from numbers import Real
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from exchange.packets import guid_of
 from missions.errors import OutputError
+from missions.figure import RunResults
 from missions.runs.rebuilt import blocks_of, fill, formed, gave_up_s, left_over, lives_of, memories, tidied_s
 from missions.runs.receptions import Senders
 from missions.runs.setup import Setup
@@ -42,9 +43,6 @@ from worldmodel import (
     suggestion,
 )
 from worldmodel.snapshot import from_text, uncertainty_from_text
-
-if TYPE_CHECKING:
-    from missions.runs.results import MemoryResults, Results
 
 T = TypeVar("T")
 Row = Mapping[str, Any]
@@ -178,7 +176,7 @@ class Memory:
         OutputError: the run was recorded by a version that did not write what is needed.
     """
 
-    def __init__(self, results: Results | MemoryResults, setup: Setup) -> None:
+    def __init__(self, results: RunResults, setup: Setup) -> None:
         lacking = [table.name for table in NEEDED if not results.has(table.name)]
         if not lacking:
             older = [PACKETS.name, ORGANISATION.name]
@@ -270,7 +268,7 @@ class Memory:
 
     # Reading -------------------------------------------------------------------------------------
 
-    def _read(self, results: Results | MemoryResults) -> None:
+    def _read(self, results: RunResults) -> None:
         """Put blocks together again, and see since when each vehicle has them, and until it lost its memory."""
         setup = self._setup
         exhausted_s = {row["vehicle"]: row["time_s"] for row in self._faults if row["kind"] == "energy"}
@@ -313,7 +311,7 @@ class Memory:
                 self._known_s[name] += [_Held(one_s, block, items, until_s) for one_s in (since_s, *again_s)]
 
     def _heard_statuses(
-        self, results: Results | MemoryResults, told: Sequence[_Told], exhausted_s: Mapping[str, float]
+        self, results: RunResults, told: Sequence[_Told], exhausted_s: Mapping[str, float]
     ) -> dict[int, dict[str, float]]:
         """When each vehicle heard the statuses that were sent, by their numbers; of one name the newest is sent.
 
@@ -374,7 +372,7 @@ class _Told(NamedTuple):
     items: tuple[str, ...]
 
 
-def _by_vehicle(results: Results | MemoryResults, table: str) -> dict[str, list[dict[str, Any]]]:
+def _by_vehicle(results: RunResults, table: str) -> dict[str, list[dict[str, Any]]]:
     found: dict[str, list[dict[str, Any]]] = defaultdict(list)
     for row in results.table(table).to_pylist():
         found[row["vehicle"]].append(row)

@@ -5,9 +5,11 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING
+from dataclasses import replace
 
-from missions.metric import NOT_APPLICABLE, Absent, Better, Metric, collected
+from missions.errors import ConfigurationError
+from missions.files import shown
+from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, MeasuredTables, Metric, collected
 from missions.runs.fleet_metrics import closest_approach_m, conflicts, idle_s, recovery_time_s
 from missions.runs.navigation_metrics import fixing_s, n_fixes
 from missions.runs.organisation_metrics import (
@@ -17,82 +19,80 @@ from missions.runs.organisation_metrics import (
     view_divergence,
 )
 from missions.scenarios.extending import features
+from missions.scenarios.named import METRICS, metric_named
 from missions.scenarios.parts import mission_class, modem_energy
 from missions.scenarios.scenario import Scenario
 from remoras.contents import Content
-from remoras.recorder import Recorder
-
-if TYPE_CHECKING:
-    from missions.runs.run import Run
+from remoras.mission import Mission
 
 HIGHER, LOWER = Better.HIGHER, Better.LOWER
 NEVER_RECEIVED = "What was never received is left out."
 
 
-def energy_j(run: Run) -> float:
+def energy_j(run: MeasuredRun) -> float:
     """Energy that all vehicles had used by the end of the run."""
-    rows = run.recorder.trajectories
+    rows = run.recorder.rows("trajectories")
     last = itertools.takewhile(lambda row: row[0] == rows[-1][0], reversed(rows))
     return round(math.fsum(row[6] for row in last), 2)
 
 
-def n_bits(run: Run) -> int:
+def n_bits(run: MeasuredRun) -> int:
     """Bits that the modems sent."""
-    return sum(row[3] for row in run.recorder.packets)
+    return sum(row[3] for row in run.recorder.rows("packets"))
 
 
-def bits_of(content: Content) -> Callable[[Run], int]:
+def bits_of(content: Content) -> Callable[[MeasuredRun], int]:
     """The metric that counts the bits sent for a purpose; those of all purposes add up to ``n_bits``."""
     return lambda run: run.recorder.bits[content]
 
 
-def modem_energy_j(run: Run) -> float:
+def modem_energy_j(run: MeasuredRun) -> float:
     """Energy, of that of the vehicles, that the modems sent with, and listened with if that is counted."""
     modem = modem_energy(run.scenario)
-    sent_j = n_bits(run) * modem.transmit_j_per_bit + len(run.recorder.packets) * modem.transmit_j_per_packet
+    sent_j = n_bits(run) * modem.transmit_j_per_bit + len(run.recorder.rows("packets")) * modem.transmit_j_per_packet
     return round(sent_j + (modem.listening_w * _powered_s(run) if modem.listening_w else 0.0), 2)
 
 
-def _powered_s(run: Run) -> float:
+def _powered_s(run: MeasuredRun) -> float:
     """Time that vehicles had power, all together: the ticks in which they used any."""
     used_j: dict[str, float] = {}
     n_ticks = 0
-    for _, vehicle, _, _, _, _, energy_j, _ in run.recorder.trajectories:
+    for _, vehicle, _, _, _, _, energy_j, _ in run.recorder.rows("trajectories"):
         n_ticks += energy_j > used_j.get(vehicle, energy_j)
         used_j[vehicle] = energy_j
     return n_ticks * run.scenario.scenario.tick_s
 
 
-def observations_per_min(run: Run) -> float:
+def observations_per_min(run: MeasuredRun) -> float:
     """Items of others that a vehicle received in a minute, as a mean over vehicles and mission."""
-    n_received = sum(event == "received" for *_, event in run.recorder.knowledge)
+    n_received = sum(event == "received" for *_, event in run.recorder.rows("knowledge"))
     minutes = run.end_s / 60.0
     return round(n_received / len(run.scenario.vehicle) / minutes, 4) if minutes else 0.0
 
 
-def delivery_ratio(run: Run) -> float | None:
+def delivery_ratio(run: MeasuredRun) -> float | None:
     """Packets received among all (packet, receiver) pairs, those that collided too; None if nothing was sent."""
-    received = sum(len(row[6]) for row in run.recorder.packets)
-    lost = sum(len(row[7]) + len(row[-1]) for row in run.recorder.packets)
+    received = sum(len(row[6]) for row in run.recorder.rows("packets"))
+    lost = sum(len(row[7]) + len(row[-1]) for row in run.recorder.rows("packets"))
     return received / (received + lost) if received + lost else None
 
 
-def mean_latency_s(run: Run) -> float | None:
+def mean_latency_s(run: MeasuredRun) -> float | None:
     """Mean time from an item's observation to its reception, over all (item, receiver) pairs."""
     latencies = latencies_s(run.recorder)
     return round(math.fsum(latencies) / len(latencies), 4) if latencies else None
 
 
-def p95_latency_s(run: Run) -> float | None:
+def p95_latency_s(run: MeasuredRun) -> float | None:
     """Latency that 95 % of all (item, receiver) pairs stay below."""
     latencies = latencies_s(run.recorder)
     return round(quantile(latencies, 0.95), 4) if latencies else None
 
 
-def latencies_s(recorder: Recorder) -> list[float]:
+def latencies_s(recorder: MeasuredTables) -> list[float]:
     """Times from the observation of items to their receptions, ascending; what damage made up was never observed."""
-    observed = {item: time_s for time_s, _, item, _, event in recorder.knowledge if event == "observed"}
-    received = [(row[0], row[2]) for row in recorder.knowledge if row[4] == "received"]
+    observed = {item: time_s for time_s, _, item, _, event in recorder.rows("knowledge") if event == "observed"}
+    received = [(row[0], row[2]) for row in recorder.rows("knowledge") if row[4] == "received"]
     return sorted(time_s - observed[item] for time_s, item in received if item in observed)
 
 
@@ -108,7 +108,7 @@ def quantile(ordered: Sequence[float], share: float) -> float:
     return ordered[low] + (position - low) * (ordered[high] - ordered[low])
 
 
-def consistency(recorder: Recorder, n_vehicles: int) -> tuple[float | None, float | None]:
+def consistency(recorder: MeasuredTables, n_vehicles: int) -> tuple[float | None, float | None]:
     """(consistency_time_s, consistent_fraction): how soon the fleet has one picture, and of how much of it.
 
     An item is consistent once every vehicle of the fleet holds it, one that has fallen silent too. The time is the mean
@@ -118,7 +118,7 @@ def consistency(recorder: Recorder, n_vehicles: int) -> tuple[float | None, floa
     observed_s: dict[str, float] = {}
     lacking: dict[str, int] = {}
     waits_s: list[float] = []
-    for time_s, _, item, _, event in recorder.knowledge:  # in time order; a vehicle receives an item once
+    for time_s, _, item, _, event in recorder.rows("knowledge"):  # in time order; a vehicle receives an item once
         if event == "observed":
             observed_s[item], lacking[item] = time_s, n_vehicles - 1
         elif event == "received" and item in observed_s:
@@ -130,7 +130,7 @@ def consistency(recorder: Recorder, n_vehicles: int) -> tuple[float | None, floa
     return (math.fsum(waits_s) / len(waits_s) if waits_s else None), len(waits_s) / len(observed_s)
 
 
-def consistency_time_s(run: Run) -> float | Absent | None:
+def consistency_time_s(run: MeasuredRun) -> float | Absent | None:
     """Mean time in which the whole fleet came to know an item, see ``consistency``.
 
     It does not apply where needs follow from groups: there nobody is to know everything.
@@ -141,19 +141,19 @@ def consistency_time_s(run: Run) -> float | Absent | None:
     return None if time_s is None else round(time_s, 4)
 
 
-def consistent_fraction(run: Run) -> float | Absent | None:
+def consistent_fraction(run: MeasuredRun) -> float | Absent | None:
     """Share of items that the whole fleet came to know, see ``consistency`` and ``consistency_time_s``."""
     if run.setup.subjects is not None:
         return NOT_APPLICABLE
     return consistency(run.recorder, len(run.scenario.vehicle))[1]
 
 
-def settling_s(run: Run) -> float | Absent:
+def settling_s(run: MeasuredRun) -> float | Absent:
     """How long the exchange went on after the mission; nothing where it did not."""
     return NOT_APPLICABLE if run.settled is None else round(run.settled.time_s, 4)
 
 
-def is_settled(run: Run) -> bool | Absent:
+def is_settled(run: MeasuredRun) -> bool | Absent:
     """True if the exchange after the mission left nothing that anybody lacked."""
     return NOT_APPLICABLE if run.settled is None else run.settled.complete
 
@@ -169,7 +169,7 @@ CORE_METRICS = (
     Metric("distance_m", "m", LOWER, "distance", lambda run: round(run.distance_m, 3)),
     Metric("energy_j", "J", LOWER, "energy", energy_j, headline=True),
     Metric("modem_energy_j", "J", LOWER, "modem energy", modem_energy_j),
-    Metric("n_packets", "", LOWER, "packets", lambda run: len(run.recorder.packets)),
+    Metric("n_packets", "", LOWER, "packets", lambda run: len(run.recorder.rows("packets"))),
     Metric("n_bytes", "B", LOWER, "bytes", lambda run: n_bits(run) // 8, headline=True),
     *(Metric(f"bits_{one.value}", "bit", LOWER, f"{one.value} sent", bits_of(one)) for one in Content),
     Metric("delivery_ratio", "", HIGHER, "delivery ratio", delivery_ratio),
@@ -224,11 +224,51 @@ CORE_METRICS = (
 """Metrics of every run, and those that features bring, which do not apply to runs that do not use these."""
 
 
-def metrics_of(scenario: Scenario) -> Mapping[str, Metric]:
-    """Metrics of the runs of a scenario by name: those of every run, then those of its mission.
+def metrics_of(
+    scenario: Scenario, mission: type[Mission] | None = None, own: Mapping[str, Metric] | None = None
+) -> Mapping[str, Metric]:
+    """Metrics of the runs of a scenario by name: those of every run, of its mission, and those that it names itself.
+
+    Args:
+        scenario: the whole input.
+        mission: the class of its mission, if that is loaded already.
+        own: what ``own_metrics`` gives, if these are loaded already.
 
     Raises:
-        ConfigurationError: a metric has no direction, or two have one name.
+        ConfigurationError: a metric has no direction, or two have one name or one label.
+        PluginError: one cannot be had.
     """
     reference = scenario.scenario.mission
-    return collected(reference, (*CORE_METRICS, *mission_class(reference).metrics))
+    found = collected(reference, (*CORE_METRICS, *(mission or mission_class(reference)).metrics))
+    for named, metric in (own_metrics(scenario) if own is None else own).items():
+        found = with_own(found, metric, scenario.scenario.name, METRICS, named)
+    return found
+
+
+def own_metrics(scenario: Scenario) -> dict[str, Metric]:
+    """Metrics that a scenario names itself, by what it names them.
+
+    Raises:
+        PluginError: one cannot be had.
+    """
+    return {reference: metric_named(reference) for reference in scenario.scenario.metrics}
+
+
+def with_own(known: Mapping[str, Metric], metric: Metric, source: str, key: str, reference: str) -> dict[str, Metric]:
+    """Metrics by name, and a further one, as a user names it.
+
+    Args:
+        known: metrics by name.
+        metric: the further one.
+        source: the file, for messages; key: in which it is named; reference: as what.
+
+    Raises:
+        ConfigurationError: it has the name or the label of another one.
+    """
+    try:
+        return collected(source, (*known.values(), metric))
+    except ConfigurationError as error:
+        faults = [
+            replace(one, key=key, given=shown(reference), allowed=f"{one.key}: {one.allowed}") for one in error.faults
+        ]
+        raise ConfigurationError(source, faults) from None

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from typing import TYPE_CHECKING
 
 from missions.scenarios.extending import features
 from missions.scenarios.scenario import BY_GROUPS, HELD, Scenario
@@ -18,9 +17,6 @@ from remoras.social.negotiation import negotiated_attributes
 from remoras.social.reports import SENSORS_WORK
 from remoras.strategy import Strategy
 from worldmodel import InformationNeed, Instance, NeedsIndex, TBox
-
-if TYPE_CHECKING:
-    pass
 
 SOCIAL_ATTRIBUTES = ("available", "headedBy", "headTerm", SENSORS_WORK)
 """What vehicles say of themselves whatever the strategy."""

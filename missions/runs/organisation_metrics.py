@@ -9,14 +9,12 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
+from missions.metric import MeasuredRun
 from remoras.faults import OVER, FaultKind
 from remoras.organisation import Organisation, RoleAssignment
 from remoras.wellformed import Malformed, faults_of
-
-if TYPE_CHECKING:
-    from missions.runs.run import Run
 
 AWAY = frozenset({FaultKind.LOST, FaultKind.JOINS, FaultKind.RESTARTS})
 """Kinds of faults during which a vehicle is out of the mission."""
@@ -33,19 +31,19 @@ class _Event(NamedTuple):
     holds: bool
 
 
-def _events(run: Run) -> list[_Event]:
+def _events(run: MeasuredRun) -> list[_Event]:
     """All changes in time order; of those at one time vehicles come and go first."""
     changes = [
         _Event(row[0], row[1], row[2], (row[3], row[4]), row[5] == "assigned")
-        for row in run.recorder.organisation
+        for row in run.recorder.rows("organisation")
         if row[5] in ("assigned", "left")
     ]
     return sorted([*_comings_and_goings(run), *changes], key=lambda one: one.time_s)
 
 
-def _comings_and_goings(run: Run) -> Iterator[_Event]:
+def _comings_and_goings(run: MeasuredRun) -> Iterator[_Event]:
     n_reasons: Counter[str] = Counter()
-    for time_s, vehicle, kind, detail in run.recorder.faults:
+    for time_s, vehicle, kind, detail in run.recorder.rows("faults"):
         if kind not in AWAY and kind != "energy":
             continue
         before = n_reasons[vehicle]
@@ -119,7 +117,7 @@ class _Views:
         return any(n > self._rooms[role] for role, n in holders.items())
 
 
-def _moments(run: Run) -> Iterator[tuple[float, _Views]]:
+def _moments(run: MeasuredRun) -> Iterator[tuple[float, _Views]]:
     """The views of all vehicles, each time with how long they stood so (s)."""
     keeps_jobs = run.setup.strategy.declaration.private_jobs
     groups = run.setup.agreement.groups
@@ -141,7 +139,7 @@ def _moments(run: Run) -> Iterator[tuple[float, _Views]]:
     yield run.end_s - before_s, views
 
 
-def view_divergence(run: Run) -> float | None:
+def view_divergence(run: MeasuredRun) -> float | None:
     """Share of the time, over all pairs of vehicles, in which the one errs on which roles the other plays.
 
     Roles with a job are left out where the strategy declares that vehicles note theirs for themselves alone; where
@@ -152,14 +150,14 @@ def view_divergence(run: Run) -> float | None:
     return round(math.fsum(spell_s * share for spell_s, share in shares) / total_s, 6) if total_s > 0.0 else None
 
 
-def holder_conflict_fraction(run: Run) -> float | None:
+def holder_conflict_fraction(run: MeasuredRun) -> float | None:
     """Share of the time in which more vehicles took themselves to hold some role than it has room for."""
     spells = [(spell_s, views.is_in_conflict) for spell_s, views in _moments(run)]
     total_s = math.fsum(spell_s for spell_s, _ in spells)
     return round(math.fsum(spell_s for spell_s, conflict in spells if conflict) / total_s, 6) if total_s > 0.0 else None
 
 
-def malformed_spells(run: Run) -> Iterator[tuple[float, tuple[Malformed, ...]]]:
+def malformed_spells(run: MeasuredRun) -> Iterator[tuple[float, tuple[Malformed, ...]]]:
     """Spells of the run (s), and what did not hold of the specification of the organisation in each.
 
     The organisation is what every vehicle in the mission takes itself to play.
@@ -174,12 +172,12 @@ def malformed_spells(run: Run) -> Iterator[tuple[float, tuple[Malformed, ...]]]:
         yield spell_s, faults
 
 
-def malformed_s(run: Run) -> float:
+def malformed_s(run: MeasuredRun) -> float:
     """How long the organisation was not well formed, see ``remoras.wellformed``."""
     return round(math.fsum(spell_s for spell_s, faults in malformed_spells(run) if faults), 4)
 
 
-def missed(run: Run) -> dict[str, float]:
+def missed(run: MeasuredRun) -> dict[str, float]:
     """How long each demand of the specification did not hold (s), by its key: ``group.West.role.Hand.minimum``."""
     lasted: dict[str, float] = {}
     for spell_s, faults in malformed_spells(run):
@@ -188,6 +186,6 @@ def missed(run: Run) -> dict[str, float]:
     return {key: round(total_s, 4) for key, total_s in lasted.items()}
 
 
-def n_refused_acts(run: Run) -> int:
+def n_refused_acts(run: MeasuredRun) -> int:
     """Requests to change the organisation that vehicles refused, each vehicle's refusal counted."""
-    return sum(row[5] == "refused" for row in run.recorder.organisation)
+    return sum(row[5] == "refused" for row in run.recorder.rows("organisation"))

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
 
+from missions.figure import RunResults
 from remoras.recorder import PACKETS
-
-if TYPE_CHECKING:
-    from missions.runs.results import MemoryResults, Results
 
 
 class Senders:
@@ -19,7 +16,7 @@ class Senders:
         results: of the run.
     """
 
-    def __init__(self, results: Results | MemoryResults) -> None:
+    def __init__(self, results: RunResults) -> None:
         self._heard: dict[tuple[str, str], list[tuple[float, str]]] = defaultdict(list)
         for row in results.table(PACKETS.name).to_pylist():
             for vehicle, at_s in zip(row["receivers"], row["arrivals_s"], strict=True):

@@ -258,7 +258,11 @@ class Results:
         Raises:
             ConfigurationError: this version cannot read the scenario in the manifest.
         """
-        return resolved(Document.of_text(self.manifest["scenario"], str(self.folder / MANIFEST)))
+        document = Document.of_text(self.manifest["scenario"], str(self.folder / MANIFEST))
+        table = document.raw.get("scenario")
+        if isinstance(table, dict):
+            table.pop("metrics", None)  # their values are there, and their files need not be
+        return resolved(document)
 
     @property
     def verdict_note(self) -> str:

@@ -10,8 +10,8 @@ from exchange.policies import AckPolicy
 from exchange.schedule import TdmaSchedule
 from exchange.wire.codec import Codec, Framing, Widths
 from missions.feature import Feature
-from missions.metric import Metric, collected
-from missions.runs.metrics import CORE_METRICS
+from missions.metric import Metric
+from missions.runs.metrics import metrics_of, own_metrics
 from missions.runs.needs import priorities, subjects_of
 from missions.runs.refusals import refuse_malformed, refuse_undivided
 from missions.runs.sensors import recorder_of_mission, sensors_of
@@ -59,6 +59,7 @@ class Setup:
         urgency: priority of each attribute that all exchange, by uid.
         subjects: what it is told of, where needs follow from groups.
         decision: constants of the executive layer; metrics: of its runs, by name.
+        own_metrics: of these, what the scenario names itself, by what it names them.
         features: that the scenario uses.
     """
 
@@ -80,6 +81,7 @@ class Setup:
     subjects: Subjects | None
     decision: DecisionConstants
     metrics: Mapping[str, Metric]
+    own_metrics: Mapping[str, Metric]
     features: tuple[Feature, ...]
 
     @property
@@ -125,6 +127,7 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
     refuse_malformed(scenario, agreement)
     refuse_undivided(scenario, strategy, agreement, database)
     recorder_of_mission(mission, [sensors_of(data) for data in database.values()])
+    own = own_metrics(scenario)
     urgency = priorities(scenario, strategy, mission, tbox)
     on_demand = [name for feature in used for name in feature.on_demand(scenario)]
     ahead_s = max([feature.ahead_s(scenario) for feature in used], default=0.0)
@@ -147,7 +150,8 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
         urgency=urgency,
         subjects=subjects_of(scenario, mission, tbox, instances, database, agreement),
         decision=scenario.decision.constants(schedule.frame_s),
-        metrics=collected(scenario.scenario.mission, (*CORE_METRICS, *mission_type.metrics)),
+        metrics=metrics_of(scenario, mission_type, own),
+        own_metrics=own,
         features=used,
     )
 

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-import math
+from collections.abc import Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from missions.metric import NOT_APPLICABLE, Absent, Metric
+import pyarrow as pa
+
+from missions.metric import NOT_APPLICABLE
+from missions.runs.measured import KeptRun, value_of
+from missions.runs.tables import arrow_table
 from missions.scenarios.deployment import deployment_of
 from missions.scenarios.scenario import Scenario
-from remoras.errors import PluginError
+from remoras.recorder import Recorder
 
 if TYPE_CHECKING:
     from missions.runs.run import Run
@@ -30,34 +35,37 @@ def identity(scenario: Scenario, seed: int) -> dict[str, Any]:
 def summary(run: Run) -> dict[str, Any]:
     """The figures of a run, with the names of the contract: a field for every metric of its setup.
 
+    Metrics that the scenario names read the run as its results keep it, see ``KeptRun``; those of the mission read the
+    run itself.
+
     ``per`` is the mean packet error rate of the loss model as it is set, without blackouts and range. A value that a
     run does not have, such as a latency without packets, is None; one that it cannot have is left out.
 
     Raises:
-        PluginError: a metric of the mission raises, or gives something else than a number, a truth value or None.
+        PluginError: a metric raises, or gives something else than a number, a truth value or None.
     """
-    values = {metric.name: _value(metric, run) for metric in run.setup.metrics.values()}
-    return {
+    of, own = run.scenario.scenario.mission, run.setup.own_metrics
+    names = {metric.name for metric in own.values()}
+    shipped = [metric for metric in run.setup.metrics.values() if metric.name not in names]
+    values = {metric.name: value_of(metric, run, of) for metric in shipped}
+    found = {
         **identity(run.scenario, run.seed),
         "completed": values.pop("completed"),
         "reason": run.reason,
-        **{name: value for name, value in values.items() if value is not NOT_APPLICABLE},
-        "drawn": run.drawn,
-        "milestones": [
-            {"name": m.name, "vehicle": m.vehicle, "group": m.group, "time_s": round(m.time_s, 4)}
-            for m in run.milestones
-        ],
+        **_applicable(values),
     }
+    milestones = [
+        {"name": m.name, "vehicle": m.vehicle, "group": m.group, "time_s": round(m.time_s, 4)} for m in run.milestones
+    ]
+    kept = KeptRun({**found, "milestones": milestones}, partial(_table, run.recorder), lambda: run.scenario)
+    measured = {metric.name: value_of(metric, kept, reference) for reference, metric in own.items()}
+    return {**found, **_applicable(measured), "drawn": run.drawn, "milestones": milestones}
 
 
-def _value(metric: Metric, run: Run) -> float | int | bool | Absent | None:
-    where = f"metric {metric.name} of {run.scenario.scenario.mission}"
-    try:
-        value = metric.of(run)
-    except Exception as error:  # it may be somebody else's function
-        raise PluginError(f"{where}: raised {type(error).__name__}: {error}") from error
-    if value is not None and value is not NOT_APPLICABLE and not isinstance(value, float | int):
-        raise PluginError(f"{where}: expected a number, a truth value or None; it gave {type(value).__name__}")
-    if isinstance(value, float) and not math.isfinite(value):
-        raise PluginError(f"{where}: expected a finite number, or None where a run has none; it gave {value}")
-    return value
+def _applicable(values: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in values.items() if value is not NOT_APPLICABLE}
+
+
+def _table(recorder: Recorder, name: str) -> pa.Table | None:
+    """A table as results will keep it."""
+    return arrow_table(recorder.tables[name], recorder.rows(name)) if name in recorder.tables else None

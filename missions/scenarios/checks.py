@@ -22,6 +22,7 @@ from missions.scenarios.formation import formation_faults
 from missions.scenarios.hooks import hook_faults
 from missions.scenarios.information import information_faults
 from missions.scenarios.knowledge import knowledge_faults
+from missions.scenarios.named import metric_faults
 from missions.scenarios.ontologies import ontology_faults, words_of
 from missions.scenarios.organisation_checks import organisation_faults
 from missions.scenarios.parts import database_of, groups_of, strategy_named
@@ -246,6 +247,7 @@ def _choices(raw: Raw) -> Iterator[ConfigurationFault]:
     yield from policy_faults(raw)
     yield from key_faults(raw)
     yield from value_faults(raw)
+    yield from metric_faults(raw)
     name = table_of(raw, "strategy").get("name")
     if not isinstance(name, str):
         return

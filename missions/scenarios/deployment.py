@@ -3,21 +3,75 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 from exchange.acoustics.models import Deployment
 from exchange.acoustics.modems import modems
 from exchange.acoustics.trace import TraceError, hash_of
 from missions.scenarios.tables import Raw, entries, table_of
 
-if TYPE_CHECKING:
-    from missions.scenarios.scenario import Scenario
+
+class _Vehicle(Protocol):
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def slot(self) -> int: ...
+
+    @property
+    def depth_m(self) -> float: ...
 
 
-def deployment_of(scenario: Scenario) -> Deployment:
+class _Exchange(Protocol):
+    @property
+    def modem(self) -> str: ...
+
+    @property
+    def range_m(self) -> float: ...
+
+
+class _Duration(Protocol):
+    @property
+    def duration_s(self) -> float: ...
+
+
+class _Water(Protocol):
+    @property
+    def sound_speed_mps(self) -> float: ...
+
+
+class _Channel(Protocol):
+    def sound_speed_mps(self, deployment: Deployment) -> float | None: ...
+
+
+class Deployed(Protocol):
+    """What is asked of a scenario here; ``Scenario`` has it."""
+
+    @property
+    def scenario(self) -> _Duration:
+        """The table ``[scenario]``."""
+
+    @property
+    def world(self) -> _Water:
+        """The table ``[world]``."""
+
+    @property
+    def vehicle(self) -> Sequence[_Vehicle]:
+        """The vehicles."""
+
+    @property
+    def communication(self) -> _Exchange:
+        """The table ``[communication]``."""
+
+    @property
+    def channel(self) -> _Channel:
+        """The table ``[channel]``."""
+
+
+def deployment_of(scenario: Deployed) -> Deployment:
     """The fleet of a scenario, as channel models know it."""
     by_node = sorted(scenario.vehicle, key=lambda table: table.slot)
     return Deployment(
@@ -29,7 +83,7 @@ def deployment_of(scenario: Scenario) -> Deployment:
     )
 
 
-def sound_speed_mps(scenario: Scenario) -> float:
+def sound_speed_mps(scenario: Deployed) -> float:
     """Speed of sound in a scenario: what its channel makes of the water, or that of its world."""
     speed_mps = scenario.channel.sound_speed_mps(deployment_of(scenario))
     return scenario.world.sound_speed_mps if speed_mps is None else speed_mps

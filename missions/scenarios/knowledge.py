@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 from pydantic import Field, create_model
 
@@ -14,9 +14,6 @@ from remoras.mission import Mission
 from worldmodel import TYPE_UID, OntologyError, PruneRule, TBox
 from worldmodel.arrivals import WAITING_BLOCKS, WAITING_S
 from worldmodel.bans import BANNED_FROM
-
-if TYPE_CHECKING:
-    from missions.scenarios.scenario import Scenario
 
 _PRUNED: dict[str, Any] = {  # `class` is no name of an attribute in Python
     "class": (str, Field(description="class of the instances whose values are dropped, or a class above it")),
@@ -48,7 +45,12 @@ class WorldModelTable(Sparse):
     )
 
 
-def pruning_of(scenario: Scenario, tbox: TBox) -> tuple[PruneRule, ...]:
+class _WithKnowledge(Protocol):
+    @property
+    def worldmodel(self) -> WorldModelTable: ...
+
+
+def pruning_of(scenario: _WithKnowledge, tbox: TBox) -> tuple[PruneRule, ...]:
     """What vehicles drop."""
     rules = [rule.model_dump() for rule in scenario.worldmodel.prune]
     return tuple(

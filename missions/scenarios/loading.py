@@ -24,6 +24,7 @@ from missions.scenarios.copies import with_copies
 from missions.scenarios.deployment import with_trace_found
 from missions.scenarios.equipment import gear_of
 from missions.scenarios.guard import guard_faults
+from missions.scenarios.named import METRICS, with_metrics_found
 from missions.scenarios.ontologies import KEY as ONTOLOGIES
 from missions.scenarios.ontologies import with_ontologies
 from missions.scenarios.organisation import specified
@@ -73,6 +74,7 @@ def resolved(document: Document, overrides: Sequence[tuple[str, str]] = ()) -> S
     faults += leave_aside(own_channel, raw, options)
     raw = with_trace_found(raw, Path() if {"channel.file", "channel"} & options.keys() else Path(document.path).parent)
     raw = with_key_found(raw, Path() if "communication.key_file" in options else Path(document.path).parent)
+    raw = with_metrics_found(raw, Path() if METRICS in options else Path(document.path).parent)
     worded, more = with_ontologies(raw, Path() if ONTOLOGIES in options else Path(document.path).parent)
     faults += more
     copies = with_copies(with_starts_apart(worded))

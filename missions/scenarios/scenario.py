@@ -31,7 +31,7 @@ HELD: Final = "held by head"
 class About(Sparse):
     """The table ``[scenario]``."""
 
-    UNSAID = frozenset({"settle_s"})
+    UNSAID = frozenset({"settle_s", "metrics"})
 
     name: Name = Field(description="name of the scenario; used in file names and results")
     title: str = Field("", description="one line for reports")
@@ -43,6 +43,9 @@ class About(Sparse):
         ge=0.0,
         le=604_800.0,
         description="longest time that the exchange goes on after the mission, until nobody has anything left to tell",
+    )
+    metrics: tuple[str, ...] = Field(
+        (), description="metrics of one's own in the summary, each package.module:object or file.py:object"
     )
 
 

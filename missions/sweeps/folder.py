@@ -13,14 +13,15 @@ import json
 import shutil
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from missions.disk import not_as_noted, synced, write_synced
 from missions.errors import DiskFullError, OutputError, StudyChangedError
-from missions.metric import Better, Metric, MetricRecord
+from missions.files import is_named
+from missions.metric import TAKEN, Better, Metric, MetricRecord
 from missions.sweeps.ledger import (
     DONE,
     FAILED,
@@ -32,7 +33,7 @@ from missions.sweeps.ledger import (
     read_ledger,
 )
 from missions.sweeps.plan import Demand, RunSchedule
-from missions.sweeps.record import DECLARATIONS, IDENTITY, LABELS, differences, read_label, record_of
+from missions.sweeps.record import DECLARATIONS, IDENTITY, LABELS, OWN, differences, read_label, record_of
 from missions.verdict import older_verdict
 
 if TYPE_CHECKING:
@@ -69,9 +70,11 @@ class SweepResults:
 
     Args:
         folder: see ``read``.
+        measured: metrics of a user's own by what the user calls them, read of kept tables; see ``measuring``.
     """
 
     folder: Path
+    measured: Mapping[str, Metric] = field(default_factory=dict, hash=False)
 
     @classmethod
     def read(cls, folder: Path) -> SweepResults:
@@ -83,6 +86,59 @@ class SweepResults:
         if not (folder / STUDY).is_file():
             raise OutputError(f"{folder}: no results of a sweep, missing: {STUDY}")
         return cls(folder)
+
+    def naming(self, given: Sequence[str | Metric], option: str = "--metric") -> tuple[SweepResults, tuple[str, ...]]:
+        """These results with all metrics that a user names, and the fields of these.
+
+        Args:
+            given: fields and other names, which stay; ``package.module:object``, ``file.py:object``, or metrics.
+            option: by which they are given, for messages.
+
+        Raises:
+            OutputError: see ``measuring``.
+            PluginError: one cannot be had.
+        """
+        own: dict[str, Metric] = {}
+        names: list[str] = []
+        for one in given:
+            if isinstance(one, str) and not is_named(one):
+                names.append(one)
+                continue
+            from missions.scenarios.named import metric_given  # which few comparisons need
+
+            metric = metric_given(one, option)
+            own[one if isinstance(one, str) else metric.name] = metric
+            names.append(metric.name)
+        return self.measuring(own), tuple(names)
+
+    def measuring(self, metrics: Mapping[str, Metric]) -> SweepResults:
+        """The same results with further metrics, of the runs whose tables were kept.
+
+        Args:
+            metrics: of a user's own, by what the user calls them; those that the study measured stay as they are.
+
+        Raises:
+            OutputError: one has the name of another metric, or no run has kept its tables.
+        """
+        own = self._record.get(OWN, ())
+        known = {name: self.metrics[name] for name in own if name in self.metrics}
+        new: dict[str, Metric] = {}
+        for given, metric in metrics.items():
+            if MetricRecord.of(metric) == known.get(metric.name) or metric in (*self.measured.values(), *new.values()):
+                continue
+            if metric.name in (*self.metrics, *TAKEN, *(one.name for one in new.values())):
+                allowed = "there is another field of that name; give the metric another one"
+                raise OutputError(f"{given}: metric {metric.name}: {allowed}")
+            new[given] = metric
+        if not new:
+            return self
+        if not any(line["tables"] for line in self.lines.values()) or not (self.folder / TABLES).is_dir():
+            names = ", ".join(metric.name for metric in new.values())
+            raise OutputError(
+                f"{self.folder}: kept no tables, of which {names} could be read; name it in study.metrics, or set "
+                "study.keep_tables to the repeats whose tables are to be kept, and make the runs in another folder"
+            )
+        return replace(self, measured={**self.measured, **new})
 
     @cached_property
     def _record(self) -> dict[str, Any]:
@@ -152,10 +208,10 @@ class SweepResults:
                 declared = [MetricRecord.read(entry) for entry in self._record[DECLARATIONS]]
             except OutputError as error:
                 raise OutputError(f"{self.folder / STUDY}: {error}") from None
-            return {metric.name: metric for metric in declared}
+            return {metric.name: metric for metric in [*declared, *map(MetricRecord.of, self.measured.values())]}
         from missions.runs.metrics import CORE_METRICS  # all of a run comes with it, and few folders need it
 
-        declared_by = [*CORE_METRICS, *self._metrics_of_missions()]
+        declared_by = [*CORE_METRICS, *self._metrics_of_missions(), *self.measured.values()]
         found = {metric.name: MetricRecord.of(metric) for metric in declared_by}
         for line in self.lines.values():
             for name, value in line["summary"].items():
@@ -200,10 +256,14 @@ class SweepResults:
             OutputError: a line is not one of a run.
         """
         lines = read_ledger(self.folder / LEDGER, self._record.get(IDENTITY, ""))
-        try:
-            return self.schedule.labelled(lines)
-        except OutputError:  # it cannot be said what they were for; the runs are there
-            return lines
+        with suppress(OutputError):  # it cannot be said what they were for; the runs are there
+            lines = self.schedule.labelled(lines)
+        if self.measured:
+            from missions.sweeps.measuring import with_values
+
+            whole = lambda name: self.arrow_table(name) if self.has_table(name) else None  # noqa: E731
+            return with_values(lines, self.measured, self.schedule, whole)
+        return lines
 
     def runs(self) -> Any:
         """A pandas data frame with one row per finished run."""
@@ -217,16 +277,30 @@ class SweepResults:
         Raises:
             OutputError: no such table has been kept.
         """
-        path = self.folder / TABLES / f"{name}.parquet"
-        if path.name in self.damaged:
-            raise OutputError(f"{path}: {DAMAGED}")
-        if not path.is_file():
+        if not self.has_table(name):
+            path = self.folder / TABLES / f"{name}.parquet"
             raise OutputError(f"{path}: no such table; the study keeps tables of study.keep_tables repeats")
+        return self.arrow_table(name).to_pandas()
+
+    def has_table(self, name: str) -> bool:
+        """True if a table of that name was kept."""
+        file = f"{name}.parquet"
+        return file in self.damaged or (self.folder / TABLES / file).is_file()
+
+    def arrow_table(self, name: str) -> Any:
+        """The same as an Arrow table.
+
+        Raises:
+            OutputError: it is damaged.
+        """
         import pyarrow as pa
         import pyarrow.parquet as pq
 
+        path = self.folder / TABLES / f"{name}.parquet"
+        if path.name in self.damaged:
+            raise OutputError(f"{path}: {DAMAGED}")
         try:
-            return pq.read_table(path).to_pandas()
+            return pq.read_table(path)
         except (pa.ArrowException, OSError) as error:
             raise OutputError(f"{path}: {DAMAGED} ({error})") from None
 

@@ -39,6 +39,12 @@ def version() -> str:
     return __version__
 
 
+def run_content(scenario: Scenario) -> str:
+    """What a scenario makes of its runs: all of it but the metrics that it names itself, which are asked afterwards."""
+    about = scenario.scenario.model_copy(update={"metrics": ()})
+    return scenario.model_copy(update={"scenario": about}).model_dump_json()
+
+
 def seed_of(master: int, repeat: int) -> int:
     """Seed of all runs of a repeat, 48 bits."""
     return int.from_bytes(hashlib.sha256(f"{master}:{repeat}".encode()).digest()[:6], "big")
@@ -243,7 +249,7 @@ class SweepPlan:
     def schedule(self) -> RunSchedule:
         """Keys of the runs."""
         digests = (
-            hashlib.sha256(configuration.scenario.model_dump_json().encode()).hexdigest()
+            hashlib.sha256(run_content(configuration.scenario).encode()).hexdigest()
             for configuration in self.study.configurations
         )
         labels = map(Label.of, self.study.configurations)
@@ -296,9 +302,14 @@ class SweepPlan:
                         yield number, repeat
 
 
-def outcome(summary: Mapping[str, Any]) -> dict[str, Any]:
-    """What a summary says of how a run ended: alike in repeats in which nothing was drawn."""
-    return {name: value for name, value in summary.items() if name not in OF_THE_SEED}
+def outcome(summary: Mapping[str, Any], but: Collection[str] = ()) -> dict[str, Any]:
+    """What a summary says of how a run ended: alike in repeats in which nothing was drawn.
+
+    Args:
+        summary: of the run.
+        but: fields that not every run has, such as those of metrics that are read of the tables of a sample.
+    """
+    return {name: value for name, value in summary.items() if name not in OF_THE_SEED and name not in but}
 
 
 def repeats_needed(rule: StoppingLimits, values: Sequence[float | None]) -> int:

@@ -24,11 +24,15 @@ from missions.verdict import KEY, VERDICT
 if TYPE_CHECKING:
     from missions.sweeps.plan import SweepPlan
 
-DECLARATIONS, LABELS, IDENTITY = "metrics", "labels", "id"
+DECLARATIONS, LABELS, IDENTITY, OWN = "metrics", "labels", "id", "own_metrics"
 """Keys of the record that may differ when a sweep goes on."""
+UNCOMPARED = (DECLARATIONS, LABELS, IDENTITY, OWN, "digests")
 FIXED = ("version", KEY, "study.study.name", "study.study.seed", "study.study.keep_tables")
 """Keys that never differ when a sweep goes on."""
 REPEATS = "study.study.repeats"
+OWN_METRICS = ".scenario.metrics"
+"""End of the key of the metrics that a scenario names itself."""
+LACK_IT = "; runs that were made lack it: `remoras compare DIR --metric FILE.py:METRIC` reads the tables that were kept"
 REPORTED = ("study.study.metrics", "study.study.baseline", "study.stopping")
 """Keys that change what is asked of the runs, or how many are needed, but no run."""
 
@@ -44,6 +48,7 @@ def record_of(plan: SweepPlan) -> dict[str, Any]:
         "scenario": scenarios,
         "code": fingerprint(one.scenario.model_dump(mode="json") for one in study.configurations),
         DECLARATIONS: [MetricRecord.of(metric).written() for metric in study.metrics.values()],
+        OWN: list(study.own_metrics),
         "digests": plan.schedule.digests,
         LABELS: [vars(label) for label in plan.schedule.labels],
     }
@@ -86,14 +91,15 @@ def differences(path: Path, record: Mapping[str, Any], accept_code: bool = False
     found = [key for key in changed if not _is_growth(key, old.get(key), new.get(key), bool(lost))]
     for key in found:
         was, now = (shown(side[key]) if key in side else "absent" for side in (old, new))
-        yield f"{key.removeprefix('study.')}: was {was}, now {now}"
+        remedy = LACK_IT if key.endswith(OWN_METRICS) else ""
+        yield f"{key.removeprefix('study.')}: was {was}, now {now}{remedy}"
     if lost and not found:
         yield f"{len(lost)} of {len(before['digests'])} configurations are gone"
 
 
 def _compared(record: Mapping[str, Any]) -> dict[str, Any]:
     """What the record says of the study."""
-    compared = {key: value for key, value in record.items() if key not in (DECLARATIONS, LABELS, IDENTITY, "digests")}
+    compared = {key: value for key, value in record.items() if key not in UNCOMPARED}
     if record["study"].get("stopping"):  # the rule says how many repeats there are
         design = {key: value for key, value in record["study"]["study"].items() if key != "repeats"}
         compared["study"] = {**record["study"], "study": design}
@@ -111,6 +117,8 @@ def _is_growth(key: str, old: Any, new: Any, lost: bool) -> bool:
     """
     if key in FIXED or (key.startswith("code.") and old is not None):
         return False
+    if key.endswith(OWN_METRICS):
+        return set(new or ()) <= set(old or ())
     if key == REPEATS:
         return old is None or new is None or new >= old
     if key.startswith(REPORTED) or not lost:

@@ -16,17 +16,21 @@ from pydantic import ValidationError
 
 from missions.document import Document
 from missions.errors import ConfigurationError, ConfigurationFault
-from missions.files import STUDY, file_or_name, is_file, shipped, shipped_studies, toml_value
+from missions.files import STUDY, file_or_name, is_file, is_named, shipped, shipped_studies, shown, toml_value
 from missions.metric import Metric
-from missions.runs.metrics import metrics_of
+from missions.runs.metrics import metrics_of, own_metrics
 from missions.scenarios import Scenario, load
 from missions.scenarios.channel import is_left_aside
 from missions.scenarios.explanations import explanations_of
+from missions.scenarios.named import METRICS, importable, metric_named
 from missions.sweeps.additions import OPTION, with_strategies
 from missions.sweeps.design import FAULT, Combination, Settings, combinations
 from missions.sweeps.study_checks import faults_between, faults_of_no_fault
 from missions.sweeps.study_file import Design, StudyFile
+from remoras.errors import PluginError
 from worldmodel import suggestion
+
+KEY_OF_METRICS = "study.metrics"
 
 
 @dataclass(frozen=True)
@@ -53,12 +57,14 @@ class Study:
         text: of its file.
         file: its tables; the metrics are listed, whether or not the text names some.
         metrics: what can be compared, by name.
+        own_metrics: names of those that the study or its scenarios name themselves.
     """
 
     text: str
     file: StudyFile
     configurations: tuple[Configuration, ...]
     metrics: Mapping[str, Metric]
+    own_metrics: tuple[str, ...] = ()
 
     @property
     def design(self) -> Design:
@@ -107,17 +113,21 @@ def load_study(name_or_path: str, strategies: Sequence[str] = ()) -> Study:
         file = StudyFile.model_validate(tables)
     except ValidationError as error:
         raise document.error(document.faults_of(error, StudyFile)) from None
-    file, unknown = _with_strategies(file, strategies, Path(document.path).parent)
-    if faults := [*faults_between(file), *unknown]:
+    folder = Path(document.path).parent
+    file, unknown = _with_strategies(file, strategies, folder)
+    between = list(faults_between(file))
+    file, own, no_metrics = _with_own_metrics(file, folder)
+    if faults := [*between, *unknown, *no_metrics]:
         raise document.error(faults)
-    configurations, faults = _resolved(file, Path(document.path).parent)
+    configurations, faults = _resolved(file, folder, own)
     metrics, more = _metrics(configurations)
-    if configurations:
+    if metrics:
         more += _metric_faults(file, metrics)
     if faults or more:
         raise document.error([*faults, *more])
     text = "".join(f"# {OPTION} {name}\n" for name in strategies) + document.text
-    return Study(text, _with_metrics(file, metrics), tuple(configurations), metrics)
+    named = {one.name: None for part in configurations for one in own_metrics(part.scenario).values()}
+    return Study(text, _with_metrics(file, metrics), tuple(configurations), metrics, tuple(named))
 
 
 def _with_strategies(file: StudyFile, added: Sequence[str], folder: Path) -> tuple[StudyFile, list[ConfigurationFault]]:
@@ -132,7 +142,34 @@ def _with_strategies(file: StudyFile, added: Sequence[str], folder: Path) -> tup
     return file.model_copy(update={"study": file.study.model_copy(update={"strategies": names})}), faults
 
 
-def _resolved(file: StudyFile, folder: Path) -> tuple[list[Configuration], list[ConfigurationFault]]:
+def _with_own_metrics(file: StudyFile, folder: Path) -> tuple[StudyFile, tuple[str, ...], list[ConfigurationFault]]:
+    """The tables with all metrics by their fields, what scenarios call those of a user's own, and what is wrong."""
+    names: list[str] = []
+    own: dict[str, None] = {}
+    faults: list[ConfigurationFault] = []
+    for given in file.study.metrics or ():
+        if not is_named(given):
+            names.append(given)
+            continue
+        try:
+            reference = importable(given, folder)
+            names.append(metric_named(reference).name)
+        except PluginError as error:
+            faults.append(ConfigurationFault(KEY_OF_METRICS, shown(given), str(error)))
+        else:
+            own[reference] = None
+    if not own:
+        return file, (), faults
+    return (
+        file.model_copy(update={"study": file.study.model_copy(update={"metrics": tuple(names)})}),
+        tuple(own),
+        faults,
+    )
+
+
+def _resolved(
+    file: StudyFile, folder: Path, own: Sequence[str]
+) -> tuple[list[Configuration], list[ConfigurationFault]]:
     """Every configuration once, and the faults of those that the scenario does not allow."""
     found: dict[str, Configuration] = {}
     faults: dict[tuple[str, str], ConfigurationFault] = {}
@@ -152,7 +189,7 @@ def _resolved(file: StudyFile, folder: Path) -> tuple[list[Configuration], list[
             if lacking:
                 continue
             try:
-                configuration = _configuration(source, combination)
+                configuration = _configuration(source, combination, own)
             except ConfigurationError as error:
                 for fault in _in_study(error.faults, combination.settings):
                     faults.setdefault((fault.key, fault.allowed), fault)
@@ -174,8 +211,12 @@ def _source(name: str, folder: Path, known: Mapping[str, Path]) -> str | None:
     return name if is_file(Path(name)) else None
 
 
-def _configuration(source: str, combination: Combination) -> Configuration:
+def _configuration(source: str, combination: Combination, own: Sequence[str]) -> Configuration:
     """A scenario with a combination of settings; of two of one key the last counts.
+
+    Args:
+        source, combination: what is run.
+        own: metrics that the study names, which are of every run.
 
     Raises:
         ConfigurationError: the scenario does not allow them.
@@ -185,7 +226,11 @@ def _configuration(source: str, combination: Combination) -> Configuration:
         last = {key: setting for key, setting in last.items() if not is_left_aside(key, channel.value)}
     overrides = [(setting.place, f"{setting.key}={toml_value(setting.value)}") for setting in last.values()]
     pairs = tuple((setting.key, setting.value) for setting in last.values())
-    return Configuration(source, pairs, load(source, overrides), combination.unforeseen)
+    scenario = load(source, overrides)
+    if own:
+        metrics = tuple(dict.fromkeys((*scenario.scenario.metrics, *own)))
+        scenario = scenario.model_copy(update={"scenario": scenario.scenario.model_copy(update={"metrics": metrics})})
+    return Configuration(source, pairs, scenario, combination.unforeseen)
 
 
 def _in_study(faults: Iterable[ConfigurationFault], settings: Settings) -> Iterator[ConfigurationFault]:
@@ -204,7 +249,14 @@ def _metrics(configurations: Sequence[Configuration]) -> tuple[dict[str, Metric]
     faults = []
     for source in dict.fromkeys(configuration.source for configuration in configurations):
         scenario = next(one.scenario for one in configurations if one.source == source)
-        for name, metric in metrics_of(scenario).items():
+        try:
+            known = metrics_of(scenario)
+        except ConfigurationError as error:
+            if any(fault.key != METRICS for fault in error.faults):
+                raise  # of the mission
+            faults += [replace(fault, key=KEY_OF_METRICS) for fault in error.faults]
+            continue
+        for name, metric in known.items():
             other = found.setdefault(name, metric)
             if (other.unit, other.better) != (metric.unit, metric.better):
                 allowed = f"the missions of these scenarios differ in what {name} means; study them apart"
@@ -214,7 +266,7 @@ def _metrics(configurations: Sequence[Configuration]) -> tuple[dict[str, Metric]
 
 def _metric_faults(file: StudyFile, metrics: Mapping[str, Metric]) -> list[ConfigurationFault]:
     """Metrics that the study names and that its missions do not have."""
-    named = [("study.metrics", name) for name in file.study.metrics or ()]
+    named = [(KEY_OF_METRICS, name) for name in file.study.metrics or ()]
     named += [("stopping.metric", file.stopping.metric)] if file.stopping else []
     return [
         ConfigurationFault(key, f'"{name}"', f"allowed: {', '.join(metrics)}{suggestion(name, metrics)}")

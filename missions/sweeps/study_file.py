@@ -25,7 +25,10 @@ class Design(Section):
     repeats: int = Field(ge=1, le=1_000_000, strict=True, description="runs of each configuration")
     seed: int = Field(1, ge=0, le=2**53, strict=True, description="master seed")
     metrics: tuple[str, ...] | None = Field(
-        None, min_length=1, description="metrics that are compared; the headline metrics of the mission if absent"
+        None,
+        min_length=1,
+        description="metrics that are compared, by their fields or as package.module:object or file.py:object; "
+        "the headline metrics of the mission if absent",
     )
     baseline: str | None = Field(None, description="strategy or policy the others are compared with; else the first")
     sampling: Literal["grid", "list", "latin"] = Field("grid", description="where the points come from")

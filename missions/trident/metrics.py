@@ -3,71 +3,67 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, cast
+from typing import cast
 
-from missions.metric import NOT_APPLICABLE, Absent, Better, Metric
+from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
 from missions.trident.choreography import CHOREOGRAPHY
 from missions.trident.modules import ATTEMPTS, CHARTED
 from missions.trident.scenario import TridentScenario
-from missions.trident.site import TARGET
-
-if TYPE_CHECKING:
-    from missions.runs.run import Run
-    from missions.trident.mission import TridentMission
+from missions.trident.site import TARGET, Site
 
 
-def recovered(run: Run) -> bool:
+def recovered(run: MeasuredRun) -> bool:
     """Whether the target was really recovered."""
     return target_recovered_s(run) is not None
 
 
-def target_recovered_s(run: Run) -> float | None:
+def target_recovered_s(run: MeasuredRun) -> float | None:
     """When the target was really recovered."""
     return next((time_s for time_s, of in _handled(run) if of == TARGET), None)
 
 
-def n_mistaken(run: Run) -> int:
+def n_mistaken(run: MeasuredRun) -> int:
     """How many decoys were recovered in place of the target."""
     return len({of for _, of in _handled(run) if of != TARGET})
 
 
-def _handled(run: Run) -> list[tuple[float, str]]:
+def _handled(run: MeasuredRun) -> list[tuple[float, str]]:
     """When which object was handled with success."""
     return [(row[0], row[4]) for row in run.recorder.rows(ATTEMPTS.name) if row[3] == "handle" and row[-1]]
 
 
-def charted_fraction(run: Run) -> float:
+def charted_fraction(run: MeasuredRun) -> float:
     """Share of the tiles of all blocks that were really charted."""
-    n_tiles = sum(len(block.tiles) for block in cast("TridentMission", run.mission).blocks.values())
+    n_tiles = sum(len(block.tiles) for block in cast(Site, run.mission.world(run.seed)).blocks)
     return len({row[2:4] for row in run.recorder.rows(CHARTED.name)}) / n_tiles if n_tiles else 1.0
 
 
-def n_choices(run: Run) -> int:
+def n_choices(run: MeasuredRun) -> int:
     """How often a candidate was chosen."""
-    return sum(row[5] == "chosen" for row in run.recorder.items)
+    return sum(row[5] == "chosen" for row in run.recorder.rows("items"))
 
 
-def n_requests(run: Run) -> int:
+def n_requests(run: MeasuredRun) -> int:
     """How often a vehicle asked another for a service."""
-    return sum(row[5] == "requestedOf" for row in run.recorder.items)
+    return sum(row[5] == "requestedOf" for row in run.recorder.rows("items"))
 
 
-def n_violations(run: Run) -> int | Absent:
+def n_violations(run: MeasuredRun) -> int | Absent:
     """How often the choreography was violated."""
-    if not cast(TridentScenario, run.scenario).choreography.state or not run.recorder.packets:
+    if not cast(TridentScenario, run.scenario).choreography.state or not run.recorder.rows("packets"):
         return NOT_APPLICABLE
     return sum(bool(row[-1]) for row in run.recorder.rows(CHOREOGRAPHY.name))
 
 
-def navigation_error_m(run: Run) -> float | Absent:
+def navigation_error_m(run: MeasuredRun) -> float | Absent:
     """Greatest distance of the places that vehicles under water told from where they really were then."""
     submerged = {vehicle.name for vehicle in run.scenario.vehicle if vehicle.depth_m > 1.0}
     ways: dict[str, list[tuple[float, float, float]]] = {name: [] for name in submerged}
-    for row in run.recorder.trajectories:
+    for row in run.recorder.rows("trajectories"):
         if row[1] in submerged:
             ways[row[1]].append((row[0], row[2], row[3]))
     tick_s, worst_m = run.scenario.scenario.tick_s, None
-    for item in run.recorder.items:
+    for item in run.recorder.rows("items"):
         if item[5] != "position" or item[1] not in submerged:
             continue
         way, place = ways[item[1]], item[3] / tick_s

@@ -173,7 +173,11 @@ def plot(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Results of a run, or folder of a sweep.")],
     kinds: Annotated[
         list[str] | None,
-        typer.Argument(metavar="KIND", help="Figures to draw; all if left out.", autocompletion=completion.kind),
+        typer.Argument(
+            metavar="KIND",
+            help="Figures to draw, or your own, mine.py:MINE; all if left out.",
+            autocompletion=completion.kind,
+        ),
     ] = None,
     file_format: Annotated[
         Format,
@@ -260,12 +264,15 @@ def draw_run(
     at_s: float | None = None,
     viewer: str = "",
 ) -> Drawn:
-    """Draw a run with what its mission declares."""
+    """Draw a run with what its mission declares, and figures of a user's own."""
+    from missions.scenarios.named import with_figures
     from missions.scenarios.parts import mission_of
+    from visualisation.kinds import KINDS, SWEEP_KINDS
     from visualisation.runs import Moment, draw
 
     mission, moment = mission_of(results.scenario), Moment(at_s, viewer)
-    return draw(results, kinds, out, file_format.value, mission.figures, mission.places, width_in, moment)
+    asked, figures = with_figures(kinds, mission.figures, (*KINDS, *SWEEP_KINDS))
+    return draw(results, asked, out, file_format.value, figures, mission.places, width_in, moment)
 
 
 def _show_drawn(drawn: Drawn) -> None:
@@ -286,8 +293,10 @@ def _plot_sweep(
         fail(f"--metric {metric}: is about a ranking and differences; name the figure ranking or differences too")
     results = SweepResults.read(folder)
     remark(results.verdict_note)
+    results, (ranked,) = results.naming([metric or RANKED])
+    results, kinds = results.naming(kinds, "KIND")
     with Progress(f"plot {folder}", 1, "steps") as progress:
-        drawn = draw(results, kinds, out, file_format.value, metric or RANKED, progress.of, width_in)
+        drawn = draw(results, kinds, out, file_format.value, ranked, progress.of, width_in)
     _show_drawn(drawn)
 
 

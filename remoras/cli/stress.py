@@ -86,7 +86,7 @@ def stress(
     file_of(SCENARIO, scenario, shipped())  # a name that is mistyped is told before much is loaded
     from missions.runs.folder import check_output, new_content
     from missions.scenarios import load
-    from missions.sweeps.additions import importable
+    from missions.scenarios.named import importable
     from stress.campaign import campaign
     from stress.drawing import plan_of
     from stress.reporting import as_value, lines, write

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from missions.sweeps.study import Study
 
 PARTLY_DONE = 3
+SUMMARY = "summary.json"
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a sweep.")]
 
 
@@ -135,7 +136,7 @@ def compare(
         typer.Option(
             "--metric",
             metavar="METRIC",
-            help="Field of the summary; those of the study if left out.",
+            help="Field of the summary, or one of your own, mine.py:MINE, of the tables kept; else those of the study.",
             autocompletion=completion.metric,
         ),
     ] = None,
@@ -150,7 +151,13 @@ def compare(
     out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the rows to this CSV file too.")] = None,
     as_json: Json = False,
 ) -> None:
-    """Compare the configurations of a sweep: means, intervals, paired differences to a baseline."""
+    """Compare the configurations of a sweep: means, intervals, paired differences to a baseline.
+
+    Of the folder of a single run, metrics that are named are printed as they are.
+    """
+    if (folder / SUMMARY).is_file():
+        _show_metrics(folder, metrics or (), as_json)
+        return
     from missions.comparison.baseline import compare as compared
     from missions.comparison.rows import write_csv
     from missions.errors import OutputError
@@ -173,6 +180,18 @@ def compare(
         _show(rows, as_json, [] if as_json else list(_comparison_lines(found)))
     else:
         _show_comparison(found)
+
+
+def _show_metrics(folder: Path, metrics: Sequence[str], as_json: bool) -> None:
+    """Print metrics of a single run: fields of its summary, or a user's own of its tables."""
+    from missions.runs.results import Results
+    from remoras.face import Run
+
+    if not metrics:
+        fail(f"{folder}: holds a single run, of which there is nothing to compare; name a metric with --metric")
+    run = Run(Results.read(folder))
+    values = {name: run.metric(name) for name in metrics}
+    _show(values, as_json, [f"{name}  {value}" for name, value in values.items()])
 
 
 def _status_line(status: dict[str, Any]) -> str:

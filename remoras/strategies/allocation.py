@@ -30,7 +30,7 @@ from remoras.work import Outlook, Work, share_left
 
 
 @dataclass(frozen=True, slots=True)
-class Plan:
+class AllocationPlan:
     """Who does what, in which order, and when each will have done it.
 
     Attributes:
@@ -116,7 +116,7 @@ class Expectations:
 
 def planned(
     work: Work, roles: Sequence[RoleSpecification], free: Sequence[VehicleData], outlooks: Mapping[str, Outlook]
-) -> Plan:
+) -> AllocationPlan:
     """Who of ``free`` does which of ``roles``: the last one to have done all is so as early as can be found.
 
     Args:
@@ -134,7 +134,7 @@ def planned(
     if work.energy_j:
         ordered = _within_energy(work, ordered, free, outlooks)
     ends_s = {data.name: work.after_all(outlooks[data.name], data, ordered[data.name]).free_s for data in free}
-    return Plan(ordered, ends_s)
+    return AllocationPlan(ordered, ends_s)
 
 
 def _within_energy(
@@ -177,7 +177,7 @@ def revised(
     engaged: Mapping[str, Engagement],
     now_s: float,
     margin: float,
-) -> Plan:
+) -> AllocationPlan:
     """A plan under way: what is vacant on top of what is queued, or all of it anew if that ends earlier by a margin.
 
     Args:
@@ -197,7 +197,7 @@ def revised(
     if on_top.end_s - anew.end_s > margin * max(0.0, on_top.end_s - now_s):
         return anew
     roles = {d.name: (*work.in_order(outlooks[d.name], d, queued[d.name]), *on_top.roles[d.name]) for d in free}
-    return Plan(roles, on_top.ends_s)
+    return AllocationPlan(roles, on_top.ends_s)
 
 
 # Help --------------------------------------------------------------------------------------------
@@ -256,7 +256,7 @@ def _saving_s(work: Work, data: VehicleData, role: RoleSpecification, left_s: fl
 # Before a mission --------------------------------------------------------------------------------
 
 
-def job_plan(work: Work) -> Plan:
+def job_plan(work: Work) -> AllocationPlan:
     """Every open job that nobody holds, for members in addition to what each holds."""
     outlooks = {
         data.name: work.after_all(Outlook(0.0, work.position_m(data.name)), data, work.held_by(data.name))
@@ -281,6 +281,6 @@ def all_jobs(work: Work, help_s: float = math.inf) -> tuple[RoleAssignment, ...]
     return given + tuple(helped(work, idle, ends_s, 0.0, help_s))
 
 
-def assignments(work: Work, plan: Plan, most_each: int | None = None) -> tuple[RoleAssignment, ...]:
+def assignments(work: Work, plan: AllocationPlan, most_each: int | None = None) -> tuple[RoleAssignment, ...]:
     """The roles of a plan, of each vehicle the first ``most_each``; all if None."""
     return tuple(work.assignment(role, name) for name, roles in plan.roles.items() for role in roles[:most_each])

@@ -14,7 +14,7 @@ from pydantic import Field
 
 from remoras.database import VehicleData
 from remoras.organisation import Group
-from remoras.strategies.allocation import Engagement, Expectations, Plan, affordable, helped, revised
+from remoras.strategies.allocation import AllocationPlan, Engagement, Expectations, affordable, helped, revised
 from remoras.strategies.founding import common_roles
 from remoras.strategy import Move, Situation, Statable, Statement
 from remoras.work import Work, share_left
@@ -197,7 +197,7 @@ class Dispatcher:
         return [*said, *given, *self._help(engaged, plan, deaf, situation)]
 
     def _help(
-        self, engaged: Mapping[str, Engagement], plan: Plan, deaf: Collection[str], situation: Situation
+        self, engaged: Mapping[str, Engagement], plan: AllocationPlan, deaf: Collection[str], situation: Situation
     ) -> list[Statable]:
         work = situation.work
         idle = [d for d in work.workers if d.name not in deaf and not engaged[d.name].begun and not plan.roles[d.name]]

@@ -25,7 +25,7 @@ from pydantic import Field
 from remoras.authority import Authority
 from remoras.database import VehicleData
 from remoras.organisation import Group
-from remoras.strategies.allocation import Plan, helped, planned
+from remoras.strategies.allocation import AllocationPlan, helped, planned
 from remoras.strategies.dispatch import HELP
 from remoras.strategies.founding import common_roles, founded
 from remoras.strategy import JOB_DONE, Declaration, Heard, Move, Situation, Statable, Statement
@@ -154,7 +154,7 @@ class Broadcaster:
     def _again(
         self,
         work: Work,
-        plan: Plan,
+        plan: AllocationPlan,
         outlooks: Mapping[str, Outlook],
         doubted: Collection[str],
         situation: Situation,
@@ -171,7 +171,9 @@ class Broadcaster:
         left = [role for role in work.open if role.name not in trusted and work.able(data, role)]
         return work.in_order(outlooks[self._me], data, left)[0].name if left else None
 
-    def _help(self, work: Work, plan: Plan, outlooks: Mapping[str, Outlook], situation: Situation) -> str | None:
+    def _help(
+        self, work: Work, plan: AllocationPlan, outlooks: Mapping[str, Outlook], situation: Situation
+    ) -> str | None:
         """A job of another one that has room for this vehicle too, if that saves enough."""
         at = {name: at.role for name, at in self._at.items() if name in outlooks}
         idle = [data for data in work.workers if data.name not in at and not plan.roles[data.name]]

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from missions.files import shipped
-from missions.sweeps.additions import importable
+from missions.scenarios.named import importable
 from remoras import plugin_folders
 from remoras.plugin_folders import PluginFolders
 from remoras.plugins import named_object

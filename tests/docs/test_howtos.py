@@ -153,8 +153,11 @@ def test_a_sensor_from_outside_writes_its_table(executed: Any) -> None:
 
 def test_a_metric_from_outside_is_compared_and_ranked(executed: Any) -> None:
     folder, said = executed("metric")
-    assert summary(folder / "one")["closest_m"] > 0.0
+    asked = said["remoras compare one --metric closeness.py:CLOSEST"]
+    assert float(asked.split()[-1]) == summary(folder / "two")["closest_m"] > 0.0
     assert "closest_m" in said["remoras compare several"]
+    assert "n_assigned" in said["remoras compare several --metric handing.py:HANDED --metric closest_m"]
+    assert (folder / "several" / "roles-taken.png").is_file()
     assert "1 is the highest" in (folder / "several" / "ranking-closest_m.txt").read_text(encoding="utf-8")
 
 

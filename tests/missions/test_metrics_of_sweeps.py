@@ -140,9 +140,9 @@ def test_a_metric_without_direction_is_refused_by_name(better: Any) -> None:
         collected("own.mission:M", [metric("n_dives"), metric("depth_m", better)])
 
 
-def test_a_metric_that_lacks_its_direction_altogether_is_refused_by_name() -> None:
+def test_what_is_no_metric_is_refused_by_name() -> None:
     lacking: Any = SimpleNamespace(name="depth_m", unit="m")
-    with pytest.raises(ConfigurationError, match="metric depth_m, better: allowed"):
+    with pytest.raises(ConfigurationError, match="metric depth_m, it: is a SimpleNamespace"):
         collected("own.mission:M", [lacking])
 
 

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 from exchange.acoustics import loss
 from missions.comparison.baseline import compare
 from missions.comparison.ranking import ranks
-from missions.comparison.treatments import Outcome, is_one_run
+from missions.comparison.treatments import RunOutcome, is_one_run
 from missions.runs.root import Root
 from missions.runs.run import run
 from missions.scenarios import load
@@ -106,9 +106,9 @@ def test_a_dry_run_says_what_is_made_once(tmp_path: Path) -> None:
     assert (guess.planned, guess.deterministic) == (20, 2)
 
 
-def outcome(seed: int, drawn: Any, **more: Any) -> Outcome:
+def outcome(seed: int, drawn: Any, **more: Any) -> RunOutcome:
     said = {} if drawn == "unsaid" else {"drawn": drawn}
-    return Outcome({"seed": seed, "per": 0.0, "completed": True, "n_bytes": 7, **said, **more}, False, 20.0)
+    return RunOutcome({"seed": seed, "per": 0.0, "completed": True, "n_bytes": 7, **said, **more}, False, 20.0)
 
 
 @pytest.mark.parametrize(
@@ -124,8 +124,8 @@ def outcome(seed: int, drawn: Any, **more: Any) -> Outcome:
         ([outcome(1, "unsaid")], False),  # of an older version
         ([outcome(1, "unsaid"), outcome(2, "unsaid")], True),
         ([outcome(1, "unsaid", per=0.001), outcome(2, "unsaid", per=0.001)], False),
-        ([outcome(1, False), Outcome({"seed": 2, "per": 0.0}, True, 20.0)], False),
+        ([outcome(1, False), RunOutcome({"seed": 2, "per": 0.0}, True, 20.0)], False),
     ],
 )
-def test_when_repeats_are_one_run(runs: list[Outcome], expected: bool) -> None:
+def test_when_repeats_are_one_run(runs: list[RunOutcome], expected: bool) -> None:
     assert is_one_run(dict(enumerate(runs))) is expected

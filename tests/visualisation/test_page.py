@@ -5,7 +5,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from visualisation import style
-from visualisation.page import Box, Grid, Legend, Page
+from visualisation.page import Box, Legend, Page, PanelGrid
 
 
 def box_of(page: Page, axes: Axes) -> Box:
@@ -25,7 +25,7 @@ def test_a_panel_is_where_its_box_is() -> None:
 
 
 def test_panels_of_a_grid_stand_in_rows_and_fill_the_page() -> None:
-    grid = Grid(5, 3, 7.2, 0.6, 0.1, 0.25, 1.5, gap_in=0.7, row_gap_in=0.3)
+    grid = PanelGrid(5, 3, 7.2, 0.6, 0.1, 0.25, 1.5, gap_in=0.7, row_gap_in=0.3)
     boxes = grid.boxes
     assert [round(box.left_in, 9) for box in boxes[:3]] == [
         0.6, round(0.6 + grid.panel_in + 0.7, 9), round(0.6 + 2 * (grid.panel_in + 0.7), 9)
@@ -69,7 +69,7 @@ def test_a_legend_without_entries_is_none() -> None:
 
 
 def test_open_panels_have_letters_and_titles_that_fit() -> None:
-    grid = Grid(2, 2, 3.5, 0.5, 0.1, 0.2, 1.0, gap_in=0.5)
+    grid = PanelGrid(2, 2, 3.5, 0.5, 0.1, 0.2, 1.0, gap_in=0.5)
     with style.paper():
         page = Page(3.5, 1.5)
         titles = [axes.get_title(loc="left") for axes in page.open_panels(grid, ["short", "far too long for a panel"])]

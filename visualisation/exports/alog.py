@@ -24,7 +24,7 @@ SHAPES = {"ASV": "kayak", "AUV": "uuv"}
 """Shapes of vehicles in alogview, by type."""
 
 
-class Line(NamedTuple):
+class LogLine(NamedTuple):
     """One line of a log."""
 
     time_s: float
@@ -62,7 +62,7 @@ def word(text: str) -> str:
     return re.sub(r"[\s,=]+", "_", text).strip("_") or "_"
 
 
-def _reports(voyage: Voyage, vehicle: str, track: Track) -> Iterator[Line]:
+def _reports(voyage: Voyage, vehicle: str, track: Track) -> Iterator[LogLine]:
     """Where the vehicle is, at every point of its track."""
     shape = SHAPES.get(voyage.vehicles[vehicle], "uuv")
     headings_deg = ((90.0 - np.degrees(track.heading_rad)) % 360.0).tolist()
@@ -76,39 +76,39 @@ def _reports(voyage: Voyage, vehicle: str, track: Track) -> Iterator[Line]:
             f"NAME={word(vehicle)},TYPE={shape},TIME={time_s:.2f},X={x_m:.2f},Y={y_m:.2f},SPD={speed_mps:.3f},"
             f"HDG={heading_deg:.2f},DEPTH={depth_m:.2f}{where}"
         )
-        yield Line(time_s, "NODE_REPORT_LOCAL", report)
+        yield LogLine(time_s, "NODE_REPORT_LOCAL", report)
         numbers = {"X": x_m, "Y": y_m, "DEPTH": depth_m, "HEADING": heading_deg, "SPEED": speed_mps}
         for name, value in numbers.items():
-            yield Line(time_s, f"NAV_{name}", f"{value:.3f}")
+            yield LogLine(time_s, f"NAV_{name}", f"{value:.3f}")
 
 
-def _events(voyage: Voyage, vehicle: str) -> Iterator[Line]:
+def _events(voyage: Voyage, vehicle: str) -> Iterator[LogLine]:
     """What is said of the run, and what befell the vehicle, in time order."""
     said = {key: text for key, text in voyage.about.items() if key != "scenario_toml"}
-    lines = [Line(0.0, f"REMORAS_{key.upper()}", _one_line(text)) for key, text in said.items()]
+    lines = [LogLine(0.0, f"REMORAS_{key.upper()}", _one_line(text)) for key, text in said.items()]
     if voyage.datum is not None:
-        lines.append(Line(0.0, "LAT_ORIGIN", f"{voyage.datum.latitude_deg:.8f}"))
-        lines.append(Line(0.0, "LONG_ORIGIN", f"{voyage.datum.longitude_deg:.8f}"))
+        lines.append(LogLine(0.0, "LAT_ORIGIN", f"{voyage.datum.latitude_deg:.8f}"))
+        lines.append(LogLine(0.0, "LONG_ORIGIN", f"{voyage.datum.longitude_deg:.8f}"))
     for place in voyage.places:
         points = [f"{x_m:.2f},{y_m:.2f}" for x_m, y_m in place.outline_m]
         if len(points) == 1:
-            lines.append(Line(0.0, "VIEW_POINT", f"x={points[0].replace(',', ',y=')},label={word(place.name)}"))
+            lines.append(LogLine(0.0, "VIEW_POINT", f"x={points[0].replace(',', ',y=')},label={word(place.name)}"))
         else:
             outline = ":".join([*points, points[0]])
-            lines.append(Line(0.0, "VIEW_SEGLIST", f"pts={{{outline}}},label={word(place.name)}"))
-    lines += [Line(one.time_s, "ROLE", one.text) for one in voyage.states if one.vehicle == vehicle]
+            lines.append(LogLine(0.0, "VIEW_SEGLIST", f"pts={{{outline}}},label={word(place.name)}"))
+    lines += [LogLine(one.time_s, "ROLE", one.text) for one in voyage.states if one.vehicle == vehicle]
     for packet in voyage.packets:
         what = f"slot={packet.slot},sender={word(packet.sender)},bits={packet.size_bits}"
         if packet.sender == vehicle:
-            lines.append(Line(packet.time_s, "PACKET_SENT", f"{what},heard={len(packet.receivers)}"))
+            lines.append(LogLine(packet.time_s, "PACKET_SENT", f"{what},heard={len(packet.receivers)}"))
         elif vehicle in packet.receivers:
-            lines.append(Line(packet.end_s, "PACKET_HEARD", what))
+            lines.append(LogLine(packet.end_s, "PACKET_HEARD", what))
         elif vehicle in packet.lost_by:
-            lines.append(Line(packet.end_s, "PACKET_LOST", what))
+            lines.append(LogLine(packet.end_s, "PACKET_LOST", what))
     for entry in voyage.log:
         if entry.about == vehicle or entry.about not in voyage.vehicles:
             about = "" if entry.about in ("", vehicle) else f"{entry.about}: "
-            lines.append(Line(entry.time_s, "LOG", _one_line(f"{about}{entry.text}")))
+            lines.append(LogLine(entry.time_s, "LOG", _one_line(f"{about}{entry.text}")))
     return iter(sorted(lines, key=lambda line: line.time_s))
 
 

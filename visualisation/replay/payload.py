@@ -36,7 +36,7 @@ MOST_ROWS = 20_000
 """Of a mission's own table no more rows are shown, the earliest."""
 
 
-class Job(Protocol):
+class ShownJob(Protocol):
     """What is shown of a ``remoras.work.Job``."""
 
     @property
@@ -49,7 +49,7 @@ class Job(Protocol):
 
 
 def run_data(
-    results: RunResults, places: Sequence[Place] = (), jobs: Iterable[Job] = (), is_bound: bool = False
+    results: RunResults, places: Sequence[Place] = (), jobs: Iterable[ShownJob] = (), is_bound: bool = False
 ) -> bytes:
     """All that a replay shows of a run, compressed; the same bytes for the same results.
 
@@ -76,7 +76,7 @@ class Payload:
         is_bound: whether the strategy is a bound under which all know at once what any vehicle says.
     """
 
-    def __init__(self, places: Sequence[Place] = (), jobs: Iterable[Job] = (), is_bound: bool = False) -> None:
+    def __init__(self, places: Sequence[Place] = (), jobs: Iterable[ShownJob] = (), is_bound: bool = False) -> None:
         self._places = places
         self._done = {job.name: tuple(job.done) for job in jobs}
         self._is_bound = is_bound

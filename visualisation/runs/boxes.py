@@ -50,7 +50,7 @@ class Chip(NamedTuple):
         return style.width_in(self.text, style.TINY_PT) + 0.07
 
 
-class Line(NamedTuple):
+class RoleLine(NamedTuple):
     """A role and its chips, each with its distance from the left edge and the line on which it stands."""
 
     name: str
@@ -62,12 +62,12 @@ class Line(NamedTuple):
         return 1 + max((line for *_, line in self.chips), default=0)
 
 
-class Block(NamedTuple):
+class BoxTree(NamedTuple):
     """A box with its roles in columns, and what stands below it, each at its place."""
 
     title: str
-    columns: list[list[Line]]
-    below: list[tuple[float, float, Block]]
+    columns: list[list[RoleLine]]
+    below: list[tuple[float, float, BoxTree]]
     """Of each block below: from the left and from the top of this one."""
     width_in: float
     box_in: float
@@ -79,7 +79,7 @@ class Block(NamedTuple):
         return (self.width_in - PAD_IN) / max(1, len(self.columns))
 
 
-class Chart:
+class BoxChart:
     """The boxes of an organisation at a time.
 
     Args:
@@ -120,13 +120,13 @@ class Chart:
 
     def _side_by_side(
         self, groups: Sequence[Group], below: Mapping[str, list[Group]], room_in: float, seen: frozenset[str]
-    ) -> tuple[list[tuple[float, float, Block]], float]:
+    ) -> tuple[list[tuple[float, float, BoxTree]], float]:
         """Blocks of groups in rows, as many side by side as have room, and how deep they reach."""
         if not groups:
             return [], 0.0
         columns = max(1, min(len(groups), int((room_in + GAP_IN) / (LEAST_IN + GAP_IN))))
         width_in = (room_in - (columns - 1) * GAP_IN) / columns
-        placed: list[tuple[float, float, Block]] = []
+        placed: list[tuple[float, float, BoxTree]] = []
         down_in = 0.0
         for first in range(0, len(groups), columns):
             row = [self._block(group, below, width_in, seen) for group in groups[first : first + columns]]
@@ -135,7 +135,7 @@ class Chart:
             down_in += max(block.height_in for block in row)
         return placed, down_in
 
-    def _block(self, group: Group, below: Mapping[str, list[Group]], width_in: float, seen: frozenset[str]) -> Block:
+    def _block(self, group: Group, below: Mapping[str, list[Group]], width_in: float, seen: frozenset[str]) -> BoxTree:
         seen = seen | {group.name}
         names = {role.name: f"{HEAD * role.is_head}{role.name} {role.cardinality}".rstrip() for role in group.roles}
         widest_in = max((style.width_in(name, style.TINY_PT) for name in names.values()), default=0.0)
@@ -153,7 +153,7 @@ class Chart:
         blocks, deep_in = self._side_by_side(supervised, below, width_in - INDENT_IN, seen)
         under = [(INDENT_IN + left_in, box_in + DROP_IN + down_in, block) for left_in, down_in, block in blocks]
         title = style.fitted(group.name, width_in - 2 * PAD_IN, style.SMALL_PT, "bold")
-        return Block(title, columns, under, width_in, box_in, box_in + (DROP_IN + deep_in if under else 0.0))
+        return BoxTree(title, columns, under, width_in, box_in, box_in + (DROP_IN + deep_in if under else 0.0))
 
     def _chips(self, group: Group, role: str, minimum: int) -> list[Chip]:
         holders = [one for one in self._view.holdings.get((group.name, role), ()) if one.holds(self._at_s)]
@@ -180,7 +180,7 @@ class Chart:
         return chips + ([Chip(f"+{len(names) - len(shown)}")] if len(shown) < len(names) else [])
 
     @staticmethod
-    def _line(name: str, chips: Sequence[Chip], names_in: float, room_in: float) -> Line:
+    def _line(name: str, chips: Sequence[Chip], names_in: float, room_in: float) -> RoleLine:
         placed: list[tuple[Chip, float, int]] = []
         at_in, line = names_in, 0
         for chip in chips:
@@ -190,13 +190,13 @@ class Chart:
                 at_in, line = names_in, line + 1
             placed.append((shown, at_in, line))
             at_in += shown.width_in + 0.03
-        return Line(style.fitted(name, names_in - 0.05, style.TINY_PT), placed)
+        return RoleLine(style.fitted(name, names_in - 0.05, style.TINY_PT), placed)
 
 
-def _columns(lines: Sequence[Line], n_columns: int) -> list[list[Line]]:
+def _columns(lines: Sequence[RoleLine], n_columns: int) -> list[list[RoleLine]]:
     """Lines in columns that are about as deep."""
     most = -(-sum(line.n_lines for line in lines) // n_columns)
-    columns: list[list[Line]] = [[]]
+    columns: list[list[RoleLine]] = [[]]
     for line in lines:
         deep = sum(one.n_lines for one in columns[-1])
         if columns[-1] and deep + line.n_lines > most and len(columns) < n_columns:
@@ -205,7 +205,7 @@ def _columns(lines: Sequence[Line], n_columns: int) -> list[list[Line]]:
     return columns
 
 
-def _draw(axes: Axes, block: Block, left_in: float, top_in: float) -> None:
+def _draw(axes: Axes, block: BoxTree, left_in: float, top_in: float) -> None:
     axes.add_patch(
         Rectangle((left_in, top_in), block.width_in, block.box_in, facecolor="white", edgecolor=style.BLACK,
                   linewidth=0.7, zorder=2)
@@ -228,7 +228,7 @@ def _draw(axes: Axes, block: Block, left_in: float, top_in: float) -> None:
         _draw(axes, under, left_in + right_in, top_in + down_in)
 
 
-def _elbows(block: Block) -> Iterator[tuple[tuple[float, ...], tuple[float, ...]]]:
+def _elbows(block: BoxTree) -> Iterator[tuple[tuple[float, ...], tuple[float, ...]]]:
     """Lines of supervision: down along the left edge, across above each row, and into the head of each box."""
     trunk_in = INDENT_IN / 2
     for x_in, y_in, under in block.below:
@@ -236,7 +236,7 @@ def _elbows(block: Block) -> Iterator[tuple[tuple[float, ...], tuple[float, ...]
         yield (trunk_in, trunk_in, into_in, into_in), (block.box_in, bus_in, bus_in, y_in)
 
 
-def _draw_line(axes: Axes, line: Line, left_in: float, top_in: float) -> None:
+def _draw_line(axes: Axes, line: RoleLine, left_in: float, top_in: float) -> None:
     axes.text(left_in, top_in + LINE_IN / 2, line.name, fontsize=style.TINY_PT, va="center_baseline", zorder=3)
     for chip, at_in, number in line.chips:
         corner = left_in + at_in, top_in + number * LINE_IN + (LINE_IN - CHIP_IN) / 2

@@ -38,7 +38,7 @@ EXPECTED: dict[str, Any] = {"marker": "d", "markersize": 3.0, "markerfacecolor":
 MARK: dict[str, Any] = {"color": style.BLACK, "linestyle": "none"}
 
 
-class Event(NamedTuple):
+class TaskStatus(NamedTuple):
     """The status of a task from a time on, and when it is expected to end; infinite if nobody can tell."""
 
     time_s: float
@@ -46,12 +46,12 @@ class Event(NamedTuple):
     expected_s: float
 
 
-class Task(NamedTuple):
+class TaskRow(NamedTuple):
     """A row: a task of a tree, how deep it lies, and what became of it."""
 
     depth: int
     label: str
-    events: tuple[Event, ...]
+    events: tuple[TaskStatus, ...]
 
 
 class Tree(NamedTuple):
@@ -59,7 +59,7 @@ class Tree(NamedTuple):
 
     vehicle: str
     is_of_group: bool
-    tasks: tuple[Task, ...]
+    tasks: tuple[TaskRow, ...]
 
 
 def trees(results: RunResults) -> list[Tree]:
@@ -78,7 +78,7 @@ def _tree(about: tuple[str, ...], rows: dict[int, list[dict[str, Any]]]) -> Tree
     below: dict[int, list[int]] = defaultdict(list)
     for node in sorted(rows):
         below[int(rows[node][0]["parent"])].append(node)
-    tasks: list[Task] = []
+    tasks: list[TaskRow] = []
     left = [(node, 0) for node in reversed(below[-1])]
     while left:
         node, depth = left.pop()
@@ -88,15 +88,15 @@ def _tree(about: tuple[str, ...], rows: dict[int, list[dict[str, Any]]]) -> Tree
             label += f": {last['method']}"
         if not depth:
             label = f"{vehicle}  " + (f"{role}: {objective}({argument})" if role else label)
-        tasks.append(Task(depth, label, tuple(_event(row) for row in rows[node])))
+        tasks.append(TaskRow(depth, label, tuple(_event(row) for row in rows[node])))
         left += [(child, depth + 1) for child in reversed(below[node])]
     return Tree(vehicle, not role, tuple(tasks))
 
 
-def _event(row: dict[str, Any]) -> Event:
+def _event(row: dict[str, Any]) -> TaskStatus:
     expected_s = row["expected_time_s"]
     known = expected_s is not None and not math.isnan(expected_s) and expected_s > 0.0
-    return Event(row["time_s"], row["status"], row["time_s"] + expected_s if known else math.inf)
+    return TaskStatus(row["time_s"], row["status"], row["time_s"] + expected_s if known else math.inf)
 
 
 def picture(results: RunResults, width_in: float = style.PAGE_IN) -> Picture:
@@ -150,11 +150,11 @@ def _draw(page: Sheet, results: RunResults, shown: Sequence[Tree], depth: int, w
         at_in += ROW_IN * len(tasks) + GAP_IN
 
 
-def _row(axes: Axes, task: Task, middle_in: float, colour: str, end_s: float) -> None:
+def _row(axes: Axes, task: TaskRow, middle_in: float, colour: str, end_s: float) -> None:
     """Bars and marks of one task, as far as they lie in the window."""
     low_s, high_s = axes.get_xlim()
     shade, before = style.tint(colour, 0.4 if task.depth else 1.0), ""
-    for event, after in pairwise((*task.events, Event(end_s, "", math.inf))):
+    for event, after in pairwise((*task.events, TaskStatus(end_s, "", math.inf))):
         if event.status in HEIGHTS:
             high_in = HEIGHTS[event.status] * ROW_IN
             where_in = middle_in - high_in / 2, high_in

@@ -15,7 +15,7 @@ Tenures = Mapping[str, Sequence[Tenure]]
 """Roles by vehicle."""
 
 
-class Row(NamedTuple):
+class LaneRole(NamedTuple):
     """One role of a lane: when each of its vehicles held it, and when it drove them."""
 
     group: str
@@ -28,7 +28,7 @@ class Lane(NamedTuple):
     """One vehicle or several, and their roles."""
 
     vehicles: tuple[str, ...]
-    rows: tuple[Row, ...]
+    rows: tuple[LaneRole, ...]
 
     @property
     def is_folded(self) -> bool:
@@ -67,13 +67,13 @@ def _folded(tenures: Tenures, alike: Callable[[str], Hashable]) -> list[Lane]:
     return [Lane(tuple(own), _rows(tenures, own)) for own in members.values()]
 
 
-def _rows(tenures: Tenures, vehicles: Sequence[str]) -> tuple[Row, ...]:
+def _rows(tenures: Tenures, vehicles: Sequence[str]) -> tuple[LaneRole, ...]:
     found: dict[RoleKey, list[Tenure]] = {}
     for vehicle in vehicles:
         for one in tenures[vehicle]:
             found.setdefault((one.group, one.role), []).append(one)
     return tuple(
-        Row(*key, tuple(one.held for one in own), tuple(one.active for one in own)) for key, own in found.items()
+        LaneRole(*key, tuple(one.held for one in own), tuple(one.active for one in own)) for key, own in found.items()
     )
 
 

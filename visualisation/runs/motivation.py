@@ -11,7 +11,7 @@ from matplotlib.patches import Patch
 
 from missions.figure import RunResults
 from visualisation import style, words
-from visualisation.page import Grid, Legend, Page, Picture
+from visualisation.page import Legend, Page, PanelGrid, Picture
 from visualisation.runs import captions
 from visualisation.runs.declared import Kit
 
@@ -27,7 +27,7 @@ CANDIDATE = ("group", "role", "objective", "argument", "activities")
 """Columns by which a vehicle could choose a set of activities once at a time."""
 
 
-class Moment(NamedTuple):
+class Weighed(NamedTuple):
     """What a vehicle weighed, strongest combination first; ``margin`` is by how much the one that is performed won."""
 
     time_s: float
@@ -53,7 +53,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> Picture:
     colours = {vehicle: look.colour for vehicle, look in Kit(results).looks.items()}
     names_in = NAME_SHARE * width_in / columns
     n = max(1, len(shown))
-    grid = Grid(n, columns, width_in, names_in, 0.12, TITLE_IN, body_in, names_in + GAP_IN, AXIS_IN)
+    grid = PanelGrid(n, columns, width_in, names_in, 0.12, TITLE_IN, body_in, names_in + GAP_IN, AXIS_IN)
     most = max((value for moment in shown for row in moment.rows for value in _ends(row)), default=1.0)
     legend = Legend(_legend(), width_in - 0.2)
     with style.paper():
@@ -72,7 +72,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> Picture:
     return Picture(page.figure, _caption(results, len(shown), len(found)))
 
 
-def contested(results: RunResults) -> list[Moment]:
+def contested(results: RunResults) -> list[Weighed]:
     """Moments at which a vehicle left something aside that it was moved to, for want of room."""
     weighed: dict[tuple[float, str], list[dict[str, Any]]] = defaultdict(list)
     for row in results.table("decisions").to_pylist():
@@ -87,7 +87,7 @@ def contested(results: RunResults) -> list[Moment]:
             moved = [row for row in rows if row["chosen"] or row in rivals]
             moved.sort(key=lambda row: (not row["chosen"], -(row["best_mean"] or 0.0)))
             won = max((row["best_mean"] or 0.0 for row in moved if row["chosen"]), default=0.0)
-            found.append(Moment(time_s, vehicle, moved[:BARS], won - max(row["best_mean"] or 0.0 for row in rivals)))
+            found.append(Weighed(time_s, vehicle, moved[:BARS], won - max(row["best_mean"] or 0.0 for row in rivals)))
     return found
 
 
@@ -95,7 +95,7 @@ def _ends(row: dict[str, Any]) -> tuple[float, float]:
     return row["own"] + row["external"], row["best_mean"] or 0.0
 
 
-def _bars(axes: Axes, moment: Moment, colour: str, room_in: float) -> None:
+def _bars(axes: Axes, moment: Weighed, colour: str, room_in: float) -> None:
     names = []
     for at, row in enumerate(moment.rows):
         look: dict[str, Any] = {

@@ -28,7 +28,7 @@ WORST_FRAMES = 10
 """Age of news, in TDMA frames, at which it is black."""
 
 
-class Outcome(NamedTuple):
+class PacketOutcome(NamedTuple):
     """What became of the packets: a row for each, a column for each vehicle.
 
     Attributes:
@@ -63,7 +63,7 @@ class Traffic:
     time_s: Floats
     slot: NDArray[np.int64]
     sender: NDArray[np.int64]
-    outcome: Outcome
+    outcome: PacketOutcome
     end_s: float
     out: Mapping[str, Sequence[Outage]] = field(default_factory=dict)
     reasons: Counter[str] = field(default_factory=Counter)
@@ -177,7 +177,7 @@ def traffic(results: RunResults) -> Traffic:
         np.array([row["time_s"] for row in rows], dtype=float),
         np.array([row["slot"] for row in rows], dtype=np.int64),
         np.array([number[row["sender"]] for row in rows], dtype=np.int64),
-        Outcome(heard & ~lost, lost, collided, refused),
+        PacketOutcome(heard & ~lost, lost, collided, refused),
         reading.end_s(results),
         outages(results),
         Counter(kind_of(row["reason"]) for row in refusals),

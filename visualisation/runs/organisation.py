@@ -14,7 +14,7 @@ from missions.figure import RunResults
 from visualisation import style, words
 from visualisation.page import Box, Picture
 from visualisation.runs import boxes, captions, reading
-from visualisation.runs.boxes import HEAD, Chart, ink
+from visualisation.runs.boxes import HEAD, BoxChart, ink
 from visualisation.runs.declared import Kit
 from visualisation.runs.lanes import shares
 from visualisation.runs.reading import Span
@@ -85,7 +85,7 @@ DETAILS = (
 """From the most to the least; the first that fits a page is taken."""
 
 
-class Row(NamedTuple):
+class RoleRow(NamedTuple):
     """A role over time: its holders in lanes, one behind the other where they succeed each other."""
 
     group: Group
@@ -138,7 +138,7 @@ class _Drawing:
         self.view, self.at_s, self.groups = view._replace(groups=list(groups)), at_s, groups
         self.looks = Kit(results).looks
         self.end_s = reading.end_s(results)
-        self.chart = Chart(self.view, at_s, self.looks, width_in, detail.most_chips)
+        self.chart = BoxChart(self.view, at_s, self.looks, width_in, detail.most_chips)
         self.names_in = NAMES_IN if width_in >= WIDE_IN else NARROW_NAMES_IN
         self.rows = {group.name: list(_rows(self.view, group, detail)) for group in groups}
         body_in = sum(
@@ -201,7 +201,7 @@ class _Drawing:
                 times_s = [span.start_s, min(span.end_s, self.end_s)]
                 axes.plot(times_s, [middle_in] * 2, color=style.BLACK, linewidth=1.2, zorder=5)
 
-    def _row(self, row: Row, top_in: float) -> None:
+    def _row(self, row: RoleRow, top_in: float) -> None:
         size_pt = style.TINY_PT
         label = style.fitted(row.name, self.names_in - 0.08, size_pt)
         self.page.note(0.16, top_in + row.height_in / 2, label, size_pt)
@@ -238,7 +238,7 @@ class _Drawing:
                     color=ink(colour) if is_here else style.BLACK,
                 )  # fmt: skip
 
-    def _count(self, axes: Axes, row: Row, top_in: float) -> None:
+    def _count(self, axes: Axes, row: RoleRow, top_in: float) -> None:
         """Share of the most holders that the role ever had."""
         present = [one.present for lane in row.lanes for one in lane]
         for span, share in shares(present, len(row.lanes)):
@@ -257,7 +257,7 @@ class _Drawing:
                     axes.plot([mark.time_s], [middle_in], **{**MARK, **MARKS[mark.kind][0]})
 
 
-def _rows(view: View, group: Group, detail: Detail) -> Iterator[Row]:
+def _rows(view: View, group: Group, detail: Detail) -> Iterator[RoleRow]:
     """Rows of the roles of a group, without those that nobody ever held, needed or asked for."""
     vacancies = view.vacancies(group)
     marked = {mark.role for mark in view.marks if mark.group == group.name}
@@ -272,7 +272,7 @@ def _rows(view: View, group: Group, detail: Detail) -> Iterator[Row]:
         counted = f" ({len(lanes)})" if is_counted else ""
         name = f"{HEAD if role.is_head else ''}{role.name}{counted}"
         height_in = max(height_in + 0.02, 0.11)
-        yield Row(group, name, role.name, lanes, vacancies[role.name], is_counted, lane_in, height_in)
+        yield RoleRow(group, name, role.name, lanes, vacancies[role.name], is_counted, lane_in, height_in)
 
 
 def _lanes(holdings: Sequence[Holding]) -> list[list[Holding]]:
@@ -288,7 +288,7 @@ def _lanes(holdings: Sequence[Holding]) -> list[list[Holding]]:
     return lanes
 
 
-def _legend(view: View, rows: dict[str, list[Row]], has_counts: bool) -> list[Artist]:
+def _legend(view: View, rows: dict[str, list[RoleRow]], has_counts: bool) -> list[Artist]:
     all_rows = [row for own in rows.values() for row in own]
     holdings = [one for row in all_rows for lane in row.lanes for one in lane]
     is_away = any(one.present != (one.span,) for one in holdings)

@@ -34,7 +34,7 @@ FLAG_HALF_IN = 0.075
 FLAG = {"boxstyle": "square,pad=0.2", "facecolor": "white", "edgecolor": style.BLACK, "linewidth": 0.5}
 
 
-class Mark(NamedTuple):
+class NumberedMark(NamedTuple):
     """Milestones reached at one time, under one number."""
 
     number: int
@@ -102,13 +102,13 @@ def sheet(
     return Sheet(page, (axes,), top_in)
 
 
-def grouped(milestones: Sequence[Milestone]) -> list[Mark]:
+def grouped(milestones: Sequence[Milestone]) -> list[NumberedMark]:
     """Milestones numbered by time; those of one time share a number."""
     at: dict[float, list[str]] = defaultdict(list)
     for milestone in sorted(milestones, key=lambda milestone: milestone.time_s):
         at[milestone.time_s].append(milestone.label)
     return [
-        Mark(number, time_s, f"{'; '.join(labels)} ({time_s:.{0 if time_s >= 100 else 1}f} s)")
+        NumberedMark(number, time_s, f"{'; '.join(labels)} ({time_s:.{0 if time_s >= 100 else 1}f} s)")
         for number, (time_s, labels) in enumerate(at.items(), start=1)
     ]
 
@@ -159,7 +159,7 @@ def _time_axis(axes: Axes, part: Span, width_in: float, body_in: float) -> None:
     axes.spines["top"].set_visible(False)
 
 
-def _flags(axes: Axes, marks: Sequence[Mark], width_in: float, n_rows: int) -> None:
+def _flags(axes: Axes, marks: Sequence[NumberedMark], width_in: float, n_rows: int) -> None:
     start_s, end_s = axes.get_xlim()
     body_in = axes.get_ylim()[0]
     scale = (end_s - start_s) / width_in

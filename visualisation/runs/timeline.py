@@ -17,7 +17,7 @@ from visualisation import style
 from visualisation.page import Picture
 from visualisation.runs import captions, reading
 from visualisation.runs.declared import Kit
-from visualisation.runs.lanes import FOLDS, Lane, Row, shares
+from visualisation.runs.lanes import FOLDS, Lane, LaneRole, shares
 from visualisation.runs.reading import VehicleFault
 from visualisation.runs.sheet import Sheet, sheet
 
@@ -126,7 +126,7 @@ class _Timeline:
         self.page.note(0.08, top_in + band_in / 2 - 0.06, name, self.size_pt, weight="bold")
         self.page.note(0.08, top_in + band_in / 2 + 0.06, members, style.TINY_PT)
 
-    def _row(self, axes: Axes, lane: Lane, row: Row, middle_in: float) -> None:
+    def _row(self, axes: Axes, lane: Lane, row: LaneRole, middle_in: float) -> None:
         """Bars of one role: of one vehicle in its colour, of several as high as the share of them."""
         hatch = self.hatches[row.group]
         if lane.is_folded:
@@ -146,7 +146,7 @@ class _Timeline:
                 )
 
 
-def _shares(axes: Axes, lane: Lane, row: Row, middle_in: float) -> None:
+def _shares(axes: Axes, lane: Lane, row: LaneRole, middle_in: float) -> None:
     """Shares of the vehicles of a folded lane: pale those that held a role, dark those that it drove."""
     high_in = DRIVING * FOLDED_ROW_IN
     for of_vehicles, strength in ((row.held, 0.4), (row.active, 1.0)):

@@ -97,7 +97,7 @@ OUTLINES = (("-", "Outlines"), (style.LINES[1], "Dashed outlines"), (style.LINES
 """Lines of places that are polygons, likewise."""
 
 
-class Event(NamedTuple):
+class TrackEvent(NamedTuple):
     """A milestone, or the beginning of a fault, that is marked on the track of its vehicle."""
 
     vehicle: str
@@ -113,7 +113,7 @@ class Scene(NamedTuple):
     points: dict[str, list[Place]]
     outlines: dict[str, list[Place]]
     layers: list[Layer]
-    events: list[Event]
+    events: list[TrackEvent]
     end_s: float
 
     @property
@@ -199,7 +199,7 @@ def _scene(results: RunResults, places: Sequence[Place], layers: Sequence[Layer]
         for mark, (marker, size_pt) in zip(marks, cycle(MARKS), strict=False)
     }
     tracks = reading.tracks(results)
-    faults = [Event(one.vehicle, one.span.start_s, FAULT) for one in reading.vehicle_faults(results)]
+    faults = [TrackEvent(one.vehicle, one.span.start_s, FAULT) for one in reading.vehicle_faults(results)]
     return Scene(
         tracks=tracks,
         looks=declared.Kit(results).looks,
@@ -207,7 +207,7 @@ def _scene(results: RunResults, places: Sequence[Place], layers: Sequence[Layer]
         outlines=outlines,
         layers=list(layers),
         events=[
-            Event(one.vehicle, one.time_s, symbols[one.name])
+            TrackEvent(one.vehicle, one.time_s, symbols[one.name])
             for one in reading.milestones(results)
             if one.name in symbols and one.vehicle in tracks
         ]

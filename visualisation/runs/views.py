@@ -38,7 +38,7 @@ class Holding(NamedTuple):
         return any(span.start_s <= at_s < span.end_s for span in self.present)
 
 
-class Mark(NamedTuple):
+class ActMark(NamedTuple):
     """Something that happened to a group, or to one of its roles: refused, or one of the acts that are marked."""
 
     time_s: float
@@ -62,7 +62,7 @@ class View(NamedTuple):
     groups: list[Group]
     holdings: dict[RoleKey, list[Holding]]
     exists: dict[str, list[Span]]
-    marks: list[Mark]
+    marks: list[ActMark]
 
     def vacancies(self, group: Group) -> dict[str, list[tuple[Span, int]]]:
         """Stretches in which a role has fewer holders in the mission than it needs, and how many are lacking."""
@@ -153,9 +153,9 @@ def _absences(results: RunResults, viewer: str) -> dict[str, list[Outage]]:
     return found
 
 
-def _marks(rows: Sequence[dict[str, Any]], viewer: str) -> list[Mark]:
+def _marks(rows: Sequence[dict[str, Any]], viewer: str) -> list[ActMark]:
     """What is marked: what the viewer wrote; without one what acts did at their issuers, and all that was refused."""
-    found: dict[Mark, None] = {}
+    found: dict[ActMark, None] = {}
     for row in rows:
         act, vehicle = row.get("act"), row["vehicle"]
         if row["event"] == REFUSED:
@@ -165,11 +165,11 @@ def _marks(rows: Sequence[dict[str, Any]], viewer: str) -> list[Mark]:
         else:
             continue
         if vehicle == (viewer or own):
-            found[Mark(row["time_s"], kind, row["group"], "" if act in OF_GROUPS else row["role"])] = None
+            found[ActMark(row["time_s"], kind, row["group"], "" if act in OF_GROUPS else row["role"])] = None
     return list(found)
 
 
-def _existence(group: Group, marks: Iterable[Mark]) -> list[Span]:
+def _existence(group: Group, marks: Iterable[ActMark]) -> list[Span]:
     own = [mark for mark in marks if mark.group == group.name and mark.kind in (CREATED, DISSOLVED)]
     since = 0.0 if group.is_founded and not (own and own[0].kind == CREATED) else None
     spans = []

@@ -19,7 +19,7 @@ from matplotlib.ticker import MaxNLocator
 
 from missions.comparison.rows import Comparison
 from visualisation import labels, style
-from visualisation.page import LEGEND_UP_IN, Grid, Legend, Page
+from visualisation.page import LEGEND_UP_IN, Legend, Page, PanelGrid
 from visualisation.sweeps.arrangement import (
     POLICIES,
     REPEAT,
@@ -375,7 +375,7 @@ def _page(
     legend = Legend(tuple(handles) if len(arrangement.series) > 1 else (), width_in - 0.1)
     legend_in = legend.height_in + 0.08 if legend.entries else LEGEND_UP_IN
     top_in = TITLE_IN + TOP_IN if len(titles) > 1 else TOP_IN
-    grid = Grid(len(titles), columns, width_in, LEFT_IN, RIGHT_IN, top_in, body_in, GAP_IN, ROW_GAP_IN)
+    grid = PanelGrid(len(titles), columns, width_in, LEFT_IN, RIGHT_IN, top_in, body_in, GAP_IN, ROW_GAP_IN)
     page = Page(width_in, grid.height_in + AXIS_IN + legend_in + key_in)
     panels = page.open_panels(grid, titles if len(titles) > 1 else ())
     name = style.fitted(arrangement.axis_label if x_label is None else x_label, grid.panel_in, style.TEXT_PT)

@@ -80,7 +80,7 @@ class Numbers:
 
 
 @dataclass(frozen=True)
-class Chart:
+class SweepChart:
     """One figure to write: the end of its file's name, its numbers, its caption, and how it is drawn in a width."""
 
     title: str
@@ -250,13 +250,13 @@ def _written(
     return files
 
 
-def _caption(results: SweepResults, numbers: Numbers, chart: Chart) -> str:
+def _caption(results: SweepResults, numbers: Numbers, chart: SweepChart) -> str:
     """What a figure shows, of which runs."""
     conditions = captions.conditions(results, numbers.arrangement, chart.rows)
     return f"{chart.title}{': ' * bool(chart.title)}{chart.caption} {conditions}"
 
 
-def _charts(kind: str, numbers: Numbers) -> Iterator[Chart]:
+def _charts(kind: str, numbers: Numbers) -> Iterator[SweepChart]:
     """The figures of a kind: one for all combinations, or one for each."""
     arrangement = numbers.arrangement
     combinations = list(arrangement.titles)
@@ -268,16 +268,16 @@ def _charts(kind: str, numbers: Numbers) -> Iterator[Chart]:
             yield chart
 
 
-def _ranking(title: str, combination: Combination, numbers: Numbers) -> Chart:
+def _ranking(title: str, combination: Combination, numbers: Numbers) -> SweepChart:
     from visualisation.sweeps import ranking
 
     arrangement, by = numbers.arrangement, numbers.ranked_by
     own = arrangement.of(combination, numbers.ranks)
     text = captions.ranking(arrangement, by, own)
-    return Chart(title, own, text, partial(ranking.figure, arrangement, own, by.label))
+    return SweepChart(title, own, text, partial(ranking.figure, arrangement, own, by.label))
 
 
-def _chart(kind: str, title: str, group: Sequence[Combination], numbers: Numbers) -> Chart:
+def _chart(kind: str, title: str, group: Sequence[Combination], numbers: Numbers) -> SweepChart:
     from visualisation.sweeps import charts
 
     arrangement, rows, measures = numbers.arrangement, numbers.rows, numbers.measures
@@ -286,17 +286,17 @@ def _chart(kind: str, title: str, group: Sequence[Combination], numbers: Numbers
     own = list({id(row): row for row in found}.values())
     if kind == "overview":
         text = captions.overview(arrangement, own, drawn)
-        return Chart(title, own, text, partial(charts.overview, arrangement, group[0], drawn, rows))
+        return SweepChart(title, own, text, partial(charts.overview, arrangement, group[0], drawn, rows))
     if kind == "trade-off":
         across, up = drawn
         text = captions.trade_off(arrangement, group, across, up)
-        return Chart(title, own, text, partial(charts.trade_off, arrangement, group, across, up, rows))
+        return SweepChart(title, own, text, partial(charts.trade_off, arrangement, group, across, up, rows))
     if kind == "differences":
         compared, differences = of_differences(drawn[0], rows[drawn[0].metric.name])
         text = captions.differences(arrangement, group, own, drawn[0])
-        return Chart(title, own, text, partial(charts.metric, arrangement, group, differences, compared))
+        return SweepChart(title, own, text, partial(charts.metric, arrangement, group, differences, compared))
     text = captions.metric(arrangement, group, own, drawn[0])
-    return Chart(title, own, text, partial(charts.metric, arrangement, group, own, drawn[0]))
+    return SweepChart(title, own, text, partial(charts.metric, arrangement, group, own, drawn[0]))
 
 
 def _file_name(stem: str, title: str, taken: set[str]) -> str:

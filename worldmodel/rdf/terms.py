@@ -11,8 +11,9 @@ from rdflib import XSD, Literal, Namespace, URIRef
 from rdflib.term import Node
 
 from worldmodel.facts import Block, Observation
+from worldmodel.fields import Value
 from worldmodel.store import Store
-from worldmodel.tbox import TYPE_UID, Attribute, TBox, Value, ValueKind
+from worldmodel.tbox import TYPE_UID, Attribute, TBox, ValueKind
 from worldmodel.turtle import SIT
 
 RUN = Namespace("https://w3id.org/remoras/run/")

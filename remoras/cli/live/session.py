@@ -35,7 +35,7 @@ class Phase(StrEnum):
 OVER = (Phase.FINISHED, Phase.CRASHED)
 
 
-class Task(Enum):
+class SessionTask(Enum):
     """What the thread does next."""
 
     BEGIN = auto()
@@ -141,31 +141,31 @@ class Session:
 
     @rare_collections()
     def _work(self) -> None:
-        while (task := self._next()) is not Task.CLOSE:
-            if task is Task.BEGIN:
+        while (task := self._next()) is not SessionTask.CLOSE:
+            if task is SessionTask.BEGIN:
                 self._begin()
-            elif task is Task.STEP:
+            elif task is SessionTask.STEP:
                 self._make_step()
             else:
                 self._tell()
 
-    def _next(self) -> Task:
+    def _next(self) -> SessionTask:
         """Wait for what is to be done."""
         with self._changed:
             while True:
                 if self._is_closing:
-                    return Task.CLOSE
+                    return SessionTask.CLOSE
                 if self._asked is not None:
-                    return Task.BEGIN
+                    return SessionTask.BEGIN
                 if self._is_skipping:
-                    return Task.STEP
+                    return SessionTask.STEP
                 until_step_s = self._until_step_s()
                 until_tell_s = None if self._underway is None else self.audience.until_s()
                 if until_tell_s is not None and until_tell_s <= 0.0:
-                    return Task.TELL
+                    return SessionTask.TELL
                 if until_step_s is not None and until_step_s <= 0.0:
                     self._n_steps = max(0, self._n_steps - 1)
-                    return Task.STEP
+                    return SessionTask.STEP
                 self._changed.wait(min((s for s in (until_tell_s, until_step_s) if s is not None), default=None))
 
     @property

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from searching import Facts, mission
 
 from missions.arrows.behaviours import HELD_S, Held
-from missions.arrows.choosing import Choosing, Track, lanes
+from missions.arrows.choosing import Choosing, Trail, lanes
 from missions.arrows.contact import Leash, Reach, contact_range_m
 from remoras.activities import Activity, ActivityType
 
@@ -23,7 +23,7 @@ CHOOSING = Choosing({0: 60.0}, {0: 60.0}, 1.5, 1.0, 150.0)
 def chosen(at_m: tuple[float, float], *held: tuple[tuple[float, float], tuple[float, float]], repulsion: float = 1.0):
     choosing = Choosing({0: 60.0}, {0: 60.0}, 1.5, repulsion, 150.0)
     chart = SEA.chart()
-    return choosing.choose(chart, held, Track(choosing, chart.grid), at_m, Leash(FREE), 0.0)
+    return choosing.choose(chart, held, Trail(choosing, chart.grid), at_m, Leash(FREE), 0.0)
 
 
 def test_it_goes_where_something_is_to_be_found() -> None:
@@ -34,7 +34,7 @@ def test_it_goes_where_something_is_to_be_found() -> None:
     chart.prior[0] = 1.0 - chart.prior[1:].sum(axis=0)
     chart.add("contact", ())
     for at_m in ((700.0, 600.0), (1100.0, 600.0)):
-        target_m = CHOOSING.choose(chart, (), Track(CHOOSING, chart.grid), at_m, Leash(FREE), 0.0)
+        target_m = CHOOSING.choose(chart, (), Trail(CHOOSING, chart.grid), at_m, Leash(FREE), 0.0)
         assert target_m is not None
         assert math.dist(target_m, (900.0, 600.0)) < 160.0
 
@@ -59,7 +59,7 @@ def test_what_a_silent_vehicle_chose_long_ago_is_left_to_it_no_more() -> None:
 
 
 def test_what_was_just_looked_at_is_worth_nothing() -> None:
-    chart, track = SEA.chart(), Track(CHOOSING, SEA.grid)
+    chart, track = SEA.chart(), Trail(CHOOSING, SEA.grid)
     track.note((200.0, 300.0), 0.0)
     near = list(SEA.grid.near((200.0, 300.0), 60.0))
     assert (CHOOSING.information(chart, (), track, 30.0)[0][near] == 0.0).all()

@@ -11,7 +11,9 @@ from missions.runs import metrics
 def run_of(end_s: float, n_vehicles: int, rows: list[tuple[float, str, str, str, str]]) -> Any:
     """A run as far as these figures look at it; rows are of the table ``knowledge``."""
     scenario = SimpleNamespace(vehicle=[None] * n_vehicles)
-    return SimpleNamespace(end_s=end_s, scenario=scenario, recorder=SimpleNamespace(knowledge=rows))
+    return SimpleNamespace(
+        end_s=end_s, scenario=scenario, recorder=SimpleNamespace(rows={"knowledge": rows}.__getitem__)
+    )
 
 
 def heard(latency_s: float, item: str) -> list[tuple[float, str, str, str, str]]:

@@ -9,7 +9,7 @@ from missions.runs.metrics import _powered_s, mean_latency_s, p95_latency_s
 def run_of(**tables: Any) -> Any:
     """As much of a run as these metrics read: ticks of half a second."""
     scenario = SimpleNamespace(scenario=SimpleNamespace(tick_s=0.5))
-    return SimpleNamespace(recorder=SimpleNamespace(**tables), scenario=scenario)
+    return SimpleNamespace(recorder=SimpleNamespace(rows=tables.__getitem__), scenario=scenario)
 
 
 def test_the_95_percent_latency_is_that_of_95_percent() -> None:

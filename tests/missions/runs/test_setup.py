@@ -66,7 +66,7 @@ def counted(monkeypatch: pytest.MonkeyPatch, module: Any, name: str, calls: Coun
 
 def test_in_one_run_everything_is_resolved_once(scenario: Scenario, monkeypatch: pytest.MonkeyPatch) -> None:
     calls: Counter[str] = Counter()
-    for name in ("strategy_of", "policy_of", "read_tbox", "mission_class", "database_of", "groups_of", "collected"):
+    for name in ("strategy_of", "policy_of", "read_tbox", "mission_class", "database_of", "groups_of", "metrics_of"):
         counted(monkeypatch, home, name, calls)
     made: Counter[str] = Counter()
     from_scenario = MappingMission.from_scenario.__func__  # type: ignore[attr-defined]

@@ -13,12 +13,12 @@ from missions.runs.results import Results
 from visualisation.outages import Outage
 from visualisation.refusals import packets_refused
 from visualisation.runs import links, news, tdma
-from visualisation.runs.news import Outcome, Traffic
+from visualisation.runs.news import PacketOutcome, Traffic
 
 
-def outcome(heard: NDArray[np.bool_], lost: NDArray[np.bool_]) -> Outcome:
+def outcome(heard: NDArray[np.bool_], lost: NDArray[np.bool_]) -> PacketOutcome:
     """Nothing collided, nothing was refused."""
-    return Outcome(heard, lost, np.zeros_like(heard), np.zeros_like(heard))
+    return PacketOutcome(heard, lost, np.zeros_like(heard), np.zeros_like(heard))
 
 
 def traffic() -> Traffic:

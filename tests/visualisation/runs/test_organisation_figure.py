@@ -13,7 +13,7 @@ from missions.runs.run import run
 from missions.scenarios import load
 from visualisation import DrawingError
 from visualisation.runs import Moment, draw, organisation, picture
-from visualisation.runs.views import Mark, Span, View, view_of
+from visualisation.runs.views import ActMark, Span, View, view_of
 
 SETTINGS = ("channel.per=0.4", "fault=[{kind='lost',vehicle='AUV00',at_s=200}]", "scenario.duration_s=700")
 
@@ -72,7 +72,7 @@ def test_a_group_formed_at_sea_exists_from_its_forming_to_its_dissolution(tmp_pa
     assert view.exists["Inspection"] == [Span(300.0, 700.0)]
     assert view.exists["Team A"] == [Span(0.0, math.inf)]
     assert [mark for mark in view.marks if mark.group == "Inspection"] == [
-        Mark(300.0, "create", "Inspection", ""), Mark(700.0, "dissolve", "Inspection", "")
+        ActMark(300.0, "create", "Inspection", ""), ActMark(700.0, "dissolve", "Inspection", "")
     ]  # fmt: skip
     (inspection,) = [group for group in view.groups if group.name == "Inspection"]
     assert view.vacancies(inspection) == {

@@ -1,0 +1,127 @@
+"""What every metric and every figure has to keep to, as checks that their authors call; see ``remoras.testing``.
+
+Each check raises ``AssertionError`` that says what is wrong.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from remoras import face
+
+if TYPE_CHECKING:
+    from missions.figure import Declared
+    from missions.metric import Metric
+
+SCENARIO = "mapping-rendezvous"
+DURATIONS_S = (2.0, 120.0)
+"""Of the runs that are made where none are given: in the first hardly anything has happened yet."""
+PER = 0.3
+
+
+def check_metric(metric: Metric, runs: Sequence[face.Run] = ()) -> None:
+    """Check a metric: its declaration, and its value in runs.
+
+    It has to be a function of the run alone: asked again it gives the same, and of a folder it gives what it gives in
+    memory.
+
+    Args:
+        metric: of your own.
+        runs: that it is asked of; by default two short ones of a shipped scenario with lost packets.
+
+    Raises:
+        AssertionError: with what is wrong.
+    """
+    from missions.errors import ConfigurationError
+    from missions.metric import collected, faults_of_metric
+    from missions.runs.metrics import CORE_METRICS
+
+    if faults := list(faults_of_metric(metric)):
+        raise AssertionError("; ".join(fault.text for fault in faults))
+    try:
+        collected("metrics of every run and this one", (*CORE_METRICS, metric))
+    except ConfigurationError as error:
+        raise AssertionError(str(error)) from None
+    with _read_back(runs or _short_runs()) as pairs:
+        for run, written in pairs:
+            with _named(f"metric {metric.name} of {run!r}"):
+                first, again, of_folder = (one.metric(metric) for one in (run, run, written))
+                _expect_same(metric.name, first, again, "asked of the same run again")
+                _expect_same(metric.name, first, of_folder, "asked of its folder")
+
+
+def check_figure(figure: Declared, runs: Sequence[face.Run] = ()) -> None:
+    """Check a figure, a layer or a mark: its declaration, and that it can be drawn of runs in memory and of folders.
+
+    Args:
+        figure: of your own.
+        runs: that are drawn; by default two short ones of a shipped scenario with lost packets.
+
+    Raises:
+        AssertionError: with what is wrong.
+    """
+    from missions.figure import Mark, faults_of_figure
+
+    if faults := list(faults_of_figure(figure)):
+        raise AssertionError("; ".join(faults))
+    needs = () if isinstance(figure, Mark) else figure.needs
+    with _read_back(runs or _short_runs()) as pairs:
+        for run, written in pairs:
+            if lacking := [table for table in needs if table not in run.tables]:
+                raise AssertionError(
+                    f"{run!r} has no table {', '.join(lacking)}; pass runs of a mission that writes it"
+                )
+            with _named(f"figure of {run!r}"):
+                captions = [_caption(one, figure) for one in (run, run, written)]
+                _expect_same("its caption", captions[0], captions[1], "drawn of the same run again")
+                _expect_same("its caption", captions[0], captions[2], "drawn of its folder")
+
+
+def _caption(run: face.Run, figure: Declared) -> str:
+    drawn: Any = run.plot(figure)
+    return str(drawn.caption)
+
+
+@contextmanager
+def _named(what: str) -> Iterator[None]:
+    """Turn errors of somebody's function into what a test shows."""
+    from missions.errors import MissionsError
+    from remoras.errors import RemorasError
+    from visualisation.errors import VisualisationError
+
+    try:
+        yield
+    except (MissionsError, RemorasError, VisualisationError) as error:
+        raise AssertionError(f"{what}: {error}") from error
+
+
+def _expect_same(what: str, first: object, other: object, how: str) -> None:
+    if first != other:
+        raise AssertionError(f"{what} is {first!r}, and {other!r} {how}: it has to be a function of the run alone")
+
+
+@cache
+def _short_runs() -> tuple[face.Run, ...]:
+    return tuple(face.run(SCENARIO, per=PER, set={"scenario.duration_s": duration_s}) for duration_s in DURATIONS_S)
+
+
+@contextmanager
+def _read_back(runs: Sequence[face.Run]) -> Iterator[list[tuple[face.Run, face.Run]]]:
+    """Runs, each with itself as its folder gives it back; one that was read from a folder is that already."""
+    from missions.errors import OutputError
+
+    with tempfile.TemporaryDirectory() as folder:
+        pairs = []
+        for number, run in enumerate(runs):
+            try:
+                found = face.open(run.save(Path(folder) / str(number)))
+            except OutputError:
+                found = run
+            assert isinstance(found, face.Run)
+            pairs.append((run, found))
+        yield pairs

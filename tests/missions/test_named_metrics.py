@@ -1,0 +1,247 @@
+"""Metrics and figures of a user's own, named where they are wanted, of runs to come and of results that exist."""
+
+import itertools
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+from sweeping import Serial, environment, study_text, written
+
+import remoras
+from missions.errors import ConfigurationError, MissionsError, OutputError, StudyChangedError
+from missions.sweeps import load_study
+from missions.sweeps.driver import sweep
+from missions.sweeps.folder import SweepResults
+from remoras.errors import PluginError
+
+OWN = """
+from remoras import Better, Figure, Metric
+
+
+def n_assigned(run):
+    return sum(event == "assigned" for *_, event in run.recorder.rows("roles"))
+
+
+def last_s(run):
+    times = [row[0] for row in run.recorder.rows("trajectories")]
+    assert times == sorted(times)
+    return times[-1] + 1000.0 * len(run.scenario.vehicle)
+
+
+def draw(axes, results, style):
+    axes.plot(results.table("trajectories")["time_s"].to_numpy(), color=style.black)
+    return "Drawn by somebody else."
+
+
+HANDED = Metric("n_assigned", "", Better.LOWER, "roles taken", n_assigned)
+LAST = Metric("last_s", "s", Better.LOWER, "last row", last_s)
+TIMES = Figure("times", "Times", draw, needs=("trajectories",))
+TAKEN = Metric("n_bytes", "B", Better.LOWER, "mine", n_assigned)
+LABEL = Metric("mine", "B", Better.LOWER, "bytes", n_assigned)
+RAISES = Metric("raises", "", Better.LOWER, "raises", lambda run: 1 / 0)
+TEXT = Metric("text", "", Better.LOWER, "text", lambda run: "much")
+DIRECTION = Metric("up", "", "up", "up", n_assigned)
+NUMBER = 3
+"""
+COUNTER = itertools.count()
+FACTS = {"scenario.duration_s": 20.0}
+
+
+@pytest.fixture
+def own(tmp_path: Path) -> Path:
+    """A file of a name that no other test has: a module is imported once."""
+    path = tmp_path / "elsewhere" / f"metrics_of_mine_{next(COUNTER)}.py"
+    path.parent.mkdir()
+    path.write_text(OWN, encoding="utf-8")
+    return path
+
+
+def study_of(folder: Path, *named: str, **others: Any) -> Path:
+    text = study_text(repeats=2, per="[0.1]", **others).replace('["ack", "mps-ack"]', '["ack"]')
+    return written(folder, text.replace('metrics = ["mission_time_s", "n_bytes"]', f"metrics = {json.dumps(named)}"))
+
+
+def made(study: Path, out: Path) -> SweepResults:
+    sweep(load_study(str(study)), out, executor=Serial())
+    return SweepResults.read(out)
+
+
+# The same wherever the run is ------------------------------------------------------------------
+
+
+def test_a_metric_gives_the_same_in_memory_of_a_folder_and_in_the_summary(own: Path, tmp_path: Path) -> None:
+    """The last tick is at 20 s; four vehicles. A group of the mission has its roles assigned at the beginning."""
+    named = f"{own}:LAST"
+    run = remoras.run("mapping-rendezvous", set={**FACTS, "scenario.metrics": [named]})
+    read = remoras.open(run.save(tmp_path / "run"))
+    assert isinstance(read, remoras.Run)
+    assert run.metric(named) == read.metric(named) == run.summary["last_s"] == read.summary["last_s"] == 4020.0
+
+
+def test_results_can_be_read_where_the_file_of_a_metric_is_not(own: Path, tmp_path: Path) -> None:
+    run = remoras.run("mapping-rendezvous", set={**FACTS, "scenario.metrics": [f"{own}:HANDED"]})
+    manifest = run.save(tmp_path / "run") / "manifest.json"
+    manifest.write_text(manifest.read_text(encoding="utf-8").replace(own.stem, "nowhere_at_all"), encoding="utf-8")
+    read = remoras.open(tmp_path / "run")
+    assert isinstance(read, remoras.Run)
+    assert read.scenario.scenario.metrics == ()
+    assert read.summary["n_assigned"] == run.summary["n_assigned"]
+
+
+def test_a_metric_leaves_the_run_as_it_is(own: Path) -> None:
+    """Nor is a run taken for one that may draw unseen: what is asked when it is over draws nothing in it."""
+    without = remoras.run("mapping-rendezvous", set=FACTS).summary
+    with_own = dict(remoras.run("mapping-rendezvous", set={**FACTS, "scenario.metrics": [f"{own}:HANDED"]}).summary)
+    assert with_own.pop("n_assigned") > 0
+    assert {**with_own, "run_id": ""} == {**without, "run_id": ""}
+
+
+# In a sweep --------------------------------------------------------------------------------------
+
+
+def test_worker_processes_measure_it_and_the_code_of_the_sweep_has_its_source(own: Path, tmp_path: Path) -> None:
+    study, out = study_of(tmp_path, f"elsewhere/{own.name}:HANDED", "completed"), tmp_path / "out"
+    code = "import sys; sys.argv[0] = 'remoras'; from remoras.cli import main; main()"
+    command = [sys.executable, "-c", code, "sweep", str(study), "--out", str(out), "--jobs", "2"]
+    done = subprocess.run(command, env=environment(), cwd=own.parent, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    results = SweepResults.read(out)
+    assert results.compared == ("n_assigned", "completed")
+    assert all(line["summary"]["n_assigned"] > 0 for line in results.lines.values())
+    assert f"{own.name}" in json.loads((out / "study.json").read_text(encoding="utf-8"))["code"]
+
+
+def test_a_finished_sweep_is_asked_of_its_kept_tables(own: Path, tmp_path: Path) -> None:
+    """One of two repeats has tables by default: n is 1, and other metrics have their 2."""
+    made(study_of(tmp_path, "n_bytes"), tmp_path / "out")
+    found = remoras.compare(tmp_path / "out", f"{own}:HANDED", f"{own}:LAST", "n_bytes")
+    assert found.set_index("metric")["n"].to_dict() == {"n_assigned": 1, "last_s": 1, "n_bytes": 2}
+    assert found.set_index("metric")["mean"]["last_s"] == 4020.0
+
+
+def test_a_metric_that_the_study_has_may_be_named_again(own: Path, tmp_path: Path) -> None:
+    made(study_of(tmp_path, f"{own}:HANDED"), tmp_path / "out")
+    assert remoras.compare(tmp_path / "out", f"{own}:HANDED")["n"].to_list() == [2]
+
+
+def test_a_metric_may_be_named_twice_and_two_of_one_name_may_not(own: Path, tmp_path: Path) -> None:
+    results = made(study_of(tmp_path, "n_bytes"), tmp_path / "out")
+    named = f"{own}:HANDED"
+    once, _ = results.naming([named, named])
+    again, names = once.naming([named, f"{own.stem}:HANDED", "n_bytes"])
+    assert names == ("n_assigned", "n_assigned", "n_bytes")
+    assert again.metrics == once.metrics
+    other = remoras.Metric("n_assigned", "", remoras.Better.HIGHER, "other", lambda run: 1)
+    with pytest.raises(OutputError, match="n_assigned: there is another field of that name"):
+        once.naming([other])
+    with pytest.raises(OutputError, match="n_assigned: there is another field of that name"):
+        results.naming([named, other])
+
+
+def test_a_sweep_without_tables_says_what_to_do(own: Path, tmp_path: Path) -> None:
+    path = study_of(tmp_path, "n_bytes")
+    path.write_text(path.read_text(encoding="utf-8").replace("seed = 7", "seed = 7\nkeep_tables = 0"))
+    made(path, tmp_path / "out")
+    with pytest.raises(OutputError, match=r"kept no tables, of which n_assigned .* study.metrics, or set study.keep_t"):
+        remoras.compare(tmp_path / "out", f"{own}:HANDED")
+
+
+def test_a_study_may_lose_a_metric_and_gets_one_in_another_folder(own: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    made(study_of(tmp_path, f"{own}:HANDED", f"{own}:LAST"), out)
+    sweep(load_study(str(study_of(tmp_path, f"{own}:HANDED"))), out, executor=Serial())
+    made(study_of(tmp_path, f"{own}:HANDED"), tmp_path / "less")
+    more = load_study(str(study_of(tmp_path, f"{own}:HANDED", f"{own}:LAST")))
+    with pytest.raises(StudyChangedError, match=r"metrics: was .*HANDED.* now .*LAST.*; runs that were made lack it"):
+        sweep(more, tmp_path / "less", executor=Serial())
+
+
+# What cannot be --------------------------------------------------------------------------------
+
+WRONG = {
+    "NOWHERE": "has no attribute 'NOWHERE'",
+    "NUMBER": "it is a int; expected a remoras.Metric",
+    "TIMES": "it is a Figure; expected a remoras.Metric",
+    "DIRECTION": "better = 'up': allowed: Better.HIGHER, Better.LOWER, Better.NEITHER",
+    "TAKEN": "metric n_bytes: declared twice",
+    "LABEL": "is also the label of n_bytes",
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_a_study_refuses_what_is_no_metric_in_one_line(own: Path, tmp_path: Path, name: str) -> None:
+    with pytest.raises(ConfigurationError) as raised:
+        load_study(str(study_of(tmp_path, "n_bytes", f"{own}:{name}")))
+    (line,) = str(raised.value).splitlines()
+    assert "study.toml" in line
+    assert "study.metrics" in line
+    assert WRONG[name] in line
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_a_scenario_refuses_it_too(own: Path, name: str) -> None:
+    with pytest.raises(ConfigurationError) as raised:
+        remoras.run("mapping-rendezvous", set={**FACTS, "scenario.metrics": [f"{own}:{name}"]})
+    (line,) = str(raised.value).splitlines()
+    assert f"{own.stem}:{name}" in line
+    assert WRONG[name] in line
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ("nowhere.py:HANDED", r"study.metrics = \"nowhere.py:HANDED\": no such file: .*nowhere.py"),
+        ("nowhere.py", "names a file and no object in it; allowed: nowhere.py:OBJECT"),
+        ("no.such.module:HANDED", "package.module:object that can be imported"),
+    ],
+)
+def test_a_file_that_is_not_there_is_told(tmp_path: Path, given: str, said: str) -> None:
+    with pytest.raises(ConfigurationError, match=said):
+        load_study(str(study_of(tmp_path, given)))
+
+
+@pytest.mark.parametrize(("name", "said"), [("RAISES", "raised ZeroDivisionError"), ("TEXT", "it gave str")])
+def test_a_metric_that_fails_is_named_with_its_run(own: Path, tmp_path: Path, name: str, said: str) -> None:
+    made(study_of(tmp_path, "n_bytes"), tmp_path / "out")
+    with pytest.raises(PluginError, match=rf"metric \w+ of .*{name}, run \w+: .*{said}"):
+        remoras.compare(tmp_path / "out", f"{own}:{name}")
+    with pytest.raises(PluginError, match=said):
+        remoras.run("mapping-rendezvous", set={**FACTS, "scenario.metrics": [f"{own}:{name}"]}).summary  # noqa: B018
+
+
+@pytest.mark.parametrize("name", ["TAKEN", "RAISES", "TIMES", "NOWHERE"])
+def test_nothing_but_errors_of_ours_leaves_a_comparison(own: Path, tmp_path: Path, name: str) -> None:
+    made(study_of(tmp_path, "n_bytes"), tmp_path / "out")
+    with pytest.raises((MissionsError, PluginError), match=name):
+        remoras.compare(tmp_path / "out", f"{own}:{name}")
+
+
+# Figures ---------------------------------------------------------------------------------------------
+
+
+def test_a_figure_and_a_metric_of_two_authors_work_together(own: Path, tmp_path: Path) -> None:
+    other = tmp_path / f"figures_of_mine_{next(COUNTER)}.py"
+    other.write_text(OWN, encoding="utf-8")
+    run = remoras.run("mapping-rendezvous", set={**FACTS, "scenario.metrics": [f"{own}:HANDED"]})
+    read = remoras.open(run.save(tmp_path / "run"))
+    assert isinstance(read, remoras.Run)
+    for one in (run, read):
+        drawn: Any = one.plot(f"{other}:TIMES")
+        assert drawn.caption.startswith("Times. Drawn by somebody else.")
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("HANDED", "it is a Metric; expected a remoras.Figure, Layer or Mark"),
+        ("draw", "it is a function; expected"),
+        ("NOWHERE", "has no attribute 'NOWHERE'"),
+    ],
+)
+def test_what_is_no_figure_is_refused_by_name(own: Path, name: str, said: str) -> None:
+    run = remoras.run("mapping-rendezvous", set=FACTS)
+    with pytest.raises(PluginError, match=rf"figure '.*{name}': .*{said}"):
+        run.plot(f"{own}:{name}")
