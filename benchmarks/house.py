@@ -1,0 +1,156 @@
+"""What one must hold in mind: files that a run enters for each event, calls of a step, files that name a feature.
+
+    python -m benchmarks house
+    python -m benchmarks.house mapping-corridor --set channel.per=0.5
+    python -m benchmarks.house --against OLDER_CHECKOUT
+
+A file is entered if one of its functions is called between the call of an event's function and its return. Counts are
+of the program alone, without libraries, and the same in every run. ``--against`` also gives the CPU of the mission of
+``benchmarks.mission`` over that of another checkout: the least of some runs of each in turn, each in its own process.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import statistics
+import subprocess
+import sys
+from collections import defaultdict
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+from exchange.manager import ExchangeManager
+from missions.runs.assembly import assemble
+from missions.runs.setup import resolved
+from missions.scenarios import load
+from remoras.vehicle import Vehicle
+
+ROOT = Path(__file__).parents[1]
+PACKAGES = ("remoras", "exchange", "missions", "worldmodel", "visualisation", "stress")
+SCENARIO, SETTINGS, SEED = "mapping-rendezvous", ("channel.name=bernoulli", "channel.per=0.3"), 3
+EVENTS: dict[str, tuple[Callable[..., Any], int]] = {
+    "packet heard": (Vehicle.hear, 25), "packet spoken": (Vehicle.speak, 28),
+    "packet_to_send": (ExchangeManager.packet_to_send, 10), "offer": (ExchangeManager.offer, 6),
+}  # fmt: skip
+"""The function of each event, and the most files that it should enter (median)."""
+FEATURES = {
+    "operator bans": r"bans\b|\bBan\b|ban_", "emission control": r"[Cc]overt", "clocks": r"OwnClock|[Tt]imekeep",
+    "slot lists": r"NewSlots|SlotList|slot_list", "obligations": r"[Oo]bligation",
+    "coarse values": r"coarse_above|Detail\(",
+    "terms of needs": r"blackout_s|newest_first|time_to_live", "beacons": r"[Bb]eacon", "parking": r"parking|parked",
+    "bound strategy": r"is_bound|Bound\(", "restarts": r"FaultKind\.RESTARTS|keeps_memory", "drains": r"DRAINS|drain_w",
+}  # fmt: skip
+"""Words by which a file shows that it knows of a feature."""
+MOST_FILES = 3
+TIMED = """
+import sys
+sys.meta_path[:] = [one for one in sys.meta_path if "editable" not in repr(one)]
+sys.path.insert(0, "")
+from benchmarks.mission import mission_cpu_s
+print(mission_cpu_s()[0])
+"""
+TRIES = 3
+
+
+def entered(scenario: str, settings: Sequence[str], seed: int) -> tuple[dict[str, list[int]], float]:
+    """Files entered in each event of a run, and calls of the program per vehicle and step.
+
+    Args:
+        scenario: shipped name or file.
+        settings: KEY=VALUE of it.
+        seed: of the run.
+    """
+    own = load(scenario, [("--set", one) for one in settings])
+    fleet = assemble(resolved(own), seed)
+    names = {of.__code__: name for name, (of, _) in EVENTS.items()}
+    files: dict[Any, str] = {}
+    found: dict[str, list[int]] = defaultdict(list)
+    under_way: list[tuple[Any, set[str]]] = []
+    n_calls = 0
+
+    def follow(frame: FrameType, event: str, _: Any) -> None:
+        nonlocal n_calls
+        code = frame.f_code
+        if event == "call":
+            file = files.get(code)
+            if file is None:
+                path = code.co_filename
+                file = files[code] = path if path.startswith(str(ROOT)) and "site-packages" not in path else ""
+            if not file:
+                return
+            n_calls += 1
+            if code in names:
+                under_way.append((frame, set()))
+            for _, seen in under_way:
+                seen.add(file)
+        elif event == "return" and under_way and under_way[-1][0] is frame:
+            found[names[code]].append(len(under_way.pop()[1]))
+
+    sys.setprofile(follow)
+    try:
+        fleet.run()
+    finally:
+        sys.setprofile(None)
+    n_steps = len(fleet.vehicles) * fleet.steps
+    fleet.close()
+    return found, n_calls / n_steps
+
+
+def naming() -> dict[str, int]:
+    """How many source files name each feature."""
+    texts = [file.read_text(encoding="utf-8") for package in PACKAGES for file in (ROOT / package).rglob("*.py")]
+    return {name: sum(re.search(words, text) is not None for text in texts) for name, words in FEATURES.items()}
+
+
+def cpu_s(checkout: Path) -> float:
+    """CPU of the run that ``benchmarks.mission`` measures, in a process that takes the program from a checkout (s)."""
+    command = [sys.executable, "-c", TIMED]
+    return float(subprocess.run(command, cwd=checkout, stdout=subprocess.PIPE, text=True, check=True).stdout)
+
+
+def rows(
+    scenario: str = SCENARIO, settings: Sequence[str] = SETTINGS, seed: int = SEED, against: Path | None = None
+) -> list[dict[str, Any]]:
+    """Benchmark rows: files entered for each event, calls, files that name a feature, and CPU over another checkout."""
+    found, n_calls = entered(scenario, settings, seed)
+    made = [
+        _row(f"files entered, {name}", statistics.median(found[name]), "files", most, max(found[name]))
+        for name, (_, most) in EVENTS.items()
+        if found[name]
+    ]
+    made.append(_row("calls of a vehicle-step", n_calls, "calls", None, n_calls))
+    made += [_row(f"files that name {name}", n, "files", MOST_FILES, n) for name, n in naming().items()]
+    if against is not None:
+        pairs = [[cpu_s(one) for one in (ROOT, against)] for _ in range(TRIES)]
+        own_s, other_s = (min(column) for column in zip(*pairs, strict=True))
+        made.append(_row("CPU of the run over the other's", own_s / other_s, "x", 1.5, other_s))
+    return made
+
+
+def _row(name: str, value: float, unit: str, most: float | None, reference: float) -> dict[str, Any]:
+    row = {
+        "name": name, "value": value, "unit": unit, "reference": "the most", "reference_value": reference,
+        "ratio": value / reference if reference else 1.0,
+    }  # fmt: skip
+    return row if most is None else {**row, "goal": f"<= {most:g}", "met": value <= most}
+
+
+def main() -> None:
+    """Print the rows of a scenario."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("scenario", nargs="?", default=SCENARIO)
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE")
+    parser.add_argument("--seed", type=int, default=SEED)
+    parser.add_argument("--against", type=Path, help="another checkout, of which the CPU is compared")
+    given = parser.parse_args()
+    settings = given.set or (SETTINGS if given.scenario == SCENARIO else ())
+    for row in rows(given.scenario, settings, given.seed, given.against):
+        goal = f"   {row['goal']}: {'met' if row['met'] else 'NOT MET'}" if "goal" in row else ""
+        print(f"{row['name']:<36} {row['value']:>8.4g} {row['unit']:<6} at most {row['reference_value']:.4g}{goal}")
+
+
+if __name__ == "__main__":
+    main()
