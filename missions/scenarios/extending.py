@@ -46,7 +46,7 @@ def used_in(scenario: Sparse) -> tuple[Any, ...]:
 
     def says(place: str, key: str) -> bool:
         table = getattr(scenario, place) if place else scenario
-        tables = table if isinstance(table, tuple) else [table]
+        tables = table if isinstance(table, list | tuple) else [table]
         return any(getattr(one, key) != type(one).model_fields[key].default for one in tables)
 
     found = features().values()
