@@ -24,10 +24,10 @@ from remoras.contents import Content
 from remoras.errors import PluginError
 from remoras.mission import Milestone, Mission
 from remoras.recorder import KEY, TIME
-from remoras.settling import Settled
 
 if TYPE_CHECKING:
     from missions.runs.setup import Setup
+    from remoras.settling import Settled
 
 TableOf = Callable[[str], pa.Table | None]
 """The Arrow table of a name; None if there is none."""
@@ -173,6 +173,8 @@ class KeptRun:
         """How the exchange after the mission ended; None where there was none."""
         if "settling_s" not in self.summary:
             return None
+        from remoras.settling import Settled  # which loads the fleet; who reads tables need not
+
         return Settled(float(self.summary["settling_s"]), bool(self.summary["settled"]))
 
 

@@ -45,7 +45,9 @@ def test_every_shipped_strategy_is_deterministic() -> None:
         (conformance.check_runs, broken.Talkative(), "states .* blocks, its declaration allows"),
         (conformance.check_runs, broken.Undeclared(), "does not declare: {'hasMission'}"),
         (conformance.check_survives_silence, broken.Waiting(), "nobody maps a single area"),
-        (conformance.check_survives_the_silence_of_one, broken.Fickle(), "leaves .* times"),
+        pytest.param(
+            conformance.check_survives_the_silence_of_one, broken.Fickle(), "leaves .* times", marks=pytest.mark.slow
+        ),
         (conformance.check_survives_the_silence_of_one, broken.Resentful(), "cut off for a time: not together"),
     ],
     ids=lambda value: value.__name__ if callable(value) else type(value).__name__,
