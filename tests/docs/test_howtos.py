@@ -29,6 +29,8 @@ from remoras.cli import app
 from remoras.functional import guidance
 from remoras.strategies import strategies
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parents[2]
 PAGES = sorted((ROOT / "docs" / "howto").glob("*.md"))
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "200"}
@@ -333,7 +335,6 @@ def test_a_vehicle_low_on_energy_goes_home_though_no_author_wrote_of_it(executed
     assert summary(folder / "weak")["serviced_fraction"] == 1.0
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("strategy", sampled(strategies(), "rendezvous-sync"))
 def test_every_shipped_strategy_runs_it(executed: Any, strategy: str, monkeypatch: pytest.MonkeyPatch) -> None:
     folder, _ = executed("mission")
