@@ -121,7 +121,7 @@ def _let_go(record: Record, vehicle: str, uid: str, held: dict[tuple[str, str], 
         if spell.vehicle == vehicle:
             forgets = spell.kind == "restarts" and "kept" not in spell.detail
             at_s = spell.until_s if forgets else spell.from_s
-            if (forgets or spell.kind == "lacking") and held[vehicle, uid] <= at_s <= now_s:
+            if (forgets or spell.kind == "lacking" or "block" in spell.kind) and held[vehicle, uid] <= at_s <= now_s:
                 return True
     return False
 
