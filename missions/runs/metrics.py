@@ -111,17 +111,21 @@ def quantile(ordered: Sequence[float], share: float) -> float:
 def consistency(recorder: MeasuredTables, n_vehicles: int) -> tuple[float | None, float | None]:
     """(consistency_time_s, consistent_fraction): how soon the fleet has one picture, and of how much of it.
 
-    An item is consistent once every vehicle of the fleet holds it, one that has fallen silent too. The time is the mean
-    over such items, from the observation of each until its last vehicle held it; None if there is no such item. The
-    fraction is their share of all items observed by the end of the run; None if there were none.
+    An item is consistent once every vehicle of the fleet has held it, one that has fallen silent too. The time is the
+    mean over such items, from the observation of each until its last vehicle held it first, for whoever begins anew, or
+    gives a block up, may receive it again. None if there is no such item. The fraction is their share of all items
+    observed by the end of the run; None if there were none.
     """
     observed_s: dict[str, float] = {}
     lacking: dict[str, int] = {}
     waits_s: list[float] = []
-    for time_s, _, item, _, event in recorder.rows("knowledge"):  # in time order; a vehicle receives an item once
+    held: set[tuple[str, str]] = set()
+    for time_s, vehicle, item, _, event in recorder.rows("knowledge"):  # in time order
         if event == "observed":
             observed_s[item], lacking[item] = time_s, n_vehicles - 1
-        elif event == "received" and item in observed_s:
+            held.add((vehicle, item))
+        elif event == "received" and item in observed_s and (vehicle, item) not in held:
+            held.add((vehicle, item))
             lacking[item] -= 1
             if not lacking[item]:
                 waits_s.append(time_s - observed_s[item])

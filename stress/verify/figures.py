@@ -118,9 +118,9 @@ def _of_packets(record: Record, report: Report) -> dict[str, tuple[Any, float]]:
 
 
 def _of_knowledge(record: Record, report: Report) -> dict[str, tuple[Any, float]]:
-    rows = list(record["knowledge"].rows("time_s", "item", "event"))
-    observed = {item: time_s for time_s, item, event in rows if event == "observed"}
-    received = [(time_s, item) for time_s, item, event in rows if event == "received"]
+    rows = list(record["knowledge"].rows("time_s", "vehicle", "item", "event"))
+    observed = {item: time_s for time_s, _, item, event in rows if event == "observed"}
+    received = [(time_s, item) for time_s, _, item, event in rows if event == "received"]
     waits_s = [time_s - observed[item] for time_s, item in received if item in observed]
     minutes = record.mission_s / 60.0
     found: dict[str, tuple[Any, float]] = {
@@ -137,19 +137,18 @@ def _of_knowledge(record: Record, report: Report) -> dict[str, tuple[Any, float]
         )
     n_lacking: Counter[str] = Counter()
     last_s: dict[str, float] = {}
-    for time_s, item in received:
-        if time_s >= observed.get(item, math.inf):
+    held: set[tuple[str, str]] = set()
+    for time_s, vehicle, item, event in rows:
+        if event == "observed":
+            held.add((vehicle, item))
+        elif event == "received" and time_s >= observed.get(item, math.inf) and (vehicle, item) not in held:
+            held.add((vehicle, item))
             n_lacking[item] += 1
             last_s[item] = time_s
     whole = [item for item in observed if n_lacking[item] >= len(record.vehicles) - 1]
-    if not any(one.kind == "restarts" for one in record.spells):
-        found["consistent_fraction"] = len(whole) / len(observed) if observed else None, 1e-6
-        wait_s = math.fsum(last_s[one] - observed[one] for one in whole) / len(whole) if whole else None
-        found["consistency_time_s"] = wait_s, LATENCY_S
-    else:
-        why = "who begins anew receives what it held once more"
-        report.skip("consistency_time_s", why)
-        report.skip("consistent_fraction", why)
+    found["consistent_fraction"] = len(whole) / len(observed) if observed else None, 1e-6
+    wait_s = math.fsum(last_s[one] - observed[one] for one in whole) / len(whole) if whole else None
+    found["consistency_time_s"] = wait_s, LATENCY_S
     return found
 
 

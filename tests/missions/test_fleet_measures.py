@@ -51,6 +51,15 @@ def test_an_item_is_consistent_when_its_last_vehicle_holds_it() -> None:
     assert consistency(recorder, 3) == ((5.0 + 1.0) / 2, 2 / 4)
 
 
+def test_what_a_vehicle_receives_again_counts_once() -> None:
+    """B begins anew, A gives a block of its own up: C is still to hear it, at 9 s."""
+    again = knowledge(
+        (1.0, "A", "A:0", "observed"), (2.0, "B", "A:0", "received"), (4.0, "B", "A:0", "received"),
+        (5.0, "A", "A:0", "received"), (9.0, "C", "A:0", "received"),
+    )  # fmt: skip
+    assert consistency(again, 3) == (8.0, 1.0)
+
+
 def test_without_items_and_without_consistent_items_there_is_no_time() -> None:
     assert consistency(knowledge(), 2) == (None, None)
     assert consistency(knowledge((1.0, "A", "A:0", "observed")), 2) == (None, 0.0)
