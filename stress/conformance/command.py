@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 
+from exchange.errors import ExchangeError
 from missions.errors import MissionsError
 from missions.scenarios import load
 from missions.scenarios.channel import model_named
@@ -27,7 +28,7 @@ def conforms(kind: str, name: str) -> Iterator[str]:
 
     Raises:
         AssertionError: a check was not passed: what is wrong.
-        RemorasError, MissionsError: there is nothing of that name.
+        RemorasError, MissionsError, ExchangeError: there is nothing of that name.
     """
     match kind:
         case "strategy":
@@ -65,7 +66,7 @@ def main(arguments: list[str]) -> int:
             raise
         print("the checks of a strategy need Hypothesis: pip install hypothesis", file=sys.stderr)
         return 2
-    except (RemorasError, MissionsError) as error:
+    except (RemorasError, MissionsError, ExchangeError) as error:
         print(f"{arguments[0]} {arguments[1]}: {error}", file=sys.stderr)
         return 2
     return 0

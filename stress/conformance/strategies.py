@@ -19,12 +19,13 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from missions.runs.run import Run, run
+from missions.scenarios.parts import strategy_named
 from remoras.authority import CONSULTING, Act, Authority, Request, Rules, may_assign
 from remoras.errors import StrategyError
 from remoras.organisation import Outcome
 from remoras.plugin_folders import plugin_folders
 from remoras.plugins import named_object
-from remoras.strategies import configured, parameters, strategies
+from remoras.strategies import configured, parameters
 from remoras.strategy import INFLUENCE_SIGNAL, JOB_DONE, OBJECTIVE, Situation, Strategy, faults_of_strategy
 from remoras.work import Job
 from stress.conformance.statements import KINDS_OF_JOBS, ROLES, Team, never
@@ -401,7 +402,7 @@ CHECKS: tuple[Callable[[Strategy], None], ...] = (
 
 def conforms(reference: str) -> Iterator[str]:
     """Make every check of the strategy that a scenario names so; yields the name of each one passed."""
-    strategy: Strategy = named_object(reference) if ":" in reference else strategies()[reference]
+    strategy: Strategy = named_object(reference) if ":" in reference else strategy_named(reference)
     for check in CHECKS:
         check(strategy)
         yield check.__name__
