@@ -1,18 +1,60 @@
-"""What a strategy that is a bound does away with: all know at once what one has told; under any other this is nothing.
+"""What a strategy that is an upper bound brings: all know at once what one has told, and how fast each vehicle is.
 
-See ``remoras.strategies.oracle``.
+The strategy declares it as its part, see ``remoras.strategies.oracle``; nothing else knows of it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
 
-from remoras.events import Joined
+from exchange.packets import Transmission, name_of
+from remoras.beliefs import Fact
+from remoras.events import Joined, Part
+from remoras.radio import Radio
 from remoras.vehicle import Vehicle
-from worldmodel import Block
+from worldmodel import STATUS, Block, Change
+
+LEASE_FRAMES = 2.0
+"""Who has told nothing for so many TDMA frames has left: all that is told is known."""
 
 
-class Bound:
+class RadioAtOnce(Radio):
+    """Keeps what a vehicle tells for those who are to know it at once, and sends nothing."""
+
+    def __init__(self, *given: Any) -> None:
+        super().__init__(*given)
+        self._told: list[Block] = []
+
+    def tells(self, facts: Iterable[Fact], told: bool = True) -> bool:
+        """True if others are to know a block of these facts: if it is not for this vehicle alone."""
+        return told
+
+    def tell(self, change: Change, who: Callable[[Change], Mapping[str, set[str]]], now_s: float) -> None:
+        """Keep a block for the others; a private one is noted, no more."""
+        block = change.block
+        if block.sequence < STATUS:
+            super().tell(change, who, now_s)
+            return
+        self._told.append(block)
+        self._record_facts(block, name_of(block), "status" if block.is_status else "told", now_s)
+
+    def told(self) -> tuple[Block, ...]:
+        """What this vehicle has told since it was asked last."""
+        told, self._told = self._told, []
+        return tuple(told)
+
+    def speak(self, signals: Iterable[tuple[tuple[str, str], int]], now_s: float) -> Transmission | None:
+        """Nothing: what there is to tell is known."""
+        return None
+
+    def learn(self, emitter: str, blocks: Sequence[Block], now_s: float) -> tuple[Change, ...]:
+        """Take in what another vehicle knows."""
+        self._peers.heard_s[emitter] = now_s
+        return self._merged(blocks, now_s)
+
+
+class AtOnce:
     """Shares what vehicles know without a packet.
 
     A block from the future of a clock that is behind does not count there yet: it is shared again until it does.
@@ -27,7 +69,7 @@ class Bound:
 
     def share(self, sender: Vehicle) -> None:
         """Let all vehicles know what one has told since the last time."""
-        told = sender.radio.told()
+        told = _radio(sender).told()
         for vehicle in self._fleet.vehicles if told or self._early else ():
             for name, block in self._early.pop(vehicle.name, ()):
                 self._learn(vehicle, name, [block])
@@ -45,19 +87,30 @@ class Bound:
     def _learn(self, vehicle: Vehicle, emitter: str, blocks: Sequence[Block]) -> None:
         if vehicle.functional.exhausted:
             return
-        vehicle.learn(emitter, blocks, self._fleet.shown_s(vehicle))
+        now_s = self._fleet.shown_s(vehicle)
+        vehicle.take_in(_radio(vehicle).learn(emitter, blocks, now_s), now_s)
         model = vehicle.beliefs.model
         early = [(emitter, one) for one in blocks if not (one.is_status or model.has_arrived(one.guid))]
         if early:
             self._early.setdefault(vehicle.name, []).extend(early)
 
 
+def _radio(vehicle: Vehicle) -> RadioAtOnce:
+    radio = vehicle.radio
+    assert isinstance(radio, RadioAtOnce)  # the same part made it
+    return radio
+
+
 def share_at_once(fleet: Joined) -> None:
     """Let all vehicles of a fleet know at once what any of them tells.
 
     Args:
-        fleet: whose strategy is a bound.
+        fleet: of the vehicles.
     """
-    bound = Bound(fleet)
-    fleet.acted.append(bound.share)
-    fleet.restarted.append(bound.share_all)
+    shared = AtOnce(fleet)
+    fleet.acted.append(shared.share)
+    fleet.restarted.append(shared.share_all)
+
+
+AT_ONCE = Part(join=share_at_once, radio=RadioAtOnce, lease_frames=LEASE_FRAMES, knows_vehicles=True)
+"""Of a strategy under which every vehicle knows at once what any vehicle knows."""

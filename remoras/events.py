@@ -16,7 +16,7 @@ from remoras.clock import Priority, ShownTime
 if TYPE_CHECKING:
     from remoras.beliefs import Beliefs, Fact
     from remoras.faults import Fault
-    from remoras.radio import RenewedNeeds
+    from remoras.radio import Radio, RenewedNeeds
     from remoras.recorder import Recorder
     from remoras.social.needs import GroupNeeds
     from remoras.vehicle import Vehicle
@@ -150,6 +150,9 @@ class Part:
         join: called once with a fleet when it is made, never with a vehicle by itself: adds to the hooks of the fleet.
         clocks: of vehicles whose clocks may be off, by node.
         recorder: called when a vehicle is made, with its node and what takes the rows of all; what takes its rows.
+        radio: makes the radios of the vehicles, of what ``remoras.radio.Radio`` takes. At most one part has it.
+        lease_frames: TDMA frames after which a silent vehicle is taken to have left; as the scenario says if None.
+        knows_vehicles: True if all know how each vehicle really is, not only what the fleet takes it to be.
         needs: called when a vehicle is made, with its world model and the needs that nobody states; who needs what
             instead. At most one part of a run has it.
     """
@@ -160,6 +163,9 @@ class Part:
     join: Callable[[Joined], None] | None = None
     clocks: Mapping[int, ShownTime] = field(default_factory=dict)
     recorder: Callable[[int, Recorder], Recorder] | None = None
+    radio: Callable[..., Radio] | None = None
+    lease_frames: float | None = None
+    knows_vehicles: bool = False
     needs: Callable[[WorldModel, NeedsIndex | GroupNeeds], RenewedNeeds] | None = None
 
 

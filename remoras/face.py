@@ -321,8 +321,8 @@ class Run:
         from missions.scenarios.parts import strategy_of
         from visualisation.replay import Page, page_text, run_data, title_of
 
-        mission, is_bound = self._mission, strategy_of(self.scenario).declaration.is_bound
-        data = run_data(self._results, mission.places, mission.jobs.values(), is_bound)
+        mission, by_packets = self._mission, strategy_of(self.scenario).declaration.communicates
+        data = run_data(self._results, mission.places, mission.jobs.values(), by_packets)
         return Page(page_text(title_of([self.summary]), [data]))
 
     def known(self, vehicle: str, at_s: float) -> missions.runs.known.Known:

@@ -112,9 +112,8 @@ class Radio:
         self.noted: list[Callable[[Sequence[Change]], None]] = []
         self.communicates = declaration.communicates
         self.influences = declaration.influences
-        self.is_bound = declaration.is_bound
+        self.is_heard = declaration.tells  # others come to know what this vehicle tells
         self._lacking: set[int] = set()  # instances that blocks are known to wait for
-        self._told: list[Block] = []  # of a bound: what all others are to know at once
         self._names = names
         self._beliefs = beliefs
         self._me = names[beliefs.model.owner]
@@ -160,7 +159,7 @@ class Radio:
             facts: to be recorded.
             told: False if they are for this vehicle alone.
         """
-        return told and (self.is_bound or (self.communicates and self.manager.is_of_use(facts)))
+        return told and self.communicates and self.manager.is_of_use(facts)
 
     def tell(self, change: Change, who: Callable[[Change], Mapping[str, set[str]]], now_s: float) -> None:
         """Let a block of this vehicle's own go to the peers, in the slots to come; a private one is noted, no more.
@@ -173,12 +172,8 @@ class Radio:
         if block.sequence < STATUS:
             self._record_facts(block, name_of(block), "kept", now_s)
             return
-        if self.is_bound:
-            self._told.append(block)
-        if block.is_status or self.is_bound:
-            self._record_facts(block, name_of(block), "status" if block.is_status else "told", now_s)
-        if self.is_bound:
-            return
+        if block.is_status:
+            self._record_facts(block, name_of(block), "status", now_s)
         addressed = {} if block.is_status else who(change)
         for fragment in self.manager.offer([change], [self._names.index(name) for name in addressed]):
             uid = fragment.uid
@@ -222,17 +217,7 @@ class Radio:
         """Priority above which things may be sent at a time (s): 0 for all, infinite for nothing."""
         return max([limit(now_s) for limit in self.limits], default=0)
 
-    def told(self) -> tuple[Block, ...]:
-        """What this vehicle has told since it was asked last, under a strategy that is a bound; else nothing."""
-        told, self._told = self._told, []
-        return tuple(told)
-
     # In ------------------------------------------------------------------------------------------
-
-    def learn(self, emitter: str, blocks: Sequence[Block], now_s: float) -> tuple[Change, ...]:
-        """Take in what another vehicle knows, at once and without a packet: only under a strategy that is a bound."""
-        self._peers.heard_s[emitter] = now_s
-        return self._merged(blocks, now_s)
 
     def hear(self, data: bytes, now_s: float) -> HeardPacket:
         """Take in a packet."""

@@ -34,7 +34,7 @@ from remoras.functional.sensing import Sensed
 from remoras.radio import Radio
 from remoras.recorder import Recorder
 from remoras.social.layer import Consulted, Review, SocialLayer
-from worldmodel import Block, Change, WorldModelError
+from worldmodel import Change, WorldModelError
 from worldmodel.remembering import remember
 
 
@@ -242,15 +242,13 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
 
     def speak(self, now_s: float) -> Transmission | None:
         """The packet for this vehicle's slot, which opens now; None from one not alive, or while it is silent."""
-        if not self.is_alive or self.social.is_silent or not (self.radio.communicates or self.radio.is_bound):
+        if not self.is_alive or self.social.is_silent or not self.radio.is_heard:
             return None
         node = self.data.node
         self.conclude([(node, self._position, self.functional.believed.position_m)], now_s)
         battery = self.beliefs.detailed(self._battery, round(max(0.0, self.functional.picture.body.battery), 2))
         if self.beliefs.model.value(node, self._battery) != battery:
             self.conclude([(node, self._battery, battery)], now_s)
-        if self.radio.is_bound:
-            return None
         influences = self.radio.influences and self.executive.decision.has(ActivityType.COMMUNICATION)
         sent = self.radio.speak(self.executive.signals() if influences else (), now_s)
         if sent is not None:
@@ -277,10 +275,9 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
             self.think(now_s, 0.0)
         return reception
 
-    def learn(self, emitter: str, blocks: Sequence[Block], now_s: float) -> None:
-        """Know what another vehicle knows, at once: only under a strategy that is a bound."""
-        if not self.functional.exhausted:
-            self._consider(self.radio.learn(emitter, blocks, now_s), now_s)
+    def take_in(self, changes: Sequence[Change], now_s: float) -> None:
+        """Act on what has changed in the world model otherwise than by a packet heard or something found out."""
+        self._consider(changes, now_s)
 
     # What the vehicle knows anew -----------------------------------------------------------------
 

@@ -55,8 +55,7 @@ class ReadOnlyVehicle:
     def is_in_contact(self) -> bool:
         """True while it is alive, hears and is heard; where the strategy uses no modem, whatever that does."""
         condition, radio = self._vehicle.condition, self._vehicle.radio
-        by_modem = radio.communicates and not radio.is_bound
-        return self._vehicle.is_alive and not (by_modem and (condition.is_mute or condition.is_deaf))
+        return self._vehicle.is_alive and not (radio.communicates and (condition.is_mute or condition.is_deaf))
 
     @property
     def will_return(self) -> bool:

@@ -128,8 +128,7 @@ def is_found_out(jobs: Collection[Job], declaration: Declaration) -> bool:
     """True if a false word is: of every job it shows in other facts how much is left, and vehicles tell each other."""
     said = _Said(frozenset(job.done for job in jobs))
     left = [getattr(job, "left", lambda _: None)(said) for job in jobs]
-    is_told = declaration.communicates or declaration.is_bound
-    return is_told and all(one is not None and share_left(one) == 1.0 for one in left)
+    return declaration.tells and all(one is not None and share_left(one) == 1.0 for one in left)
 
 
 class BrokenStrategy:

@@ -89,7 +89,7 @@ class Plan:
         scenario = resolved(Document.of_text(self.scenario, "scenario"))
         setup = setup_of(scenario)
         name = scenario.scenario.name
-        if setup.strategy.declaration.is_bound:
+        if setup.strategy.declaration.part is not None:
             given = ConfigurationFault("strategy.name", setup.strategy.name, "a strategy that tells by packets")
             raise ConfigurationError(name, [given])
         if not 0 <= self.epoch < EPOCHS:

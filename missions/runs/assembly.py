@@ -20,7 +20,6 @@ from missions.scenarios.deployment import deployment_of, sound_speed_mps
 from missions.scenarios.parts import groups_of
 from missions.scenarios.values import value_rule_of
 from remoras.beliefs import Beliefs
-from remoras.bound import share_at_once
 from remoras.database import AUVDatabase, VehicleData
 from remoras.events import Part, clocks_of, recorder_for
 from remoras.executive.layer import ExecutiveLayer
@@ -36,7 +35,6 @@ from remoras.social.agreement import agree
 from remoras.social.layer import SocialLayer
 from remoras.social.needs import GroupNeeds
 from remoras.solo import Solo
-from remoras.strategy import Declaration
 from remoras.traffic import Medium
 from remoras.vehicle import Layers, Vehicle, go_on
 from worldmodel import WorldModel
@@ -114,7 +112,8 @@ def assemble(setup: Setup, seed: int, channel: Channel | None = None, salt: byte
     scenario, mission = setup.scenario, setup.mission
     fleet = [actual(data, scenario.uncertainty.speed_spread, seed) for data in setup.database.values()]
     recorder = recorder_of_mission(mission, [sensors_of(real) for real in fleet])
-    if setup.strategy.declaration.is_bound:
+    own: Part | None = setup.strategy.declaration.part
+    if own is not None and own.knows_vehicles:
         setup = _known_as_it_is(setup, fleet)
     shared = Shared(setup, seed, mission.world(seed), recorder, parts_of(setup, recorder, seed))
 
@@ -157,18 +156,19 @@ def parts_of(setup: Setup, recorder: Recorder, seed: int, is_alone: bool = False
         is_alone,
     )
     parts = [part for feature in setup.features if (part := feature.part(joining)) is not None]
-    return [*parts, Part(join=share_at_once)] if setup.strategy.declaration.is_bound else parts
+    own: Part | None = setup.strategy.declaration.part
+    return parts if own is None else [*parts, own]
 
 
-def _lease_frames(declaration: Declaration, lease_frames: int) -> float:
-    """TDMA frames after which a silent vehicle is taken to have left: at once in a bound, never where nobody speaks."""
-    if declaration.is_bound:
-        return 2.0
-    return lease_frames if declaration.communicates else math.inf
+def _lease_frames(shared: Shared) -> float:
+    """TDMA frames after which a silent vehicle is taken to have left: never where nobody speaks."""
+    setup = shared.setup
+    given = setup.scenario.communication.lease_frames if setup.strategy.declaration.communicates else math.inf
+    return next((part.lease_frames for part in shared.parts if part.lease_frames is not None), given)
 
 
 def _known_as_it_is(setup: Setup, fleet: Sequence[VehicleData]) -> Setup:
-    """The setup of a bound: all know how fast each vehicle really is, and have agreed on that."""
+    """The setup where all know how fast each vehicle really is, and have agreed on that."""
     database, scenario = AUVDatabase(tuple(fleet)), setup.scenario
     agreement = agree(setup.strategy, setup.mission, database, groups_of(scenario), scenario.scenario.duration_s)
     return replace(setup, database=database, agreement=agreement)
@@ -203,7 +203,8 @@ def vehicle_of(host: Fleet | Solo, shared: Shared, life: Life) -> Vehicle:
     picture = Picture(frame_s=setup.schedule.frame_s)
     beliefs = Beliefs(world_model(setup, data.node, life.epoch))
     manager, needs = _manager(shared, beliefs.model)
-    radio = Radio(
+    make = next((part.radio for part in shared.parts if part.radio is not None), Radio)
+    radio = make(
         names,
         setup.agreement.groups,
         setup.strategy.declaration,
@@ -215,7 +216,7 @@ def vehicle_of(host: Fleet | Solo, shared: Shared, life: Life) -> Vehicle:
         {one.node: max(one.transit_speed_mps, one.survey_speed_mps) for one in setup.database.values()},
     )
     layers = Layers(
-        _social(setup, data.name, beliefs, picture),
+        _social(shared, data.name, beliefs, picture),
         ExecutiveLayer(setup.decision),
         _functional(shared, life.real, picture, sea_of(setup.scenario, data, shared.seed, host.carried_m)),
     )
@@ -254,7 +255,8 @@ def _manager(shared: Shared, model: WorldModel) -> tuple[ExchangeManager, Renewe
     return manager, stated or by_groups
 
 
-def _social(setup: Setup, name: str, beliefs: Beliefs, picture: Picture) -> SocialLayer:
+def _social(shared: Shared, name: str, beliefs: Beliefs, picture: Picture) -> SocialLayer:
+    setup = shared.setup
     return SocialLayer(
         name,
         setup.database,
@@ -264,7 +266,7 @@ def _social(setup: Setup, name: str, beliefs: Beliefs, picture: Picture) -> Soci
         setup.agreement,
         setup.rally_points_m,
         picture,
-        _lease_frames(setup.strategy.declaration, setup.scenario.communication.lease_frames) * setup.schedule.frame_s,
+        _lease_frames(shared) * setup.schedule.frame_s,
         setup.scenario.scenario.duration_s,
     )
 

@@ -255,12 +255,12 @@ class Memory:
     def _receptions(self, vehicle: str, at_s: float, model: WorldModel) -> Iterator[Reception]:
         """When and from whom a vehicle received what its world model holds of others."""
         setup, statuses = self._setup, set(model.statuses())
-        nodes, is_bound = setup.nodes, setup.strategy.declaration.is_bound
+        nodes, by_packets = setup.nodes, setup.strategy.declaration.communicates
         for since_s, block, items, until_s in self._known_s[vehicle]:
             if block.origin == nodes[vehicle] or not since_s <= at_s < until_s:
                 continue
             sender = self._senders.sender(vehicle, items, since_s)
-            told_by = block.origin if is_bound else None if sender is None else nodes[sender]
+            told_by = block.origin if not by_packets else None if sender is None else nodes[sender]
             parts = [block._replace(facts=(fact,)) for fact in block.facts] if block.is_status else [block]
             for one in parts:
                 if one in statuses or (one.is_item and model.block(one.guid) == one):
@@ -279,16 +279,16 @@ class Memory:
                     received[row["item"]][row["vehicle"]].append(row["time_s"])
         told = [self._told(rows) for rows in blocks_of(results.table(ITEMS.name).to_pylist())]
         statuses = self._heard_statuses(results, told, exhausted_s)
-        is_bound = setup.strategy.declaration.is_bound
+        by_packets = setup.strategy.declaration.communicates  # else all know at once what is told
         for number, (block, origin, recorded_s, kind, items) in enumerate(told):
             self._hold(origin, [[recorded_s]], block, items)
             heard = [received[uid] for uid in items]
             if block.is_status:
                 heard = [{name: [at_s] for name, at_s in statuses[number].items()}] if number in statuses else heard[:1]
             for name, data in setup.database.items():
-                if kind == "kept" or (name == origin and (is_bound or block.is_status)):
+                if kind == "kept" or (name == origin and (block.is_status or not by_packets)):
                     continue
-                if is_bound:
+                if not by_packets:
                     order = (recorded_s, block.origin) < (exhausted_s.get(name, math.inf), data.node)
                     times_s = [[recorded_s] if order else []]
                 else:

@@ -60,7 +60,7 @@ def _data(run: Results) -> bytes:
     except ConfigurationError as error:
         print(f"remoras: {run.folder}: places and jobs are not shown: {error}", file=sys.stderr)
         return run_data(run)
-    return run_data(run, mission.places, mission.jobs.values(), strategy.declaration.is_bound)
+    return run_data(run, mission.places, mission.jobs.values(), strategy.declaration.communicates)
 
 
 def _check_pair(first: Results, second: Results) -> None:

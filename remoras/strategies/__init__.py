@@ -43,7 +43,7 @@ def strategies() -> dict[str, Strategy]:
 
 def bounds() -> frozenset[str]:
     """Names of the shipped strategies that are bounds: they are shown beside the others, and never ranked."""
-    return frozenset(name for name, strategy in strategies().items() if strategy.declaration.is_bound)
+    return frozenset(name for name, strategy in strategies().items() if strategy.declaration.part is not None)
 
 
 def parameters(strategy: Strategy) -> tuple[Parameter, ...]:

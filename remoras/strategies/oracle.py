@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+from remoras.bound import AT_ONCE
 from remoras.organisation import Group, RoleAssignment
 from remoras.strategies.allocation import all_jobs
 from remoras.strategies.dispatch import ALL, Dispatcher, Dispatching
@@ -27,7 +28,7 @@ class Oracle:
 
     name: ClassVar[str] = "oracle"
     declaration: ClassVar[Declaration] = Declaration(
-        source="a bound: nobody can know more, or know it earlier", messages={}, communicates=False, is_bound=True
+        source="a bound: nobody can know more, or know it earlier", messages={}, communicates=False, part=AT_ONCE
     )
     form = staticmethod(founded)
 

@@ -178,12 +178,12 @@ class Team:
             told[name] += self._planned(name, member, now_s)
             told[name] += self._progress(name, member, now_s)
         declaration = self._strategy.declaration
-        if not (declaration.communicates or declaration.is_bound):
+        if not declaration.tells:
             return
         for name, sender in self.members.items():
             sender.unheard += [(r, h) for h in told[name] if self._is_kept(h) for r in self.members if r != name]
             for receiver, member in self.members.items():
-                if receiver != name and (declaration.is_bound or not self._lost(self._round, name, receiver)):
+                if receiver != name and not (declaration.communicates and self._lost(self._round, name, receiver)):
                     due = [heard for to, heard in sender.unheard if to == receiver]
                     sender.unheard = [(to, heard) for to, heard in sender.unheard if to != receiver]
                     member.heard_s[name], member.positions_m[name] = now_s, sender.position_m

@@ -82,7 +82,7 @@ def _share_below(ordered: list[float], share: float) -> float:
 
 def _is_unheard_of(scene: Scene) -> bool:
     """True where somebody does nothing any more, and nobody hears of it: the strategy lets none speak."""
-    is_heard = any(one.radio.communicates or one.radio.is_bound for one in scene.fleet.vehicles)
+    is_heard = any(one.radio.is_heard for one in scene.fleet.vehicles)
     return not is_heard and not all(one.is_alive for one in scene.fleet.vehicles)
 
 

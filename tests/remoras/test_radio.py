@@ -15,7 +15,7 @@ from remoras.fleet import Fleet
 from remoras.radio import Signalling
 from remoras.recorder import Recorder
 from remoras.vehicle import Vehicle
-from worldmodel import TYPE_UID, Block
+from worldmodel import TYPE_UID, Block, merge
 
 SETUP = resolved(load("mapping-rendezvous"))
 ROLE = "Operational.LeftWinger"
@@ -155,7 +155,7 @@ def told_of_what_nobody_announced(fleet: Fleet, listener: Vehicle) -> Block:
     uid = model.new_instance_uid()
     model.record([(uid, TYPE_UID, tbox.class_named("ObjectOfInterest").uid)], 0.0, private=True)
     told = model.record([(uid, tbox.attribute_named("location").uid, (10.0, 20.0))], 0.0).block
-    assert listener.radio.learn("AUV01", [told], 1.0) == ()
+    assert merge(listener.beliefs.model, [told], 1.0).changes == ()
     return told
 
 

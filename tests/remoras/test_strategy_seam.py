@@ -7,10 +7,12 @@ from typing import Any
 import pytest
 from samples import GROUPS, WORKER, auv, database
 
+from remoras.bound import AT_ONCE
 from remoras.errors import PluginError
 from remoras.strategies import strategies
 from remoras.strategies.central import Central
 from remoras.strategy import (
+    Declaration,
     Move,
     Situation,
     Statement,
@@ -43,6 +45,16 @@ class Unnamed(Central):
     declaration = "as usual"  # type: ignore[assignment]
 
 
+class Both(Central):
+    """Sends packets, and has a part by which all is known without."""
+
+    declaration = Declaration(source="a test", messages={}, part=AT_ONCE)
+
+
+class WithNoPart(Central):
+    declaration = Declaration(source="a test", messages={}, communicates=False, part="at once")
+
+
 @pytest.mark.parametrize("name", strategies())
 def test_shipped_strategies_lack_nothing(name: str) -> None:
     assert list(faults_of_strategy(strategies()[name])) == []
@@ -57,6 +69,8 @@ def test_shipped_strategies_lack_nothing(name: str) -> None:
             ["adapt(group: Any, organisation: Any, evidence: Any) -> Any cannot be called as adapt(work)"],
         ),
         (Unnamed(), ["name is int, expected str", "declaration is str, expected Declaration"]),
+        (Both(), ["declaration.communicates is True: with a part of its own, a strategy sends no packets"]),
+        (WithNoPart(), ["declaration.part is str, expected Part"]),
     ],
     ids=lambda value: type(value).__name__,
 )

@@ -20,7 +20,7 @@ from remoras.vehicle import Vehicle
 from worldmodel import Block, merge
 
 Said = tuple[str, str, str | float | bool]
-SHIPPED = tuple(name for name, one in strategies().items() if not one.declaration.is_bound)
+SHIPPED = tuple(name for name, one in strategies().items() if one.declaration.part is None)
 RECRUITING = [name for name, one in strategies().items() if Authority.RECRUIT in one.declaration.authorities]
 TAKING = [name for name, one in strategies().items() if Authority.TAKE in one.declaration.authorities]
 EVERYBODY = ("MissionAdministrator", "Tactician", "Coordinator", "Performer", "Cartographer", "LeftWinger")

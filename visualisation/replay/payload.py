@@ -49,7 +49,7 @@ class ShownJob(Protocol):
 
 
 def run_data(
-    results: RunResults, places: Sequence[Place] = (), jobs: Iterable[ShownJob] = (), is_bound: bool = False
+    results: RunResults, places: Sequence[Place] = (), jobs: Iterable[ShownJob] = (), by_packets: bool = True
 ) -> bytes:
     """All that a replay shows of a run, compressed; the same bytes for the same results.
 
@@ -57,12 +57,12 @@ def run_data(
         results: of the run; older ones may lack tables, and the page says what it cannot show for that.
         places: that its mission declares.
         jobs: of the mission; one that is called like a place is done there.
-        is_bound: whether the strategy is a bound under which all know at once what any vehicle says.
+        by_packets: whether vehicles send packets; else all know at once what any of them tells.
 
     Raises:
         DrawingError: the manifest of the run holds no scenario that can be read.
     """
-    return Payload(places, jobs, is_bound).block(results)
+    return Payload(places, jobs, by_packets).block(results)
 
 
 class Payload:
@@ -73,13 +73,13 @@ class Payload:
     Args:
         places: that its mission declares.
         jobs: of the mission; one that is called like a place is done there.
-        is_bound: whether the strategy is a bound under which all know at once what any vehicle says.
+        by_packets: whether vehicles send packets; else all know at once what any of them tells.
     """
 
-    def __init__(self, places: Sequence[Place] = (), jobs: Iterable[ShownJob] = (), is_bound: bool = False) -> None:
+    def __init__(self, places: Sequence[Place] = (), jobs: Iterable[ShownJob] = (), by_packets: bool = True) -> None:
         self._places = places
         self._done = {job.name: tuple(job.done) for job in jobs}
-        self._is_bound = is_bound
+        self._by_packets = by_packets
         self._n_blocks = 0
         self._names = Names({}, {"": 0})
         self._n_texts = 0
@@ -127,7 +127,7 @@ class Payload:
         self._add_said(columns, tables)
         about["header"] = _header(results, scenario, self._said.slot_s)
         about["world"] = self._world(columns, tables, scenario)
-        about["is_bound"] = self._is_bound
+        about["by_packets"] = self._by_packets
         about["milestones"] = [
             [one["name"], names.vehicle(one["vehicle"]), one["group"], one["time_s"]]
             for one in results.summary["milestones"]

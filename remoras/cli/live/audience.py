@@ -93,7 +93,7 @@ class Audience:
             watchers, self._lack_all, self._has_news = list(self._watchers), [], False
         if is_anew or self._source is None:
             mission, strategy = underway.setup.mission, underway.setup.strategy
-            payload = Payload(mission.places, mission.jobs.values(), strategy.declaration.is_bound)
+            payload = Payload(mission.places, mission.jobs.values(), strategy.declaration.communicates)
             self._source = (Watch(underway), payload)
         watch, payload = self._source
         try:

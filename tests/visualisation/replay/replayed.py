@@ -35,7 +35,7 @@ def recorded(folder: Path, *settings: str, scenario: str = "mapping-rendezvous",
 def data_of(results: Results) -> bytes:
     """What a page holds of a run, with all that its mission declares."""
     mission, strategy = mission_of(results.scenario), strategy_of(results.scenario)
-    return run_data(results, mission.places, mission.jobs.values(), strategy.declaration.is_bound)
+    return run_data(results, mission.places, mission.jobs.values(), strategy.declaration.communicates)
 
 
 def asked(

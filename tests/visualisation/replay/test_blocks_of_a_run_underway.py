@@ -42,7 +42,7 @@ def followed(settings: Sequence[str], every: Sequence[int], scenario: str) -> tu
     setup = resolved(load(scenario, [("--set", one) for one in settings]))
     underway = Underway(setup, 3)
     watch, mission = Watch(underway), setup.mission
-    payload = Payload(mission.places, mission.jobs.values(), setup.strategy.declaration.is_bound)
+    payload = Payload(mission.places, mission.jobs.values(), setup.strategy.declaration.communicates)
     blocks = [payload.block(watch.news(underway.summary("")))]
     while underway.is_running:
         for _ in range(every[len(blocks) % len(every)]):

@@ -104,7 +104,7 @@ globalThis.R = globalThis.R || {};
     run.items.forEach((item, n) => {
       if (heard[item.origin]) heard[item.origin][n] = item.recorded_s;
     });
-    if (run.about.is_bound) knowAtOnce(run, hear);
+    if (!run.about.by_packets) knowAtOnce(run, hear);
     const aside = run.vehicles.map(() => new Set());
     (run.columns["aside.vehicle"] || []).forEach((v, n) => aside[v].add(run.columns["aside.item"][n]));
     for (const packet of run.packets) {
@@ -120,7 +120,7 @@ globalThis.R = globalThis.R || {};
     return heard;
   }
 
-  // Under a bound every vehicle knows at once what any has told, until it is without energy; they act by their nodes.
+  // Without packets every vehicle knows at once what any has told, until it is without energy; they act by their nodes.
   function knowAtOnce(run, hear) {
     const ended_s = run.vehicles.map(() => Infinity);
     for (const fault of run.faults) if (fault.kind === "energy") ended_s[fault.vehicle] = fault.time_s;
