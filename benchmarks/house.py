@@ -41,7 +41,7 @@ FEATURES = {
     "slot lists": r"NewSlots|SlotList|slot_list", "obligations": r"[Oo]bligation",
     "coarse values": r"coarse_above|Detail\(",
     "terms of needs": r"blackout_s|newest_first|time_to_live", "beacons": r"[Bb]eacon", "parking": r"parking|parked",
-    "bound strategy": r"is_bound|Bound\(|remoras\.bound|AT_ONCE",
+    "bound strategy": r"is_bound|Bound\(|remoras\.bound|RadioAtOnce",
     "restarts": r"FaultKind\.RESTARTS|keeps_memory", "drains": r"DRAINS|drain_w",
 }  # fmt: skip
 """Words by which a file shows that it knows of a feature."""

@@ -20,8 +20,8 @@ DELIVERIES = Table("deliveries", (
 UNSAID = Table("unsaid", (
     Column("slot", "int"), TIME, VEHICLE, Column("reason", "str"), Column("candidates", "int"),
 ))  # fmt: skip
-"""How many items and statuses that wait a vehicle did not say in its slot, by the reason: blackout, covert, too large
-for the room left, waiting for acknowledgement (said before), lower value, overflow; or nothing open, once."""
+"""How many items and statuses that wait a vehicle did not say in its slot, by the reason, see
+``exchange.queueing.reasons.Unsaid``; or nothing open, once."""
 
 
 def note_acknowledged(

@@ -45,6 +45,14 @@ class Draws:
         """A number in [low, high)."""
         return low + (high - low) * self.uniform()
 
+    def even(self, low: float, high: float) -> float:
+        """A number from ``low`` to below ``high``, with three digits."""
+        return float(f"{self.between(low, high):.3g}")
+
+    def scaled(self, low: float, high: float) -> float:
+        """A number from ``low`` to ``high``, even in its logarithm, with three digits."""
+        return float(f"{low * (high / low) ** self.uniform():.3g}")
+
     def one_of(self, values: Sequence[T]) -> T:
         """One of some values."""
         return values[int(self.uniform() * len(values))]

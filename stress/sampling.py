@@ -3,41 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
+from missions.feature import USUAL_S, Draws, Sample
 from missions.scenarios.scenario import Scenario, VehicleTable
 from remoras.strategies import parameters, strategies
-from stress.draws import Draws
-
-COVERED_S = 3600.0
-"""Clocks that nobody sets stay for so long within what the guard covers."""
-USUAL_S = 600.0
-"""Scale of times that a setting draws; the mission takes as long, or some times as long."""
 
 Drawn = Mapping[str, Any]
 """Values by dotted key; empty where the scenario has nothing that could be set."""
-Sample = Callable[[Draws, Scenario], Drawn]
 
 
 def one_of(key: str, *values: Any) -> Sample:
     """Draws one value of a key."""
     return lambda draws, scenario: {key: draws.one_of(values)}
-
-
-def scaled(draws: Draws, low: float, high: float) -> float:
-    """A number from ``low`` to ``high``, even in its logarithm, with three digits."""
-    return float(f"{low * (high / low) ** draws.uniform():.3g}")
-
-
-def even(draws: Draws, low: float, high: float) -> float:
-    """A number from ``low`` to below ``high``, with three digits."""
-    return float(f"{draws.between(low, high):.3g}")
-
-
-def _names(scenario: Scenario) -> list[str]:
-    """Vehicles in the order of their nodes."""
-    return [one.name for one in sorted(scenario.vehicle, key=lambda one: one.slot)]
 
 
 def _vehicle(draws: Draws, scenario: Scenario) -> VehicleTable:
@@ -48,107 +27,84 @@ def channel(draws: Draws, scenario: Scenario) -> Drawn:
     """A loss model with its settings."""
     match draws.one_of(("bernoulli", "bernoulli", "gilbert-elliott", "acoustic", "matrix", "perfect")):
         case "bernoulli":
-            return {"channel.name": "bernoulli", "channel.per": even(draws, 0.05, 0.8)}
+            return {"channel.name": "bernoulli", "channel.per": draws.even(0.05, 0.8)}
         case "gilbert-elliott":
             return {
                 "channel.name": "gilbert-elliott",
-                "channel.p_good_to_bad": even(draws, 0.02, 0.3),
-                "channel.p_bad_to_good": even(draws, 0.05, 0.5),
-                "channel.per_good": even(draws, 0.0, 0.2),
-                "channel.per_bad": even(draws, 0.5, 1.0),
+                "channel.p_good_to_bad": draws.even(0.02, 0.3),
+                "channel.p_bad_to_good": draws.even(0.05, 0.5),
+                "channel.per_good": draws.even(0.0, 0.2),
+                "channel.per_bad": draws.even(0.5, 1.0),
             }
         case "acoustic":
             return {
                 "channel.name": "acoustic",
-                "channel.wind_mps": even(draws, 0.0, 15.0),
-                "channel.shipping": even(draws, 0.0, 1.0),
+                "channel.wind_mps": draws.even(0.0, 15.0),
+                "channel.shipping": draws.even(0.0, 1.0),
                 "channel.fading": draws.one_of(("bit", "frame", "packet", "none")),
             }
         case "matrix":
-            pairs = [(one, other) for one in _names(scenario) for other in _names(scenario) if one != other]
+            pairs = [(one, other) for one in scenario.names_by_slot for other in scenario.names_by_slot if one != other]
             links = [
-                {"sender": one, "receiver": other, "per": even(draws, 0.0, 0.9)}
+                {"sender": one, "receiver": other, "per": draws.even(0.0, 0.9)}
                 for one, other in draws.some_of(pairs, 1 + int(draws.uniform() * len(pairs)))
             ]
-            return {"channel.name": "matrix", "channel.per": even(draws, 0.0, 0.3), "channel.link": links}
+            return {"channel.name": "matrix", "channel.per": draws.even(0.0, 0.3), "channel.link": links}
     return {"channel.name": "perfect"}
 
 
 def blackout(draws: Draws, scenario: Scenario) -> Drawn:
     """A time without communication, of all or of a vehicle."""
-    from_s = even(draws, 0.0, USUAL_S)
-    blackout: dict[str, Any] = {"from_s": from_s, "until_s": from_s + even(draws, 10.0, 200.0)}
+    from_s = draws.even(0.0, USUAL_S)
+    blackout: dict[str, Any] = {"from_s": from_s, "until_s": from_s + draws.even(10.0, 200.0)}
     if draws.uniform() < 0.5:
-        blackout["vehicle"] = draws.one_of(_names(scenario))
+        blackout["vehicle"] = draws.one_of(scenario.names_by_slot)
     return {"channel.blackout": [blackout]}
 
 
 def current(draws: Draws, scenario: Scenario) -> Drawn:
     """A current of any direction; now and then with shear, a tide, a surge."""
     slowest_mps = min((one.survey_speed_mps for one in scenario.vehicle if one.survey_speed_mps), default=1.0)
-    speed_mps, angle_rad = scaled(draws, 0.02, 0.45) * slowest_mps, draws.between(0.0, 2.0 * math.pi)
+    speed_mps, angle_rad = draws.scaled(0.02, 0.45) * slowest_mps, draws.between(0.0, 2.0 * math.pi)
     found: dict[str, Any] = {
         "current.east_mps": round(speed_mps * math.cos(angle_rad), 3),
         "current.north_mps": round(speed_mps * math.sin(angle_rad), 3),
     }
     sheared, tidal, surging = draws.uniform() < 0.3, draws.uniform() < 0.3, draws.uniform() < 0.2
-    depth_m, period_h, phase = even(draws, 10.0, 100.0), scaled(draws, 0.1, 12.42), even(draws, 0.0, 1.0)
+    depth_m, period_h, phase = draws.even(10.0, 100.0), draws.scaled(0.1, 12.42), draws.even(0.0, 1.0)
     if sheared:
         found["current.shear_depth_m"] = depth_m
     if tidal:
         found |= {"current.tide_period_h": period_h, "current.tide_phase": phase}
     if surging:
-        begins_s = even(draws, 0.0, USUAL_S)
-        surge = {"between_s": [begins_s, begins_s + 60.0], "lasts_s": even(draws, 30.0, 300.0)}
+        begins_s = draws.even(0.0, USUAL_S)
+        surge = {"between_s": [begins_s, begins_s + 60.0], "lasts_s": draws.even(30.0, 300.0)}
         found["current.surge"] = [{**surge, "east_mps": round(0.3 * slowest_mps * math.sin(angle_rad), 3)}]
     return found
 
 
 def navigation(draws: Draws, scenario: Scenario) -> Drawn:
     """Drift, the time of a fix, and now and then a beacon."""
-    drift, fix_s = scaled(draws, 0.0005, 0.05), scaled(draws, 2.0, 60.0)
+    drift, fix_s = draws.scaled(0.0005, 0.05), draws.scaled(2.0, 60.0)
     found: dict[str, Any] = {"navigation.drift": drift, "navigation.fix_s": fix_s}
     with_beacon, at = draws.uniform() < 0.4, [draws.uniform(), draws.uniform()]
     (west_m, east_m), (south_m, north_m) = scenario.world.x_m, scenario.world.y_m
     if with_beacon and not scenario.beacon:
         position_m = [round(west_m + at[0] * (east_m - west_m)), round(south_m + at[1] * (north_m - south_m))]
-        found["beacon"] = [{"name": "drawn", "position_m": position_m, "range_m": scaled(draws, 50.0, 500.0)}]
+        found["beacon"] = [{"name": "drawn", "position_m": position_m, "range_m": draws.scaled(50.0, 500.0)}]
     return found
-
-
-def clocks(draws: Draws, scenario: Scenario) -> Drawn:
-    """How far clocks are off."""
-    offset_s, drift_ppm = draws.one_of((0.0, 0.05, 0.2)), draws.one_of((0.0, 5.0, 50.0, 500.0))
-    apart_s = draws.one_of((0.5, 2.0, 5.0))
-    return {
-        "communication.clocks": {
-            "offset_s": offset_s,
-            "drift_ppm": drift_ppm,
-            "apart_s": apart_s,
-            "discipline": draws.uniform() < 0.6 or 2.0 * (offset_s + 1e-6 * drift_ppm * COVERED_S) > apart_s,
-        }
-    }
-
-
-def slots(draws: Draws, scenario: Scenario) -> Drawn:
-    """Another order of the slots, with free ones and double ones."""
-    names = _names(scenario)
-    listed = draws.some_of(names, len(names))
-    for _ in range(int(draws.uniform() * 3)):
-        listed.insert(int(draws.uniform() * len(listed)), draws.one_of(("", draws.one_of(names))))
-    return {"communication.slots": listed}
 
 
 def size(draws: Draws, scenario: Scenario) -> Drawn:
     """Copies of a vehicle."""
     found: dict[str, Any] = {"fleet.size": len(scenario.vehicle) + 1 + int(draws.uniform() * 4)}
-    copied = [one.name for one in scenario.vehicle if one.sensor] or _names(scenario)
+    copied = [one.name for one in scenario.vehicle if one.sensor] or scenario.names_by_slot
     return {**found, "fleet.copies_of": draws.one_of(copied), "fleet.layers": draws.uniform() < 0.7}
 
 
 def speeds(draws: Draws, scenario: Scenario) -> Drawn:
     """A vehicle half to twice as fast."""
-    one, factor = _vehicle(draws, scenario), scaled(draws, 0.5, 2.0)
+    one, factor = _vehicle(draws, scenario), draws.scaled(0.5, 2.0)
     return {
         f"vehicle.{one.name}.transit_speed_mps": round(one.transit_speed_mps * factor, 3),
         f"vehicle.{one.name}.survey_speed_mps": round(one.survey_speed_mps * factor, 3),
@@ -159,8 +115,8 @@ def steering(draws: Draws, scenario: Scenario) -> Drawn:
     """A vehicle that turns and gains speed otherwise."""
     one = _vehicle(draws, scenario)
     return {
-        f"vehicle.{one.name}.turn_rate_radps": scaled(draws, 0.1, 1.0),
-        f"vehicle.{one.name}.acceleration_mps2": scaled(draws, 0.05, 1.0),
+        f"vehicle.{one.name}.turn_rate_radps": draws.scaled(0.1, 1.0),
+        f"vehicle.{one.name}.acceleration_mps2": draws.scaled(0.05, 1.0),
     }
 
 
@@ -174,7 +130,7 @@ def energy(draws: Draws, scenario: Scenario) -> Drawn:
     """A battery for a tenth to four times a mission at survey speed."""
     one = _vehicle(draws, scenario)
     power_w = one.hotel_w + one.drag_w_per_mps3 * one.survey_speed_mps**3
-    return {f"vehicle.{one.name}.energy_j": float(f"{power_w * USUAL_S * scaled(draws, 0.1, 4.0):.3g}")}
+    return {f"vehicle.{one.name}.energy_j": float(f"{power_w * USUAL_S * draws.scaled(0.1, 4.0):.3g}")}
 
 
 def starts(draws: Draws, scenario: Scenario) -> Drawn:
@@ -196,32 +152,6 @@ def priorities(draws: Draws, scenario: Scenario) -> Drawn:
     return {f"communication.needs.{one}": 1 + int(draws.uniform() * 60) for one in draws.some_of(names, 3)}
 
 
-def needs(draws: Draws, scenario: Scenario) -> Drawn:
-    """What is needed least, on terms: how old, how many, how often."""
-    given = scenario.communication.needs
-    if not given or scenario.of_feature("need"):
-        return {}
-    attribute = draws.one_of(sorted(name for name in given if given[name] == min(given.values())))
-    need: dict[str, Any] = {"attribute": attribute, "priority": given[attribute]}
-    terms: dict[str, Any] = {
-        "ttl_s": scaled(draws, 30.0, 600.0), "queue_limit": 1 + int(draws.uniform() * 20),
-        "newest_first": True, "blackout_s": scaled(draws, 5.0, 60.0), "acknowledged": False,
-    }  # fmt: skip
-    chosen = draws.some_of(sorted(terms), 1 + int(draws.uniform() * 2))
-    found: dict[str, Any] = {"need": [{**need, **{key: terms[key] for key in chosen}}]}
-    found["communication.needs"] = {name: priority for name, priority in given.items() if name != attribute}
-    return found
-
-
-def covert(draws: Draws, scenario: Scenario) -> Drawn:
-    """A vehicle that does not send for a time."""
-    from_s = even(draws, 0.0, USUAL_S / 2)
-    until_s = from_s + scaled(draws, 20.0, 300.0)
-    covert: dict[str, Any] = {"vehicle": draws.one_of(_names(scenario)), "from_s": from_s, "until_s": until_s}
-    above = draws.one_of((None, 9, 19))
-    return {"covert": [covert if above is None else {**covert, "above": above}]}
-
-
 def information(draws: Draws, scenario: Scenario) -> Drawn:
     """What groups know of their jobs is held by their heads."""
     groups = sorted(group.name for group in scenario.group if any(role.job for role in group.role))
@@ -231,7 +161,7 @@ def information(draws: Draws, scenario: Scenario) -> Drawn:
 
 def uncertainty(draws: Draws, scenario: Scenario) -> Drawn:
     """Sensors that miss, speeds that spread, or both."""
-    missing, spread = scaled(draws, 0.02, 0.5), scaled(draws, 0.02, 0.3)
+    missing, spread = draws.scaled(0.02, 0.5), draws.scaled(0.02, 0.3)
     which = int(3 * draws.uniform())
     found = {"uncertainty.p_miss": missing, "uncertainty.speed_spread": spread}
     return dict([*found.items()][which % 2 : 2 if which else 1])
@@ -261,7 +191,7 @@ def of_mission(key: str, low: float, high: float) -> Sample:
 
     def draw(draws: Draws, scenario: Scenario) -> Drawn:
         value = getattr(scenario.mission, key, None)
-        return {f"mission.{key}": float(f"{value * scaled(draws, low, high):.3g}")} if value else {}
+        return {f"mission.{key}": float(f"{value * draws.scaled(low, high):.3g}")} if value else {}
 
     return draw
 

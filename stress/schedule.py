@@ -284,4 +284,4 @@ def _faults_of(key: str, fault: StressFault, about: About) -> Iterator[Configura
 
 def fleet_of(scenario: Scenario) -> tuple[str, ...]:
     """Names of the vehicles of a scenario in the order of their nodes."""
-    return tuple(one.name for one in sorted(scenario.vehicle, key=lambda one: one.slot))
+    return tuple(scenario.names_by_slot)

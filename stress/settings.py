@@ -12,12 +12,14 @@ from dataclasses import dataclass
 from exchange.acoustics.modems import modems
 from exchange.policies import POLICIES
 from missions.errors import ConfigurationError, ConfigurationFault
+from missions.feature import Sample
 from missions.files import toml_value
+from missions.scenarios.extending import features
 from missions.scenarios.scenario import Scenario
 from remoras.strategies import strategies
 from stress import sampling
 from stress.draws import Draws
-from stress.sampling import one_of, scaled
+from stress.sampling import one_of
 from worldmodel import suggestion
 
 OFTEN, NOW_AND_THEN, SELDOM = 0.3, 0.075, 0.03
@@ -41,7 +43,7 @@ class Setting:
     name: str
     text: str
     keys: tuple[str, ...]
-    draw: sampling.Sample
+    draw: Sample
     p: float = NOW_AND_THEN
     why_unfinished: str = ""
 
@@ -63,7 +65,7 @@ def _overlap(key: Sequence[str], given: Sequence[str]) -> bool:
 
 
 LOSES_THEM = "a vehicle whose battery is empty does nothing any more"
-CATALOGUE = (
+CORE = (
     Setting("strategy", "any shipped strategy", ("strategy.name", "strategy.parameters"),
             lambda draws, scenario: {"strategy.name": draws.one_of(sorted(strategies()))}, p=0.6),
     Setting("policy", "any of the six policies of the papers", ("communication.policy",),
@@ -77,8 +79,6 @@ CATALOGUE = (
     Setting("size", "1 to 4 copies of a vehicle with sensors, in layers or not", ("fleet",), sampling.size),
     Setting("navigation", "drift of 0.05 to 5 % of the way, time of a fix, a beacon", ("navigation", "beacon"),
             sampling.navigation),
-    Setting("clocks", "offsets to 0.2 s, drift to 500 ppm, how far apart, discipline", ("communication.clocks",),
-            sampling.clocks),
     Setting("speeds", "a vehicle half to twice as fast", ("vehicle.transit_speed_mps", "vehicle.survey_speed_mps"),
             sampling.speeds),
     Setting("turns", "a vehicle that turns and gains speed otherwise",
@@ -93,8 +93,6 @@ CATALOGUE = (
     Setting("summaries", "no summaries", ("communication.summaries",), one_of("communication.summaries", False)),
     Setting("evidence", "who sends an item is not taken to hold it", ("communication.carrier_evidence",),
             one_of("communication.carrier_evidence", False)),
-    Setting("detail", "coarse values above 1 to 20 waiting items", ("communication.coarse_above",),
-            one_of("communication.coarse_above", 1, 5, 20)),
     Setting("queue", "queues of 3 to 100 items", ("communication.queue_limit",),
             one_of("communication.queue_limit", 3, 10, 100)),
     Setting("value", "another rule of what goes first", ("communication.value",),
@@ -103,10 +101,9 @@ CATALOGUE = (
             lambda draws, scenario: {"communication.modem": draws.one_of(sorted(modems()))}, SELDOM),
     Setting("range", "0.3 to 2 times the range", ("communication.range_m",),
             lambda draws, scenario: {
-                "communication.range_m": round(scenario.communication.range_m * scaled(draws, 0.3, 2.0))}, SELDOM),
+                "communication.range_m": round(scenario.communication.range_m * draws.scaled(0.3, 2.0))}, SELDOM),
     Setting("guard", "a guard of 1 to 3 s", ("communication.guard_s",), one_of("communication.guard_s", 1.0, 3.0),
             SELDOM),
-    Setting("slots", "another order, free slots, slots twice", ("communication.slots",), sampling.slots),
     Setting("checksum", "8, 16 or 32 bits", ("communication.crc_bits",), one_of("communication.crc_bits", 8, 16, 32)),
     Setting("times", "times on the wire to 0.01 to 1 s", ("communication.time_resolution_s",),
             one_of("communication.time_resolution_s", 0.01, 0.5, 1.0), SELDOM),
@@ -118,9 +115,6 @@ CATALOGUE = (
             one_of("communication.needs_follow", "groups")),
     Setting("priorities", "three attributes more or less urgent", ("communication.needs",),
             sampling.priorities, SELDOM),
-    Setting("needs", "of what is least urgent: age, number, silence, newest first, told once",
-            ("need", "communication.needs"), sampling.needs),
-    Setting("covert", "a vehicle hears and does not send for 20 to 300 s", ("covert",), sampling.covert),
     Setting("information", "who knows of the jobs of a group", ("group", "communication.needs_follow"),
             sampling.information, SELDOM),
     Setting("uncertainty", "sensors miss 0.02 to 0.5 of ticks, speeds spread by 0.02 to 0.3",
@@ -141,7 +135,12 @@ CATALOGUE = (
     Setting("parameters", "a parameter of the strategy, half or twice as much", ("strategy.parameters",),
             sampling.parameter, SELDOM),
 )  # fmt: skip
-"""Settings in the order in which they are applied and tables show them."""
+"""Settings of what every scenario has."""
+CATALOGUE = (
+    *CORE,
+    *(Setting(one.name, one.text, one.keys, one.draw) for feature in features().values() for one in feature.trials),
+)
+"""Settings in the order in which they are applied and tables show them: those of features come last."""
 SETTINGS: dict[str, Setting] = {one.name: one for one in CATALOGUE}
 
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pydantic import Field
 
@@ -22,7 +22,7 @@ from exchange.packets import Reception
 from exchange.peering.offsets import Offsets
 from exchange.schedule import TdmaSchedule
 from missions.errors import ConfigurationFault
-from missions.feature import Feature, Joining
+from missions.feature import Draws, Feature, Joining, Trial
 from missions.scenarios.deployment import sound_speed_mps
 from missions.scenarios.tables import Raw, Section, table_of
 from remoras.events import Joined, Part
@@ -364,6 +364,22 @@ def _keeper(joining: Joining, node: int, clocks: Mapping[int, OwnClock], discipl
     )
 
 
+COVERED_S = 3600.0
+"""Clocks that nobody sets stay for so long within what the guard covers, where they are drawn."""
+
+
+def drawn(draws: Draws, scenario: Scenario) -> Mapping[str, Any]:
+    """How far clocks are off."""
+    offset_s, drift_ppm = draws.one_of((0.0, 0.05, 0.2)), draws.one_of((0.0, 5.0, 50.0, 500.0))
+    apart_s = draws.one_of((0.5, 2.0, 5.0))
+    discipline = draws.uniform() < 0.6 or 2.0 * (offset_s + PPM * drift_ppm * COVERED_S) > apart_s
+    return {
+        f"communication.{KEY}": {
+            "offset_s": offset_s, "drift_ppm": drift_ppm, "apart_s": apart_s, "discipline": discipline,
+        }
+    }  # fmt: skip
+
+
 FEATURE = Feature(
     {
         "communication": {
@@ -383,4 +399,9 @@ FEATURE = Feature(
     clock_faults,
     apart_s=apart_s,
     ahead_s=most_ahead_s,
+    trials=(
+        Trial(
+            "clocks", "offsets to 0.2 s, drift to 500 ppm, how far apart, discipline", (f"communication.{KEY}",), drawn
+        ),
+    ),
 )

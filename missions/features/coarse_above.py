@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from pydantic import Field
 
 from missions.errors import ConfigurationFault
-from missions.feature import Feature, Joining
+from missions.feature import Feature, Joining, Trial
 from missions.files import shown
 from missions.scenarios.tables import QUEUE_LIMIT, Raw, table_of
 from remoras.events import Part
@@ -94,4 +94,12 @@ FEATURE = Feature(
     },
     part_of,
     detail_faults,
+    trials=(
+        Trial(
+            "detail",
+            "coarse values above 1 to 20 waiting items",
+            (f"communication.{KEY}",),
+            lambda draws, scenario: {f"communication.{KEY}": draws.one_of((1, 5, 20))},
+        ),
+    ),
 )

@@ -7,13 +7,13 @@ slot in which nothing may go stays empty.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any
 
 from pydantic import Field
 
 from missions.errors import ConfigurationFault
-from missions.feature import Feature, Joining
+from missions.feature import USUAL_S, Draws, Feature, Joining, Trial
 from missions.scenarios.tables import (
     NotNegative,
     Positive,
@@ -27,6 +27,7 @@ from missions.scenarios.tables import (
 from remoras.events import Part
 
 if TYPE_CHECKING:
+    from missions.scenarios.scenario import Scenario
     from remoras.mission import Mission
     from remoras.vehicle import Vehicle
 
@@ -76,4 +77,18 @@ def part_of(joining: Joining) -> Part | None:
     return Part(equip=equip) if tables else None
 
 
-FEATURE = Feature({"": {KEY: (tuple[CovertTable, ...], ())}}, part_of, covert_faults)
+def drawn(draws: Draws, scenario: Scenario) -> Mapping[str, Any]:
+    """A vehicle that does not send for a time."""
+    from_s = draws.even(0.0, USUAL_S / 2)
+    until_s = from_s + draws.scaled(20.0, 300.0)
+    table: dict[str, Any] = {"vehicle": draws.one_of(scenario.names_by_slot), "from_s": from_s, "until_s": until_s}
+    above = draws.one_of((None, 9, 19))
+    return {KEY: [table if above is None else {**table, "above": above}]}
+
+
+FEATURE = Feature(
+    {"": {KEY: (tuple[CovertTable, ...], ())}},
+    part_of,
+    covert_faults,
+    trials=(Trial("covert", "a vehicle hears and does not send for 20 to 300 s", (KEY,), drawn),),
+)

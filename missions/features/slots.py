@@ -6,14 +6,14 @@ vehicle for itself, from what it has heard; see ``exchange.peering.turns``.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from pydantic import Field
 
 from exchange.peering.turns import MAX_SLOTS, SENDS_IN, masks_of
 from missions.errors import ConfigurationFault
-from missions.feature import Feature, Joining
+from missions.feature import Draws, Feature, Joining, Trial
 from missions.files import shown
 from missions.scenarios.tables import NotNegative, Raw, Section, entries, list_of, names_of, one_of, table_of
 from remoras.events import Host, Part, Says, say_at
@@ -53,7 +53,7 @@ def part_of(joining: Joining) -> Part | None:
     """Let vehicles say the lists that persons order, at their times."""
     scenario = joining.scenario
     tables: tuple[SlotsTable, ...] = scenario.of_feature(ORDERED)
-    names = _by_node(scenario)
+    names = scenario.names_by_slot
 
     def begin(host: Host) -> None:
         for table in tables:
@@ -72,12 +72,8 @@ def words(scenario: Scenario) -> Sequence[Path]:
     return (slot_ontology_path(),) if scenario.of_feature(ORDERED) else ()
 
 
-def _by_node(scenario: Scenario) -> list[str]:
-    return [vehicle.name for vehicle in sorted(scenario.vehicle, key=lambda one: one.slot)]
-
-
 def _nodes(listed: SlotList, scenario: Scenario) -> tuple[tuple[int, ...], ...]:
-    names = _by_node(scenario)
+    names = scenario.names_by_slot
     return tuple(tuple(names.index(name) for name in _shared(entry)) for entry in listed)
 
 
@@ -138,6 +134,15 @@ def _list_faults(key: str, listed: Any, vehicles: list[str]) -> Iterator[Configu
         yield ConfigurationFault(key, shown(listed), allowed)
 
 
+def drawn(draws: Draws, scenario: Scenario) -> Mapping[str, Any]:
+    """Another order of the slots, with free ones and double ones."""
+    names = scenario.names_by_slot
+    listed = draws.some_of(names, len(names))
+    for _ in range(int(draws.uniform() * 3)):
+        listed.insert(int(draws.uniform() * len(listed)), draws.one_of(("", draws.one_of(names))))
+    return {KEY: listed}
+
+
 FEATURE = Feature(
     {
         "": {ORDERED: (tuple[SlotsTable, ...], ())},
@@ -157,4 +162,5 @@ FEATURE = Feature(
     words,
     (SENDS_IN,),
     turns_of,
+    trials=(Trial("slots", "another order, free slots, slots twice", (KEY,), drawn),),
 )

@@ -305,3 +305,8 @@ class Scenario(Sparse):
     fleet: FleetTable | None = Field(None, exclude=True)
     vehicle: tuple[VehicleTable, ...] = Field(min_length=2, max_length=MAX_VEHICLES)
     fault: tuple[FaultTable, ...] = ()
+
+    @property
+    def names_by_slot(self) -> list[str]:
+        """Names of the vehicles in the order of their nodes."""
+        return [one.name for one in sorted(self.vehicle, key=lambda one: one.slot)]

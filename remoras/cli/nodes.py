@@ -139,7 +139,7 @@ def swarm(
         fail(f"--vehicles {vehicles}: {twice[0]} is named twice; name each vehicle once")
     loaded, plan = _plan(scenario, given[0] if given else None, settings, seed, until, settle)
     plans = [_known(loaded, plan, name) for name in given]
-    plans = plans or plans_of(plan, [one.name for one in sorted(loaded.vehicle, key=lambda one: one.slot)])
+    plans = plans or plans_of(plan, loaded.names_by_slot)
     if port > MOST_PORT + 1 - len(plans):
         fail(f"--port {port}: allowed is up to {MOST_PORT + 1 - len(plans)}: {len(plans)} vehicles take a port each")
     if out is not None:
