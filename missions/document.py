@@ -182,7 +182,7 @@ def fault_of(detail: Mapping[str, Any], root: type[BaseModel], raw: Mapping[str,
         return ConfigurationFault(key, "", "missing")
     given = shown(detail.get("input"))
     if kind == "extra_forbidden":
-        known = _known_keys(location[:-1], root)
+        known = _known_keys(location[:-1], root, raw)
         hint = suggestion(str(location[-1]), known)
         return ConfigurationFault(key, given, f"unknown key, allowed here: {', '.join(known)}{hint}")
     if kind == "string_pattern_mismatch":  # the one pattern there is, of names
@@ -215,11 +215,13 @@ def _has(raw: dict[str, Any] | list[Any], part: Any) -> bool:
     return part in raw if isinstance(raw, dict) else isinstance(part, int) and part < len(raw)
 
 
-def _known_keys(location: Iterable[Any], root: type[BaseModel]) -> list[str]:
-    """Keys of the table at ``location``."""
+def _known_keys(location: Iterable[Any], root: type[BaseModel], raw: Any) -> list[str]:
+    """Keys of the table at ``location``; where the table itself says what it is, of that."""
     table: type[BaseModel] = root
     for part in location:
+        raw = raw[part] if isinstance(raw, dict | list) and _has(raw, part) else None
         if isinstance(part, int):
+            table = getattr(table, "fitting", lambda _, known=table: known)(raw or {})
             continue
         annotation: Any = table.model_fields[part].annotation
         candidates = [annotation, *getattr(annotation, "__args__", ())]

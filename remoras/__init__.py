@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from missions.meeting import JobMission, JobScenario, JobSettings, JobTruth, Meeting, MeetingTruth
     from missions.metric import Better, Metric
     from missions.scenarios import Scenario
+    from missions.scenarios.faults import DeclaredFault
     from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
     from remoras.behaviours import (
         ADVANCING,
@@ -51,6 +52,7 @@ _HOMES = {
     "remoras.swept": ("Sweep",),
     "remoras.face": ("Run", "compare", "exchange_study", "load", "open", "run", "sweep"),
     "missions.scenarios": ("Scenario",),
+    "missions.scenarios.faults": ("DeclaredFault",),
     "missions.meeting": (
         "JobMission",
         "JobScenario",
@@ -91,13 +93,13 @@ _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
     "ADVANCING", "DONE", "DUE", "IDLE", "SELF", "TIME", "VEHICLE", "AckPolicy", "Activity", "ActivityKind",
-    "ActivitySet", "ActivityType", "Approach", "Behaviour", "Better", "Column", "Declaration", "DivisibleJob", "Figure",
-    "Finding", "FleetView", "Group", "Job", "JobMission", "JobScenario", "JobSettings", "JobTruth", "Known", "Layer",
-    "Mark", "Meeting", "MeetingTruth", "Metric", "Milestone", "Mission", "Motion", "Move", "Negotiator", "Objective",
-    "Observation", "Outlook", "Perception", "Picture", "Place", "Pose", "Recorder", "Reference", "RemorasError",
-    "Run", "Scenario", "Sensor", "SensorSettings", "Situation", "Statement", "Strategy", "Sweep", "Table", "Truth",
-    "VehicleData", "VehicleView", "Work", "attracted", "compare", "distance_m", "exchange_study", "load", "open",
-    "run", "sweep",
+    "ActivitySet", "ActivityType", "Approach", "Behaviour", "Better", "Column", "Declaration", "DeclaredFault",
+    "DivisibleJob", "Figure", "Finding", "FleetView", "Group", "Job", "JobMission", "JobScenario", "JobSettings",
+    "JobTruth", "Known", "Layer", "Mark", "Meeting", "MeetingTruth", "Metric", "Milestone", "Mission", "Motion", "Move",
+    "Negotiator", "Objective", "Observation", "Outlook", "Perception", "Picture", "Place", "Pose", "Recorder",
+    "Reference", "RemorasError", "Run", "Scenario", "Sensor", "SensorSettings", "Situation", "Statement", "Strategy",
+    "Sweep", "Table", "Truth", "VehicleData", "VehicleView", "Work", "attracted", "compare", "distance_m",
+    "exchange_study", "load", "open", "run", "sweep",
 ]  # fmt: skip
 
 

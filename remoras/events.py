@@ -15,7 +15,6 @@ from remoras.clock import Priority, ShownTime
 
 if TYPE_CHECKING:
     from remoras.beliefs import Beliefs, Fact
-    from remoras.faults import Fault
     from remoras.radio import Radio, RenewedNeeds
     from remoras.recorder import Recorder
     from remoras.social.needs import GroupNeeds
@@ -69,8 +68,8 @@ class Host(Protocol):
         """
         ...
 
-    def restart(self, before: Vehicle, fault: Fault) -> Vehicle:
-        """The vehicle that takes the place of what it was before the fault, from now on."""
+    def restart(self, before: Vehicle, remembers: bool) -> Vehicle:
+        """The vehicle that begins anew and takes the place of what it was before; False if its memory is lost."""
         ...
 
 

@@ -4,10 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from remoras.clock import Priority
+from remoras.errors import PluginError
 from remoras.events import Host, Part
-from remoras.faults import OVER, Condition, Fault, FaultKind
+from remoras.faults import OVER, Fault, condition_under
+from remoras.plugins import broken_promise
+
+if TYPE_CHECKING:
+    from remoras.vehicle import Vehicle
 
 
 @dataclass(slots=True)
@@ -31,13 +37,40 @@ class FaultChanges:
         holding = self.holding.faults.setdefault(fault.vehicle, [])
         if self.begins:
             holding.append(fault)
+            _begin(fault, vehicle)
         else:
             holding.remove(fault)
-            if fault.kind is FaultKind.RESTARTS and not vehicle.functional.exhausted:
-                vehicle = host.restart(vehicle, fault)
-        vehicle.suffer(Condition.under(holding))
+            _end(fault, vehicle, host)
+            before, vehicle = vehicle, host.named(fault.vehicle)
+            for one in holding if vehicle is not before else ():  # it has begun anew
+                _begin(one, vehicle)
+        vehicle.suffer(condition_under(holding))
         detail = fault.detail if self.begins else OVER
-        host.recorder.faults.append((host.now_s, fault.vehicle, fault.kind.value, detail))
+        host.recorder.faults.append((host.now_s, fault.vehicle, fault.kind, detail))
+
+
+def _begin(fault: Fault, vehicle: Vehicle) -> None:
+    """Let a fault do what it does when it begins; whatever its kind raises names the kind."""
+    if fault.acts is None:
+        return
+    try:
+        fault.acts.begin(vehicle)
+    except PluginError:
+        raise
+    except Exception as error:  # it may be somebody else's class
+        raise broken_promise(f"fault kind {fault.kind}", "begin", "it returns", error) from error
+
+
+def _end(fault: Fault, vehicle: Vehicle, host: Host) -> None:
+    """Let a fault do what it does when it is over; whatever its kind raises names the kind."""
+    if fault.acts is None:
+        return
+    try:
+        fault.acts.end(vehicle, host)
+    except PluginError:
+        raise
+    except Exception as error:  # it may be somebody else's class
+        raise broken_promise(f"fault kind {fault.kind}", "end", "it returns", error) from error
 
 
 def faults_part(faults: Iterable[Fault]) -> Part:
@@ -50,8 +83,7 @@ def faults_part(faults: Iterable[Fault]) -> Part:
     def begin(host: Host) -> None:
         holding = _Holding()
         for fault in faults:
-            from_s, until_s = fault.span_s
-            host.at(from_s, Priority.FAULT, FaultChanges(fault, True, holding))
-            host.at(until_s, Priority.FAULT, FaultChanges(fault, False, holding))
+            host.at(fault.from_s, Priority.FAULT, FaultChanges(fault, True, holding))
+            host.at(fault.until_s, Priority.FAULT, FaultChanges(fault, False, holding))
 
     return Part(begin)

@@ -18,7 +18,6 @@ from remoras.avoidance import SEPARATION_M
 from remoras.beliefs import Beliefs, Fact
 from remoras.clock import Clock, Priority
 from remoras.events import Event, Host, Part
-from remoras.faults import Fault
 from remoras.holders import HolderCount
 from remoras.mission import Truth
 from remoras.plugins import broken_promise
@@ -52,11 +51,11 @@ class Makers(NamedTuple):
 
     Attributes:
         founding: makes all of them, one per node, in the order of the nodes.
-        anew: makes a vehicle that begins anew now, of the one that it was, after a fault.
+        anew: makes a vehicle that begins anew now, of the one that it was; False if its memory is lost.
     """
 
     founding: Callable[[Fleet], Sequence[Vehicle]]
-    anew: Callable[[Fleet, Vehicle, Fault], Vehicle]
+    anew: Callable[[Fleet, Vehicle, bool], Vehicle]
 
 
 class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
@@ -216,9 +215,9 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
             self._has_acted(speaker)
         return speaker.is_alive
 
-    def restart(self, before: Vehicle, fault: Fault) -> Vehicle:
-        """The vehicle that takes the place of what it was before the fault, from now on."""
-        anew = self.makers.anew(self, before, fault)
+    def restart(self, before: Vehicle, remembers: bool) -> Vehicle:
+        """The vehicle that begins anew and takes the place of what it was before; False if its memory is lost."""
+        anew = self.makers.anew(self, before, remembers)
         self.vehicles = tuple(anew if one is before else one for one in self.vehicles)
         self._separation.vehicles = self.vehicles
         self.view = ReadOnlyFleet.of(self.vehicles)

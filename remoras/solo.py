@@ -21,7 +21,6 @@ from exchange.schedule import TdmaSchedule
 from remoras.beliefs import Beliefs, Fact
 from remoras.clock import Clock, Priority
 from remoras.events import Event, Part
-from remoras.faults import Fault
 from remoras.recorder import Recorder
 from remoras.traffic import sends_s
 from remoras.vehicle import Vehicle
@@ -97,7 +96,7 @@ class Solo(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
 
     Args:
         make_vehicle: makes the vehicle of this model.
-        make_anew: makes one that begins anew now, of the one that it was.
+        make_anew: makes one that begins anew now, of the one that it was; False if its memory is lost.
         schedule: TDMA.
         recorder: takes the rows of this vehicle.
         times: when it acts.
@@ -112,7 +111,7 @@ class Solo(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
     def __init__(
         self,
         make_vehicle: Callable[[Solo], Vehicle],
-        make_anew: Callable[[Solo, Vehicle, Fault], Vehicle],
+        make_anew: Callable[[Solo, Vehicle, bool], Vehicle],
         schedule: TdmaSchedule,
         recorder: Recorder,
         times: Times,
@@ -206,9 +205,9 @@ class Solo(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
             speaker.conclude(facts(speaker.beliefs), self.now_s)
         return speaker.is_alive
 
-    def restart(self, before: Vehicle, fault: Fault) -> Vehicle:
-        """The vehicle that begins anew now, and takes the place of what it was before the fault."""
-        self.vehicle = self._make_anew(self, before, fault)
+    def restart(self, before: Vehicle, remembers: bool) -> Vehicle:
+        """The vehicle that begins anew and takes the place of what it was before; False if its memory is lost."""
+        self.vehicle = self._make_anew(self, before, remembers)
         before.remove()
         return self.vehicle
 

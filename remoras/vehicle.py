@@ -23,16 +23,16 @@ from remoras.attraction import NO_PULLS
 from remoras.avoidance import Neighbour
 from remoras.behaviours import Perception
 from remoras.beliefs import Beliefs, Fact
-from remoras.bias import biased
+from remoras.condition import SOUND, Condition
 from remoras.database import VehicleData
 from remoras.diary import Diary
 from remoras.errors import PluginError
 from remoras.executive.layer import ExecutiveLayer
-from remoras.faults import SOUND, Condition
 from remoras.functional.layer import FunctionalLayer, embody
 from remoras.functional.sensing import Sensed
 from remoras.radio import Radio
 from remoras.recorder import Recorder
+from remoras.sensor import Observation
 from remoras.social.layer import Consulted, Review, SocialLayer
 from worldmodel import Change, WorldModelError
 from worldmodel.remembering import remember
@@ -61,6 +61,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
 
     Attributes:
         heard: each is told of a packet that was taken in: what came of it, its bits, and the time by the own clock (s).
+        readings: each is given what a sensor has read, with its name, and returns what is recorded of it.
     """
 
     def __init__(
@@ -75,6 +76,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
     ) -> None:
         super().__init__(model)
         self.heard: list[Callable[[Reception, int, float], None]] = []
+        self.readings: list[Callable[[str, Observation], Observation]] = []
         self.data = data
         self.name = data.name
         self.social, self.executive, self.functional = layers.social, layers.executive, layers.functional
@@ -103,7 +105,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         """Be in another condition from now on; called by the fleet when a fault begins or is over."""
         self.condition = condition
         self._is_running = condition.is_alive
-        self.functional.impair(condition.speed_factor, condition.dead_sensors, condition.drain_w)
+        self.functional.impair(condition.speed_factor, condition.dead_sensors)
         if not condition.is_alive:
             self.functional.stop()
 
@@ -304,7 +306,9 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
 def _recorded(sensed: Sensed, vehicle: Vehicle, now_s: float) -> Change:
     """What an observation changes in a vehicle's world model; raises PluginError if it cannot be recorded."""
     beliefs = vehicle.beliefs
-    observation = biased(sensed.observation, sensed.sensor, vehicle.condition.biases, beliefs.model.tbox)
+    observation = sensed.observation
+    for changed in vehicle.readings:
+        observation = changed(sensed.sensor, observation)
     try:
         facts = beliefs.facts_of(observation)
         return beliefs.record(facts, now_s, private=not vehicle.radio.tells(facts))

@@ -17,10 +17,11 @@ from stress.configurations import baseline, configured, first_of
 from stress.drawing import Plan, schedule_of
 from stress.invariants.ending import NoException, SameDigest
 from stress.invariants.seam import Invariant
+from stress.kinds import FOR_GOOD
 from stress.schedule import Schedule, overrides
 from stress.shipped import invariants_of
 from stress.shrinking import Shrunk, shrunk
-from stress.trial import FOR_GOOD, Broken, Outcome, repeated, run_trial
+from stress.trial import Broken, Outcome, repeated, run_trial
 
 TWICE_EVERY = 10
 """One seed in so many is run twice, to see whether both runs give the same."""

@@ -10,9 +10,9 @@ from missions.errors import ConfigurationError, ConfigurationFault
 from missions.runs.run import run
 from missions.scenarios import load
 from missions.scenarios.scenario import Scenario
-from remoras.faults import FaultKind
+from remoras.errors import PluginError
 from stress.draws import Draws
-from stress.kinds import ALL, KINDS, SELDOM, Family, Kind
+from stress.kinds import ALL, KINDS, SELDOM, Family, Kind, kind_of
 from stress.schedule import VERSION, About, Schedule, StressFault, excludes, fleet_of, frame_s, overrides
 from stress.settings import NONE, settings_named
 from stress.steering import Instant, steered
@@ -75,12 +75,16 @@ def kinds_named(names: Sequence[str]) -> tuple[str, ...]:
     Raises:
         ConfigurationError: there is none of a name.
     """
-    unknown = [one for one in names if one not in KINDS]
-    if unknown:
-        families = {family.value: [kind.name for kind in ALL if kind.family is family] for family in Family}
-        allowed = f"allowed: {', '.join(KINDS)}; or {', '.join(families)}{suggestion(unknown[0], [*KINDS, *families])}"
-        raise ConfigurationError("remoras stress", [ConfigurationFault("--faults", f'"{unknown[0]}"', allowed)])
-    return tuple(kind.name for kind in ALL if (kind.name in names if names else kind.name not in SELDOM))
+    for one in (name for name in names if name not in KINDS):
+        try:
+            kind_of(one)
+        except PluginError as error:
+            families = [family.value for family in Family]
+            known = f"allowed: {', '.join(KINDS)}; or {', '.join(families)}{suggestion(one, [*KINDS, *families])}"
+            allowed = str(error) if ":" in one else known
+            raise ConfigurationError("remoras stress", [ConfigurationFault("--faults", f'"{one}"', allowed)]) from None
+    others = dict.fromkeys(name for name in names if name not in KINDS)
+    return (*(kind.name for kind in ALL if (kind.name in names if names else kind.name not in SELDOM)), *others)
 
 
 def plan_of(
@@ -103,7 +107,7 @@ def plan_of(
     found = kinds_named([*named, *(one for one in kinds if one not in list(Family))])
     own = load(scenario, overrides(strategy, settings))
     usual = run(own, seed=1)
-    possible = tuple(name for name in found if _is_possible(KINDS[name], own))
+    possible = tuple(name for name in found if _is_possible(kind_of(name), own))
     if not possible:
         allowed = f"nothing in {scenario} that this may befall by chance; write a schedule, and --replay it"
         raise ConfigurationError("remoras stress", [ConfigurationFault("--faults", f'"{",".join(kinds)}"', allowed)])
@@ -142,9 +146,11 @@ def of_scenario(plan: Plan, own: Scenario) -> Plan:
 
 def _is_possible(kind: Kind, scenario: Scenario) -> bool:
     """True unless no vehicle of a scenario can be befallen by a kind."""
+    if kind.is_of_scenario and not kind.by_chance:
+        return False
     if kind.family is not Family.SENSOR or kind.name == "misplaced":
         return True
-    return any(vehicle.sensor for vehicle in scenario.vehicle) and kind.name != "biased"
+    return any(vehicle.sensor for vehicle in scenario.vehicle)
 
 
 def schedule_of(plan: Plan, seed: int) -> Schedule:
@@ -160,14 +166,14 @@ def schedule_of(plan: Plan, seed: int) -> Schedule:
     for number, name in enumerate(kinds, 1):
         own = Draws(seed, number)
         for _ in range(1 + int(own.uniform() * MOST_OF_A_KIND)):
-            fault = _drawn(KINDS[name], own, plan, heal_s, staying)
+            fault = _drawn(kind_of(name), own, plan, heal_s, staying)
             if not any(excludes(fault, other) for other in faults):
                 faults.append(fault)
     if plan.instants:
         heal_s, faults = steered(plan.instants, seed, heal_s, faults, plan.sensing)
     bound_s = plan.usual_s
     if plan.completes or plan.must_end:
-        factor = min((one.factor or 1.0 for one in faults if one.is_permanent), default=1.0)
+        factor = min((one.speed_left for one in faults if one.is_permanent), default=1.0)
         bound_s = round(heal_s + SLACK * plan.usual_s / factor + plan.wait_s + plan.grace_s, 1)
     about = About(
         version=VERSION,
@@ -204,7 +210,7 @@ def _drawn(kind: Kind, draws: Draws, plan: Plan, heal_s: float, staying: str) ->
             whose.pop("peer", None)
     if kind.may_stay and staying in able and draws.uniform() < 2.0 * P_STAYS:
         whose, until_s = {"vehicle": staying}, None
-    if kind.name == FaultKind.JOINS:
+    if kind.is_of_start:
         at_s = max(at_s, 1.0)
     if kind.is_sudden:
         until_s = None

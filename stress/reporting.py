@@ -9,9 +9,9 @@ from typing import Any
 
 from stress.campaign import Report
 from stress.configurations import said
-from stress.kinds import ALL
+from stress.kinds import FOR_GOOD
 from stress.shrinking import Shrunk
-from stress.trial import FOR_GOOD, Broken, Outcome
+from stress.trial import Broken, Outcome
 
 COLUMN = 6
 
@@ -151,7 +151,7 @@ def _table_lines(report: Report) -> Iterator[str]:
         yield "  " + "  ".join(names[start : start + 7])
     yield f"{'':<18}" + "".join(f"{number:>{COLUMN}}" for number, _ in numbered)
     happened = {kind for _, kind in table}
-    for kind in (kind.name for kind in ALL if kind.name in plan.kinds):
+    for kind in plan.kinds:
         for row in [kind, *([kind + FOR_GOOD] if kind + FOR_GOOD in happened else [])]:
             tallies = [table.get((name, row)) for _, name in numbered]
             texts = [".." if c is None else f"!{c.broken[0]}" if c.broken else str(c.held) for c in tallies]

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 from exchange.packets import Fragment, Transmission
 from remoras.avoidance import Neighbour
 from remoras.beliefs import Fact
-from remoras.faults import Fault
 from remoras.fleet import Fleet
 from remoras.radio import HeardPacket
 from remoras.sensor import Observation
@@ -57,12 +56,12 @@ class Rigging:
             self._begin(vehicle)
         make_anew = fleet.makers.anew
 
-        def rigged_anew(model: Fleet, before: Vehicle, fault: Fault) -> Vehicle:
+        def rigged_anew(model: Fleet, before: Vehicle, remembers: bool) -> Vehicle:
             old = scene.lives[before.name]
             old.is_alive = False
-            vehicle = make_anew(model, before, fault)
+            vehicle = make_anew(model, before, remembers)
             life = self._begin(vehicle)
-            if fault.keeps_memory:
+            if remembers:
                 life.inherit(old)
                 life.had = {guid for guid in old.had if old.model.has_arrived(guid)}
             return vehicle

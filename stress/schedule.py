@@ -2,25 +2,28 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
 from itertools import chain
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import tomli_w
-from pydantic import Field, ValidationError
+from pydantic import ConfigDict, Field, ValidationError
 
-from missions.document import Document
+from missions.document import Document, fault_of
 from missions.errors import ConfigurationError, ConfigurationFault
 from missions.files import shown, text_of, toml_value
 from missions.scenarios import load
+from missions.scenarios.faults import DeclaredFault, users_of_keys
 from missions.scenarios.loading import resolved
 from missions.scenarios.scenario import Scenario
-from missions.scenarios.tables import PointM, Section, one_of
-from remoras.faults import FaultKind
+from missions.scenarios.tables import Section, one_of
+from remoras.errors import PluginError
 from stress.draws import stream_of
-from stress.kinds import KINDS, Family
+from stress.kinds import KINDS, Family, kind_of
+from worldmodel import suggestion
 
 VERSION = 1
 """Of the form of schedules, and of what their kinds mean."""
@@ -33,7 +36,9 @@ NOT_OF_SCENARIO = ("peer", "share", "slots", "bits", "one_way", "by_s", "by_m")
 
 
 class StressFault(Section):
-    """One ``[[fault]]`` of a schedule; those of kinds that a scenario may declare are the same there."""
+    """One ``[[fault]]`` of a schedule; what a scenario may declare is the same there, with keys of its kind."""
+
+    model_config = ConfigDict(extra="allow")
 
     kind: str = Field(description="what befalls the vehicle or the link")
     vehicle: str = Field("", description="name of the vehicle; of a link the sender; any if absent")
@@ -46,12 +51,6 @@ class StressFault(Section):
     one_way: bool = Field(False, description="of kind partition: only what the vehicle sends is cut off")
     by_s: float = Field(0.0, description="of kind clock: by how much it jumps forward")
     by_m: float = Field(5000.0, description="of kind misplaced: how far reports are off, to the east")
-    factor: float | None = Field(None, gt=0.0, lt=1.0, description="of kind slow: share of its speeds that is left")
-    memory: Literal["kept", "lost"] | None = Field(None, description="of kind restarts: whether it knows what it knew")
-    sensor: str | None = Field(None, description="of kinds sensor and biased: name of the sensor; all if absent")
-    attribute: str | None = Field(None, description="of kind biased: attribute of the facts that are off")
-    offset: float | PointM | None = Field(None, description="of kind biased: what is added")
-    drain_w: float | None = Field(None, description="of kind drains: power that is lost, W")
 
     @property
     def ends_s(self) -> float:
@@ -65,8 +64,19 @@ class StressFault(Section):
     @property
     def is_permanent(self) -> bool:
         """True if it lasts for good."""
-        kind = KINDS[self.kind]
+        kind = kind_of(self.kind)
         return self.until_s is None and kind.may_stay
+
+    @property
+    def speed_left(self) -> float:
+        """Share of the speeds of the vehicle that it leaves."""
+        kind = kind_of(self.kind).declared
+        return 1.0 if kind is None else self.declared(kind).speed_left
+
+    def declared(self, kind: type[DeclaredFault]) -> DeclaredFault:
+        """What it is in a scenario; raises ValidationError if a value is none that its kind takes."""
+        known = {name: value for name, value in self.said().items() if name in kind.model_fields}
+        return kind.model_validate_json(json.dumps(known), strict=True)
 
     def said(self) -> dict[str, Any]:
         """The keys that say something, as TOML has them."""
@@ -151,7 +161,7 @@ class Schedule(Section):
         """
         about = self.stress
         own, own_frame_s = _known(about.scenario, tuple(self.overrides))
-        told = [*own, *(fault.said() for fault in self.fault if KINDS[fault.kind].is_of_scenario)]
+        told = [*own, *(fault.said() for fault in self.fault if kind_of(fault.kind).is_of_scenario)]
         given: dict[str, Any] = {"scenario.duration_s": about.bound_s}
         given["scenario.settle_s"] = SETTLE_FRAMES * own_frame_s
         given |= {f"vehicle.{name}.clock": {"offset_s": off_s} for name, off_s in self._clocks().items()}
@@ -167,7 +177,7 @@ class Schedule(Section):
     def as_scenario(self) -> str:
         """The run as a scenario file: with its settings, and those of its faults that a scenario may declare."""
         about = self.stress
-        others = [one for one in self.fault if not KINDS[one.kind].is_of_scenario and one.kind != "clock"]
+        others = [one for one in self.fault if not kind_of(one.kind).is_of_scenario and one.kind != "clock"]
         head = [
             f"A run of {about.scenario} under stress, alone: remoras run FILE --seed {about.seed}",
             *(f"not in it: {toml_value(fault.said())}" for fault in others),
@@ -219,10 +229,9 @@ def _known(scenario: str, changes: tuple[tuple[str, str], ...]) -> tuple[tuple[d
 
 def excludes(fault: StressFault, other: StressFault) -> bool:
     """True if two faults cannot be in one schedule: the same of one vehicle, or one that is away twice."""
-    away = {FaultKind.LOST, FaultKind.RESTARTS, FaultKind.JOINS}
     if fault.vehicle != other.vehicle or not fault.vehicle:
         return False
-    return fault.kind == other.kind or (fault.kind in away and other.kind in away)
+    return fault.kind == other.kind or (kind_of(fault.kind).takes_away and kind_of(other.kind).takes_away)
 
 
 def read_schedule(path: Path) -> Schedule:
@@ -264,10 +273,12 @@ def _faults_of_about(schedule: Schedule) -> Iterator[ConfigurationFault]:
 
 def _faults_of(key: str, fault: StressFault, about: About) -> Iterator[ConfigurationFault]:
     """What is wrong with one fault."""
-    yield from one_of(f"{key}.kind", fault.kind, list(KINDS))
-    if fault.kind not in KINDS:
+    try:
+        kind = kind_of(fault.kind)
+    except PluginError as error:
+        named = f"allowed: {', '.join(KINDS)}{suggestion(fault.kind, list(KINDS))}"
+        yield ConfigurationFault(f"{key}.kind", f'"{fault.kind}"', str(error) if ":" in fault.kind else named)
         return
-    kind = KINDS[fault.kind]
     for name in ("vehicle", "peer"):
         if getattr(fault, name) or (name == "vehicle" and kind.family is not Family.LINK):
             yield from one_of(f"{key}.{name}", getattr(fault, name), about.vehicles)
@@ -279,7 +290,18 @@ def _faults_of(key: str, fault: StressFault, about: About) -> Iterator[Configura
     for name in fault.said():
         if name not in ("kind", "vehicle", "at_s", "until_s", *kind.keys):
             allowed = f"not used by kind {kind.name}: leave it out"
+            if name not in StressFault.model_fields and name not in users_of_keys():
+                known = ["kind", "vehicle", "at_s", "until_s", *kind.keys]
+                allowed = f"unknown key, allowed here: {', '.join(known)}{suggestion(name, known)}"
             yield ConfigurationFault(f"{key}.{name}", shown(getattr(fault, name)), allowed)
+    if kind.declared is not None:
+        said = {name: value for name, value in fault.said().items() if name in kind.keys}
+        try:
+            fault.declared(kind.declared)
+        except ValidationError as error:
+            for one in (fault_of(detail, kind.declared, said) for detail in error.errors()):
+                if one.key in kind.keys:
+                    yield ConfigurationFault(f"{key}.{one.key}", one.given, one.allowed)
 
 
 def fleet_of(scenario: Scenario) -> tuple[str, ...]:

@@ -9,7 +9,7 @@ from exchange.acoustics import loss
 from exchange.acoustics.channel import Arrival, Channel
 from exchange.schedule import TdmaSchedule
 from stress.draws import PACKETS, befalls
-from stress.kinds import KINDS, Family
+from stress.kinds import Family, kind_of
 from stress.schedule import Schedule, StressFault
 
 Forge = Callable[[bytes, int, int], bytes]
@@ -43,7 +43,7 @@ class RoughSea:
         self._faults = [
             (number, fault, node_of.get(fault.vehicle), node_of.get(fault.peer))
             for number, fault in schedule.numbered()
-            if KINDS[fault.kind].family is Family.LINK
+            if kind_of(fault.kind).family is Family.LINK
         ]
 
     def transmit(

@@ -14,7 +14,7 @@ from typing import NamedTuple
 from remoras.mission import Milestone
 from remoras.recorder import Recorder
 from stress.draws import STEERING, Draws
-from stress.kinds import KINDS, Family
+from stress.kinds import Family, kind_of
 from stress.schedule import StressFault, excludes
 
 P_FOCUS, P_NEAR, P_CONCERNED = 0.5, 0.7, 0.5
@@ -101,7 +101,8 @@ def steered(
 
 def _moved(fault: StressFault, at_s: float, heal_s: float, is_long: bool) -> StressFault:
     """A fault that begins at a time, and is over before all heals: at once, or as late as that."""
-    if fault.kind == "joins" or (fault.until_s is None and not KINDS[fault.kind].is_sudden and not fault.is_permanent):
+    kind = kind_of(fault.kind)
+    if kind.is_of_start or (fault.until_s is None and not kind.is_sudden and not fault.is_permanent):
         return fault
     if fault.until_s is None:
         return fault.model_copy(update={"at_s": at_s})
@@ -113,4 +114,4 @@ def _may_befall(fault: StressFault, vehicle: str, sensing: Sequence[str]) -> boo
     """True if a fault may befall a vehicle in place of the one that it was drawn for; what stays is of one alone."""
     if not vehicle or not fault.vehicle or fault.is_permanent or vehicle == fault.peer:
         return False
-    return KINDS[fault.kind].family is not Family.SENSOR or vehicle in sensing
+    return kind_of(fault.kind).family is not Family.SENSOR or vehicle in sensing

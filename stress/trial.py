@@ -6,13 +6,14 @@ import hashlib
 import time
 import traceback
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from missions.errors import ConfigurationError, ConfigurationFault
+from missions.fault import kind_of_row
 from missions.runs.assembly import assemble, channel_of
 from missions.runs.root import Root
 from missions.runs.run import result_of, run, settled_of
@@ -21,13 +22,12 @@ from missions.runs.summary import summary
 from missions.scenarios import load
 from missions.scenarios.parts import strategy_of
 from remoras.errors import PluginError
-from remoras.faults import FaultKind
 from remoras.fleet import rare_collections
 from remoras.recorder import Recorder
 from stress.forging import forger
 from stress.invariants.ending import Ends, Finishes, NoException, SameDigest
 from stress.invariants.seam import Heard, Invariant, Moment, Scene
-from stress.kinds import ENDING, KINDS
+from stress.kinds import ENDING, FOR_GOOD, kind_of
 from stress.minds import BrokenStrategy, forged_act, is_found_out
 from stress.rigging import Rigging
 from stress.schedule import Schedule, StressFault
@@ -40,8 +40,6 @@ CHECKED_BITS = 32
 EVENTS_SHOWN = 12
 CERTAIN_SEEDS = 8
 """Seeds with which a mission has to complete without faults, to be one that is not decided by chance."""
-FOR_GOOD = " for good"
-"""Behind a kind of which a fault stays: less is promised then."""
 STATED = frozenset({"forged-role", "forged-objective", "forged-done"})
 
 
@@ -267,16 +265,26 @@ def repeated(schedule: Schedule, invariants: Sequence[type[Invariant]]) -> Outco
 
 
 def effective_kinds(schedule: Schedule, setup: Setup) -> frozenset[str]:
-    """Kinds of a schedule and its scenario against which nothing protects its packets, or finds out what is false."""
+    """Kinds of a schedule and its scenario against which nothing protects its packets, or finds out what is false.
+
+    With them is what they put at risk, see ``missions.fault.Danger``.
+    """
     communication = setup.scenario.communication
-    kinds = set(schedule.kinds) | {table.kind for table in setup.scenario.fault}
+    kinds = {*schedule.kinds, *dangers_of(table.kind for table in setup.scenario.fault)}
     if communication.key_file:
         kinds -= {"bits", "cut", "forged"}
     if communication.crc_bits >= CHECKED_BITS:
         kinds -= {"bits", "cut"}
     if is_found_out(setup.mission.jobs.values(), setup.strategy.declaration):
         kinds -= {"forged-done"}
-    return frozenset(kinds | {fault.kind + FOR_GOOD for fault in schedule.permanent})
+    return frozenset(kinds | {one + FOR_GOOD for one in dangers_of(fault.kind for fault in schedule.permanent)})
+
+
+def dangers_of(kinds: Iterable[str]) -> Iterator[str]:
+    """Kinds, and what they put at risk."""
+    for kind in kinds:
+        declared = kind_of(kind).declared
+        yield from (kind, *(() if declared is None else declared.DANGERS))
 
 
 def digest_of(recorder: Recorder, figures: Mapping[str, Any]) -> str:
@@ -290,8 +298,7 @@ def digest_of(recorder: Recorder, figures: Mapping[str, Any]) -> str:
 
 def recoveries(recorder: Recorder) -> Counter[str]:
     """How often vehicles noticed that something was wrong, or went on all the same, by way."""
-    own = set(FaultKind)
-    found = Counter(row[2] for row in recorder.faults if row[2] not in own)
+    found = Counter(row[2] for row in recorder.faults if kind_of_row(row[2]) is None)
     found.update(row[3] for row in recorder.peers)
     found.update(f"taken for {row[3]}" for row in recorder.membership)
     found.update(f"refused act: {row[-1]}" for row in recorder.organisation if row[5] == "refused")
@@ -324,7 +331,7 @@ def _moments(schedule: Schedule) -> Iterator[tuple[float, StressFault, float]]:
 
 def _declared(schedule: Schedule, recorder: Recorder) -> dict[str, int]:
     """How often the faults that the scenario declares have begun, and clocks that are off from the start."""
-    own = {fault.kind for fault in schedule.fault if KINDS[fault.kind].is_of_scenario}
+    own = {fault.kind for fault in schedule.fault if kind_of(fault.kind).is_of_scenario}
     begun = Counter(row[2] for row in recorder.faults if row[2] in own and row[3] != "over")
     begun["clock"] = sum(fault.kind == "clock" and fault.at_s == 0.0 for fault in schedule.fault)
     return +begun

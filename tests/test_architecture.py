@@ -42,6 +42,7 @@ ROOMS: dict[str, set[str]] = {
         "missions.features", "missions", "missions.scenarios", "remoras", "remoras.social", "exchange",
         "exchange.peering", "exchange.queueing", "exchange.acoustics", "worldmodel",
     },
+    "missions.faults": {"missions.faults", "missions", "missions.scenarios", "remoras", "worldmodel"},
     "missions.meeting": {"missions.meeting", "missions.scenarios", "missions", "remoras"},
     "missions.mapping": {"missions.mapping", "missions.meeting", "missions.scenarios", "missions", "remoras"},
     "missions.trident": {
@@ -72,7 +73,8 @@ ROOMS: dict[str, set[str]] = {
         "missions.sweeps", "remoras", "remoras.strategies", "exchange", "exchange.acoustics", "worldmodel",
     },
     "stress.invariants": {
-        "stress.invariants", "stress", "missions.runs", "missions.scenarios", "remoras", "exchange", "worldmodel",
+        "stress.invariants", "stress", "missions", "missions.runs", "missions.scenarios", "remoras", "exchange",
+        "worldmodel",
     },
     "stress.conformance": {
         "stress.conformance", "missions", "missions.mapping", "missions.scenarios", "missions.runs", "remoras",

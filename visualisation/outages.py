@@ -7,10 +7,9 @@ from collections import defaultdict
 from collections.abc import Iterable
 from typing import NamedTuple
 
+from missions.fault import Absence, absence
 from missions.figure import RunResults
 
-OUT = ("lost", "joins", "energy")
-"""Kinds of faults by which a vehicle is out."""
 OVER = "over"
 """Detail in the table of faults when one is over."""
 
@@ -28,7 +27,7 @@ def outages(results: RunResults) -> dict[str, list[Outage]]:
     open_at: dict[tuple[str, str], int] = {}
     for row in results.table("faults").to_pylist() if results.has("faults") else ():
         own, key, time_s = found[row["vehicle"]], (row["vehicle"], row["kind"]), float(row["time_s"])
-        if row["kind"] not in OUT:
+        if absence(row["kind"]) not in (Absence.BEFORE, Absence.LOSS):
             continue
         if row["detail"] != OVER:
             open_at[key] = len(own)

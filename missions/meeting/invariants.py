@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 from exchange.arithmetic import length
+from missions.fault import Danger
 
 ROUNDING_M = 1e-6
 
@@ -20,7 +21,7 @@ class TrueMeeting:
 
     name = "meetings"
     moment = "end"
-    not_under = frozenset({"lost", "mute", "deaf", "restarts", "joins", "drains"})
+    not_under = frozenset({Danger.PRESENCE, Danger.HEARING, Danger.VOICE, Danger.ENERGY})
 
     def broken(self, scene: Any) -> str | None:
         """Compare milestones with the tracks."""

@@ -11,16 +11,18 @@ from exchange.wire.codec import renewed
 from exchange.wire.sealing import fresh_salt
 from missions.document import Document
 from missions.errors import ConfigurationError, ConfigurationFault
+from missions.fault import Absence, kinds
 from missions.runs.assembly import Life, Shared, faults_in, parts_of, vehicle_anew, vehicle_of
 from missions.runs.sea import actual
 from missions.runs.sensors import recorder_of_mission, sensors_of
 from missions.runs.setup import Setup
 from missions.runs.setup import resolved as setup_of
+from missions.scenarios.faults import kind_named
 from missions.scenarios.loading import resolved
 from missions.scenarios.policy import key_of
 from missions.scenarios.scenario import Scenario
 from remoras.fault_events import faults_part
-from remoras.faults import Fault, FaultKind
+from remoras.faults import Fault
 from remoras.solo import Solo, Times
 from remoras.vehicle import Vehicle
 from worldmodel import EPOCHS, suggestion
@@ -131,16 +133,26 @@ def alone(plan: Plan, salt: bytes | None = None) -> Alone:
     def make(model: Solo) -> Vehicle:
         return vehicle_of(model, shared, Life(real, plan.begins_s, plan.epoch))
 
-    def make_anew(model: Solo, before: Vehicle, fault: Fault) -> Vehicle:
-        return vehicle_anew(model, shared, before, fault)
+    def make_anew(model: Solo, before: Vehicle, remembers: bool) -> Vehicle:
+        return vehicle_anew(model, shared, before, remembers)
 
     times = Times(scenario.scenario.tick_s, plan.begins_s, plan.until_s)
     faults = [fault for fault in faults_in(setup, plan.seed) if fault.vehicle == plan.vehicle]
     if plan.begins_s > 0.0:
-        faults.insert(0, Fault(FaultKind.JOINS, plan.vehicle, plan.begins_s))
+        faults.insert(0, _not_there(setup, plan))
     everything = (faults_part(faults), *parts)
     solo = Solo(make, make_anew, setup.schedule, recorder, times, plan.seed, introductions, everything)
     return Alone(plan, setup, solo, salt)
+
+
+def _not_there(setup: Setup, plan: Plan) -> Fault:
+    """What keeps a vehicle away until it begins: a fault of the kind that a scenario would declare for that."""
+    late = next((name for name, kind in kinds().items() if kind.ABSENCE is Absence.BEFORE), None)
+    if late is None:
+        given = ConfigurationFault("begins_s", f"{plan.begins_s:g}", "0: no kind of fault keeps a vehicle away before")
+        raise ConfigurationError(setup.scenario.scenario.name, [given])
+    declared = kind_named(late)(kind=late, vehicle=plan.vehicle, at_s=plan.begins_s)
+    return declared.befalling(setup.database[plan.vehicle], plan.begins_s)
 
 
 def _introductions(setup: Setup, vehicle: str, key: bytes, salt: bytes) -> Introductions:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from missions.figure import Declared, Figure, Layer, Mark, RunResults, Style
 from missions.files import tables_of
 from missions.meeting.truth import JOBS
+from missions.pandora.events import FAULTS
 from missions.pandora.truth import MET, SERVICED
 
 if TYPE_CHECKING:
@@ -46,7 +47,7 @@ def draw_findings(axes: Axes, results: RunResults, style: Style) -> str:
         if row["attribute"] in ("diagnosis", "anomaly") and row["value"] != "sound"
     ]
     befell = [(row["time_s"], f"{row['kind']}: {row['vehicle']}") for row in _rows(results, "faults")
-              if row["kind"] in ("slow", "sensor", "biased", "drains") and row["detail"] != "over"]  # fmt: skip
+              if row["kind"] in FAULTS and row["detail"] != "over"]  # fmt: skip
     befell += [(row["time_s"], f"{row['kind']}: {row['part']}") for row in _rows(results, MET.name)]
     names = list(dict.fromkeys([*(name for _, name in befell), *(row["value"] for row in findings)]))
     for time_s, name in befell:

@@ -59,9 +59,8 @@ def channel_of(setup: Setup, seed: int) -> BroadcastChannel:
 def faults_in(setup: Setup, seed: int) -> tuple[Fault, ...]:
     """What befalls the vehicles in the run with that seed."""
     scenario = setup.scenario
-    declared = [table.declared() for table in scenario.fault]
     organisation = setup.agreement.organisation
-    return drawn(declared, seed, setup.database, organisation, scenario.scenario.duration_s)
+    return drawn(scenario.fault, seed, setup.database, organisation, scenario.scenario.duration_s)
 
 
 @dataclass(frozen=True)
@@ -117,8 +116,8 @@ def assemble(setup: Setup, seed: int, channel: Channel | None = None, salt: byte
         setup = _known_as_it_is(setup, fleet)
     shared = Shared(setup, seed, mission.world(seed), recorder, parts_of(setup, recorder, seed))
 
-    def anew(model: Fleet, before: Vehicle, fault: Fault) -> Vehicle:
-        return vehicle_anew(model, shared, before, fault)
+    def anew(model: Fleet, before: Vehicle, remembers: bool) -> Vehicle:
+        return vehicle_anew(model, shared, before, remembers)
 
     faults, times = faults_in(setup, seed), scenario.scenario
     carrier = channel if channel is not None else channel_of(setup, seed)
@@ -174,18 +173,18 @@ def _known_as_it_is(setup: Setup, fleet: Sequence[VehicleData]) -> Setup:
     return replace(setup, database=database, agreement=agreement)
 
 
-def vehicle_anew(host: Fleet | Solo, shared: Shared, before: Vehicle, fault: Fault) -> Vehicle:
+def vehicle_anew(host: Fleet | Solo, shared: Shared, before: Vehicle, remembers: bool) -> Vehicle:
     """A vehicle that begins anew now, of the one that it was.
 
     Args:
         host: of the vehicle.
         shared: what the vehicles of the run have in common.
         before: what it was.
-        fault: after which it begins anew.
+        remembers: False if its memory is lost.
     """
     now_s = host.shown_s(before)
     anew = vehicle_of(host, shared, Life(before.functional.data, now_s, before.beliefs.model.epoch + 1))
-    go_on(anew, before, now_s, fault.keeps_memory)
+    go_on(anew, before, now_s, remembers)
     return anew
 
 

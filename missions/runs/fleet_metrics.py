@@ -12,15 +12,11 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import numpy.typing as npt
 
+from missions.fault import EMPTY, Absence, absence, kind_of_row
 from missions.metric import NOT_APPLICABLE, Absent, MeasuredRun
 from missions.scenarios.scenario import Scenario
-from remoras.faults import OVER, FaultKind
+from remoras.faults import OVER
 from remoras.separation import SAME_DEPTH_M, TOLERANCE_M
-
-DISABLING = frozenset({FaultKind.LOST, FaultKind.MUTE, FaultKind.DEAF, FaultKind.SENSOR, FaultKind.RESTARTS})
-"""Kinds of faults after which others have to take over."""
-ABSENT = frozenset({FaultKind.LOST.value, FaultKind.JOINS.value, FaultKind.RESTARTS.value, "energy"})
-"""Kinds of rows in ``faults`` from which on a vehicle is in nobody's way, until they are over."""
 
 
 def idle_s(run: MeasuredRun) -> float | None:
@@ -31,7 +27,7 @@ def idle_s(run: MeasuredRun) -> float | None:
     None if no vehicle is able to do a job.
     """
     work = job_roles(run.scenario)
-    joined_s, lost_s = _joined_s(run), _first_s(run, FaultKind.LOST, False)
+    joined_s, lost_s = _joined_s(run), _first_s(run, Absence.LOSS, False)
     idle = []
     for vehicle in able_to_work(run.scenario):
         end_s = min(run.end_s, lost_s.get(vehicle, run.end_s))
@@ -40,16 +36,20 @@ def idle_s(run: MeasuredRun) -> float | None:
     return round(math.fsum(idle) / len(idle), 4) if idle else None
 
 
-def _first_s(run: MeasuredRun, kind: FaultKind, over: bool) -> dict[str, float]:
-    """When a kind of fault first began, or was over, by vehicle."""
-    found = [(row[1], row[0]) for row in run.recorder.rows("faults") if row[2] == kind and (row[3] == OVER) == over]
+def _first_s(run: MeasuredRun, how: Absence, over: bool) -> dict[str, float]:
+    """When a vehicle was first away so by a declared fault, or was back from it, by vehicle."""
+    found = [
+        (row[1], row[0])
+        for row in run.recorder.rows("faults")
+        if (row[3] == OVER) == over and row[2] != EMPTY and absence(row[2]) is how
+    ]
     return dict(reversed(found))
 
 
 def _joined_s(run: MeasuredRun) -> dict[str, float]:
     """When vehicles joined that were not there from the start; infinite for those that never did."""
-    away = _first_s(run, FaultKind.JOINS, False)
-    return {vehicle: _first_s(run, FaultKind.JOINS, True).get(vehicle, math.inf) for vehicle in away}
+    away = _first_s(run, Absence.BEFORE, False)
+    return {vehicle: _first_s(run, Absence.BEFORE, True).get(vehicle, math.inf) for vehicle in away}
 
 
 def _working(run: MeasuredRun, vehicle: str, work: set[tuple[str, str]], end_s: float) -> Iterator[tuple[float, float]]:
@@ -126,11 +126,17 @@ def _least_distances_m(run: MeasuredRun) -> list[float]:
 def _present(run: MeasuredRun, times_s: Sequence[float]) -> npt.NDArray[np.bool_]:
     """Whether each vehicle is in its layer at each of the times: there, running and with energy."""
     names = {vehicle.name: number for number, vehicle in enumerate(run.scenario.vehicle)}
-    changes = [row for row in run.recorder.rows("faults") if row[2] in ABSENT]
+    changes = [row for row in run.recorder.rows("faults") if absence(row[2])]
     present = np.ones((len(times_s), len(names)), dtype=bool)
     for at_s, vehicle, _, detail in changes:
         present[np.searchsorted(times_s, at_s) :, names[vehicle]] = detail == OVER
     return present
+
+
+def _disables(kind: str) -> bool:
+    """True for the kind of a fault after which others have to take over."""
+    found = kind_of_row(kind)
+    return found is not None and found.DISABLES
 
 
 def recovery_time_s(run: MeasuredRun) -> float | Absent | None:
@@ -140,7 +146,7 @@ def recovery_time_s(run: MeasuredRun) -> float | Absent | None:
     did not complete and such a role was never taken over. It does not apply without such a fault, and where the
     vehicle held no work.
     """
-    first = next((row for row in run.recorder.rows("faults") if row[2] in DISABLING and row[3] != OVER), None)
+    first = next((row for row in run.recorder.rows("faults") if row[3] != OVER and _disables(row[2])), None)
     if first is None:
         return NOT_APPLICABLE
     at_s, vehicle = first[0], first[1]

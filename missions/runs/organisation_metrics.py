@@ -11,13 +11,12 @@ from collections import Counter
 from collections.abc import Iterator
 from typing import NamedTuple
 
+from missions.fault import absence
 from missions.metric import MeasuredRun
-from remoras.faults import OVER, FaultKind
+from remoras.faults import OVER
 from remoras.organisation import Organisation, RoleAssignment
 from remoras.wellformed import Malformed, faults_of
 
-AWAY = frozenset({FaultKind.LOST, FaultKind.JOINS, FaultKind.RESTARTS})
-"""Kinds of faults during which a vehicle is out of the mission."""
 RoleKey = tuple[str, str]
 
 
@@ -44,7 +43,7 @@ def _events(run: MeasuredRun) -> list[_Event]:
 def _comings_and_goings(run: MeasuredRun) -> Iterator[_Event]:
     n_reasons: Counter[str] = Counter()
     for time_s, vehicle, kind, detail in run.recorder.rows("faults"):
-        if kind not in AWAY and kind != "energy":
+        if absence(kind) is None:
             continue
         before = n_reasons[vehicle]
         n_reasons[vehicle] += -1 if detail == OVER else 1

@@ -11,7 +11,8 @@ from typing import Any, NamedTuple, TypeVar
 
 from exchange.packets import guid_of
 from exchange.schedule import TdmaSchedule
-from remoras.faults import MEMORY_KEPT, OVER, FaultKind
+from missions.fault import absence, kind_of_row
+from remoras.faults import OVER
 from remoras.organisation import Group
 from remoras.social.agreement import Agreement
 from worldmodel import Block, FaultCode, WorldModel, merge, tidy
@@ -20,9 +21,6 @@ T = TypeVar("T")
 Row = Mapping[str, Any]
 GAVE_UP = frozenset({f"dropped block: {FaultCode.TIMED_OUT}", f"refused block: {FaultCode.CROWDED_OUT}"})
 """Kinds of faults by which a vehicle forgot blocks that it had heard; see ``remoras.radio``."""
-
-AWAY = frozenset({FaultKind.LOST.value, FaultKind.JOINS.value, FaultKind.RESTARTS.value, "energy"})
-"""Kinds of rows in ``faults`` from which on a vehicle does nothing, until they are over."""
 
 
 class Life(NamedTuple):
@@ -41,13 +39,13 @@ class Life(NamedTuple):
 
 def lives_of(faults: Iterable[Row], vehicle: str) -> list[Life]:
     """The lives of a vehicle, by the table ``faults``."""
-    lives, remembers = [Life(0.0, 0, False)], False
-    for row in faults:
-        if (row["vehicle"], row["kind"]) == (vehicle, FaultKind.RESTARTS.value):
-            if row["detail"] == OVER:
-                lives.append(Life(row["time_s"], len(lives), remembers))
-            else:
-                remembers = row["detail"].endswith(MEMORY_KEPT)
+    lives, remembers = [Life(0.0, 0, False)], dict[str, bool]()
+    for row in (one for one in faults if one["vehicle"] == vehicle):
+        kind = row["kind"]
+        if row["detail"] == OVER and kind in remembers:
+            lives.append(Life(row["time_s"], len(lives), remembers[kind]))
+        elif (found := kind_of_row(kind)) is not None and (keeps := found.began_anew(row["detail"])) is not None:
+            remembers[kind] = keeps
     return lives
 
 
@@ -68,7 +66,7 @@ def tidied_s(faults: Iterable[Row], vehicle: str, schedule: TdmaSchedule, end_s:
     changes = [
         (row["time_s"], -1 if row["detail"] == OVER else 1)
         for row in faults
-        if row["vehicle"] == vehicle and row["kind"] in AWAY
+        if row["vehicle"] == vehicle and absence(row["kind"])
     ]
     ends_s = (schedule.frame_start_s(frame) for frame in count(1))
     return [

@@ -17,7 +17,7 @@ from missions.errors import ConfigurationFault
 from missions.scenarios.channel import channel_faults
 from missions.scenarios.equipment import equipment_faults, gear_of
 from missions.scenarios.extending import named_in, used_in
-from missions.scenarios.faults import bias_faults, draw_faults, fault_table_faults
+from missions.scenarios.faults import draw_faults, fault_table_faults
 from missions.scenarios.formation import formation_faults
 from missions.scenarios.hooks import hook_faults
 from missions.scenarios.information import information_faults
@@ -59,11 +59,11 @@ def cross_faults(raw: Raw, mission: type[Mission] | None) -> list[ConfigurationF
     faults = [fault for check in checks for fault in check(raw)]
     gear = gear_of(raw, mission)
     faults += [fault for feature in named_in(raw) for fault in feature.checks(raw, mission)]
-    faults += [*organisation_faults(raw, gear), *fault_table_faults(raw, gear.default_sensor)]
+    faults += [*organisation_faults(raw, gear), *fault_table_faults(raw, mission)]
     if mission is not None:
         faults += [*_needs(raw, mission), *_missions(raw, mission), *formation_faults(raw, mission)]
         faults += [*knowledge_faults(raw, mission), *ontology_faults(raw, mission)]
-        faults += [*bias_faults(raw, mission), *_own_faults(raw, mission)]
+        faults += _own_faults(raw, mission)
         faults += equipment_faults(raw, mission)
     return faults
 
@@ -113,9 +113,8 @@ def job_faults(scenario: Scenario, mission: type[Mission]) -> list[Configuration
     if faults := list(hook_faults(scenario.scenario.mission, made)):
         return faults
     groups = {group.name: group for group in groups_of(scenario)}
-    declared = [table.declared() for table in scenario.fault]
     brought = [fault for feature in used_in(scenario) for fault in feature.made_checks(scenario, made)]
-    draws = draw_faults(declared, database_of(scenario, mission), groups)
+    draws = draw_faults(scenario.fault, database_of(scenario, mission), groups)
     return [*_role_jobs(scenario, mission, jobs), *_order_of(jobs), *draws, *brought]
 
 

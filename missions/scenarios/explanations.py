@@ -8,7 +8,9 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from pydantic import BaseModel
 
+from missions.fault import kinds
 from missions.files import shipped, toml_value
+from missions.scenarios.faults import KEY, DeclaredFault, users_of_keys
 from missions.scenarios.loading import load
 from missions.scenarios.parts import mission_class
 from missions.scenarios.scenario import Scenario
@@ -112,4 +114,17 @@ def explanations() -> dict[str, tuple[str, str]]:
         found |= explanations_of(mission.Scenario)
         for kind in mission.sensors.values():
             found |= explanations_of(kind, "vehicle.sensor.")
-    return found
+    return found | _of_faults()
+
+
+def _of_faults() -> dict[str, tuple[str, str]]:
+    """Of the keys of faults: what kinds there are, and which of them have a key of their own."""
+    own = {name: explanations_of(kind, f"{KEY}.") for name, kind in kinds().items()}
+    found = {}
+    for key, users in users_of_keys().items():
+        text, meaning = own[users[0]][f"{KEY}.{key}"]
+        found[f"{KEY}.{key}"] = text, f"of kind{'s' * (len(users) > 1)} {' and '.join(users)}: {meaning}"
+    texts = "; ".join(f"{name}: {kind.TEXT}" for name, kind in kinds().items())
+    what = DeclaredFault.model_fields["kind"].description
+    known = f"one of {', '.join(map(toml_value, kinds()))}, or package.module:Class"
+    return {**found, f"{KEY}.kind": (known, f"{what}. {texts}")}

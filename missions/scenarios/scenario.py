@@ -14,7 +14,7 @@ from missions.scenarios.channel import ChannelTable
 from missions.scenarios.communication import Communication
 from missions.scenarios.copies import MAX_VEHICLES, SPACING_M
 from missions.scenarios.extending import with_features
-from missions.scenarios.faults import FaultTable
+from missions.scenarios.faults import DeclaredFault
 from missions.scenarios.knowledge import WorldModelTable
 from missions.scenarios.sea import BeaconTable, CurrentTable, NavigationTable
 from missions.scenarios.tables import Name, NotNegative, PointM, Positive, Section, Sparse, one_or_more, unless
@@ -304,7 +304,7 @@ class Scenario(Sparse):
     group: tuple[GroupTable, ...] = Field(min_length=1)
     fleet: FleetTable | None = Field(None, exclude=True)
     vehicle: tuple[VehicleTable, ...] = Field(min_length=2, max_length=MAX_VEHICLES)
-    fault: tuple[FaultTable, ...] = ()
+    fault: tuple[DeclaredFault, ...] = ()
 
     @property
     def names_by_slot(self) -> list[str]:

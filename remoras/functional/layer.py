@@ -93,6 +93,7 @@ class FunctionalLayer:
         believed: where it takes itself to be; the same object where it knows.
         depth_m: at which it is.
         adrift: how it keeps its error within bounds; None where it makes none.
+        loads_w: power that the battery loses beside what the vehicle uses; the reserve does not know of it.
     """
 
     def __init__(
@@ -126,7 +127,7 @@ class FunctionalLayer:
         self._behaviours: list[Behaviour] = []
         self._guiding: int | None = None
         picture.body.answering = _answering(data, ())
-        self._drain_w = 0.0
+        self.loads_w: list[float] = []
 
     @property
     def sensing(self) -> tuple[str, ...]:
@@ -135,7 +136,7 @@ class FunctionalLayer:
 
     # Faults --------------------------------------------------------------------------------------
 
-    def impair(self, speed_factor: float, dead_sensors: frozenset[str], drain_w: float = 0.0) -> None:
+    def impair(self, speed_factor: float, dead_sensors: frozenset[str]) -> None:
         """Let faults hold from now on, and no others.
 
         Guidance asks for the speeds that it is used to and gets its share of them; the reserve for the way home is that
@@ -144,9 +145,7 @@ class FunctionalLayer:
         Args:
             speed_factor: what every speed is multiplied by.
             dead_sensors: names of the sensors that yield nothing.
-            drain_w: power that the battery loses beside what the vehicle uses; the reserve does not know of it.
         """
-        self._drain_w = drain_w
         self._guidance.slow_down(speed_factor)
         self.picture.body.answering = _answering(self.data, dead_sensors)
         self._reserve_per_m = _reserve_per_m(self.data, speed_factor * self.data.survey_speed_mps)
@@ -293,7 +292,8 @@ class FunctionalLayer:
         reference = None if self._guiding is None else self._reference(self._guiding)
         peers_m, now_s = self.picture.peers.positions_m, max(self.picture.body.now_s, since_s)
         self._guidance.move(reference, neighbours, peers_m, now_s, dt_s)
-        self.motion.energy_j += self._drain_w * dt_s
+        if self.loads_w:
+            self.motion.energy_j += math.fsum(self.loads_w) * dt_s
         self._check_energy()
         if self.exhausted:
             self.motion.speed_mps = 0.0

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 
+from missions.fault import Danger
 from remoras.contents import Content
 from stress.invariants.motion import has_current
 from stress.invariants.seam import Moment, Scene
 from stress.kinds import ENDING
 
 CLOSE = 1e-6
-SENSES = frozenset({"sensor", "biased", "random", "frozen", "drains"})
+SENSES = frozenset({Danger.WORK, "random", "frozen"})
 """Kinds under which work may stay undone though nobody is to blame."""
 LIES = frozenset({"forged", "forged-done", "bits", "cut"})
 

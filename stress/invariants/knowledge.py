@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from itertools import chain
 
+from missions.fault import Danger
 from stress.invariants.seam import Moment, Scene
+from stress.kinds import FOR_GOOD
 from stress.witness import Breach, Flaw
 
 DAMAGE = frozenset({"bits", "cut", "forged"})
@@ -187,7 +189,7 @@ class Rest:
 
     name = "rest"
     moment = Moment.END
-    not_under = DAMAGE | {"deaf for good"}  # who is heard and acknowledges nothing is told again and again
+    not_under = DAMAGE | {Danger.HEARING + FOR_GOOD}  # who is heard and acknowledges nothing is told again and again
 
     def broken(self, scene: Scene) -> str | None:
         """Look at the queues of those in contact."""

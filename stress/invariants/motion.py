@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 
+from missions.fault import Danger
 from missions.scenarios.sea import CurrentTable
 from remoras.recorder import PACKETS
 from remoras.separation import SAME_DEPTH_M
@@ -112,7 +113,8 @@ class Energy:
                 if row[SENDER] == name:
                     due_j += data.transmit_j_per_packet + row[SIZE_BITS] * data.transmit_j_per_bit
             if vehicle.is_alive:
-                due_j += (data.hotel_w + data.drag_w_per_mps3 * m.speed_mps**3 + vehicle.condition.drain_w) * dt_s
+                own_w = data.hotel_w + data.drag_w_per_mps3 * m.speed_mps**3
+                due_j += (own_w + math.fsum(vehicle.functional.loads_w)) * dt_s
             is_right = abs(m.energy_j - due_j) <= ROUNDING_J * (1.0 + due_j)
             is_within = before_j - ROUNDING_J <= m.energy_j <= data.energy_j + ROUNDING_J
             if not is_within or not (is_right or vehicle.functional.exhausted):
@@ -180,7 +182,7 @@ class Separation:
 
     name = "separation"
     moment = Moment.TICK
-    not_under = frozenset({"lost", "restarts", "joins"})
+    not_under = frozenset({Danger.PRESENCE})
 
     def __init__(self) -> None:
         self._apart: set[tuple[str, str]] = set()

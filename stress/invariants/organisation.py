@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from missions.fault import Danger
 from remoras.organisation import Organisation
 from remoras.recorder import ORGANISATION
 from remoras.vehicle import Vehicle
 from remoras.wellformed import Defect, faults_of
 from stress.invariants.seam import Moment, Scene
+from stress.kinds import FOR_GOOD
 
 PEER, GROUP, ROLE, EVENT, ISSUER, ACT = (
     ORGANISATION.column_names.index(name) for name in ("peer", "group", "role", "event", "issuer", "act")
@@ -44,7 +46,7 @@ class Cardinality:
 
     name = "cardinality"
     moment = Moment.END
-    not_under = frozenset({"forged", "bits", "cut", "deaf for good", "mute for good"})
+    not_under = frozenset({"forged", "bits", "cut", Danger.HEARING + FOR_GOOD, Danger.VOICE + FOR_GOOD})
 
     def broken(self, scene: Scene) -> str | None:
         """Look at what those in contact take themselves to play, if they have had the time to agree."""

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 
-from remoras.faults import NOT_HEARING, OVER, FaultKind
+from missions.fault import Absence, absence
+from remoras.faults import OVER
 from stress.invariants.seam import Heard, Moment, Scene
 
 
@@ -56,16 +57,16 @@ class WholeTables:
 def _heard(scene: Scene) -> Iterator[str]:
     """Packets that somebody is said to have heard who was deaf or off, or whose sender was mute."""
     for fault in scene.fleet.medium.faults:
-        begins_s, ends_s = fault.span_s
+        begins_s, ends_s = fault.from_s, fault.until_s
         for row in scene.fleet.recorder.packets:
             slot, sent_s, sender, receivers, arrivals_s = row[0], row[1], row[2], row[6], row[9]
-            if fault.kind is FaultKind.MUTE:
-                if sender == fault.vehicle and begins_s < sent_s < ends_s and receivers:
-                    yield f"packets has {receivers} hearing {sender} in slot {slot}, which was mute"
-            elif fault.kind in NOT_HEARING and fault.vehicle in receivers:
+            is_out = sender == fault.vehicle and begins_s < sent_s < ends_s
+            if fault.leaves.is_mute and is_out and receivers:
+                yield f"packets has {receivers} hearing {sender} in slot {slot}, which was mute"
+            if not fault.leaves.hears and fault.vehicle in receivers:
                 heard_s = arrivals_s[receivers.index(fault.vehicle)]
                 if begins_s < heard_s and sent_s < ends_s:
-                    yield f"packets has {fault.vehicle} hearing {sender} in slot {slot}: {fault.kind.value} befell it"
+                    yield f"packets has {fault.vehicle} hearing {sender} in slot {slot}: {fault.kind} befell it"
 
 
 def _faults(scene: Scene) -> Iterator[str]:
@@ -73,16 +74,21 @@ def _faults(scene: Scene) -> Iterator[str]:
     fleet = scene.fleet
     told = {(row[1], row[2], row[3] == OVER, row[0]) for row in fleet.recorder.faults}
     for fault in fleet.medium.faults:
-        for at_s, is_over in zip(fault.span_s, (False, True), strict=True):
-            if at_s < fleet.ended_s and (fault.vehicle, fault.kind.value, is_over, at_s) not in told:
+        for at_s, is_over in zip((fault.from_s, fault.until_s), (False, True), strict=True):
+            if at_s < fleet.ended_s and (fault.vehicle, fault.kind, is_over, at_s) not in told:
                 event = "was over at" if is_over else "befell"
-                yield f"faults lacks that {fault.kind.value} {event} {fault.vehicle} at {at_s:g} s"
+                yield f"faults lacks that {fault.kind} {event} {fault.vehicle} at {at_s:g} s"
+
+
+def _is_pause(kind: str) -> bool:
+    """True if a vehicle begins anew once a fault of a kind is over."""
+    return absence(kind) is Absence.PAUSE
 
 
 def _roles(scene: Scene) -> Iterator[str]:
     """Roles that a vehicle plays, as it sees itself, and that its rows do not come to, or the other way round."""
     fleet = scene.fleet
-    anew_s = {row[1]: row[0] for row in fleet.recorder.faults if row[2:4] == (FaultKind.RESTARTS.value, OVER)}
+    anew_s = {row[1]: row[0] for row in fleet.recorder.faults if row[3] == OVER and _is_pause(row[2])}
     for vehicle in fleet.vehicles:
         told: set[tuple[str, str]] = set()
         for time_s, name, group, role, event in fleet.recorder.roles:

@@ -16,8 +16,8 @@ from live_program import LONG, SHORT, Client, served, wait_until
 from replayed import data_of
 
 import remoras
+from missions.fault import kinds
 from missions.runs.results import Results
-from remoras.faults import FaultKind
 
 pytestmark = pytest.mark.slow
 
@@ -92,7 +92,7 @@ def test_settings_apply_from_a_moment_on_and_the_view_may_hold(chrome: Any) -> N
         client.control(do="step", n=100)
         page.wait_for_function("() => R.app.clock.t === 100 && R.app.clock.following")
         before = window.ask("() => JSON.stringify(R.app.runs[0].packets.slice(0, 40))")
-        assert page.get_by_label("Kind of a fault").locator("option").all_inner_texts() == list(FaultKind)
+        assert page.get_by_label("Kind of a fault").locator("option").all_inner_texts() == list(kinds())
         page.get_by_label("Vehicle of a fault").select_option("AUV01")
         assert page.get_by_role("button", name="Apply here").is_disabled()
         page.get_by_role("button", name="+ fault").click()

@@ -4,7 +4,7 @@ import pytest
 from visiting_mission import NEEDS, PLACES_M, STAY_S, visiting_scenario
 
 from missions.runs.run import run
-from missions.scenarios.faults import FaultTable
+from missions.scenarios.faults import DeclaredFault
 from remoras.strategies import strategies
 
 SHIPPED = strategies()
@@ -30,7 +30,9 @@ def test_a_mission_of_another_build_has_it_by_its_jobs() -> None:
     intact = run(scenario)
     assert (intact.completed, intact.goal_fraction, intact.reachable_fraction) == (True, 1.0, 1.0)
     faults = [{"vehicle": f"AUV{n:02d}", "kind": "lost", "at_s": 200.0} for n in range(3)]
-    struck = [scenario.model_copy(update={"fault": tuple(map(FaultTable.model_validate, faults[:n]))}) for n in (2, 3)]
+    struck = [
+        scenario.model_copy(update={"fault": tuple(map(DeclaredFault.model_validate, faults[:n]))}) for n in (2, 3)
+    ]
     one_left, none_left = (run(one) for one in struck)
     assert one_left.reachable_fraction == 1.0
     assert not none_left.completed

@@ -9,12 +9,15 @@ from hypothesis import strategies as st
 from samples import GROUPS, LEADER, WORKER, auv, database
 
 from exchange.acoustics import loss
+from missions.fault import kinds
 from missions.runs.assembly import assemble, faults_in
 from missions.runs.run import Run, run
 from missions.runs.setup import resolved
 from missions.scenarios import load
+from missions.scenarios.faults import DeclaredFault, kind_named
+from remoras.condition import SOUND, Condition
 from remoras.database import AUVDatabase
-from remoras.faults import ANY, SOUND, Condition, DeclaredFault, Fault, FaultKind, drawn, hears_throughout
+from remoras.faults import ANY, Fault, condition_under, drawn, hears_throughout
 from remoras.organisation import Organisation, RoleAssignment
 
 BOAT = auv("ASV03", sensors=(), playable_roles=("MissionAdministrator",))
@@ -29,11 +32,24 @@ DURATION_S = 3600.0
 ABLE = {"AUV00", "AUV01", "AUV02"}
 """AUV02 has no sensor, but plays roles with a job; the boat has neither."""
 
-KINDS = [kind for kind in FaultKind if kind is not FaultKind.JOINS]
+KINDS = [kind for kind in kinds() if kind != "joins"]
+NEEDED = {"drains": {"drain_w": 9.0}, "biased": {"attribute": "batteryFraction", "offset": 0.1}}
+"""Keys that a kind cannot do without."""
 TIMES = st.floats(0.0, 3000.0)
+
+
+def declared(kind: str, vehicle: str, at_s: tuple[float, float] | None = None, **more: object) -> DeclaredFault:
+    return kind_named(kind)(kind=kind, vehicle=vehicle, at_s=at_s, **NEEDED.get(kind, {}), **more)
+
+
+def befalling(kind: str, vehicle: str, from_s: float, **more: object) -> Fault:
+    """A fault of a vehicle that has the sensors of the fleet."""
+    return declared(kind, vehicle, (from_s, from_s), **more).befalling(auv(vehicle, node=0), from_s)
+
+
 declared_faults = st.builds(
-    DeclaredFault,
-    st.sampled_from([FaultKind.LOST, FaultKind.MUTE, FaultKind.DEAF, FaultKind.SLOW]),
+    declared,
+    st.sampled_from(["lost", "mute", "deaf", "slow"]),
     st.sampled_from(["AUV00", "AUV01", "head of Operational"]),
     st.tuples(TIMES, TIMES).map(lambda pair: (min(pair), max(pair))),
 )
@@ -45,49 +61,49 @@ def draw(
     return drawn(faults, seed, fleet, agreed, DURATION_S)
 
 
-def at(kind: FaultKind, vehicle: str, earliest_s: float, latest_s: float | None = None) -> DeclaredFault:
-    return DeclaredFault(kind, vehicle, (earliest_s, earliest_s if latest_s is None else latest_s))
+def at(kind: str, vehicle: str, earliest_s: float, latest_s: float | None = None) -> DeclaredFault:
+    return declared(kind, vehicle, (earliest_s, earliest_s if latest_s is None else latest_s))
 
 
 def at_rate(rate_per_h: float, until_s: float = math.inf) -> DeclaredFault:
-    return DeclaredFault(FaultKind.LOST, "AUV01", rate_per_h=rate_per_h, until_s=until_s)
+    return declared("lost", "AUV01", rate_per_h=rate_per_h, until_s=None if math.isinf(until_s) else until_s)
 
 
 # What is drawn ------------------------------------------------------------------------------------
 
 
 def test_a_named_vehicle_at_a_time_needs_no_draw() -> None:
-    (fault,) = draw(at(FaultKind.LOST, "AUV01", 900.0))
-    assert (fault.vehicle, fault.at_s, fault.until_s) == ("AUV01", 900.0, math.inf)
+    (fault,) = draw(at("lost", "AUV01", 900.0))
+    assert (fault.vehicle, fault.from_s, fault.until_s) == ("AUV01", 900.0, math.inf)
 
 
 def test_the_head_is_who_was_agreed_to_lead() -> None:
-    assert draw(at(FaultKind.LOST, "head of Operational", 900.0))[0].vehicle == "AUV00"
+    assert draw(at("lost", "head of Operational", 900.0))[0].vehicle == "AUV00"
 
 
 def test_any_is_drawn_evenly_among_those_able_to_work() -> None:
     """Of 600 draws each of three is expected 200 times; 5 standard deviations are 5 sqrt(600 * 2/9) = 58."""
-    whom = [draw(at(FaultKind.LOST, ANY, 900.0), seed=seed)[0].vehicle for seed in range(600)]
+    whom = [draw(at("lost", ANY, 900.0), seed=seed)[0].vehicle for seed in range(600)]
     assert set(whom) == ABLE
     assert all(abs(whom.count(name) - 200) <= 58 for name in ABLE)
 
 
 def test_any_dead_sensor_is_one_of_a_vehicle_that_has_it() -> None:
-    fault = DeclaredFault(FaultKind.SENSOR, ANY, (900.0, 900.0))
+    fault = declared("sensor", ANY, (900.0, 900.0))
     found = {draw(fault, seed=seed)[0] for seed in range(50)}
     assert {one.vehicle for one in found} == {"AUV00", "AUV01"}
-    assert {one.sensors for one in found} == {tuple(sensor.name for sensor in FLEET["AUV00"].sensors)}
+    assert {one.leaves.dead_sensors for one in found} == {frozenset(one.name for one in FLEET["AUV00"].sensors)}
 
 
 @given(st.integers(0, 1000), st.sampled_from(KINDS[:4]))
-def test_several_any_of_one_kind_befall_different_vehicles(seed: int, kind: FaultKind) -> None:
+def test_several_any_of_one_kind_befall_different_vehicles(seed: int, kind: str) -> None:
     found = draw(*[at(kind, ANY, 100.0 * n) for n in range(3)], seed=seed)
     assert {fault.vehicle for fault in found} == ABLE
 
 
 def test_a_pair_of_times_is_drawn_evenly() -> None:
     """Mean of 2000 draws from [300, 900]: 600 with a standard error of 600 / sqrt(12 * 2000) = 3.9 s; 5 of them."""
-    times_s = [draw(at(FaultKind.MUTE, "AUV01", 300.0, 900.0), seed=seed)[0].at_s for seed in range(2000)]
+    times_s = [draw(at("mute", "AUV01", 300.0, 900.0), seed=seed)[0].from_s for seed in range(2000)]
     assert all(300.0 <= time_s <= 900.0 for time_s in times_s)
     assert abs(sum(times_s) / len(times_s) - 600.0) < 20.0
 
@@ -102,17 +118,17 @@ def test_a_rate_is_drawn_exponentially_and_what_comes_too_late_does_not_happen()
 def test_a_higher_rate_never_comes_later(seed: int, rate_per_h: float, more: float) -> None:
     seldom, often = draw(at_rate(rate_per_h), seed=seed), draw(at_rate(more * rate_per_h), seed=seed)
     assert len(seldom) <= len(often)
-    assert all(a.at_s >= b.at_s for a, b in zip(seldom, often, strict=False))
+    assert all(a.from_s >= b.from_s for a, b in zip(seldom, often, strict=False))
 
 
 @given(st.integers(0, 200))
 def test_a_rate_that_comes_after_the_fault_were_over_brings_none(seed: int) -> None:
-    assert all(fault.at_s < 600.0 for fault in draw(at_rate(4.0, until_s=600.0), seed=seed))
+    assert all(fault.from_s < 600.0 for fault in draw(at_rate(4.0, until_s=600.0), seed=seed))
 
 
 def test_a_vehicle_that_joins_after_the_mission_is_never_there() -> None:
-    (fault,) = draw(at(FaultKind.JOINS, "AUV01", DURATION_S + 1.0))
-    assert fault.span_s == (0.0, DURATION_S + 1.0)
+    (fault,) = draw(at("joins", "AUV01", DURATION_S + 1.0))
+    assert (fault.from_s, fault.until_s) == (0.0, DURATION_S + 1.0)
 
 
 @given(st.lists(declared_faults, max_size=4), declared_faults, st.integers(0, 100))
@@ -123,7 +139,7 @@ def test_a_fault_that_is_added_shifts_no_draw_of_another(
 
 
 @given(st.sampled_from(KINDS), st.sampled_from(KINDS), st.integers(0, 100))
-def test_one_of_another_kind_shifts_none_wherever_it_stands(kind: FaultKind, added: FaultKind, seed: int) -> None:
+def test_one_of_another_kind_shifts_none_wherever_it_stands(kind: str, added: str, seed: int) -> None:
     mine = at(kind, ANY, 0.0, 3000.0)
     if kind is not added:
         assert set(draw(mine, seed=seed)) <= set(draw(at(added, ANY, 0.0, 3000.0), mine, seed=seed))
@@ -136,9 +152,9 @@ def test_names_of_vehicles_and_groups_shift_no_draw(seed: int) -> None:
 
     fleet = AUVDatabase(tuple(auv(f"{renamed(d.name)}", **_data(d)) for d in FLEET.values()))
     agreed = Organisation.of(GROUPS, [RoleAssignment("Operational", "Coordinator", "BAUV00")])
-    faults = [at(FaultKind.LOST, ANY, 0.0, 3000.0), at(FaultKind.MUTE, "head of Operational", 0.0, 3000.0)]
-    usual = [(renamed(fault.vehicle), fault.at_s) for fault in draw(*faults, seed=seed)]
-    assert usual == [(f.vehicle, f.at_s) for f in draw(*faults, seed=seed, fleet=fleet, agreed=agreed)]
+    faults = [at("lost", ANY, 0.0, 3000.0), at("mute", "head of Operational", 0.0, 3000.0)]
+    usual = [(renamed(fault.vehicle), fault.from_s) for fault in draw(*faults, seed=seed)]
+    assert usual == [(f.vehicle, f.from_s) for f in draw(*faults, seed=seed, fleet=fleet, agreed=agreed)]
 
 
 def _data(data: object) -> dict[str, object]:
@@ -146,9 +162,9 @@ def _data(data: object) -> dict[str, object]:
 
 
 def test_loss_rate_and_strategy_shift_no_draw() -> None:
-    declared = 'fault=[{kind="lost",vehicle="any",at_s=[0,3000]},{kind="slow",vehicle="any",rate_per_h=2}]'
+    given = 'fault=[{kind="lost",vehicle="any",at_s=[0,3000]},{kind="slow",vehicle="any",rate_per_h=2}]'
     schedules = {
-        faults_in(resolved(load("mapping-rendezvous", [("--set", one) for one in (declared, *others)])), seed=7)
+        faults_in(resolved(load("mapping-rendezvous", [("--set", one) for one in (given, *others)])), seed=7)
         for others in ((), ("channel.per=0.6",), ("strategy.name=central",), ("uncertainty.speed_spread=0.3",))
     }
     assert len(schedules) == 1
@@ -165,22 +181,22 @@ def test_draws_of_faults_are_a_stream_of_their_own() -> None:
 
 def test_faults_of_one_vehicle_add_up() -> None:
     faults = [
-        Fault(FaultKind.MUTE, "A", 0.0),
-        Fault(FaultKind.SLOW, "A", 0.0, factor=0.5),
-        Fault(FaultKind.SLOW, "A", 0.0, factor=0.4),
-        Fault(FaultKind.SENSOR, "A", 0.0, sensors=("swath",)),
-        Fault(FaultKind.SENSOR, "A", 0.0, sensors=("sonar",)),
+        befalling("mute", "A", 0.0),
+        befalling("slow", "A", 0.0, factor=0.5),
+        befalling("slow", "A", 0.0, factor=0.4),
+        Fault("sensor", "A", 0.0, leaves=Condition(dead_sensors=frozenset({"swath"}))),
+        Fault("sensor", "A", 0.0, leaves=Condition(dead_sensors=frozenset({"sonar"}))),
     ]
-    found = Condition.under(faults)
+    found = condition_under(faults)
     assert (found.is_alive, found.is_mute, found.is_deaf) == (True, True, False)
     assert found.speed_factor == pytest.approx(0.2)
     assert found.dead_sensors == {"swath", "sonar"}
-    assert Condition.under([]) == SOUND
+    assert condition_under([]) == SOUND
 
 
 @pytest.mark.parametrize("until_s", [500.0, math.inf])
 def test_a_lost_vehicle_is_lost_for_good_only_without_an_end(until_s: float) -> None:
-    found = Condition.under([Fault(FaultKind.LOST, "A", 100.0, until_s)])
+    found = condition_under([befalling("lost", "A", 100.0, until_s=None if math.isinf(until_s) else until_s)])
     assert (found.is_alive, found.lost_for_good) == (False, math.isinf(until_s))
 
 
@@ -190,7 +206,7 @@ def test_a_lost_vehicle_is_lost_for_good_only_without_an_end(until_s: float) -> 
 )
 def test_a_packet_is_heard_by_who_hears_from_its_start_to_its_end(from_s: float, until_s: float, hears: bool) -> None:
     """Deaf from 100 s on and until before 200 s; a mute vehicle hears."""
-    faults = [Fault(FaultKind.DEAF, "A", 100.0, 200.0), Fault(FaultKind.MUTE, "A", 0.0), Fault(FaultKind.LOST, "B", 0)]
+    faults = [befalling("deaf", "A", 100.0, until_s=200.0), befalling("mute", "A", 0.0), befalling("lost", "B", 0.0)]
     assert hears_throughout(faults, "A", from_s, until_s) is hears
 
 
@@ -397,7 +413,7 @@ def test_the_table_says_when_each_begins_and_is_over() -> None:
         'kind="lost",vehicle="AUV01",at_s=150.25',
         'kind="sensor",vehicle="AUV00",at_s=99,until_s=5000',
     )
-    assert [row for row in finished.recorder.faults if row[2] in list(FaultKind)] == [
+    assert [row for row in finished.recorder.faults if row[2] in kinds()] == [
         (99.0, "AUV00", "sensor", "mapping, until 5000 s"),
         (100.0, "AUV02", "slow", "by the factor 0.5, until 200.5 s"),
         (150.25, "AUV01", "lost", "for good"),

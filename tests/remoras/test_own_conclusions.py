@@ -11,7 +11,8 @@ from missions.runs.assembly import assemble
 from missions.runs.setup import resolved
 from missions.scenarios import load
 from missions.trident import TridentMission
-from remoras.faults import Condition, Fault, FaultKind
+from remoras.condition import Condition
+from remoras.faults import Fault, condition_under
 from remoras.mission import Finding
 from remoras.navigation import Beacon, Navigation, NavigationConstants
 
@@ -23,7 +24,7 @@ def fleet(*settings: str) -> Any:
 
 
 def dead(vehicle: str, sensor: str) -> Condition:
-    return Condition.under([Fault(FaultKind.SENSOR, vehicle, 0.0, sensors=(sensor,))])
+    return condition_under([Fault("sensor", vehicle, 0.0, leaves=Condition(dead_sensors=frozenset({sensor})))])
 
 
 def test_a_vehicle_sees_which_of_its_sensors_say_that_they_work() -> None:
@@ -32,7 +33,7 @@ def test_a_vehicle_sees_which_of_its_sensors_say_that_they_work() -> None:
     assert "stereo" not in auv.functional.picture.body.answering  # it tells nothing, working or not
     asv.suffer(dead("ASV00", "usbl"))
     assert asv.functional.picture.body.answering == ("multibeam", "console")
-    asv.suffer(Condition.under([]))
+    asv.suffer(condition_under([]))
     assert asv.functional.picture.body.answering == ("multibeam", "usbl", "console")
 
 
@@ -42,8 +43,8 @@ def test_a_beacon_is_where_its_carrier_is_and_silent_with_it() -> None:
     assert whole.carried_m("ASV00", "usbl") == asv.functional.motion.position_m
     for condition in (
         dead("ASV00", "usbl"),
-        Condition.under([Fault(FaultKind.MUTE, "ASV00", 0.0)]),
-        Condition.under([Fault(FaultKind.LOST, "ASV00", 0.0)]),
+        condition_under([Fault("mute", "ASV00", 0.0, leaves=Condition(is_mute=True))]),
+        condition_under([Fault("lost", "ASV00", 0.0, leaves=Condition(is_running=False))]),
     ):
         asv.suffer(condition)
         assert whole.carried_m("ASV00", "usbl") is None
@@ -113,8 +114,8 @@ def test_who_is_back_looks_at_nothing_before_it_acts_again() -> None:
     while not any(vehicle.functional.sensing for vehicle in whole.vehicles):
         whole.step()
     vehicle = next(one for one in whole.vehicles if one.functional.sensing)
-    for faults in ([Fault(FaultKind.LOST, vehicle.name, 0.0)], []):
-        vehicle.suffer(Condition.under(faults))
+    for faults in ([Fault("lost", vehicle.name, 0.0, leaves=Condition(is_running=False))], []):
+        vehicle.suffer(condition_under(faults))
         assert vehicle.functional.sensing == ()
         assert vehicle.functional.motion.speed_mps == 0.0
     whole.step()

@@ -13,12 +13,14 @@ from sample_vehicles import AUV
 
 from missions.mapping.sensors import SwathSettings
 from remoras.activities import Objective
+from remoras.condition import Condition
 from remoras.database import VehicleData
-from remoras.faults import Condition, Fault, FaultKind
+from remoras.faults import Fault, condition_under
 from remoras.organisation import Group, RoleSpecification
 from remoras.reach import reachable_by_jobs, reachable_fraction, within_reach
 from remoras.view import ReadOnlyVehicle
 
+DEAD = Condition(dead_sensors=frozenset({"mapping"}))
 SENSING = replace(AUV, sensors=(SwathSettings(name="mapping", swath_m=25.0, speed_limit_mps=1.25),))
 BLIND = replace(AUV, sensors=())
 
@@ -94,11 +96,11 @@ def test_fewer_vehicles_never_reach_more_and_nobody_less_than_is_reached(
     ("condition", "is_exhausted", "has_resigned", "sensors"),
     [
         ((), False, False, 1),
-        ((Fault(FaultKind.LOST, "A", 0.0, 50.0),), False, False, 1),
-        ((Fault(FaultKind.LOST, "A", 0.0),), False, False, None),
-        ((Fault(FaultKind.SENSOR, "A", 0.0, 50.0, sensors=("mapping",)),), False, False, 1),
-        ((Fault(FaultKind.SENSOR, "A", 0.0, sensors=("mapping",)),), False, False, 0),
-        ((Fault(FaultKind.MUTE, "A", 0.0),), False, False, 1),
+        ((Fault("lost", "A", 0.0, 50.0, Condition(is_running=False)),), False, False, 1),
+        ((Fault("lost", "A", 0.0, leaves=Condition(is_running=False)),), False, False, None),
+        ((Fault("sensor", "A", 0.0, 50.0, DEAD),), False, False, 1),
+        ((Fault("sensor", "A", 0.0, leaves=DEAD),), False, False, 0),
+        ((Fault("mute", "A", 0.0, leaves=Condition(is_mute=True)),), False, False, 1),
         ((), True, False, None),
         ((), False, True, None),
     ],
@@ -107,7 +109,7 @@ def test_what_a_vehicle_is_left_with(
     condition: Any, is_exhausted: bool, has_resigned: bool, sensors: int | None
 ) -> None:
     body: Any = SimpleNamespace(
-        name="A", social=None, has_resigned=has_resigned, condition=Condition.under(condition),
+        name="A", social=None, has_resigned=has_resigned, condition=condition_under(condition),
         functional=SimpleNamespace(exhausted=is_exhausted, data=SENSING),
     )  # fmt: skip
     data = ReadOnlyVehicle(body).able_data

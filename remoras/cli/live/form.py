@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from exchange.policies import POLICIES
+from missions.fault import kinds
 from missions.files import parsed, shown, toml_value
 from missions.scenarios import load
 from missions.scenarios.scenario import Scenario
-from remoras.faults import FaultKind
 from remoras.strategies import strategies
 
 LEAST_SPEED, GREATEST_SPEED = 0.1, 10_000.0
@@ -41,7 +41,7 @@ class Form:
         self.allowed = {
             "strategy": sorted({*strategies(), first.strategy.name}),
             "policy": sorted({*POLICIES, first.communication.policy}),
-            "kind": [kind.value for kind in FaultKind],
+            "kind": list(kinds()),
         }
 
     def changed(self, fields: Any) -> tuple[Scenario, dict[str, Any]]:

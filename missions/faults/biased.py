@@ -1,0 +1,144 @@
+"""``biased``: what a sensor of a vehicle, or all of them, read of an attribute is off, which the vehicle does not know.
+
+Beyond the range of the attribute a reading stays.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+from pydantic import BeforeValidator, Field
+from pydantic_core import PydanticCustomError
+
+from missions.errors import ConfigurationFault
+from missions.fault import Danger, Drawing
+from missions.files import shown
+from missions.scenarios.faults import FaultOfSensors
+from missions.scenarios.ontologies import words_of
+from missions.scenarios.tables import PointM, Raw, one_of
+from remoras.sensor import Observation
+from worldmodel import OntologyError, TBox
+
+if TYPE_CHECKING:
+    from remoras.database import VehicleData
+    from remoras.events import Host
+    from remoras.mission import Mission
+    from remoras.vehicle import Vehicle
+
+AN_OFFSET = "a number, or [east, north] for a point"
+
+
+def _off(value: Any) -> Any:
+    """Refuse what is no offset, in one message whatever is wrong with it."""
+    numbers = value if isinstance(value, list | tuple) and len(value) == 2 else [value]
+    if value is not None and not all(map(_is_finite, numbers)):
+        raise PydanticCustomError("offset", "allowed: " + AN_OFFSET)
+    return tuple(value) if isinstance(value, list) else value
+
+
+def _is_finite(value: Any) -> bool:
+    """True for a finite number."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+@dataclass(frozen=True, slots=True)
+class Bias:
+    """By how much the readings of sensors are off.
+
+    Attributes:
+        attribute: of the facts that are off.
+        offset: what is added to its values: one number, or (east, north) for points.
+        sensors: names of the sensors that it is about.
+        tbox: with the ranges of attributes.
+    """
+
+    attribute: str
+    offset: tuple[float, ...]
+    sensors: tuple[str, ...]
+    tbox: TBox = field(compare=False)
+
+    def __call__(self, sensor: str, observation: Observation) -> Observation:
+        """The observation of a sensor as it comes out of it."""
+        if sensor not in self.sensors or not observation.facts:
+            return observation
+        facts = list(observation.facts)
+        for position, (subject, attribute, value, *rest) in enumerate(facts):
+            if attribute != self.attribute:
+                continue
+            fields = self.tbox.attribute_named(attribute).fields
+            numbers: Any = value if isinstance(value, tuple) else (value,)
+            pairs = zip(numbers, self.offset, fields, strict=True)
+            off = [min(max(n + by, of.minimum), of.maximum) for n, by, of in pairs]
+            read: Any = (subject, attribute, tuple(off) if len(off) > 1 else off[0], *rest)
+            facts[position] = read
+        return replace(observation, facts=tuple(facts))
+
+
+class Biased(FaultOfSensors):
+    """One ``[[fault]]`` of kind ``biased``."""
+
+    NUMBER = 6
+    TEXT = "what its sensor reads of attribute is off by offset"
+    REQUIRED: ClassVar[Mapping[str, str]] = {
+        "attribute": "required by kind biased: of which attribute readings are off",
+        "offset": "required by kind biased: by how much",
+    }
+    DANGERS = frozenset({Danger.WORK})
+    DRAWING = Drawing(180, "sensors", by_chance=False)
+
+    attribute: str | None = Field(None, description="attribute of the facts that are off")
+    offset: Annotated[float | PointM | None, BeforeValidator(_off)] = Field(
+        None, description="what is added to a number, or [east, north] to a point"
+    )
+
+    @property
+    def by(self) -> tuple[float, ...]:
+        """What is added: one number, or (east, north)."""
+        return self.offset if isinstance(self.offset, tuple) else (self.offset or 0.0,)
+
+    def detail(self, data: VehicleData, how_long: str) -> str:
+        """Which readings, and by how much."""
+        off = ", ".join(f"{one:g}" for one in self.by)
+        return f"{', '.join(self.of(data))}: {self.attribute} off by {off}, {how_long}"
+
+    def begin(self, vehicle: Vehicle) -> None:
+        """Let what its sensors read be off."""
+        vehicle.readings.append(self._bias(vehicle))
+
+    def end(self, vehicle: Vehicle, host: Host) -> None:
+        """Let it be right again."""
+        vehicle.readings.remove(self._bias(vehicle))
+
+    def _bias(self, vehicle: Vehicle) -> Bias:
+        return Bias(self.attribute or "", self.by, self.of(vehicle.data), vehicle.beliefs.model.tbox)
+
+    @classmethod
+    def checks(
+        cls, key: str, table: Raw, raw: Raw, mission: type[Mission] | None, before: Sequence[tuple[str, Raw]]
+    ) -> Iterator[ConfigurationFault]:
+        """An attribute that there is not, or that has no such offset."""
+        yield from super().checks(key, table, raw, mission, before)
+        attribute, offset = table.get("attribute"), table.get("offset")
+        axes = {} if mission is None else _axes(raw, mission)
+        if attribute is None or not axes:
+            return
+        yield from one_of(f"{key}.attribute", attribute, sorted(axes))
+        n_given = len(offset) if isinstance(offset, list | tuple) else 1
+        if offset is not None and attribute in axes and n_given != axes[attribute]:
+            allowed = f"{attribute} is a {'point: [east, north]' if axes[attribute] == 2 else 'number: one number'}"
+            yield ConfigurationFault(f"{key}.offset", shown(offset), allowed)
+
+
+def _axes(raw: Raw, mission: type[Mission]) -> dict[str, int]:
+    """Of attributes that are numbers and points, by name: how many numbers each has."""
+    try:
+        tbox = words_of(raw, mission)
+    except (OntologyError, OSError):
+        return {}  # reported elsewhere
+    return {attribute.name: len(attribute.fields) for attribute in tbox.attributes if attribute.fields}
+
+
+KIND = Biased

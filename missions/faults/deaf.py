@@ -1,0 +1,29 @@
+"""``deaf``: a vehicle hears nobody; it does all else."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from missions.fault import Danger, Drawing
+from missions.scenarios.faults import DeclaredFault
+from remoras.condition import Condition
+
+if TYPE_CHECKING:
+    from remoras.database import VehicleData
+
+
+class Deaf(DeclaredFault):
+    """One ``[[fault]]`` of kind ``deaf``."""
+
+    NUMBER = 2
+    TEXT = "it hears nobody"
+    DISABLES = True
+    DANGERS = frozenset({Danger.HEARING})
+    DRAWING = Drawing(120, may_stay=True)
+
+    def leaves(self, data: VehicleData) -> Condition:
+        """One that hears nobody."""
+        return Condition(is_deaf=True)
+
+
+KIND = Deaf

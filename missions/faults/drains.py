@@ -1,0 +1,44 @@
+"""``drains``: a vehicle loses power beside what it uses."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, ClassVar
+
+from pydantic import Field
+
+from missions.fault import Danger, Drawing
+from missions.scenarios.faults import DeclaredFault
+from missions.scenarios.tables import Positive
+
+if TYPE_CHECKING:
+    from remoras.database import VehicleData
+    from remoras.events import Host
+    from remoras.vehicle import Vehicle
+
+
+class Drains(DeclaredFault):
+    """One ``[[fault]]`` of kind ``drains``."""
+
+    NUMBER = 8
+    TEXT = "it loses drain_w beside what it uses"
+    REQUIRED: ClassVar[Mapping[str, str]] = {"drain_w": "missing: the power that the vehicle loses, above 0 W"}
+    DANGERS = frozenset({Danger.WORK, Danger.ENERGY})
+    DRAWING = Drawing(190, strengths={"drain_w": (50.0, 200.0)})
+
+    drain_w: Positive | None = Field(None, description="power that is lost, W")
+
+    def detail(self, data: VehicleData, how_long: str) -> str:
+        """How much power."""
+        return f"{self.drain_w:g} W, {how_long}"
+
+    def begin(self, vehicle: Vehicle) -> None:
+        """Take the power from its battery."""
+        vehicle.functional.loads_w.append(self.drain_w or 0.0)
+
+    def end(self, vehicle: Vehicle, host: Host) -> None:
+        """Take it no more."""
+        vehicle.functional.loads_w.remove(self.drain_w or 0.0)
+
+
+KIND = Drains

@@ -1,0 +1,59 @@
+"""``joins``: a vehicle is not there before."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, ClassVar
+
+from missions.errors import ConfigurationFault
+from missions.fault import Absence, Danger, Drawing
+from missions.files import shown
+from missions.scenarios.faults import DeclaredFault, span_of
+from missions.scenarios.tables import Raw
+from remoras.condition import Condition
+
+if TYPE_CHECKING:
+    from remoras.database import VehicleData
+    from remoras.mission import Mission
+
+
+class Joins(DeclaredFault):
+    """One ``[[fault]]`` of kind ``joins``."""
+
+    NUMBER = 5
+    TEXT = "it is not there before at_s"
+    NOT_USED: ClassVar[Mapping[str, str]] = {
+        "rate_per_h": "a vehicle joins at a time: give at_s",
+        "until_s": "a vehicle that has joined stays; leave until_s out, or add a fault of kind lost",
+    }
+    ABSENCE = Absence.BEFORE
+    DANGERS = frozenset({Danger.PRESENCE})
+    DRAWING = Drawing(150, is_sudden=True)
+
+    def leaves(self, data: VehicleData) -> Condition:
+        """Nothing: it is no obstacle either."""
+        return Condition(is_there=False)
+
+    def detail(self, data: VehicleData, how_long: str) -> str:
+        """Until when it is away."""
+        return f"away {how_long}"
+
+    def holds_s(self, at_s: float) -> tuple[float, float]:
+        """From the start on, until it joins."""
+        return 0.0, at_s
+
+    @classmethod
+    def checks(
+        cls, key: str, table: Raw, raw: Raw, mission: type[Mission] | None, before: Sequence[tuple[str, Raw]]
+    ) -> Iterator[ConfigurationFault]:
+        """A vehicle that is there from the start, or joins twice."""
+        vehicle, span_s = table.get("vehicle"), span_of(table.get("at_s"))
+        if span_s is not None and span_s[0] <= 0.0:
+            allowed = "must be above 0: a vehicle that is there from the start does not join"
+            yield ConfigurationFault(f"{key}.at_s", shown(table["at_s"]), allowed)
+        if isinstance(vehicle, str) and before:
+            allowed = f"joins twice, here and by {before[0][0]}: leave one out"
+            yield ConfigurationFault(f"{key}.vehicle", f'"{vehicle}"', allowed)
+
+
+KIND = Joins

@@ -1,0 +1,46 @@
+"""``lost``: a vehicle does nothing any more."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
+
+from missions.errors import ConfigurationFault
+from missions.fault import Absence, Danger, Drawing
+from missions.scenarios.faults import DeclaredFault, overlap
+from missions.scenarios.tables import Raw
+from remoras.condition import Condition
+from remoras.faults import ANY
+
+if TYPE_CHECKING:
+    from remoras.database import VehicleData
+    from remoras.mission import Mission
+
+
+class Lost(DeclaredFault):
+    """One ``[[fault]]`` of kind ``lost``."""
+
+    NUMBER = 0
+    TEXT = "it does nothing any more"
+    ABSENCE = Absence.LOSS
+    DISABLES = True
+    DANGERS = frozenset({Danger.PRESENCE})
+    DRAWING = Drawing(100, may_stay=True)
+
+    def leaves(self, data: VehicleData) -> Condition:
+        """Nothing that runs."""
+        return Condition(is_running=False)
+
+    @classmethod
+    def checks(
+        cls, key: str, table: Raw, raw: Raw, mission: type[Mission] | None, before: Sequence[tuple[str, Raw]]
+    ) -> Iterator[ConfigurationFault]:
+        """A vehicle that may be lost again before it has come back."""
+        vehicle = table.get("vehicle")
+        first = next((of for of, other in before if overlap(table, other)), None)
+        if isinstance(vehicle, str) and vehicle != ANY and first is not None:
+            allowed = f"lost twice, here and by {first}; the first has to end by its until_s before the other"
+            yield ConfigurationFault(f"{key}.vehicle", f'"{vehicle}"', allowed)
+
+
+KIND = Lost

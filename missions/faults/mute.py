@@ -1,0 +1,29 @@
+"""``mute``: nobody hears a vehicle; it does all else."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from missions.fault import Danger, Drawing
+from missions.scenarios.faults import DeclaredFault
+from remoras.condition import Condition
+
+if TYPE_CHECKING:
+    from remoras.database import VehicleData
+
+
+class Mute(DeclaredFault):
+    """One ``[[fault]]`` of kind ``mute``."""
+
+    NUMBER = 1
+    TEXT = "nobody hears it"
+    DISABLES = True
+    DANGERS = frozenset({Danger.VOICE})
+    DRAWING = Drawing(110, may_stay=True)
+
+    def leaves(self, data: VehicleData) -> Condition:
+        """One that nobody hears."""
+        return Condition(is_mute=True)
+
+
+KIND = Mute

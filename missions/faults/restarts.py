@@ -1,0 +1,80 @@
+"""``restarts``: a vehicle is off, and begins anew where it is; it has its roles and work back from the others."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, ClassVar, Literal
+
+from pydantic import Field
+
+from missions.errors import ConfigurationFault
+from missions.fault import Absence, Danger, Drawing
+from missions.scenarios.faults import DeclaredFault, overlap
+from missions.scenarios.tables import Raw
+from remoras.condition import Condition
+
+if TYPE_CHECKING:
+    from remoras.database import VehicleData
+    from remoras.events import Host
+    from remoras.mission import Mission
+    from remoras.vehicle import Vehicle
+
+MOST = 3
+"""A vehicle may begin anew so often in a run: packets have names for four of its lives."""
+KEPT, FORGOTTEN = "memory kept", "memory lost"
+"""Ends of the detail in the table of faults."""
+
+
+class Restarts(DeclaredFault):
+    """One ``[[fault]]`` of kind ``restarts``."""
+
+    NUMBER = 7
+    TEXT = "it is off from at_s on and begins anew at until_s"
+    NOT_USED: ClassVar[Mapping[str, str]] = {"rate_per_h": "a vehicle restarts at a time: give at_s"}
+    REQUIRED: ClassVar[Mapping[str, str]] = {"until_s": "missing: when the vehicle begins anew"}
+    ABSENCE = Absence.PAUSE
+    DISABLES = True
+    DANGERS = frozenset({Danger.PRESENCE})
+    DRAWING = Drawing(130, strengths={"memory": ("kept", "lost")})
+
+    memory: Literal["kept", "lost"] | None = Field(
+        None,
+        description="whether the vehicle still knows what it knew; lost if absent. It has its roles and work back from "
+        "the others",
+    )
+
+    def leaves(self, data: VehicleData) -> Condition:
+        """Nothing that runs."""
+        return Condition(is_running=False)
+
+    def detail(self, data: VehicleData, how_long: str) -> str:
+        """Until when it is off, and whether it knows then what it knew."""
+        return f"off {how_long}, {KEPT if self.memory == 'kept' else FORGOTTEN}"
+
+    def end(self, vehicle: Vehicle, host: Host) -> None:
+        """Begin anew, unless there is no energy left to do so."""
+        if not vehicle.functional.exhausted:
+            host.restart(vehicle, self.memory == "kept")
+
+    @classmethod
+    def began_anew(cls, detail: str) -> bool | None:
+        """Whether it still knew what it had known."""
+        return detail.endswith(KEPT)
+
+    @classmethod
+    def checks(
+        cls, key: str, table: Raw, raw: Raw, mission: type[Mission] | None, before: Sequence[tuple[str, Raw]]
+    ) -> Iterator[ConfigurationFault]:
+        """A vehicle that restarts too often, or while it is off."""
+        vehicle = table.get("vehicle")
+        if not isinstance(vehicle, str):
+            return
+        if len(before) >= MOST:
+            allowed = f"restarts for the {len(before) + 1}th time: {MOST} times are allowed in a run"
+            yield ConfigurationFault(f"{key}.vehicle", f'"{vehicle}"', allowed)
+        elif any(overlap(table, one) for _, one in before):
+            allowed = "restarts while it is off already; one has to be over by its until_s before the other"
+            yield ConfigurationFault(f"{key}.vehicle", f'"{vehicle}"', allowed)
+
+
+KIND = Restarts

@@ -1,0 +1,33 @@
+"""``sensor``: a sensor of a vehicle, or all of them, yield nothing; they stay switched on."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from missions.fault import Danger, Drawing
+from missions.scenarios.faults import FaultOfSensors
+from remoras.condition import Condition
+
+if TYPE_CHECKING:
+    from remoras.database import VehicleData
+
+
+class DeadSensor(FaultOfSensors):
+    """One ``[[fault]]`` of kind ``sensor``."""
+
+    NUMBER = 4
+    TEXT = "its sensor yields nothing"
+    DISABLES = True
+    DANGERS = frozenset({Danger.WORK})
+    DRAWING = Drawing(170, "sensors", may_stay=True)
+
+    def leaves(self, data: VehicleData) -> Condition:
+        """One whose sensors are dead."""
+        return Condition(dead_sensors=frozenset(self.of(data)))
+
+    def detail(self, data: VehicleData, how_long: str) -> str:
+        """Which sensors."""
+        return f"{', '.join(self.of(data))}, {how_long}"
+
+
+KIND = DeadSensor

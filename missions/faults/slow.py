@@ -1,0 +1,46 @@
+"""``slow``: the speeds of a vehicle are a share of what they were."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pydantic import Field
+
+from missions.fault import Drawing
+from missions.scenarios.faults import DeclaredFault
+from remoras.condition import Condition
+
+if TYPE_CHECKING:
+    from remoras.database import VehicleData
+
+USUAL = 0.5
+"""Share of the speeds that is left, unless the fault says otherwise."""
+
+
+class Slow(DeclaredFault):
+    """One ``[[fault]]`` of kind ``slow``."""
+
+    NUMBER = 3
+    TEXT = "its speeds are multiplied by factor"
+    DANGERS = frozenset()
+    DRAWING = Drawing(140, strengths={"factor": (0.4, 0.6, 0.8)}, may_stay=True)
+
+    factor: float | None = Field(
+        None, gt=0.0, lt=1.0, description=f"share of its speeds that is left, {USUAL} if absent"
+    )
+
+    @property
+    def speed_left(self) -> float:
+        """Share of its speeds that is left."""
+        return USUAL if self.factor is None else self.factor
+
+    def leaves(self, data: VehicleData) -> Condition:
+        """One that is slower."""
+        return Condition(speed_factor=self.speed_left)
+
+    def detail(self, data: VehicleData, how_long: str) -> str:
+        """By how much."""
+        return f"by the factor {self.speed_left:g}, {how_long}"
+
+
+KIND = Slow
