@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import pytest
 from hypothesis import given
@@ -44,7 +45,7 @@ def declared(kind: str, vehicle: str, at_s: tuple[float, float] | None = None, *
 
 def befalling(kind: str, vehicle: str, from_s: float, **more: object) -> Fault:
     """A fault of a vehicle that has the sensors of the fleet."""
-    return declared(kind, vehicle, (from_s, from_s), **more).befalling(auv(vehicle, node=0), from_s)
+    return declared(kind, vehicle, (from_s, from_s), **more).befalling(replace(auv(), name=vehicle), from_s)
 
 
 declared_faults = st.builds(
