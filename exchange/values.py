@@ -118,11 +118,6 @@ class Candidate:
         return self.fragment.facts[0].subject, self.fragment.facts[0].attribute
 
     @property
-    def deadline_s(self) -> float:
-        """Until when it is of use (s)."""
-        return self.waiting.observed_s + self.terms.time_to_live_s
-
-    @property
     def is_repeated(self) -> bool:
         """True if it has been said before."""
         return self.waiting.n_said > 0

@@ -1,4 +1,5 @@
-"""What limits a queue: room, with the items outside of it; deadlines; and what is said no more.
+"""What limits a queue: room, with the items outside of it; and the terms of needs, by which what waits has deadlines,
+is said no more, goes newest first, or waits for the end of a blackout.
 
 A queue is made without these. They are made when it is full, or when the first need comes that is served on other terms
 than plain ones.
@@ -11,10 +12,11 @@ and comes in once there is room: nothing that is to be acknowledged is lost.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Hashable, Iterable, Iterator, Sequence
 from heapq import heappop, heappush
 
 from exchange.packets import ItemUid
+from exchange.queueing.reasons import Unsaid
 from exchange.values import Candidate, Waiting
 from worldmodel import Terms
 
@@ -135,13 +137,59 @@ class Limits:
 
     def set_deadline(self, candidate: Candidate) -> None:
         """A candidate comes in that may wait only for some time."""
+        candidate.waiting.time_to_live_s = candidate.terms.time_to_live_s
         if math.isfinite(candidate.terms.time_to_live_s):
             self._n_deadlines += 1
-            heappush(self._deadlines, (candidate.deadline_s, self._n_deadlines, candidate))
+            heappush(self._deadlines, (_deadline_s(candidate), self._n_deadlines, candidate))
 
     def overdue(self, now_s: float) -> Iterator[Candidate]:
         """Those that still wait and may not any more; each is to be let go of before the next."""
         while self._deadlines and self._deadlines[0][0] < now_s:
             at_s, _, candidate = heappop(self._deadlines)
-            if candidate.line is not None and candidate.deadline_s == at_s:
+            if candidate.line is not None and _deadline_s(candidate) == at_s:
                 yield candidate
+
+
+def _deadline_s(candidate: Candidate) -> float:
+    """Until when it is of use (s)."""
+    return candidate.waiting.observed_s + candidate.terms.time_to_live_s
+
+
+class LinesOnTerms:
+    """Where what goes newest first, and what has blackouts, stands among the lines of a queue."""
+
+    def __init__(self) -> None:
+        self._blackouts: dict[Hashable, tuple[tuple[int, int], float]] = {}  # by line: about what, and how long
+        self._said_s: dict[tuple[int, int], float] = {}  # by subject and attribute
+
+    def place(
+        self, candidate: Candidate, key: Hashable, rank: float, n_slots: int
+    ) -> tuple[Hashable, float, Waiting | None]:
+        """The line of a candidate, its rank there, and what the line is valued by if it waits as one.
+
+        Args:
+            candidate: stands in no line.
+            key: of the line in which it stands on plain terms; rank: that it has there.
+            n_slots: own slots so far.
+        """
+        waiting, terms, about, shared = candidate.waiting, candidate.terms, candidate.about, None
+        if terms.newest_first:
+            key, rank = (waiting.priority, "newest", about[1]), waiting.observed_s
+            shared = Waiting(waiting.priority, waiting.observed_s, waiting.since_s, n_slots)
+            shared.time_to_live_s = terms.time_to_live_s
+        if terms.blackout_s:
+            blackout = about, terms.blackout_s
+            key = blackout, key
+            self._blackouts[key] = blackout
+        return key, rank, shared
+
+    def bar(self, line: Hashable, now_s: float) -> Unsaid | None:
+        """Why nothing of a line may go now: it is in a blackout. None if it may."""
+        about, blackout_s = self._blackouts.get(line, ((0, 0), 0.0))
+        return Unsaid.BLACKOUT if blackout_s and now_s - self._said_s.get(about, -math.inf) < blackout_s else None
+
+    def note_said(self, chosen: Sequence[Candidate], now_s: float) -> None:
+        """These go now: a blackout begins for what has one."""
+        for candidate in chosen:
+            if candidate.terms.blackout_s:
+                self._said_s[candidate.about] = now_s

@@ -22,7 +22,7 @@ from heapq import heapify, heappop, heappush
 from typing import Protocol
 
 from exchange.packets import Fragment, ItemUid, StatusUid
-from exchange.queueing.limits import Limits
+from exchange.queueing.limits import Limits, LinesOnTerms
 from exchange.queueing.reasons import Expired, Expiry, Unsaid
 from exchange.values import ADDITIVE, STATUS_COLUMN, Candidate, Moment, ValueRule, Waiting
 from worldmodel import PLAIN, Terms
@@ -44,19 +44,15 @@ class Line:
     Attributes:
         key: of the line in its queue.
         priority: of all of them.
-        about: subject and attribute, of a line with a blackout.
-        blackout_s: least time between two packets with values about it.
         shared: what a line is valued by that waits as one; None if each candidate waits for itself.
     """
 
-    __slots__ = ("_entries", "about", "blackout_s", "key", "n_repeated", "n_waiting", "priority", "shared")
+    __slots__ = ("_entries", "key", "n_repeated", "n_waiting", "priority", "shared")
 
-    def __init__(self, key: Hashable, priority: int, about: tuple[int, int], blackout_s: float) -> None:
+    def __init__(self, key: Hashable, priority: int, shared: Waiting | None = None) -> None:
         self.key = key
         self.priority = priority
-        self.about = about
-        self.blackout_s = blackout_s
-        self.shared: Waiting | None = None
+        self.shared = shared
         self.n_waiting = 0
         self.n_repeated = 0
         self._entries: list[Entry] = []
@@ -107,12 +103,15 @@ class Lines:
 
     Args:
         rule: says what is worth most.
+
+    Attributes:
+        on_terms: says where else than usual a candidate stands, and what is in a blackout; none of them, or one.
     """
 
     def __init__(self, rule: ValueRule) -> None:
         self._rule = rule
         self._lines: dict[Hashable, Line] = {}
-        self._said_s: dict[tuple[int, int], float] = {}  # by subject and attribute, where the terms have a blackout
+        self.on_terms: list[LinesOnTerms] = []
 
     @property
     def n_waiting(self) -> int:
@@ -140,8 +139,9 @@ class Lines:
         """Why nothing of a line may go; None if it may."""
         if line.priority <= above:
             return Unsaid.COVERT
-        is_blacked_out = line.blackout_s > 0.0 and now_s - self._said_s.get(line.about, -math.inf) < line.blackout_s
-        return Unsaid.BLACKOUT if is_blacked_out else None
+        for on_terms in self.on_terms:
+            return on_terms.bar(line.key, now_s)
+        return None
 
     def choose(self, room: Room, moment: Moment, above: float) -> tuple[list[Candidate], Counter[Unsaid]]:
         """Fill a packet; returns what goes, the most valuable first, and how many do not go, by the reason.
@@ -174,9 +174,8 @@ class Lines:
             self._compare(heads, line, moment)
         for line, entry in (one for of_line in passed.values() for one in of_line):
             line.put_back(entry)
-        for candidate in chosen:
-            if candidate.terms.blackout_s:
-                self._said_s[candidate.about] = moment.now_s
+        for on_terms in self.on_terms:
+            on_terms.note_said(chosen, moment.now_s)
         n_unsaid = n_waiting - len(chosen) - n_too_large
         n_repeated = min(n_unsaid, n_repeated - sum(one.is_repeated for one in chosen))
         counts = (
@@ -221,22 +220,18 @@ class Lines:
             candidate: stands in no line.
             n_slots: own slots so far.
         """
-        waiting, terms, about = candidate.waiting, candidate.terms, candidate.about
-        place = None if terms.newest_first else self._rule.place(waiting)
-        which = about if terms.blackout_s else None
+        waiting = candidate.waiting
+        place, shared = self._rule.place(waiting), None
         key: Hashable
-        if terms.newest_first:
-            key, rank = (waiting.priority, which, terms.blackout_s, "newest", about[1]), waiting.observed_s
-        elif place is None:
-            key, rank = (waiting.priority, which, terms.blackout_s, "alone", candidate.tie), 0.0
+        if place is None:
+            key, rank = (waiting.priority, "alone", candidate.tie), 0.0
         else:
-            key, rank = (waiting.priority, which, terms.blackout_s, candidate.size_bits, place.group), place.rank
+            key, rank = (waiting.priority, candidate.size_bits, place.group), place.rank
+        for on_terms in self.on_terms:
+            key, rank, shared = on_terms.place(candidate, key, rank, n_slots)
         line = self._lines.get(key)
         if line is None:
-            line = self._lines[key] = Line(key, waiting.priority, about, terms.blackout_s)
-            if terms.newest_first:
-                line.shared = Waiting(waiting.priority, waiting.observed_s, waiting.since_s, n_slots)
-                line.shared.time_to_live_s = terms.time_to_live_s
+            line = self._lines[key] = Line(key, waiting.priority, shared)
         line.add(candidate, rank)
 
 
@@ -299,7 +294,6 @@ class Queue:
                 return
         uid = fragment.uid
         candidate = Candidate(uid, fragment, column, waiting, terms, (0, *uid), size_bits)
-        waiting.time_to_live_s = terms.time_to_live_s
         waiting.resume(self._n_slots)
         self.open |= 1 << column
         self._let_in(candidate, now_s)
@@ -322,7 +316,6 @@ class Queue:
         candidate.uid, candidate.fragment, candidate.size_bits, candidate.terms = uid, fragment, size_bits, terms
         (waiting := candidate.waiting).resume(self._n_slots)
         waiting.priority, waiting.observed_s, waiting.n_said = priority, fragment.time_s, 0
-        waiting.time_to_live_s = terms.time_to_live_s
         self._place(candidate)
 
     def drop_status(self, about: tuple[int, int], now_s: float) -> None:
@@ -348,13 +341,13 @@ class Queue:
             return
         self._withdraw(column)
         candidate.waiting.priority, candidate.terms = priority, terms
-        candidate.waiting.time_to_live_s = terms.time_to_live_s
         self._let_in(candidate, now_s)
 
     def _heed(self, terms: Terms) -> None:
         """Have limits from now on, if the queue is full or these terms ask for more than plain ones do."""
         if not self._limits and (len(self._items) >= self._limit or (terms is not PLAIN and terms != PLAIN)):
             self._limits.append(Limits(self._limit, self._items.values()))
+            self._lines.on_terms.append(LinesOnTerms())
 
     # What goes out -------------------------------------------------------------------------------
 
@@ -456,9 +449,9 @@ class Queue:
 
     def _place(self, candidate: Candidate) -> None:
         """Put a candidate that comes in into its line, and note until when it may wait."""
-        self._lines.place(candidate, self._n_slots)
         for limits in self._limits:
             limits.set_deadline(candidate)
+        self._lines.place(candidate, self._n_slots)
 
     def _withdraw(self, column: int) -> None:
         """Take an item from among those that wait, inside or outside of the queue."""
