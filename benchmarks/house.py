@@ -1,4 +1,5 @@
-"""What one must hold in mind: files that a run enters for each event, calls of a step, files that name a feature.
+"""What one must hold in mind: files that a run enters for each event, calls of a step, files that name a feature, names
+that stand for two things.
 
     python -m benchmarks house
     python -m benchmarks.house mapping-corridor --set channel.per=0.5
@@ -12,6 +13,7 @@ of the program alone, without libraries, and the same in every run. ``--against`
 from __future__ import annotations
 
 import argparse
+import ast
 import re
 import statistics
 import subprocess
@@ -45,7 +47,7 @@ FEATURES = {
     "restarts": r"FaultKind\.RESTARTS|keeps_memory", "drains": r"DRAINS|drain_w",
 }  # fmt: skip
 """Words by which a file shows that it knows of a feature."""
-MOST_FILES = 3
+MOST_FILES, MOST_SHARED_NAMES = 3, 60
 TIMED = """
 import sys
 sys.meta_path[:] = [one for one in sys.meta_path if "editable" not in repr(one)]
@@ -106,6 +108,16 @@ def naming() -> dict[str, int]:
     return {name: sum(re.search(words, text) is not None for text in texts) for name, words in FEATURES.items()}
 
 
+def shared_names() -> dict[str, list[str]]:
+    """Public functions and classes that two or more modules define on their top level, with the files of each."""
+    homes: dict[str, list[str]] = defaultdict(list)
+    for file in (file for package in PACKAGES for file in sorted((ROOT / package).rglob("*.py"))):
+        for node in ast.parse(file.read_text(encoding="utf-8")).body:
+            if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_"):
+                homes[node.name].append(file.relative_to(ROOT).as_posix())
+    return {name: files for name, files in sorted(homes.items()) if len(set(files)) > 1}
+
+
 def cpu_s(checkout: Path) -> float:
     """CPU of the run that ``benchmarks.mission`` measures, in a process that takes the program from a checkout (s)."""
     command = [sys.executable, "-c", TIMED]
@@ -124,6 +136,8 @@ def rows(
     ]
     made.append(_row("calls of a vehicle-step", n_calls, "calls", None, n_calls))
     made += [_row(f"files that name {name}", n, "files", MOST_FILES, n) for name, n in naming().items()]
+    n_shared = len(shared_names())
+    made.append(_row("names in two modules or more", n_shared, "names", MOST_SHARED_NAMES, n_shared))
     if against is not None:
         pairs = [[cpu_s(one) for one in (ROOT, against)] for _ in range(TRIES)]
         own_s, other_s = (min(column) for column in zip(*pairs, strict=True))

@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import Any
 
 from missions.runs.assembly import assemble
-from missions.runs.results import write
+from missions.runs.results import write_results
 from missions.runs.run import run
 from missions.runs.setup import Setup, resolved
-from missions.runs.tables import encoded, merge, write_part
+from missions.runs.tables import encoded, merge_tables, write_part
 from missions.scenarios import load
 from remoras.diary import Diary
 from remoras.executive.layer import ExecutiveLayer
@@ -98,7 +98,7 @@ def written() -> tuple[float, int]:
         with tempfile.TemporaryDirectory() as made:
             folder = Path(made) / "run"
             began = time.process_time()
-            write(finished, folder)
+            write_results(finished, folder)
             times_s.append(time.process_time() - began)
             size_bytes = sum(path.stat().st_size for path in folder.iterdir())
     return min(times_s), size_bytes
@@ -111,7 +111,7 @@ def sampled_bytes() -> float:
         for seed in range(1, SAMPLE + 1):
             finished = run(load("mapping-rendezvous", [("--per", f"channel.per={PER}")]), seed)
             write_part(parts, f"{seed:016x}", encoded(finished.recorder, f"{seed:016x}"))
-        merge(parts, tables, {path.name for path in parts.iterdir()})
+        merge_tables(parts, tables, {path.name for path in parts.iterdir()})
         return sum(path.stat().st_size for path in tables.iterdir()) / SAMPLE
 
 

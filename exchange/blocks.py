@@ -78,7 +78,7 @@ class Assembly:
         if len(parts) < fragment.count:
             return None
         del self._parts[name]
-        return whole([parts[index] for index in range(fragment.count)])
+        return joined_block([parts[index] for index in range(fragment.count)])
 
     def lacking(self) -> list[Guid]:
         """Blocks of which parts lack."""
@@ -90,6 +90,6 @@ class Assembly:
             del self._parts[of_origin[0]]
 
 
-def whole(parts: Sequence[Fragment]) -> Block:
+def joined_block(parts: Sequence[Fragment]) -> Block:
     """The block of all its parts, in their order."""
     return parts[0].block._replace(facts=tuple(fact for part in parts for fact in part.facts))

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 from exchange.ack import Words
-from exchange.ledger import ADDRESSED_SHARE, Entry, Ledger
+from exchange.ledger import ADDRESSED_SHARE, Ledger, LedgerEntry
 from exchange.packets import Fragment, ItemUid
 from exchange.queueing.queue import Queue
 from exchange.queueing.reasons import Expired, Expiry
@@ -268,7 +268,7 @@ class Interests:
                 self._ledger.unneeded[peer] ^= item
         return bool(nodes)
 
-    def _judged(self, entry: Entry) -> tuple[int, int]:
+    def _judged(self, entry: LedgerEntry) -> tuple[int, int]:
         """Nodes beside this one that are to have an item, and how urgent it is."""
         nodes, of_block = self.of(entry.about)
         priority = self.of(entry.fragment.facts)[1] or of_block

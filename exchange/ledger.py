@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from exchange.ack import Words
-from exchange.blocks import whole
+from exchange.blocks import joined_block
 from exchange.packets import Fragment, ItemUid
 from exchange.values import Waiting
 from worldmodel import Block, PropertyValue
@@ -23,7 +23,7 @@ ADDRESSED_SHARE = 10
 
 
 @dataclass(slots=True)
-class Entry:
+class LedgerEntry:
     """One item as this node sees it; of one that it does not send, the fragment is all.
 
     ``about`` are the facts by which it is judged who needs it: of its whole block, where this node knows that.
@@ -44,7 +44,7 @@ class Ledger:
 
     def __init__(self, n_nodes: int) -> None:
         self._column_of: dict[ItemUid, int] = {}
-        self.entries: list[Entry] = []
+        self.entries: list[LedgerEntry] = []
         self._uids: list[ItemUid] = []
         self.origins = [0] * n_nodes
         """Item set that each node has recorded in the life that it is in: these it holds."""
@@ -82,7 +82,7 @@ class Ledger:
         """The item of a column."""
         return self._uids[column]
 
-    def add(self, entry: Entry) -> int:
+    def add(self, entry: LedgerEntry) -> int:
         """Take in a new item; returns its column."""
         column, fragment = len(self.entries), entry.fragment
         uid = fragment.uid
@@ -114,7 +114,7 @@ class Ledger:
     def block(self, guid: Guid) -> Block:
         """A block of which every part is known."""
         fragments = [self.entries[column].fragment for column in self.parts_of(guid)]
-        return whole(sorted(fragments, key=lambda one: one.index))
+        return joined_block(sorted(fragments, key=lambda one: one.index))
 
     def blocks_from(self, life: tuple[int, int], first: int, end: int) -> Iterator[int]:
         """The sequences of an origin and epoch, from the first on and before the end, of which anything is known."""

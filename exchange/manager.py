@@ -26,7 +26,7 @@ from exchange import ack
 from exchange.blocks import fragments_of
 from exchange.errors import ConfigurationError, DefinitionFault, PeerFault, SlotConflict
 from exchange.interests import Interests, Renewal
-from exchange.ledger import Entry, Holdings, Ledger
+from exchange.ledger import Holdings, Ledger, LedgerEntry
 from exchange.packets import (
     Fragment,
     Head,
@@ -40,7 +40,7 @@ from exchange.packets import (
 )
 from exchange.peering.holders import Holders
 from exchange.peering.listening import Listener
-from exchange.peering.peers import Ageing, BySlots, PeerLinks, Peers
+from exchange.peering.peers import Ageing, BySlots, PeerLinks, PeerStates
 from exchange.peering.summaries import Summaries
 from exchange.peering.turns import ByFrames, Turns
 from exchange.policies import AckPolicy
@@ -48,7 +48,7 @@ from exchange.queueing.queue import Queue
 from exchange.schedule import TdmaSchedule
 from exchange.values import ADDITIVE, STATUS_COLUMN, ValueRule
 from exchange.wire.codec import Codec, refuse_longer_texts
-from exchange.wire.definitions import Definitions
+from exchange.wire.definitions import ComparedDefinitions
 from worldmodel import STATUS, Change, Needs, PropertyValue, Stated, WorldModel
 from worldmodel.facts import Guid
 
@@ -124,7 +124,7 @@ class ExchangeManager:
         self._me = me
         self._model = model
         self._epoch = model.epoch
-        self._definitions = Definitions()
+        self._definitions = ComparedDefinitions()
         self._codec = codec
         self._schedule = schedule
         self._options = options
@@ -143,7 +143,7 @@ class ExchangeManager:
         self.queue = Queue(options.value, options.queue_limit)
         """What waits to be said, why it was not said, and what is said no more."""
         self._interests = Interests(me, model, needs, self._ledger, self.queue, codec.fragment_bits, options.selective)
-        self._peers = Peers(me, self._n_nodes, states, kind)
+        self._peers = PeerStates(me, self._n_nodes, states, kind)
         self._turns = [Turns(me, schedule, model)] if schedule.is_by_frame else []
         by_frames, by_slots = (me, schedule, *states, kind), (me, schedule, self._state, kind)
         self._ageing: Ageing = ByFrames(*by_frames) if schedule.is_by_frame else BySlots(*by_slots)
@@ -182,7 +182,7 @@ class ExchangeManager:
                 continue
             room_bits = self._room_bits - self._signal_room_bits
             for fragment in fragments_of(block, room_bits, self._codec.fragment_bits):
-                entry = Entry(fragment, block.facts, addressed=sum([1 << peer for peer in addressed]))
+                entry = LedgerEntry(fragment, block.facts, addressed=sum([1 << peer for peer in addressed]))
                 self._listener.register(entry, block.time_s)
                 items.append(fragment)
             self._holders.complete(block.guid)

@@ -123,7 +123,7 @@ class Candidate:
         return self.waiting.n_said > 0
 
 
-class Place(NamedTuple):
+class QueuePlace(NamedTuple):
     """Where a candidate stands: in a group, the higher rank first. See `ValueRule.place`."""
 
     group: Hashable
@@ -152,7 +152,7 @@ class ValueRule(Protocol):
     def name(self) -> str:
         """Short; messages use it."""
 
-    def place(self, waiting: Waiting) -> Place | None:
+    def place(self, waiting: Waiting) -> QueuePlace | None:
         """Group and rank: of two of one group, that of the higher rank has at no later time the lower value.
 
         Called by the queue outside of the comparison. None if candidates keep no order.
@@ -170,9 +170,9 @@ class Additive:
 
     name = "additive"
 
-    def place(self, waiting: Waiting) -> Place:
+    def place(self, waiting: Waiting) -> QueuePlace:
         """One group for each priority; whole numbers, which the policy study has, too."""
-        return Place(waiting.priority, waiting.credit - waiting.priority * waiting.since_slot)
+        return QueuePlace(waiting.priority, waiting.credit - waiting.priority * waiting.since_slot)
 
     def value(self, waiting: Waiting, moment: Moment) -> float:
         """Priority times own slots.
@@ -188,9 +188,9 @@ class Goby:
 
     name = "goby"
 
-    def place(self, waiting: Waiting) -> Place:
+    def place(self, waiting: Waiting) -> QueuePlace:
         """One group for each rate of growth."""
-        return Place(waiting.priority / waiting.rated_time_to_live_s, -waiting.since_s)
+        return QueuePlace(waiting.priority / waiting.rated_time_to_live_s, -waiting.since_s)
 
     def value(self, waiting: Waiting, moment: Moment) -> float:
         """Grows from 0, when it was taken or last said, to the priority after a time to live, and beyond.
@@ -206,9 +206,9 @@ class Age:
 
     name = "age"
 
-    def place(self, waiting: Waiting) -> Place:
+    def place(self, waiting: Waiting) -> QueuePlace:
         """One group for each priority and number of times that it was said."""
-        return Place((waiting.priority, min(waiting.n_said, MOST_SAID)), -waiting.observed_s)
+        return QueuePlace((waiting.priority, min(waiting.n_said, MOST_SAID)), -waiting.observed_s)
 
     def value(self, waiting: Waiting, moment: Moment) -> float:
         """Age in seconds counts from the observation; each time that it was said halves it.
@@ -225,9 +225,9 @@ class Deadline:
 
     name = "deadline"
 
-    def place(self, waiting: Waiting) -> Place:
+    def place(self, waiting: Waiting) -> QueuePlace:
         """One group for each priority and number of times that it was said; the earliest deadline first."""
-        return Place((waiting.priority, min(waiting.n_said, MOST_SAID)), -self._deadline_s(waiting))
+        return QueuePlace((waiting.priority, min(waiting.n_said, MOST_SAID)), -self._deadline_s(waiting))
 
     def value(self, waiting: Waiting, moment: Moment) -> float:
         """The time left counts as a second at least.

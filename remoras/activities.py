@@ -110,7 +110,7 @@ class ActivitySet:
         return self.activities[0].name
 
 
-class Candidate(NamedTuple):
+class WeighedSet(NamedTuple):
     """An activity set as the decision weighed it.
 
     Attributes:

@@ -71,7 +71,7 @@ USUAL = GuidanceConstants()
 """Constants of guidance unless a scenario sets others."""
 
 
-def attracted(
+def attracted_velocity(
     goal: Velocity, position_m: Point, pulls: Pulls, positions_m: Mapping[str, Point], weight: float
 ) -> Velocity:
     """The velocity of a goal and of the attraction of those whose calls are answered (m/s), no faster than the goal's.

@@ -262,7 +262,7 @@ def walls_of(bounds_m: Bounds, x_m: float, y_m: float) -> list[HalfPlane]:
     ]
 
 
-def within(walls: Sequence[HalfPlane], velocity: Velocity, most_mps: float) -> Velocity:
+def within_walls(walls: Sequence[HalfPlane], velocity: Velocity, most_mps: float) -> Velocity:
     """The velocity nearest to one (m/s) that is no faster than ``most_mps`` and goes beyond no wall."""
     return _nearest(walls, most_mps, velocity)[0]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from remoras.activities import Candidate, Objective
+from remoras.activities import Objective, WeighedSet
 from remoras.authority import Act, Request, Ruling
 from remoras.htn import Execution, Task
 from remoras.organisation import Organisation, Outcome, RoleAssignment
@@ -94,7 +94,7 @@ class Diary:
         )
         self._plans[about] = execution.version, rows
 
-    def drives(self, now_s: float, driving: frozenset[RoleKey], candidates: Sequence[Candidate]) -> None:
+    def drives(self, now_s: float, driving: frozenset[RoleKey], candidates: Sequence[WeighedSet]) -> None:
         """The vehicle has chosen anew.
 
         Args:
@@ -112,7 +112,7 @@ class Diary:
                     for activity in one.of.effective
                 )
 
-    def weighs(self, now_s: float, candidates: Sequence[Candidate]) -> None:
+    def weighs(self, now_s: float, candidates: Sequence[WeighedSet]) -> None:
         """The vehicle has weighed what it could do; written if other sets stand to choice, or others are chosen."""
         names = [tuple(activity.name for activity in one.of.effective) for one in candidates]
         weighed = [(one.of.objective, of, one.chosen) for one, of in zip(candidates, names, strict=True)]

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from missions.metric import Metric
     from remoras.mission import Mission
     from remoras.strategy import Strategy
-    from visualisation.replay import Page
+    from visualisation.replay import ReplayPage
 
 
 def load(
@@ -278,12 +278,12 @@ class Run:
         """
         from missions.scenarios.named import with_figures
         from visualisation.kinds import KINDS
-        from visualisation.runs import Moment, picture
+        from visualisation.runs import ViewAt, run_picture
 
         mission = self._mission
         (asked,), figures = with_figures([kind], mission.figures, KINDS)
-        about = figures, mission.places, width_in, Moment(at_s, viewer)
-        return picture(self._results, asked, *about).shown()
+        about = figures, mission.places, width_in, ViewAt(at_s, viewer)
+        return run_picture(self._results, asked, *about).shown()
 
     def metric(self, metric: str | Metric) -> float | None:
         """The value of a metric in the run, be it in memory or in a folder.
@@ -312,20 +312,20 @@ class Run:
             found = value_of(own, KeptRun.of(self._results), metric if isinstance(metric, str) else "")
         return None if isinstance(found, Absent) else found
 
-    def replay(self) -> Page:
+    def replay(self) -> ReplayPage:
         """The page in which the run can be watched; a notebook shows it.
 
         Raises:
             DrawingError: the manifest of the run is damaged.
         """
         from missions.scenarios.parts import strategy_of
-        from visualisation.replay import Page, page_text, run_data, title_of
+        from visualisation.replay import ReplayPage, page_text, run_data, title_of
 
         mission, by_packets = self._mission, strategy_of(self.scenario).declaration.communicates
         data = run_data(self._results, mission.places, mission.jobs.values(), by_packets)
-        return Page(page_text(title_of([self.summary]), [data]))
+        return ReplayPage(page_text(title_of([self.summary]), [data]))
 
-    def known(self, vehicle: str, at_s: float) -> missions.runs.known.Known:
+    def known(self, vehicle: str, at_s: float) -> missions.runs.known.KnownAt:
         """What a vehicle knew at a time of the run: its world model, and the organisation in its view.
 
         Args:
@@ -364,7 +364,7 @@ class Run:
         about = vehicle, at_s, items
         if (form := knowledge.form_of(format, about)) is None:
             return export(self._results, format, Path(out), force, self._mission.places).path
-        knowledge.export(self._results, form, Path(out), force, *about)
+        knowledge.write_knowledge(self._results, form, Path(out), force, *about)
         return Path(out)
 
     def query(
@@ -400,7 +400,7 @@ class Run:
         """
         if not isinstance(self._results, MemoryResults):
             raise OutputError(f"the run is in {self._results.folder} already; copy that folder")
-        from missions.runs.results import write
+        from missions.runs.results import write_results
 
-        write(self._results.run, Path(folder), force)
+        write_results(self._results.run, Path(folder), force)
         return Path(folder)

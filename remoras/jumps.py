@@ -20,7 +20,7 @@ MARGIN = 2.0
 """How many times farther than by its top speed a vehicle may seem to have gone."""
 
 
-class Report(NamedTuple):
+class PositionReport(NamedTuple):
     """Where a vehicle said it was at a time."""
 
     time_s: float
@@ -54,15 +54,15 @@ class Jumps:
     def __init__(self, position: int, top_speeds_mps: Mapping[int, float]) -> None:
         self._position = position
         self._top_speeds_mps = top_speeds_mps
-        self._last: dict[int, Report] = {}
-        self._aside: dict[int, Report] = {}
+        self._last: dict[int, PositionReport] = {}
+        self._aside: dict[int, PositionReport] = {}
 
     def suspected(self, block: Block) -> Jump | None:
         """The jump that a status makes of a vehicle, if it is one that no vehicle makes; it is to be set aside."""
         fact = next((one for one in block.facts if one.attribute == self._position), None)
         if fact is None or fact.subject != block.origin or fact.subject not in self._top_speeds_mps:
             return None
-        now = Report(block.time_s, *fact.value)  # type: ignore[misc]
+        now = PositionReport(block.time_s, *fact.value)  # type: ignore[misc]
         last, aside = self._last.get(fact.subject), self._aside.pop(fact.subject, None)
         if last is None or self._fits(fact.subject, last, now) or (aside and self._fits(fact.subject, aside, now)):
             self._last[fact.subject] = now
@@ -70,7 +70,7 @@ class Jumps:
         self._aside[fact.subject] = now
         return Jump(distance(last[1:], now[1:]), now.time_s - last.time_s)
 
-    def _fits(self, vehicle: int, one: Report, other: Report) -> bool:
+    def _fits(self, vehicle: int, one: PositionReport, other: PositionReport) -> bool:
         """True if the vehicle can have made both reports."""
         reach_m = SLACK_M + MARGIN * self._top_speeds_mps[vehicle] * abs(other.time_s - one.time_s)
         return distance(one[1:], other[1:]) <= reach_m

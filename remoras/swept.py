@@ -76,7 +76,7 @@ class Sweep:
             DrawingError: the kind is not known, has nothing to draw, or takes several figures.
             OutputError: no run has finished, or the metric is not known.
         """
-        from visualisation.sweeps import picture
+        from visualisation.sweeps import sweep_picture
 
         results, (ranked, asked) = self._results.naming([metric, kind])
-        return picture(results, asked, ranked, width_in).shown()
+        return sweep_picture(results, asked, ranked, width_in).shown()

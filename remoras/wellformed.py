@@ -49,7 +49,7 @@ class Malformed:
         return f"group.{self.group}{of_role}.{self.defect.value}"
 
 
-def faults_of(organisation: Organisation) -> tuple[Malformed, ...]:
+def specification_faults(organisation: Organisation) -> tuple[Malformed, ...]:
     """All that does not hold of an organisation's specification, in the order of its groups and roles."""
     return tuple(one for group in organisation.groups.values() for one in _of_group(organisation, group))
 

@@ -13,7 +13,7 @@ from itertools import groupby
 from missions.errors import ConfigurationError, ConfigurationFault
 from missions.scenarios import load
 from missions.sweeps.pool import SupervisedPool, WorkerDied
-from stress.configurations import baseline, configured, first_of
+from stress.configurations import baseline, first_of, plan_for_block
 from stress.drawing import Plan, schedule_of
 from stress.invariants.ending import NoException, SameDigest
 from stress.invariants.seam import Invariant
@@ -30,7 +30,7 @@ LONGER = 4.0
 
 
 @dataclass
-class Tally:
+class InvariantTally:
     """An invariant under a kind: runs in which it held though the kind had happened, and seeds that broke it."""
 
     held: int = 0
@@ -68,21 +68,21 @@ class Report:
         """Ways of recovery in all runs."""
         return sum((Counter(one.recovered) for one in self.outcomes), Counter())
 
-    def table(self) -> dict[tuple[str, str], Tally]:
+    def table(self) -> dict[tuple[str, str], InvariantTally]:
         """Tallys by invariant and kind; a tally that is not there was not exercised."""
-        found: dict[tuple[str, str], Tally] = {}
+        found: dict[tuple[str, str], InvariantTally] = {}
         for one in self.outcomes:
             if one.broken is None:
                 for name in one.judged:
                     for kind in kinds_of(one):
-                        found.setdefault((name, kind), Tally()).held += 1
+                        found.setdefault((name, kind), InvariantTally()).held += 1
             else:
                 name = one.broken.invariant
                 small = self.shrunk.get(name)
                 is_own = small is not None and small.schedule.stress.seed == one.seed
                 kinds = small.schedule.kinds if small is not None and is_own else kinds_of(one)
                 for kind in kinds:
-                    found.setdefault((name, kind), Tally()).broken.append(one.seed)
+                    found.setdefault((name, kind), InvariantTally()).broken.append(one.seed)
         return found
 
 
@@ -238,7 +238,7 @@ class _Work:
         if outcome.seed in seeds or outcome.broken is not None:
             yield outcome
         if outcome.broken is None:
-            plan = configured(self._plan, outcome)
+            plan = plan_for_block(self._plan, outcome)
             self._ready.extend(schedule_of(plan, seed) for seed in seeds if seed != outcome.seed)
 
 

@@ -15,7 +15,7 @@ from missions.scenarios import load
 from stress.drawing import Plan, of_scenario
 from stress.draws import SETTINGS as PURPOSE
 from stress.draws import Draws, stream_of
-from stress.schedule import VERSION, About, Schedule, overrides
+from stress.schedule import VERSION, Schedule, StressTable, overrides
 from stress.settings import SETTINGS
 from stress.trial import Outcome
 
@@ -59,7 +59,7 @@ def baseline(plan: Plan, seed: int) -> Schedule:
     drawn = drawn_settings(plan, seed)
     own = of_scenario(plan, load(plan.scenario, overrides(plan.strategy, plan.settings, drawn)))
     may_fail = any(SETTINGS[name].why_unfinished for name in drawn)
-    about = About(
+    about = StressTable(
         version=VERSION,
         scenario=plan.scenario,
         strategy=plan.strategy,
@@ -74,7 +74,7 @@ def baseline(plan: Plan, seed: int) -> Schedule:
     return Schedule(stress=about, settings=drawn)
 
 
-def configured(plan: Plan, outcome: Outcome) -> Plan:
+def plan_for_block(plan: Plan, outcome: Outcome) -> Plan:
     """The plan of the other seeds of a block, by what came of the first."""
     schedule = outcome.schedule
     own = of_scenario(plan, load(plan.scenario, schedule.overrides))
@@ -88,6 +88,6 @@ def configured(plan: Plan, outcome: Outcome) -> Plan:
     )
 
 
-def said(settings: Mapping[str, tuple[str, ...]]) -> str:
+def settings_line(settings: Mapping[str, tuple[str, ...]]) -> str:
     """Settings in one line; the scenario's own if there are none."""
     return "; ".join(", ".join(lines) for lines in settings.values()) or "the settings of the scenario"

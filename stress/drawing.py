@@ -13,7 +13,7 @@ from missions.scenarios.scenario import Scenario
 from remoras.errors import PluginError
 from stress.draws import Draws
 from stress.kinds import ALL, KINDS, SELDOM, Family, Kind, kind_of
-from stress.schedule import VERSION, About, Schedule, StressFault, excludes, fleet_of, frame_s, overrides
+from stress.schedule import VERSION, Schedule, StressFault, StressTable, excludes, fleet_of, frame_s, overrides
 from stress.settings import NONE, settings_named
 from stress.steering import Instant, steered
 from worldmodel import suggestion
@@ -175,7 +175,7 @@ def schedule_of(plan: Plan, seed: int) -> Schedule:
     if plan.completes or plan.must_end:
         factor = min((one.speed_left for one in faults if one.is_permanent), default=1.0)
         bound_s = round(heal_s + SLACK * plan.usual_s / factor + plan.wait_s + plan.grace_s, 1)
-    about = About(
+    about = StressTable(
         version=VERSION,
         scenario=plan.scenario,
         strategy=plan.strategy,

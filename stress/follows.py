@@ -7,8 +7,8 @@ import json
 from missions.runs.results import MODEM_KEYS
 from missions.runs.tables import arrow_table
 from stress.invariants.seam import Moment, Scene
-from stress.verify.findings import Report
-from stress.verify.record import Columns, Record
+from stress.verify.findings import CheckReport
+from stress.verify.record import Record, TableColumns
 from stress.verify.run import verify_run
 
 DAMAGED, LATE = {"knowledge", "received", "acknowledged", "senders"}, {"arrivals", "knowledge"}
@@ -30,10 +30,12 @@ class Follows:
         if (run := scene.finished) is None:
             return None
         recorder, modem = run.recorder, run.setup.modem
-        tables = {name: Columns(arrow_table(table, recorder.rows(name))) for name, table in recorder.tables.items()}
+        tables = {
+            name: TableColumns(arrow_table(table, recorder.rows(name))) for name, table in recorder.tables.items()
+        }
         written = run.scenario.model_dump(mode="json", exclude_none=True)
         profile = {key: getattr(modem, key) for key in MODEM_KEYS}
-        report = Report()
+        report = CheckReport()
         verify_run(Record(written, run.seed, json.loads(json.dumps(scene.summary)), tables, profile), report)
         untold = set[str]().union(*(UNTOLD[kind] for kind in scene.schedule.kinds & UNTOLD.keys()))
         return next((str(one) for one in report.findings if one.check not in untold), None)

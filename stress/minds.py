@@ -24,7 +24,7 @@ OBJECTIVE = "objective"
 
 
 @dataclass(frozen=True)
-class Act:
+class ForgedStatement:
     """A forged statement: facts by uid to be recorded, and who says what of which role or instance."""
 
     facts: tuple[tuple[int, int, Any], ...]
@@ -35,7 +35,7 @@ class Act:
 
 def forged_act(
     fault: StressFault, vehicle: Vehicle, mission: Mission, witness: Witness, founded: Organisation
-) -> Act | None:
+) -> ForgedStatement | None:
     """What a vehicle says under a fault of the mind; None where there is nothing that it could forge.
 
     Args:
@@ -53,18 +53,18 @@ def forged_act(
     return None
 
 
-def _forged_role(vehicle: Vehicle) -> Act | None:
+def _forged_role(vehicle: Vehicle) -> ForgedStatement | None:
     """The lead of a group whose head it is not."""
     organisation, beliefs = vehicle.social.organisation, vehicle.beliefs
     for group in organisation.groups.values():
         role = group.head_role
         if role is not None and vehicle.name not in organisation.heads(group.name):
             fact = beliefs.fact(vehicle.name, "playsRole", group.path(role))
-            return Act((fact[:3],), vehicle.name, group.path(role), "role")
+            return ForgedStatement((fact[:3],), vehicle.name, group.path(role), "role")
     return None
 
 
-def _forged_objective(vehicle: Vehicle, witness: Witness, founded: Organisation) -> Act | None:
+def _forged_objective(vehicle: Vehicle, witness: Witness, founded: Organisation) -> ForgedStatement | None:
     """An objective that somebody has given a role, for a role of a group of which the vehicle is no member.
 
     Nor has it been one: others may not have heard that it has left.
@@ -81,11 +81,11 @@ def _forged_objective(vehicle: Vehicle, witness: Witness, founded: Organisation)
         if given and not is_member and group.roles:
             path = group.path(group.roles[0].name)
             fact: PropertyValue = given[0]
-            return Act(((beliefs.uid(path), fact.attribute, fact.value),), vehicle.name, path, OBJECTIVE)
+            return ForgedStatement(((beliefs.uid(path), fact.attribute, fact.value),), vehicle.name, path, OBJECTIVE)
     return None
 
 
-def _forged_done(vehicle: Vehicle, mission: Mission) -> Act | None:
+def _forged_done(vehicle: Vehicle, mission: Mission) -> ForgedStatement | None:
     """A job that nobody is known to have done is done by the vehicle, it says."""
     beliefs = vehicle.beliefs
     for job in mission.jobs.values():
@@ -96,7 +96,7 @@ def _forged_done(vehicle: Vehicle, mission: Mission) -> Act | None:
             for value in values:
                 fact = PropertyValue(beliefs.uid(subject), uid, value)
                 if beliefs.model.may_record(fact):
-                    return Act(((fact.subject, fact.attribute, fact.value),), vehicle.name, subject, "done")
+                    return ForgedStatement(((fact.subject, fact.attribute, fact.value),), vehicle.name, subject, "done")
     return None
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from stress.campaign import Report
-from stress.configurations import said
+from stress.configurations import settings_line
 from stress.kinds import FOR_GOOD
 from stress.shrinking import Shrunk
 from stress.trial import Broken, Outcome
@@ -81,7 +81,7 @@ def _small(small: Shrunk) -> dict[str, Any]:
     }
 
 
-def replayed(outcome: Outcome) -> dict[str, Any]:
+def replay_report(outcome: Outcome) -> dict[str, Any]:
     """What came of a schedule from a file, as one JSON value."""
     return {
         "seed": outcome.seed,
@@ -115,7 +115,7 @@ def lines(report: Report) -> Iterator[str]:
         yield ""
         yield f"{name} broken by seed {about.seed} at {small.broken.time_s:.1f} s: {small.broken.text}"
         faults = f"{n_faults} faults" if n_faults else "no fault"
-        yield f"shrunk to {faults} in {small.n_runs} runs, with {said(small.schedule.settings)}:"
+        yield f"shrunk to {faults} in {small.n_runs} runs, with {settings_line(small.schedule.settings)}:"
         yield from (f"  {line}" for line in small.schedule.as_toml().splitlines())
         yield from _before(small.broken)
 
@@ -130,7 +130,7 @@ def replay_lines(outcome: Outcome) -> Iterator[str]:
     how = "completed" if outcome.completed else "not completed"
     bound = f"healed at {outcome.schedule.stress.heal_s:g} s, bound {outcome.schedule.stress.bound_s:g} s"
     yield f"seed {outcome.seed}: {how}, ended at {outcome.end_s:g} s; {bound}"
-    yield f"drawn: {said(outcome.schedule.settings)}"
+    yield f"drawn: {settings_line(outcome.schedule.settings)}"
     yield "happened: " + (", ".join(f"{kind} {count}" for kind, count in outcome.happened.items()) or "nothing")
     yield f"digest {outcome.digest}"
     if outcome.broken is None:
@@ -158,7 +158,7 @@ def _table_lines(report: Report) -> Iterator[str]:
             yield f"{row:<18}" + "".join(f"{text:>{COLUMN}}" for text in texts)
 
 
-def write(report: Report, draft: Path) -> None:
+def write_report(report: Report, draft: Path) -> None:
     """Write the report and the schedules of all breaches into a folder."""
     import json
 

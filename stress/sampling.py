@@ -14,7 +14,7 @@ Drawn = Mapping[str, Any]
 """Values by dotted key; empty where the scenario has nothing that could be set."""
 
 
-def one_of(key: str, *values: Any) -> Sample:
+def choice_of(key: str, *values: Any) -> Sample:
     """Draws one value of a key."""
     return lambda draws, scenario: {key: draws.one_of(values)}
 
@@ -146,7 +146,7 @@ def social(draws: Draws, scenario: Scenario) -> Drawn:
     return {f"vehicle.{_vehicle(draws, scenario).name}.social_layer": False}
 
 
-def priorities(draws: Draws, scenario: Scenario) -> Drawn:
+def draw_priorities(draws: Draws, scenario: Scenario) -> Drawn:
     """Other priorities of three attributes."""
     names = sorted(scenario.communication.needs)
     return {f"communication.needs.{one}": 1 + int(draws.uniform() * 60) for one in draws.some_of(names, 3)}

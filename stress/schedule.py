@@ -17,7 +17,7 @@ from missions.errors import ConfigurationError, ConfigurationFault
 from missions.files import shown, text_of, toml_value
 from missions.scenarios import load
 from missions.scenarios.faults import DeclaredFault, users_of_keys
-from missions.scenarios.loading import resolved
+from missions.scenarios.loading import scenario_from
 from missions.scenarios.scenario import Scenario
 from missions.scenarios.tables import Section, one_of
 from remoras.errors import PluginError
@@ -83,7 +83,7 @@ class StressFault(Section):
         return self.model_dump(mode="json", exclude_defaults=True)
 
 
-class About(Section):
+class StressTable(Section):
     """The table ``[stress]``."""
 
     version: int = Field(description="of the form of schedules")
@@ -104,7 +104,7 @@ class Schedule(Section):
     Two schedules that are equal give runs that are equal, byte for byte.
     """
 
-    stress: About
+    stress: StressTable
     settings: dict[str, tuple[str, ...]] = Field({}, description="KEY=VALUE of each setting that the seed has drawn")
     fault: tuple[StressFault, ...] = ()
 
@@ -172,7 +172,7 @@ class Schedule(Section):
         if not any(key.startswith("vehicle.") for key in given) or FLEET_SIZE not in map(_key_of, others):
             return load(about.scenario, [*others, *mine])
         whole = load(about.scenario, others).model_dump(mode="json", exclude_none=True)  # copies have tables here
-        return resolved(Document.of_text(tomli_w.dumps(whole), about.scenario), mine)
+        return scenario_from(Document.of_text(tomli_w.dumps(whole), about.scenario), mine)
 
     def as_scenario(self) -> str:
         """The run as a scenario file: with its settings, and those of its faults that a scenario may declare."""
@@ -271,7 +271,7 @@ def _faults_of_about(schedule: Schedule) -> Iterator[ConfigurationFault]:
         yield ConfigurationFault("stress.vehicles", toml_value(about.vehicles), allowed)
 
 
-def _faults_of(key: str, fault: StressFault, about: About) -> Iterator[ConfigurationFault]:
+def _faults_of(key: str, fault: StressFault, about: StressTable) -> Iterator[ConfigurationFault]:
     """What is wrong with one fault."""
     try:
         kind = kind_of(fault.kind)

@@ -19,7 +19,7 @@ from missions.scenarios.scenario import Scenario
 from remoras.strategies import strategies
 from stress import sampling
 from stress.draws import Draws
-from stress.sampling import one_of
+from stress.sampling import choice_of
 from worldmodel import suggestion
 
 OFTEN, NOW_AND_THEN, SELDOM = 0.3, 0.075, 0.03
@@ -69,13 +69,13 @@ CORE = (
     Setting("strategy", "any shipped strategy", ("strategy.name", "strategy.parameters"),
             lambda draws, scenario: {"strategy.name": draws.one_of(sorted(strategies()))}, p=0.6),
     Setting("policy", "any of the six policies of the papers", ("communication.policy",),
-            one_of("communication.policy", *sorted(POLICIES)), OFTEN),
+            choice_of("communication.policy", *sorted(POLICIES)), OFTEN),
     Setting("channel", "bernoulli with 0.05 to 0.8, gilbert-elliott, acoustic, matrix or perfect, with settings",
             ("channel.name", "channel.per", "channel.link", "channel.p_good_to_bad", "channel.wind_mps"),
             sampling.channel, OFTEN),
     Setting("current", "0.02 to 0.45 of the slowest survey speed, any direction; shear, tide, a surge",
             ("current",), sampling.current, 0.2),
-    Setting("mac", "ALOHA", ("communication.mac",), one_of("communication.mac", "aloha")),
+    Setting("mac", "ALOHA", ("communication.mac",), choice_of("communication.mac", "aloha")),
     Setting("size", "1 to 4 copies of a vehicle with sensors, in layers or not", ("fleet",), sampling.size),
     Setting("navigation", "drift of 0.05 to 5 % of the way, time of a fix, a beacon", ("navigation", "beacon"),
             sampling.navigation),
@@ -88,33 +88,33 @@ CORE = (
     Setting("starts", "a vehicle that starts elsewhere", ("vehicle.start_m",), sampling.starts, SELDOM),
     Setting("social", "a vehicle without the social layer", ("vehicle.social_layer",), sampling.social, SELDOM),
     Setting("lease", "leases of 3 to 100 frames", ("communication.lease_frames",),
-            one_of("communication.lease_frames", 3, 5, 20, 100)),
-    Setting("parking", "no parking", ("communication.parking",), one_of("communication.parking", False)),
-    Setting("summaries", "no summaries", ("communication.summaries",), one_of("communication.summaries", False)),
+            choice_of("communication.lease_frames", 3, 5, 20, 100)),
+    Setting("parking", "no parking", ("communication.parking",), choice_of("communication.parking", False)),
+    Setting("summaries", "no summaries", ("communication.summaries",), choice_of("communication.summaries", False)),
     Setting("evidence", "who sends an item is not taken to hold it", ("communication.carrier_evidence",),
-            one_of("communication.carrier_evidence", False)),
+            choice_of("communication.carrier_evidence", False)),
     Setting("queue", "queues of 3 to 100 items", ("communication.queue_limit",),
-            one_of("communication.queue_limit", 3, 10, 100)),
+            choice_of("communication.queue_limit", 3, 10, 100)),
     Setting("value", "another rule of what goes first", ("communication.value",),
-            one_of("communication.value", "goby", "age", "deadline")),
+            choice_of("communication.value", "goby", "age", "deadline")),
     Setting("modem", "another modem: rate, size of packets", ("communication.modem",),
             lambda draws, scenario: {"communication.modem": draws.one_of(sorted(modems()))}, SELDOM),
     Setting("range", "0.3 to 2 times the range", ("communication.range_m",),
             lambda draws, scenario: {
                 "communication.range_m": round(scenario.communication.range_m * draws.scaled(0.3, 2.0))}, SELDOM),
-    Setting("guard", "a guard of 1 to 3 s", ("communication.guard_s",), one_of("communication.guard_s", 1.0, 3.0),
+    Setting("guard", "a guard of 1 to 3 s", ("communication.guard_s",), choice_of("communication.guard_s", 1.0, 3.0),
             SELDOM),
-    Setting("checksum", "8, 16 or 32 bits", ("communication.crc_bits",), one_of("communication.crc_bits", 8, 16, 32)),
+    Setting("checksum", "8, 16 or 32 bits", ("communication.crc_bits",), choice_of("communication.crc_bits", 8, 16, 32)),
     Setting("times", "times on the wire to 0.01 to 1 s", ("communication.time_resolution_s",),
-            one_of("communication.time_resolution_s", 0.01, 0.5, 1.0), SELDOM),
+            choice_of("communication.time_resolution_s", 0.01, 0.5, 1.0), SELDOM),
     Setting("listening", "the modem's listening is counted", ("communication.count_listening",),
-            one_of("communication.count_listening", True), SELDOM),
+            choice_of("communication.count_listening", True), SELDOM),
     Setting("blackout", "the channel, or a vehicle, is cut off for 10 to 200 s", ("channel.blackout",),
             sampling.blackout),
     Setting("followed", "who needs what follows from groups", ("communication.needs_follow",),
-            one_of("communication.needs_follow", "groups")),
+            choice_of("communication.needs_follow", "groups")),
     Setting("priorities", "three attributes more or less urgent", ("communication.needs",),
-            sampling.priorities, SELDOM),
+            sampling.draw_priorities, SELDOM),
     Setting("information", "who knows of the jobs of a group", ("group", "communication.needs_follow"),
             sampling.information, SELDOM),
     Setting("uncertainty", "sensors miss 0.02 to 0.5 of ticks, speeds spread by 0.02 to 0.3",
@@ -130,8 +130,8 @@ CORE = (
             lambda draws, scenario: draws.one_of(({"worldmodel.waiting_s": 20.0}, {"worldmodel.waiting_blocks": 2})),
             SELDOM),
     Setting("sound", "sound at 1400 to 1600 m/s", ("world.sound_speed_mps",),
-            one_of("world.sound_speed_mps", 1400.0, 1450.0, 1600.0), SELDOM),
-    Setting("tick", "motion ticks of 0.5 s", ("scenario.tick_s",), one_of("scenario.tick_s", 0.5), SELDOM),
+            choice_of("world.sound_speed_mps", 1400.0, 1450.0, 1600.0), SELDOM),
+    Setting("tick", "motion ticks of 0.5 s", ("scenario.tick_s",), choice_of("scenario.tick_s", 0.5), SELDOM),
     Setting("parameters", "a parameter of the strategy, half or twice as much", ("strategy.parameters",),
             sampling.parameter, SELDOM),
 )  # fmt: skip
@@ -169,7 +169,7 @@ def settings_named(asked: str, given: Sequence[str], strategy: str = "") -> tupl
             allowed = f"allowed: {', '.join(known)}{suggestion(name, known)}"
             raise ConfigurationError("remoras stress", [ConfigurationFault("--settings", f'"{name}"', allowed)])
         if name not in free:
-            key = next(key for key in SETTINGS[name].keys if Setting("", "", (key,), one_of("")).is_fixed_by(fixed))
+            key = next(key for key in SETTINGS[name].keys if Setting("", "", (key,), choice_of("")).is_fixed_by(fixed))
             allowed = f"--{'strategy' if strategy and key.startswith('strategy') else 'set'} fixes {key}; leave one out"
             raise ConfigurationError("remoras stress", [ConfigurationFault("--settings", f'"{name}"', allowed)])
     return tuple(name for name in SETTINGS if name in named)

@@ -16,10 +16,10 @@ from stress.invariants import ending, knowledge, motion, organisation, record
 from stress.invariants.seam import Invariant, Moment
 
 SHIPPED: tuple[type[Invariant], ...] = (
-    ending.NoException, knowledge.Beliefs, knowledge.Recorded, knowledge.WholeBlocks, knowledge.Remembered,
-    knowledge.OneContent, knowledge.Newest, knowledge.Past, knowledge.SoundPackets, knowledge.Agreement,
-    knowledge.Rest, organisation.Authority, organisation.Cardinality, motion.Finite, motion.Borders, motion.Speed,
-    motion.Energy, motion.Separation, ending.TrueVerdict, record.WholeTables, ending.SummaryOfTables,
+    ending.NoException, knowledge.TrueBeliefs, knowledge.Recorded, knowledge.WholeBlocks, knowledge.Remembered,
+    knowledge.OneContent, knowledge.NewestCounts, knowledge.Past, knowledge.SoundPackets, knowledge.KnowledgeAgreement,
+    knowledge.Rest, organisation.OnlyAuthorised, organisation.Cardinality, motion.Finite, motion.Borders, motion.Speed,
+    motion.Energy, motion.SeparationKept, ending.TrueVerdict, record.WholeTables, ending.SummaryOfTables,
     Follows, ending.Ends, ending.Finishes, ending.SameDigest,
 )  # fmt: skip
 """In the order of tables."""

@@ -15,6 +15,8 @@ from typing import NamedTuple
 
 import pytest
 
+from benchmarks.house import MOST_SHARED_NAMES, shared_names
+
 ROOT = Path(__file__).resolve().parent.parent
 OURS = ("worldmodel", "exchange", "remoras", "missions", "visualisation", "stress")
 
@@ -375,6 +377,11 @@ def test_no_hidden_source_of_chance_or_time() -> None:
 def test_every_public_name_is_explained() -> None:
     found = [f"{module}: {name}" for module, text in SOURCES.items() for name in undocumented(text)]
     assert not found, "\n".join(found)
+
+
+def test_few_names_stand_for_two_things() -> None:
+    shared = shared_names()
+    assert len(shared) <= MOST_SHARED_NAMES, "\n".join(f"{name}: {', '.join(files)}" for name, files in shared.items())
 
 
 def assigned(source: str) -> set[str]:

@@ -1,7 +1,8 @@
 """Figures of runs and studies, and runs in the formats of other tools; importing this does not load matplotlib.
 
-``visualisation.runs.draw`` draws a run, ``visualisation.sweeps.draw`` a sweep, ``visualisation.policies.write`` the
-policy study; ``visualisation.exports.export`` writes a run for another tool.
+``visualisation.runs.drawing.draw_run_figures`` draws a run, ``visualisation.sweeps.comparison.draw_sweep_figures`` a
+sweep, ``visualisation.policies.write_figure`` the policy study; ``visualisation.exports.export`` writes a run for
+another tool.
 """
 
 from visualisation.errors import DrawingError, ExportError, VisualisationError

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 NAME = "remoras"
 
 
-def of_run(results: RunResults) -> dict[str, str]:
+def about_run(results: RunResults) -> dict[str, str]:
     """What files about a run carry: program and version, key of the run, seed, scenario, strategy, policy, channel.
 
     Args:

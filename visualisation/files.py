@@ -39,7 +39,7 @@ def check_width(width_in: float | None) -> None:
         )
 
 
-def write(folder: Path, contents: Iterable[tuple[str, bytes]]) -> list[Path]:
+def write_folder(folder: Path, contents: Iterable[tuple[str, bytes]]) -> list[Path]:
     """Write files of these names and contents into a folder, which is made if it is not there.
 
     Raises:

@@ -50,7 +50,7 @@ def outside(start_s: float, end_s: float, out: Iterable[Outage]) -> list[tuple[f
     return parts
 
 
-def within(out: Iterable[Outage], end_s: float) -> list[tuple[float, float]]:
+def outages_until(out: Iterable[Outage], end_s: float) -> list[tuple[float, float]]:
     """Outages as far as a run that ended at ``end_s`` shows them.
 
     >>> within([Outage(2.0, 4.0), Outage(9.0, math.inf)], 10.0)

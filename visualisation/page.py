@@ -208,7 +208,7 @@ class Page:
         return left, 1.0 - (box.top_in + box.height_in) / self.height_in, width, box.height_in / self.height_in
 
 
-class Picture(NamedTuple):
+class DrawnPage(NamedTuple):
     """A drawn page: its figure, its caption, and notes on what was left out of it."""
 
     figure: Figure

@@ -22,7 +22,7 @@ from exchange.study.study import KINDS, StudyRow, TrialMean
 from visualisation import style, words
 from visualisation.errors import DrawingError, unknown
 from visualisation.files import check_format
-from visualisation.files import write as write_files
+from visualisation.files import write_folder as write_files
 from visualisation.page import Legend, Page, PanelGrid
 
 LEFT_IN, GAP_IN, RIGHT_IN, TOP_IN, BODY_IN, AXIS_IN = 0.5, 0.62, 0.1, 0.24, 2.3, 0.4
@@ -61,7 +61,7 @@ LOADED = (
 """Panels of the loaded case."""
 
 
-def write(rows: Sequence[StudyRow], kind: str, folder: Path, name: str, format: str = "png") -> list[Path]:
+def write_figure(rows: Sequence[StudyRow], kind: str, folder: Path, name: str, format: str = "png") -> list[Path]:
     """Write a figure, its caption and the numbers behind it.
 
     Args:
@@ -81,10 +81,10 @@ def write(rows: Sequence[StudyRow], kind: str, folder: Path, name: str, format: 
 
 
 def contents(rows: Sequence[StudyRow], kind: str, name: str, format: str) -> list[tuple[str, bytes]]:
-    """Names and contents of the files of a figure, as ``write`` writes them.
+    """Names and contents of the files of a figure, as ``write_figure`` writes them.
 
     Args:
-        rows, kind, name, format: see ``write``.
+        rows, kind, name, format: see ``write_figure``.
 
     Raises:
         DrawingError: the kind or the format is not known, or there is nothing to draw.

@@ -38,7 +38,7 @@ class Point(NamedTuple):
     frames_delivered: float
 
 
-class Drawn(NamedTuple):
+class DrawnPackets(NamedTuple):
     """Packets that were drawn one by one at a range: how many, and how many arrived."""
 
     range_m: float
@@ -56,7 +56,7 @@ class Drawn(NamedTuple):
         return wilson_interval(self.n_arrived, self.n_packets)
 
 
-class Reach(NamedTuple):
+class ModemReach(NamedTuple):
     """One modem: its name, the range that its profile has, frames of its packet, and its points in order of range.
 
     ``drawn`` is what came of packets that were drawn, if any were.
@@ -66,10 +66,10 @@ class Reach(NamedTuple):
     nominal_m: float
     n_frames: int
     points: tuple[Point, ...]
-    drawn: tuple[Drawn, ...] = ()
+    drawn: tuple[DrawnPackets, ...] = ()
 
 
-def contents(reaches: Sequence[Reach], sea: str, format: str) -> list[tuple[str, bytes]]:
+def reach_contents(reaches: Sequence[ModemReach], sea: str, format: str) -> list[tuple[str, bytes]]:
     """Names and contents of the files: figure, caption, numbers.
 
     Args:
@@ -82,14 +82,14 @@ def contents(reaches: Sequence[Reach], sea: str, format: str) -> list[tuple[str,
     """
     check_format(format)
     return [
-        (f"{NAME}.{format}", style.rendered(figure(reaches), format)),
-        (f"{NAME}.txt", f"{caption(reaches, sea)}\n".encode()),
-        (f"{NAME}.csv", as_csv(reaches)),
+        (f"{NAME}.{format}", style.rendered(reach_figure(reaches), format)),
+        (f"{NAME}.txt", f"{reach_caption(reaches, sea)}\n".encode()),
+        (f"{NAME}.csv", reach_csv(reaches)),
         *([(f"{NAME}-drawn.csv", drawn_as_csv(reaches))] if any(one.drawn for one in reaches) else []),
     ]
 
 
-def figure(reaches: Sequence[Reach]) -> Figure:
+def reach_figure(reaches: Sequence[ModemReach]) -> Figure:
     """Delivery ratio over range, a line for each modem, dashed for frames that are delivered one by one.
 
     Raises:
@@ -135,7 +135,7 @@ def figure(reaches: Sequence[Reach]) -> Figure:
     return page.figure
 
 
-def caption(reaches: Sequence[Reach], sea: str) -> str:
+def reach_caption(reaches: Sequence[ModemReach], sea: str) -> str:
     """What the figure shows, and in which sea."""
     several = (
         " Dashed: share of frames, if each is delivered for itself." if any(r.n_frames > 1 for r in reaches) else ""
@@ -151,11 +151,11 @@ def caption(reaches: Sequence[Reach], sea: str) -> str:
     )
 
 
-def drawn_as_csv(reaches: Sequence[Reach]) -> bytes:
+def drawn_as_csv(reaches: Sequence[ModemReach]) -> bytes:
     """A line for each modem and range at which packets were drawn."""
     text = io.StringIO()
     lines = csv.writer(text, lineterminator="\n")
-    lines.writerow(("modem", *Drawn._fields, "delivered", "low", "high"))
+    lines.writerow(("modem", *DrawnPackets._fields, "delivered", "low", "high"))
     for one in reaches:
         for point in one.drawn:
             shares = (f"{share:.6g}" for share in (point.delivered, *point.interval))
@@ -163,7 +163,7 @@ def drawn_as_csv(reaches: Sequence[Reach]) -> bytes:
     return text.getvalue().encode()
 
 
-def as_csv(reaches: Sequence[Reach]) -> bytes:
+def reach_csv(reaches: Sequence[ModemReach]) -> bytes:
     """A line for each modem and range."""
     text = io.StringIO()
     lines = csv.writer(text, lineterminator="\n")

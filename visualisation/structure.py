@@ -9,7 +9,7 @@ RoleKey = tuple[str, str]
 """Group and role."""
 
 
-class Role(NamedTuple):
+class RoleDemand(NamedTuple):
     """What a role demands: from ``minimum`` to ``maximum`` holders, any number if that is None."""
 
     name: str
@@ -29,16 +29,16 @@ class Role(NamedTuple):
         return f"({self.minimum})" if self.minimum == self.maximum else f"({self.minimum}\u2013{self.maximum})"
 
 
-class Group(NamedTuple):
+class GroupNode(NamedTuple):
     """A group: the one whose heads supervise it (empty if none does), and whether it is there from the start."""
 
     name: str
     above: str
-    roles: tuple[Role, ...]
+    roles: tuple[RoleDemand, ...]
     is_founded: bool = True
 
 
-def groups_of(scenario: Mapping[str, Any], met: Iterable[RoleKey] = ()) -> list[Group]:
+def group_nodes(scenario: Mapping[str, Any], met: Iterable[RoleKey] = ()) -> list[GroupNode]:
     """Groups in the order of the scenario, then those that a table alone names.
 
     A group is supervised by the one that it is ``within``, or whose head forms it at sea (``formed_by``); one that has
@@ -50,19 +50,19 @@ def groups_of(scenario: Mapping[str, Any], met: Iterable[RoleKey] = ()) -> list[
     """
     declared = list(scenario.get("group", ()))
     leading = next((group["name"] for group in declared if group.get("mission")), "")
-    found: dict[str, Group] = {}
+    found: dict[str, GroupNode] = {}
     for group in declared:
         flat = "" if group.get("mission") else leading
         above = group.get("formed_by") or group.get("within") or flat
         roles = tuple(_role(role) for role in group.get("role", ()))
-        found[group["name"]] = Group(group["name"], above, roles, not group.get("formed_by"))
+        found[group["name"]] = GroupNode(group["name"], above, roles, not group.get("formed_by"))
     for name, role in met:
-        group = found.get(name, Group(name, "", ()))
+        group = found.get(name, GroupNode(name, "", ()))
         if role and all(role != one.name for one in group.roles):
-            group = group._replace(roles=(*group.roles, Role(role)))
+            group = group._replace(roles=(*group.roles, RoleDemand(role)))
         found[name] = group
     return [group._replace(above=group.above if group.above in found else "") for group in found.values()]
 
 
-def _role(role: Mapping[str, Any]) -> Role:
-    return Role(role["name"], role.get("minimum", 0), role.get("maximum"), role.get("head", False))
+def _role(role: Mapping[str, Any]) -> RoleDemand:
+    return RoleDemand(role["name"], role.get("minimum", 0), role.get("maximum"), role.get("head", False))

@@ -195,11 +195,13 @@ def rendered(figure: Figure, format: str, about: Mapping[str, str] | None = None
     """
     file = io.BytesIO()
     with paper():
-        figure.savefig(file, format=format, dpi=DPI, metadata={**UNSAID[format], **said(format, about or {})})
+        figure.savefig(
+            file, format=format, dpi=DPI, metadata={**UNSAID[format], **provenance_fields(format, about or {})}
+        )
     return file.getvalue()
 
 
-def said(format: str, about: Mapping[str, str]) -> dict[str, str]:
+def provenance_fields(format: str, about: Mapping[str, str]) -> dict[str, str]:
     """What a file says of its data, in the fields that its format has: chunks of text, Dublin Core, or the PDF info.
 
     >>> said("svg", {"seed": "3", "run": "a1"})

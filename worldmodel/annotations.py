@@ -9,7 +9,7 @@ from rdflib import RDFS, XSD, Graph, Literal, Namespace, URIRef
 from rdflib.term import Node
 
 from worldmodel.coarse import coarse_fields
-from worldmodel.definitions import Reader
+from worldmodel.definitions import OntologyReader
 from worldmodel.fields import Field
 from worldmodel.tbox import MEASURED, ValueKind
 from worldmodel.texts import LONGEST_BYTES, most_bytes_of
@@ -29,7 +29,7 @@ def _python(term: Node) -> Any:
 class Annotations:
     """Reads the annotations out of ``graph``; ``reader`` takes the faults."""
 
-    def __init__(self, graph: Graph, reader: Reader) -> None:
+    def __init__(self, graph: Graph, reader: OntologyReader) -> None:
         self._graph = graph
         self._reader = reader
 

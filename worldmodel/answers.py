@@ -6,14 +6,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from worldmodel.facts import Block, Instance, Lacking, Observation, PropertyValue
 from worldmodel.fields import Value
 from worldmodel.history import History
-from worldmodel.holdings import Holdings
-from worldmodel.index import Entry, observation_of, time_of
+from worldmodel.holdings import StoredItems
+from worldmodel.index import Entry, observation_of, observed_at_s
 from worldmodel.reasoning import Inference
 from worldmodel.subscriptions import Subscription, Subscriptions
 from worldmodel.tbox import TYPE_UID, TBox
 
 
-class Answers(Holdings):
+class Answers(StoredItems):
     """Answers about what is held; what banned vehicles said is no part of them."""
 
     def __init__(
@@ -53,7 +53,7 @@ class Answers(Holdings):
             return None
         if at_s is None:
             return observation_of(entries[-1])
-        position = bisect_right(entries, at_s, key=time_of)
+        position = bisect_right(entries, at_s, key=observed_at_s)
         return observation_of(entries[position - 1]) if position else None
 
     def _latest(self, subject: int, attribute: int) -> Entry | None:

@@ -1,8 +1,8 @@
 """What an ontology lets one conclude, and the tables by which it is concluded.
 
 ``Axioms`` are what was read: definitions of classes, and how attributes that link instances hang together.
-``Rules`` are what follows from them for every world model of that ontology. A condition such as "some part of it
-is a Sonar" becomes a class without a name, one more bit of a mask, so that classes follow from classes by masks
+``CompiledAxioms`` are what follows from them for every world model of that ontology. A condition such as "some part of
+it is a Sonar" becomes a class without a name, one more bit of a mask, so that classes follow from classes by masks
 alone. What holds of all instances of a class (each Towfish has some part that is a Sonar) follows from the classes
 too; ``superclasses`` has it, so that a hierarchy is complete before the first fact comes.
 
@@ -44,7 +44,7 @@ class Linking(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Condition:
+class ValueCondition:
     """A condition on the values of one attribute: one is an instance of class ``filler``, or is ``value``."""
 
     attribute: int
@@ -61,7 +61,7 @@ class Definition:
 
     class_uid: int
     classes: tuple[int, ...]
-    conditions: tuple[Condition, ...]
+    conditions: tuple[ValueCondition, ...]
     is_sufficient: bool
 
 
@@ -85,7 +85,7 @@ class Axioms:
 NO_AXIOMS = Axioms()
 
 
-class Rules:
+class CompiledAxioms:
     """The axioms compiled. All masks have bit c for class c, and behind these a bit for each condition.
 
     Attributes:
@@ -118,7 +118,7 @@ class Rules:
         """True if facts may lead to conclusions."""
         return bool(self._sufficient or self.heeded)
 
-    def bit_of(self, condition: Condition) -> int:
+    def bit_of(self, condition: ValueCondition) -> int:
         """Return the mask of a condition that suffices for something."""
         return self._bits[condition]
 
@@ -143,7 +143,7 @@ class Rules:
     ) -> tuple[int, ...]:
         """Return ``superclasses``: what is told, and what follows from what is necessary, until nothing new does."""
         masks = [1 << c.uid | sum(1 << parent for parent in c.parents) for c in classes]
-        asked: list[set[Condition]] = [set() for _ in classes]
+        asked: list[set[ValueCondition]] = [set() for _ in classes]
         for each in axioms.definitions:
             masks[each.class_uid] |= sum(1 << c for c in set(each.classes))
             asked[each.class_uid].update(each.conditions)
@@ -161,7 +161,7 @@ class Rules:
                 masks[uid] = self._close(masks[uid], masks)
         return tuple(masks)
 
-    def _met_by(self, asked: Condition, masks: Sequence[int], attributes: Sequence[Linking]) -> int:
+    def _met_by(self, asked: ValueCondition, masks: Sequence[int], attributes: Sequence[Linking]) -> int:
         """Return the conditions that are met wherever ``asked`` is."""
         if asked.filler is None:
             return self._bits.get(asked, 0)
@@ -171,13 +171,13 @@ class Rules:
         met = [o for o in self.conditions if o.attribute in said and o.filler is not None and filler >> o.filler & 1]
         return sum(self._bits[one] for one in met)
 
-    def _led_on(self, asked: Condition, all_asked: Sequence[set[Condition]]) -> set[Condition]:
+    def _led_on(self, asked: ValueCondition, all_asked: Sequence[set[ValueCondition]]) -> set[ValueCondition]:
         """Return what an attribute that leads on asks of whatever meets ``asked``."""
         if asked.filler is None:
             return set()
         leading = {a for a, flipped in self.entailed[asked.attribute] if not flipped and a in self.transitive}
         return {
-            Condition(a, one.filler)
+            ValueCondition(a, one.filler)
             for a in leading
             for one in all_asked[asked.filler]
             if one.filler is not None and (a, False) in self.entailed[one.attribute]

@@ -23,7 +23,7 @@ from rdflib import OWL, RDF, RDFS, BNode, Graph, Literal, URIRef
 from rdflib.collection import Collection
 from rdflib.term import Node
 
-from worldmodel.axioms import Axioms, Condition, Definition, Rules
+from worldmodel.axioms import Axioms, CompiledAxioms, Definition, ValueCondition
 from worldmodel.fields import Value
 from worldmodel.tbox import Attribute, OntologyClass, ValueKind, closure
 
@@ -47,7 +47,7 @@ _EXPRESSIONS = (
 )
 
 
-class Reader(Protocol):
+class OntologyReader(Protocol):
     """What reads the rest of the ontology: it shows terms and collects faults."""
 
     def fault(self, subject: Node, wrong: str, allowed: str) -> None:
@@ -71,7 +71,7 @@ class _Expression:
 class Definitions:
     """Reads the definitions out of ``graph``; ``reader`` takes the faults."""
 
-    def __init__(self, graph: Graph, class_uid: Mapping[Node, int], reader: Reader) -> None:
+    def __init__(self, graph: Graph, class_uid: Mapping[Node, int], reader: OntologyReader) -> None:
         self.graph = graph
         self.class_uid = class_uid
         self.reader = reader
@@ -151,7 +151,7 @@ class Definitions:
 
     def _condition(
         self, iri: Node, named: Mapping[Node, Attribute], on: Node, predicate: URIRef, target: Node
-    ) -> Condition | None:
+    ) -> ValueCondition | None:
         fault, shown = self.reader.fault, self.reader.shown
         if on not in named:
             wrong = f"its definition is about {shown(on)}, which is no attribute"
@@ -160,7 +160,7 @@ class Definitions:
         attribute = named[on]
         if predicate == OWL.someValuesFrom:
             if attribute.kind is ValueKind.LINK and target in self.class_uid:
-                return Condition(attribute.uid, filler=self.class_uid[target])
+                return ValueCondition(attribute.uid, filler=self.class_uid[target])
             wrong = f"owl:someValuesFrom of {shown(on)} is {shown(target)}"
             fault(iri, wrong, f"a declared class, of a link{self.reader.hint(target, self.class_uid)}")
             return None
@@ -169,7 +169,7 @@ class Definitions:
             allowed = f"a literal in its range that is stored as it is, of an attribute that is no link{_ELSEWHERE}"
             fault(iri, f"owl:hasValue of {shown(on)} is {shown(target)}", allowed)
             return None
-        return Condition(attribute.uid, value=value)
+        return ValueCondition(attribute.uid, value=value)
 
     def _pairs(self, predicate: URIRef, named: Mapping[Node, Attribute]) -> Iterator[tuple[int, int]]:
         """Yield what ``predicate`` says between two links; anything else is a fault."""
@@ -186,7 +186,7 @@ class Definitions:
         self, classes: Sequence[OntologyClass], attributes: Sequence[Attribute], axioms: Axioms
     ) -> list[OntologyClass]:
         """Return the classes with every superclass that follows from the axioms, or note what is wrong with these."""
-        rules = Rules(classes, attributes, axioms)
+        rules = CompiledAxioms(classes, attributes, axioms)
         self._refuse_unlike_ends(rules, attributes)
         found, told = [], closure(classes)
         for c in classes:
@@ -198,7 +198,7 @@ class Definitions:
             found.append(replace(c, parents=tuple(sorted({*c.parents, *new}))))
         return found
 
-    def _refuse_unlike_ends(self, rules: Rules, attributes: Sequence[Attribute]) -> None:
+    def _refuse_unlike_ends(self, rules: CompiledAxioms, attributes: Sequence[Attribute]) -> None:
         """Refuse links that say another link of things that are not known to be of its domain and range."""
         for attribute in attributes:
             for uid, flipped in rules.entailed[attribute.uid]:

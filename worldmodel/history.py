@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from typing import overload
 
 from worldmodel.facts import Observation
-from worldmodel.index import Entry, observation_of, time_of
+from worldmodel.index import Entry, observation_of, observed_at_s
 
 
 class History(Sequence[Observation]):
@@ -20,8 +20,8 @@ class History(Sequence[Observation]):
     __slots__ = ("_entries", "_positions")
 
     def __init__(self, entries: Sequence[Entry], since_s: float | None = None, until_s: float | None = None) -> None:
-        first = 0 if since_s is None else bisect_left(entries, since_s, key=time_of)
-        end = len(entries) if until_s is None else bisect_right(entries, until_s, key=time_of)
+        first = 0 if since_s is None else bisect_left(entries, since_s, key=observed_at_s)
+        end = len(entries) if until_s is None else bisect_right(entries, until_s, key=observed_at_s)
         self._entries = entries
         self._positions = range(first, max(first, end))
 

@@ -11,11 +11,11 @@ from worldmodel.errors import FactError
 from worldmodel.facts import STATUS, Block, Guid, Instance
 from worldmodel.fields import Grid
 from worldmodel.individuals import Individuals
-from worldmodel.log import Log
+from worldmodel.log import BlockLog
 from worldmodel.tbox import TBox
 
 
-class Holdings(Individuals):
+class StoredItems(Individuals):
     """Items and private blocks, by origin, epoch and sequence."""
 
     def __init__(
@@ -37,9 +37,9 @@ class Holdings(Individuals):
         self.time_resolution_s = time_resolution_s
         self.time_ratio = self.clock_grid.ratio
         """The step of times as (numerator, denominator), for the paths that every fact takes."""
-        self.logs: dict[tuple[int, int], Log] = {}
+        self.logs: dict[tuple[int, int], BlockLog] = {}
         """Items, by (origin, epoch)."""
-        self._private: dict[tuple[int, int], Log] = {}  # the same for private blocks, counted up
+        self._private: dict[tuple[int, int], BlockLog] = {}  # the same for private blocks, counted up
         self.content_of_pruned = 0
         """Sum of the contents of the items that are held no longer, as numbers."""
 
@@ -124,13 +124,13 @@ class Holdings(Individuals):
         """Return the time on the grid of ``time_resolution_s`` that is nearest to ``time_s`` (s)."""
         return self.clock_grid.value_at(self.clock_grid.index_of(time_s))
 
-    def _place(self, guid: Guid, create: bool = False) -> tuple[Log | None, int]:
+    def _place(self, guid: Guid, create: bool = False) -> tuple[BlockLog | None, int]:
         """Return the log that a block belongs into, if there is one, and its sequence there."""
         origin, epoch, sequence = guid
         logs, index = (self.logs, sequence) if sequence >= 0 else (self._private, STATUS - 1 - sequence)
         log = logs.get((origin, epoch))
         if log is None and create:
-            log = logs[origin, epoch] = Log()
+            log = logs[origin, epoch] = BlockLog()
         return log, index
 
     def hold(self, guid: Guid, block: Block | None = None) -> None:

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 
 from worldmodel.bans import Bans
 from worldmodel.facts import Block, BlockKey, Guid, Instance, Observation, PropertyValue
-from worldmodel.tables import tables_of
+from worldmodel.tables import compiled_attributes
 from worldmodel.tbox import TYPE_UID, TBox
 
 Slot = tuple[int, int]
@@ -26,12 +26,12 @@ def block_of(entry: Entry) -> Block:
     return entry if isinstance(entry, Block) else entry.block
 
 
-def time_of(entry: Entry) -> float:
+def observed_at_s(entry: Entry) -> float:
     """Return when a fact in a slot was observed (s)."""
     return entry.time_s
 
 
-def key_of(entry: Entry) -> tuple[BlockKey, int]:
+def sort_key(entry: Entry) -> tuple[BlockKey, int]:
     """Return what the facts of a slot are sorted by."""
     return (entry.key, 0) if isinstance(entry, Block) else (entry.block.key, entry.position)
 
@@ -46,7 +46,7 @@ class Index:
 
     def __init__(self, tbox: TBox, instances: Sequence[Instance]) -> None:
         self._tbox = tbox
-        self._tables = tables_of(tbox)
+        self._tables = compiled_attributes(tbox)
         self._base = [tbox.ancestor_mask(instance.class_uid) for instance in instances]
         self.slots: dict[Slot, list[Entry]] = {}
         """The facts of each slot that count, oldest first; no slot is empty."""
@@ -77,10 +77,10 @@ class Index:
             slots[slot] = [entry]
         else:
             last, block = block_of(entries[-1]), block_of(entry)
-            if last.time_s < block.time_s or key_of(entries[-1]) <= key_of(entry):
+            if last.time_s < block.time_s or sort_key(entries[-1]) <= sort_key(entry):
                 entries.append(entry)
             else:
-                insort(entries, entry, key=key_of)
+                insort(entries, entry, key=sort_key)
         if attribute in self.heeded:
             self.touched.add(slot)
         if attribute == TYPE_UID:
@@ -97,7 +97,7 @@ class Index:
         slot, block = (fact.subject, fact.attribute), block_of(entry)
         slots = self._slots_of(block)
         entries = slots[slot]
-        del entries[bisect_left(entries, key_of(entry), key=key_of)]
+        del entries[bisect_left(entries, sort_key(entry), key=sort_key)]
         if not entries:
             del slots[slot]
         if fact.attribute in self.heeded:
@@ -125,7 +125,7 @@ class Index:
         if not origins:
             return
         for slot in {*self.slots, *self.apart}:
-            entries = sorted(self.all_of(slot), key=key_of)
+            entries = sorted(self.all_of(slot), key=sort_key)
             if origins.isdisjoint(block_of(entry).origin for entry in entries):
                 continue
             self.turned.add(slot)

@@ -6,7 +6,7 @@ from worldmodel.arrivals import Arrivals
 from worldmodel.errors import FactError, unknown_name
 from worldmodel.facts import Instance
 from worldmodel.index import Index
-from worldmodel.tables import tables_of
+from worldmodel.tables import compiled_attributes
 from worldmodel.tbox import TBox, ValueKind
 
 
@@ -35,7 +35,7 @@ class Individuals:
         self.run_time_instances_per_origin = run_time_instances_per_origin
         self.common_instances = tuple(instances)
         self.n_uids = len(instances) + n_origins * run_time_instances_per_origin
-        self.tables = tables_of(tbox)
+        self.tables = compiled_attributes(tbox)
         """The attributes, compiled for the checks."""
         self.index = Index(tbox, instances)
         links = frozenset(a.uid for a in tbox.attributes if a.kind is ValueKind.LINK)

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 
-from worldmodel.axioms import Rules
+from worldmodel.axioms import CompiledAxioms
 
 Slot = tuple[int, int]
 """(subject, attribute)."""
@@ -15,7 +15,7 @@ class Links:
         steps: places that were looked at, for those who measure.
     """
 
-    def __init__(self, rules: Rules) -> None:
+    def __init__(self, rules: CompiledAxioms) -> None:
         """Hold no link; ``rules`` say what links say of one another."""
         self.steps = 0
         self._rules = rules

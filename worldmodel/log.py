@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from worldmodel.facts import Block
 
 
-class Log:
+class BlockLog:
     """Blocks by sequence: a list of those without a gap before them, and the others behind it."""
 
     __slots__ = ("ahead", "blocks", "mask")

@@ -96,6 +96,6 @@ def _compiled(sources: tuple[Source, ...]) -> TBox:
 
 @lru_cache(maxsize=8)
 def _parsed(sources: tuple[Source, ...]) -> "Graph":
-    from worldmodel.turtle import parse
+    from worldmodel.turtle import parse_turtle
 
-    return parse(sources).graph
+    return parse_turtle(sources).graph

@@ -49,7 +49,7 @@ def rdf_xml(graph: Graph) -> str:
     return text
 
 
-def write(folder: Path) -> list[Path]:
+def write_rdfxml(folder: Path) -> list[Path]:
     """Write every ontology of a folder as RDF/XML, and its catalogue.
 
     Args:
@@ -86,7 +86,7 @@ def main(arguments: Sequence[str]) -> int:
     """Write the ontologies of the folders that are named; returns the exit code."""
     try:
         for folder in [Path(name) for name in arguments] or [ONTOLOGY_FOLDER]:
-            for path in write(folder):
+            for path in write_rdfxml(folder):
                 print(path)
     except OntologyError as error:
         print(error, file=sys.stderr)

@@ -14,7 +14,7 @@ it still holds; so two instances cannot hold up each other. Links that follow ar
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from typing import NamedTuple, Protocol
 
-from worldmodel.axioms import Condition
+from worldmodel.axioms import ValueCondition
 from worldmodel.errors import FactError
 from worldmodel.facts import Instance, PropertyValue
 from worldmodel.fields import Value
@@ -22,7 +22,7 @@ from worldmodel.links import Links, Slot
 from worldmodel.tbox import TYPE_UID, TBox, ValueKind
 
 
-class Seen(Protocol):
+class FactSource(Protocol):
     """The facts that conclusions are drawn from."""
 
     def value(self, subject: int, attribute: int) -> Value | None:
@@ -55,7 +55,7 @@ class Inference:
     def __init__(
         self,
         tbox: TBox,
-        seen: Seen,
+        seen: FactSource,
         instances: Sequence[Instance],
         touched: set[Slot],
         common_facts: Iterable[PropertyValue] = (),
@@ -95,7 +95,7 @@ class Inference:
         self._bits_on: dict[int, int] = {}  # attribute -> conditions on its links
         for one in self._of_links:
             self._bits_on[one.attribute] = self._bits_on.get(one.attribute, 0) | self.rules.bit_of(one)
-        self._of_values: dict[int, list[Condition]] = {}
+        self._of_values: dict[int, list[ValueCondition]] = {}
         for one in self.rules.conditions:
             if one.filler is None:
                 self._of_values.setdefault(one.attribute, []).append(one)
@@ -239,7 +239,7 @@ class Inference:
             now = self._classes[uid] = self.rules.closed(self._base_of(uid) | met)
             front.update(resting for resting, _ in self._resting_on(uid, now & ~old))
 
-    def _meets(self, uid: int, condition: Condition) -> bool:
+    def _meets(self, uid: int, condition: ValueCondition) -> bool:
         assert condition.filler is not None
         return any(
             self._classes_of(target) >> condition.filler & 1 for target in self._graph.reached(uid, condition.attribute)

@@ -29,8 +29,8 @@ from worldmodel.facts import (
     Observation,
     PropertyValue,
 )
-from worldmodel.index import Entry, key_of, observation_of
-from worldmodel.log import Log
+from worldmodel.index import Entry, observation_of, sort_key
+from worldmodel.log import BlockLog
 from worldmodel.tbox import TYPE_UID, TBox
 
 CLOCK_TOLERANCE_S = 1.0
@@ -138,7 +138,7 @@ class Store(Answers):
         self.version = 0
         self.next_sequence = 0
         """The sequence of the next item that the owner records."""
-        self.own_log = self.logs[owner, epoch] = Log()
+        self.own_log = self.logs[owner, epoch] = BlockLog()
         """The items that the owner records."""
         self.next_private = STATUS - 1
         """The sequence of the next block that the owner keeps to itself."""
@@ -161,7 +161,7 @@ class Store(Answers):
         origin, sequence, time_s, facts, epoch = block
         log = self.logs.get((origin, epoch))
         if log is None:
-            log = self.logs[origin, epoch] = Log()
+            log = self.logs[origin, epoch] = BlockLog()
         if sequence == len(log.blocks) and not log.ahead:
             log.blocks.append(block)
         elif log.has(sequence):
@@ -237,7 +237,7 @@ class Store(Answers):
 
     def facts_of(self, subject: int, attribute: int) -> list[Observation]:
         """Return all observations of a slot, those of banned origins too."""
-        return [observation_of(entry) for entry in sorted(self.index.all_of((subject, attribute)), key=key_of)]
+        return [observation_of(entry) for entry in sorted(self.index.all_of((subject, attribute)), key=sort_key)]
 
     def take_out(self, block: Block) -> None:
         """Take an item or private block out of all indexes; it has still arrived."""

@@ -30,7 +30,7 @@ class AttributeRow(NamedTuple):
     range_class: int
 
 
-class Tables:
+class CompiledAttributes:
     """The compiled attributes of one TBox; ``rows`` has them by uid, all but those that need a closer look."""
 
     def __init__(self, tbox: TBox) -> None:
@@ -71,14 +71,14 @@ class Tables:
         """True if something may be of both classes by one of its types."""
         return bool(self._descendants[c] & self._descendants[d])
 
-    def __reduce__(self) -> tuple[Callable[[TBox], "Tables"], tuple[TBox]]:
-        return tables_of, (self._tbox,)
+    def __reduce__(self) -> tuple[Callable[[TBox], "CompiledAttributes"], tuple[TBox]]:
+        return compiled_attributes, (self._tbox,)
 
 
 @lru_cache(maxsize=8)
-def tables_of(tbox: TBox) -> Tables:
+def compiled_attributes(tbox: TBox) -> CompiledAttributes:
     """Return the compiled attributes of an ontology, the same for all its world models."""
-    return Tables(tbox)
+    return CompiledAttributes(tbox)
 
 
 def _quantiser(attribute: Attribute) -> Quantise:

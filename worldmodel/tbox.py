@@ -15,10 +15,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 
-from worldmodel.axioms import NO_AXIOMS, Axioms, Rules
+from worldmodel.axioms import NO_AXIOMS, Axioms, CompiledAxioms
 from worldmodel.errors import unknown_name
 from worldmodel.fields import Field, Value
-from worldmodel.texts import bytes_of, text_of
+from worldmodel.texts import bytes_of, decoded_text
 
 TYPE_UID = 0
 """The uid of the built-in attribute ``type``."""
@@ -115,7 +115,7 @@ class Attribute:
             return (east.decode(indices[0]), north.decode(indices[1]))
         if self.kind is ValueKind.TEXT:
             data = indices[0].to_bytes((indices[0].bit_length() + 7) // 8, "big")
-            return text_of(data[1:], self.most_bytes)
+            return decoded_text(data[1:], self.most_bytes)
         return bool(indices[0]) if self.kind is ValueKind.BOOLEAN else indices[0]
 
     def quantise(self, value: Value) -> Value:
@@ -181,7 +181,7 @@ class TBox:
     sources: tuple[Source, ...] = field(default=(), compare=False)
     axioms: Axioms = NO_AXIOMS
     hash: int = field(init=False)
-    rules: Rules = field(init=False, compare=False)
+    rules: CompiledAxioms = field(init=False, compare=False)
     _ancestors: tuple[int, ...] = field(init=False, compare=False)
     _descendants: tuple[tuple[int, ...], ...] = field(init=False, compare=False)
     _excluded: tuple[int, ...] = field(init=False)
@@ -202,7 +202,7 @@ class TBox:
         table += "".join(f"{one.name}: {one.most_bytes} bytes" for one in self.attributes if one.most_bytes)
         derived = {
             "hash": int.from_bytes(hashlib.sha256(table.encode()).digest()[:4], "big"),
-            "rules": Rules(self.classes, self.attributes, self.axioms),
+            "rules": CompiledAxioms(self.classes, self.attributes, self.axioms),
             "_ancestors": ancestors,
             "_descendants": descendants,
             "_excluded": tuple(excluded),

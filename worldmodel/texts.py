@@ -47,7 +47,7 @@ def bytes_of(text: object, most_bytes: int) -> bytes:
     return data
 
 
-def text_of(data: bytes, most_bytes: int) -> str:
+def decoded_text(data: bytes, most_bytes: int) -> str:
     """Return the text that stands in some bytes; raises ValueError if none does.
 
     >>> text_of(b"T\\xc3\\xa4ufer", 8)

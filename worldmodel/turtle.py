@@ -65,7 +65,7 @@ class Parsed:
     definitions: dict[Node, list[str]]
 
 
-def parse(sources: Iterable[Source]) -> Parsed:
+def parse_turtle(sources: Iterable[Source]) -> Parsed:
     """Parse the files into one graph, without the imports that are among them.
 
     Raises OntologyError naming every file that is not Turtle or imports what is none of the files.
@@ -119,7 +119,7 @@ def _unmet_imports(union: Graph, file_of: dict[Node, str]) -> list[str]:
 
 def compile_tbox(sources: tuple[Source, ...]) -> TBox:
     """Compile the files; raises OntologyError with every fault of every subject."""
-    parsed = parse(sources)
+    parsed = parse_turtle(sources)
     if redefined := _redefinitions(parsed):
         raise OntologyError(redefined)
     reader = _Reader(parsed)

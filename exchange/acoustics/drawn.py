@@ -11,7 +11,7 @@ from exchange.acoustics.modems import Modem
 
 
 @dataclass(slots=True)
-class Remembered:
+class CachedLinks:
     """Links between vehicles that stay where they are: each is asked once."""
 
     links: LinkModel
@@ -34,7 +34,7 @@ def n_arrived(links: LinkModel, modem: Modem, ranges_m: Sequence[float], n_packe
         n_packets: that are sent, one in each slot.
         seed: of the draws.
     """
-    channel = BroadcastChannel(modem, Remembered(links), seed, carries_beyond_range=True)
+    channel = BroadcastChannel(modem, CachedLinks(links), seed, carries_beyond_range=True)
     positions_m = [(0.0, 0.0), *((range_m, 0.0) for range_m in ranges_m)]
     found = [0] * len(ranges_m)
     data = bytes(modem.payload_bytes)

@@ -46,7 +46,7 @@ class TraceGoneError(TraceError):
 
 
 @dataclass(frozen=True, slots=True)
-class Series:
+class LossSeries:
     """Loss of one directed link: at each time it begins to be what stands at the same place of ``per``."""
 
     times_s: tuple[float, ...]
@@ -73,7 +73,7 @@ class Series:
 class Trace:
     """What a file holds: a series of each directed link, by the names of its vehicles; the time that it lasts."""
 
-    links: Mapping[tuple[str, str], Series]
+    links: Mapping[tuple[str, str], LossSeries]
     until_s: float
 
     @property
@@ -96,7 +96,7 @@ class Trace:
 class TraceLinks:
     """Links that do what was recorded; a trace that is repeated starts anew when it has ended."""
 
-    series: Mapping[tuple[int, int], Series]
+    series: Mapping[tuple[int, int], LossSeries]
     until_s: float
     repeat: bool
 
@@ -224,7 +224,7 @@ def _read(file: str, sha256: str) -> Trace:
         of_link[time_s] = per
     if not found:
         raise TraceError("has no rows")
-    links = {link: Series(*zip(*sorted(of_link.items()), strict=True)) for link, of_link in sorted(found.items())}
+    links = {link: LossSeries(*zip(*sorted(of_link.items()), strict=True)) for link, of_link in sorted(found.items())}
     gaps_s = [end - begin for series in links.values() for begin, end in pairwise(series.times_s)]
     latest_s = max(series.times_s[-1] for series in links.values())
     return Trace(links, latest_s + (median(gaps_s) if gaps_s else 0.0))

@@ -1,7 +1,7 @@
 """Drivers: what stands between a vehicle's exchange and a modem. The manager knows nothing of them."""
 
 from exchange.drivers.memory import Ether, MemoryDriver
-from exchange.drivers.seam import AT_ONCE, AtOnce, Driver, Heard, Pace, Paced
+from exchange.drivers.seam import AT_ONCE, AtOnce, Driver, Pace, Paced, TimedPacket
 from exchange.drivers.udp import Socket, UdpDriver, address_of
 
 __all__ = [
@@ -9,11 +9,11 @@ __all__ = [
     "AtOnce",
     "Driver",
     "Ether",
-    "Heard",
     "MemoryDriver",
     "Pace",
     "Paced",
     "Socket",
+    "TimedPacket",
     "UdpDriver",
     "address_of",
 ]

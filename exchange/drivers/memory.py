@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from exchange.drivers.seam import Heard
+from exchange.drivers.seam import TimedPacket
 
 
 class Ether:
@@ -16,7 +16,7 @@ class Ether:
 
     def __init__(self, air_s: Callable[[int], float]) -> None:
         self._air_s = air_s
-        self._waiting: dict[MemoryDriver, list[Heard]] = {}
+        self._waiting: dict[MemoryDriver, list[TimedPacket]] = {}
 
     def driver(self) -> MemoryDriver:
         """A driver more, which all others hear from now on."""
@@ -26,12 +26,12 @@ class Ether:
 
     def carry(self, sender: MemoryDriver, data: bytes, now_s: float) -> None:
         """Let all but the sender hear a packet."""
-        heard = Heard(bytes(data), now_s + self._air_s(8 * len(data)))
+        heard = TimedPacket(bytes(data), now_s + self._air_s(8 * len(data)))
         for driver, waiting in self._waiting.items():
             if driver is not sender:
                 waiting.append(heard)
 
-    def taken(self, driver: MemoryDriver) -> list[Heard]:
+    def taken(self, driver: MemoryDriver) -> list[TimedPacket]:
         """What a driver has not given yet."""
         found, self._waiting[driver] = self._waiting[driver], []
         return found
@@ -52,7 +52,7 @@ class MemoryDriver:
         if self._ether is not None:
             self._ether.carry(self, data, now_s)
 
-    def receive(self, until_s: float) -> list[Heard]:
+    def receive(self, until_s: float) -> list[TimedPacket]:
         """What has been heard since the last call."""
         return [] if self._ether is None else self._ether.taken(self)
 

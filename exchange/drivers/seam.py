@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import NamedTuple, Protocol, runtime_checkable
 
 
-class Heard(NamedTuple):
+class TimedPacket(NamedTuple):
     """A packet, and when the whole of it was heard (s of the mission)."""
 
     data: bytes
@@ -37,7 +37,7 @@ class Driver(Protocol):
         """
         ...
 
-    def receive(self, until_s: float) -> Sequence[Heard]:
+    def receive(self, until_s: float) -> Sequence[TimedPacket]:
         """What has been heard since the last call, in the order in which it came.
 
         Returns at once if there is something, else as soon as something comes, and with nothing at ``until_s``. A time

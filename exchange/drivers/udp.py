@@ -15,7 +15,7 @@ import time
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 
-from exchange.drivers.seam import Heard, Paced
+from exchange.drivers.seam import Paced, TimedPacket
 from exchange.errors import ConfigurationError
 
 Address = tuple[str, int]
@@ -153,15 +153,15 @@ class UdpDriver:
             for peer in self._peers:
                 self._port.put(datagram, peer)
 
-    def receive(self, until_s: float) -> list[Heard]:
+    def receive(self, until_s: float) -> list[TimedPacket]:
         """The packets of peers that have come; at ``until_s`` none."""
         while self._is_open and self._port.wait(self._pace.wait_s(until_s)):
             if heard := self._taken():
                 return heard
         return []
 
-    def _taken(self) -> list[Heard]:
-        heard: list[Heard] = []
+    def _taken(self) -> list[TimedPacket]:
+        heard: list[TimedPacket] = []
         for _ in range(MOST_AT_ONCE):
             if (found := self._port.take()) is None:
                 break
@@ -170,7 +170,7 @@ class UdpDriver:
                 self.n_strange += 1
                 continue
             sent_s, data = opened
-            heard.append(Heard(data, min(sent_s, self._pace.now_s) + self._air_s(8 * len(data))))
+            heard.append(TimedPacket(data, min(sent_s, self._pace.now_s) + self._air_s(8 * len(data))))
         return heard
 
     def close(self) -> None:

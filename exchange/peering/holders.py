@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from exchange.ack import AckState
 from exchange.ledger import Holdings, Ledger, Life
 from exchange.packets import ItemUid
-from exchange.peering.peers import Peers
+from exchange.peering.peers import PeerStates
 from exchange.peering.summaries import Summaries
 from worldmodel import Block
 from worldmodel.facts import Guid
@@ -30,7 +30,7 @@ class Holders:
     """
 
     def __init__(
-        self, me: int, state: AckState, ledger: Ledger, peers: Peers, own: Holdings, summaries: Sequence[Summaries]
+        self, me: int, state: AckState, ledger: Ledger, peers: PeerStates, own: Holdings, summaries: Sequence[Summaries]
     ) -> None:
         self._me = me
         self._state = state

@@ -6,12 +6,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from exchange import ack
-from exchange.blocks import Assembly, fragments_of, whole
+from exchange.blocks import Assembly, fragments_of, joined_block
 from exchange.interests import Interests
-from exchange.ledger import Entry, Ledger
+from exchange.ledger import Ledger, LedgerEntry
 from exchange.packets import Fragment, ItemUid, Met, Packet, Reception
 from exchange.peering.holders import Holders
-from exchange.peering.peers import Ageing, Peers
+from exchange.peering.peers import Ageing, PeerStates
 from exchange.peering.summaries import Summaries
 from exchange.policies import AckPolicy, may_send
 from worldmodel import STATUS, Block, WorldModel
@@ -28,7 +28,7 @@ def _contradiction(fragment: Fragment, ledger: Ledger, assembly: Assembly) -> Bl
     found = [ledger.fragment(fragment.uid._replace(part=part)) for part in range(fragment.count)]
     found[fragment.index] = fragment
     parts = [part for part in found if part is not None]
-    return whole(parts)._replace(time_s=fragment.time_s) if len(parts) == fragment.count else None
+    return joined_block(parts)._replace(time_s=fragment.time_s) if len(parts) == fragment.count else None
 
 
 @dataclass(slots=True)
@@ -68,7 +68,7 @@ class Listener:
         ledger: Ledger,
         interests: Interests,
         holders: Holders,
-        peers: Peers,
+        peers: PeerStates,
         ageing: Ageing,
         policy: AckPolicy,
         carrier_evidence: bool,
@@ -90,7 +90,7 @@ class Listener:
         self._slot_list = slot_list
         self.assembly = Assembly()
 
-    def register(self, entry: Entry, now_s: float) -> int:
+    def register(self, entry: LedgerEntry, now_s: float) -> int:
         """Hold an item that is new here, and send it if this vehicle is to; returns its column."""
         column = self._ledger.add(entry)
         self._holders.take(column)
@@ -154,7 +154,7 @@ class Listener:
             self._holders.complete(guid)
             if block is not None:
                 for fragment in fragments_of(block, room_bits, size_bits):
-                    self.register(Entry(fragment, block.facts), now_s)
+                    self.register(LedgerEntry(fragment, block.facts), now_s)
 
     def _twin(self, packet: Packet, is_second: bool, now_s: float) -> int | None:
         """The name under which two vehicles speak, if this packet is the first to show it."""
@@ -219,7 +219,7 @@ class Listener:
                 taken.is_ambiguous = True
                 continue
             if column is None:
-                column = self.register(Entry(fragment, fragment.facts), now_s)
+                column = self.register(LedgerEntry(fragment, fragment.facts), now_s)
                 known = [self._ledger.entries[part].fragment for part in self._ledger.parts_of(guid)]
                 block = self.assembly.add(fragment, known)
                 if block is not None:

@@ -83,7 +83,7 @@ class PeerLinks(NamedTuple):
 
 
 @dataclass(slots=True)
-class Estimate:
+class LossEstimate:
     """Running estimate of the loss of one directed link.
 
     >>> estimate = Estimate()
@@ -206,14 +206,14 @@ class BySlots:
         ack.absorb(self._kind, carrier_evidence, self._state, n_nodes, frame, self._me, sender, heeded, *known)
 
 
-class Heard(NamedTuple):
+class LastPacket(NamedTuple):
     """The packet heard last of a peer: its slot and its bytes."""
 
     slot: int
     data: bytes
 
 
-class Peers:
+class PeerStates:
     """What one node knows of the others beside what they hold.
 
     Args:
@@ -235,10 +235,10 @@ class Peers:
         """Nodes that are parked, one bit each."""
         self._informed = [(1 << n_nodes) - 1] * n_nodes  # who is known to have heard that epoch
         self._older = [(0, 0)] * n_nodes  # an older epoch heard since, and how often in a row
-        self._heard: list[Heard | None] = [None] * n_nodes
+        self._heard: list[LastPacket | None] = [None] * n_nodes
         self._heard_frame: list[int | None] = [None] * n_nodes
-        self._incoming = [Estimate() for _ in range(n_nodes)]
-        self._outgoing = [Estimate() for _ in range(n_nodes)]
+        self._incoming = [LossEstimate() for _ in range(n_nodes)]
+        self._outgoing = [LossEstimate() for _ in range(n_nodes)]
         self._doubted_until = [-1] * n_nodes  # frame
         self._since_frame: int | None = None
         self._is_alone = False
@@ -369,7 +369,7 @@ class Peers:
 
     def conflicts(self, sender: int, slot: int, data: bytes) -> bool:
         """True if another packet of this sender was heard in the same slot; the packet is kept to compare the next."""
-        last, self._heard[sender] = self._heard[sender], Heard(slot, data)
+        last, self._heard[sender] = self._heard[sender], LastPacket(slot, data)
         return last is not None and last.slot == slot and last.data != data
 
     def doubt(self, node: int, frame: int) -> bool:

@@ -21,7 +21,7 @@ from exchange.values import Candidate, Waiting
 from worldmodel import Terms
 
 
-class Limits:
+class QueueLimits:
     """Items that wait: so many at most, and of those whose need has a limit, no more than that; and until when.
 
     Args:

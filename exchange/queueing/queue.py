@@ -22,7 +22,7 @@ from heapq import heapify, heappop, heappush
 from typing import Protocol
 
 from exchange.packets import Fragment, ItemUid, StatusUid
-from exchange.queueing.limits import Limits, LinesOnTerms
+from exchange.queueing.limits import LinesOnTerms, QueueLimits
 from exchange.queueing.reasons import Expired, Expiry, Unsaid
 from exchange.values import ADDITIVE, STATUS_COLUMN, Candidate, Moment, ValueRule, Waiting
 from worldmodel import PLAIN, Terms
@@ -251,7 +251,7 @@ class Queue:
         self._lines = Lines(rule)
         self._items: dict[int, Candidate] = {}  # by column, in the order of taking
         self._limit = math.inf if limit is None else limit
-        self._limits: list[Limits] = []  # one of them, once there is something to limit
+        self._limits: list[QueueLimits] = []  # one of them, once there is something to limit
         self._status: dict[tuple[int, int], Candidate] = {}  # by subject and attribute
         self._n_status = 0
         self._n_slots = 0
@@ -346,7 +346,7 @@ class Queue:
     def _heed(self, terms: Terms) -> None:
         """Have limits from now on, if the queue is full or these terms ask for more than plain ones do."""
         if not self._limits and (len(self._items) >= self._limit or (terms is not PLAIN and terms != PLAIN)):
-            self._limits.append(Limits(self._limit, self._items.values()))
+            self._limits.append(QueueLimits(self._limit, self._items.values()))
             self._lines.on_terms.append(LinesOnTerms())
 
     # What goes out -------------------------------------------------------------------------------
@@ -429,7 +429,7 @@ class Queue:
             return
         self._enter(candidate)
 
-    def _put_out(self, victim: Candidate, limits: Limits, now_s: float) -> None:
+    def _put_out(self, victim: Candidate, limits: QueueLimits, now_s: float) -> None:
         """Let an item make room: it waits outside if it is to be acknowledged, else it is said no more."""
         if victim.line is not None:
             self._let_go(victim)

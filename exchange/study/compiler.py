@@ -30,7 +30,7 @@ from exchange import policies
 from exchange.ack import Acknowledgement, AckRules
 from exchange.errors import ConfigurationError
 from exchange.study import montecarlo, selection, trial
-from exchange.study.trial import Floats, Ints, Load, Rules
+from exchange.study.trial import Floats, Ints, Load, PolicyRules
 
 MachineCode = Callable[..., None]
 """Takes what `montecarlo.run_trials` takes, but for the kind, which is built in."""
@@ -78,17 +78,17 @@ KIND: AckRules = policies.ACK
 
 
 def run_wide(
-    rules: Rules, load: Load, p_loss: Floats, seed: int, first_trial: int, received: Ints, outcomes: Ints
+    rules: PolicyRules, load: Load, p_loss: Floats, seed: int, first_trial: int, received: Ints, outcomes: Ints
 ) -> None:
     """Entry of compiled code: `montecarlo.run_trials` with the kind built in."""
     montecarlo.run_trials(KIND, rules, load, p_loss, seed, first_trial, received, outcomes)
 
 
 def run_narrow(
-    rules: Rules, load: Load, p_loss: Floats, seed: int, first_trial: int, received: Ints, outcomes: Ints
+    rules: PolicyRules, load: Load, p_loss: Floats, seed: int, first_trial: int, received: Ints, outcomes: Ints
 ) -> None:
     """Entry where all items fit into one word: with that constant the compiler drops every loop over words."""
-    narrow = Rules(rules.repeat, rules.carrier_evidence, rules.n_nodes, 1)
+    narrow = PolicyRules(rules.repeat, rules.carrier_evidence, rules.n_nodes, 1)
     montecarlo.run_trials(KIND, narrow, load, p_loss, seed, first_trial, received, outcomes)
 
 
@@ -240,7 +240,7 @@ def _compile(kind: Acknowledgement, entry: MachineCode, folder: Path | None) -> 
         of_kind.__module__, of_kind.__qualname__ = entry.__module__, entry.__qualname__
         machine_code: MachineCode = numba.njit(nogil=True, error_model="numpy", cache=folder is not None)(of_kind)
         # No trials: only the types of the arguments matter here.
-        rules = Rules(False, False, 2, 1)
+        rules = PolicyRules(False, False, 2, 1)
         load = Load(1, 1, 0.0, 1, 1, 0, 0, 0)
         received, outcomes = np.zeros((0, 1), np.int64), np.zeros((0, trial.N_QUANTITIES, 3), np.int64)
         try:

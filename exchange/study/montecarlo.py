@@ -23,8 +23,8 @@ from exchange.study.trial import (
     Floats,
     Ints,
     Load,
-    Nodes,
-    Rules,
+    NodeStates,
+    PolicyRules,
     add_item,
     clear,
     close_batch,
@@ -74,7 +74,7 @@ def poisson_number(uniform: float, mean: float, p_none: float) -> int:
     return number
 
 
-def generate(rules: Rules, load: Load, nodes: Nodes, trial_state: int, slot: int, outcome: Ints) -> int:
+def generate(rules: PolicyRules, load: Load, nodes: NodeStates, trial_state: int, slot: int, outcome: Ints) -> int:
     """Poisson arrivals of a slot, drawn from the link of each node to itself; returns how many are followed."""
     key = slot_key(trial_state, slot)
     in_window = load.window_start <= slot < load.window_end
@@ -91,7 +91,7 @@ def generate(rules: Rules, load: Load, nodes: Nodes, trial_state: int, slot: int
     return n_followed
 
 
-def fill_packet(rules: Rules, load: Load, nodes: Nodes, owner: int, header_bits: int) -> int:
+def fill_packet(rules: PolicyRules, load: Load, nodes: NodeStates, owner: int, header_bits: int) -> int:
     """Put into the packet what the owner of the slot sends beside its header; returns the number of items."""
     n_sent = 0
     for w in range(rules.n_words):
@@ -122,7 +122,7 @@ def header_sizes(kind: AckRules, n_nodes: int, sizes_out: Ints) -> None:
         sizes_out[slot] = bits_carried(kind, n_nodes, slot // n_nodes, slot % n_nodes)
 
 
-def play_slot(kind: AckRules, rules: Rules, load: Load, nodes: Nodes, slot: int, heard_by: int) -> int:
+def play_slot(kind: AckRules, rules: PolicyRules, load: Load, nodes: NodeStates, slot: int, heard_by: int) -> int:
     """One slot of all nodes; bit i of `heard_by` says that node i receives the packet. Returns the items sent."""
     n_nodes = rules.n_nodes
     frame, owner = slot // n_nodes, slot % n_nodes
@@ -142,7 +142,7 @@ def play_slot(kind: AckRules, rules: Rules, load: Load, nodes: Nodes, slot: int,
     return n_sent
 
 
-def count_false_beliefs(rules: Rules, nodes: Nodes, heard_by: int) -> int:
+def count_false_beliefs(rules: PolicyRules, nodes: NodeStates, heard_by: int) -> int:
     """Receivers that believe a peer to hold something which it lacks."""
     n_false = 0
     for node in range(rules.n_nodes):
@@ -154,11 +154,11 @@ def count_false_beliefs(rules: Rules, nodes: Nodes, heard_by: int) -> int:
     return n_false
 
 
-def run_trial(
+def play_trial(
     kind: AckRules,
-    rules: Rules,
+    rules: PolicyRules,
     load: Load,
-    nodes: Nodes,
+    nodes: NodeStates,
     p_loss: Floats,
     trial_state: int,
     received: Ints,
@@ -194,7 +194,7 @@ def run_trial(
 
 def run_trials(
     kind: AckRules,
-    rules: Rules,
+    rules: PolicyRules,
     load: Load,
     p_loss: Floats,
     seed: int,
@@ -219,4 +219,4 @@ def run_trials(
     header_sizes(kind, rules.n_nodes, nodes.header_bits)
     for index in range(len(outcomes)):
         trial_state = trial_key(seed, first_trial + index)
-        run_trial(kind, rules, load, nodes, p_loss, trial_state, received[index], outcomes[index])
+        play_trial(kind, rules, load, nodes, p_loss, trial_state, received[index], outcomes[index])

@@ -21,7 +21,7 @@ class LoadKind(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Workload:
+class StudyLoad:
     """One item at node 0; or `items` at every node at slot 0; or `rate` items per node and slot, steady state."""
 
     kind: LoadKind = LoadKind.SINGLE
@@ -40,7 +40,7 @@ class Workload:
         return f"{self.kind}:{self.rate:g}" if self.kind is LoadKind.POISSON else str(self.kind)
 
 
-def workload_named(text: str, items: int = 1) -> Workload:
+def workload_named(text: str, items: int = 1) -> StudyLoad:
     """The load that a text such as `single`, `batch` or `poisson:0.02` stands for.
 
     >>> str(workload_named("poisson:0.02"))
@@ -49,9 +49,9 @@ def workload_named(text: str, items: int = 1) -> Workload:
     name, colon, rate = text.partition(":")
     try:
         if name == LoadKind.POISSON and colon:
-            return Workload(LoadKind.POISSON, items, float(rate))
+            return StudyLoad(LoadKind.POISSON, items, float(rate))
         if not colon:
-            return Workload(LoadKind(name), items)
+            return StudyLoad(LoadKind(name), items)
     except ValueError:
         pass
     raise ConfigurationError(f"unknown load {text!r}: allowed are single, batch and poisson:RATE, as in poisson:0.02")
@@ -84,7 +84,7 @@ class ExchangeStudy:
     links: tuple[tuple[float, ...], ...] | None = None
     policies: tuple[str | AckPolicy, ...] = tuple(POLICIES)
     trials: int = 2000
-    load: Workload = Workload()
+    load: StudyLoad = StudyLoad()
     item_bits: int = 60
     capacity_bits: int | None = None
     carrier_evidence: bool = False

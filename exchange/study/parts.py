@@ -15,7 +15,7 @@ from exchange.policies import AckPolicy
 from exchange.study import trial
 from exchange.study.estimates import Moments, moments
 from exchange.study.montecarlo import NOT_DRAWN
-from exchange.study.trial import Floats, Ints, Load, Rules
+from exchange.study.trial import Floats, Ints, Load, PolicyRules
 
 TRIALS_AT_ONCE = 500
 """Memory does not depend on the number of trials, but on this."""
@@ -42,11 +42,11 @@ class TrialPlan:
         return -(-self.load.n_sources * self.load.columns_per_source // trial.WORD_BITS)
 
     @property
-    def parts(self) -> "Iterator[Part]":
+    def parts(self) -> "Iterator[TrialBatch]":
         """The trials in the order in which they are added up."""
         for setting in range(len(self.matrices)):
             for first_trial in range(0, self.n_trials, TRIALS_AT_ONCE):
-                yield Part(setting, first_trial, min(TRIALS_AT_ONCE, self.n_trials - first_trial))
+                yield TrialBatch(setting, first_trial, min(TRIALS_AT_ONCE, self.n_trials - first_trial))
 
     @property
     def n_parts(self) -> int:
@@ -54,7 +54,7 @@ class TrialPlan:
         return len(self.matrices) * -(-self.n_trials // TRIALS_AT_ONCE)
 
 
-class Part(NamedTuple):
+class TrialBatch(NamedTuple):
     """Trials to be played in one go, of all policies at one setting."""
 
     setting: int
@@ -123,13 +123,13 @@ def _in_order(
         yield setting, future.result()
 
 
-def _play(plan: TrialPlan, machine_codes: MachineCodes, part: Part) -> list[Tally]:
+def _play(plan: TrialPlan, machine_codes: MachineCodes, part: TrialBatch) -> list[Tally]:
     """Play one part; every policy meets the same losses."""
     received = np.full((part.n_trials, min(REMEMBERED_SLOTS, plan.load.max_slots)), NOT_DRAWN, np.int64)
     baseline = np.zeros((part.n_trials, trial.N_QUANTITIES, 3), np.int64)
     tallies = []
     for policy in plan.policies:
-        rules = Rules(policy.repeat, plan.carrier_evidence, plan.n_nodes, plan.n_words)
+        rules = PolicyRules(policy.repeat, plan.carrier_evidence, plan.n_nodes, plan.n_words)
         run_trials = machine_codes[policy.acknowledgement]
         outcomes = np.zeros_like(baseline)
         began_s = time.thread_time()

@@ -12,14 +12,14 @@ are known to hold is no candidate any more (Maurelli et al., section 6).
 from typing import Protocol
 
 
-class Row(Protocol):
+class QueueNumbers(Protocol):
     """Numbers by position in the queue: a list or an array."""
 
     def __len__(self) -> int: ...
     def __getitem__(self, position: int, /) -> int: ...
 
 
-class MutableRow(Row, Protocol):
+class MutableRow(QueueNumbers, Protocol):
     """A row whose numbers can be replaced."""
 
     def __setitem__(self, position: int, value: int, /) -> None: ...
@@ -27,8 +27,8 @@ class MutableRow(Row, Protocol):
 
 def select(
     weights: MutableRow,
-    priorities: Row,
-    sizes_bits: Row,
+    priorities: QueueNumbers,
+    sizes_bits: QueueNumbers,
     eligible: MutableRow,
     capacity_bits: int,
     chosen_out: MutableRow,

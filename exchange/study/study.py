@@ -15,7 +15,7 @@ from exchange.errors import ConfigurationError
 from exchange.policies import ACKNOWLEDGEMENTS, POLICIES
 from exchange.study import trial
 from exchange.study.estimates import TrialMean
-from exchange.study.parameters import ExchangeStudy, LoadKind, Workload, workload_named
+from exchange.study.parameters import ExchangeStudy, LoadKind, StudyLoad, workload_named
 from exchange.study.parts import TrialPlan, play_all
 from exchange.study.rows import StudyRow, row_of
 from exchange.study.trial import Floats
@@ -26,9 +26,9 @@ __all__ = [
     "PAPER_PER",
     "ExchangeStudy",
     "LoadKind",
+    "StudyLoad",
     "StudyRow",
     "TrialMean",
-    "Workload",
     "loaded_studies",
     "paper_studies",
     "run",
@@ -102,7 +102,7 @@ def loaded_studies(nodes: int = 5, per: float = 0.3, trials: int = 100, seed: in
             nodes=nodes,
             per=(per,),
             trials=trials,
-            load=Workload(LoadKind.POISSON, rate=rate),
+            load=StudyLoad(LoadKind.POISSON, rate=rate),
             capacity_bits=LOADED_CAPACITY_BITS,
             seed=seed,
         )

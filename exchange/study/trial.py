@@ -40,7 +40,7 @@ SUM, COUNT, CENSORED = 0, 1, 2  # censored: trials, or under Poisson load items,
 NEVER = 1 << 62
 
 
-class Rules(NamedTuple):
+class PolicyRules(NamedTuple):
     """What a policy says beside its acknowledgement, and the size of the fleet.
 
     `n_words` is the number of words in a set of items.
@@ -71,7 +71,7 @@ class Load(NamedTuple):
     p_none: float = 1.0
 
 
-class Nodes(NamedTuple):
+class NodeStates(NamedTuple):
     """State of all nodes, a row each, and of all columns."""
 
     heard: Ints
@@ -94,7 +94,7 @@ class Nodes(NamedTuple):
     sizes_bits: Ints  # [column]
 
 
-def new_nodes(rules: Rules, load: Load, period_frames: int) -> Nodes:
+def new_nodes(rules: PolicyRules, load: Load, period_frames: int) -> NodeStates:
     """Memory for all trials of one load; `clear` it before each.
 
     `header_bits` is the acknowledgement's to fill in.
@@ -105,7 +105,7 @@ def new_nodes(rules: Rules, load: Load, period_frames: int) -> Nodes:
     for column in range(n_columns):
         origin = column // load.columns_per_source
         origins[origin * n_words + column // WORD_BITS] |= 1 << column % WORD_BITS
-    return Nodes(
+    return NodeStates(
         heard=np.empty((n_nodes, 1), np.int64),
         content=np.empty((n_nodes, 2 * n_nodes * n_words), np.int64),
         believes=np.empty((n_nodes, n_nodes * n_words), np.int64),
@@ -127,7 +127,7 @@ def new_nodes(rules: Rules, load: Load, period_frames: int) -> Nodes:
     )
 
 
-def clear(nodes: Nodes) -> None:
+def clear(nodes: NodeStates) -> None:
     """Nobody has heard anything, and there are no items."""
     nodes.heard[:] = 0
     nodes.content[:] = 0
@@ -139,12 +139,12 @@ def clear(nodes: Nodes) -> None:
     nodes.free_slot[:] = 0
 
 
-def node_state(rules: Rules, nodes: Nodes, node: int) -> AckState:
+def node_state(rules: PolicyRules, nodes: NodeStates, node: int) -> AckState:
     """The acknowledgement state of one node."""
     return AckState(rules.n_words, nodes.heard[node], nodes.content[node], nodes.believes[node], nodes.held[node])
 
 
-def add_item(rules: Rules, nodes: Nodes, origin: int, column: int, slot: int) -> None:
+def add_item(rules: PolicyRules, nodes: NodeStates, origin: int, column: int, slot: int) -> None:
     """Give the column to a new item of `origin`; nothing remains of an older one."""
     w = column // WORD_BITS
     bit = 1 << column % WORD_BITS
@@ -162,7 +162,7 @@ def add_item(rules: Rules, nodes: Nodes, origin: int, column: int, slot: int) ->
     nodes.free_slot[column] = NEVER
 
 
-def free_column(load: Load, nodes: Nodes, origin: int, slot: int) -> int:
+def free_column(load: Load, nodes: NodeStates, origin: int, slot: int) -> int:
     """A column of `origin` without an item, or -1."""
     for column in range(origin * load.columns_per_source, (origin + 1) * load.columns_per_source):
         if nodes.free_slot[column] <= slot:
@@ -170,7 +170,7 @@ def free_column(load: Load, nodes: Nodes, origin: int, slot: int) -> int:
     return -1
 
 
-def note_progress(rules: Rules, load: Load, nodes: Nodes, slot: int, outcome: Ints) -> None:
+def note_progress(rules: PolicyRules, load: Load, nodes: NodeStates, slot: int, outcome: Ints) -> None:
     """Note the items that reach a stage in this slot."""
     for w in range(rules.n_words):
         held_by_all = -1
@@ -192,7 +192,9 @@ def note_progress(rules: Rules, load: Load, nodes: Nodes, slot: int, outcome: In
                         note_item(rules, load, nodes, stage, w * WORD_BITS + b, slot, outcome)
 
 
-def note_item(rules: Rules, load: Load, nodes: Nodes, stage: int, column: int, slot: int, outcome: Ints) -> None:
+def note_item(
+    rules: PolicyRules, load: Load, nodes: NodeStates, stage: int, column: int, slot: int, outcome: Ints
+) -> None:
     """Note that an item reaches a stage in this slot."""
     if load.rate == 0.0:
         outcome[stage, SUM] = slot + 1
@@ -227,7 +229,7 @@ def close_batch(n_followed: int, outcome: Ints) -> None:
     outcome[TRANSMISSIONS, SUM] *= outcome[SENDERS_ACKED, COUNT]
 
 
-def close_window(load: Load, nodes: Nodes, n_followed: int, outcome: Ints) -> None:
+def close_window(load: Load, nodes: NodeStates, n_followed: int, outcome: Ints) -> None:
     """Complete the sums and counts of a trial of Poisson load: each item followed counts, or is censored."""
     for stage in range(N_STAGES):
         outcome[stage, CENSORED] = n_followed - outcome[stage, COUNT]

@@ -48,7 +48,7 @@ from exchange.wire.fragmentcodec import EPOCH_BITS, Before, FragmentCodec, Packi
 from exchange.wire.sealing import DAMAGED, UNOPENED, Checksum, Seal, nonce_of
 from exchange.wire.sizes import FieldSize
 from worldmodel import PropertyValue, TBox
-from worldmodel.tables import tables_of
+from worldmodel.tables import compiled_attributes
 
 HASH_BITS = 8
 """Bits of the definition hash in one packet."""
@@ -291,7 +291,7 @@ class Codec:
         self.overhead_bits = self.head_bits + self.header.largest_bits + END_BITS[1] + guard_bits
         """Bits of a packet without sections, with the largest header of acknowledgements."""
         self._hash = zlib.crc32(repr(shape).encode()).to_bytes(HASH_BYTES, "big")
-        self._rows = tables_of(tbox).rows
+        self._rows = compiled_attributes(tbox).rows
         self.judged = lru_cache(maxsize=32)(self._judged)
         """``judged(data, frame=0, slot_start_s=0.0)``: the packet, and what value in it nobody can have recorded."""
         self.decode = lru_cache(maxsize=32)(self._decode)

@@ -14,7 +14,7 @@ from exchange.wire.codec import HASH_BYTES
 ALL_BYTES = (1 << HASH_BYTES) - 1
 
 
-class Definitions:
+class ComparedDefinitions:
     """What has been compared with the definitions of the peers of one node."""
 
     def __init__(self) -> None:

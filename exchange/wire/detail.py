@@ -14,7 +14,9 @@ from worldmodel import Attribute, Value
 from worldmodel.coarse import is_coarse
 
 
-def writer(attribute: Attribute, fine: Callable[[Any], Bits], coarse: Callable[[Any], Bits]) -> Callable[[Value], Bits]:
+def detail_writer(
+    attribute: Attribute, fine: Callable[[Any], Bits], coarse: Callable[[Any], Bits]
+) -> Callable[[Value], Bits]:
     """``write(value) -> (bits, size_bits)`` by the grid that a value is on.
 
     Args:
@@ -33,11 +35,11 @@ def writer(attribute: Attribute, fine: Callable[[Any], Bits], coarse: Callable[[
 
 
 def reader(fine: Callable[[Reader], Value], coarse: Callable[[Reader], Value]) -> Callable[[Reader], Value]:
-    """``read(reader) -> value``, as ``writer`` writes it."""
+    """``read(reader) -> value``, as ``detail_writer`` writes it."""
     return lambda bits: coarse(bits) if bits.take(1) else fine(bits)
 
 
-def lines(attributes: Iterable[Attribute]) -> list[FieldSize]:
+def detail_lines(attributes: Iterable[Attribute]) -> list[FieldSize]:
     """Lines of the size listing for coarse values."""
     sizes = {one.name: sum(field.size_bits for field in one.coarse) for one in attributes if one.coarse}
     return [FieldSize("fact", f"{name}, coarse", bits, "in its place; a bit says so") for name, bits in sizes.items()]

@@ -18,7 +18,7 @@ from exchange.wire.codes import LARGEST, Bits, Reader, read_beyond, whole, width
 from exchange.wire.names import AttributeNames
 from exchange.wire.sizes import FieldSize, name_fields, value_lines
 from worldmodel import Attribute, Field, PropertyValue, TBox, Value, ValueKind
-from worldmodel.texts import bytes_of, text_of
+from worldmodel.texts import bytes_of, decoded_text
 
 CACHED = 4096
 """Sets of facts whose bits are remembered: a relay says what its origin said."""
@@ -85,8 +85,8 @@ class FactCodec:
             FieldSize("fact", "subject", self.subject_bits, f"one of {self.n_instances} instances"),
             *name_fields(self.names),
             *value_lines(self._attributes, self._value_bits, self._n_values),
-            *detail.lines(self._attributes),
-            *uncertainties.lines(self._attributes),
+            *detail.detail_lines(self._attributes),
+            *uncertainties.uncertainty_lines(self._attributes),
             FieldSize("fact", "another follows", 1, "of all but own single facts"),
         ]
 
@@ -117,7 +117,7 @@ class FactCodec:
         bits = (subject << self.names.sizes[uid] | self.names.names[uid]) << value_size | value_bits
         size_bits = self.subject_bits + self.names.sizes[uid] + value_size
         if uid in self._uncertain:
-            more, more_bits = uncertainties.written(self._uncertain[uid], sigma)
+            more, more_bits = uncertainties.uncertainty_bits(self._uncertain[uid], sigma)
             return bits << more_bits | more, size_bits + more_bits
         if sigma is not None:
             raise ConfigurationError(f"{self._attributes[uid].name}: its values carry no uncertainty, not {sigma}")
@@ -129,7 +129,7 @@ class FactCodec:
             fine = partial(_numbers, attribute.name, attribute.fields)
             if not attribute.coarse:
                 return fine
-            return detail.writer(attribute, fine, partial(_numbers, attribute.name, attribute.coarse))
+            return detail.detail_writer(attribute, fine, partial(_numbers, attribute.name, attribute.coarse))
         if attribute.most_bytes:
             return partial(_text, attribute, self._value_bits[attribute.uid])
         return partial(self._choice, attribute)
@@ -243,7 +243,7 @@ def _text(attribute: Attribute, length_bits: int, value: Value) -> Bits:
 def _read_text(reader: Reader, attribute: Attribute, n_bytes: int) -> str:
     data = reader.take(8 * n_bytes).to_bytes(n_bytes, "big")
     try:
-        return text_of(data, attribute.most_bytes)
+        return decoded_text(data, attribute.most_bytes)
     except ValueError as error:
         raise PeerFault(f"{attribute.name}: {data!r} is no text: {error}") from None
 

@@ -13,7 +13,7 @@ from exchange.wire.sizes import FieldSize
 from worldmodel import Attribute
 
 
-def written(attribute: Attribute, uncertainty: float | None) -> Bits:
+def uncertainty_bits(attribute: Attribute, uncertainty: float | None) -> Bits:
     """``(bits, size_bits)`` of the uncertainty of a value, or of its lack."""
     grid = attribute.uncertainty
     if grid is None or uncertainty is None:
@@ -32,7 +32,7 @@ def read(attribute: Attribute, take: Callable[[int], int]) -> float | None:
         raise PeerFault(f"uncertainty of {attribute.name}: {error}") from None
 
 
-def lines(attributes: Iterable[Attribute]) -> list[FieldSize]:
+def uncertainty_lines(attributes: Iterable[Attribute]) -> list[FieldSize]:
     """Lines of the size listing for uncertainties."""
     return [
         FieldSize("fact", f"uncertainty of {one.name}", 1 + one.uncertainty.size_bits, "1 where it carries none")

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from missions.arrows.bayes import posterior
-from missions.arrows.grid import N_DETECTORS, Array, Grid, contact_of, swept_of
+from missions.arrows.grid import N_DETECTORS, Array, CellGrid, contact_of, swept_of
 from remoras.known import Known
 
 SWEPT, CONTACT = "swept", "contact"
@@ -27,7 +27,7 @@ class Chart:
         rates: of contacts by detector and kind, shape (detectors, 1 + kinds).
     """
 
-    def __init__(self, grid: Grid, prior: Array, rates: Array) -> None:
+    def __init__(self, grid: CellGrid, prior: Array, rates: Array) -> None:
         self.grid, self.prior, self.rates = grid, prior, rates
         self._n_told = -1
         self._seen: dict[tuple[str, str], set[int]] = {}

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from missions.arrows.grid import MOST_CELLS, MOST_TILES, Array, Grid
+from missions.arrows.grid import MOST_CELLS, MOST_TILES, Array, CellGrid
 from missions.arrows.prior import grid_over, share_map
 from missions.arrows.scenario import CELL_M, DETECTORS, SPREAD_M, UNIFORM_SHARE
 from missions.errors import ConfigurationFault
@@ -35,7 +35,7 @@ def arrows_faults(raw: Raw) -> Iterator[ConfigurationFault]:
     yield from _crew(raw)
 
 
-def _grid(raw: Raw) -> Grid | None:
+def _grid(raw: Raw) -> CellGrid | None:
     """The cells; None where the tables are malformed."""
     search = table_of(raw, "search")
     sides_m, cell_m = [point_of(search, key) for key in ("x_m", "y_m")], search.get("cell_m", CELL_M)
@@ -98,7 +98,7 @@ def _are_numbers(raw: Raw) -> bool:
     return all(_is_number(one) for rows in maps for row in rows for one in row)
 
 
-def _expected(raw: Raw, grid: Grid) -> dict[str, Array]:
+def _expected(raw: Raw, grid: CellGrid) -> dict[str, Array]:
     """How many of each kind are expected in each cell; what is malformed is passed over."""
     found = {}
     for kind in entries(raw, "kind"):
@@ -114,7 +114,7 @@ def _expected(raw: Raw, grid: Grid) -> dict[str, Array]:
     return found
 
 
-def _map(kind: Raw, grid: Grid) -> Iterator[ConfigurationFault]:
+def _map(kind: Raw, grid: CellGrid) -> Iterator[ConfigurationFault]:
     """A map of shares: its size, and that it is one."""
     key, given = f"kind.{kind.get('name')}.map", kind["map"]
     rows = given if isinstance(given, list) and all(isinstance(row, list) for row in given) else []

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from missions.arrows.bayes import look_information
 from missions.arrows.chart import Chart
 from missions.arrows.contact import Leash
-from missions.arrows.grid import Array, Grid, halved
+from missions.arrows.grid import Array, CellGrid, halved
 from remoras.work import Point
 
 TURN_S = 20.0
@@ -27,7 +27,7 @@ Way = tuple[Point, Point]
 """From where to where somebody goes."""
 
 
-def beside(grid: Grid, way: Way) -> Array:
+def beside(grid: CellGrid, way: Way) -> Array:
     """Distance of the centre of each cell from a way (m), shape (n_cells,)."""
     (x_m, y_m), (to_x_m, to_y_m) = way
     east_m, north_m = to_x_m - x_m, to_y_m - y_m
@@ -46,7 +46,7 @@ class Trail:
         grid: the cells.
     """
 
-    def __init__(self, choosing: Choosing, grid: Grid) -> None:
+    def __init__(self, choosing: Choosing, grid: CellGrid) -> None:
         self._choosing, self._grid = choosing, grid
         self._passed_s = {one: np.full(grid.n_cells, -math.inf) for one in choosing.ranges_m}
 
@@ -125,7 +125,7 @@ class Choosing:
         return float(x_m[best]), float(y_m[best])
 
 
-def _off_squared(grid: Grid, at_m: Point, x_m: Array, y_m: Array) -> Array:
+def _off_squared(grid: CellGrid, at_m: Point, x_m: Array, y_m: Array) -> Array:
     """Square of the distance of each cell from each straight way (m2), shape (points, n_cells)."""
     east_m, north_m = (x_m - at_m[0])[:, None], (y_m - at_m[1])[:, None]
     length2 = np.maximum(east_m * east_m + north_m * north_m, 1e-9)
@@ -135,7 +135,7 @@ def _off_squared(grid: Grid, at_m: Point, x_m: Array, y_m: Array) -> Array:
     return np.asarray(off_x * off_x + off_y * off_y)
 
 
-def lanes(west_m: float, south_m: float, east_m: float, north_m: float, apart_m: float) -> tuple[Point, ...]:
+def lawnmower_track(west_m: float, south_m: float, east_m: float, north_m: float, apart_m: float) -> tuple[Point, ...]:
     """Points of a lawnmower track along the longer side of a rectangle, lanes no farther apart than so much.
 
     >>> lanes(0.0, 0.0, 100.0, 40.0, 20.0)

@@ -161,17 +161,17 @@ def _seen_m(thing: Thing | None, cell: int, world: Seafloor, shares: Point, sigm
     return thing.position_m[0] + _off_m(sigma_m, shares[0]), thing.position_m[1] + _off_m(sigma_m, shares[1])
 
 
-class CameraSettings(SensorSettings):
+class ClassifyingCameraSettings(SensorSettings):
     """The table ``[vehicle.sensor]`` of a camera; ``[detector.optical]`` says what it does."""
 
     EQUIPMENT: ClassVar[str] = "Camera"
 
     def make(self, data: VehicleData) -> Sensor:
         """The camera of a vehicle."""
-        return Camera(data)
+        return ClassifyingCamera(data)
 
 
-class Camera:
+class ClassifyingCamera:
     """Takes images while its vehicle is still: each seems to show what is nearest, or nothing, and errs now and then.
 
     Args:

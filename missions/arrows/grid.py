@@ -44,7 +44,7 @@ def summed(values: Array) -> float:
 
 
 @dataclass(frozen=True)
-class Grid:
+class CellGrid:
     """A rectangle of square cells.
 
     Attributes:

@@ -19,7 +19,7 @@ SILENCE_S = 60.0
 """Who has heard nobody for longer than this is out of contact."""
 
 
-class Searching(Protocol):
+class SearchMission(Protocol):
     """What metrics ask of the mission itself."""
 
     @property
@@ -88,12 +88,12 @@ def mean_s(run: MeasuredRun, at_s: dict[int, float]) -> float | Absent:
     return math.fsum(min(until_s, at_s.get(cell, until_s)) for cell in sorted(sites)) / len(sites)
 
 
-def n_mistaken(run: MeasuredRun) -> int:
+def anomalies_mistaken(run: MeasuredRun) -> int:
     """Anomalies that were taken for what they are not."""
     return sum(row[3] not in (row[5], UNKNOWN) for row in run.recorder.rows(IDENTIFIED.name))
 
 
-def n_false_alarms(run: MeasuredRun) -> int:
+def looks_at_nothing(run: MeasuredRun) -> int:
     """Looks that gave a contact where nothing lies."""
     return sum(row[4] == NOTHING for row in run.recorder.rows(CONTACTS.name))
 
@@ -113,7 +113,7 @@ def apart_bits(run: MeasuredRun) -> float:
 
 def told_per_km(run: MeasuredRun) -> float | Absent:
     """What all looks have told, for each kilometre that searchers went."""
-    searchers, last, way_m = set(cast(Searching, run.mission).searchers), dict[str, tuple[float, float]](), 0.0
+    searchers, last, way_m = set(cast(SearchMission, run.mission).searchers), dict[str, tuple[float, float]](), 0.0
     for _, vehicle, x_m, y_m, *_ in run.recorder.rows("trajectories"):
         if vehicle in searchers:
             if vehicle in last:
@@ -129,7 +129,7 @@ def alone_of(run: MeasuredRun) -> dict[str, tuple[float, float]]:
 
     That is until the search ended, or until it spoke last, for a lost vehicle hears nobody.
     """
-    heard: dict[str, list[float]] = {name: [0.0] for name in cast(Searching, run.mission).searchers}
+    heard: dict[str, list[float]] = {name: [0.0] for name in cast(SearchMission, run.mission).searchers}
     last_s = dict.fromkeys(heard, 0.0)
     for row in run.recorder.rows("packets"):
         if row[2] in heard:
@@ -170,8 +170,8 @@ METRICS = (
         lambda run: mean_s(run, identified_at_s(run)), headline=True,
         note="Sites that were not identified count with the end of the search.",
     ),
-    Metric("n_mistaken", "", Better.LOWER, "anomalies mistaken", n_mistaken),
-    Metric("n_false_alarms", "", Better.NEITHER, "false alarms", n_false_alarms),
+    Metric("n_mistaken", "", Better.LOWER, "anomalies mistaken", anomalies_mistaken),
+    Metric("n_false_alarms", "", Better.NEITHER, "false alarms", looks_at_nothing),
     Metric("told_bits", "bit", Better.HIGHER, "information gained", told_bits),
     Metric("told_per_km", "bit/km", Better.HIGHER, "information gained per way", told_per_km, headline=True),
     Metric("apart_bits", "bit", Better.LOWER, "divergence of maps", apart_bits, headline=True),

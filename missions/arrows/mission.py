@@ -19,11 +19,11 @@ from typing import ClassVar
 from missions.arrows.behaviours import Directing, Identifying, Obeying, Searching, Sweeping
 from missions.arrows.chart import Chart
 from missions.arrows.checks import arrows_faults
-from missions.arrows.choosing import Choosing, lanes
+from missions.arrows.choosing import Choosing, lawnmower_track
 from missions.arrows.contact import Reach, contact_range_m
 from missions.arrows.detectors import (
     AcousticSettings,
-    CameraSettings,
+    ClassifyingCameraSettings,
     DetectorSettings,
     MagneticSettings,
 )
@@ -32,7 +32,7 @@ from missions.arrows.grid import MOST_PASSES
 from missions.arrows.metrics import METRICS
 from missions.arrows.prior import grid_of, prior_of, rates_of
 from missions.arrows.scenario import DETECTORS, ArrowsScenario
-from missions.arrows.seafloor import Seafloor, drawn
+from missions.arrows.seafloor import Seafloor, draw_seafloor
 from missions.arrows.truth import FLEET_MAPS, IDENTIFIED, MAPS, ArrowsTruth
 from missions.errors import ConfigurationFault
 from missions.figure import Declared, Place
@@ -68,7 +68,7 @@ class ArrowsMission(JobMission):
     objective, kind = SEARCHING, "SearchArea"
     vocabulary = (Path(__file__).with_name("vocabulary.ttl"),)
     sensors: ClassVar[Mapping[str, type[SensorSettings]]] = {
-        "acoustic": AcousticSettings, "magnetic": MagneticSettings, "optical": CameraSettings,
+        "acoustic": AcousticSettings, "magnetic": MagneticSettings, "optical": ClassifyingCameraSettings,
     }  # fmt: skip
     tables: ClassVar[tuple[Table, ...]] = (JOBS, IDENTIFIED, MAPS, FLEET_MAPS)
     metrics: ClassVar[tuple[Metric, ...]] = METRICS
@@ -121,7 +121,7 @@ class ArrowsMission(JobMission):
 
     def world(self, seed: int) -> Seafloor:
         """What really lies there in the run with that seed."""
-        return drawn(self.grid, self.prior, self.scenario, self.rates, seed)
+        return draw_seafloor(self.grid, self.prior, self.scenario, self.rates, seed)
 
     def truth(self, recorder: Recorder, world: Seafloor) -> ArrowsTruth:
         """Notes what was really found and identified, and how the maps of vehicles get on."""
@@ -216,7 +216,7 @@ class ArrowsMission(JobMission):
         apart_m = LANE_SHARE * max(self._choosing(data).ranges_m.values())
         n, number = len(self.searchers), self.searchers.index(data.name)
         width_m = (east_m - west_m) / n
-        return lanes(west_m + number * width_m, south_m, west_m + (number + 1) * width_m, north_m, apart_m)
+        return lawnmower_track(west_m + number * width_m, south_m, west_m + (number + 1) * width_m, north_m, apart_m)
 
     def behaviour_at(self, job: Job, data: VehicleData) -> Behaviour:
         """There are no jobs."""
@@ -235,4 +235,4 @@ def _numbers(data: VehicleData) -> tuple[int, ...]:
 def _can(data: VehicleData, objective: str) -> bool:
     if objective == DIRECTING:
         return True
-    return data.sensor(CameraSettings) is not None if objective == IDENTIFYING else bool(_numbers(data))
+    return data.sensor(ClassifyingCameraSettings) is not None if objective == IDENTIFYING else bool(_numbers(data))

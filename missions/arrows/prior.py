@@ -11,27 +11,27 @@ import math
 
 import numpy as np
 
-from missions.arrows.grid import Array, Grid, summed
+from missions.arrows.grid import Array, CellGrid, summed
 from missions.arrows.scenario import DETECTORS, ArrowsScenario, DetectorTable, KindTable
 from remoras.work import Point
 
 
-def grid_over(x_m: Point, y_m: Point, cell_m: float) -> Grid:
+def grid_over(x_m: Point, y_m: Point, cell_m: float) -> CellGrid:
     """The cells over a rectangle from its western and southern borders on; the last may reach beyond the others.
 
     >>> grid_over((0.0, 100.0), (0.0, 90.0), 40.0).n_cells
     9
     """
     n_columns, n_rows = (max(1, math.ceil((high - low) / cell_m - 1e-9)) for low, high in (x_m, y_m))
-    return Grid(x_m[0], y_m[0], cell_m, n_columns, n_rows)
+    return CellGrid(x_m[0], y_m[0], cell_m, n_columns, n_rows)
 
 
-def grid_of(scenario: ArrowsScenario) -> Grid:
+def grid_of(scenario: ArrowsScenario) -> CellGrid:
     """The cells of a scenario."""
     return grid_over(scenario.search.x_m, scenario.search.y_m, scenario.search.cell_m)
 
 
-def share_map(grid: Grid, finds_m: list[Point], spread_m: float, uniform_share: float) -> Array:
+def share_map(grid: CellGrid, finds_m: list[Point], spread_m: float, uniform_share: float) -> Array:
     """Where a thing of some kind lies if there is one: shape (n_cells,), sums to 1.
 
     Args:
@@ -60,7 +60,7 @@ def prior_of(scenario: ArrowsScenario) -> Array:
     return np.vstack([1.0 - occupied, *rows])
 
 
-def _shares(grid: Grid, kind: KindTable, scenario: ArrowsScenario) -> Array:
+def _shares(grid: CellGrid, kind: KindTable, scenario: ArrowsScenario) -> Array:
     if kind.map:
         return np.array(kind.map, dtype=float).reshape(-1)
     finds_m = [one.position_m for one in scenario.historic_find if one.kind == kind.name]

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from exchange.acoustics import loss
-from missions.arrows.grid import Array, Grid
+from missions.arrows.grid import Array, CellGrid
 from missions.arrows.scenario import ArrowsScenario
 from remoras.work import Point
 
@@ -39,14 +39,14 @@ class Seafloor:
         seed: of the run.
     """
 
-    grid: Grid
+    grid: CellGrid
     things: dict[int, Thing]
     scenario: ArrowsScenario = field(repr=False)
     rates: Array = field(repr=False)
     seed: int
 
 
-def drawn(grid: Grid, prior: Array, scenario: ArrowsScenario, rates: Array, seed: int) -> Seafloor:
+def draw_seafloor(grid: CellGrid, prior: Array, scenario: ArrowsScenario, rates: Array, seed: int) -> Seafloor:
     """The seafloor of the run with that seed."""
     names, things = [kind.name for kind in scenario.kinds], dict[int, Thing]()
     occupied = (prior[0] < 1.0).nonzero()[0]

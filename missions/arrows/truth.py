@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from exchange.arithmetic import distance
 from missions.arrows.bayes import disagreement, divergence
 from missions.arrows.chart import CONTACT, SWEPT, Chart
-from missions.arrows.detectors import CONTACTS, SAME_M, CameraSettings, DetectorSettings
+from missions.arrows.detectors import CONTACTS, SAME_M, ClassifyingCameraSettings, DetectorSettings
 from missions.arrows.scenario import NOTHING, SITES, ArrowsScenario
 from missions.arrows.seafloor import Seafloor
 from missions.meeting.meeting import Meeting
@@ -96,7 +96,7 @@ class ArrowsTruth(JobTruth):
     def reachable_fraction(self, fleet: FleetView) -> float:
         """With all sites identified that are found, or may be by a detector left, if a camera is left."""
         carried = [one for _, data in left(fleet) for one in data.sensors]
-        if not any(isinstance(one, CameraSettings) for one in carried):
+        if not any(isinstance(one, ClassifyingCameraSettings) for one in carried):
             return self.goal_fraction
         is_searched = any(isinstance(one, DetectorSettings) for one in carried)
         return self._share(len(self._sites if is_searched else self._found | self._identified))

@@ -23,7 +23,7 @@ from exchange.peering.offsets import Offsets
 from exchange.schedule import TdmaSchedule
 from missions.errors import ConfigurationFault
 from missions.feature import Draws, Feature, Joining, Trial
-from missions.scenarios.deployment import sound_speed_mps
+from missions.scenarios.deployment import scenario_sound_speed_mps
 from missions.scenarios.tables import Raw, Section, table_of
 from remoras.events import Joined, Part
 from remoras.recorder import TIME, VEHICLE, Column, Recorder, Row, Table
@@ -357,7 +357,7 @@ def _keeper(joining: Joining, node: int, clocks: Mapping[int, OwnClock], discipl
         node,
         joining.schedule,
         joining.packet_s,
-        sound_speed_mps(joining.scenario),
+        scenario_sound_speed_mps(joining.scenario),
         clocks[node],
         disciplines,
         joining.recorder,

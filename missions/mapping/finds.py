@@ -17,7 +17,7 @@ from typing import Any, ClassVar
 from exchange.acoustics import loss
 from exchange.arithmetic import distance
 from missions.mapping.scenario import FindsTable
-from missions.mapping.sensors import Cell, Feature, Seabed, SeaObject, mapping_speed_mps, swath_m
+from missions.mapping.sensors import Cell, Seabed, SeabedFeature, SeaObject, mapping_speed_mps, swath_m
 from missions.scenarios.abilities import can_play
 from missions.scenarios.tables import Raw, entries, list_of, names_of, table_of
 from remoras.activities import Objective
@@ -42,7 +42,7 @@ def find_names(number: int) -> tuple[str, ...]:
     return tuple(f"find {n}" for n in range(1, number + 1))
 
 
-def drawn(seabed: Seabed, finds: FindsTable, seed: int, objects: tuple[SeaObject, ...] = ()) -> Seabed:
+def seabed_with_finds(seabed: Seabed, finds: FindsTable, seed: int, objects: tuple[SeaObject, ...] = ()) -> Seabed:
     """The seabed with the features of the run with that seed: each in a cell of its own, every cell as likely.
 
     Args:
@@ -54,13 +54,13 @@ def drawn(seabed: Seabed, finds: FindsTable, seed: int, objects: tuple[SeaObject
     if not (finds.number or objects):
         return seabed
     free = list(seabed.cells)
-    lying: dict[Cell, Feature] = {}
+    lying: dict[Cell, SeabedFeature] = {}
     for number, name in enumerate(find_names(finds.number)):
         where, how_long = (loss.uniform(seed, loss.FINDS, number, 0, which) for which in (0, 1))
         cell = free.pop(int(where * len(free)))
         at_m = (cell[0] + 0.5) * seabed.cell_m, (cell[1] + 0.5) * seabed.cell_m
         stay_s = finds.shortest_stay_s + how_long * (finds.longest_stay_s - finds.shortest_stay_s)
-        lying[cell] = Feature(name, at_m, stay_s, finds.close_radius_m, finds.close_speed_mps)
+        lying[cell] = SeabedFeature(name, at_m, stay_s, finds.close_radius_m, finds.close_speed_mps)
     return replace(seabed, features=lying, objects=objects, seed=seed)
 
 

@@ -37,9 +37,9 @@ from missions.mapping.checks import mapping_faults
 from missions.mapping.figures import FIGURES, places
 from missions.mapping.finds import (
     InspectionJob,
-    drawn,
     find_names,
     inspecting,
+    seabed_with_finds,
     weight_in_cells,
     with_inspectors,
 )
@@ -238,7 +238,7 @@ class MappingMission(Mission):
 
     def world(self, seed: int) -> Seabed:
         """The cells of all areas, and what lies in them in the run with that seed."""
-        return drawn(self._seabed, self.finds, seed, self._objects)
+        return seabed_with_finds(self._seabed, self.finds, seed, self._objects)
 
     @cached_property
     def _seabed(self) -> Seabed:

@@ -26,7 +26,7 @@ LIMIT_TOLERANCE = 1.000001
 
 
 @dataclass(frozen=True, slots=True)
-class Feature:
+class SeabedFeature:
     """A feature of the seabed that is found when its cell is mapped, and inspected by who stays near it.
 
     Attributes:
@@ -64,7 +64,7 @@ class Seabed:
 
     cell_m: float
     cells: Mapping[Cell, tuple[str, int]]
-    features: Mapping[Cell, Feature] = field(default_factory=dict)
+    features: Mapping[Cell, SeabedFeature] = field(default_factory=dict)
     objects: tuple[SeaObject, ...] = ()
     seed: int = 0
     under: Callable[[float, float, float], tuple[Cell, ...]] = field(init=False, repr=False, compare=False)
@@ -144,9 +144,9 @@ class Stays:
         self._seen_s: dict[str, float] = {}
         self._over: set[str] = set()
 
-    def inspected(self, seabed: Seabed, at_m: Point, speed_mps: float, now_s: float) -> list[Feature]:
+    def inspected(self, seabed: Seabed, at_m: Point, speed_mps: float, now_s: float) -> list[SeabedFeature]:
         """Features whose inspection is over with this look."""
-        over: list[Feature] = []
+        over: list[SeabedFeature] = []
         for feature in seabed.features.values():
             name = feature.name
             if name in self._over or speed_mps > feature.close_speed_mps * LIMIT_TOLERANCE:

@@ -12,13 +12,13 @@ from exchange.wire.sealing import fresh_salt
 from missions.document import Document
 from missions.errors import ConfigurationError, ConfigurationFault
 from missions.fault import Absence, kinds
-from missions.runs.assembly import Life, Shared, faults_in, parts_of, vehicle_anew, vehicle_of
+from missions.runs.assembly import Shared, VehicleLife, faults_in, feature_parts, vehicle_anew, vehicle_of
 from missions.runs.sea import actual
 from missions.runs.sensors import recorder_of_mission, sensors_of
 from missions.runs.setup import Setup
 from missions.runs.setup import resolved as setup_of
 from missions.scenarios.faults import kind_named
-from missions.scenarios.loading import resolved
+from missions.scenarios.loading import scenario_from
 from missions.scenarios.policy import key_of
 from missions.scenarios.scenario import Scenario
 from remoras.fault_events import faults_part
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class Plan:
+class NodePlan:
     """All that a vehicle by itself follows from, beside the packets that it hears.
 
     Attributes:
@@ -54,7 +54,7 @@ class Plan:
     end_s: float
 
     @classmethod
-    def of(cls, scenario: Scenario, vehicle: str, seed: int, until_s: float | None, settle_s: float) -> Plan:
+    def of(cls, scenario: Scenario, vehicle: str, seed: int, until_s: float | None, settle_s: float) -> NodePlan:
         """The plan of a vehicle that is there from the start.
 
         Args:
@@ -88,7 +88,7 @@ class Plan:
         Raises:
             ConfigurationError: its strategy is a bound, whose vehicles know all without packets; or ``epoch`` is none.
         """
-        scenario = resolved(Document.of_text(self.scenario, "scenario"))
+        scenario = scenario_from(Document.of_text(self.scenario, "scenario"))
         setup = setup_of(scenario)
         name = scenario.scenario.name
         if setup.strategy.declaration.part is not None:
@@ -100,16 +100,16 @@ class Plan:
 
 
 @dataclass(frozen=True, slots=True)
-class Alone:
+class LoneVehicle:
     """A vehicle by itself, with what it follows from: its plan, the scenario of the plan resolved, and its salt."""
 
-    plan: Plan
+    plan: NodePlan
     setup: Setup
     solo: Solo
     salt: bytes | None = None
 
 
-def alone(plan: Plan, salt: bytes | None = None) -> Alone:
+def alone(plan: NodePlan, salt: bytes | None = None) -> LoneVehicle:
     """The vehicle of a plan: what it is in the run of its scenario and seed, without the others.
 
     Args:
@@ -117,7 +117,7 @@ def alone(plan: Plan, salt: bytes | None = None) -> Alone:
         salt: of its packets, where its scenario has a key: a fresh one if None. To play a log, that of the log.
 
     Raises:
-        ConfigurationError: see ``Plan.setup``.
+        ConfigurationError: see ``NodePlan.setup``.
     """
     setup, introductions = plan.setup(), None
     if key := key_of(setup.scenario.communication.key_file):
@@ -127,11 +127,11 @@ def alone(plan: Plan, salt: bytes | None = None) -> Alone:
     scenario, mission = setup.scenario, setup.mission
     real = actual(setup.database[plan.vehicle], scenario.uncertainty.speed_spread, plan.seed)
     recorder = recorder_of_mission(mission, [sensors_of(data) for data in setup.database.values()])
-    parts = parts_of(setup, recorder, plan.seed, is_alone=True)
+    parts = feature_parts(setup, recorder, plan.seed, is_alone=True)
     shared = Shared(setup, plan.seed, mission.world(plan.seed), recorder, parts)
 
     def make(model: Solo) -> Vehicle:
-        return vehicle_of(model, shared, Life(real, plan.begins_s, plan.epoch))
+        return vehicle_of(model, shared, VehicleLife(real, plan.begins_s, plan.epoch))
 
     def make_anew(model: Solo, before: Vehicle, remembers: bool) -> Vehicle:
         return vehicle_anew(model, shared, before, remembers)
@@ -142,10 +142,10 @@ def alone(plan: Plan, salt: bytes | None = None) -> Alone:
         faults.insert(0, _not_there(setup, plan))
     everything = (faults_part(faults), *parts)
     solo = Solo(make, make_anew, setup.schedule, recorder, times, plan.seed, introductions, everything)
-    return Alone(plan, setup, solo, salt)
+    return LoneVehicle(plan, setup, solo, salt)
 
 
-def _not_there(setup: Setup, plan: Plan) -> Fault:
+def _not_there(setup: Setup, plan: NodePlan) -> Fault:
     """What keeps a vehicle away until it begins: a fault of the kind that a scenario would declare for that."""
     late = next((name for name, kind in kinds().items() if kind.ABSENCE is Absence.BEFORE), None)
     if late is None:

@@ -16,9 +16,9 @@ from typing import Any
 from exchange.drivers import Paced, Socket, UdpDriver
 from exchange.errors import ExchangeError
 from missions.errors import MissionsError
-from missions.nodes.alone import Plan, alone
-from missions.nodes.logs import Log
-from missions.nodes.node import Mishaps, Node
+from missions.nodes.alone import NodePlan, alone
+from missions.nodes.logs import NodeLog
+from missions.nodes.node import Mishaps, VehicleNode
 from remoras.errors import RemorasError
 from remoras.plugin_folders import look_in
 
@@ -49,15 +49,15 @@ class NodeJob:
 
 def work(job: NodeJob) -> dict[str, Any]:
     """Be the vehicle of a job until its end; returns its outcome."""
-    plan = Plan(**job.plan)
+    plan = NodePlan(**job.plan)
     own = alone(plan)
     port = Socket((LOOPBACK, job.port))
     say({"port": port.address[1]})
     given = json.loads(sys.stdin.readline())
     pace = Paced(given["start_s"], job.speed)
     driver = UdpDriver(port, [(LOOPBACK, number) for number in given["ports"]], pace, own.setup.modem.packet_s)
-    log = Log(Path(job.out), plan) if job.out else None
-    return Node(own, driver, pace, log, Mishaps(job.p_lost, job.p_doubled)).run().as_json()
+    log = NodeLog(Path(job.out), plan) if job.out else None
+    return VehicleNode(own, driver, pace, log, Mishaps(job.p_lost, job.p_doubled)).run().as_json()
 
 
 def say(value: dict[str, Any]) -> None:

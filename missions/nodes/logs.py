@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 
 from missions.errors import ConfigurationError, ConfigurationFault, OutputError
 from missions.files import text_of
-from missions.nodes.alone import Plan, alone
+from missions.nodes.alone import NodePlan, alone
 from remoras.solo import Sent, just_after
 from remoras.version import __version__
 
@@ -32,7 +32,7 @@ ENDING = ".jsonl"
 """Ends the name of a log; before it stands that of its vehicle."""
 
 
-class Kind(StrEnum):
+class LineKind(StrEnum):
     """What a line is about."""
 
     SALT = "salt"
@@ -45,12 +45,12 @@ class Kind(StrEnum):
 class LogEntry(NamedTuple):
     """A packet of a log, or the salt of its packets."""
 
-    kind: Kind
+    kind: LineKind
     time_s: float
     data: bytes
 
 
-def refuse_written(folder: Path, plan: Plan) -> Path:
+def refuse_written(folder: Path, plan: NodePlan) -> Path:
     """The file that the log of a plan is to be written to; raises OutputError if it is there already."""
     path = folder / f"{plan.vehicle}{ENDING}"
     if path.exists():
@@ -58,7 +58,7 @@ def refuse_written(folder: Path, plan: Plan) -> Path:
     return path
 
 
-class Log:
+class NodeLog:
     """A log that is being written.
 
     Args:
@@ -69,7 +69,7 @@ class Log:
         OutputError: the file is there already, or cannot be written.
     """
 
-    def __init__(self, folder: Path, plan: Plan) -> None:
+    def __init__(self, folder: Path, plan: NodePlan) -> None:
         self.path = refuse_written(folder, plan)
         try:
             folder.mkdir(parents=True, exist_ok=True)
@@ -84,7 +84,7 @@ class Log:
 
     def end(self, time_s: float, state_hash: str) -> None:
         """Say how the node ended."""
-        self._line({"kind": Kind.END, "time_s": time_s, "state_hash": state_hash})
+        self._line({"kind": LineKind.END, "time_s": time_s, "state_hash": state_hash})
 
     def close(self) -> None:
         """Close the file."""
@@ -105,7 +105,7 @@ class Logged:
         state_hash: at the end; None for a node that was killed.
     """
 
-    plan: Plan
+    plan: NodePlan
     entries: tuple[LogEntry, ...]
     state_hash: str | None
 
@@ -126,10 +126,10 @@ def read_log(path: Path) -> Logged:
     for number, line in enumerate(lines[1:], start=2):
         try:
             value = json.loads(line)
-            kind, time_s = Kind(value["kind"]), float(value["time_s"])
+            kind, time_s = LineKind(value["kind"]), float(value["time_s"])
             if not math.isfinite(time_s):
                 raise ValueError
-            if kind is Kind.END:
+            if kind is LineKind.END:
                 state_hash = str(value["state_hash"])
             else:
                 entries.append(LogEntry(kind, time_s, bytes.fromhex(value["data"])))
@@ -138,12 +138,12 @@ def read_log(path: Path) -> Logged:
     return Logged(plan, tuple(entries), state_hash)
 
 
-def _plan(path: Path, line: str) -> Plan:
+def _plan(path: Path, line: str) -> NodePlan:
     try:
         value = json.loads(line)
         if value["log"] != FORMAT:
             raise ValueError
-        return Plan(**value["plan"])
+        return NodePlan(**value["plan"])
     except (ValueError, TypeError, KeyError):
         raise _no_log(path, 1, line) from None
 
@@ -177,10 +177,10 @@ def play(log: Logged) -> Played:
     Raises:
         ConfigurationError: this version cannot read the scenario in the log.
     """
-    salt = next((entry.data for entry in log.entries if entry.kind is Kind.SALT), None)
+    salt = next((entry.data for entry in log.entries if entry.kind is LineKind.SALT), None)
     plan, solo = log.plan, alone(log.plan, salt).solo
-    heard = [entry for entry in log.entries if entry.kind is Kind.HEARD]
-    logged = [entry for entry in log.entries if entry.kind is Kind.SENT]
+    heard = [entry for entry in log.entries if entry.kind is LineKind.HEARD]
+    logged = [entry for entry in log.entries if entry.kind is LineKind.SENT]
     for entry in heard:
         solo.hear(entry.data, entry.time_s)
     is_whole = log.state_hash is not None

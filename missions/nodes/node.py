@@ -7,10 +7,10 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from exchange.acoustics import loss
-from exchange.drivers import Driver, Heard, Pace
+from exchange.drivers import Driver, Pace, TimedPacket
 from exchange.errors import PeerFault
-from missions.nodes.alone import Alone
-from missions.nodes.logs import Kind, Log, LogEntry
+from missions.nodes.alone import LoneVehicle
+from missions.nodes.logs import LineKind, LogEntry, NodeLog
 from remoras.solo import just_after
 
 DOUBLES = 40
@@ -44,7 +44,7 @@ class Mishaps:
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class NodeOutcome:
     """What came of a node.
 
     Attributes:
@@ -78,7 +78,7 @@ class Outcome:
         return asdict(self)
 
 
-class Node:
+class VehicleNode:
     """One vehicle that speaks and hears through a driver.
 
     Args:
@@ -91,10 +91,10 @@ class Node:
 
     def __init__(
         self,
-        own: Alone,
+        own: LoneVehicle,
         driver: Driver,
         pace: Pace,
-        log: Log | None = None,
+        log: NodeLog | None = None,
         mishaps: Mishaps | None = None,
     ) -> None:
         self._plan, self._setup, self.solo = own.plan, own.setup, own.solo
@@ -102,18 +102,18 @@ class Node:
         self._pace = pace
         self._log = log
         self._mishaps = mishaps or Mishaps()
-        self._counts: Counter[Kind] = Counter()
+        self._counts: Counter[LineKind] = Counter()
         self._n_doubled = 0
         self._late_s = 0.0
         if log is not None and own.salt is not None:
-            log.write(LogEntry(Kind.SALT, own.plan.begins_s, own.salt))
+            log.write(LogEntry(LineKind.SALT, own.plan.begins_s, own.salt))
 
     @property
     def next_s(self) -> float:
         """When something happens next that is not heard (s)."""
         return self.solo.next_s
 
-    def run(self) -> Outcome:
+    def run(self) -> NodeOutcome:
         """Go on until the end of the plan, and close the driver."""
         try:
             while self.next_s < self._plan.end_s:
@@ -139,7 +139,7 @@ class Node:
                 self._late_s = max(self._late_s, now_s - due_s)
             self._advance(just_after(due_s))
 
-    def outcome(self) -> Outcome:
+    def outcome(self) -> NodeOutcome:
         """What has come of it so far."""
         vehicle, names = self.solo.vehicle, self._setup.database.names
         model = vehicle.beliefs.model
@@ -147,12 +147,12 @@ class Node:
             f"{names[origin]}.e{epoch}" if epoch else names[origin]: held
             for (origin, epoch), held in sorted(model.digest().items())
         }
-        return Outcome(
+        return NodeOutcome(
             vehicle.name,
             self.solo.horizon_s,
-            self._counts[Kind.SENT],
-            self._counts[Kind.HEARD],
-            self._counts[Kind.LOST],
+            self._counts[LineKind.SENT],
+            self._counts[LineKind.HEARD],
+            self._counts[LineKind.LOST],
             self._n_doubled,
             self.solo.n_refused,
             sum(highest + 1 + mask.bit_count() for highest, mask in digest.values()),
@@ -163,15 +163,15 @@ class Node:
             round(self._late_s, 3),
         )
 
-    def _hear(self, heard: Heard) -> None:
+    def _hear(self, heard: TimedPacket) -> None:
         copies = self._copies(heard)
         self._n_doubled += copies == 2
         if not copies:
-            self._note(Kind.LOST, heard.time_s, heard.data)
+            self._note(LineKind.LOST, heard.time_s, heard.data)
         for _ in range(copies):
-            self._note(Kind.HEARD, self.solo.hear(heard.data, heard.time_s), heard.data)
+            self._note(LineKind.HEARD, self.solo.hear(heard.data, heard.time_s), heard.data)
 
-    def _copies(self, heard: Heard) -> int:
+    def _copies(self, heard: TimedPacket) -> int:
         """How often a packet is heard; one whose head cannot be read once, so that it is refused and counted."""
         try:
             head = self._setup.codec.head(heard.data)
@@ -183,10 +183,10 @@ class Node:
 
     def _advance(self, until_s: float) -> None:
         for sent in self.solo.advance(until_s):
-            self._note(Kind.SENT, sent.time_s, sent.packet.data)
+            self._note(LineKind.SENT, sent.time_s, sent.packet.data)
             self._driver.send(sent.packet.data, sent.time_s)
 
-    def _note(self, kind: Kind, time_s: float, data: bytes) -> None:
+    def _note(self, kind: LineKind, time_s: float, data: bytes) -> None:
         self._counts[kind] += 1
         if self._log is not None:
             self._log.write(LogEntry(kind, time_s, data))

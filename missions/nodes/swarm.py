@@ -15,7 +15,7 @@ from types import TracebackType
 from typing import Any
 
 from missions.errors import MissionsError
-from missions.nodes.alone import Plan
+from missions.nodes.alone import NodePlan
 from missions.nodes.child import MODULE, NodeJob
 from remoras.plugin_folders import SAFE_PATH, plugin_folders
 
@@ -151,7 +151,7 @@ class Processes:
 
 def swarm(
     scenario: str,
-    plans: Sequence[Plan],
+    plans: Sequence[NodePlan],
     speed: float,
     lost_and_doubled: tuple[float, float] = (0.0, 0.0),
     out: Path | None = None,
@@ -187,7 +187,7 @@ def swarm(
         return Swarm(scenario, vehicles, processes.ended, len({one["state_hash"] for one in alive}) == 1)
 
 
-def plans_of(first: Plan, names: Sequence[str]) -> list[Plan]:
+def plans_of(first: NodePlan, names: Sequence[str]) -> list[NodePlan]:
     """Plans of vehicles of one scenario that differ in nothing else.
 
     Args:

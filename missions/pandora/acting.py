@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from missions.pandora.assessment import Monitor, as_observations
+from missions.pandora.assessment import ActionMonitor, as_observations
 from missions.pandora.scenario import PandoraSettings
-from missions.pandora.structure import Part
+from missions.pandora.structure import PlannedPart
 from remoras.behaviours import Approach, Behaviour, Perception, Reference, attracted, distance_m
 from remoras.current import Current
 from remoras.database import VehicleData
@@ -28,7 +28,7 @@ MARGIN_S, MARGIN_SHARE = 30.0, 0.25
 
 
 @dataclass(frozen=True)
-class Orders:
+class ActingContext:
     """What all actions of a run go by.
 
     Attributes:
@@ -57,9 +57,9 @@ class Acting(Behaviour):
         part: that it is on; data: of the vehicle; orders: of the run.
     """
 
-    def __init__(self, part: Part, data: VehicleData, orders: Orders) -> None:
+    def __init__(self, part: PlannedPart, data: VehicleData, orders: ActingContext) -> None:
         self._part, self._data, self._orders = part, data, orders
-        self._monitor = Monitor(data, orders.settings, part, orders.foretold)
+        self._monitor = ActionMonitor(data, orders.settings, part, orders.foretold)
         self._approach = Approach(data.transit_speed_mps)
         self._gain, self._raised_s = 1.0, -math.inf
         self._seen_s: float | None = None

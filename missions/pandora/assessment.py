@@ -26,7 +26,7 @@ from exchange.arithmetic import distance, length, log
 from missions.pandora.scenario import PandoraSettings
 from missions.pandora.sensors import CameraSettings, LogSettings
 from missions.pandora.sequential import Cusum
-from missions.pandora.structure import Part
+from missions.pandora.structure import PlannedPart
 from remoras.current import Current
 from remoras.database import VehicleData
 from remoras.known import Known
@@ -51,7 +51,7 @@ SOUND_SHARE, SOUND_FLOW_MPS, SOUND_W, SOUND_M = 0.05, 0.05, 5.0, 0.2
 NOWHERE: Point = (0.0, 0.0)
 
 
-class Monitor:
+class ActionMonitor:
     """Assesses one action of one vehicle.
 
     Args:
@@ -61,7 +61,9 @@ class Monitor:
         foretold: the current by the plan; None where the water is to stand.
     """
 
-    def __init__(self, data: VehicleData, settings: PandoraSettings, part: Part, foretold: Current | None) -> None:
+    def __init__(
+        self, data: VehicleData, settings: PandoraSettings, part: PlannedPart, foretold: Current | None
+    ) -> None:
         self._me, self._data, self._part, self._foretold = data.name, data, part, foretold
         self._log, self._camera = data.sensor(LogSettings), data.sensor(CameraSettings)
         self.quality = 1.0

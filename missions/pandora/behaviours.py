@@ -6,9 +6,9 @@ import math
 from itertools import pairwise
 
 from exchange.arithmetic import distance
-from missions.pandora.acting import NEAR_M, Acting, Orders
+from missions.pandora.acting import NEAR_M, Acting, ActingContext
 from missions.pandora.sensors import CameraSettings, WrenchSettings
-from missions.pandora.structure import Part
+from missions.pandora.structure import PlannedPart
 from remoras.behaviours import Perception, Reference, distance_m
 from remoras.database import VehicleData
 from remoras.known import Known
@@ -35,7 +35,7 @@ SEEKING_M = 3.0
 class Looking(Acting):
     """Looks for a part where it should be, and says where it is; if it is not there, where it is to be sought."""
 
-    def __init__(self, part: Part, data: VehicleData, orders: Orders) -> None:
+    def __init__(self, part: PlannedPart, data: VehicleData, orders: ActingContext) -> None:
         super().__init__(part, data, orders)
         self._focus: tuple[Observation, ...] = ()
         self._has_said = False
@@ -88,7 +88,7 @@ class Looking(Acting):
 class Seeking(Looking):
     """Directs the camera to a focus area: the vehicle goes along squares around its centre until it sees the part."""
 
-    def __init__(self, part: Part, data: VehicleData, orders: Orders) -> None:
+    def __init__(self, part: PlannedPart, data: VehicleData, orders: ActingContext) -> None:
         super().__init__(part, data, orders)
         camera = data.sensor(CameraSettings)
         range_m, every_s = (NEAR_M, 1.0) if camera is None else (camera.range_m, camera.every_s)
@@ -145,7 +145,7 @@ def squares(centre_m: Point, radius_m: float, spacing_m: float) -> list[Point]:
     return found
 
 
-class Working(Acting):
+class WorkingOnPart(Acting):
     """Works on a part with a tool until that feels the end of the work.
 
     Args:
@@ -155,7 +155,7 @@ class Working(Acting):
     """
 
     def __init__(
-        self, part: Part, data: VehicleData, orders: Orders, pace: float = 1.0, is_wrench: bool = False
+        self, part: PlannedPart, data: VehicleData, orders: ActingContext, pace: float = 1.0, is_wrench: bool = False
     ) -> None:
         super().__init__(part, data, orders)
         self._pace, self._is_wrench = pace, is_wrench
@@ -187,10 +187,10 @@ class Working(Acting):
         return [(self._part.of, "placedAt", at_m)] if distance(at_m, was_m) > DISPLACED_M else []
 
 
-class Inspecting(Acting):
+class InspectingPart(Acting):
     """Keeps the camera on each point of a part for long enough."""
 
-    def __init__(self, part: Part, data: VehicleData, orders: Orders) -> None:
+    def __init__(self, part: PlannedPart, data: VehicleData, orders: ActingContext) -> None:
         super().__init__(part, data, orders)
         self._nth = 0
         self._at_s = 0.0
@@ -223,7 +223,7 @@ class Inspecting(Acting):
         return super().perceive(motion, picture, performed)
 
 
-def wrenching(part: Part, data: VehicleData, orders: Orders) -> Working:
+def wrenching(part: PlannedPart, data: VehicleData, orders: ActingContext) -> WorkingOnPart:
     """To work with the wrench."""
     wrench = data.sensor(WrenchSettings)
-    return Working(part, data, orders, 1.0 if wrench is None else wrench.pace, is_wrench=True)
+    return WorkingOnPart(part, data, orders, 1.0 if wrench is None else wrench.pace, is_wrench=True)

@@ -17,7 +17,7 @@ SEEN_APART_M = 0.5
 """So far apart lie points that are looked at, as far as a vehicle that holds its place may be off."""
 
 
-def structure_faults(raw: Raw) -> Iterator[ConfigurationFault]:
+def parts_faults(raw: Raw) -> Iterator[ConfigurationFault]:
     """All faults of parts and of what is upset.
 
     Args:

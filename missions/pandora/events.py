@@ -26,7 +26,7 @@ AFTER_S = 1200.0
 
 
 @dataclass(frozen=True, slots=True)
-class Event:
+class SiteEvent:
     """Something that befell a vehicle, a part or, with an empty subject, the water.
 
     Attributes:
@@ -53,10 +53,10 @@ class Found:
     finding: str
 
 
-def events_of(run: MeasuredRun) -> list[Event]:
+def events_of(run: MeasuredRun) -> list[SiteEvent]:
     """What befell a run, in the order in which it began."""
     found = [
-        Event(kind, part, UPSETS[kind], time_s)
+        SiteEvent(kind, part, UPSETS[kind], time_s)
         for time_s, _, part, kind in run.recorder.rows(MET.name)
     ]  # fmt: skip
     begun: dict[tuple[str, str], float] = {}
@@ -66,13 +66,13 @@ def events_of(run: MeasuredRun) -> list[Event]:
         if not detail.startswith(OVER):
             begun[vehicle, kind] = time_s
         elif (vehicle, kind) in begun:
-            found.append(Event(kind, vehicle, (FAULTS[kind],), begun.pop((vehicle, kind)), time_s))
-    found += [Event(kind, vehicle, (FAULTS[kind],), from_s) for (vehicle, kind), from_s in begun.items()]
+            found.append(SiteEvent(kind, vehicle, (FAULTS[kind],), begun.pop((vehicle, kind)), time_s))
+    found += [SiteEvent(kind, vehicle, (FAULTS[kind],), from_s) for (vehicle, kind), from_s in begun.items()]
     scenario = cast("PandoraScenario", run.scenario)
     for number, surge in enumerate(scenario.current.surge):
         drawn = surge.drawn(run.seed, number)
         if drawn.from_s < _last_s(run):
-            found.append(Event(CURRENT, "", (CURRENT,), drawn.from_s, drawn.until_s))
+            found.append(SiteEvent(CURRENT, "", (CURRENT,), drawn.from_s, drawn.until_s))
     return sorted(found, key=lambda event: (event.from_s, event.kind, event.subject))
 
 
@@ -88,14 +88,14 @@ def findings_of(run: MeasuredRun) -> Iterator[Found]:
             yield Found(recorded_s, origin, subject, value)
 
 
-def is_of(found: Found, event: Event) -> bool:
+def is_of(found: Found, event: SiteEvent) -> bool:
     """True if a finding says what an event is."""
     if found.finding not in event.findings or (event.subject and found.subject != event.subject):
         return False
     return event.from_s <= found.time_s <= event.until_s + AFTER_S
 
 
-def detected_s(event: Event, found: list[Found]) -> float | None:
+def detected_s(event: SiteEvent, found: list[Found]) -> float | None:
     """How long after its begin an event was first found; None if it was not."""
     first = next((one for one in found if is_of(one, event)), None)
     return None if first is None else first.time_s - event.from_s

@@ -25,9 +25,9 @@ from missions.meeting.job_mission import WORK, JobMission
 from missions.meeting.meeting import importance_of
 from missions.meeting.orders import expected_of
 from missions.metric import Metric
-from missions.pandora.acting import Acting, Orders
-from missions.pandora.behaviours import Inspecting, Looking, Seeking, Working, wrenching
-from missions.pandora.checks import structure_faults
+from missions.pandora.acting import Acting, ActingContext
+from missions.pandora.behaviours import InspectingPart, Looking, Seeking, WorkingOnPart, wrenching
+from missions.pandora.checks import parts_faults
 from missions.pandora.figures import FIGURES
 from missions.pandora.metrics import METRICS
 from missions.pandora.scenario import PandoraScenario, with_roles
@@ -39,7 +39,7 @@ from missions.pandora.sensors import (
     LogSettings,
     WrenchSettings,
 )
-from missions.pandora.structure import Part, parts_of, structure_of
+from missions.pandora.structure import PlannedPart, planned_parts, structure_of
 from missions.pandora.things import Structure
 from missions.pandora.truth import MET, SERVICED, PandoraTruth
 from missions.scenarios.tables import Raw
@@ -53,12 +53,14 @@ from remoras.recorder import Recorder, Table
 from remoras.sensor import SensorSettings
 from remoras.work import Point
 
-ACTIONS: Mapping[str, tuple[Callable[[Part, VehicleData, Orders], Acting], tuple[type[SensorSettings], ...]]] = {
+ACTIONS: Mapping[
+    str, tuple[Callable[[PlannedPart, VehicleData, ActingContext], Acting], tuple[type[SensorSettings], ...]]
+] = {
     "Looking": (Looking, (CameraSettings, LogSettings)),
     "Seeking": (Seeking, (CameraSettings, LogSettings)),
-    "Inspecting": (Inspecting, (CameraSettings, LogSettings)),
-    "Turning": (Working, (CameraSettings, LogSettings, ArmSettings)),
-    "Cleaning": (Working, (CameraSettings, LogSettings, ArmSettings)),
+    "Inspecting": (InspectingPart, (CameraSettings, LogSettings)),
+    "Turning": (WorkingOnPart, (CameraSettings, LogSettings, ArmSettings)),
+    "Cleaning": (WorkingOnPart, (CameraSettings, LogSettings, ArmSettings)),
     "Wrenching": (wrenching, (CameraSettings, LogSettings, WrenchSettings)),
 }
 """Elementary tasks: how each is carried out, and the kinds of sensors that it switches on."""
@@ -85,9 +87,9 @@ class PandoraMission(JobMission):
     scenario: PandoraScenario
 
     def __init__(self, scenario: PandoraScenario) -> None:
-        self._parts = parts_of(scenario)
+        self._parts = planned_parts(scenario)
         calm = scenario.current.model_copy(update={"surge": ()})
-        self._orders_of_actions = Orders(scenario.mission, calm.water(0))
+        self._orders_of_actions = ActingContext(scenario.mission, calm.water(0))
         super().__init__(scenario)
 
     @classmethod
@@ -98,9 +100,9 @@ class PandoraMission(JobMission):
     @classmethod
     def check(cls, raw: Raw) -> Iterable[ConfigurationFault]:
         """What is wrong with parts, and with what is upset."""
-        return structure_faults(raw)
+        return parts_faults(raw)
 
-    def jobs_of(self, scenario: PandoraScenario) -> Iterable[Part]:
+    def jobs_of(self, scenario: PandoraScenario) -> Iterable[PlannedPart]:
         """The parts."""
         return self._parts.values()
 

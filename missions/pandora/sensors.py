@@ -15,7 +15,7 @@ from pydantic import Field
 
 from exchange.acoustics import loss
 from exchange.arithmetic import distance, normal_quantile
-from missions.pandora.things import Structure, Thing
+from missions.pandora.things import Structure, TruePart
 from remoras.database import VehicleData
 from remoras.recorder import TIME, VEHICLE, Column, Table
 from remoras.sensor import Fact, Observation, Pose, Sensor, SensorSettings
@@ -95,7 +95,7 @@ class Camera:
                 found.append(Observation(((thing.name, "inspectedPoint", nth),), (thing.name, nth)))
         return found
 
-    def _shown(self, which: int, thing: Thing, pose: Pose, seed: int, number: int) -> tuple[Fact, ...]:
+    def _shown(self, which: int, thing: TruePart, pose: Pose, seed: int, number: int) -> tuple[Fact, ...]:
         off_m = [error(seed, number, self._node, 2 * which + axis) for axis in (0, 1)]
         seen_m = tuple(
             at_m + believed_m + self._settings.sigma_m * one
@@ -115,10 +115,10 @@ class LogSettings(SensorSettings):
 
     def make(self, data: VehicleData) -> Sensor:
         """The log of a vehicle."""
-        return Log(self, data)
+        return SpeedLog(self, data)
 
 
-class Log:
+class SpeedLog:
     """Measures speed through the water, and how the water moves over the ground.
 
     Args:
@@ -220,7 +220,7 @@ class Tool:
         self._felt, self._felt_s = share, now_s
         return [Observation(((thing.name, "workedShare", share),))]
 
-    def _ended(self, thing: Thing) -> list[Observation]:
+    def _ended(self, thing: TruePart) -> list[Observation]:
         self._is_over = True
         if thing.kind != "Valve":
             return [Observation(((thing.name, "workedShare", 1.0),), (thing.name, "clean"))]

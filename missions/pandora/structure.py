@@ -16,14 +16,14 @@ from exchange.acoustics import loss
 from exchange.arithmetic import TAU, distance, length, sincos
 from missions.pandora.scenario import ANY, KINDS, PandoraScenario, UpsetTable, ValveTable, job_of
 from missions.pandora.sensors import ArmSettings, CameraSettings
-from missions.pandora.things import Structure, Thing
+from missions.pandora.things import Structure, TruePart
 from remoras.beliefs import Key
 from remoras.database import VehicleData
 from remoras.work import Outlook, Point
 
 
 @dataclass(frozen=True)
-class Part:
+class PlannedPart:
     """A part as the plan has it, and the task of servicing it; a ``remoras.work.Job``.
 
     Attributes:
@@ -86,7 +86,7 @@ class Part:
         return Outlook(outlook.free_s + way_s + self.work_there_s(data), self.points_m[-1])
 
 
-def parts_of(scenario: PandoraScenario) -> dict[str, Part]:
+def planned_parts(scenario: PandoraScenario) -> dict[str, PlannedPart]:
     """The service tasks by name, each with its part."""
     panels = {panel.name: panel.position_m for panel in scenario.panel}
     found = {}
@@ -94,13 +94,15 @@ def parts_of(scenario: PandoraScenario) -> dict[str, Part]:
         for table in getattr(scenario, kind):
             points_m = getattr(table, "points_m", None) or (table.position_m,)
             panel = table.panel if isinstance(table, ValveTable) else table.name if kind == "panel" else ""
-            found[job_of(table.name)] = Part(table.name, of_class, points_m, table.work_s, panels.get(panel), panel)
+            found[job_of(table.name)] = PlannedPart(
+                table.name, of_class, points_m, table.work_s, panels.get(panel), panel
+            )
     return found
 
 
-def structure_of(parts: Mapping[str, Part], upsets: Iterable[UpsetTable], seed: int) -> Structure:
+def structure_of(parts: Mapping[str, PlannedPart], upsets: Iterable[UpsetTable], seed: int) -> Structure:
     """The structure as it really is in the run with that seed."""
-    things = {part.of: Thing(part.of, part.kind, part.points_m, part.work_s) for part in parts.values()}
+    things = {part.of: TruePart(part.of, part.kind, part.points_m, part.work_s) for part in parts.values()}
     free = [part.of for part in parts.values() if part.kind == "Valve"]
     for upset in upsets:
         if upset.part in free:
@@ -112,7 +114,7 @@ def structure_of(parts: Mapping[str, Part], upsets: Iterable[UpsetTable], seed: 
     return Structure(tuple(things.values()), seed)
 
 
-def _upset(thing: Thing, upset: UpsetTable, direction: float) -> Thing:
+def _upset(thing: TruePart, upset: UpsetTable, direction: float) -> TruePart:
     if upset.kind == "turned":
         return replace(thing, state="closed", upset=upset.kind)
     if upset.kind == "stuck":

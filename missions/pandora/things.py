@@ -13,7 +13,7 @@ from remoras.work import Point
 
 
 @dataclass(frozen=True)
-class Thing:
+class TruePart:
     """A part as it really is.
 
     Attributes:
@@ -42,9 +42,9 @@ BUCKET_M = 20.0
 class Structure:
     """All parts of one run; ``seed`` is the root of what sensors show of them."""
 
-    things: tuple[Thing, ...]
+    things: tuple[TruePart, ...]
     seed: int = 0
-    _buckets: dict[tuple[int, int], list[tuple[int, Thing, int]]] = field(
+    _buckets: dict[tuple[int, int], list[tuple[int, TruePart, int]]] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
 
@@ -54,7 +54,7 @@ class Structure:
                 bucket = math.floor(x_m / BUCKET_M), math.floor(y_m / BUCKET_M)
                 self._buckets.setdefault(bucket, []).append((number, thing, nth))
 
-    def near(self, at_m: Point, within_m: float) -> list[tuple[int, Thing, int]]:
+    def near(self, at_m: Point, within_m: float) -> list[tuple[int, TruePart, int]]:
         """Points of parts within a distance: number of the part, the part, number of the point; in that order."""
         columns, rows = (
             range(math.floor((one - within_m) / BUCKET_M), math.floor((one + within_m) / BUCKET_M) + 1) for one in at_m

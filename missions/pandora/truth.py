@@ -8,7 +8,7 @@ from exchange.arithmetic import distance
 from missions.meeting.meeting import Meeting
 from missions.meeting.truth import JobTruth
 from missions.pandora.sensors import LOOKS, TURNS
-from missions.pandora.structure import Part
+from missions.pandora.structure import PlannedPart
 from missions.pandora.things import Structure
 from remoras.mission import FleetView, Milestone
 from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
@@ -32,7 +32,12 @@ class PandoraTruth(JobTruth):
     work = "service"
 
     def __init__(
-        self, meeting: Meeting, objective: str, recorder: Recorder, structure: Structure, parts: Mapping[str, Part]
+        self,
+        meeting: Meeting,
+        objective: str,
+        recorder: Recorder,
+        structure: Structure,
+        parts: Mapping[str, PlannedPart],
     ) -> None:
         super().__init__(meeting, objective, recorder)
         self._looks, self._turns = recorder.rows(LOOKS.name), recorder.rows(TURNS.name)

@@ -16,7 +16,7 @@ from missions.runs.sea import actual, sea_of
 from missions.runs.sensors import recorder_of_mission, sensors_of
 from missions.runs.setup import Setup
 from missions.runs.worlds import world_model
-from missions.scenarios.deployment import deployment_of, sound_speed_mps
+from missions.scenarios.deployment import deployment_of, scenario_sound_speed_mps
 from missions.scenarios.parts import groups_of
 from missions.scenarios.values import value_rule_of
 from remoras.beliefs import Beliefs
@@ -48,7 +48,7 @@ def channel_of(setup: Setup, seed: int) -> BroadcastChannel:
         setup.modem,
         scenario.channel.link_model(deployment, seed),
         seed,
-        sound_speed_mps=sound_speed_mps(scenario),
+        sound_speed_mps=scenario_sound_speed_mps(scenario),
         range_m=scenario.communication.range_m,
         blackouts=scenario.channel.blackouts(setup.nodes),
         depths_m=deployment.depths_m if model.counts_depth else (),
@@ -82,7 +82,7 @@ class Shared:
     parts: Sequence[Part]
 
 
-class Life(NamedTuple):
+class VehicleLife(NamedTuple):
     """A vehicle from when it begins, or begins anew, on.
 
     Attributes:
@@ -114,7 +114,7 @@ def assemble(setup: Setup, seed: int, channel: Channel | None = None, salt: byte
     own: Part | None = setup.strategy.declaration.part
     if own is not None and own.knows_vehicles:
         setup = _known_as_it_is(setup, fleet)
-    shared = Shared(setup, seed, mission.world(seed), recorder, parts_of(setup, recorder, seed))
+    shared = Shared(setup, seed, mission.world(seed), recorder, feature_parts(setup, recorder, seed))
 
     def anew(model: Fleet, before: Vehicle, remembers: bool) -> Vehicle:
         return vehicle_anew(model, shared, before, remembers)
@@ -122,7 +122,7 @@ def assemble(setup: Setup, seed: int, channel: Channel | None = None, salt: byte
     faults, times = faults_in(setup, seed), scenario.scenario
     carrier = channel if channel is not None else channel_of(setup, seed)
     return Fleet(
-        Makers(lambda model: [vehicle_of(model, shared, Life(real)) for real in fleet], anew),
+        Makers(lambda model: [vehicle_of(model, shared, VehicleLife(real)) for real in fleet], anew),
         Medium(carrier, setup.modem, setup.schedule, clocks_of(shared.parts), faults, seed),
         mission.truth(recorder, shared.world),
         recorder,
@@ -133,7 +133,7 @@ def assemble(setup: Setup, seed: int, channel: Channel | None = None, salt: byte
     )
 
 
-def parts_of(setup: Setup, recorder: Recorder, seed: int, is_alone: bool = False) -> list[Part]:
+def feature_parts(setup: Setup, recorder: Recorder, seed: int, is_alone: bool = False) -> list[Part]:
     """What features that are on do in a run.
 
     Args:
@@ -183,12 +183,12 @@ def vehicle_anew(host: Fleet | Solo, shared: Shared, before: Vehicle, remembers:
         remembers: False if its memory is lost.
     """
     now_s = host.shown_s(before)
-    anew = vehicle_of(host, shared, Life(before.functional.data, now_s, before.beliefs.model.epoch + 1))
+    anew = vehicle_of(host, shared, VehicleLife(before.functional.data, now_s, before.beliefs.model.epoch + 1))
     go_on(anew, before, now_s, remembers)
     return anew
 
 
-def vehicle_of(host: Fleet | Solo, shared: Shared, life: Life) -> Vehicle:
+def vehicle_of(host: Fleet | Solo, shared: Shared, life: VehicleLife) -> Vehicle:
     """A vehicle that believes what the fleet knows of it, and moves as it really is.
 
     Args:

@@ -29,7 +29,7 @@ def idle_s(run: MeasuredRun) -> float | None:
     work = job_roles(run.scenario)
     joined_s, lost_s = _joined_s(run), _first_s(run, Absence.LOSS, False)
     idle = []
-    for vehicle in able_to_work(run.scenario):
+    for vehicle in vehicles_for_jobs(run.scenario):
         end_s = min(run.end_s, lost_s.get(vehicle, run.end_s))
         working_s = math.fsum(end - begin for begin, end in _working(run, vehicle, work, end_s))
         idle.append(max(0.0, end_s - joined_s.get(vehicle, 0.0) - working_s))
@@ -74,7 +74,7 @@ def job_roles(scenario: Scenario) -> set[tuple[str, str]]:
     return {(group.name, role.name) for group in scenario.group for role in group.role if role.job is not None}
 
 
-def able_to_work(scenario: Scenario) -> tuple[str, ...]:
+def vehicles_for_jobs(scenario: Scenario) -> tuple[str, ...]:
     """Vehicles that are able to play a role that has a job."""
     names = {name for group, role in job_roles(scenario) for name in (role, f"{group}.{role}")}
     return tuple(vehicle.name for vehicle in scenario.vehicle if not names.isdisjoint(vehicle.playable_roles or ()))

@@ -48,7 +48,7 @@ def check_output(folder: Path, force: bool) -> None:
         raise OutputError(f"--out {folder}: cannot be written: {error.strerror}") from None
 
 
-def of_run(names: Set[str]) -> set[str]:
+def files_of_run(names: Set[str]) -> set[str]:
     """Of the names of files in a folder, those that a run wrote or that were drawn of it; none if it has no results."""
     if SUMMARY not in names:
         return set()
@@ -60,7 +60,7 @@ def of_run(names: Set[str]) -> set[str]:
 
 @contextmanager
 def new_content(
-    folder: Path, of_older: Callable[[Set[str]], set[str]] = of_run, last: str | None = MANIFEST
+    folder: Path, of_older: Callable[[Set[str]], set[str]] = files_of_run, last: str | None = MANIFEST
 ) -> Iterator[Path]:
     """An empty folder to fill; at the end it takes the place of ``folder``, at an error it goes.
 

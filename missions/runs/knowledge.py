@@ -65,7 +65,7 @@ def query(
     return ask(known if vehicle is None else known[vehicle], sparql, engine_of(engine), most_rows)
 
 
-def export(
+def write_knowledge(
     results: Results | MemoryResults,
     form: RdfFormat,
     out: Path,
@@ -118,7 +118,7 @@ def form_of(format: str, about: tuple[str | None, float | None, bool]) -> RdfFor
 
     Args:
         format: its name.
-        about: vehicle, time and items as ``export`` has them.
+        about: vehicle, time and items as ``write_knowledge`` has them.
 
     Raises:
         OutputError: something is asked that a file of this format does not have.
@@ -131,7 +131,7 @@ def form_of(format: str, about: tuple[str | None, float | None, bool]) -> RdfFor
     return None
 
 
-def default_path(folder: Path, form: RdfFormat, vehicle: str | None, items: bool) -> Path:
+def knowledge_path(folder: Path, form: RdfFormat, vehicle: str | None, items: bool) -> Path:
     """Where knowledge is written if nothing else is said: into the folder of the run.
 
     >>> default_path(Path("r"), RdfFormat.N_TRIPLES, "AUV01", True).as_posix()

@@ -66,7 +66,7 @@ class Belief(NamedTuple):
 
 
 @dataclass(frozen=True, repr=False)
-class Known:
+class KnownAt:
     """What one vehicle knew at one time, after all that happened then.
 
     Attributes:
@@ -201,7 +201,7 @@ class Memory:
     def _senders(self) -> Senders:
         return Senders(self._results)
 
-    def known(self, vehicle: str, at_s: float) -> Known:
+    def known(self, vehicle: str, at_s: float) -> KnownAt:
         """What ``vehicle`` knew at ``at_s``.
 
         Raises:
@@ -240,7 +240,7 @@ class Memory:
         absent = left_over((row["peer"], row["event"] == "absent") for row in past[MEMBERSHIP])
         is_cut_off = absent == set(setup.database) - {vehicle}
         arguments = {(row["group"], row["role"], row["objective"]): row["argument"] for row in given if row["role"]}
-        return Known(
+        return KnownAt(
             vehicle,
             at_s,
             model,
@@ -347,7 +347,7 @@ class Memory:
         origin, epoch, sequence = guid_of(first["uid"])
         if sequence == STATUS:  # its name says by whom it is and when, not in which life
             epoch = max(life.epoch for life in self._lives[first["origin"]] if life.from_s <= first["recorded_s"])
-        facts = tuple(fact_of(model, row) for row in rows)
+        facts = tuple(fact_of_row(model, row) for row in rows)
         block = Block(origin, sequence, model.quantise_time(first["time_s"]), facts, epoch)
         items = tuple(dict.fromkeys(row["uid"] for row in rows))
         return _Told(block, first["origin"], first["recorded_s"], first["kind"], items)
@@ -387,7 +387,7 @@ def _uid(model: WorldModel, name: str) -> int:
         return int(name.rpartition("-")[2])
 
 
-def fact_of(model: WorldModel, row: Mapping[str, Any]) -> PropertyValue:
+def fact_of_row(model: WorldModel, row: Mapping[str, Any]) -> PropertyValue:
     """The fact that a row of the table ``items`` has; ``model`` needs to know the common instances alone."""
     attribute = model.tbox.attribute_named(row["attribute"])
     is_link = attribute.kind is ValueKind.LINK

@@ -15,7 +15,7 @@ from missions.fault import absence
 from missions.metric import MeasuredRun
 from remoras.faults import OVER
 from remoras.organisation import Organisation, RoleAssignment
-from remoras.wellformed import Malformed, faults_of
+from remoras.wellformed import Malformed, specification_faults
 
 RoleKey = tuple[str, str]
 
@@ -167,7 +167,7 @@ def malformed_spells(run: MeasuredRun) -> Iterator[tuple[float, tuple[Malformed,
     for spell_s, views in _moments(run):
         roles = frozenset(views.true_roles)
         if roles != known:
-            known, faults = roles, faults_of(Organisation.of(groups, roles))
+            known, faults = roles, specification_faults(Organisation.of(groups, roles))
         yield spell_s, faults
 
 

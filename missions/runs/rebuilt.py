@@ -23,7 +23,7 @@ GAVE_UP = frozenset({f"dropped block: {FaultCode.TIMED_OUT}", f"refused block: {
 """Kinds of faults by which a vehicle forgot blocks that it had heard; see ``remoras.radio``."""
 
 
-class Life(NamedTuple):
+class RebuiltLife(NamedTuple):
     """A life of a vehicle.
 
     Attributes:
@@ -37,13 +37,13 @@ class Life(NamedTuple):
     remembers: bool
 
 
-def lives_of(faults: Iterable[Row], vehicle: str) -> list[Life]:
+def lives_of(faults: Iterable[Row], vehicle: str) -> list[RebuiltLife]:
     """The lives of a vehicle, by the table ``faults``."""
-    lives, remembers = [Life(0.0, 0, False)], dict[str, bool]()
+    lives, remembers = [RebuiltLife(0.0, 0, False)], dict[str, bool]()
     for row in (one for one in faults if one["vehicle"] == vehicle):
         kind = row["kind"]
         if row["detail"] == OVER and kind in remembers:
-            lives.append(Life(row["time_s"], len(lives), remembers[kind]))
+            lives.append(RebuiltLife(row["time_s"], len(lives), remembers[kind]))
         elif (found := kind_of_row(kind)) is not None and (keeps := found.began_anew(row["detail"])) is not None:
             remembers[kind] = keeps
     return lives
@@ -132,7 +132,7 @@ def _goes_on(block: Sequence[Row], row: Row) -> bool:
     )
 
 
-def memories(lives: Sequence[Life]) -> Iterator[tuple[float, float]]:
+def memories(lives: Sequence[RebuiltLife]) -> Iterator[tuple[float, float]]:
     """From when to when a vehicle kept in mind what it heard; a restart with its memory ends nothing."""
     begins_s = [life.from_s for life in lives if not life.remembers]
     yield from zip(begins_s, [*begins_s[1:], math.inf], strict=True)

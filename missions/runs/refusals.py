@@ -8,7 +8,7 @@ from remoras.authority import CONSULTING
 from remoras.database import AUVDatabase
 from remoras.social.agreement import Agreement
 from remoras.strategy import Strategy
-from remoras.wellformed import Defect, faults_of
+from remoras.wellformed import Defect, specification_faults
 
 
 def refuse_malformed(scenario: Scenario, agreement: Agreement) -> None:
@@ -26,7 +26,7 @@ def refuse_malformed(scenario: Scenario, agreement: Agreement) -> None:
     headless = {fault.key for fault in faults}
     faults += [
         ConfigurationFault(one.key, one.given, f"no founding gives it what it demands: {one.allowed}")
-        for one in faults_of(founding)
+        for one in specification_faults(founding)
         if one.key.rpartition(".")[0] not in headless and one.defect is not Defect.SUBGROUPS  # some come at sea
     ]
     if faults:

@@ -28,7 +28,7 @@ from missions.errors import OutputError
 from missions.runs.folder import MANIFEST, SUMMARY, check_output, new_content
 from missions.runs.summary import summary
 from missions.runs.tables import arrow_table, write_table
-from missions.scenarios.loading import resolved
+from missions.scenarios.loading import scenario_from
 from missions.scenarios.scenario import Scenario
 from missions.verdict import KEY, VERDICT, older_verdict
 from remoras.recorder import ADDED, TABLES
@@ -36,7 +36,7 @@ from remoras.version import __version__
 from worldmodel import suggestion
 
 if TYPE_CHECKING:
-    from missions.runs.known import Known, Memory
+    from missions.runs.known import KnownAt, Memory
     from missions.runs.run import Run
 
 LIBRARIES = ("mesa", "rdflib", "numpy", "matplotlib", "pyarrow", "pydantic")
@@ -68,7 +68,7 @@ def manifest(run: Run) -> dict[str, Any]:
     }
 
 
-def write(run: Run | MemoryResults, folder: Path, force: bool = False) -> None:
+def write_results(run: Run | MemoryResults, folder: Path, force: bool = False) -> None:
     """Write summary, manifest and tables; ``force`` replaces results that are already there.
 
     Raises OutputError if the folder holds something or cannot be written.
@@ -161,7 +161,7 @@ class MemoryResults:
 
         return Memory(self, self.run.setup)
 
-    def known(self, vehicle: str, at_s: float) -> Known:
+    def known(self, vehicle: str, at_s: float) -> KnownAt:
         """What ``vehicle`` knew at ``at_s``: its world model, and the organisation in its view.
 
         Raises:
@@ -262,7 +262,7 @@ class Results:
         table = document.raw.get("scenario")
         if isinstance(table, dict):
             table.pop("metrics", None)  # their values are there, and their files need not be
-        return resolved(document)
+        return scenario_from(document)
 
     @property
     def verdict_note(self) -> str:
@@ -318,7 +318,7 @@ class Results:
 
         return Memory(self, resolved_setup(self.scenario))
 
-    def known(self, vehicle: str, at_s: float) -> Known:
+    def known(self, vehicle: str, at_s: float) -> KnownAt:
         """What ``vehicle`` knew at ``at_s``: its world model, and the organisation in its view.
 
         Raises:

@@ -33,7 +33,7 @@ class Root(int):
         return int(self) + other
 
 
-def drawn(root: int, scenario: Scenario, strategy: object) -> bool | None:
+def is_drawn(root: int, scenario: Scenario, strategy: object) -> bool | None:
     """Whether anything was drawn in a run; None where nobody can say, for parts of a user's own may draw unseen.
 
     Args:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 from exchange.acoustics.channel import Channel
 from missions.runs.assembly import assemble
-from missions.runs.root import Root, drawn
+from missions.runs.root import Root, is_drawn
 from missions.runs.setup import Setup, resolved
 from missions.scenarios.scenario import Scenario
 from remoras.fleet import Fleet
@@ -126,5 +126,5 @@ def result_of(setup: Setup, seed: int, fleet: Fleet, wall_s: float, settled: Set
         wall_s,
         fleet.holders.wrong_fraction,
         settled,
-        drawn(seed, setup.scenario, setup.strategy),
+        is_drawn(seed, setup.scenario, setup.strategy),
     )

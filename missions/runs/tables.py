@@ -94,7 +94,7 @@ def arrow_table(table: Table, rows: Sequence[Row], key: str = "") -> pa.Table:
     return pa.Table.from_arrays(arrays, schema=pa.schema(fields))
 
 
-def writer(target: Any, schema: pa.Schema) -> pq.ParquetWriter:
+def table_writer(target: Any, schema: pa.Schema) -> pq.ParquetWriter:
     """A writer of tables of this schema."""
     encodings, texts = {}, []
     for field in schema:
@@ -120,7 +120,7 @@ def writer(target: Any, schema: pa.Schema) -> pq.ParquetWriter:
 
 def write_table(target: Any, table: pa.Table) -> None:
     """Write one Arrow table as a Parquet file."""
-    with writer(target, table.schema) as out:
+    with table_writer(target, table.schema) as out:
         out.write_table(table)
 
 
@@ -132,7 +132,7 @@ def write_runs(target: Any, schema: pa.Schema, runs: Iterable[pa.Table]) -> None
         schema: of the table, with the key in front.
         runs: the table of each, in the order of their keys.
     """
-    with writer(target, schema) as out:
+    with table_writer(target, schema) as out:
         group: list[pa.Table] = []
         n_rows = 0
         for table in runs:
@@ -176,7 +176,7 @@ def write_part(folder: Path, key: str, tables: Mapping[str, bytes]) -> None:
     synced(folder)
 
 
-def damaged(tables: Path) -> list[str]:
+def damaged_tables(tables: Path) -> list[str]:
     """Names of merged tables that were lost or changed since they were written, or that cannot be read."""
     if (tables / DIGESTS).exists():
         return not_as_noted(tables)
@@ -199,7 +199,7 @@ def keys_in(parts: Path, tables: Path) -> set[str]:
     return found
 
 
-def merge(parts: Path, tables: Path, keys: Collection[str]) -> None:
+def merge_tables(parts: Path, tables: Path, keys: Collection[str]) -> None:
     """Bring the parts of these runs into one file per table, beside what is there already, in the order of the keys.
 
     Raises:

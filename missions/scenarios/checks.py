@@ -30,7 +30,7 @@ from missions.scenarios.policy import key_faults, policy_faults
 from missions.scenarios.scenario import Scenario
 from missions.scenarios.sea import beacon_faults, current_faults
 from missions.scenarios.starts import start_faults
-from missions.scenarios.tables import Raw, bounds_of, entries, names_of, one_of, point_of, table_of, text_of
+from missions.scenarios.tables import Raw, bounds_of, entries, names_of, one_of, point_of, table_of, text_at
 from missions.scenarios.values import value_faults
 from remoras.errors import PluginError, StrategyError
 from remoras.executive.satisfaction import DecisionConstants
@@ -322,7 +322,7 @@ def _missions(raw: Raw, mission: type[Mission]) -> Iterator[ConfigurationFault]:
     by_name = {str(group.get("name")): group for group in groups}
     for name in map(str, idle):
         line = [by_name[name]]
-        while (outer := by_name.get(text_of(line[-1], "within") or "")) is not None and outer not in line:
+        while (outer := by_name.get(text_at(line[-1], "within") or "")) is not None and outer not in line:
             line.append(outer)
         givers = [line[-1]] if len(line) > 1 else groups
         if all(group.get("mission") != delegating for group in givers):

@@ -83,7 +83,7 @@ def deployment_of(scenario: Deployed) -> Deployment:
     )
 
 
-def sound_speed_mps(scenario: Deployed) -> float:
+def scenario_sound_speed_mps(scenario: Deployed) -> float:
     """Speed of sound in a scenario: what its channel makes of the water, or that of its world."""
     speed_mps = scenario.channel.sound_speed_mps(deployment_of(scenario))
     return scenario.world.sound_speed_mps if speed_mps is None else speed_mps

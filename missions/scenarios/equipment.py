@@ -30,7 +30,7 @@ CAPABILITIES = "CapablePlatform"
 """The class above the capabilities that the core ontology defines."""
 
 
-class Part(NamedTuple):
+class EquipmentItem(NamedTuple):
     """One piece of equipment: its name on board, and its class."""
 
     name: str
@@ -46,7 +46,7 @@ def gear_of(raw: Raw, mission: type[Mission] | None) -> Gear:
     tbox_of = cache(lambda: _tbox_of(raw, mission))
 
     def capabilities(vehicle: Raw) -> Collection[str]:
-        of_parts = tuple(part.of_class for part in parts_of(vehicle, modem, kinds))
+        of_parts = tuple(part.of_class for part in equipment_of(vehicle, modem, kinds))
         tbox = tbox_of()
         return () if tbox is None else capabilities_of(tbox, str(vehicle.get("vehicle_type")), of_parts)
 
@@ -65,7 +65,7 @@ def _listening_w(communication: Raw) -> float:
     return modem.receive_w or 0.0 if modem is not None and communication.get("count_listening") is True else 0.0
 
 
-def parts_of(vehicle: Raw, modem: object, kinds: Mapping[str, type[SensorSettings]]) -> list[Part]:
+def equipment_of(vehicle: Raw, modem: object, kinds: Mapping[str, type[SensorSettings]]) -> list[EquipmentItem]:
     """The equipment of a vehicle; what is malformed is passed over.
 
     Args:
@@ -81,9 +81,9 @@ def parts_of(vehicle: Raw, modem: object, kinds: Mapping[str, type[SensorSetting
             of_class = str(table.get("equipment") or sensor_kind(kind, kinds).EQUIPMENT)
         except PluginError:
             continue
-        found.append(Part(name, of_class))
+        found.append(EquipmentItem(name, of_class))
     if isinstance(modem, str) and modem in modems():
-        found.append(Part("modem", modems()[modem].equipment))
+        found.append(EquipmentItem("modem", modems()[modem].equipment))
     return found
 
 
@@ -155,7 +155,7 @@ def common_equipment(
     has_part = tbox.attribute_named(HAS_PART).uid
     tables = scenario.model_dump(include={"vehicle"}, mode="json")["vehicle"]
     for vehicle in sorted(tables, key=lambda one: one["slot"]):
-        for part in parts_of(vehicle, scenario.communication.modem, kinds):
+        for part in equipment_of(vehicle, scenario.communication.modem, kinds):
             uid = len(instances) + len(found)
             found.append(Instance(uid, tbox.class_named(part.of_class).uid, f"{vehicle['name']}.{part.name}"))
             facts.append(PropertyValue(vehicle["slot"], has_part, uid))

@@ -54,10 +54,10 @@ def load(name_or_path: str, overrides: Sequence[tuple[str, str]] = ()) -> Scenar
     Raises:
         ConfigurationError: with every fault of the file and the overrides.
     """
-    return resolved(Document.read(name_or_path, shipped(), SCENARIO), overrides)
+    return scenario_from(Document.read(name_or_path, shipped(), SCENARIO), overrides)
 
 
-def resolved(document: Document, overrides: Sequence[tuple[str, str]] = ()) -> Scenario:
+def scenario_from(document: Document, overrides: Sequence[tuple[str, str]] = ()) -> Scenario:
     """The scenario that a document is; see ``load``."""
     faults = list(_contradictions(overrides))
     chosen = [(option, text) for option, text in overrides if text.partition("=")[0].strip() == ORGANISATION]

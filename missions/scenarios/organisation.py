@@ -29,7 +29,7 @@ OWN = frozenset({"name", EXTENDS, ABSTRACT})
 
 
 @dataclass(frozen=True)
-class Layer:
+class TableLayer:
     """A table that a group or role is made from, and its dotted key in the file."""
 
     key: str
@@ -48,7 +48,7 @@ class Specification:
 
     raw: Raw
     faults: tuple[ConfigurationFault, ...] = ()
-    layers: Mapping[str, tuple[Layer, ...]] = field(default_factory=dict)
+    layers: Mapping[str, tuple[TableLayer, ...]] = field(default_factory=dict)
 
     def attributed(self, faults: Sequence[ConfigurationFault]) -> list[ConfigurationFault]:
         """Faults of what was written out as faults of the tables that it comes from, once each."""
@@ -102,14 +102,14 @@ class _Writer:
 
     def __init__(self, raw: Raw) -> None:
         self.faults: list[ConfigurationFault] = []
-        self.layers: dict[str, tuple[Layer, ...]] = {}
+        self.layers: dict[str, tuple[TableLayer, ...]] = {}
         self._templates = self._named(raw, TEMPLATE)
         self._library = self._named(raw, ROLE)
         self._said: set[str] = set()
         for layer in self._library.values():
             self._whether_abstract(layer)
 
-    def _named(self, raw: Raw, kind: str) -> dict[str, Layer]:
+    def _named(self, raw: Raw, kind: str) -> dict[str, TableLayer]:
         """Tables of a kind by name; the first where several have one."""
         for number, table in enumerate(entries(raw, kind), 1):
             if not isinstance(table.get("name"), str):
@@ -118,9 +118,9 @@ class _Writer:
             if count > 1:
                 self.faults.append(ConfigurationFault(f"{kind}.{name}.name", f'"{name}"', f"used {count} times"))
         tables = [table for table in reversed(entries(raw, kind)) if isinstance(table.get("name"), str)]
-        return {table["name"]: Layer(f"{kind}.{table['name']}", table) for table in reversed(tables)}
+        return {table["name"]: TableLayer(f"{kind}.{table['name']}", table) for table in reversed(tables)}
 
-    def _whether_abstract(self, layer: Layer) -> None:
+    def _whether_abstract(self, layer: TableLayer) -> None:
         if not isinstance(layer.table.get(ABSTRACT, False), bool):
             self._fault(f"{layer.key}.{ABSTRACT}", layer.table[ABSTRACT], "true or false")
 
@@ -134,7 +134,7 @@ class _Writer:
     def group(self, table: Raw) -> Raw:
         """A group with all that it has of its template."""
         key = f"{GROUP}.{table.get('name')}"
-        own = Layer(key, table)
+        own = TableLayer(key, table)
         template = table.get("template")
         levels = [own]
         if isinstance(template, str):
@@ -150,15 +150,15 @@ class _Writer:
             found[ROLE] = self._roles(key, levels) if malformed is None else malformed
         return {**found, **{k: table[k] for k in ("name", "template") if k in table}}
 
-    def _roles(self, key: str, levels: Sequence[Layer]) -> list[Any]:
+    def _roles(self, key: str, levels: Sequence[TableLayer]) -> list[Any]:
         """Roles of a group written out, in the order of its farthest template; what is no table stays as it is."""
-        own: dict[str, list[Layer]] = {}
+        own: dict[str, list[TableLayer]] = {}
         others: list[Any] = []
         for level in reversed(levels):
             tables = level.table.get(ROLE, [])
             for number, role in enumerate(tables, 1):
                 name = role.get("name") if isinstance(role, dict) else None
-                layer = Layer(f"{level.key}.{ROLE}.{name if isinstance(name, str) else number}", role)
+                layer = TableLayer(f"{level.key}.{ROLE}.{name if isinstance(name, str) else number}", role)
                 if not isinstance(name, str) or any(one.key == layer.key for one in own.get(name, ())):
                     others.append(role)  # reported as what it is
                 else:
@@ -176,8 +176,8 @@ class _Writer:
     # Parents -------------------------------------------------------------------------------------
 
     def _of_parents(
-        self, name: str, layers: Sequence[Layer], own: Mapping[str, list[Layer]], below: tuple[str, ...]
-    ) -> list[Layer]:
+        self, name: str, layers: Sequence[TableLayer], own: Mapping[str, list[TableLayer]], below: tuple[str, ...]
+    ) -> list[TableLayer]:
         """The tables that a role of a group is made from, those that win first.
 
         Args:
@@ -204,8 +204,8 @@ class _Writer:
         return found
 
     def _ancestry(
-        self, layer: Layer, named: Callable[[str], Layer | None], below: list[str], known: Sequence[str]
-    ) -> list[Layer]:
+        self, layer: TableLayer, named: Callable[[str], TableLayer | None], below: list[str], known: Sequence[str]
+    ) -> list[TableLayer]:
         """A template or a role of the library and all its parents, those that win first."""
         name = str(layer.table.get("name"))
         key, given = f"{layer.key}.{EXTENDS}", layer.table.get(EXTENDS, [])

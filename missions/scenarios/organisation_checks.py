@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from missions.errors import ConfigurationFault
 from missions.files import shown
 from missions.scenarios.abilities import Gear, able_to_play, can_play, lacking
-from missions.scenarios.tables import Raw, entries, list_of, names_of, one_of, table_of, text_of
+from missions.scenarios.tables import Raw, entries, list_of, names_of, one_of, table_of, text_at
 
 NO_LEADER = "the group has no vehicle with the social layer to lead it: set social_layer = true for one of {names}"
 
@@ -86,7 +86,7 @@ def _cardinalities(raw: Raw) -> Iterator[ConfigurationFault]:
 
 def _played_by_cycles(raw: Raw) -> Iterator[ConfigurationFault]:
     roles = _roles(raw)
-    above = {path: other for path, role in roles.items() if (other := text_of(role, "played_by")) in roles}
+    above = {path: other for path, role in roles.items() if (other := text_at(role, "played_by")) in roles}
     for cycle in _cycles(above):
         allowed = f"a cycle: {' is played by '.join([*cycle, cycle[0]])}; a role cannot wait for its own holder"
         yield ConfigurationFault(f"{_key(cycle[0])}.played_by", shown(above[cycle[0]]), allowed)
@@ -127,7 +127,7 @@ def _excluded_by_itself(raw: Raw) -> Iterator[ConfigurationFault]:
     roles, apart = _roles(raw), excluded(raw)
     for path, role in roles.items():
         line = [path]
-        while (above := text_of(roles[line[-1]], "played_by")) in roles and above not in line:
+        while (above := text_at(roles[line[-1]], "played_by")) in roles and above not in line:
             line.append(above)
         for other in line[1:]:
             if other in apart[path]:
@@ -148,7 +148,7 @@ def _nesting(raw: Raw) -> Iterator[ConfigurationFault]:
     groups = {str(group.get("name")): group for group in entries(raw, "group")}
     for name, group in groups.items():
         yield from one_of(f"group.{name}.within", group.get("within"), list(groups))
-    above = {name: outer for name, group in groups.items() if (outer := text_of(group, "within")) in groups}
+    above = {name: outer for name, group in groups.items() if (outer := text_at(group, "within")) in groups}
     for cycle in _cycles(above):
         allowed = f"a cycle: {' is within '.join([*cycle, cycle[0]])}; allowed: a group that is not within this one"
         yield ConfigurationFault(f"group.{cycle[0]}.within", shown(above[cycle[0]]), allowed)

@@ -80,7 +80,7 @@ def table_of(raw: Raw, key: str) -> Raw:
     return table if isinstance(table, dict) else {}
 
 
-def text_of(raw: Raw, key: str) -> str | None:
+def text_at(raw: Raw, key: str) -> str | None:
     """The text below a key; None if there is none."""
     found = raw.get(key)
     return found if isinstance(found, str) else None

@@ -11,9 +11,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from missions.sweeps.study_checks import LISTS, TABLE_OF, channel_place
-from missions.sweeps.study_file import Setting, StudyFile, Unforeseen, flattened, is_axis
+from missions.sweeps.study_file import StudyFile, StudySetting, Unforeseen, flattened, is_axis
 
-Settings = tuple[Setting, ...]
+Settings = tuple[StudySetting, ...]
 FAULT = "fault"
 """Key of the scenario that has the faults of a run."""
 
@@ -31,10 +31,10 @@ class Combination(NamedTuple):
 
 def combinations(file: StudyFile) -> Iterator[Combination]:
     """Every combination of settings; each scenario of the study is run with all of them."""
-    axes: list[list[Settings]] = [[tuple(Setting(key, value, f"set.{key}") for key, value in flattened(file.set))]]
+    axes: list[list[Settings]] = [[tuple(StudySetting(key, value, f"set.{key}") for key, value in flattened(file.set))]]
     for name, key in LISTS.items():
         values: Sequence[Any] = getattr(file.study, name) or ()
-        axes.append([(Setting(key, value, f"study.{name}"),) for value in values] or [()])
+        axes.append([(StudySetting(key, value, f"study.{name}"),) for value in values] or [()])
     axes += [_channels(file), points(file)]
     cases = [Combination(_unforeseen(one, f"unforeseen.{one.name}"), one.name) for one in file.unforeseen]
     for chosen in itertools.product(*axes):
@@ -44,8 +44,8 @@ def combinations(file: StudyFile) -> Iterator[Combination]:
 
 def _unforeseen(case: Unforeseen, place: str) -> Settings:
     """What an entry of ``[[unforeseen]]`` sets."""
-    found = [Setting(key, value, f"{place}.set.{key}") for key, value in flattened(case.set)]
-    return (*found, *([Setting(FAULT, list(case.fault), f"{place}.fault")] if case.fault else []))
+    found = [StudySetting(key, value, f"{place}.set.{key}") for key, value in flattened(case.set)]
+    return (*found, *([StudySetting(FAULT, list(case.fault), f"{place}.fault")] if case.fault else []))
 
 
 def _channels(file: StudyFile) -> list[Settings]:
@@ -53,7 +53,7 @@ def _channels(file: StudyFile) -> list[Settings]:
     found = []
     for number, table in enumerate(file.channel):
         place = channel_place(file, number)
-        found += _product([Setting(f"channel.{key}", value, f"{place}.{key}") for key, value in table.items()])
+        found += _product([StudySetting(f"channel.{key}", value, f"{place}.{key}") for key, value in table.items()])
     return found or [()]
 
 
@@ -62,12 +62,12 @@ def points(file: StudyFile) -> list[Settings]:
     table = TABLE_OF[file.study.sampling]
     if table == "point":
         return [
-            tuple(Setting(key, value, f"point.{number}.{key}") for key, value in flattened(point))
+            tuple(StudySetting(key, value, f"point.{number}.{key}") for key, value in flattened(point))
             for number, point in enumerate(file.point, 1)
         ]
     if table == "latin":
         return _latin_hypercube(dict(flattened(file.latin)), file.study.samples, file.study.seed)
-    return _product([Setting(key, value, f"grid.{key}") for key, value in flattened(file.grid)])
+    return _product([StudySetting(key, value, f"grid.{key}") for key, value in flattened(file.grid)])
 
 
 def _latin_hypercube(bounds: Mapping[str, tuple[float, float]], samples: int, seed: int) -> list[Settings]:
@@ -80,7 +80,8 @@ def _latin_hypercube(bounds: Mapping[str, tuple[float, float]], samples: int, se
     unit = qmc.LatinHypercube(len(bounds), seed=seed).random(samples)
     return [
         tuple(
-            Setting(key, _between(*bounds[key], share), f"latin.{key}") for key, share in zip(bounds, row, strict=True)
+            StudySetting(key, _between(*bounds[key], share), f"latin.{key}")
+            for key, share in zip(bounds, row, strict=True)
         )
         for row in unit.tolist()
     ]
@@ -97,7 +98,7 @@ def _between(low: float, high: float, share: float) -> float:
     return float(f"{low + share * (high - low):.6g}")
 
 
-def _product(grid: Sequence[Setting]) -> list[Settings]:
+def _product(grid: Sequence[StudySetting]) -> list[Settings]:
     """Settings of a full grid; a value that is no list, or a list of tables, stays the same everywhere."""
     choices = [
         [setting._replace(value=value) for value in (setting.value if is_axis(setting.value) else [setting.value])]

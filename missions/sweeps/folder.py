@@ -396,7 +396,7 @@ class SweepFolder:
             return frozenset(failed)
         from missions.runs import tables
 
-        if tables.damaged(self.folder / TABLES):
+        if tables.damaged_tables(self.folder / TABLES):
             shutil.rmtree(self.folder / TABLES)  # each has rows of all these runs: they are made again
         return frozenset(failed | (sampled - tables.keys_in(self.folder / PARTS, self.folder / TABLES)))
 
@@ -455,7 +455,7 @@ class SweepFolder:
             draft.replace(self.folder / RUNS)
             synced(self.folder)
             kept = [key for key, line in self._ledger.lines.items() if line["tables"]]
-            tables.merge(self.folder / PARTS, self.folder / TABLES, kept)
+            tables.merge_tables(self.folder / PARTS, self.folder / TABLES, kept)
         except OSError as error:
             raise OutputError(f"--out {self.folder}: cannot be written: {error.strerror}") from None
 

@@ -91,7 +91,7 @@ class RunLedger:
         if whole < len(content):
             os.ftruncate(self._file, whole)
             os.fsync(self._file)
-        return parsed(content[:whole], self._path, self._study)
+        return ledger_lines(content[:whole], self._path, self._study)
 
     def append(self, lines: Iterable[Mapping[str, Any]]) -> None:
         """Add lines of runs that the ledger does not have; when this returns they are on the disk.
@@ -154,10 +154,10 @@ def read_ledger(path: Path, study: str = "") -> dict[str, Line]:
         OutputError: a whole line is not one of a run of the study, or contradicts another.
     """
     content = path.read_bytes() if path.is_file() else b""
-    return dict(sorted(parsed(content, path, study).items()))
+    return dict(sorted(ledger_lines(content, path, study).items()))
 
 
-def parsed(content: bytes, path: Path, study: str = "") -> dict[str, Line]:
+def ledger_lines(content: bytes, path: Path, study: str = "") -> dict[str, Line]:
     """Lines of a ledger that are whole, by key; of two of a run that had failed the last.
 
     Args:

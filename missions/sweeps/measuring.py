@@ -18,7 +18,7 @@ from missions.metric import NOT_APPLICABLE, Metric
 from missions.runs.measured import KeptRun, value_of
 from missions.scenarios import Scenario, load
 from missions.sweeps.ledger import DONE, Line
-from missions.sweeps.plan import Label, RunSchedule, run_content
+from missions.sweeps.plan import ConfigurationLabel, RunSchedule, run_content
 from remoras.recorder import KEY
 
 
@@ -57,7 +57,7 @@ def _own_rows(whole: Callable[[str], pa.Table | None], key: str, name: str) -> p
     return None if table is None else table.filter(pc.equal(table[KEY], key))
 
 
-def _labels(schedule: RunSchedule, lines: Mapping[str, Line]) -> dict[str, tuple[Label, str]]:
+def _labels(schedule: RunSchedule, lines: Mapping[str, Line]) -> dict[str, tuple[ConfigurationLabel, str]]:
     """Label and digest of the configuration of every run, by key; none where the folder does not say."""
     repeats = {line["repeat"] for line in lines.values()}
     return {
@@ -67,7 +67,7 @@ def _labels(schedule: RunSchedule, lines: Mapping[str, Line]) -> dict[str, tuple
     }
 
 
-def _scenario(key: str, label_of: Mapping[str, tuple[Label, str]]) -> Callable[[], Scenario]:
+def _scenario(key: str, label_of: Mapping[str, tuple[ConfigurationLabel, str]]) -> Callable[[], Scenario]:
     """Gives the scenario of a run, made as ``remoras run`` makes it, and only if a metric asks for it."""
 
     def scenario_of() -> Scenario:

@@ -74,7 +74,7 @@ class RunTask:
 
 
 @dataclass(frozen=True)
-class Label:
+class ConfigurationLabel:
     """What a folder says of a configuration, beside its digest.
 
     Args:
@@ -90,7 +90,7 @@ class Label:
     duration_s: float
 
     @classmethod
-    def of(cls, configuration: Configuration) -> Label:
+    def of(cls, configuration: Configuration) -> ConfigurationLabel:
         """The label of a configuration."""
         duration_s = configuration.scenario.scenario.duration_s
         return cls(configuration.source, configuration.settings, configuration.unforeseen, duration_s)
@@ -165,7 +165,7 @@ class RunSchedule:
     version: str
     demand: Demand
     digests: tuple[str, ...]
-    labels: tuple[Label, ...] = ()
+    labels: tuple[ConfigurationLabel, ...] = ()
     restricted: bool = False
 
     def key(self, number: int, repeat: int) -> str:
@@ -252,7 +252,7 @@ class SweepPlan:
             hashlib.sha256(run_content(configuration.scenario).encode()).hexdigest()
             for configuration in self.study.configurations
         )
-        labels = map(Label.of, self.study.configurations)
+        labels = map(ConfigurationLabel.of, self.study.configurations)
         return RunSchedule(version(), Demand.of(self.study.file), tuple(digests), tuple(labels), self._is_restricted)
 
     @property
@@ -333,7 +333,7 @@ def repeats_needed(rule: StoppingLimits, values: Sequence[float | None]) -> int:
     return looked
 
 
-def replay_command(label: Label, seed: int) -> str:
+def replay_command(label: ConfigurationLabel, seed: int) -> str:
     """The one-line command that repeats a run alone."""
     parts = ["remoras", "run", label.source, "--seed", str(seed)]
     for key, value in label.settings:

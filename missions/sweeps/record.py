@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 from missions.files import shown
 from missions.metric import MetricRecord
 from missions.sweeps.code import fingerprint, short
-from missions.sweeps.plan import Label
+from missions.sweeps.plan import ConfigurationLabel
 from missions.verdict import KEY, VERDICT
 
 if TYPE_CHECKING:
@@ -56,13 +56,13 @@ def record_of(plan: SweepPlan) -> dict[str, Any]:
     return {IDENTITY: short({name: json.dumps(value) for name, value in loaded.items()}), **loaded}
 
 
-def read_label(entry: Mapping[str, Any]) -> Label:
+def read_label(entry: Mapping[str, Any]) -> ConfigurationLabel:
     """The label of a configuration that JSON has.
 
     Raises:
         TypeError, ValueError: it is none.
     """
-    label = Label(**entry)
+    label = ConfigurationLabel(**entry)
     return replace(label, settings=tuple((str(key), value) for key, value in label.settings))
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 
 from missions.errors import ConfigurationFault
 from missions.files import shown, toml_value
-from missions.sweeps.study_file import Setting, StudyFile, flattened
+from missions.sweeps.study_file import StudyFile, StudySetting, flattened
 
 TABLE_OF = {"grid": "grid", "list": "point", "latin": "latin"}
 """The table that each kind of sampling reads."""
@@ -103,7 +103,7 @@ def _conflicts(file: StudyFile) -> Iterator[ConfigurationFault]:
         places[key] = place
 
 
-def faults_of_no_fault(settings: Iterable[Setting], source: str) -> Iterator[ConfigurationFault]:
+def faults_of_no_fault(settings: Iterable[StudySetting], source: str) -> Iterator[ConfigurationFault]:
     """Settings of faults, for a scenario that has none.
 
     Args:

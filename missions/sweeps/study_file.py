@@ -93,7 +93,7 @@ class StudyFile(Section):
         return tuple(key for key, _ in flattened(self.latin))
 
 
-class Setting(NamedTuple):
+class StudySetting(NamedTuple):
     """A key of the scenario with its value.
 
     Args:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from missions.trident.jobs import SHARE_USED, survey_speed_mps
 from missions.trident.modules import EffectorSettings, FinderSettings, SurveyorSettings
-from missions.trident.site import Block
+from missions.trident.site import SeabedBlock
 from remoras.behaviours import (
     ADVANCING,
     CAPTURE_M,
@@ -36,7 +36,7 @@ MARGIN_S = 60.0
 """Time on site beside what the attempts take."""
 
 
-class Waiting(Behaviour):
+class AwaitingPartner(Behaviour):
     """Waits for what another vehicle does; there is nothing to do meanwhile."""
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
@@ -66,12 +66,17 @@ class Surveying(Behaviour):
     """
 
     def __init__(
-        self, block: Block, settings: SurveyorSettings, data: VehicleData, patience_s: float, asked: str | None = None
+        self,
+        block: SeabedBlock,
+        settings: SurveyorSettings,
+        data: VehicleData,
+        patience_s: float,
+        asked: str | None = None,
     ) -> None:
         self._block, self._patience_s, self._asked = block, patience_s, asked
         self._transit_mps, self._survey_mps = data.transit_speed_mps, survey_speed_mps(data, settings)
         self._approach = Approach(self._transit_mps)
-        self._left = list(lanes(block, settings.reach_m))
+        self._left = list(survey_lanes(block, settings.reach_m))
         self._lane: Lane | None = None
         self._is_on_lane = False
         self._blank_s = 0.0
@@ -137,7 +142,7 @@ class Surveying(Behaviour):
         return Reference(self._lane.begin_m, self._transit_mps)
 
 
-def lanes(block: Block, reach_m: float) -> Iterator[Lane]:
+def survey_lanes(block: SeabedBlock, reach_m: float) -> Iterator[Lane]:
     """Lanes along the longer side of a block, so near to each other that a module sees all, and the tiles of each.
 
     Args:
@@ -254,7 +259,7 @@ class Reacquiring(Behaviour):
         return Reference(target_m, self._data.transit_speed_mps if is_far else self._search_mps)
 
 
-class Acting(Behaviour):
+class Intervening(Behaviour):
     """Stays at the candidate while an effector tries to hold or to handle it.
 
     Args:

@@ -27,7 +27,7 @@ PACKET_TIME, SENDER, ITEM_UIDS = 1, 2, 10
 """Columns of the table ``packets`` that count here."""
 
 
-class Said(NamedTuple):
+class StatedFact(NamedTuple):
     """A fact that a vehicle said first at a time."""
 
     time_s: float
@@ -112,15 +112,15 @@ class Monitor:
         self._n_packets = len(self._packets)
         self._check_time(now_s)
 
-    def _said(self, packet: Row) -> Iterator[Said]:
+    def _said(self, packet: Row) -> Iterator[StatedFact]:
         for uid in packet[ITEM_UIDS]:
             block = self._unsaid.get(uid)
             if block is None or block[0][ORIGIN] != packet[SENDER]:
                 continue
             for row in self._unsaid.pop(uid):
-                yield Said(packet[PACKET_TIME], packet[SENDER], row[SUBJECT], row[ATTRIBUTE], row[VALUE])
+                yield StatedFact(packet[PACKET_TIME], packet[SENDER], row[SUBJECT], row[ATTRIBUTE], row[VALUE])
 
-    def _move(self, said: Said) -> None:
+    def _move(self, said: StatedFact) -> None:
         allowed = self._allowed[self.state]
         fitting = [one for one in allowed if _fits(one, said)]
         said_row = said.time_s, said.vehicle, self.state, said.attribute, said.subject, said.value
@@ -141,7 +141,7 @@ class Monitor:
         self._rows.append((self._since_s + within_s, "", self.state, "", "", "", self.state, late))
 
 
-def _fits(message: MessageTable, said: Said) -> bool:
+def _fits(message: MessageTable, said: StatedFact) -> bool:
     return message.says == said.attribute and message.value in ("", said.value) and message.by in ("", said.vehicle)
 
 

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from missions.trident.services import AVAILABLE, CHOOSE, FAILED, Matching, Service, parties
-from missions.trident.site import Block
+from missions.trident.site import SeabedBlock
 from remoras.beliefs import Beliefs
 from remoras.htn import FactsLike
 from remoras.mission import Finding
@@ -53,7 +53,7 @@ class Concluding:
 
     matching: Matching
     groups: Mapping[str, Group]
-    blocks: Mapping[str, Block]
+    blocks: Mapping[str, SeabedBlock]
     recovery: str
     reach_limit_s: float
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from exchange.arithmetic import distance
 from missions.trident.modules import EffectorSettings, SurveyorSettings
-from missions.trident.site import Block
+from missions.trident.site import SeabedBlock
 from remoras.beliefs import Key
 from remoras.database import VehicleData
 from remoras.work import Outlook, Point
@@ -29,7 +29,7 @@ def survey_speed_mps(data: VehicleData, settings: SurveyorSettings) -> float:
 
 
 @dataclass(frozen=True)
-class SurveyJob:
+class BlockSurvey:
     """The survey of a block: a ``remoras.work.Job``.
 
     Attributes:
@@ -38,7 +38,7 @@ class SurveyJob:
         needs: jobs that must be done before.
     """
 
-    block: Block
+    block: SeabedBlock
     vehicles: frozenset[str]
     needs: tuple[str, ...] = ()
 

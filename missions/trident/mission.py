@@ -14,12 +14,12 @@ from missions.meeting.meeting import Pursuit, importance_of
 from missions.meeting.truth import JOBS
 from missions.scenarios.parts import database_of
 from missions.scenarios.tables import Raw
-from missions.trident.behaviours import Acting, Ranging, Reacquiring, Surveying, Waiting
+from missions.trident.behaviours import AwaitingPartner, Intervening, Ranging, Reacquiring, Surveying
 from missions.trident.checks import trident_faults
 from missions.trident.choreography import CHOREOGRAPHY
 from missions.trident.conclusions import Concluding
 from missions.trident.figures import FIGURES
-from missions.trident.jobs import RecoveryJob, SurveyJob
+from missions.trident.jobs import BlockSurvey, RecoveryJob
 from missions.trident.metrics import METRICS
 from missions.trident.modules import (
     ATTEMPTS,
@@ -34,7 +34,7 @@ from missions.trident.modules import (
 )
 from missions.trident.scenario import TridentScenario
 from missions.trident.services import Matching
-from missions.trident.site import Block, Site, lying
+from missions.trident.site import SeabedBlock, Site, lying
 from missions.trident.tasks import (
     RANGING,
     REACQUIRING,
@@ -101,7 +101,7 @@ class TridentMission(JobMission):
         self._database = database_of(scenario, type(self))
         self.matching = Matching.of(scenario, self._database.values())
         self.blocks = {
-            one.name: Block(one.name, one.x_m[0], one.y_m[0], one.x_m[1], one.y_m[1], scenario.mission.tile_m)
+            one.name: SeabedBlock(one.name, one.x_m[0], one.y_m[0], one.x_m[1], one.y_m[1], scenario.mission.tile_m)
             for one in scenario.block
         }
         super().__init__(scenario)
@@ -123,7 +123,7 @@ class TridentMission(JobMission):
             of = self.matching.blocks[name]
             listed = {of.service, *(of.spare if self.matching.response == "repair" else ())}
             own = {one.vehicle for service, one in self.matching.services.items() if service in listed}
-            yield SurveyJob(block, everybody if self.matching.response == "matching" else frozenset(own))
+            yield BlockSurvey(block, everybody if self.matching.response == "matching" else frozenset(own))
         xs, ys = zip(*(block.centre_m for block in self.blocks.values()), strict=True)
         middle_m = math.fsum(xs) / len(xs), math.fsum(ys) / len(ys)
         yield RecoveryJob(scenario.recovery.name, middle_m, tuple(self.blocks))
@@ -256,10 +256,10 @@ class TridentMission(JobMission):
         if activity.name == ESCORTING:
             return FollowingLeader(activity.parameters, settings.escort_m, data)
         if activity.name == STANDING_BY:
-            return Waiting()
+            return AwaitingPartner()
         service = self.matching.services[activity.parameters[0]]
         if service.vehicle != data.name:
-            return Waiting()
+            return AwaitingPartner()
         of = service.settings
         if activity.name == SURVEYING and isinstance(of, SurveyorSettings):
             asked = service.name if activity.parameters[2] == SERVING else None
@@ -270,7 +270,7 @@ class TridentMission(JobMission):
         if activity.name == REACQUIRING and isinstance(of, FinderSettings):
             return Reacquiring(job, candidate, of, data, settings.search_m)
         if isinstance(of, EffectorSettings):
-            return Acting(job, candidate, of, data)
+            return Intervening(job, candidate, of, data)
         raise PlanningError(f"activity {activity.name!r} cannot be done by {service.name!r}")
 
     def conclusions(

@@ -28,7 +28,7 @@ DRAWS = 64
 
 
 @dataclass(frozen=True)
-class Block:
+class SeabedBlock:
     """A rectangle of the seabed.
 
     Attributes:
@@ -94,7 +94,7 @@ class Site:
         seed: root of what sensors show.
     """
 
-    blocks: tuple[Block, ...]
+    blocks: tuple[SeabedBlock, ...]
     objects: tuple[Lying, ...] = ()
     transponder_m: Point | None = None
     transponder_range_m: float = 0.0
@@ -124,7 +124,7 @@ class Site:
         return min(((distance(one.position_m, at_m), n) for n, one in enumerate(self.objects)), default=None)
 
 
-def lying(blocks: Sequence[Block], target_m: Point | None, n_decoys: int, seed: int) -> tuple[Lying, ...]:
+def lying(blocks: Sequence[SeabedBlock], target_m: Point | None, n_decoys: int, seed: int) -> tuple[Lying, ...]:
     """The target and the decoys of the run with that seed.
 
     Args:
@@ -141,7 +141,7 @@ def lying(blocks: Sequence[Block], target_m: Point | None, n_decoys: int, seed: 
     return tuple(found)
 
 
-def _drawn_m(blocks: Sequence[Block], number: int, seed: int, others: Sequence[Lying]) -> Point:
+def _drawn_m(blocks: Sequence[SeabedBlock], number: int, seed: int, others: Sequence[Lying]) -> Point:
     """The first place drawn that is clear of the others; the last one tried where none is."""
     at_m = (0.0, 0.0)
     for trial in range(DRAWS):
@@ -155,5 +155,5 @@ def _drawn_m(blocks: Sequence[Block], number: int, seed: int, others: Sequence[L
     return at_m
 
 
-def _sides_m(block: Block) -> tuple[float, float]:
+def _sides_m(block: SeabedBlock) -> tuple[float, float]:
     return block.east_m - block.west_m, block.north_m - block.south_m

@@ -115,7 +115,7 @@ def shortened(message: str) -> str:
     return LONG_WORD.sub(lambda word: cut(word[0], LONGEST_WORD), message)
 
 
-def one_of(what: str, name: str, known: Sequence[str]) -> None:
+def check_known(what: str, name: str, known: Sequence[str]) -> None:
     """Fail unless ``name`` is one of ``known``."""
     if name not in known:
         from worldmodel import suggestion

@@ -18,7 +18,7 @@ from remoras.cli.tables import on_terminal, show_table
 
 if TYPE_CHECKING:
     from missions.scenarios.scenario import Scenario
-    from visualisation.reach import Drawn, Reach
+    from visualisation.reach import DrawnPackets, ModemReach
 
 DEFAULT_RANGES = "250,500,1000,2000,3000,4000,5000,6000,8000,10000"
 DRAWN = 200
@@ -99,11 +99,11 @@ def _refuse_other_channels(settings: Sequence[str]) -> None:
             fail(f"--set {cut(setting, LONGEST_VALUE)}: {allowed}")
 
 
-def _reach(scenario: Scenario, ranges_m: Sequence[float]) -> Reach:
+def _reach(scenario: Scenario, ranges_m: Sequence[float]) -> ModemReach:
     """The reach of a scenario's modem in its sea; the fleet's depths make the water, range is that of sound."""
     from exchange.acoustics.acoustic import AcousticChannel
     from missions.scenarios.deployment import deployment_of
-    from visualisation.reach import Point, Reach
+    from visualisation.reach import ModemReach, Point
 
     channel, deployment = scenario.channel.settings(), deployment_of(scenario)
     assert isinstance(channel, AcousticChannel)
@@ -119,23 +119,23 @@ def _reach(scenario: Scenario, ranges_m: Sequence[float]) -> Reach:
         )
         for range_m in ranges_m
     )
-    return Reach(modem.name, modem.range_m, math.ceil(modem.payload_bytes / modem.frame_bytes), points)
+    return ModemReach(modem.name, modem.range_m, math.ceil(modem.payload_bytes / modem.frame_bytes), points)
 
 
-def _drawn(scenario: Scenario, ranges_m: Sequence[float], n_packets: int, seed: int) -> tuple[Drawn, ...]:
+def _drawn(scenario: Scenario, ranges_m: Sequence[float], n_packets: int, seed: int) -> tuple[DrawnPackets, ...]:
     """What came of packets that were drawn on the channel of a scenario."""
     from exchange.acoustics.acoustic import AcousticChannel
     from exchange.acoustics.drawn import n_arrived
     from missions.scenarios.deployment import deployment_of
-    from visualisation.reach import Drawn
+    from visualisation.reach import DrawnPackets
 
     channel, deployment = scenario.channel.settings(), deployment_of(scenario)
     assert isinstance(channel, AcousticChannel)
     found = n_arrived(channel.links(deployment), deployment.modem, ranges_m, n_packets, seed)
-    return tuple(Drawn(range_m, n_packets, n) for range_m, n in zip(ranges_m, found, strict=True))
+    return tuple(DrawnPackets(range_m, n_packets, n) for range_m, n in zip(ranges_m, found, strict=True))
 
 
-def _as_json(reach: Reach, number: int) -> dict[str, object]:
+def _as_json(reach: ModemReach, number: int) -> dict[str, object]:
     """One line of the table as data; with the packets that were drawn, if any were."""
     found: dict[str, object] = {"modem": reach.modem, **reach.points[number]._asdict()}
     if reach.drawn:
@@ -146,14 +146,14 @@ def _as_json(reach: Reach, number: int) -> dict[str, object]:
 
 def _draw(
     scenarios: Sequence[Scenario],
-    reaches: Sequence[Reach],
+    reaches: Sequence[ModemReach],
     furthest_m: float,
     out: Path,
     file_format: str,
     as_json: bool,
 ) -> None:
     from visualisation import files
-    from visualisation.reach import contents
+    from visualisation.reach import reach_contents
 
     lines_m = [furthest_m * (number + 1) / DRAWN for number in range(DRAWN)]
     channel = scenarios[0].channel
@@ -165,16 +165,16 @@ def _draw(
     lines = [
         _reach(scenario, lines_m)._replace(drawn=one.drawn) for scenario, one in zip(scenarios, reaches, strict=True)
     ]
-    drawn = contents(lines, sea, file_format)
-    print(*files.write(out, drawn), sep="\n", file=sys.stderr if as_json else sys.stdout)
+    drawn = reach_contents(lines, sea, file_format)
+    print(*files.write_folder(out, drawn), sep="\n", file=sys.stderr if as_json else sys.stdout)
 
 
-def _share(drawn: Drawn) -> tuple[str, str]:
+def _share(drawn: DrawnPackets) -> tuple[str, str]:
     low, high = drawn.interval
     return f"{drawn.delivered:.4f}", f"{low:.4f}-{high:.4f}"
 
 
-def _print(reaches: Sequence[Reach]) -> None:
+def _print(reaches: Sequence[ModemReach]) -> None:
     """A line for every modem and range."""
     rows = [
         (one.modem, f"{p.range_m:g}", f"{p.transmission_loss_db:.1f}", f"{p.snr_db:.1f}", f"{p.ebn0_db:.1f}",

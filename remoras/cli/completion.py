@@ -149,6 +149,6 @@ kind = _offering(_kinds)
 vehicle = _offering(_vehicles)
 
 
-def one_of(*names: str) -> Any:
+def offering(*names: str) -> Any:
     """Offer these names."""
     return _offering(lambda ctx: names)

@@ -87,10 +87,10 @@ def _voyage(
     """Write the course of a run; the file, and how many messages, rows or features there are of each kind."""
     from missions.errors import ConfigurationError
     from missions.scenarios.parts import mission_of
-    from visualisation.exports import default_path
     from visualisation.exports import export as write
+    from visualisation.exports import export_path
 
-    path = out or default_path(results.folder, file_format.value)
+    path = out or export_path(results.folder, file_format.value)
     try:
         places = mission_of(results.scenario).places
     except ConfigurationError as error:
@@ -104,9 +104,9 @@ def _knowledge(
     results: Results, form: RdfFormat, out: Path | None, force: bool, about: tuple[str | None, float | None, bool]
 ) -> tuple[Path, dict[str, int], str]:
     """Write what vehicles knew; the file, and how many facts each knew."""
-    from missions.runs.knowledge import default_path
-    from missions.runs.knowledge import export as write
+    from missions.runs.knowledge import knowledge_path
+    from missions.runs.knowledge import write_knowledge as write
 
     vehicle, _, items = about
-    path = out or default_path(results.folder, form, vehicle, items)
+    path = out or knowledge_path(results.folder, form, vehicle, items)
     return path, write(results, form, path, force, *about), "facts known to "

@@ -11,7 +11,7 @@ import typer
 
 from missions.errors import LONGEST_VALUE, cut
 from remoras.cli import completion
-from remoras.cli.app import Format, Json, command, fail, one_of, show_json
+from remoras.cli.app import Format, Json, check_known, command, fail, show_json
 from remoras.cli.tables import on_terminal, show_table
 
 EXAMPLES = ("scenario", "study", "organisation")
@@ -25,7 +25,7 @@ def list_(
         typer.Argument(
             metavar="KIND",
             help=f"One of {', '.join(KINDS)}; all but the studies if left out.",
-            autocompletion=completion.one_of(*KINDS),
+            autocompletion=completion.offering(*KINDS),
         ),
     ] = "",
     as_json: Json = False,
@@ -35,7 +35,7 @@ def list_(
     Of strategies alone it also lists source, messages and parameters.
     """
     if kind:
-        one_of("kind", kind, KINDS)
+        check_known("kind", kind, KINDS)
     from remoras.cli.listings import DETAILS, LISTINGS, NOTES
 
     found = {name: LISTINGS[name]() for name in ([kind] if kind else KINDS[:-1])}
@@ -171,7 +171,7 @@ def example(
     what: Annotated[
         str,
         typer.Argument(
-            metavar="WHAT", help="scenario, study or organisation.", autocompletion=completion.one_of(*EXAMPLES)
+            metavar="WHAT", help="scenario, study or organisation.", autocompletion=completion.offering(*EXAMPLES)
         ),
     ] = "scenario",
 ) -> None:
@@ -179,7 +179,7 @@ def example(
     from missions.scenarios import shipped
     from missions.sweeps.study import example_study
 
-    one_of("example", what, EXAMPLES)
+    check_known("example", what, EXAMPLES)
     if what == "study":
         print(example_study().rstrip())
         return
@@ -312,7 +312,7 @@ def doctor() -> None:
     from importlib import metadata
 
     from exchange.study.compiler import why_uncompiled
-    from missions.runs.results import LIBRARIES, Results, write
+    from missions.runs.results import LIBRARIES, Results, write_results
     from missions.runs.run import run as run_scenario
     from missions.scenarios import load
     from remoras.cli.runs import draw_run
@@ -327,7 +327,7 @@ def doctor() -> None:
     short = run_scenario(load("mapping-rendezvous", [("--set", "scenario.duration_s=60")]))
     print(f"a run of 60 s of mission time took {short.wall_s:.2f} s")
     with tempfile.TemporaryDirectory() as folder:
-        write(short, Path(folder) / "run")
+        write_results(short, Path(folder) / "run")
         drawn = draw_run(Results.read(Path(folder) / "run"), (), Path(folder), Format.PNG)
         print(f"drew {len(drawn.files)} files")
     print("ok")

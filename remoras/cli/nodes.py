@@ -13,8 +13,8 @@ from remoras.cli.runs import ScenarioName, Seed, Settings
 
 if TYPE_CHECKING:
     from exchange.drivers.udp import Address
-    from missions.nodes.alone import Plan
-    from missions.nodes.node import Outcome
+    from missions.nodes.alone import NodePlan
+    from missions.nodes.node import NodeOutcome
     from missions.scenarios.scenario import Scenario
 
 SETTLE_S = 300.0
@@ -71,8 +71,8 @@ def node(
     from exchange.drivers.seam import Paced
     from exchange.drivers.udp import Socket, UdpDriver, address_of
     from missions.nodes.alone import alone
-    from missions.nodes.logs import Log
-    from missions.nodes.node import Mishaps, Node
+    from missions.nodes.logs import NodeLog
+    from missions.nodes.node import Mishaps, VehicleNode
 
     _check(speed, settle, drop, double)
     if start is not None and not abs(start - now_by_machine()) <= MOST_AWAY_S:
@@ -92,9 +92,9 @@ def node(
         plan = replace(plan, begins_s=pace.now_s)
         own = alone(plan)
         print(f"remoras: {vehicle} joins at {plan.begins_s:.1f} s of the mission", file=sys.stderr)
-    log = None if out is None else Log(out, plan)
+    log = None if out is None else NodeLog(out, plan)
     driver = UdpDriver(port, others, pace, own.setup.modem.packet_s)
-    found = Node(own, driver, pace, log, Mishaps(drop, double)).run()
+    found = VehicleNode(own, driver, pace, log, Mishaps(drop, double)).run()
     if as_json:
         show_json(found.as_json())
         return
@@ -129,7 +129,7 @@ def swarm(
 ) -> None:
     """Run the vehicles of a scenario in processes of their own, and say whether they know the same at the end."""
     from missions.nodes.logs import refuse_written
-    from missions.nodes.node import Outcome
+    from missions.nodes.node import NodeOutcome
     from missions.nodes.swarm import plans_of
     from missions.nodes.swarm import swarm as run_swarm
 
@@ -156,7 +156,7 @@ def swarm(
     if as_json:
         show_json(found.as_json())
     else:
-        _print_outcomes([Outcome(**one) for one in found.vehicles])
+        _print_outcomes([NodeOutcome(**one) for one in found.vehicles])
         print("all who are there know the same" if found.equal else "they do not know the same; let --settle be longer")
     for name, why in found.ended.items():
         print(f"remoras: {name}: {why}", file=sys.stderr)
@@ -201,39 +201,39 @@ def _check(speed: float, settle: float, drop: float, double: float) -> None:
 
 def _plan(
     scenario: str, vehicle: str | None, settings: list[str] | None, seed: int, until: float | None, settle: float
-) -> tuple[Scenario, Plan]:
+) -> tuple[Scenario, NodePlan]:
     """The scenario of a name or file, and the plan of a vehicle of it, by default the first."""
     from missions.files import SCENARIO, file_of, shipped
 
     file_of(SCENARIO, scenario, shipped())
-    from missions.nodes.alone import Plan
+    from missions.nodes.alone import NodePlan
     from missions.scenarios import load
 
     loaded = load(scenario, [("--set", setting) for setting in settings or []])
-    return loaded, Plan.of(loaded, vehicle or loaded.vehicle[0].name, seed, until, settle)
+    return loaded, NodePlan.of(loaded, vehicle or loaded.vehicle[0].name, seed, until, settle)
 
 
-def _known(scenario: Scenario, plan: Plan, name: str) -> Plan:
+def _known(scenario: Scenario, plan: NodePlan, name: str) -> NodePlan:
     """The plan of another vehicle of the scenario."""
-    from missions.nodes.alone import Plan
+    from missions.nodes.alone import NodePlan
 
-    return Plan.of(scenario, name, plan.seed, plan.until_s, plan.end_s - plan.until_s)
+    return NodePlan.of(scenario, name, plan.seed, plan.until_s, plan.end_s - plan.until_s)
 
 
 def _peers(text: str, vehicle: str, names: list[str]) -> list[Address]:
     """Addresses of the peers."""
     from exchange.drivers.udp import address_of
-    from remoras.cli.app import one_of
+    from remoras.cli.app import check_known
 
     found: dict[str, Address] = {}
     for given in filter(None, text.split(",")):
         name, _, address = given.partition("=")
-        one_of("--peers", name, [one for one in names if one != vehicle])
+        check_known("--peers", name, [one for one in names if one != vehicle])
         found[name] = address_of(address, f"--peers {name}")
     return list(found.values())
 
 
-def _print_outcomes(outcomes: list[Outcome]) -> None:
+def _print_outcomes(outcomes: list[NodeOutcome]) -> None:
     print("vehicle       sent  heard   lost  twice refused  items   open  state             behind by")
     for one in outcomes:
         print(

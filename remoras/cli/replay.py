@@ -28,7 +28,7 @@ def replay(
     """Write one HTML file in which a run can be watched; it is opened from disk and needs no network."""
     from missions.runs.folder import REPLAY
     from missions.runs.results import Results
-    from visualisation.replay import check_output, missing, page_text, title_of, write
+    from visualisation.replay import check_page_output, missing, page_text, title_of, write_page
 
     target = out if out is not None else folder / REPLAY
     folders = [folder] if other is None else [folder, other]
@@ -36,11 +36,11 @@ def replay(
         if (one / "study.json").is_file():
             fail(f"{one}: holds a sweep; a replay shows one run, or two side by side")
     runs = [Results.read(one) for one in folders]
-    check_output(target, force)
+    check_page_output(target, force)
     for second in runs[1:]:
         _check_pair(runs[0], second)
     payloads = [_data(run) for run in runs]
-    write(target, page_text(title_of([run.summary for run in runs]), payloads), force)
+    write_page(target, page_text(title_of([run.summary for run in runs]), payloads), force)
     for run in runs:
         remark(run.verdict_note)
         if lacking := missing(run):

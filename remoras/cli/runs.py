@@ -81,7 +81,7 @@ def run(
     file_of(SCENARIO, scenario, shipped())  # a name that is mistyped is told before much is loaded
     with saying_what_is_written(out):
         from missions.runs.folder import check_output
-        from missions.runs.results import MemoryResults, write
+        from missions.runs.results import MemoryResults, write_results
         from missions.runs.run import run as run_scenario
         from missions.runs.summary import summary
         from missions.scenarios import load
@@ -92,7 +92,7 @@ def run(
         with Progress(f"run {loaded.scenario.name}", loaded.scenario.duration_s, "s of mission time") as progress:
             finished = run_scenario(loaded, seed, progress=progress.at)
         if out is not None:
-            write(finished, out, force)
+            write_results(finished, out, force)
     report = MemoryResults(finished).summary if as_json else summary(finished)
     if as_json:
         show_json(report)
@@ -268,11 +268,11 @@ def draw_run(
     from missions.scenarios.named import with_figures
     from missions.scenarios.parts import mission_of
     from visualisation.kinds import KINDS, SWEEP_KINDS
-    from visualisation.runs import Moment, draw
+    from visualisation.runs import ViewAt, draw_run_figures
 
-    mission, moment = mission_of(results.scenario), Moment(at_s, viewer)
+    mission, moment = mission_of(results.scenario), ViewAt(at_s, viewer)
     asked, figures = with_figures(kinds, mission.figures, (*KINDS, *SWEEP_KINDS))
-    return draw(results, asked, out, file_format.value, figures, mission.places, width_in, moment)
+    return draw_run_figures(results, asked, out, file_format.value, figures, mission.places, width_in, moment)
 
 
 def _show_drawn(drawn: Drawn) -> None:
@@ -286,7 +286,7 @@ def _plot_sweep(
     folder: Path, kinds: Sequence[str], out: Path, file_format: Format, metric: str | None, width_in: float | None
 ) -> None:
     from missions.sweeps.folder import SweepResults
-    from visualisation.sweeps import draw
+    from visualisation.sweeps import draw_sweep_figures
     from visualisation.sweeps.measures import RANKED
 
     if metric is not None and kinds and not {"ranking", "differences"} & {*kinds}:
@@ -296,7 +296,7 @@ def _plot_sweep(
     results, (ranked,) = results.naming([metric or RANKED])
     results, kinds = results.naming(kinds, "KIND")
     with Progress(f"plot {folder}", 1, "steps") as progress:
-        drawn = draw(results, kinds, out, file_format.value, ranked, progress.of, width_in)
+        drawn = draw_sweep_figures(results, kinds, out, file_format.value, ranked, progress.of, width_in)
     _show_drawn(drawn)
 
 
@@ -319,13 +319,13 @@ def query(
     from missions.files import text_of
     from missions.runs.knowledge import query as ask
     from missions.runs.results import Results
-    from worldmodel.rdf.deadline import within
+    from worldmodel.rdf.deadline import time_limit
 
     if (folder / "study.json").is_file():
         fail(f"{folder}: holds a sweep, and query takes the results of one run; make one with: remoras run --out DIR")
     results = Results.read(folder)
     text = text_of(Path(sparql)) if sparql.endswith(".rq") else sparql
-    with within(timeout_s, functools.partial(give_up, as_json=as_json)):
+    with time_limit(timeout_s, functools.partial(give_up, as_json=as_json)):
         columns, rows = ask(results, text, vehicle, at, engine, limit + 1)
     if len(rows) > limit:
         del rows[limit:]

@@ -89,7 +89,7 @@ def stress(
     from missions.scenarios.named import importable
     from stress.campaign import campaign
     from stress.drawing import plan_of
-    from stress.reporting import as_value, lines, write
+    from stress.reporting import as_value, lines, write_report
     from stress.schedule import overrides
     from stress.shipped import invariants_of
 
@@ -104,7 +104,7 @@ def stress(
         report = campaign(plan, numbers, added, jobs, limit_s, lambda n: progress.of(n, max(total, n)))
     if out is not None:
         with new_content(out, last=None) as draft:
-            write(report, draft)
+            write_report(report, draft)
     if as_json:
         show_json(as_value(report))
     else:
@@ -122,7 +122,7 @@ def _replay(file: Path, scenario: str, added: tuple[str, ...], as_json: bool) ->
     """Repeat the schedule of a file."""
     from missions.errors import ConfigurationError, ConfigurationFault
     from stress.campaign import judge
-    from stress.reporting import replay_lines, replayed
+    from stress.reporting import replay_lines, replay_report
     from stress.schedule import read_schedule
 
     schedule = read_schedule(file)
@@ -131,7 +131,7 @@ def _replay(file: Path, scenario: str, added: tuple[str, ...], as_json: bool) ->
         raise ConfigurationError(str(file), [fault])
     outcome = judge(schedule, added)
     if as_json:
-        show_json(replayed(outcome))
+        show_json(replay_report(outcome))
     else:
         print("\n".join(replay_lines(outcome)))
     if outcome.broken is not None:

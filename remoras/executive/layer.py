@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from remoras.activities import ActivityKind, ActivitySet, ActivityType, Candidate
+from remoras.activities import ActivityKind, ActivitySet, ActivityType, WeighedSet
 from remoras.attraction import NO_PULLS, Pulls
 from remoras.behaviours import Perception
 from remoras.executive.decision import Choice
@@ -157,7 +157,7 @@ class ExecutiveLayer:
             self._evolve(perceptions, dt_s)
         return self.decision
 
-    def candidates(self, now_s: float) -> list[Candidate]:
+    def candidates(self, now_s: float) -> list[WeighedSet]:
         """Every activity set that has an effect, as the last decision, made at ``now_s``, weighed it."""
         found = []
         for index, one in enumerate(self.sets):
@@ -170,7 +170,7 @@ class ExecutiveLayer:
                 source, slot = key[0], heard[key].slot
             motivation, chosen = self.motivations[index], index in self.decision.chosen
             mean = self._choice.best_mean(self.motivations, index)
-            found.append(Candidate(one, self._stimuli[index], motivation, external, source, slot, chosen, mean))
+            found.append(WeighedSet(one, self._stimuli[index], motivation, external, source, slot, chosen, mean))
         return found
 
     def _stimuli_of(self, perceptions: Sequence[Perception]) -> list[float]:

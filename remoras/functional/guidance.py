@@ -12,8 +12,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from exchange.arithmetic import length
-from remoras.attraction import NO_PULLS, GuidanceConstants, Pulls, attracted, repelled, stronger
-from remoras.avoidance import Bounds, HalfPlane, Neighbour, Velocity, clear_velocity, walls_of, within
+from remoras.attraction import NO_PULLS, GuidanceConstants, Pulls, attracted_velocity, repelled, stronger
+from remoras.avoidance import Bounds, HalfPlane, Neighbour, Velocity, clear_velocity, walls_of, within_walls
 from remoras.behaviours import Reference
 from remoras.current import Current, through_water
 from remoras.database import VehicleData
@@ -154,16 +154,18 @@ class Guidance:
             walls = [one._replace(x=one.x - self._flow_mps[0], y=one.y - self._flow_mps[1]) for one in walls]
         preferred = goal
         if self._detour.is_on and not pulls.equals:
-            preferred = within(walls, self._detour.turned(goal), most_mps)
+            preferred = within_walls(walls, self._detour.turned(goal), most_mps)
         if pulls.answered and weights.attraction > 0.0:
-            preferred = within(walls, attracted(goal, position_m, pulls, positions_m, weights.attraction), most_mps)
+            preferred = within_walls(
+                walls, attracted_velocity(goal, position_m, pulls, positions_m, weights.attraction), most_mps
+            )
         clear = self._clear(preferred, neighbours, walls)
         if clear is not None and pulls.equals and weights.repulsion > 0.0:
             by = stronger(pulls, self._data.name)
             pushed = repelled(preferred, position_m, by, positions_m, weights.repulsion * most_mps)
             if pushed != preferred:
                 self.withdraws = True
-                preferred = within(walls, pushed, most_mps)
+                preferred = within_walls(walls, pushed, most_mps)
                 clear = self._clear(preferred, neighbours, walls)
         return preferred if clear is None else clear
 

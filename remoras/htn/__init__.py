@@ -3,7 +3,7 @@
 An *abstract* task has methods, tried in the order in which the domain lists them; a method turns it into a sequence of
 tasks, or into one sequence after another if it leaves something open. An *elementary* task has an operator: a test,
 the facts that it makes true, and a cost. ``plan`` searches depth first, left to right, and backtracks; it returns a
-``Plan``, which is the tree of its tasks, or a ``NoPlan``. ``check`` says whether a plan is legal, on its own. An
+``Plan``, which is the tree of its tasks, or a ``NoPlan``. ``check_plan`` says whether a plan is legal, on its own. An
 ``Execution`` carries a plan out, and plans the branch anew in which a step fails.
 
 Facts are a read-only mapping from keys to values (``facts.get(key)``); those whose keys are tuples can be asked for by
@@ -18,7 +18,7 @@ from remoras.htn.execution import Branch, Execution, Status
 from remoras.htn.facts import ANY, FactIndex, Facts, FactsLike
 from remoras.htn.plans import Node, NoPlan, Plan, Step
 from remoras.htn.search import plan
-from remoras.htn.validation import Verdict, check
+from remoras.htn.validation import Verdict, check_plan
 
 __all__ = [
     "ACHIEVE",
@@ -39,6 +39,6 @@ __all__ = [
     "Step",
     "Task",
     "Verdict",
-    "check",
+    "check_plan",
     "plan",
 ]

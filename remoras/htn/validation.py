@@ -56,7 +56,7 @@ class _State:
         self._made.update(effects)
 
 
-def check(
+def check_plan(
     domain: Domain,
     facts: FactsLike,
     tasks: Task | Sequence[Task],

@@ -34,7 +34,7 @@ from exchange.arithmetic import exp
 from remoras.authority import Authority
 from remoras.organisation import Group, RoleSpecification
 from remoras.strategies.allocation import Engagement, Expectations, planned
-from remoras.strategies.claims import Claim, Claims
+from remoras.strategies.claims import Claims, RoleClaim
 from remoras.strategies.founding import common_roles, founded
 from remoras.strategy import JOB_DONE, Declaration, Heard, Move, Situation, Statement
 from remoras.work import Outlook, Work
@@ -124,7 +124,7 @@ class Bidder:
         news = [
             role
             for role, strength in [*strengths.items(), *((role, 0) for role in sorted(withdrawn))]
-            if claims.take(role, whose, Claim(int(at), strength))
+            if claims.take(role, whose, RoleClaim(int(at), strength))
         ]
         self._news[whose] = int(at)
         if news:
@@ -163,7 +163,7 @@ class Bidder:
         self._bid_anew |= bool(names)
 
     def _claim(self, role: str, strength: int, now: int, claims: Claims) -> None:
-        if claims.take(role, self._me, Claim(now, strength)):
+        if claims.take(role, self._me, RoleClaim(now, strength)):
             self._since[role] = now
             self._news[self._me] = now
             self._unsaid.add(self._me)

@@ -14,7 +14,7 @@ from remoras.database import AUVDatabase
 
 
 @dataclass(frozen=True, slots=True, order=True)
-class Claim:
+class RoleClaim:
     """How strongly a vehicle claims a role; strength 0 withdraws the claim.
 
     ``at`` orders the claims of one vehicle to one role, the greater is the newer: the round it was made in, say.
@@ -35,7 +35,7 @@ class Claims:
     def __init__(self, database: AUVDatabase, group: str) -> None:
         self._database = database
         self._group = group
-        self._of: dict[str, dict[str, Claim]] = {}
+        self._of: dict[str, dict[str, RoleClaim]] = {}
         self._members: Collection[str] = database.names
         self._winners: dict[str, str | None] = {}  # as far as asked for since the last change
 
@@ -50,7 +50,7 @@ class Claims:
             self._members = names
             self._winners.clear()
 
-    def take(self, role: str, vehicle: str, claim: Claim) -> bool:
+    def take(self, role: str, vehicle: str, claim: RoleClaim) -> bool:
         """Note a claim; True if it is news."""
         known = self._of.setdefault(role, {})
         if vehicle in known and known[vehicle] >= claim:
@@ -59,11 +59,11 @@ class Claims:
         self._winners.pop(role, None)
         return True
 
-    def of(self, role: str, vehicle: str) -> Claim | None:
+    def of(self, role: str, vehicle: str) -> RoleClaim | None:
         """The latest claim of a vehicle."""
         return self._of.get(role, {}).get(vehicle)
 
-    def standing(self, role: str) -> dict[str, Claim]:
+    def standing(self, role: str) -> dict[str, RoleClaim]:
         """Claims, not withdrawn, of members that are able to play the role."""
         claims = self._of.get(role, {}).items()
         return {

@@ -30,7 +30,7 @@ from pydantic import Field
 from remoras.authority import Authority
 from remoras.organisation import Group, RoleSpecification
 from remoras.strategies.allocation import Engagement, Expectations, planned
-from remoras.strategies.claims import Claim, Claims
+from remoras.strategies.claims import Claims, RoleClaim
 from remoras.strategies.dispatch import MARGIN, QUEUE
 from remoras.strategies.founding import common_roles, founded
 from remoras.strategy import JOB_DONE, Declaration, Heard, Move, Situation, Statable, Statement
@@ -50,11 +50,11 @@ class Sayings:
     held_s: set[float] = field(default_factory=set)
     left_s: set[float] = field(default_factory=set)
 
-    def claim(self) -> Claim:
+    def claim(self) -> RoleClaim:
         """Held since the first that was said after the last withdrawal; what rests on more sayings is newer."""
         withdrawn_s = max(self.left_s, default=-1.0)
         since_s = min((s for s in self.held_s if s > withdrawn_s), default=None)
-        return Claim(len(self.held_s) + len(self.left_s), 0 if since_s is None else EARLIEST - round(since_s))
+        return RoleClaim(len(self.held_s) + len(self.left_s), 0 if since_s is None else EARLIEST - round(since_s))
 
 
 @dataclass(slots=True)

@@ -37,7 +37,7 @@ RECENT_ROUNDS = 3
 
 
 @dataclass(frozen=True, slots=True)
-class Station:
+class JobWatch:
     """A vehicle at the job of a role: since when, where it came from, and when it should have done it."""
 
     role: str
@@ -53,7 +53,7 @@ class Broadcaster:
         self._me = me
         self._group = group
         self._with = strategy
-        self._at: dict[str, Station] = {}  # last known of every vehicle
+        self._at: dict[str, JobWatch] = {}  # last known of every vehicle
         self._reported: set[str] = set()  # jobs that somebody says are done
 
     def negotiate(self, situation: Situation) -> Move:
@@ -90,12 +90,12 @@ class Broadcaster:
             self._at[heard.issuer] = self._station(role, heard.issuer, since_s, work)
         self._reported.update(subject for subject, attribute, _ in heard.facts if attribute == "knownDone")
 
-    def _station(self, role: str, vehicle: str, since_s: float, work: Work) -> Station:
+    def _station(self, role: str, vehicle: str, since_s: float, work: Work) -> JobWatch:
         from_m, specification = work.position_m(vehicle), work.group.role(role)
         then = None
         if specification in work.roles:
             then = work.after(Outlook(since_s, from_m), work.database[vehicle], specification)
-        return Station(role, since_s, from_m, since_s if then is None else then.free_s)
+        return JobWatch(role, since_s, from_m, since_s if then is None else then.free_s)
 
     def _is_later(self, role: str, doubted: Collection[str], work: Work) -> bool:
         """True if as many members as the role has room for, none of them doubted, were at its job before this one."""

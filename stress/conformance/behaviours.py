@@ -22,7 +22,7 @@ TICK_S = 2.0
 
 
 @dataclass(frozen=True)
-class Moment:
+class DecisionInputs:
     """What a behaviour is asked at one decision."""
 
     motion: Motion
@@ -30,7 +30,7 @@ class Moment:
     performed: bool
 
 
-def story(data: VehicleData, peers: Sequence[str], groups: Sequence[str], seed: int = 1) -> list[Moment]:
+def story(data: VehicleData, peers: Sequence[str], groups: Sequence[str], seed: int = 1) -> list[DecisionInputs]:
     """The life of a vehicle: it knows nothing at first, then hears of peers, works, meets, sees others and strays."""
     draw = random.Random(seed)
     picture, moments = Picture(frame_s=10.0), []
@@ -54,7 +54,7 @@ def story(data: VehicleData, peers: Sequence[str], groups: Sequence[str], seed: 
             if draw.random() < 0.1:
                 picture.peers.last_news_s = picture.body.last_yield_s = picture.body.now_s
             picture.groups = Groups({name for name in groups if draw.random() < 0.5}, draw.random() < 0.5)
-        moments.append(Moment(motion, copy.deepcopy(picture), draw.random() < 0.7))
+        moments.append(DecisionInputs(motion, copy.deepcopy(picture), draw.random() < 0.7))
     return moments
 
 
@@ -83,7 +83,7 @@ def check(
             assert one == other, f"moment {number}: two behaviours made alike answer {one} and {other}"
 
 
-def _answers(behaviour: Behaviour, moments: Sequence[Moment]) -> list[tuple[Perception, Reference | None]]:
+def _answers(behaviour: Behaviour, moments: Sequence[DecisionInputs]) -> list[tuple[Perception, Reference | None]]:
     answers = []
     was_done = False
     for number, moment in enumerate(moments):

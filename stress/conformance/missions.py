@@ -146,7 +146,7 @@ def check_jobs(setup: Setup) -> None:
         assert able, f"job {name!r}: nobody is able to do it who is able to play a role with it"
 
 
-class Knowledge:
+class InitialFacts:
     """What a vehicle knows before anything happens: who plays which role, and what is of which class."""
 
     def __init__(self, setup: Setup) -> None:
@@ -163,7 +163,7 @@ class Knowledge:
 
 def check_activities(setup: Setup) -> None:
     """Every objective has activities for who may get it, of different types, and each set a behaviour that conforms."""
-    mission, knowledge = setup.mission, Knowledge(setup)
+    mission, knowledge = setup.mission, InitialFacts(setup)
     for objective in objectives(setup):
         players = [data for data in setup.database.values() if data.can_play(objective.group, objective.role)]
         pursuits = [Pursuit(data, mission, "the mission") for data in players]
@@ -192,13 +192,17 @@ def _behaviour(mission: Mission, activity: Activity, data: VehicleData) -> Any:
 
 def check_repeats(setup: Setup, scenario: Scenario) -> Rows:
     """Two runs of one mission object, and one of another made alike, are the same; nothing in the object changes."""
-    first = rows_of(finished(setup))
+    first = recorded_rows(finished(setup))
     before = picture_of(setup.mission)
-    again = rows_of(finished(setup))
+    again = recorded_rows(finished(setup))
     changed = difference(before, picture_of(setup.mission), "mission")
     assert not changed, f"a run changes the mission, which all vehicles and runs share: {changed}"
     _same(first, again, "two runs of one mission object differ")
-    _same(first, rows_of(finished(resolved(scenario))), "from_scenario makes two missions of one scenario that differ")
+    _same(
+        first,
+        recorded_rows(finished(resolved(scenario))),
+        "from_scenario makes two missions of one scenario that differ",
+    )
     return first
 
 
@@ -211,7 +215,7 @@ def finished(setup: Setup, truth: Any = None) -> Fleet:
     return fleet
 
 
-def rows_of(fleet: Fleet) -> Rows:
+def recorded_rows(fleet: Fleet) -> Rows:
     """All that was recorded."""
     return {name: list(fleet.recorder.rows(name)) for name in fleet.recorder.tables}
 
@@ -242,7 +246,7 @@ class Unseeing:
 def check_truth_only_watches(setup: Setup, watched: Rows) -> None:
     """Without the mission's truth vehicles do the same."""
     end_s = watched["trajectories"][-1][0]
-    unwatched = rows_of(finished(setup, Unseeing(end_s)))
+    unwatched = recorded_rows(finished(setup, Unseeing(end_s)))
     for table in TABLES:
         at = table.column_names.index("time_s")
         own = [row for row in watched[table.name] if row[at] < end_s]
@@ -299,6 +303,6 @@ def check_free_of_hashes(scenario: Scenario) -> None:
     assert len({out for out, _ in said}) == 1, "results depend on the order of a set, on hash() or on id()"
 
 
-def digest(scenario: str) -> str:
+def mission_digest(scenario: str) -> str:
     """Digest of all that a run of a scenario file records."""
-    return hashlib.sha256(json.dumps(rows_of(finished(resolved(load(scenario))))).encode()).hexdigest()
+    return hashlib.sha256(json.dumps(recorded_rows(finished(resolved(load(scenario))))).encode()).hexdigest()

@@ -16,10 +16,10 @@ from exchange.packets import Fragment, ItemUid
 from exchange.policies import AckPolicy, header_bits, may_send, policy_fault, policy_named
 from exchange.study import montecarlo, trial
 from exchange.study.compiler import compiled
-from exchange.study.trial import Ints, Load, Rules
+from exchange.study.trial import Ints, Load, PolicyRules
 from exchange.wire.codec import Codec
 from remoras.plugins import named_object
-from stress.conformance.radio import DURATION_S, MAPPED_CELL, N_BLOCKS, TBOX, Fleet, instances, one_size_codec
+from stress.conformance.radio import DURATION_S, MAPPED_CELL, N_BLOCKS, TBOX, ManagerFleet, instances, one_size_codec
 from worldmodel import PropertyValue
 
 SIZES = (2, 3, 5)
@@ -188,13 +188,13 @@ def check_deterministic(policy: AckPolicy) -> None:
 # What the study makes of it -----------------------------------------------------------------------
 
 
-class Study:
+class ReferenceStudy:
     """The slot loop of the study, uncompiled, one slot at a time."""
 
     def __init__(self, policy: AckPolicy, n_nodes: int, items: int, evidence: bool, item_bits: int, room: int) -> None:
         self.kind = policy.acknowledgement
         n_words = -(-n_nodes * items // trial.WORD_BITS)
-        self.rules = Rules(policy.repeat, evidence, n_nodes, n_words)
+        self.rules = PolicyRules(policy.repeat, evidence, n_nodes, n_words)
         self.load = Load(n_nodes, items, 0.0, item_bits, room + header_bits(policy, n_nodes), 0, 0, N_SLOTS)
         self.nodes = trial.new_nodes(self.rules, self.load, self.kind.period_frames)
         montecarlo.header_sizes(self.kind, n_nodes, self.nodes.header_bits)
@@ -215,13 +215,15 @@ class Study:
 
 def one_size_fleet(
     policy: AckPolicy, n_nodes: int, payload_bytes: int, evidence: bool, lost: Callable[[int, int, int], bool]
-) -> Fleet:
+) -> ManagerFleet:
     """Vehicles that count one size for each item, own or relayed."""
     codec = one_size_codec(n_nodes, policy)
-    return Fleet(n_nodes, policy, payload_bytes, evidence, lost=lost, codec=codec, summaries=False, parking=False)
+    return ManagerFleet(
+        n_nodes, policy, payload_bytes, evidence, lost=lost, codec=codec, summaries=False, parking=False
+    )
 
 
-def item_bits(fleet: Fleet) -> int:
+def item_bits(fleet: ManagerFleet) -> int:
     """Bits that are counted for an observation of one cell."""
     return fleet.codec.fragment_bits(Fragment(0, 0, 0.0, (PropertyValue(fleet.n_nodes, MAPPED_CELL, 0.0),)))
 
@@ -245,7 +247,7 @@ def assert_study_is_managers(
     size_bits, room_bits = item_bits(fleet), 8 * payload_bytes - fleet.codec.overhead_bits
     if room_bits < size_bits:
         return False
-    study = Study(policy, n_nodes, items, evidence, size_bits, room_bits)
+    study = ReferenceStudy(policy, n_nodes, items, evidence, size_bits, room_bits)
     uids = [fleet.maps(node, node * items + index) for node in range(n_nodes) for index in range(items)]
     for slot, heard_by in enumerate(heard):
         sent = fleet.pass_slot()
@@ -260,7 +262,7 @@ def assert_study_is_managers(
     return True
 
 
-def believes(fleet: Fleet, node: int, peer: int, uid: ItemUid) -> bool:
+def believes(fleet: ManagerFleet, node: int, peer: int, uid: ItemUid) -> bool:
     """True if the node's manager believes that the peer holds the item; of itself it knows."""
     manager = fleet.managers[node]
     return manager.holds(uid) if node == peer else manager.believes(peer, uid)
@@ -281,7 +283,7 @@ def check_compiles(policy: AckPolicy) -> None:
     """Compiled for the study, its functions do what they do as Python; takes some seconds the first time."""
     kind = policy.acknowledgement
     for narrow, items in ((True, 3), (False, 20)):
-        rules = Rules(policy.repeat, False, 4, 1 if narrow else -(-4 * items // trial.WORD_BITS))
+        rules = PolicyRules(policy.repeat, False, 4, 1 if narrow else -(-4 * items // trial.WORD_BITS))
         load = Load(4, items, 0.0, 57, 57 * 2 + header_bits(policy, 4), 0, 0, 300)
         p_loss = np.full((4, 4), 0.5)
         np.fill_diagonal(p_loss, 1.0)

@@ -94,7 +94,7 @@ def needs(peers: Sequence[int], priorities: dict[int, int] | None = None) -> Nee
     return NeedsIndex(TBOX, dict.fromkeys(peers, every))
 
 
-class Fleet:
+class ManagerFleet:
     """Managers with their world models, and what each heard; ``lost(slot, sender, receiver)`` scripts the link."""
 
     def __init__(

@@ -378,7 +378,7 @@ def check_deterministic(*references: str) -> None:
     assert not differing, f"results depend on the order of a set or on a hash: {', '.join(differing)}"
 
 
-def digest(reference: str) -> str:
+def strategy_digest(reference: str) -> str:
     """Digest of all that a short run of the strategy records."""
     recorder = run(small_patches(reference, "channel.per=0.4", "scenario.duration_s=400")).recorder
     rows = {name: recorder.rows(name) for name in recorder.tables}

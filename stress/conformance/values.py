@@ -8,7 +8,7 @@ import math
 import random
 from itertools import pairwise
 
-from exchange.values import Moment, Place, ValueRule, Waiting
+from exchange.values import Moment, QueuePlace, ValueRule, Waiting
 
 FRAME_S = 20.0
 N_CANDIDATES = 60
@@ -49,7 +49,7 @@ def check(rule: ValueRule, seed: int = 1) -> None:
         assert isinstance(value, int | float), f"value gives {value!r}, not a number, for {before}"
         assert math.isfinite(value), f"value gives {value!r}, not a finite number, for {before}"
         assert (rule.place(one), rule.value(one, moment)) == (place, value), f"another answer the second time: {before}"
-        assert place is None or isinstance(place, Place), f"place gives {place!r}, neither a Place nor None"
+        assert place is None or isinstance(place, QueuePlace), f"place gives {place!r}, neither a Place nor None"
         assert place is None or math.isfinite(place.rank), f"rank {place.rank} of {before}"
     for step in range(N_LATER):
         later = Moment(moment.now_s + FRAME_S * step, moment.n_slots + step)

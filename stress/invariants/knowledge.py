@@ -23,7 +23,7 @@ def _said(flaws: Iterable[Flaw]) -> str | None:
     return "; ".join(found[:MANY]) + more if found else None
 
 
-class Beliefs:
+class TrueBeliefs:
     """Nobody believes that a peer holds content which it lacks."""
 
     name = "beliefs"
@@ -123,7 +123,7 @@ class OneContent:
         return _said(chain.from_iterable(map(scene.witness.kept_out, scene.lives.values())))
 
 
-class Newest:
+class NewestCounts:
     """Of what a vehicle holds of one thing, that counts which was observed last, whatever came in last."""
 
     name = "newest"
@@ -169,7 +169,7 @@ class SoundPackets:
         return f"{heard.vehicle.name} takes a packet for {heard.reception.sender}'s that nobody sent"
 
 
-class Agreement:
+class KnowledgeAgreement:
     """After a quiet time, those who hear each other know the same."""
 
     name = "agreement"

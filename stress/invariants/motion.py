@@ -177,7 +177,7 @@ class Speed:
         return None
 
 
-class Separation:
+class SeparationKept:
     """No two vehicles of one layer that were apart come nearer than half of the separation."""
 
     name = "separation"

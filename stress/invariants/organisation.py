@@ -6,7 +6,7 @@ from missions.fault import Danger
 from remoras.organisation import Organisation
 from remoras.recorder import ORGANISATION
 from remoras.vehicle import Vehicle
-from remoras.wellformed import Defect, faults_of
+from remoras.wellformed import Defect, specification_faults
 from stress.invariants.seam import Moment, Scene
 from stress.kinds import FOR_GOOD
 
@@ -17,7 +17,7 @@ QUIET_LEASES = 2.0
 """Leases of absence after healing, from when on the organisation has to be well formed."""
 
 
-class Authority:
+class OnlyAuthorised:
     """Nobody plays a role, or has an objective, by the will of who has no authority to give it."""
 
     name = "authority"
@@ -63,7 +63,7 @@ class Cardinality:
         ]
         groups = tuple(scene.setup.agreement.organisation.groups.values())
         wrong = (Defect.TOO_MANY, Defect.PLAYED_BY, Defect.INCOMPATIBLE)
-        for one in faults_of(Organisation.of(groups, own)):
+        for one in specification_faults(Organisation.of(groups, own)):
             if one.defect in wrong:
                 return f"{one.key}: {one.given}; allowed: {one.allowed}"
         return None

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 from typing import Any
 
-from stress.verify.findings import Report
+from stress.verify.findings import CheckReport
 from stress.verify.record import PLACE_STEP_M, TIME_STEP_S, Record, Spell
 from stress.verify.roles import declared_roles
 
@@ -18,7 +18,7 @@ ROUNDED_S = 1e-4 + CLOSE_S
 """Milestones are rounded to 0.1 ms."""
 
 
-def check_ending(record: Record, report: Report) -> None:
+def check_ending(record: Record, report: CheckReport) -> None:
     """Look at faults, milestones and the verdict."""
     _check_faults(record, report)
     _check_batteries(record, report)
@@ -26,7 +26,7 @@ def check_ending(record: Record, report: Report) -> None:
     _check_verdict(record, report)
 
 
-def _check_faults(record: Record, report: Report) -> None:
+def _check_faults(record: Record, report: CheckReport) -> None:
     """What is declared with vehicle and time befell it then; nothing else of these kinds did."""
     declared = record.scenario.get("fault", [])
     begun = [one for one in record.spells if one.kind in DECLARED]
@@ -85,7 +85,7 @@ def _is_of(spell: Spell, fault: dict[str, Any]) -> bool:
     return (spell.vehicle, spell.kind) == (fault["vehicle"], fault["kind"])
 
 
-def _check_batteries(record: Record, report: Report) -> None:
+def _check_batteries(record: Record, report: CheckReport) -> None:
     """Who is without energy has used all of it, and there is a row of it."""
     empty = {one.vehicle for one in record.spells if one.kind == "energy"}
     for name, track in record.tracks.items():
@@ -101,7 +101,7 @@ def _milestones(record: Record, name: str) -> list[dict[str, Any]]:
     return [one for one in record.summary["milestones"] if one["name"] == name]
 
 
-def _check_milestones(record: Record, report: Report) -> None:
+def _check_milestones(record: Record, report: CheckReport) -> None:
     """They are in time order and within the run; those of mapping and of meetings agree with tables."""
     stones = record.summary["milestones"]
     report.look("milestones", len(stones))
@@ -189,7 +189,7 @@ def _members(record: Record, group: str, time_s: float) -> list[str]:
     return sorted({vehicle for vehicle, _ in held})
 
 
-def _check_verdict(record: Record, report: Report) -> None:
+def _check_verdict(record: Record, report: CheckReport) -> None:
     """Complete is what has all of its goal, its meetings and no reason against it; then it ended as it was."""
     summary, scenario = record.summary, record.of("scenario")
     ended, is_complete = _milestones(record, "mission_complete"), summary.get("completed")
@@ -218,6 +218,6 @@ def _check_verdict(record: Record, report: Report) -> None:
             report.add("verdict", "summary", None, "", f"completed without {group['name']}", "its milestone gathered")
 
 
-def job_roles(record: Record) -> set[tuple[str, str]]:
+def roles_with_jobs(record: Record) -> set[tuple[str, str]]:
     """(group, role) of the roles that have a job."""
     return {key for key, role in declared_roles(record).items() if role.get("job") is not None}

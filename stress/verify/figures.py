@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from stress.verify.ending import job_roles
-from stress.verify.findings import Report
+from stress.verify.ending import roles_with_jobs
+from stress.verify.findings import CheckReport
 from stress.verify.ground import cells_of
 from stress.verify.knowledge import CLOSE_S
-from stress.verify.motion import PLACE_M, least_distances_m, listening_w, sending_j, through_water
+from stress.verify.motion import PLACE_M, least_distances_m, listening_w, sending_j, way_through_water
 from stress.verify.record import AWAY, Record
 from stress.verify.roles import declared_roles, organisation_figures
 
@@ -32,7 +32,7 @@ NOT_DERIVED = {
 """Fields that tables do not tell, and why."""
 
 
-def check_figures(record: Record, report: Report) -> None:
+def check_figures(record: Record, report: CheckReport) -> None:
     """Hold every figure of the summary that tables can tell against them."""
     summary = record.summary
     for name, path in IDENTITY.items():
@@ -48,7 +48,7 @@ def check_figures(record: Record, report: Report) -> None:
         if name in summary:
             report.skip(name, why)
     derived: dict[str, tuple[Any, float]] = {}
-    parts: list[Callable[[Record, Report], dict[str, tuple[Any, float]]]] = [
+    parts: list[Callable[[Record, CheckReport], dict[str, tuple[Any, float]]]] = [
         _of_motion, _of_packets, _of_knowledge, _of_work, _of_organisation,
     ]  # fmt: skip
     if "coverage" in record.tables and "area" in record.scenario:
@@ -65,13 +65,13 @@ def check_figures(record: Record, report: Report) -> None:
             report.not_checked.setdefault(name, "no check of this figure from the tables")
 
 
-def _of_motion(record: Record, report: Report) -> dict[str, tuple[Any, float]]:
+def _of_motion(record: Record, report: CheckReport) -> dict[str, tuple[Any, float]]:
     found: dict[str, tuple[Any, float]] = {}
     last_j = [float(track.energy_j[-1]) for track in record.tracks.values()]
     found["energy_j"] = math.fsum(last_j), 0.5 * len(last_j) + 0.01
     ways, n = [], 0
     for name, track in record.tracks.items():
-        way = through_water(record, name, track)
+        way = way_through_water(record, name, track)
         if way is None:
             report.skip("distance_m", "when a surge begins is drawn by the seed")
             break
@@ -101,7 +101,7 @@ def _of_motion(record: Record, report: Report) -> dict[str, tuple[Any, float]]:
     return found
 
 
-def _of_packets(record: Record, report: Report) -> dict[str, tuple[Any, float]]:
+def _of_packets(record: Record, report: CheckReport) -> dict[str, tuple[Any, float]]:
     packets = record["packets"]
     n_bits = int(np.sum(packets["size_bits"])) if len(packets) else 0
     heard = sum(map(len, packets["receivers"]))
@@ -117,7 +117,7 @@ def _of_packets(record: Record, report: Report) -> dict[str, tuple[Any, float]]:
     }
 
 
-def _of_knowledge(record: Record, report: Report) -> dict[str, tuple[Any, float]]:
+def _of_knowledge(record: Record, report: CheckReport) -> dict[str, tuple[Any, float]]:
     rows = list(record["knowledge"].rows("time_s", "vehicle", "item", "event"))
     observed = {item: time_s for time_s, _, item, event in rows if event == "observed"}
     received = [(time_s, item) for time_s, _, item, event in rows if event == "received"]
@@ -152,7 +152,7 @@ def _of_knowledge(record: Record, report: Report) -> dict[str, tuple[Any, float]
     return found
 
 
-def _of_organisation(record: Record, report: Report) -> dict[str, tuple[Any, float]]:
+def _of_organisation(record: Record, report: CheckReport) -> dict[str, tuple[Any, float]]:
     figures = organisation_figures(record, record.mission_s)
     found: dict[str, tuple[Any, float]] = {name: (value, 2e-5) for name, value in figures.items()}
     n_rows = len(record["organisation"])
@@ -165,9 +165,9 @@ def _of_organisation(record: Record, report: Report) -> dict[str, tuple[Any, flo
     return found
 
 
-def _of_work(record: Record, report: Report) -> dict[str, tuple[Any, float]]:
+def _of_work(record: Record, report: CheckReport) -> dict[str, tuple[Any, float]]:
     """Idle time and recovery, from which roles drove whom."""
-    work, end_s = job_roles(record), record.mission_s
+    work, end_s = roles_with_jobs(record), record.mission_s
     names = {name for group, role in work for name in (role, f"{group}.{role}")}
     able = [name for name, data in record.vehicles.items() if names & set(data.get("playable_roles", []))]
     idle_s = []
@@ -196,7 +196,7 @@ def _working_s(record: Record, name: str, work: set[tuple[str, str]], until_s: f
     return math.fsum(spells_s) + (until_s - since_s if serving else 0.0)
 
 
-def _of_mapping(record: Record, report: Report) -> dict[str, tuple[Any, float]]:
+def _of_mapping(record: Record, report: CheckReport) -> dict[str, tuple[Any, float]]:
     cells = cells_of(record)
     first: dict[tuple[int, int], tuple[float, str]] = {}
     rows = list(record["coverage"].rows("time_s", "vehicle", "cell_x", "cell_y"))

@@ -16,7 +16,7 @@ class NoResults(Exception):
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class Discrepancy:
     """One thing that does not follow.
 
     Attributes:
@@ -42,7 +42,7 @@ class Finding:
 
 
 @dataclass
-class Report:
+class CheckReport:
     """What came of checking.
 
     Attributes:
@@ -51,7 +51,7 @@ class Report:
         key: of the run that is being checked, in a sweep.
     """
 
-    findings: list[Finding] = field(default_factory=list)
+    findings: list[Discrepancy] = field(default_factory=list)
     n_findings: Counter[str] = field(default_factory=Counter)
     checked: Counter[str] = field(default_factory=Counter)
     not_checked: dict[str, str] = field(default_factory=dict)
@@ -62,7 +62,7 @@ class Report:
         self.n_findings[check] += 1
         if self.n_findings[check] <= LISTED:
             at_s = None if time_s is None else float(time_s)
-            self.findings.append(Finding(check, table, at_s, vehicle, str(stated), str(follows), self.key))
+            self.findings.append(Discrepancy(check, table, at_s, vehicle, str(stated), str(follows), self.key))
 
     def look(self, check: str, n: int = 1) -> None:
         """So many values are looked at by a check."""

@@ -10,15 +10,15 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from stress.verify.findings import NoResults, Report
-from stress.verify.record import Columns, Record
+from stress.verify.findings import CheckReport, NoResults
+from stress.verify.record import Record, TableColumns
 from stress.verify.run import modem_of, verify_run
 from stress.verify.sweep import verify_sweep
 
 __all__ = ["NoResults", "verify"]
 
 
-def verify(folder: Path) -> Report:
+def verify(folder: Path) -> CheckReport:
     """Read a results folder of a run or a sweep, and say what in it does not follow.
 
     Raises:
@@ -29,9 +29,9 @@ def verify(folder: Path) -> Report:
     missing = [name for name in ("summary.json", "manifest.json") if not (folder / name).is_file()]
     if missing:
         raise NoResults(f"{folder}: no results of a run or a sweep, missing: {', '.join(missing)}")
-    report = Report()
+    report = CheckReport()
     summary, manifest = _json(folder / "summary.json", "milestones"), _json(folder / "manifest.json", "scenario")
-    tables: dict[str, Columns] = {}
+    tables: dict[str, TableColumns] = {}
     own = summary.get("run_id")
     for path in sorted(folder.glob("*.parquet")):
         try:
@@ -40,7 +40,7 @@ def verify(folder: Path) -> Report:
         except (OSError, ValueError, pa.ArrowException) as error:
             report.add("readable", path.stem, None, "", f"cannot be read: {str(error).splitlines()[0]}", "a table")
             continue
-        tables[path.stem] = Columns(table)
+        tables[path.stem] = TableColumns(table)
         _check_id(report, path.stem, (table.schema.metadata or {}).get(b"run_id", b"").decode(), own)
     _check_id(report, "manifest", manifest.get("run_id"), own)
     try:
@@ -51,7 +51,7 @@ def verify(folder: Path) -> Report:
     return report
 
 
-def _check_id(report: Report, table: str, given: Any, own: Any) -> None:
+def _check_id(report: CheckReport, table: str, given: Any, own: Any) -> None:
     report.look("run_id")
     if given != own:
         report.add("run_id", table, None, "", f"of run {given}", f"run {own}, as in summary.json")

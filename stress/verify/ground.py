@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from stress.verify.findings import Report
+from stress.verify.findings import CheckReport
 from stress.verify.record import AWAY, PLACE_STEP_M, SPEED_STEP_MPS, Array, Record, Spell, Track
 
 SENSING = {"Mapping", "Inspecting"}
@@ -22,7 +22,7 @@ REACH_M = PLACE_STEP_M
 SHARE = 2e-9
 
 
-class Swath(NamedTuple):
+class MappingSwath(NamedTuple):
     """A mapping sensor: its name, half of its width, and the speed up to which it maps."""
 
     name: str
@@ -50,10 +50,10 @@ def cells_of(record: Record) -> dict[tuple[int, int], str]:
     return found
 
 
-def swaths_of(data: dict[str, Any]) -> list[Swath]:
+def mapping_swaths(data: dict[str, Any]) -> list[MappingSwath]:
     """The mapping sensors of a vehicle."""
     return [
-        Swath(one.get("name") or one.get("type") or "mapping", one["swath_m"] / 2.0, one["speed_limit_mps"])
+        MappingSwath(one.get("name") or one.get("type") or "mapping", one["swath_m"] / 2.0, one["speed_limit_mps"])
         for one in data.get("sensor", [])
         if "swath_m" in one
     ]
@@ -83,7 +83,7 @@ def sensor_was_dead(spells: Iterable[Spell], name: str, sensor: str, times_s: Ar
     return found
 
 
-def check_ground(record: Record, report: Report) -> None:
+def check_ground(record: Record, report: CheckReport) -> None:
     """Each covered cell follows from a track; what a track must have covered is there; the goal follows from both."""
     cells = cells_of(record)
     stated: dict[str, dict[tuple[int, int], float]] = {name: {} for name in record.vehicles}
@@ -107,14 +107,14 @@ def _check_vehicle(
     track: Track,
     cells: dict[tuple[int, int], str],
     stated: dict[tuple[int, int], float],
-    report: Report,
+    report: CheckReport,
 ) -> None:
     """Compare what a vehicle covered with what was below its swaths, certainly and at the most."""
     time_s = track.time_s
     awake = sensor_was_on(record, name, time_s) & ~record.during(name, AWAY, time_s)
     surely: dict[tuple[int, int], float] = {}
     perhaps: dict[tuple[int, int], list[float]] = {}
-    for swath in swaths_of(record.vehicles[name]):
+    for swath in mapping_swaths(record.vehicles[name]):
         on = awake & ~sensor_was_dead(record.spells, name, swath.name, time_s)
         most_mps = swath.limit_mps * (1.0 + record.spread)
         slow = track.speed_mps <= most_mps * 1.000001 + SPEED_STEP_MPS
@@ -179,13 +179,13 @@ def find_weight(record: Record) -> float:
     cell_s = [
         size_m * size_m / (2.0 * one.reach_m * min(data["survey_speed_mps"], one.limit_mps))
         for data in record.vehicles.values()
-        for one in swaths_of(data)[:1]
+        for one in mapping_swaths(data)[:1]
     ]
     stay_s = (finds["shortest_stay_s"] + finds["longest_stay_s"]) / 2.0
     return stay_s * len(cell_s) / math.fsum(cell_s) if cell_s else 1.0
 
 
-def _check_goal(record: Record, cells: dict[tuple[int, int], str], report: Report) -> None:
+def _check_goal(record: Record, cells: dict[tuple[int, int], str], report: CheckReport) -> None:
     """The share of the goal at every time follows from what is covered and inspected of all that is declared."""
     n_finds = int(record.of("finds").get("number", 0))
     weight = find_weight(record) if n_finds else 0.0

@@ -9,7 +9,7 @@ import re
 from collections import defaultdict
 from collections.abc import Iterator
 
-from stress.verify.findings import Report
+from stress.verify.findings import CheckReport
 from stress.verify.record import TIME_STEP_S, Record
 
 CLOSE_S = 2.0 * TIME_STEP_S
@@ -25,7 +25,7 @@ def origin_of(record: Record, uid: str) -> str | None:
     return record.by_slot[number] if 0 <= number < len(record.by_slot) else None
 
 
-def check_knowledge(record: Record, report: Report) -> None:
+def check_knowledge(record: Record, report: CheckReport) -> None:
     """Compare the tables of items, packets and knowledge."""
     recorded = _check_items(record, report)
     heard = _heard(record)
@@ -34,7 +34,7 @@ def check_knowledge(record: Record, report: Report) -> None:
     _check_that_all_is_received(record, report, heard, held)
 
 
-def _check_items(record: Record, report: Report) -> dict[str, tuple[float, str, str]]:
+def _check_items(record: Record, report: CheckReport) -> dict[str, tuple[float, str, str]]:
     """When, by whom and to what end each item was recorded, by its name."""
     found: dict[str, tuple[float, str, str]] = {}
     table = record["items"]
@@ -69,7 +69,7 @@ def _heard(record: Record) -> Heard:
 
 
 def _check_events(
-    record: Record, report: Report, recorded: dict[str, tuple[float, str, str]], heard: Heard
+    record: Record, report: CheckReport, recorded: dict[str, tuple[float, str, str]], heard: Heard
 ) -> dict[tuple[str, str], float]:
     """From when on each vehicle held each item, by (vehicle, item)."""
     held: dict[tuple[str, str], float] = {}
@@ -138,7 +138,7 @@ def _out_of_count(record: Record) -> dict[tuple[str, str], list[tuple[float, boo
 
 
 def _check_acknowledged(
-    record: Record, report: Report, held: dict[tuple[str, str], float], aside: dict[tuple[str, str], float]
+    record: Record, report: CheckReport, held: dict[tuple[str, str], float], aside: dict[tuple[str, str], float]
 ) -> None:
     """What a vehicle takes all others to hold they hold, but for those that it does not wait for."""
     if not record.all_need_all:
@@ -164,7 +164,7 @@ def _check_acknowledged(
 
 
 def _check_senders(
-    record: Record, report: Report, recorded: dict[str, tuple[float, str, str]], held: dict[tuple[str, str], float]
+    record: Record, report: CheckReport, recorded: dict[str, tuple[float, str, str]], held: dict[tuple[str, str], float]
 ) -> None:
     """Who sends an item holds it; a status is its sender's own."""
     names = ("time_s", "sender", "item_uids", "status_uids")
@@ -184,7 +184,7 @@ def _check_senders(
 
 
 def _check_that_all_is_received(
-    record: Record, report: Report, heard: Heard, held: dict[tuple[str, str], float]
+    record: Record, report: CheckReport, heard: Heard, held: dict[tuple[str, str], float]
 ) -> None:
     """What a vehicle heard first it holds from then on, unless the packet was refused or its block was not whole."""
     refused: dict[str, list[float]] = defaultdict(list)

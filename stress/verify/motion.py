@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from stress.verify.findings import Report
+from stress.verify.findings import CheckReport
 from stress.verify.record import (
     ANGLE_STEP_RAD,
     AWAY,
@@ -32,7 +32,7 @@ LAYER_M = 3.0
 """Vehicles that differ more than this in depth pass freely."""
 
 
-def check_tracks(record: Record, report: Report) -> None:
+def check_tracks(record: Record, report: CheckReport) -> None:
     """Every vehicle has a row at every tick; each follows from the one before."""
     n_ticks = round(record.end_s / record.tick_s) + 1
     due_s = np.arange(n_ticks) * record.tick_s
@@ -55,7 +55,7 @@ def check_tracks(record: Record, report: Report) -> None:
     _check_conflicts(record, report)
 
 
-def _check_start(data: dict[str, Any], name: str, track: Track, report: Report) -> None:
+def _check_start(data: dict[str, Any], name: str, track: Track, report: CheckReport) -> None:
     report.look("start")
     x_m, y_m = data["start_m"]
     if math.hypot(track.x_m[0] - x_m, track.y_m[0] - y_m) > PLACE_STEP_M:
@@ -74,7 +74,7 @@ def water_mps(record: Record, depth_m: float, times_s: Array) -> tuple[Array, Ar
     return height * current.get("east_mps", 0.0), height * current.get("north_mps", 0.0)
 
 
-def through_water(record: Record, name: str, track: Track) -> tuple[Array, Array] | None:
+def way_through_water(record: Record, name: str, track: Track) -> tuple[Array, Array] | None:
     """Way of each tick through the water (east, north, m); None where the water cannot be told."""
     moving = ~record.during(name, AWAY, track.time_s[1:])
     water = water_mps(record, float(record.vehicles[name]["depth_m"]), track.time_s[:-1])
@@ -85,7 +85,7 @@ def through_water(record: Record, name: str, track: Track) -> tuple[Array, Array
     return east_m - moving * water[0] * dt_s, north_m - moving * water[1] * dt_s
 
 
-def _check_steps(record: Record, name: str, data: dict[str, Any], track: Track, report: Report) -> None:
+def _check_steps(record: Record, name: str, data: dict[str, Any], track: Track, report: CheckReport) -> None:
     """Each step leads along the heading, no farther than the speed; speed, turns and their changes keep limits."""
     time_s, dt_s = track.time_s[1:], np.diff(track.time_s)
     away = record.during(name, AWAY, time_s)
@@ -94,7 +94,7 @@ def _check_steps(record: Record, name: str, data: dict[str, Any], track: Track, 
     moves = ~away
     speed, before = track.speed_mps[1:], track.speed_mps[:-1]
     top_mps = max(data["transit_speed_mps"], data["survey_speed_mps"]) * (1.0 + record.spread)
-    way = through_water(record, name, track)
+    way = way_through_water(record, name, track)
     if way is None:
         report.skip("places in surges", "when a surge begins is drawn by the seed")
     else:
@@ -134,7 +134,7 @@ def _check_steps(record: Record, name: str, data: dict[str, Any], track: Track, 
     _check_depth(record, name, data["depth_m"], track, report)
 
 
-def _check_depth(record: Record, name: str, own_m: float, track: Track, report: Report) -> None:
+def _check_depth(record: Record, name: str, own_m: float, track: Track, report: CheckReport) -> None:
     """At its own depth, or at the surface without energy; with drift, anywhere between, as fast as it may rise."""
     low_m = np.where(record.during(name, ("energy",), track.time_s), 0.0, own_m)
     high_m = low_m.copy()
@@ -175,7 +175,7 @@ def sending_j(record: Record) -> Array:
     return np.asarray(power_w * on_air_s)
 
 
-def _check_energy(record: Record, name: str, data: dict[str, Any], track: Track, report: Report) -> None:
+def _check_energy(record: Record, name: str, data: dict[str, Any], track: Track, report: CheckReport) -> None:
     """What was used grows with each tick by hotel, drag, listening, drains and the packets sent since the last."""
     listening = listening_w(record)
     if listening is None:
@@ -215,7 +215,7 @@ def _check_energy(record: Record, name: str, data: dict[str, Any], track: Track,
     report.same("energy", "trajectories", f"energy of {name} at 0 s", float(track.energy_j[0]), 0.0, 0.5)
 
 
-def _check_borders(record: Record, name: str, track: Track, report: Report) -> None:
+def _check_borders(record: Record, name: str, track: Track, report: CheckReport) -> None:
     if record.of("current").get("surge") or record.of("navigation").get("drift"):
         report.skip("borders in surges or under drift", "a vehicle may be where it does not take itself to be")
         return
@@ -247,7 +247,7 @@ def least_distances_m(record: Record) -> dict[tuple[str, str], tuple[float, floa
     return found
 
 
-def _check_conflicts(record: Record, report: Report) -> None:
+def _check_conflicts(record: Record, report: CheckReport) -> None:
     """Rows that say that two came too near to each other: they did."""
     separation_m = float(record.of("guidance").get("separation_m", 5.0))
     noted: set[frozenset[str]] = set()

@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from stress.verify.findings import Report
+from stress.verify.findings import CheckReport
 from stress.verify.record import PLACE_STEP_M, TIME_STEP_S, Record
 
 CLOSE_S = 2.0 * TIME_STEP_S
 
 
-def check_packets(record: Record, report: Report) -> None:
+def check_packets(record: Record, report: CheckReport) -> None:
     """Each packet keeps to its slot and to the size of its modem, and every other vehicle has one fate."""
     table = record["packets"]
     senders = set(record.vehicles)
@@ -55,7 +55,7 @@ def slot_s(record: Record) -> float | None:
     return longest_s + float(communication["range_m"]) / speed_mps
 
 
-def _check_slots(record: Record, report: Report) -> None:
+def _check_slots(record: Record, report: CheckReport) -> None:
     table, communication = record["packets"], record.of("communication")
     n = len(record.vehicles)
     is_listed = bool(communication.get("slots") or record.scenario.get("slots"))
@@ -83,7 +83,7 @@ def _check_slots(record: Record, report: Report) -> None:
                 report.add("slots", "packets", time_s, sender, f"slot {slot} at {time_s:.4f} s", follows)
 
 
-def _check_sizes(record: Record, report: Report) -> None:
+def _check_sizes(record: Record, report: CheckReport) -> None:
     """Time on the air is one line over the size; counts are those of the lists."""
     table = record["packets"]
     report.look("sizes", 2 * len(table))
@@ -105,7 +105,7 @@ def _check_sizes(record: Record, report: Report) -> None:
             report.add("sizes", "packets", time_s, sender, f"{items} items", f"{len(uids)}, as many as are listed")
 
 
-def _check_fates(record: Record, report: Report) -> None:
+def _check_fates(record: Record, report: CheckReport) -> None:
     """All who are not away received a packet, lost it, or lost it to another; nobody else had any of these."""
     table, speed_mps = record["packets"], sound_mps(record)
     hidden = record.of("channel")["name"] == "acoustic"
@@ -152,7 +152,7 @@ def _why_not_heard(record: Record, sender: str, name: str, time_s: float, arriva
 
 def _check_arrival(
     record: Record,
-    report: Report,
+    report: CheckReport,
     sent: tuple[float, str, float],
     name: str,
     arrival_s: float,

@@ -20,7 +20,7 @@ AWAY = ("lost", "joins", "restarts", "energy")
 """Kinds of faults while which a vehicle does nothing."""
 
 
-class Columns:
+class TableColumns:
     """The columns of a table: numbers as arrays, all else as lists."""
 
     def __init__(self, table: pa.Table) -> None:
@@ -80,7 +80,7 @@ class Record:
     scenario: dict[str, Any]
     seed: Any
     summary: dict[str, Any]
-    tables: Mapping[str, Columns]
+    tables: Mapping[str, TableColumns]
     modem: dict[str, Any] | None = None
     _spells: list[Spell] = field(default_factory=list)
 
@@ -89,7 +89,7 @@ class Record:
         found = self.scenario.get(section, {})
         return found if isinstance(found, dict) else {}
 
-    def __getitem__(self, name: str) -> Columns:
+    def __getitem__(self, name: str) -> TableColumns:
         return self.tables[name]
 
     @cached_property

@@ -10,7 +10,7 @@ from collections import Counter, defaultdict
 from collections.abc import Iterator
 from typing import Any
 
-from stress.verify.findings import Report
+from stress.verify.findings import CheckReport
 from stress.verify.record import TIME_STEP_S, Record
 
 Role = tuple[str, str]
@@ -24,13 +24,13 @@ def declared_roles(record: Record) -> dict[Role, dict[str, Any]]:
     return {(group["name"], role["name"]): role for group in record.scenario["group"] for role in group.get("role", [])}
 
 
-def check_roles(record: Record, report: Report) -> None:
+def check_roles(record: Record, report: CheckReport) -> None:
     """Look at the events of each role of each vehicle, and hold them against the vehicle's view of itself."""
     _check_sequences(record, report)
     _check_views(record, report)
 
 
-def _check_sequences(record: Record, report: Report) -> None:
+def _check_sequences(record: Record, report: CheckReport) -> None:
     """A role is assigned and left in turn; what drives a vehicle begins while it has the role, and ends once."""
     declared = declared_roles(record)
     has: set[tuple[str, Role]] = set()
@@ -70,7 +70,7 @@ def _check_sequences(record: Record, report: Report) -> None:
             report.add("roles", "roles", time_s, vehicle, f"{group}.{role} {event}", f"none: {why}")
 
 
-def _check_views(record: Record, report: Report) -> None:
+def _check_views(record: Record, report: CheckReport) -> None:
     """Roles of a vehicle are those that it has in its own view."""
     own: Counter[tuple[float, str, str, str, str]] = Counter()
     names = ("time_s", "vehicle", "peer", "group", "role", "event")
@@ -104,7 +104,7 @@ class Views:
         return [name for name in sorted(self.inside) if role in self.roles[name, name]]
 
 
-def moments(record: Record, end_s: float) -> Iterator[tuple[float, Views]]:
+def views_with_durations(record: Record, end_s: float) -> Iterator[tuple[float, Views]]:
     """Views, each time with how long they stood so (s)."""
     changes: list[tuple[float, int, Any]] = []
     for time_s, vehicle, kind, _ in record["faults"].rows("time_s", "vehicle", "kind", "detail"):
@@ -139,7 +139,7 @@ def organisation_figures(record: Record, end_s: float) -> dict[str, float | None
     keeps = record.of("strategy")["name"] in KEEP_OWN_JOBS
     left_out = {key for key, role in roles.items() if keeps and role.get("job") is not None}
     conflict_s, apart_s, pairs_s, malformed_s = [], [], [], []
-    for spell_s, views in moments(record, end_s):
+    for spell_s, views in views_with_durations(record, end_s):
         n_inside = len(views.inside)
         if n_inside > 1:
             pairs_s.append(spell_s)

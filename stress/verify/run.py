@@ -7,16 +7,16 @@ from typing import Any
 
 from stress.verify.ending import check_ending
 from stress.verify.figures import check_figures
-from stress.verify.findings import Report
+from stress.verify.findings import CheckReport
 from stress.verify.ground import check_ground
 from stress.verify.knowledge import check_knowledge
 from stress.verify.motion import check_tracks
 from stress.verify.packets import check_packets
 from stress.verify.record import Record
 from stress.verify.roles import check_roles
-from stress.verify.tables import check_form, check_rows
+from stress.verify.tables import check_rows, check_tables
 
-THEMES: dict[str, Callable[[Record, Report], None]] = {
+THEMES: dict[str, Callable[[Record, CheckReport], None]] = {
     "motion": check_tracks,
     "packets": check_packets,
     "knowledge": check_knowledge,
@@ -37,7 +37,7 @@ def modem_of(scenario: dict[str, Any], manifest: dict[str, Any]) -> dict[str, An
     return found if is_whole else None
 
 
-def verify_run(record: Record, report: Report, themes: frozenset[str] = frozenset(THEMES)) -> None:
+def verify_run(record: Record, report: CheckReport, themes: frozenset[str] = frozenset(THEMES)) -> None:
     """Run the checks of a run.
 
     Args:
@@ -45,7 +45,7 @@ def verify_run(record: Record, report: Report, themes: frozenset[str] = frozense
         report: takes what they find.
         themes: names of those that are to be run.
     """
-    if not check_form(record.tables, report) or not check_rows(record, report):
+    if not check_tables(record.tables, report) or not check_rows(record, report):
         report.skip("the rest of the run", "tables, columns or vehicles are missing or unknown")
         return
     for theme, check in THEMES.items():

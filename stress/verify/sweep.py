@@ -11,8 +11,8 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
-from stress.verify.findings import NoResults, Report
-from stress.verify.record import Columns, Record
+from stress.verify.findings import CheckReport, NoResults
+from stress.verify.record import Record, TableColumns
 from stress.verify.run import modem_of, verify_run
 
 SEAL = '{"crc": "'
@@ -23,13 +23,13 @@ MAKING = ("fleet", "finds", "organisation", "object")
 """Settings from which other parts of a scenario are made: vehicles, roles, groups."""
 
 
-def verify_sweep(folder: Path) -> Report:
+def verify_sweep(folder: Path) -> CheckReport:
     """Say what in the folder of a sweep does not follow.
 
     Raises:
         NoResults: its study cannot be read.
     """
-    report = Report()
+    report = CheckReport()
     try:
         study = json.loads((folder / "study.json").read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
@@ -44,7 +44,7 @@ def verify_sweep(folder: Path) -> Report:
             report.skip(f"tables of run {key}", "its scenario cannot be made of study.json and its settings alone")
             continue
         own = {
-            name: Columns(table.filter(pc.equal(table["key"], key)).drop_columns(["key"]))
+            name: TableColumns(table.filter(pc.equal(table["key"], key)).drop_columns(["key"]))
             for name, table in tables.items()
         }
         report.key = key
@@ -54,7 +54,7 @@ def verify_sweep(folder: Path) -> Report:
     return report
 
 
-def _ledger(path: Path, report: Report) -> dict[str, dict[str, Any]]:
+def _ledger(path: Path, report: CheckReport) -> dict[str, dict[str, Any]]:
     """Lines of the ledger by key; a line whose checksum is another is told and left out."""
     found: dict[str, dict[str, Any]] = {}
     for number, text in enumerate(path.read_text(encoding="utf-8", errors="replace").splitlines(), 1):
@@ -73,7 +73,7 @@ def _ledger(path: Path, report: Report) -> dict[str, dict[str, Any]]:
     return found
 
 
-def _check_table(path: Path, lines: dict[str, dict[str, Any]], report: Report) -> None:
+def _check_table(path: Path, lines: dict[str, dict[str, Any]], report: CheckReport) -> None:
     """Every run of the ledger has one row, with the figures of its line."""
     if not path.is_file():
         report.skip("runs.parquet", "the sweep has not ended: there is none yet")
@@ -99,7 +99,7 @@ def _check_table(path: Path, lines: dict[str, dict[str, Any]], report: Report) -
     report.key = ""
 
 
-def _tables(folder: Path, report: Report) -> dict[str, pa.Table]:
+def _tables(folder: Path, report: CheckReport) -> dict[str, pa.Table]:
     found = {}
     for path in sorted((folder / "tables").glob("*.parquet")):
         try:

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 
-from stress.verify.findings import Report
-from stress.verify.record import TIME_STEP_S, Columns, Record
+from stress.verify.findings import CheckReport
+from stress.verify.record import TIME_STEP_S, Record, TableColumns
 
 COLUMNS = {
     "trajectories": "time_s vehicle x_m y_m heading_rad speed_mps energy_j depth_m",
@@ -51,7 +51,7 @@ EVENTS = {
 """Words of the column ``event``."""
 
 
-def check_form(tables: Mapping[str, Columns], report: Report) -> bool:
+def check_tables(tables: Mapping[str, TableColumns], report: CheckReport) -> bool:
     """Look at what is there, its columns and its units; False if the other checks have nothing to go by."""
     is_whole = True
     for name, columns in COLUMNS.items():
@@ -71,11 +71,11 @@ def check_form(tables: Mapping[str, Columns], report: Report) -> bool:
     return is_whole
 
 
-def _names(table: Columns) -> set[str]:
+def _names(table: TableColumns) -> set[str]:
     return set(table.arrow.column_names)
 
 
-def check_rows(record: Record, report: Report) -> bool:
+def check_rows(record: Record, report: CheckReport) -> bool:
     """Look at times, names and repeated rows of every table; False if names are not those of the fleet."""
     n_before = report.n_findings["vehicles"]
     end_s = record.end_s + float(record.of("scenario").get("settle_s", 0.0))
@@ -100,7 +100,7 @@ def check_rows(record: Record, report: Report) -> bool:
     return report.n_findings["vehicles"] == n_before
 
 
-def _check_times(name: str, times_s: Any, end_s: float, table: Columns, report: Report) -> None:
+def _check_times(name: str, times_s: Any, end_s: float, table: TableColumns, report: CheckReport) -> None:
     report.look("order", len(times_s))
     vehicles = table["vehicle"] if "vehicle" in _names(table) else [""] * len(times_s)
     wrong = np.flatnonzero(np.diff(times_s) < -TIME_STEP_S) + 1
@@ -111,7 +111,7 @@ def _check_times(name: str, times_s: Any, end_s: float, table: Columns, report: 
         report.add("order", name, times_s[at], vehicles[at], f"row {at}", f"none: the run is from 0 to {end_s:g} s")
 
 
-def _check_once(name: str, table: Columns, report: Report) -> None:
+def _check_once(name: str, table: TableColumns, report: CheckReport) -> None:
     report.look("once", len(table))
     seen: set[Any] = set()
     columns = [column.name for column in table.arrow.schema]
@@ -124,7 +124,7 @@ def _check_once(name: str, table: Columns, report: Report) -> None:
         seen.add(row)
 
 
-def _check_numbers(record: Record, report: Report) -> None:
+def _check_numbers(record: Record, report: CheckReport) -> None:
     """Numbers of tracks are finite."""
     for column in ("time_s", "x_m", "y_m", "heading_rad", "speed_mps", "energy_j", "depth_m"):
         values = np.asarray(record["trajectories"][column], dtype=float)

@@ -19,7 +19,7 @@ pytest.importorskip("uvicorn")
 
 from missions.runs.setup import resolved
 from missions.scenarios import load
-from remoras.cli.live.form import Form
+from remoras.cli.live.form import RunForm
 from remoras.cli.live.server import LiveServer, listener
 from remoras.cli.live.session import Session
 
@@ -108,7 +108,7 @@ def served(overrides: tuple[tuple[str, str], ...], out: Path | None = None) -> I
     """A server on a free port, ended afterwards."""
     setup = resolved(load(SCENARIO, overrides))
     session = Session(setup, SEED, out)
-    server = LiveServer(session, Form(SCENARIO, list(overrides), setup.scenario), setup.scenario, listener(0))
+    server = LiveServer(session, RunForm(SCENARIO, list(overrides), setup.scenario), setup.scenario, listener(0))
     thread = threading.Thread(target=server.run)
     thread.start()
     try:

@@ -14,7 +14,7 @@ from crashing import Crash
 from invoked import remoras
 from live_program import LONG, PATIENCE_S, SCENARIO, SEED, SHORT, served, wait_until
 
-from missions.runs.results import Results, write
+from missions.runs.results import Results, write_results
 from missions.runs.run import run
 from missions.scenarios import load
 
@@ -31,7 +31,7 @@ def assert_same_results(one: Path, other: Path) -> None:
 
 
 def test_results_are_those_of_run_however_it_was_stepped(tmp_path: Path) -> None:
-    write(run(load(SCENARIO, SHORT), SEED), tmp_path / "run")
+    write_results(run(load(SCENARIO, SHORT), SEED), tmp_path / "run")
     with served(SHORT, tmp_path / "live") as client:
         assert client.phase == "ready"
         client.control(do="step", n=7)
@@ -76,7 +76,7 @@ def test_a_restart_takes_the_form_and_keeps_the_seed(tmp_path: Path) -> None:
         client.finished()
     own = [SHORT[0], ("--strategy", "strategy.name=central"), ("--policy", "communication.policy=ack-repeat")]
     own += [("--per", "channel.per=0.3"), ("--set", f"fault=[{{ {faults} }}]")]
-    write(run(load(SCENARIO, own), SEED), tmp_path / "run")
+    write_results(run(load(SCENARIO, own), SEED), tmp_path / "run")
     assert_same_results(tmp_path / "live", tmp_path / "run")
 
 
@@ -221,7 +221,7 @@ def test_the_command_serves_until_it_is_interrupted(tmp_path: Path) -> None:
     finally:
         process.kill()
         process.communicate()
-    write(run(load(SCENARIO, SHORT), SEED), tmp_path / "run")
+    write_results(run(load(SCENARIO, SHORT), SEED), tmp_path / "run")
     assert_same_results(tmp_path / "live", tmp_path / "run")
 
 

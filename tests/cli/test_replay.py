@@ -10,7 +10,7 @@ import pyarrow.parquet as pq
 import pytest
 from invoked import COMMAND, refused, remoras
 
-from missions.runs.results import write
+from missions.runs.results import write_results
 from missions.runs.run import run
 from missions.scenarios import load
 
@@ -19,7 +19,7 @@ SLOW_TO_LOAD = {"pandas", "matplotlib", "scipy", "numba", "duckdb", "distributed
 
 def record(folder: Path, *settings: str, scenario: str = "mapping-rendezvous", seed: int = 1) -> Path:
     loaded = load(scenario, [("--set", one) for one in ("scenario.duration_s=40", *settings)])
-    write(run(loaded, seed), folder)
+    write_results(run(loaded, seed), folder)
     return folder
 
 

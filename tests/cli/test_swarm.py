@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 from invoked import MAIN, refused, remoras
 
-from missions.nodes.alone import Plan
+from missions.nodes.alone import NodePlan
 from missions.nodes.swarm import Swarm, plans_of, swarm
 from missions.scenarios import load
 
@@ -30,7 +30,7 @@ COMMAND_S = 240.0
 
 
 def run(names: list[str], out: Path | None, **more) -> Swarm:
-    plan = Plan.of(load(SCENARIO), names[0], 5, UNTIL_S, SETTLE_S)
+    plan = NodePlan.of(load(SCENARIO), names[0], 5, UNTIL_S, SETTLE_S)
     return swarm(SCENARIO, plans_of(plan, names), SPEED, (0.4, 0.1), out, **more)
 
 

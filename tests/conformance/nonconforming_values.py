@@ -2,14 +2,14 @@
 
 import math
 
-from exchange.values import Moment, Place, Waiting
+from exchange.values import Moment, QueuePlace, Waiting
 
 
 class Nameless:
     name = ""
 
-    def place(self, waiting: Waiting) -> Place:
-        return Place(waiting.priority, -waiting.since_s)
+    def place(self, waiting: Waiting) -> QueuePlace:
+        return QueuePlace(waiting.priority, -waiting.since_s)
 
     def value(self, waiting: Waiting, moment: Moment) -> float:
         return moment.now_s - waiting.since_s
@@ -57,8 +57,8 @@ class Overtaking(Nameless):
 
     name = "overtaking"
 
-    def place(self, waiting: Waiting) -> Place:
-        return Place("all", waiting.credit - waiting.since_slot)
+    def place(self, waiting: Waiting) -> QueuePlace:
+        return QueuePlace("all", waiting.credit - waiting.since_slot)
 
     def value(self, waiting: Waiting, moment: Moment) -> float:
         return waiting.credit + (1 + waiting.n_said) * (moment.n_slots - waiting.since_slot)

@@ -4,7 +4,7 @@ import time
 
 import pytest
 
-from exchange.drivers import AT_ONCE, Ether, Heard, MemoryDriver, Paced, Socket, UdpDriver
+from exchange.drivers import AT_ONCE, Ether, MemoryDriver, Paced, Socket, TimedPacket, UdpDriver
 from stress.conformance import drivers as conformance
 
 
@@ -25,15 +25,15 @@ def over_udp() -> conformance.Pair:
 class Deaf(MemoryDriver):
     """Hears nothing."""
 
-    def receive(self, until_s: float) -> list[Heard]:
+    def receive(self, until_s: float) -> list[TimedPacket]:
         return []
 
 
 class Cutting(MemoryDriver):
     """Leaves out the last byte."""
 
-    def receive(self, until_s: float) -> list[Heard]:
-        return [Heard(heard.data[:-1], heard.time_s) for heard in super().receive(until_s)]
+    def receive(self, until_s: float) -> list[TimedPacket]:
+        return [TimedPacket(heard.data[:-1], heard.time_s) for heard in super().receive(until_s)]
 
 
 @pytest.mark.parametrize("make", [in_memory, over_udp])

@@ -5,13 +5,13 @@ from collections.abc import Callable
 from exchange.manager import ExchangeManager
 from exchange.packets import ItemUid, Reception
 from exchange.policies import POLICIES
-from stress.conformance.radio import TBOX, Fleet, instances, needs
+from stress.conformance.radio import TBOX, ManagerFleet, instances, needs
 from worldmodel import WorldModel, merge
 
 Lost = Callable[[int, int], bool]
 
 
-class Sea(Fleet):
+class Sea(ManagerFleet):
     """A fleet whose vehicles may begin anew; ``heard_epoch[p][r]`` is the newest epoch that p can have heard r's of."""
 
     def __init__(self, n_nodes: int, policy: str, payload_bytes: int = 64) -> None:

@@ -15,7 +15,7 @@ from exchange.acoustics.channel import BroadcastChannel
 from exchange.acoustics.link import Bernoulli, GilbertElliott, LinkModel, Matrix, Perfect, Transmission
 from exchange.acoustics.models import Deployment
 from exchange.acoustics.modems import modems
-from exchange.acoustics.trace import Series, TraceLinks
+from exchange.acoustics.trace import LossSeries, TraceLinks
 from exchange.schedule import TdmaSchedule
 
 NANO = modems()["nanomodem-v3"]
@@ -184,7 +184,7 @@ STEADY: dict[str, LinkModel] = {
     "matrix": Matrix(0.1, {(0, 1): 0.65}),
     "acoustic, one fade a frame": AcousticChannel(spreading=2.0).link_model(FLEET, 2),
     "acoustic, one fade a bit": AcousticChannel(fading="bit").link_model(FLEET, 2),
-    "trace of rates": TraceLinks({(0, 1): Series((0.0, 1e9), (0.2, 0.9))}, 1e9, False),
+    "trace of rates": TraceLinks({(0, 1): LossSeries((0.0, 1e9), (0.2, 0.9))}, 1e9, False),
 }
 
 
@@ -201,7 +201,7 @@ def test_a_trace_of_outcomes_loses_just_what_was_recorded():
     """Every third packet is lost, whatever is drawn."""
     times_s = tuple(float(slot) for slot in range(3000))
     links = TraceLinks(
-        {(0, 1): Series(times_s, tuple(1.0 if slot % 3 == 0 else 0.0 for slot in range(3000)))}, 3e3, True
+        {(0, 1): LossSeries(times_s, tuple(1.0 if slot % 3 == 0 else 0.0 for slot in range(3000)))}, 3e3, True
     )
     asked = [links.p_loss(Transmission(slot, 0, float(slot), 512), 1, 1.0) for slot in range(N_DRAWS // 100)]
     draws = uniforms(2, SLOTS[: len(asked)], 0, 1)

@@ -8,8 +8,8 @@ from exchange.errors import PeerFault
 from exchange.packets import Fragment
 from exchange.policies import POLICIES
 from exchange.wire.codec import Codec
-from exchange.wire.definitions import Definitions
-from stress.conformance.radio import DURATION_S, N_BLOCKS, TBOX, Fleet, cells, instances
+from exchange.wire.definitions import ComparedDefinitions
+from stress.conformance.radio import DURATION_S, N_BLOCKS, TBOX, ManagerFleet, cells, instances
 
 
 def stranger_codec(n_items: int) -> Codec:
@@ -17,9 +17,9 @@ def stranger_codec(n_items: int) -> Codec:
     return Codec(TBOX, len(instances(3)), 3, POLICIES["ack"], n_items, DURATION_S)
 
 
-def heard_of(codec: Codec, n_frames: int) -> Fleet:
+def heard_of(codec: Codec, n_frames: int) -> ManagerFleet:
     """A fleet of which node 1 hears, in the slots of node 0, somebody with that codec, with an item in every packet."""
-    fleet = Fleet(3)
+    fleet = ManagerFleet(3)
     for frame in range(n_frames):
         data = codec.encode(0, [0] * 3, [Fragment(0, frame, 0.0, cells(3, 1))], frame=frame)
         fleet.deliver(1, data, fleet.schedule.start_s(3 * frame) + 1.0)
@@ -28,7 +28,7 @@ def heard_of(codec: Codec, n_frames: int) -> Fleet:
 
 def bytes_alike(codec: Codec) -> list[bool]:
     """Which bytes of its hash are ours, by frame."""
-    ours = Fleet(3).codec
+    ours = ManagerFleet(3).codec
     return [codec.encode(0, [0] * 3, [], frame=f)[0] == ours.encode(0, [0] * 3, [], frame=f)[0] for f in range(4)]
 
 
@@ -52,7 +52,7 @@ def test_three_bytes_that_agree_do_not_let_a_stranger_in():
 
 
 def test_a_peer_that_was_damaged_once_is_heard_again_when_that_byte_agrees():
-    definitions = Definitions()
+    definitions = ComparedDefinitions()
     assert definitions.differ(2, frame=5)
     for frame in (6, 7, 8):
         with pytest.raises(PeerFault, match="node 2 uses another TBox"):
@@ -62,7 +62,7 @@ def test_a_peer_that_was_damaged_once_is_heard_again_when_that_byte_agrees():
 
 
 def test_damage_bars_nobody_whose_definition_is_known():
-    definitions = Definitions()
+    definitions = ComparedDefinitions()
     for frame in range(4):
         definitions.agree(2, frame)
     assert not definitions.differ(2, frame=4)
@@ -72,7 +72,7 @@ def test_damage_bars_nobody_whose_definition_is_known():
 @given(st.sets(st.integers(0, 3), min_size=1), st.lists(st.integers(0, 40), min_size=1))
 def test_nothing_of_a_stranger_counts_once_a_byte_has_differed(differing: set[int], frames: list[int]):
     """Whichever bytes differ and in whichever frames it is heard."""
-    definitions, noticed = Definitions(), False
+    definitions, noticed = ComparedDefinitions(), False
     for frame in frames:
         if frame % 4 in differing:
             definitions.differ(1, frame)
@@ -85,6 +85,6 @@ def test_nothing_of_a_stranger_counts_once_a_byte_has_differed(differing: set[in
 
 
 def test_one_peer_is_not_taken_for_another():
-    definitions = Definitions()
+    definitions = ComparedDefinitions()
     definitions.differ(1, frame=0)
     definitions.agree(2, frame=1)

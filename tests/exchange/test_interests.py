@@ -5,7 +5,7 @@ import random
 import pytest
 
 from exchange.policies import POLICIES
-from stress.conformance.radio import MAPPED_CELL, Fleet, bay
+from stress.conformance.radio import MAPPED_CELL, ManagerFleet, bay
 from worldmodel import PLAIN, PropertyValue, Terms, Wanted, merge
 
 
@@ -22,11 +22,11 @@ class Team:
         return PLAIN
 
 
-def knows(fleet: Fleet, node: int, cell: int) -> bool:
+def knows(fleet: ManagerFleet, node: int, cell: int) -> bool:
     return any(one.value == cell for one in fleet.models[node].history(bay(fleet.n_nodes), MAPPED_CELL))
 
 
-def regroup(fleet: Fleet) -> None:
+def regroup(fleet: ManagerFleet) -> None:
     """Every node hears of the change at once, and merges what it takes up."""
     for model, manager in zip(fleet.models, fleet.managers, strict=True):
         merge(model, manager.renew(fleet.now_s).blocks)
@@ -34,7 +34,7 @@ def regroup(fleet: Fleet) -> None:
 
 def test_what_is_overheard_without_need_is_set_aside_and_taken_up_once_it_is_needed() -> None:
     team = Team(0, 1)
-    fleet = Fleet(3, who_needs=team, selective=True)
+    fleet = ManagerFleet(3, who_needs=team, selective=True)
     uid = fleet.maps(0, 7)
     fleet.pass_frames(2)
     assert knows(fleet, 1, 7)
@@ -48,7 +48,7 @@ def test_what_is_overheard_without_need_is_set_aside_and_taken_up_once_it_is_nee
 
 
 def test_a_vehicle_that_is_not_selective_keeps_what_it_hears() -> None:
-    fleet = Fleet(3, who_needs=Team(0, 1))
+    fleet = ManagerFleet(3, who_needs=Team(0, 1))
     fleet.maps(0, 7)
     fleet.pass_frames(1)
     assert knows(fleet, 2, 7)
@@ -56,7 +56,9 @@ def test_a_vehicle_that_is_not_selective_keeps_what_it_hears() -> None:
 
 def test_what_was_settled_without_a_newcomer_is_sent_again() -> None:
     team = Team(0, 1)
-    fleet = Fleet(3, who_needs=team, selective=True, lost=lambda slot, sender, receiver: receiver == 2 and slot < 9)
+    fleet = ManagerFleet(
+        3, who_needs=team, selective=True, lost=lambda slot, sender, receiver: receiver == 2 and slot < 9
+    )
     fleet.maps(0, 7)
     fleet.pass_frames(3)
     assert fleet.n_open == 0
@@ -71,7 +73,7 @@ def test_what_was_settled_without_a_newcomer_is_sent_again() -> None:
 
 def test_nobody_goes_on_sending_to_who_needs_it_no_more() -> None:
     team = Team(0, 1, 2)
-    fleet = Fleet(3, who_needs=team, selective=True, lost=lambda slot, sender, receiver: receiver == 2)
+    fleet = ManagerFleet(3, who_needs=team, selective=True, lost=lambda slot, sender, receiver: receiver == 2)
     uid = fleet.maps(0, 7)
     fleet.pass_frames(3)
     assert fleet.n_open == 1
@@ -83,7 +85,7 @@ def test_nobody_goes_on_sending_to_who_needs_it_no_more() -> None:
 @pytest.mark.parametrize("is_selective", [True, False])
 def test_one_team_repeats_the_items_of_another_only_if_it_keeps_everything(is_selective: bool) -> None:
     """Node 0 is heard by node 2 alone, which passes on to node 1 what it has a use for itself."""
-    fleet = Fleet(
+    fleet = ManagerFleet(
         3, "ack-repeat", who_needs=Team(0, 1), selective=is_selective,
         lost=lambda slot, sender, receiver: (sender, receiver) == (0, 1),
     )  # fmt: skip
@@ -95,7 +97,7 @@ def test_one_team_repeats_the_items_of_another_only_if_it_keeps_everything(is_se
 def test_a_need_that_comes_and_goes_sends_an_item_once() -> None:
     """A peer that is believed to hold an item does not get it anew, however often needs change: no livelock."""
     team = Team(0, 1)
-    fleet = Fleet(3, who_needs=team, selective=True)
+    fleet = ManagerFleet(3, who_needs=team, selective=True)
     uid = fleet.maps(0, 7)
     for _ in range(10):
         team.nodes ^= {2}
@@ -111,7 +113,7 @@ def test_views_that_differ_do_no_harm_once_they_agree(policy: str, seed: int) ->
     """Every node goes by a view of its own, which changes at random while half of all packets are lost."""
     draws = random.Random(seed)
     views = [Team(*range(4)) for _ in range(4)]
-    fleet = Fleet(
+    fleet = ManagerFleet(
         4, policy, who_needs=views, selective=True, lost=lambda slot, *of: slot < 160 and draws.random() < 0.5
     )
     for frame in range(40):
@@ -136,7 +138,7 @@ def test_a_status_that_nobody_needs_any_more_is_not_said() -> None:
             return sum(1 << node for node in self.nodes), 1
 
     team = Positions(1)
-    fleet = Fleet(2, who_needs=team, selective=True)
+    fleet = ManagerFleet(2, who_needs=team, selective=True)
     fleet.observe(0, (0, fleet.models[0].tbox.attribute_named("position").uid, (1.0, 2.0)))
     assert len(fleet.pass_slot().status) == 1
     fleet.pass_slot()
@@ -151,6 +153,6 @@ def test_a_status_that_only_its_own_vehicle_needs_never_waits() -> None:
         def priority_of(self, fact: PropertyValue, class_uid: int) -> Wanted:
             return sum(1 << node for node in self.nodes), 1
 
-    fleet = Fleet(2, who_needs=Positions(0))
+    fleet = ManagerFleet(2, who_needs=Positions(0))
     fleet.observe(0, (0, fleet.models[0].tbox.attribute_named("position").uid, (1.0, 2.0)))
     assert fleet.pass_slot().status == ()

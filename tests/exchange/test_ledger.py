@@ -3,13 +3,13 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from exchange.ledger import Entry, Ledger
+from exchange.ledger import Ledger, LedgerEntry
 from exchange.packets import Fragment, ItemUid
 from stress.conformance.radio import cells
 
 
-def entry(origin: int, sequence: int, part: int = 0) -> Entry:
-    return Entry(Fragment(origin, sequence, 0.0, cells(4, 1), part, part + 1), 0, 0, 0b1110, 1)
+def entry(origin: int, sequence: int, part: int = 0) -> LedgerEntry:
+    return LedgerEntry(Fragment(origin, sequence, 0.0, cells(4, 1), part, part + 1), 0, 0, 0b1110, 1)
 
 
 def test_an_item_has_one_column_and_unknown_items_have_none():

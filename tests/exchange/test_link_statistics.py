@@ -5,16 +5,16 @@ import random
 
 import pytest
 
-from exchange.peering.peers import KEPT, SHORTEST_SILENCE, UNLIKELY, Estimate
-from stress.conformance.radio import Fleet
+from exchange.peering.peers import KEPT, SHORTEST_SILENCE, UNLIKELY, LossEstimate
+from stress.conformance.radio import ManagerFleet
 
 N_EFFECTIVE = (1.0 + KEPT) / (1.0 - KEPT)
 """Samples of equal weight that tell as much as very many whose weights fall by ``KEPT``: 127."""
 
 
-def sea(loss: dict[tuple[int, int], float], seed: int, n_frames: int) -> Fleet:
+def sea(loss: dict[tuple[int, int], float], seed: int, n_frames: int) -> ManagerFleet:
     draws = random.Random(seed)
-    fleet = Fleet(3, lost=lambda slot, sender, receiver: draws.random() < loss[sender, receiver])
+    fleet = ManagerFleet(3, lost=lambda slot, sender, receiver: draws.random() < loss[sender, receiver])
     fleet.pass_frames(n_frames)
     return fleet
 
@@ -46,18 +46,18 @@ def test_the_two_ways_of_a_link_are_told_apart():
 def test_the_silence_that_is_taken_for_absence_follows_from_the_loss():
     """At a loss p it is the least n with p^n below 0.001, with the prior counted in: 2 packets, one of them lost."""
     for p_percent in (0, 20, 40, 80):
-        estimate = Estimate()
+        estimate = LossEstimate()
         for _ in range(10):
             estimate.add(p_percent, 100 - p_percent)
         p_loss = estimate.link.p_loss
         silence = estimate.longest_silence
         assert silence == SHORTEST_SILENCE or p_loss ** (silence - 1) > UNLIKELY / 4
-    assert Estimate().longest_silence == 10
+    assert LossEstimate().longest_silence == 10
 
 
 def test_absence_is_no_loss():
     """A peer that was away for 200 frames and is back loses no more than before."""
-    fleet = Fleet(3)
+    fleet = ManagerFleet(3)
     fleet.pass_frames(50)
     fleet.lost = lambda slot, sender, receiver: 2 in (sender, receiver)
     fleet.pass_frames(200)
@@ -72,7 +72,7 @@ def test_absence_is_no_loss():
 @pytest.mark.parametrize("parking", [True, False])
 def test_nobody_waits_for_what_is_away_and_it_catches_up(parking: bool):
     """With the cause taken out, all that is observed meanwhile stays open."""
-    fleet = Fleet(4, "ack-repeat", parking=parking)
+    fleet = ManagerFleet(4, "ack-repeat", parking=parking)
     fleet.pass_frames(5)
     fleet.lost = lambda slot, sender, receiver: 3 in (sender, receiver)
     fleet.pass_frames(20)
@@ -89,7 +89,7 @@ def test_nobody_waits_for_what_is_away_and_it_catches_up(parking: bool):
 
 def test_who_hears_nobody_parks_nobody():
     """It cannot tell whether all others are gone or it is deaf: it goes on saying what it has to say."""
-    fleet = Fleet(3, lost=lambda slot, sender, receiver: receiver == 0)
+    fleet = ManagerFleet(3, lost=lambda slot, sender, receiver: receiver == 0)
     fleet.pass_frames(40)
     uid = fleet.maps(0, 1)
     fleet.pass_frames(3)
@@ -109,7 +109,7 @@ def test_a_summary_ends_what_is_settled_when_acknowledgements_are_lost(summaries
     def lost(slot: int, sender: int, receiver: int) -> bool:
         return sender == 1 and slot // 2 % 2 == 0
 
-    fleet = Fleet(2, lost=lost, summaries=summaries)
+    fleet = ManagerFleet(2, lost=lost, summaries=summaries)
     uid = fleet.maps(0, 1)
     fleet.pass_slot()
     fleet.pass_slot()

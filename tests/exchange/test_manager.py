@@ -21,7 +21,7 @@ from stress.conformance.radio import (
     PLAYS_ROLE,
     POSITION,
     TBOX,
-    Fleet,
+    ManagerFleet,
     bay,
     cells,
     needs,
@@ -31,7 +31,7 @@ from stress.conformance.radio import (
 from worldmodel import Attribute, Instance, NeedsIndex, PropertyValue, TBox, ValueKind, WorldModel
 
 
-def items_said(fleet: Fleet, sender: int) -> list[ItemUid]:
+def items_said(fleet: ManagerFleet, sender: int) -> list[ItemUid]:
     """Every item the sender has said so far, in order, with repetitions."""
     return [uid for sent in fleet.said if fleet.schedule.owner(sent.slot) == sender for uid in sent.items]
 
@@ -41,7 +41,7 @@ def items_said(fleet: Fleet, sender: int) -> list[ItemUid]:
 
 def test_an_item_is_delivered_acknowledged_and_then_left_alone():
     """Two vehicles: said in slot 0, acknowledged in slot 1, so it is not said again in slot 2."""
-    fleet = Fleet(2)
+    fleet = ManagerFleet(2)
     uid = fleet.maps(0, cell=7)
     assert fleet.pass_slot().items == (uid,)
     assert fleet.heard[1][-1].items == (uid,)
@@ -56,14 +56,14 @@ def test_an_item_is_delivered_acknowledged_and_then_left_alone():
 
 def test_a_lost_item_is_said_again_in_every_own_slot_until_it_gets_through():
     """Slots 0, 2 and 4 are lost at the only peer; slot 6 is not."""
-    fleet = Fleet(2, lost=lambda slot, sender, receiver: sender == 0 and slot < 6)
+    fleet = ManagerFleet(2, lost=lambda slot, sender, receiver: sender == 0 and slot < 6)
     uid = fleet.maps(0, cell=7)
     fleet.pass_frames(5)
     assert [sent.slot for sent in fleet.said if uid in sent.items] == [0, 2, 4, 6]
 
 
 def test_a_lost_acknowledgement_costs_a_repetition_and_the_repetition_is_no_news():
-    fleet = Fleet(2, lost=lambda slot, sender, receiver: slot == 1)
+    fleet = ManagerFleet(2, lost=lambda slot, sender, receiver: slot == 1)
     uid = fleet.maps(0, cell=7)
     fleet.pass_frames(3)
     assert items_said(fleet, 0) == [uid, uid]
@@ -74,7 +74,7 @@ def test_a_lost_acknowledgement_costs_a_repetition_and_the_repetition_is_no_news
 
 def test_it_is_said_until_the_last_of_three_peers_has_confirmed():
     """Node 3 hears nothing of node 0 before slot 8: two repetitions more than the others needed."""
-    fleet = Fleet(4, lost=lambda slot, sender, receiver: (sender, receiver) == (0, 3) and slot < 8)
+    fleet = ManagerFleet(4, lost=lambda slot, sender, receiver: (sender, receiver) == (0, 3) and slot < 8)
     uid = fleet.maps(0, cell=7)
     fleet.pass_frames(2)
     assert [fleet.managers[0].believes(peer, uid) for peer in (1, 2, 3)] == [True, True, False]
@@ -87,7 +87,7 @@ def test_it_is_said_until_the_last_of_three_peers_has_confirmed():
 def test_what_those_hold_to_whom_it_is_addressed_gives_way_to_what_they_lack():
     """Node 2 hears nothing. Once node 1 has confirmed its item, that of node 2 is the more urgent, ten to one."""
     urgent = needs(range(3), {MAPPED_CELL: 50})
-    fleet = Fleet(3, who_needs=urgent, lost=lambda slot, sender, receiver: receiver == 2)
+    fleet = ManagerFleet(3, who_needs=urgent, lost=lambda slot, sender, receiver: receiver == 2)
     for cell, peer in ((7, 1), (8, 2)):
         model = fleet.models[0]
         fleet.managers[0].offer([model.record([cells(3, 9)[cell][:3]], 0.0)], [peer])
@@ -98,7 +98,7 @@ def test_what_those_hold_to_whom_it_is_addressed_gives_way_to_what_they_lack():
 def test_with_repeat_a_peer_passes_on_what_its_origin_cannot_deliver():
     """Node 2 never hears node 0; node 1 hears both. Without repeat node 2 never learns it."""
     for policy, holders in [("ack", [0, 1]), ("ack-repeat", [0, 1, 2])]:
-        fleet = Fleet(3, policy, lost=lambda slot, sender, receiver: (sender, receiver) == (0, 2))
+        fleet = ManagerFleet(3, policy, lost=lambda slot, sender, receiver: (sender, receiver) == (0, 2))
         uid = fleet.maps(0, cell=7)
         fleet.pass_frames(6)
         assert fleet.holders(uid) == holders
@@ -109,7 +109,7 @@ def test_with_repeat_a_peer_passes_on_what_its_origin_cannot_deliver():
 
 
 def test_what_nobody_needs_is_kept_and_never_said():
-    fleet = Fleet(3, who_needs=needs(range(3), {AREA_DONE: 1}))
+    fleet = ManagerFleet(3, who_needs=needs(range(3), {AREA_DONE: 1}))
     uid = fleet.maps(0, cell=7)
     fleet.pass_frames(2)
     assert fleet.managers[0].holds(uid)
@@ -118,14 +118,14 @@ def test_what_nobody_needs_is_kept_and_never_said():
 
 
 def test_the_own_need_is_no_reason_to_send():
-    fleet = Fleet(3, who_needs=needs([0]))
+    fleet = ManagerFleet(3, who_needs=needs([0]))
     fleet.maps(0, cell=7)
     assert fleet.pass_slot().items == ()
 
 
 def test_an_item_is_dropped_when_all_who_need_it_hold_it_though_others_lack_it():
     """Node 1 needs cells; node 2 does not, and hears nothing at all."""
-    fleet = Fleet(3, who_needs=needs([1]), lost=lambda slot, sender, receiver: receiver == 2)
+    fleet = ManagerFleet(3, who_needs=needs([1]), lost=lambda slot, sender, receiver: receiver == 2)
     uid = fleet.maps(0, cell=7)
     fleet.pass_frames(4)
     assert items_said(fleet, 0) == [uid]
@@ -138,17 +138,17 @@ def test_an_item_is_dropped_when_all_who_need_it_hold_it_though_others_lack_it()
 
 def test_the_more_urgent_goes_first_when_not_all_fits():
     """13 B are 104 bits; 17 are head and end, and for an item of one fact more than 44 of the rest are counted."""
-    fleet = Fleet(2, payload_bytes=13, codec=one_size_codec(2))
+    fleet = ManagerFleet(2, payload_bytes=13, codec=one_size_codec(2))
     fleet.maps(0, cell=1)
     fleet.maps(0, cell=2)
     (assignment,) = fleet.observe(0, (1, PLAYS_ROLE, role(2)))
     assert fleet.pass_slot().items == (assignment,)
 
 
-def deaf_peer(payload_bytes: int, n_nodes: int = 2) -> Fleet:
+def deaf_peer(payload_bytes: int, n_nodes: int = 2) -> ManagerFleet:
     """The last node is heard, but hears nobody: what it needs never settles."""
     last = n_nodes - 1
-    return Fleet(
+    return ManagerFleet(
         n_nodes,
         payload_bytes=payload_bytes,
         lost=lambda slot, sender, receiver: receiver == last,
@@ -191,7 +191,7 @@ def test_a_packet_holds_as_many_items_as_fit():
 
 
 def test_only_the_newest_status_is_said_once_and_never_acknowledged():
-    fleet = Fleet(2)
+    fleet = ManagerFleet(2)
     for x_m in (1.0, 2.0, 3.0):
         assert fleet.observe(0, (0, POSITION, (x_m, 0.0))) == ()  # it is no item
     sent = fleet.pass_slot()
@@ -204,7 +204,7 @@ def test_only_the_newest_status_is_said_once_and_never_acknowledged():
 
 
 def test_a_lost_status_is_not_repeated_but_the_next_one_is_said():
-    fleet = Fleet(2, lost=lambda slot, sender, receiver: slot == 0)
+    fleet = ManagerFleet(2, lost=lambda slot, sender, receiver: slot == 0)
     fleet.observe(0, (0, POSITION, (1.0, 0.0)))
     fleet.pass_frames(2)
     assert fleet.models[1].value(0, POSITION) is None
@@ -214,7 +214,7 @@ def test_a_lost_status_is_not_repeated_but_the_next_one_is_said():
 
 
 def test_statuses_of_different_attributes_do_not_replace_each_other():
-    fleet = Fleet(2)
+    fleet = ManagerFleet(2)
     fleet.observe(0, (0, POSITION, (1.0, 0.0)))
     fleet.observe(0, (0, BATTERY, 0.5))
     fleet.pass_slot()
@@ -223,7 +223,7 @@ def test_statuses_of_different_attributes_do_not_replace_each_other():
 
 
 def test_a_block_that_is_status_only_in_part_is_an_item():
-    fleet = Fleet(2)
+    fleet = ManagerFleet(2)
     (uid,) = fleet.observe(0, (0, POSITION, (1.0, 0.0)), (bay(2), AREA_DONE, 0))
     assert fleet.pass_slot().items == (uid,)
 
@@ -232,7 +232,7 @@ def test_a_block_that_is_status_only_in_part_is_an_item():
 
 
 def test_signals_are_said_once_and_the_last_call_counts():
-    fleet = Fleet(3)
+    fleet = ManagerFleet(3)
     fleet.managers[0].offer_signals([InfluenceSignal(role(3), 5)])
     fleet.managers[0].offer_signals([InfluenceSignal(role(3), -40), InfluenceSignal(bay(3), 127)])
     fleet.pass_frames(2)
@@ -242,7 +242,7 @@ def test_signals_are_said_once_and_the_last_call_counts():
 
 
 def test_lost_signals_are_gone():
-    fleet = Fleet(2, lost=lambda slot, sender, receiver: slot == 0)
+    fleet = ManagerFleet(2, lost=lambda slot, sender, receiver: slot == 0)
     fleet.managers[0].offer_signals([InfluenceSignal(role(2), 5)])
     fleet.pass_frames(3)
     assert all(reception.signals == () for reception in fleet.heard[1])
@@ -250,7 +250,7 @@ def test_lost_signals_are_gone():
 
 def test_of_many_roles_each_has_its_say_before_long():
     """40 roles, at most 15 signals in a packet: after three own slots all have been heard."""
-    fleet = Fleet(2, payload_bytes=512)
+    fleet = ManagerFleet(2, payload_bytes=512)
     signals = [InfluenceSignal(number % 6, number) for number in range(40)]
     for _ in range(3):
         fleet.managers[0].offer_signals(signals)
@@ -271,7 +271,7 @@ def test_a_packet_never_exceeds_its_room(
 ):
     """Whatever is offered: blocks of any length, statuses, and signals of any number."""
     try:
-        fleet = Fleet(n_nodes, policy, payload_bytes)
+        fleet = ManagerFleet(n_nodes, policy, payload_bytes)
     except ConfigurationError:
         return  # the header alone is too large; see below
     for n in n_cells:
@@ -293,7 +293,7 @@ def test_what_has_been_accepted_gets_through_beside_the_signals(
     n_nodes: int, payload_bytes: int, n_signals: int, n_cells: int
 ):
     """A block is cut to what is left when the vehicle signals in every slot, as vehicles do."""
-    fleet = Fleet(n_nodes, payload_bytes=payload_bytes)
+    fleet = ManagerFleet(n_nodes, payload_bytes=payload_bytes)
     try:
         uids = fleet.observe(0, *((bay(n_nodes), MAPPED_CELL, float(cell)) for cell in range(n_cells)))
     except ConfigurationError:
@@ -310,7 +310,7 @@ def test_what_has_been_accepted_gets_through_beside_the_signals(
 
 def test_a_block_in_parts_goes_in_whole_when_its_last_part_is_there():
     """Twelve cells in 32 B packets of which the first is lost: it is said again, and nothing goes in before."""
-    fleet = Fleet(2, payload_bytes=32, lost=lambda slot, sender, receiver: slot == 0)
+    fleet = ManagerFleet(2, payload_bytes=32, lost=lambda slot, sender, receiver: slot == 0)
     uids = fleet.observe(0, *((bay(2), MAPPED_CELL, float(cell)) for cell in range(12)))
     assert len(uids) > 1
     for _ in range(2 * len(uids) + 2):
@@ -325,7 +325,7 @@ def test_a_block_in_parts_goes_in_whole_when_its_last_part_is_there():
 
 def test_a_part_repeated_after_its_block_is_whole_does_no_harm():
     """Node 1's acknowledgements are lost for long, so all parts are said again and again."""
-    fleet = Fleet(2, payload_bytes=32, lost=lambda slot, sender, receiver: sender == 1 and slot < 40)
+    fleet = ManagerFleet(2, payload_bytes=32, lost=lambda slot, sender, receiver: sender == 1 and slot < 40)
     uids = fleet.observe(0, *((bay(2), MAPPED_CELL, float(cell)) for cell in range(12)))
     fleet.pass_frames(25)
     assert len(items_said(fleet, 0)) > 3 * len(uids)
@@ -337,12 +337,12 @@ def test_a_part_repeated_after_its_block_is_whole_does_no_harm():
 # Bad packets --------------------------------------------------------------------------------------
 
 
-def packet_of(fleet: Fleet, sender: int, *fragments: Fragment) -> bytes:
+def packet_of(fleet: ManagerFleet, sender: int, *fragments: Fragment) -> bytes:
     return fleet.codec.encode(sender, [0] * fleet.n_nodes, fragments, slot_start_s=fleet.schedule.start_s(sender))
 
 
 def test_a_bad_packet_is_counted_and_told_and_changes_nothing():
-    fleet = Fleet(3)
+    fleet = ManagerFleet(3)
     uid = fleet.maps(0, cell=7)
     good = fleet.managers[0].packet_to_send(0.0).data
     for bad in (b"", b"\xff" * 9, good[:-1], bytes([good[0] ^ 1]) + good[1:], good + b"\0"):
@@ -358,7 +358,7 @@ def test_a_bad_packet_is_counted_and_told_and_changes_nothing():
 @pytest.mark.parametrize(("late_s", "is_heard"), [(0.1, True), (1.0, True), (1.1, False), (2.1, False)])
 def test_a_packet_that_arrives_later_than_clocks_can_differ_is_refused(late_s: float, is_heard: bool):
     """Slot 0 of node 0 ends at 2 s; its packet names it, and clocks may differ by 1 s."""
-    fleet = Fleet(3)
+    fleet = ManagerFleet(3)
     uid = fleet.maps(0, cell=7)
     late = fleet.managers[2].receive(fleet.managers[0].packet_to_send(0.0).data, fleet.schedule.start_s(1) + late_s)
     assert late.slot == 0
@@ -370,7 +370,7 @@ def test_a_packet_that_arrives_later_than_clocks_can_differ_is_refused(late_s: f
 @pytest.mark.parametrize("later_frames", range(1, 12))
 def test_a_packet_played_again_in_a_later_frame_is_refused(policy: str, later_frames: int):
     """In its sender's slot of that frame, which is silent: nothing is learned of it by anybody."""
-    fleet = Fleet(3, policy, lost=lambda slot, sender, receiver: receiver == 2)
+    fleet = ManagerFleet(3, policy, lost=lambda slot, sender, receiver: receiver == 2)
     fleet.maps(0, cell=7)
     old = fleet.pass_slot().data
     fleet.slot = 3 * later_frames
@@ -381,7 +381,7 @@ def test_a_packet_played_again_in_a_later_frame_is_refused(policy: str, later_fr
 
 def test_an_echo_of_the_own_packet_is_refused():
     """The surface returns it within the own slot; its acknowledgements are about nobody else."""
-    fleet = Fleet(3)
+    fleet = ManagerFleet(3)
     fleet.maps(0, cell=7)
     echo = fleet.managers[0].receive(fleet.managers[0].packet_to_send(0.0).data, 1.5)
     assert echo.fault
@@ -390,7 +390,7 @@ def test_an_echo_of_the_own_packet_is_refused():
 def test_the_exchange_goes_on_through_noise():
     """After every packet each vehicle also hears 40 bytes of noise; four frames before have shown whom it hears."""
     generator = random.Random(4)
-    fleet = Fleet(3, "m-ack-repeat")
+    fleet = ManagerFleet(3, "m-ack-repeat")
     fleet.pass_frames(4)
     uids = [fleet.maps(node, node) for node in range(3)]
     for _ in range(12):
@@ -406,15 +406,15 @@ def test_the_exchange_goes_on_through_noise():
 
 def test_a_flipped_bit_never_stops_a_receiver():
     """6 instances in 3 bits leave the names 6 and 7 free: a single flipped bit makes one of them."""
-    data = packet_of(Fleet(2), 0, Fragment(0, 0, 0.0, cells(2, 2)), Fragment(0, 1, 0.0, cells(2, 1), 1, 2))
+    data = packet_of(ManagerFleet(2), 0, Fragment(0, 0, 0.0, cells(2, 2)), Fragment(0, 1, 0.0, cells(2, 1), 1, 2))
     word = int.from_bytes(data, "big")
     for bit in range(8 * len(data)):
-        fleet = Fleet(2)
+        fleet = ManagerFleet(2)
         fleet.managers[1].receive((word ^ 1 << bit).to_bytes(len(data), "big"), 1.0)
 
 
 def test_parts_that_disagree_never_stop_a_receiver():
-    fleet = Fleet(2)
+    fleet = ManagerFleet(2)
     fleet.managers[1].receive(packet_of(fleet, 0, Fragment(0, 0, 0.0, cells(2, 1), 2, 3)), 1.0)
     fleet.managers[1].receive(packet_of(fleet, 0, Fragment(0, 0, 0.0, cells(2, 1), 0, 2)), 1.0)
 
@@ -451,7 +451,7 @@ def test_a_symbol_that_is_none_never_stops_a_receiver():
 
 
 def test_speaking_in_a_foreign_slot_is_a_mistake_of_the_caller():
-    fleet = Fleet(3)
+    fleet = ManagerFleet(3)
     with pytest.raises(ConfigurationError, match=r"slot 1 at 2\.0 s belongs to node 1, not to node 0"):
         fleet.managers[0].packet_to_send(2.0)
 
@@ -459,7 +459,7 @@ def test_speaking_in_a_foreign_slot_is_a_mistake_of_the_caller():
 def test_a_policy_whose_header_fills_the_packet_is_refused_with_the_numbers():
     """20 nodes: the matrix alone has 380 bits, a 32 B packet 256."""
     with pytest.raises(ConfigurationError, match=r"256 bits.*m-ack needs for 20 nodes"):
-        Fleet(20, "m-ack", payload_bytes=32)
+        ManagerFleet(20, "m-ack", payload_bytes=32)
 
 
 # Any loss, any policy -----------------------------------------------------------------------------
@@ -467,11 +467,11 @@ def test_a_policy_whose_header_fills_the_packet_is_refused_with_the_numbers():
 
 def random_fleet(
     seed: int, n_nodes: int, policy: str, carrier_evidence: bool, p_loss: float
-) -> tuple[Fleet, list[ItemUid]]:
+) -> tuple[ManagerFleet, list[ItemUid]]:
     """A fleet on links that each lose with a probability of their own, up to ``p_loss``, and items all along."""
     generator = random.Random(seed)
     per = [[generator.uniform(0.0, p_loss) for _ in range(n_nodes)] for _ in range(n_nodes)]
-    fleet = Fleet(
+    fleet = ManagerFleet(
         n_nodes,
         policy,
         payload_bytes=generator.choice([32, 64]),

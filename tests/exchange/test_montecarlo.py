@@ -17,7 +17,7 @@ from exchange.acoustics.loss import uniform
 from exchange.errors import ConfigurationError
 from exchange.policies import ACK, M_ACK, MPS_ACK, POLICIES, AckPolicy
 from exchange.study import compiler, montecarlo, trial
-from exchange.study.trial import CENSORED, COUNT, N_QUANTITIES, NEVER, SUM, Floats, Ints, Load, Rules
+from exchange.study.trial import CENSORED, COUNT, N_QUANTITIES, NEVER, SUM, Floats, Ints, Load, PolicyRules
 
 SEED = 5
 
@@ -42,7 +42,7 @@ def play(
     carrier_evidence: bool = False, remembered_slots: int = 40,
 ) -> Ints:  # fmt: skip
     n_words = -(-load.n_sources * load.columns_per_source // trial.WORD_BITS)
-    rules = Rules(policy.repeat, carrier_evidence, n_nodes, n_words)
+    rules = PolicyRules(policy.repeat, carrier_evidence, n_nodes, n_words)
     outcomes = np.zeros((n_trials, N_QUANTITIES, 3), np.int64)
     received = np.full((n_trials, remembered_slots), montecarlo.NOT_DRAWN, np.int64)
     run(policy.acknowledgement)(rules, load, p_loss(n_nodes, per), SEED, 0, received, outcomes)
@@ -195,7 +195,7 @@ def test_packets_keep_to_their_capacity() -> None:
     """Header 4 bits, items of 60: a packet of 184 bits carries three of them, one of 183 bits two."""
     for capacity_bits, most in ((184, 3), (183, 2), (64, 1)):
         load = BATCH._replace(capacity_bits=capacity_bits)
-        rules = Rules(True, False, 5, 1)
+        rules = PolicyRules(True, False, 5, 1)
         nodes = trial.new_nodes(rules, load, 1)
         montecarlo.header_sizes(ACK, 5, nodes.header_bits)
         trial.clear(nodes)

@@ -10,7 +10,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from exchange.policies import POLICIES
-from stress.conformance.policies import Study, assert_study_is_managers, item_bits, one_size_fleet
+from stress.conformance.policies import ReferenceStudy, assert_study_is_managers, item_bits, one_size_fleet
 
 MAX_SLOTS = 40
 
@@ -31,7 +31,7 @@ def test_study_and_managers_agree_after_every_slot(policy: str, data: st.DataObj
 def test_a_difference_would_be_seen() -> None:
     """The comparison is not vacuous: with one more loss on one side, beliefs come apart within a frame."""
     fleet = one_size_fleet(POLICIES["ack"], 3, 64, True, lambda slot, sender, receiver: False)
-    study = Study(POLICIES["ack"], 3, 1, True, item_bits(fleet), 512 - fleet.codec.overhead_bits)
+    study = ReferenceStudy(POLICIES["ack"], 3, 1, True, item_bits(fleet), 512 - fleet.codec.overhead_bits)
     uids = [fleet.maps(node, node) for node in range(3)]
     fleet.pass_slot()
     study.pass_slot(0, 0b100)

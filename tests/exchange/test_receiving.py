@@ -15,7 +15,7 @@ from stress.conformance.radio import (
     N_BLOCKS,
     POSITION,
     TBOX,
-    Fleet,
+    ManagerFleet,
     bay,
     cells,
     instances,
@@ -24,13 +24,13 @@ from stress.conformance.radio import (
 from worldmodel import STATUS, Fault, FaultCode, Keeping, PropertyValue, WorldModel, merge
 
 
-def packet_of(fleet: Fleet, sender: int, *fragments: Fragment, frame: int = 0, epoch: int = 0) -> bytes:
+def packet_of(fleet: ManagerFleet, sender: int, *fragments: Fragment, frame: int = 0, epoch: int = 0) -> bytes:
     start_s = fleet.schedule.start_s(frame * fleet.n_nodes + sender)
     rows = [0] * fleet.n_nodes
     return fleet.codec.encode(sender, rows, fragments, frame=frame, epoch=epoch, slot_start_s=start_s)
 
 
-def heard(fleet: Fleet, receiver: int, *fragments: Fragment, frame: int = 0) -> tuple[Fault, ...]:
+def heard(fleet: ManagerFleet, receiver: int, *fragments: Fragment, frame: int = 0) -> tuple[Fault, ...]:
     """The faults that merging shows when a receiver hears node 0 say these in a frame."""
     arrives_s = fleet.schedule.start_s(frame * fleet.n_nodes) + 1.0
     reception = fleet.managers[receiver].receive(packet_of(fleet, 0, *fragments, frame=frame), arrives_s)
@@ -42,7 +42,7 @@ def heard(fleet: Fleet, receiver: int, *fragments: Fragment, frame: int = 0) -> 
 
 
 def test_items_are_numbered_without_gaps_whatever_statuses_come_between():
-    fleet = Fleet(2)
+    fleet = ManagerFleet(2)
     uids = []
     for cell in range(4):
         fleet.observe(0, (0, POSITION, (float(cell), 0.0)))
@@ -56,14 +56,14 @@ def test_items_are_numbered_without_gaps_whatever_statuses_come_between():
 
 def test_what_is_no_news_to_anybody_leaves_no_gap():
     """A private block between two items."""
-    fleet = Fleet(2)
+    fleet = ManagerFleet(2)
     first = fleet.maps(0, 1)
     fleet.models[0].record([(bay(2), MAPPED_CELL, 2)], 0.0, private=True)
     assert fleet.maps(0, 3) == first._replace(sequence=1)
 
 
 def test_a_status_is_named_by_its_time_in_what_is_said():
-    fleet = Fleet(2)
+    fleet = ManagerFleet(2)
     fleet.slot = 2
     fleet.observe(0, (0, POSITION, (1.0, 0.0)))
     sent = fleet.pass_slot()
@@ -73,7 +73,7 @@ def test_a_status_is_named_by_its_time_in_what_is_said():
 
 @pytest.mark.parametrize("priorities", [{MAPPED_CELL: 1}, {MAPPED_CELL: 1, BATTERY: 2}])
 def test_what_is_of_use_has_an_attribute_that_is_exchanged(priorities: dict[int, int]):
-    fleet = Fleet(2, who_needs=needs(range(2), priorities))
+    fleet = ManagerFleet(2, who_needs=needs(range(2), priorities))
     for fact, attribute in (((0, BATTERY, 0.5), BATTERY), ((bay(2), MAPPED_CELL, 1), MAPPED_CELL)):
         assert fleet.managers[0].is_of_use([fact]) == (attribute in priorities)
     assert fleet.managers[0].is_of_use([(0, BATTERY, 0.5), (bay(2), MAPPED_CELL, 1)])
@@ -83,7 +83,7 @@ def test_what_is_of_use_has_an_attribute_that_is_exchanged(priorities: dict[int,
 
 
 def test_an_item_with_other_content_than_before_reaches_the_check_for_conflicts():
-    fleet = Fleet(2)
+    fleet = ManagerFleet(2)
     one = Fragment(0, 0, 0.0, cells(2, 1))
     other = replace(one, facts=(PropertyValue(bay(2), MAPPED_CELL, 99.0),))
     assert heard(fleet, 1, one) == ()
@@ -97,7 +97,7 @@ def test_whichever_content_comes_first_the_same_stays():
     other = replace(one, facts=(PropertyValue(bay(2), MAPPED_CELL, 99.0),))
     hashes = set()
     for first, second in ((one, other), (other, one)):
-        fleet = Fleet(2)
+        fleet = ManagerFleet(2)
         heard(fleet, 1, first)
         heard(fleet, 1, second, frame=1)
         hashes.add(fleet.models[1].state_hash())
@@ -108,7 +108,7 @@ def test_a_part_with_other_content_makes_a_block_with_that_part():
     """Three parts of one cell each; the second comes once more with another cell."""
     parts = [Fragment(0, 0, 0.0, (fact,), index, 3) for index, fact in enumerate(cells(2, 3))]
     other = replace(parts[1], facts=(PropertyValue(bay(2), MAPPED_CELL, 99.0),))
-    fleet = Fleet(2)
+    fleet = ManagerFleet(2)
     assert heard(fleet, 1, *parts) == ()
     (fault,) = heard(fleet, 1, other, frame=1)
     assert fault.code is FaultCode.GUID_CONFLICT
@@ -117,7 +117,7 @@ def test_a_part_with_other_content_makes_a_block_with_that_part():
 def test_a_part_with_other_content_before_the_block_is_whole_waits_for_nothing():
     parts = [Fragment(0, 0, 0.0, (fact,), index, 2) for index, fact in enumerate(cells(2, 2))]
     other = replace(parts[0], facts=(PropertyValue(bay(2), MAPPED_CELL, 99.0),))
-    fleet = Fleet(2)
+    fleet = ManagerFleet(2)
     assert heard(fleet, 1, parts[0]) == heard(fleet, 1, other, frame=1) == ()
     assert heard(fleet, 1, parts[1], frame=2) == ()
     assert len(fleet.models[1].history(bay(2), MAPPED_CELL)) == 2
@@ -125,7 +125,7 @@ def test_a_part_with_other_content_before_the_block_is_whole_waits_for_nothing()
 
 def test_a_block_that_was_first_heard_cut_otherwise_still_comes_in():
     """A damaged count: part 0 of 2 of an item that was whole."""
-    fleet = Fleet(2)
+    fleet = ManagerFleet(2)
     whole = Fragment(0, 0, 0.0, cells(2, 1))
     heard(fleet, 1, replace(whole, count=2))
     heard(fleet, 1, whole, frame=1)
@@ -138,7 +138,7 @@ def test_a_block_that_was_first_heard_cut_otherwise_still_comes_in():
 @pytest.mark.parametrize(("late_s", "is_refused"), [(1.0, False), (1.1, True), (3000.0, True)])
 def test_a_fact_later_than_its_arrival_and_tolerance_refuses_the_packet(late_s: float, is_refused: bool):
     """It arrives at 1.0 s; the tolerance is 1 s unless a model is told otherwise."""
-    fleet = Fleet(2)
+    fleet = ManagerFleet(2)
     assert fleet.models[1].clock_tolerance_s == 1.0
     sound, late = Fragment(0, 0, 0.0, cells(2, 1)), Fragment(0, 1, round(1.0 + late_s, 1), cells(2, 1))
     reception = fleet.deliver(1, packet_of(fleet, 0, sound, late), 1.0)
@@ -150,7 +150,7 @@ def test_a_fact_later_than_its_arrival_and_tolerance_refuses_the_packet(late_s: 
 def test_a_coarse_clock_makes_no_sound_fact_one_of_the_future():
     """Times are rounded to 10 s: what is observed at 8.2 s is of 10 s. It arrives at 9 s, without tolerance, and is
     sound; of 20 s nothing is. Slot 4 begins at 8 s."""
-    fleet = Fleet(2)
+    fleet = ManagerFleet(2)
     codec = Codec(TBOX, len(instances(2)), 2, POLICIES["ack"], N_BLOCKS, DURATION_S, Widths(10.0))
     for time_s, is_refused in ((10.0, False), (20.0, True)):
         model = WorldModel(TBOX, 1, instances(2), 10.0, n_origins=2, keeping=Keeping(clock_tolerance_s=0.0))
@@ -167,7 +167,7 @@ def test_a_coarse_clock_makes_no_sound_fact_one_of_the_future():
 
 def test_what_was_refused_as_from_the_future_is_said_again_and_the_truth_comes():
     """One bit of the time is flipped on the way; nothing is acknowledged, so node 0 says it once more."""
-    fleet = Fleet(2)
+    fleet = ManagerFleet(2)
     uid = fleet.maps(0, cell=7)
     sent = fleet.managers[0].packet_to_send(0.0)
     told = fleet.codec.decode(sent.data).fragments[0]
@@ -185,7 +185,7 @@ def test_what_was_refused_as_from_the_future_is_said_again_and_the_truth_comes()
 # Epochs -------------------------------------------------------------------------------------------
 
 
-def restarted(fleet: Fleet, node: int, epoch: int) -> None:
+def restarted(fleet: ManagerFleet, node: int, epoch: int) -> None:
     """A vehicle begins anew without its memory."""
     model = WorldModel(
         fleet.models[node].tbox,
@@ -203,7 +203,7 @@ def restarted(fleet: Fleet, node: int, epoch: int) -> None:
 
 def test_items_of_two_epochs_are_never_confused():
     """Its first item after a restart has the number of its first one before; peers keep both, and tell both."""
-    fleet = Fleet(3, "ack-repeat", lost=lambda slot, sender, receiver: receiver == 2 and slot < 12)
+    fleet = ManagerFleet(3, "ack-repeat", lost=lambda slot, sender, receiver: receiver == 2 and slot < 12)
     before = fleet.maps(0, 1)
     fleet.pass_frames(4)
     restarted(fleet, 0, epoch=1)
@@ -217,7 +217,7 @@ def test_items_of_two_epochs_are_never_confused():
 
 
 def test_a_vehicle_passes_on_what_it_said_in_an_earlier_epoch_under_that_epoch():
-    fleet = Fleet(2)
+    fleet = ManagerFleet(2)
     restarted(fleet, 0, epoch=2)
     old = Fragment(0, 5, 0.0, cells(2, 1), epoch=1)
     decoded = fleet.codec.decode(packet_of(fleet, 0, old, epoch=2))

@@ -15,7 +15,7 @@ from exchange.packets import Fragment, Packet
 from exchange.policies import POLICIES
 from exchange.wire.codec import Codec, Framing
 from exchange.wire.sealing import CRC_BITS, Seal, key_in, nonce_of
-from stress.conformance.radio import DURATION_S, MAPPED_CELL, N_BLOCKS, TBOX, Fleet, bay, cells, instances
+from stress.conformance.radio import DURATION_S, MAPPED_CELL, N_BLOCKS, TBOX, ManagerFleet, bay, cells, instances
 
 KEY = bytes(range(16))
 
@@ -107,11 +107,11 @@ def test_of_random_bytes_one_in_as_many_passes_as_there_are_checksums(crc_bits: 
 def test_a_mutated_first_copy_never_keeps_the_true_one_out():
     """Every flip of a bit in the first copy: it is refused, not acknowledged, and the next copy comes in."""
     codec = guarded(16, n_nodes=2)
-    sender = Fleet(2, codec=codec)
+    sender = ManagerFleet(2, codec=codec)
     uid = sender.maps(0, cell=7)
     data = sender.managers[0].packet_to_send(0.0).data
     for bit in range(8 * len(data)):
-        fleet = Fleet(2, codec=codec)
+        fleet = ManagerFleet(2, codec=codec)
         assert fleet.deliver(1, flipped(data, bit), 1.0).fault
         assert fleet.deliver(1, data, 1.1).items == (uid,)
         assert fleet.models[1].value(bay(2), MAPPED_CELL) == 7.0
@@ -147,7 +147,7 @@ def test_no_content_can_be_read_without_the_key():
 
 @pytest.mark.parametrize("key", [None, bytes(16), KEY + KEY])
 def test_another_key_is_refused_and_counted(key: bytes | None):
-    fleet = Fleet(3, codec=guarded(key=KEY))
+    fleet = ManagerFleet(3, codec=guarded(key=KEY))
     stranger = guarded(key=key)
     for frame in range(6):
         data = stranger.encode(0, [0] * 3, [Fragment(0, frame, 0.0, cells(3, 1))], frame=frame)
@@ -168,7 +168,7 @@ def test_no_changed_bit_opens_and_no_other_slot():
 
 
 def test_a_fleet_with_a_key_works_as_one_without():
-    fleets = [Fleet(3, "ack", codec=codec) for codec in (guarded(), guarded(32, KEY))]
+    fleets = [ManagerFleet(3, "ack", codec=codec) for codec in (guarded(), guarded(32, KEY))]
     for fleet in fleets:
         uids = [fleet.maps(node, node) for node in range(3)]
         fleet.pass_frames(3)

@@ -13,7 +13,7 @@ import pytest
 from exchange.errors import ConfigurationError
 from exchange.policies import POLICIES
 from exchange.study import estimates
-from exchange.study.study import ExchangeStudy, LoadKind, StudyRow, TrialMean, Workload, run, workload_named
+from exchange.study.study import ExchangeStudy, LoadKind, StudyLoad, StudyRow, TrialMean, run, workload_named
 
 PER = 0.5
 
@@ -162,8 +162,8 @@ def test_censored_trials_are_counted_apart() -> None:
 
 def test_a_batch_takes_longer_than_an_item_and_no_limit_helps() -> None:
     single = rows_by_policy(ExchangeStudy(trials=300))
-    batch = rows_by_policy(ExchangeStudy(trials=300, load=Workload(LoadKind.BATCH, items=4)))
-    tight = rows_by_policy(ExchangeStudy(trials=300, load=Workload(LoadKind.BATCH, items=4), capacity_bits=100))
+    batch = rows_by_policy(ExchangeStudy(trials=300, load=StudyLoad(LoadKind.BATCH, items=4)))
+    tight = rows_by_policy(ExchangeStudy(trials=300, load=StudyLoad(LoadKind.BATCH, items=4), capacity_bits=100))
     for name in POLICIES:
         of = [rows[name].source_acked_slots for rows in (single, batch, tight)]
         assert None not in of
@@ -293,7 +293,7 @@ def test_items_belong_to_a_batch() -> None:
         workload_named("single", items=3)
     with pytest.raises(ConfigurationError, match="items is 0"):
         workload_named("batch", items=0)
-    assert workload_named("batch", items=3) == Workload(LoadKind.BATCH, 3)
+    assert workload_named("batch", items=3) == StudyLoad(LoadKind.BATCH, 3)
 
 
 def test_jobs_must_be_positive() -> None:

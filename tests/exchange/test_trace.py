@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from exchange.acoustics.link import Transmission
 from exchange.acoustics.models import Deployment
 from exchange.acoustics.modems import modems
-from exchange.acoustics.trace import Series, TraceChannel, TraceError, trace_of
+from exchange.acoustics.trace import LossSeries, TraceChannel, TraceError, trace_of
 
 POND = Deployment({"Boat": 1, "Diver": 0}, (5.0, 0.0), modems()["nanomodem-v3"], 1000.0, 40.0)
 OUTCOMES = """\
@@ -81,7 +81,7 @@ def test_parquet_says_the_same_and_other_columns_are_passed_over(file: Path, tmp
 
 @given(st.lists(st.tuples(st.floats(0.0, 1e5), st.floats(0.0, 1.0)), min_size=1, unique_by=lambda row: row[0]))
 def test_a_series_answers_with_its_own_rates_and_its_mean_lies_between_them(rows: list[tuple[float, float]]):
-    series = Series(*zip(*sorted(rows), strict=True))
+    series = LossSeries(*zip(*sorted(rows), strict=True))
     rates = set(series.per)
     assert {series.at(time_s) for time_s in (0.0, 1.0, 777.7, 1e6)} <= rates
     assert min(rates) - 1e-9 <= series.mean(2e5) <= max(rates) + 1e-9

@@ -8,7 +8,7 @@ from small_mission import SMALL, line_of
 
 from missions.errors import ConfigurationError, ConfigurationFault
 from missions.runs.assembly import channel_of
-from missions.runs.results import Results, write
+from missions.runs.results import Results, write_results
 from missions.runs.run import run
 from missions.runs.setup import resolved
 from missions.runs.summary import summary
@@ -144,7 +144,7 @@ BURSTS = [("", "channel.name=gilbert-elliott"), ("", "channel.per_bad=0.9"), SHO
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Results, Path]:
     """A run in bursts, and its trace."""
     folder = tmp_path_factory.mktemp("recorded")
-    write(run(load("mapping-rendezvous", BURSTS), seed=5), folder / "run")
+    write_results(run(load("mapping-rendezvous", BURSTS), seed=5), folder / "run")
     return Results.read(folder / "run"), folder
 
 
@@ -184,7 +184,7 @@ def test_results_can_be_read_when_their_trace_is_gone_and_run_again_they_say_so(
     file = tmp_path / "rel.csv"
     file.write_text("time_s,sender,receiver,per\n0,Boat,Diver,0.1\n0,Diver,Boat,0.3\n")
     text = '[channel]\nname = "trace"\nfile = "rel.csv"\nrepeat = true\n'
-    write(run(loaded(tmp_path, text, "scenario.duration_s=30"), seed=1), tmp_path / "out")
+    write_results(run(loaded(tmp_path, text, "scenario.duration_s=30"), seed=1), tmp_path / "out")
     file.unlink()
     results = Results.read(tmp_path / "out")
     assert results.scenario.channel.name == "trace"

@@ -83,9 +83,9 @@ def test_a_folder_of_an_older_version_has_no_digests_and_is_read_instead(
     folder = tmp_path / "out"
     shutil.copytree(sound / "out", folder)
     (folder / TABLES / DIGESTS).unlink()
-    assert tables.damaged(folder / TABLES) == []
+    assert tables.damaged_tables(folder / TABLES) == []
     damage(folder / TABLES / "roles.parquet")
-    assert tables.damaged(folder / TABLES) == ["roles.parquet"]
+    assert tables.damaged_tables(folder / TABLES) == ["roles.parquet"]
     with pytest.raises(OutputError, match=r"roles\.parquet: "):
         SweepResults.read(folder).table("roles")
     sweep(load_study(str(sound / "study.toml")), folder, executor=Serial())

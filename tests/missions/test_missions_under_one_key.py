@@ -10,7 +10,7 @@ from exchange.acoustics.channel import Arrival
 from exchange.drivers import AT_ONCE, Ether
 from exchange.errors import PeerFault
 from missions.errors import ConfigurationError
-from missions.nodes import Log, Node, Plan, alone, play, read_log
+from missions.nodes import NodeLog, NodePlan, VehicleNode, alone, play, read_log
 from missions.runs.assembly import assemble, channel_of
 from missions.runs.setup import Setup, resolved
 from missions.scenarios import Scenario, load
@@ -123,7 +123,7 @@ def test_without_a_key_nothing_of_it_is_made(monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setattr("exchange.wire.sealing.secrets.token_bytes", never)
     plain = load("mapping-rendezvous", [("--set", "scenario.duration_s=30")])
     assemble(resolved(plain), 1).run()
-    assert alone(Plan.of(plain, "AUV00", 1, None, 10.0)).salt is None
+    assert alone(NodePlan.of(plain, "AUV00", 1, None, 10.0)).salt is None
 
 
 @pytest.mark.parametrize("mode", [0o644, 0o640, 0o604, 0o660])
@@ -142,15 +142,15 @@ def test_a_folder_is_no_key_file(tmp_path: Path) -> None:
 # Vehicles in processes of their own ---------------------------------------------------------------
 
 
-def plans(key_file: Path) -> list[Plan]:
-    return [Plan.of(scenario(key_file), name, 1, 100.0, 50.0) for name in NAMES]
+def plans(key_file: Path) -> list[NodePlan]:
+    return [NodePlan.of(scenario(key_file), name, 1, 100.0, 50.0) for name in NAMES]
 
 
-def dive(given: list[Plan], out: Path) -> list[Node]:
+def dive(given: list[NodePlan], out: Path) -> list[VehicleNode]:
     """Vehicles that hear each other to their end."""
     own = [alone(plan) for plan in given]
     ether = Ether(own[0].setup.modem.packet_s)
-    nodes = [Node(one, ether.driver(), AT_ONCE, Log(out, one.plan)) for one in own]
+    nodes = [VehicleNode(one, ether.driver(), AT_ONCE, NodeLog(out, one.plan)) for one in own]
     while (node := min(nodes, key=lambda one: one.next_s)).next_s < given[0].end_s:
         node.step()
     for node in nodes:

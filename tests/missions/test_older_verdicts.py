@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 import remoras
 from missions.errors import StudyChangedError
-from missions.runs.results import write
+from missions.runs.results import write_results
 from missions.runs.run import run
 from missions.scenarios import load
 from missions.sweeps import load_study, sweep
@@ -39,7 +39,7 @@ def without_verdict(path: Path) -> None:
 
 @pytest.fixture
 def older_run(tmp_path: Path) -> Path:
-    write(run(load("mapping-rendezvous", [("--set", "scenario.duration_s=30")])), tmp_path / "run")
+    write_results(run(load("mapping-rendezvous", [("--set", "scenario.duration_s=30")])), tmp_path / "run")
     return tmp_path / "run"
 
 

@@ -6,15 +6,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from samples import auv, database
 
-from remoras.strategies.claims import Claim, Claims
+from remoras.strategies.claims import Claims, RoleClaim
 from remoras.strategies.contract_net import EARLIEST, Sayings
 
 FLEET = database(*(auv(f"AUV{n:02d}", playable_roles=("Scout", "Sweeper")) for n in range(3)), auv("AUV03"))
 ROLES = ("Scout", "Sweeper")
-News = tuple[str, str, Claim]
+News = tuple[str, str, RoleClaim]
 news = st.lists(
     st.tuples(
-        st.sampled_from(ROLES), st.sampled_from(FLEET.names), st.builds(Claim, st.integers(0, 3), st.integers(0, 3))
+        st.sampled_from(ROLES), st.sampled_from(FLEET.names), st.builds(RoleClaim, st.integers(0, 3), st.integers(0, 3))
     ),
     max_size=12,
 )
@@ -66,7 +66,9 @@ def test_any_order_has_the_same_winner(heard: list[News], random: object) -> Non
 
 
 def test_the_strongest_wins_and_of_equals_the_lower_node() -> None:
-    claims = table([("Scout", "AUV02", Claim(1, 5)), ("Scout", "AUV01", Claim(9, 5)), ("Scout", "AUV00", Claim(9, 4))])
+    claims = table(
+        [("Scout", "AUV02", RoleClaim(1, 5)), ("Scout", "AUV01", RoleClaim(9, 5)), ("Scout", "AUV00", RoleClaim(9, 4))]
+    )
     assert claims.winner("Scout") == "AUV01"
     assert not claims.beats("Scout", "AUV02", 5)
     assert claims.beats("Scout", "AUV00", 5)
@@ -74,13 +76,17 @@ def test_the_strongest_wins_and_of_equals_the_lower_node() -> None:
 
 
 def test_strength_0_withdraws_and_an_older_claim_does_not_come_back() -> None:
-    claims = table([("Scout", "AUV00", Claim(1, 5)), ("Scout", "AUV00", Claim(2, 0)), ("Scout", "AUV00", Claim(1, 9))])
+    claims = table(
+        [("Scout", "AUV00", RoleClaim(1, 5)), ("Scout", "AUV00", RoleClaim(2, 0)), ("Scout", "AUV00", RoleClaim(1, 9))]
+    )
     assert claims.winner("Scout") is None
-    assert claims.of("Scout", "AUV00") == Claim(2, 0)
+    assert claims.of("Scout", "AUV00") == RoleClaim(2, 0)
 
 
 def test_claims_of_those_who_have_left_or_cannot_play_the_role_do_not_count() -> None:
-    claims = table([("Scout", "AUV00", Claim(1, 5)), ("Scout", "AUV01", Claim(1, 1)), ("Scout", "AUV03", Claim(1, 9))])
+    claims = table(
+        [("Scout", "AUV00", RoleClaim(1, 5)), ("Scout", "AUV01", RoleClaim(1, 1)), ("Scout", "AUV03", RoleClaim(1, 9))]
+    )
     assert claims.winner("Scout") == "AUV00"  # AUV03 is not able to
     claims.members = ("AUV01", "AUV03")
     assert claims.winner("Scout") == "AUV01"
@@ -106,6 +112,6 @@ def test_who_holds_a_role_since_when_does_not_depend_on_what_was_heard_first(
 
 
 def test_a_holding_begins_with_the_first_word_after_the_last_withdrawal() -> None:
-    assert sayings([(True, 7), (True, 1)]).claim() == Claim(2, EARLIEST - 1)
-    assert sayings([(True, 7), (True, 1), (False, 3)]).claim() == Claim(3, EARLIEST - 7)
+    assert sayings([(True, 7), (True, 1)]).claim() == RoleClaim(2, EARLIEST - 1)
+    assert sayings([(True, 7), (True, 1), (False, 3)]).claim() == RoleClaim(3, EARLIEST - 7)
     assert sayings([(True, 1), (False, 3)]).claim().strength == 0

@@ -1,6 +1,6 @@
 """The diary of a vehicle: rows are written when a view or a choice changes, and say what changed."""
 
-from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Candidate, Objective
+from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective, WeighedSet
 from remoras.authority import Act, Request, Ruling
 from remoras.diary import Diary
 from remoras.organisation import Group, Organisation, Outcome, RoleAssignment
@@ -21,11 +21,11 @@ NAMES = ("AUV02", "AUV01")
 """In the order of the nodes."""
 
 
-def candidates(*chosen: ActivitySet, stimulus: float = 0.5) -> list[Candidate]:
+def candidates(*chosen: ActivitySet, stimulus: float = 0.5) -> list[WeighedSet]:
     return [
-        Candidate(EVADE, 0.0, 0.0, 0.0, "", None, EVADE in chosen, None),
-        Candidate(SURVEY, stimulus, 0.7, 0.0, "", None, SURVEY in chosen, 0.7),
-        Candidate(HOMING, 1.0, 0.9, 0.5, "AUV02", 17, HOMING in chosen, 0.5),
+        WeighedSet(EVADE, 0.0, 0.0, 0.0, "", None, EVADE in chosen, None),
+        WeighedSet(SURVEY, stimulus, 0.7, 0.0, "", None, SURVEY in chosen, 0.7),
+        WeighedSet(HOMING, 1.0, 0.9, 0.5, "AUV02", 17, HOMING in chosen, 0.5),
     ]
 
 

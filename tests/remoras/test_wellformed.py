@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification, Subgroups
-from remoras.wellformed import Defect, Malformed, faults_of
+from remoras.wellformed import Defect, Malformed, specification_faults
 
 FLEET = Group("Fleet", (RoleSpecification("Tactician", 1, 2, founding=True),), subgroups=(Subgroups("Team", 1, 1),))
 TEAM = Group(
@@ -29,7 +29,7 @@ def organised(*more: tuple[str, str, str], less: tuple[tuple[str, str, str], ...
 
 
 def test_a_role_that_is_allocated_during_the_mission_may_be_vacant() -> None:
-    assert faults_of(organised()) == ()
+    assert specification_faults(organised()) == ()
 
 
 @pytest.mark.parametrize(
@@ -54,12 +54,14 @@ def test_a_role_that_is_allocated_during_the_mission_may_be_vacant() -> None:
     ],
 )
 def test_what_does_not_hold_is_named_with_who_and_what_is_allowed(organisation: Organisation, fault: Malformed) -> None:
-    assert faults_of(organisation) == (fault,)
+    assert specification_faults(organisation) == (fault,)
     assert fault.key == f"group.{fault.group}.role.{fault.role}.{fault.defect.value}"
 
 
 def test_a_group_has_as_many_subgroups_as_it_says() -> None:
     other = replace(TEAM, name="Other")
-    (fault,) = faults_of(Organisation.of([FLEET, TEAM, other], [RoleAssignment(*one) for one in sorted(WELL)]))[:1]
+    (fault,) = specification_faults(
+        Organisation.of([FLEET, TEAM, other], [RoleAssignment(*one) for one in sorted(WELL)])
+    )[:1]
     assert fault == Malformed(Defect.SUBGROUPS, "Fleet", "", "Team, Other", "1 to 1 of Team")
     assert fault.key == "group.Fleet.subgroup"

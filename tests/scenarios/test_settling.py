@@ -7,9 +7,9 @@ import pytest
 
 from missions.errors import ConfigurationError
 from missions.runs.assembly import assemble
-from missions.runs.knowledge import export
+from missions.runs.knowledge import write_knowledge
 from missions.runs.known import Memory
-from missions.runs.results import MemoryResults, Results, write
+from missions.runs.results import MemoryResults, Results, write_results
 from missions.runs.run import run, settled_of
 from missions.runs.setup import resolved
 from missions.scenarios import Scenario, load
@@ -136,7 +136,7 @@ def test_the_mission_knows_nothing_of_it() -> None:
 def test_what_was_known_then_can_be_asked(tmp_path: Path) -> None:
     """Of written results, at the end of the settling, as the live fleet knew it."""
     loaded = scenario(CUT, SETTLED)
-    write(run(loaded, 1), tmp_path / "run")
+    write_results(run(loaded, 1), tmp_path / "run")
     results = Results.read(tmp_path / "run")
     fleet, settled = ended(1, CUT, SETTLED)
     assert settled is not None
@@ -150,12 +150,12 @@ def test_what_was_known_then_can_be_asked(tmp_path: Path) -> None:
 
 def test_what_they_hold_is_written_alike_byte_for_byte(tmp_path: Path) -> None:
     """As ``remoras export --format nt --items --vehicle`` writes it, by default as of the end of the settling."""
-    write(run(scenario(CUT, SETTLED), 1), tmp_path / "run")
+    write_results(run(scenario(CUT, SETTLED), 1), tmp_path / "run")
     results = Results.read(tmp_path / "run")
     written = set()
     for name in results.scenario.vehicle:
         out = tmp_path / f"{name.name}.nt"
-        export(results, RdfFormat.N_TRIPLES, out, vehicle=name.name, items=True)
+        write_knowledge(results, RdfFormat.N_TRIPLES, out, vehicle=name.name, items=True)
         written.add(out.read_bytes())
     (content,) = written
     assert content.count(b"mappedCell") > 100

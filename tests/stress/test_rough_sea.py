@@ -7,7 +7,7 @@ import pytest
 from exchange.acoustics.channel import Arrival
 from exchange.schedule import TdmaSchedule
 from remoras.testing import Schedule, StressFault
-from stress.schedule import About
+from stress.schedule import StressTable
 from stress.sea import RoughSea
 
 NAMES = ("A", "B", "C")
@@ -23,7 +23,7 @@ class Still:
 
 
 def sea(fault: StressFault, happened: Counter[str] | None = None) -> RoughSea:
-    about = About(
+    about = StressTable(
         version=1, scenario="", strategy="", vehicles=NAMES, seed=5, heal_s=1000.0, bound_s=2000.0, must_finish=False
     )
     forge = lambda data, slot, draw: b"forged"  # noqa: E731

@@ -10,8 +10,18 @@ from missions.errors import ConfigurationError
 from missions.runs.run import run
 from missions.runs.summary import summary
 from missions.scenarios import load
-from remoras.testing import Broken, Outcome, Plan, Schedule, StressFault, campaign, judge, read_schedule, schedule_of
-from stress.configurations import SEEDS_EACH, baseline, configured, drawn_settings, first_of
+from remoras.testing import (
+    Broken,
+    Outcome,
+    Plan,
+    Schedule,
+    StressFault,
+    campaign,
+    judge,
+    read_schedule,
+    schedule_of,
+)
+from stress.configurations import SEEDS_EACH, baseline, drawn_settings, first_of, plan_for_block
 from stress.drawing import excludes
 from stress.settings import SETTINGS, settings_named
 from stress.shrinking import shrunk
@@ -98,7 +108,7 @@ def test_seeds_of_a_block_share_one_configuration_and_its_first_has_no_faults() 
 
 def test_steered_schedules_have_faults_near_an_instant_and_none_that_exclude_each_other(plan: Plan) -> None:
     outcome = Outcome(baseline(plan, 0), None, (), {}, {}, True, 400.0, "", 0.0, (), (Instant(350.0, "end"),))
-    drawn = [schedule_of(configured(plan, outcome), seed) for seed in range(1, 200)]
+    drawn = [schedule_of(plan_for_block(plan, outcome), seed) for seed in range(1, 200)]
     near = [any(abs(one.at_s - 350.0) <= 20.0 for one in schedule.fault) for schedule in drawn]
     assert 0.3 * len(near) < sum(near) < 0.7 * len(near)
     for schedule in drawn:

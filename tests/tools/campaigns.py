@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 from missions.mapping.scenario import MappingScenario
 from missions.scenarios import load
 from remoras.testing import campaign, plan_of
-from stress.reporting import as_value, lines, write
+from stress.reporting import as_value, lines, write_report
 
 STRATEGIES = (
     "remoras", "remoras-planned", "central", "plan-and-dispatch", "contract-net", "status-broadcast", "cbba",
@@ -80,7 +80,7 @@ def made(one: Campaign, folder: Path, jobs: int) -> dict[str, Any]:
         report = campaign(plan, one.seeds, jobs=jobs)
         draft = folder / f".{one.name}"
         draft.mkdir(parents=True, exist_ok=True)
-        write(report, draft)
+        write_report(report, draft)
         draft.replace(file.parent)
         if report.broken:
             print("\n".join(lines(report)))

@@ -16,7 +16,7 @@ import time
 from pathlib import Path
 
 from remoras.errors import PlanningError
-from remoras.htn import NoPlan, check, plan
+from remoras.htn import NoPlan, check_plan, plan
 from remoras.htn.hddl import load
 
 DOMAINS = ("Towers", "Transport", "Satellite-GTOHP", "Rover-GTOHP", "Childsnack")
@@ -36,7 +36,7 @@ def solved(domain: Path, problem: Path, max_expansions: int, *, cheapest: bool) 
     planned = time.process_time()
     if isinstance(found, NoPlan):
         return False, f"{planned - loaded:6.2f} s  no plan"
-    verdict = check(read.domain, read.facts, read.tasks, found, goal=read.goal)
+    verdict = check_plan(read.domain, read.facts, read.tasks, found, goal=read.goal)
     n_moves = sum(task.name == "move" for task in found.tasks)
     n_rings = sum(key[0] == "on" for key in read.facts)
     is_short = domain.parent.name != "Towers" or n_moves == 2**n_rings - 1

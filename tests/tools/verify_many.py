@@ -18,7 +18,7 @@ from typing import Any
 
 from missions.errors import MissionsError
 from missions.files import shipped
-from missions.runs.results import write
+from missions.runs.results import write_results
 from missions.runs.run import run
 from missions.scenarios import load
 from remoras.errors import RemorasError
@@ -83,7 +83,7 @@ def main(first: int, last: int) -> int:
             print(f"seed {seed}: refused: {str(error).splitlines()[-1][:160]}", flush=True)
             continue
         with tempfile.TemporaryDirectory() as folder:
-            write(finished, Path(folder), force=True)
+            write_results(finished, Path(folder), force=True)
             spent["run"] += (middle := time.perf_counter()) - began
             report: Any = verify(Path(folder))
             spent["verify"] += time.perf_counter() - middle

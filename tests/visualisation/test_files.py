@@ -10,7 +10,7 @@ import pytest
 from missions.comparison.rows import write_csv
 from missions.files import drafted
 from visualisation.errors import DrawingError
-from visualisation.files import write
+from visualisation.files import write_folder
 
 PICTURE = b"x" * 70_000
 
@@ -28,14 +28,14 @@ def room_for(size: int) -> Iterator[None]:
 
 def test_figures_are_written(tmp_path: Path) -> None:
     contents = [("roles.png", PICTURE), ("roles.txt", b"caption")]
-    assert write(tmp_path / "new", contents) == [tmp_path / "new" / name for name, _ in contents]
+    assert write_folder(tmp_path / "new", contents) == [tmp_path / "new" / name for name, _ in contents]
     assert {path.name: path.read_bytes() for path in (tmp_path / "new").iterdir()} == dict(contents)
 
 
 def test_a_full_disk_leaves_no_cut_file_and_keeps_what_was_there(tmp_path: Path) -> None:
     (tmp_path / "roles.txt").write_text("older", encoding="utf-8")
     with room_for(65_536), pytest.raises(DrawingError, match=r"roles\.png: cannot be written: File too large"):
-        write(tmp_path, [("roles.txt", b"newer"), ("roles.png", PICTURE)])
+        write_folder(tmp_path, [("roles.txt", b"newer"), ("roles.png", PICTURE)])
     assert {path.name: path.read_text(encoding="utf-8") for path in tmp_path.iterdir()} == {"roles.txt": "older"}
 
 
@@ -50,5 +50,5 @@ def test_a_full_disk_leaves_no_cut_table(tmp_path: Path) -> None:
 def test_a_file_in_the_way_is_named(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("precious", encoding="utf-8")
     with pytest.raises(DrawingError, match="file: cannot be written: File exists"):
-        write(tmp_path / "file", [("roles.png", PICTURE)])
+        write_folder(tmp_path / "file", [("roles.png", PICTURE)])
     assert (tmp_path / "file").read_text(encoding="utf-8") == "precious"

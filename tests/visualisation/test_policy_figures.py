@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from exchange.study.study import ExchangeStudy, StudyRow, Workload, loaded_studies, run
+from exchange.study.study import ExchangeStudy, StudyLoad, StudyRow, loaded_studies, run
 from visualisation import policies
 from visualisation.errors import DrawingError
-from visualisation.policies import caption, loaded_figure, unloaded_figure, write
+from visualisation.policies import caption, loaded_figure, unloaded_figure, write_figure
 
 
 @pytest.fixture(scope="module")
@@ -24,7 +24,7 @@ def loaded() -> list[StudyRow]:
 
 @pytest.mark.parametrize("kind", ["delivered", "source", "senders"])
 def test_a_figure_comes_with_caption_and_numbers(rows: list[StudyRow], kind: str, tmp_path: Path) -> None:
-    picture, text, table = write(rows, kind, tmp_path / "new", "figure-3", "svg")
+    picture, text, table = write_figure(rows, kind, tmp_path / "new", "figure-3", "svg")
     assert picture.name == "figure-3.svg"
     assert picture.stat().st_size > 5000
     assert "n = 50 trials per point, seed 3" in text.read_text(encoding="utf-8")
@@ -38,14 +38,14 @@ def test_a_figure_comes_with_caption_and_numbers(rows: list[StudyRow], kind: str
 
 
 def test_the_loaded_case_has_its_own_figure(loaded: list[StudyRow], tmp_path: Path) -> None:
-    picture, text, _ = write(loaded, "loaded", tmp_path, "loaded")
+    picture, text, _ = write_figure(loaded, "loaded", tmp_path, "loaded")
     assert picture.read_bytes().startswith(b"\x89PNG")
     assert "packets of 256 bits" in text.read_text(encoding="utf-8")
     assert "Poisson" in caption(loaded, "loaded")
 
 
 def test_the_same_rows_give_the_same_bytes(rows: list[StudyRow], tmp_path: Path) -> None:
-    files = [write(rows, "source", tmp_path / name, "figure") for name in ("one", "other")]
+    files = [write_figure(rows, "source", tmp_path / name, "figure") for name in ("one", "other")]
     assert [path.read_bytes() for path in files[0]] == [path.read_bytes() for path in files[1]]
 
 
@@ -70,27 +70,27 @@ def test_axes_name_quantity_and_unit(rows: list[StudyRow], loaded: list[StudyRow
 
 
 def test_a_figure_stands_with_a_single_point_and_with_none(tmp_path: Path) -> None:
-    write(run(ExchangeStudy(per=(0.2,), trials=1, policies=("ack",))), "source", tmp_path, "one")
-    censored = run(ExchangeStudy(per=(0.9,), trials=3, max_slots=2, load=Workload()))
-    _, text, _ = write(censored, "senders", tmp_path, "none")
+    write_figure(run(ExchangeStudy(per=(0.2,), trials=1, policies=("ack",))), "source", tmp_path, "one")
+    censored = run(ExchangeStudy(per=(0.9,), trials=3, max_slots=2, load=StudyLoad()))
+    _, text, _ = write_figure(censored, "senders", tmp_path, "none")
     assert "Censored, and not in the means: 18" in text.read_text(encoding="utf-8")
 
 
 def test_what_cannot_be_drawn_is_refused(rows: list[StudyRow], tmp_path: Path) -> None:
     with pytest.raises(DrawingError, match=r"unknown kind of figure 'sorce'.*nearest: 'source'"):
-        write(rows, "sorce", tmp_path, "x")
+        write_figure(rows, "sorce", tmp_path, "x")
     with pytest.raises(DrawingError, match="unknown format 'bmp'"):
-        write(rows, "source", tmp_path, "x", "bmp")
+        write_figure(rows, "source", tmp_path, "x", "bmp")
     with pytest.raises(DrawingError, match="there are none"):
-        write([], "source", tmp_path, "x")
+        write_figure([], "source", tmp_path, "x")
     with pytest.raises(DrawingError, match="needs rows of Poisson load"):
-        write(rows, "loaded", tmp_path, "x")
+        write_figure(rows, "loaded", tmp_path, "x")
 
 
 def test_a_policy_from_outside_is_drawn_with_a_look_of_its_own(rows: list[StudyRow], tmp_path: Path) -> None:
     """Its acknowledgement has a colour that no shipped one has; nothing has to be told to the figures."""
     outside = [replace(row, policy="sparse", acknowledgement="sparse", repeats=False) for row in rows[:1]]
-    write([*rows, *outside], "source", tmp_path, "outside")
+    write_figure([*rows, *outside], "source", tmp_path, "outside")
     looks = policies._looks([*rows, *outside])
     assert looks["sparse"]["color"] not in {look["color"] for name, look in looks.items() if name != "sparse"}
     assert looks["sparse"]["label"] == "sparse"

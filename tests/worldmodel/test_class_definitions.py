@@ -6,7 +6,7 @@ import pytest
 from test_owl import PREFIXES, faults_of
 
 from worldmodel import TBox, core_ontology_paths, read_tbox
-from worldmodel.axioms import Condition
+from worldmodel.axioms import ValueCondition
 
 GEAR = (
     PREFIXES.replace("bad#", "gear#")
@@ -44,8 +44,8 @@ def test_axioms_are_compiled_to_uids(gear: TBox) -> None:
     assert (carries, holds) in gear.axioms.sub_attributes
     # carrying says having as a part, and, the other way round, being a part
     assert set(gear.rules.entailed[carries]) == {(carries, False), (holds, False), (within, True)}
-    assert Condition(holds, filler=gear.class_named("Sounder").uid) in gear.rules.conditions
-    assert Condition(gear.attribute_named("available").uid, value=True) in gear.rules.conditions
+    assert ValueCondition(holds, filler=gear.class_named("Sounder").uid) in gear.rules.conditions
+    assert ValueCondition(gear.attribute_named("available").uid, value=True) in gear.rules.conditions
 
 
 def test_superclasses_follow_from_what_is_necessary(gear: TBox) -> None:

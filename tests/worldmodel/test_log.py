@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from small_fleet import BAY, CELL, block
 
 from worldmodel import Block
-from worldmodel.log import Log
+from worldmodel.log import BlockLog
 
 
 def item(sequence: int) -> Block:
@@ -17,7 +17,7 @@ steps = st.lists(st.tuples(st.integers(0, 7), st.sampled_from(["hold", "note", "
 
 @given(steps)
 def test_a_log_is_a_dict_of_what_has_arrived(steps: list[tuple[int, str]]) -> None:
-    log, arrived = Log(), dict[int, Block | None]()
+    log, arrived = BlockLog(), dict[int, Block | None]()
     for sequence, what in steps:
         if what == "forget":
             if sequence in arrived:
@@ -35,7 +35,7 @@ def test_a_log_is_a_dict_of_what_has_arrived(steps: list[tuple[int, str]]) -> No
 
 
 def test_a_digest_does_not_look_at_what_is_contiguous() -> None:
-    log = Log()
+    log = BlockLog()
     for sequence in range(1000):
         log.put(sequence, item(sequence))
     assert log.digest == (999, 0)

@@ -16,7 +16,7 @@ from exchange.acoustics import modems
 from worldmodel import OntologyError, ValueKind, core_ontology_paths, read_tbox
 from worldmodel.annotations import RM
 from worldmodel.owl import ONTOLOGY_FOLDER
-from worldmodel.rdfxml import CATALOGUE, main, rdf_xml, write
+from worldmodel.rdfxml import CATALOGUE, main, rdf_xml, write_rdfxml
 from worldmodel.turtle import SIT
 from worldmodel.units import QUDT_UNITS, symbol_of
 
@@ -176,7 +176,7 @@ def test_a_users_own_ontology_is_written_too(tmp_path: Path, capsys: pytest.Capt
 def test_a_node_that_is_used_twice_has_no_place_in_rdf_xml(tmp_path: Path) -> None:
     (tmp_path / "twice.ttl").write_text("<x:a> a <http://www.w3.org/2002/07/owl#Ontology> ; <x:/b> _:c ; <x:/d> _:c .")
     with pytest.raises(OntologyError, match="a node without a name is used twice"):
-        write(tmp_path)
+        write_rdfxml(tmp_path)
 
 
 def test_modems_and_sensors_that_are_shipped_have_classes() -> None:

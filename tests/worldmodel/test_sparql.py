@@ -9,7 +9,7 @@ from small_fleet import AREA_DONE, ASV_0, AUV_0, AUV_1, BATTERY, BAY, ban, block
 from test_writing import received
 
 from worldmodel import STATUS, Block, QueryError, merge
-from worldmodel.rdf.deadline import within
+from worldmodel.rdf.deadline import time_limit
 from worldmodel.rdf.sparql import Engine, engine_of, query
 
 QUERIES = (
@@ -139,11 +139,14 @@ def test_no_more_rows_are_made_than_asked_for(engine: Engine) -> None:
 )
 def test_what_takes_longer_than_it_may_is_ended(asked: str) -> None:
     began_s = time.monotonic()
-    with pytest.raises(QueryError, match=r"not answered within 0\.5 s; ask for less, or allow more time"), within(0.5):
+    with (
+        pytest.raises(QueryError, match=r"not answered within 0\.5 s; ask for less, or allow more time"),
+        time_limit(0.5),
+    ):
         query(fleet_model(), asked)
     assert time.monotonic() - began_s < 10.0
     assert signal.getsignal(signal.SIGALRM) == signal.SIG_DFL
-    with within(60.0):
+    with time_limit(60.0):
         assert query(fleet_model(), "ASK {}")[1] == [(True,)]
     assert signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)
 
@@ -152,6 +155,6 @@ def test_what_no_alarm_ends_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None
     told: list[str] = []
     monkeypatch.setattr("worldmodel.rdf.deadline.LATER_S", 0.0)
     monkeypatch.delattr(signal, "setitimer")
-    with within(0.05, told.append):
+    with time_limit(0.05, told.append):
         time.sleep(0.5)
     assert told == ["the query is not answered within 0.05 s; ask for less, or allow more time"]

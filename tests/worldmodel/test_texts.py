@@ -21,7 +21,7 @@ from worldmodel.facts import FaultCode
 from worldmodel.fusion import fused
 from worldmodel.rdf.terms import term_of
 from worldmodel.snapshot import as_text, from_text
-from worldmodel.texts import bytes_of, text_of
+from worldmodel.texts import bytes_of, decoded_text
 
 MOST_BYTES = 24
 NOTES = f"""
@@ -69,7 +69,7 @@ def test_a_text_is_what_was_recorded(tbox: TBox, text: str) -> None:
 @given(data=st.binary(max_size=MOST_BYTES + 4))
 def test_bytes_stand_for_one_text_or_none(data: bytes) -> None:
     try:
-        text = text_of(data, MOST_BYTES)
+        text = decoded_text(data, MOST_BYTES)
     except ValueError:
         return
     assert bytes_of(text, MOST_BYTES) == data

@@ -16,7 +16,7 @@ import numpy as np
 
 from visualisation.exports.formats import Counts
 from visualisation.exports.names import file_names
-from visualisation.exports.voyage import Track, Voyage
+from visualisation.exports.voyage import Voyage, VoyageTrack
 
 RULE = "%" * 92
 SOURCE = "remoras"
@@ -62,7 +62,7 @@ def word(text: str) -> str:
     return re.sub(r"[\s,=]+", "_", text).strip("_") or "_"
 
 
-def _reports(voyage: Voyage, vehicle: str, track: Track) -> Iterator[LogLine]:
+def _reports(voyage: Voyage, vehicle: str, track: VoyageTrack) -> Iterator[LogLine]:
     """Where the vehicle is, at every point of its track."""
     shape = SHAPES.get(voyage.vehicles[vehicle], "uuv")
     headings_deg = ((90.0 - np.degrees(track.heading_rad)) % 360.0).tolist()

@@ -32,7 +32,7 @@ class Writer(Protocol):
         """
 
 
-class Format(NamedTuple):
+class FormatOfExport(NamedTuple):
     """A format.
 
     Args:
@@ -50,14 +50,14 @@ class Format(NamedTuple):
     inside: tuple[str, ...] = ()
 
 
-FORMATS: Mapping[str, Format] = {
-    "mcap": Format("one file for Foxglove", ".mcap", ("mcap", "rosbags")),
-    "rosbag2": Format("a folder for ROS 2", "", ("rosbags",), inside=(".yaml", ".mcap")),
-    "geojson": Format("tracks and places for QGIS and Neptus", ".geojson", needs_datum=True),
-    "kml": Format("moving vehicles for Google Earth and Neptus", ".kml", ("simplekml",), needs_datum=True),
-    "netcdf": Format("trajectories with CF conventions", ".nc", ("netCDF4",), needs_datum=True),
-    "csv": Format("a folder with a file for each table", "", inside=(".csv",)),
-    "alog": Format("a folder with a log for each vehicle, for alogview of MOOS-IvP", "", inside=(".alog",)),
-    "trace": Format("who heard and lost each packet, for the channel trace", ".trace.csv"),
+FORMATS: Mapping[str, FormatOfExport] = {
+    "mcap": FormatOfExport("one file for Foxglove", ".mcap", ("mcap", "rosbags")),
+    "rosbag2": FormatOfExport("a folder for ROS 2", "", ("rosbags",), inside=(".yaml", ".mcap")),
+    "geojson": FormatOfExport("tracks and places for QGIS and Neptus", ".geojson", needs_datum=True),
+    "kml": FormatOfExport("moving vehicles for Google Earth and Neptus", ".kml", ("simplekml",), needs_datum=True),
+    "netcdf": FormatOfExport("trajectories with CF conventions", ".nc", ("netCDF4",), needs_datum=True),
+    "csv": FormatOfExport("a folder with a file for each table", "", inside=(".csv",)),
+    "alog": FormatOfExport("a folder with a log for each vehicle, for alogview of MOOS-IvP", "", inside=(".alog",)),
+    "trace": FormatOfExport("who heard and lost each packet, for the channel trace", ".trace.csv"),
 }
 """All formats; the module of each has its name."""

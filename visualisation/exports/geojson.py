@@ -14,7 +14,7 @@ import numpy as np
 
 from visualisation.exports.formats import Counts
 from visualisation.exports.geodesy import Datum
-from visualisation.exports.voyage import Track, Voyage
+from visualisation.exports.voyage import Voyage, VoyageTrack
 
 TRACK, PLACE, MILESTONE = "track", "place", "milestone"
 """Property ``kind`` of the features."""
@@ -36,7 +36,7 @@ def _feature(kind: str, shape: str, coordinates: Any, **properties: Any) -> dict
     return {"type": "Feature", "geometry": geometry, "properties": {"kind": kind, **properties}}
 
 
-def _points(datum: Datum, track: Track) -> list[list[float]]:
+def _points(datum: Datum, track: VoyageTrack) -> list[list[float]]:
     latitudes, longitudes = datum.degrees(track.x_m, track.y_m)
     found: list[list[float]] = np.column_stack([longitudes, latitudes, 0.0 - track.depth_m]).tolist()
     return found

@@ -15,7 +15,7 @@ from mcap.writer import CompressionType, Writer
 
 from visualisation.exports.formats import Counts
 from visualisation.exports.foxglove import DEFINITIONS
-from visualisation.exports.stream import LABEL_PX, MAP, VEHICLE_M, Pose, Shape, store_with, stream
+from visualisation.exports.stream import LABEL_PX, MAP, VEHICLE_M, PoseMessage, Shape, store_with, stream
 from visualisation.exports.voyage import Entry, Voyage
 
 PACKAGE = "foxglove_msgs/msg/"
@@ -63,7 +63,7 @@ class Foxglove:
         self._unknown = np.zeros(9)
         self._none = np.empty(0, dtype=np.uint32)
 
-    def transforms(self, time_ns: int, poses: Sequence[tuple[str, Pose]]) -> tuple[str, Any]:
+    def transforms(self, time_ns: int, poses: Sequence[tuple[str, PoseMessage]]) -> tuple[str, Any]:
         """See ``stream.Dialect``."""
         stamp = self._stamp(time_ns)
         made = [
@@ -75,7 +75,7 @@ class Foxglove:
         ]  # fmt: skip
         return f"{PACKAGE}FrameTransforms", self._of["FrameTransforms"](made)
 
-    def pose(self, time_ns: int, pose: Pose) -> tuple[str, Any]:
+    def pose(self, time_ns: int, pose: PoseMessage) -> tuple[str, Any]:
         """See ``stream.Dialect``."""
         return f"{PACKAGE}PoseInFrame", self._of["PoseInFrame"](self._stamp(time_ns), MAP, self._placed(*pose))
 

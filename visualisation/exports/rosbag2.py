@@ -16,7 +16,7 @@ from rosbags.rosbag2.errors import WriterError
 
 from visualisation.errors import ExportError
 from visualisation.exports.formats import Counts
-from visualisation.exports.stream import MAP, VEHICLE_M, Pose, Shape, store_with, stream
+from visualisation.exports.stream import MAP, VEHICLE_M, PoseMessage, Shape, store_with, stream
 from visualisation.exports.voyage import Entry, Voyage
 
 INFO, WARNING = 20, 30
@@ -67,7 +67,7 @@ class Ros2:
         self._ids: dict[str, int] = {}
         self._unknown = np.zeros(9)
 
-    def transforms(self, time_ns: int, poses: Sequence[tuple[str, Pose]]) -> tuple[str, Any]:
+    def transforms(self, time_ns: int, poses: Sequence[tuple[str, PoseMessage]]) -> tuple[str, Any]:
         """See ``stream.Dialect``."""
         head = self._head(time_ns, MAP)
         of, whole = self._types["geometry_msgs/msg/TransformStamped"], self._types["geometry_msgs/msg/Transform"]
@@ -82,7 +82,7 @@ class Ros2:
         ]  # fmt: skip
         return "tf2_msgs/msg/TFMessage", self._types["tf2_msgs/msg/TFMessage"](made)
 
-    def pose(self, time_ns: int, pose: Pose) -> tuple[str, Any]:
+    def pose(self, time_ns: int, pose: PoseMessage) -> tuple[str, Any]:
         """See ``stream.Dialect``."""
         kind = "geometry_msgs/msg/PoseStamped"
         return kind, self._types[kind](self._head(time_ns, MAP), self._placed(*pose))

@@ -31,7 +31,7 @@ from visualisation import style
 from visualisation.exports.clock import nanoseconds
 from visualisation.exports.geodesy import Floats
 from visualisation.exports.names import topic_names
-from visualisation.exports.voyage import Entry, Packet, Track, Voyage
+from visualisation.exports.voyage import Entry, SentPacket, Voyage, VoyageTrack
 
 MAP = "map"
 PACKET = "remoras_msgs/msg/Packet"
@@ -59,7 +59,7 @@ PointM = tuple[float, float, float]
 """x east, y north, z up."""
 
 
-class Pose(NamedTuple):
+class PoseMessage(NamedTuple):
     """Where a vehicle is, z up, and the quaternion of its heading about z."""
 
     x_m: float
@@ -97,7 +97,7 @@ class Shape(NamedTuple):
         return red, green, blue, 1.0
 
 
-class Sent(NamedTuple):
+class StampedMessage(NamedTuple):
     """A message of a topic."""
 
     time_ns: int
@@ -112,10 +112,10 @@ class Dialect(Protocol):
     store: Typestore
     """Types of messages."""
 
-    def transforms(self, time_ns: int, poses: Sequence[tuple[str, Pose]]) -> tuple[str, Any]:
+    def transforms(self, time_ns: int, poses: Sequence[tuple[str, PoseMessage]]) -> tuple[str, Any]:
         """Frames of vehicles in ``map``."""
 
-    def pose(self, time_ns: int, pose: Pose) -> tuple[str, Any]:
+    def pose(self, time_ns: int, pose: PoseMessage) -> tuple[str, Any]:
         """A pose in ``map``."""
 
     def fix(self, time_ns: int, frame: str, latitude_deg: float, longitude_deg: float, z_m: float) -> tuple[str, Any]:
@@ -142,22 +142,22 @@ def store_with(definitions: dict[str, str]) -> Typestore:
     return store
 
 
-def stream(voyage: Voyage, dialect: Dialect) -> Iterator[Sent]:
+def stream(voyage: Voyage, dialect: Dialect) -> Iterator[StampedMessage]:
     """All messages of a run in time order, said in a dialect."""
     names = topic_names(voyage.vehicles)
     streams = [_motion(voyage, dialect, names), _events(voyage, dialect, names), _scenes(voyage, dialect, names)]
     return merge(*streams, key=lambda sent: sent.time_ns)
 
 
-def _poses(track: Track) -> list[Pose]:
+def _poses(track: VoyageTrack) -> list[PoseMessage]:
     turns: Floats = track.heading_rad / 2.0
     columns = (track.x_m, track.y_m, 0.0 - track.depth_m, np.sin(turns), np.cos(turns))
-    return [Pose(*row) for row in zip(*(column.tolist() for column in columns), strict=True)]
+    return [PoseMessage(*row) for row in zip(*(column.tolist() for column in columns), strict=True)]
 
 
-def _motion(voyage: Voyage, dialect: Dialect, names: dict[str, str]) -> Iterator[Sent]:
+def _motion(voyage: Voyage, dialect: Dialect, names: dict[str, str]) -> Iterator[StampedMessage]:
     """At each time the frames of all vehicles that were recorded then, and each one's pose and fix."""
-    at: dict[int, list[tuple[str, Pose, tuple[float, float] | None]]] = {}
+    at: dict[int, list[tuple[str, PoseMessage, tuple[float, float] | None]]] = {}
     for vehicle, track in voyage.tracks.items():
         fixes: Sequence[tuple[float, float] | None] = [None] * track.time_s.size
         if voyage.datum is not None:
@@ -166,37 +166,39 @@ def _motion(voyage: Voyage, dialect: Dialect, names: dict[str, str]) -> Iterator
         for time_s, pose, fix in zip(track.time_s.tolist(), _poses(track), fixes, strict=True):
             at.setdefault(nanoseconds(time_s), []).append((names[vehicle], pose, fix))
     for time_ns in sorted(at):
-        yield Sent(time_ns, "/tf", *dialect.transforms(time_ns, [(name, pose) for name, pose, _ in at[time_ns]]))
+        yield StampedMessage(
+            time_ns, "/tf", *dialect.transforms(time_ns, [(name, pose) for name, pose, _ in at[time_ns]])
+        )
         for name, pose, fix in at[time_ns]:
-            yield Sent(time_ns, f"/{name}/pose", *dialect.pose(time_ns, pose))
+            yield StampedMessage(time_ns, f"/{name}/pose", *dialect.pose(time_ns, pose))
             if fix is not None:
-                yield Sent(time_ns, f"/{name}/fix", *dialect.fix(time_ns, name, *fix, pose.z_m))
+                yield StampedMessage(time_ns, f"/{name}/fix", *dialect.fix(time_ns, name, *fix, pose.z_m))
 
 
-def _events(voyage: Voyage, dialect: Dialect, names: dict[str, str]) -> Iterator[Sent]:
+def _events(voyage: Voyage, dialect: Dialect, names: dict[str, str]) -> Iterator[StampedMessage]:
     """Roles, packets and the log, in time order."""
     types = dialect.store.types
     time = types["builtin_interfaces/msg/Time"]
     found = []
     for state in voyage.states:
         said = types[STRING](data=state.text)
-        found.append(Sent(nanoseconds(state.time_s), f"/{names[state.vehicle]}/role", STRING, said))
+        found.append(StampedMessage(nanoseconds(state.time_s), f"/{names[state.vehicle]}/role", STRING, said))
     for packet in voyage.packets:
         start_ns, end_ns = nanoseconds(packet.time_s), nanoseconds(packet.end_s)
         message = types[PACKET](
             time(*divmod(start_ns, 10**9)), time(*divmod(end_ns, 10**9)), packet.slot, packet.sender,
             packet.size_bits, packet.items, packet.acks, list(packet.receivers), list(packet.lost_by),
         )  # fmt: skip
-        found.append(Sent(start_ns, "/packets", PACKET, message))
+        found.append(StampedMessage(start_ns, "/packets", PACKET, message))
     for entry in voyage.log:
         time_ns = nanoseconds(entry.time_s)
-        found.append(Sent(time_ns, "/log", *dialect.log(time_ns, entry)))
+        found.append(StampedMessage(time_ns, "/log", *dialect.log(time_ns, entry)))
     return iter(sorted(found, key=lambda sent: sent.time_ns))
 
 
-def _scenes(voyage: Voyage, dialect: Dialect, names: dict[str, str]) -> Iterator[Sent]:
+def _scenes(voyage: Voyage, dialect: Dialect, names: dict[str, str]) -> Iterator[StampedMessage]:
     """What the map shows from the start, then the links of every packet."""
-    yield Sent(0, "/scene", *dialect.scene(0, [*_places(voyage), *_vehicles(voyage, names)]))
+    yield StampedMessage(0, "/scene", *dialect.scene(0, [*_places(voyage), *_vehicles(voyage, names)]))
     packets = [packet for packet in voyage.packets if packet.sender in voyage.tracks]
     times_s = [packet.time_s for packet in packets]
     points = {
@@ -206,7 +208,7 @@ def _scenes(voyage: Voyage, dialect: Dialect, names: dict[str, str]) -> Iterator
     for number, packet in enumerate(packets):
         time_ns = nanoseconds(packet.time_s)
         where = {vehicle: along[number] for vehicle, along in points.items()}
-        yield Sent(time_ns, "/scene", *dialect.scene(time_ns, _links(where, packet, names[packet.sender])))
+        yield StampedMessage(time_ns, "/scene", *dialect.scene(time_ns, _links(where, packet, names[packet.sender])))
 
 
 def _places(voyage: Voyage) -> Iterator[Shape]:
@@ -227,7 +229,7 @@ def _vehicles(voyage: Voyage, names: dict[str, str]) -> Iterator[Shape]:
             yield Shape(names[vehicle], names[vehicle], "text", [(0.0, 0.0, LABEL_UP_M)], colour, vehicle)
 
 
-def _links(where: Mapping[str, PointM], packet: Packet, name: str) -> list[Shape]:
+def _links(where: Mapping[str, PointM], packet: SentPacket, name: str) -> list[Shape]:
     """Lines from the sender to all who heard the packet, and half-way to those who lost it."""
     start = where[packet.sender]
     ends = [where[one] for one in packet.receivers if one in where]

@@ -29,7 +29,7 @@ OUT = "out"
 """State of a vehicle that is lost, not there yet, or without energy."""
 
 
-class Track(NamedTuple):
+class VoyageTrack(NamedTuple):
     """Where a vehicle was, in time order; arrays of one length."""
 
     time_s: Floats
@@ -46,7 +46,7 @@ class Track(NamedTuple):
         return list(zip(*columns, strict=True))
 
 
-class State(NamedTuple):
+class RoleState(NamedTuple):
     """From then on, these roles drive a vehicle, or it is out of the mission."""
 
     time_s: float
@@ -64,7 +64,7 @@ class State(NamedTuple):
         return OUT if self.is_out else ", ".join(self.roles) or WAITING
 
 
-class Packet(NamedTuple):
+class SentPacket(NamedTuple):
     """One packet and what became of it."""
 
     slot: int
@@ -117,7 +117,7 @@ class Voyage:
         summary = self.results.summary
         ended = "completed" if summary["completed"] else f"not completed: {summary['reason']}"
         return {
-            **about.of_run(self.results),
+            **about.about_run(self.results),
             "ended": f"{ended}, {summary['mission_time_s']:g} s",
             "scenario_toml": self.results.manifest["scenario"],
         }
@@ -144,7 +144,7 @@ class Voyage:
         return float(self.results.summary["mission_time_s"])
 
     @cached_property
-    def tracks(self) -> dict[str, Track]:
+    def tracks(self) -> dict[str, VoyageTrack]:
         """Tracks of the vehicles that were recorded, in the order of the scenario."""
         if not self.results.has("trajectories"):
             return {}
@@ -155,17 +155,19 @@ class Voyage:
         for vehicle in self.vehicles:
             rows = np.flatnonzero(names == vehicle)
             if rows.size:
-                columns = {name: table[name].to_numpy()[rows] for name in Track._fields if name in table.column_names}
+                columns = {
+                    name: table[name].to_numpy()[rows] for name in VoyageTrack._fields if name in table.column_names
+                }
                 columns.setdefault("depth_m", np.full(rows.size, depths_m[vehicle]))
-                found[vehicle] = Track(**columns)
+                found[vehicle] = VoyageTrack(**columns)
         return found
 
     @cached_property
-    def states(self) -> list[State]:
+    def states(self) -> list[RoleState]:
         """What drives the vehicles, from 0 s on and at every change, in time order."""
         rows: list[dict[str, Any]] = self._rows("roles")
         driving: dict[str, list[tuple[str, str]]] = {name: [] for name in self.vehicles}
-        found = {(0.0, name): State(0.0, name, ()) for name in self.vehicles} if rows else {}
+        found = {(0.0, name): RoleState(0.0, name, ()) for name in self.vehicles} if rows else {}
         for row in rows:
             time_s, vehicle, role = float(row["time_s"]), row["vehicle"], (row["role"], row["group"])
             own = driving.setdefault(vehicle, [])
@@ -175,24 +177,24 @@ class Voyage:
                 own.remove(role)
             else:
                 continue
-            found[time_s, vehicle] = State(time_s, vehicle, tuple(dict.fromkeys(name for name, _ in sorted(own))))
+            found[time_s, vehicle] = RoleState(time_s, vehicle, tuple(dict.fromkeys(name for name, _ in sorted(own))))
         for vehicle, spells in outages(self.results).items():
             for start_s, end_s in spells:
                 before = [one for one in found.values() if one.vehicle == vehicle and one.time_s <= end_s]
                 inside = [one for one in before if start_s <= one.time_s]
                 for one in inside:
                     del found[one.time_s, vehicle]
-                found[start_s, vehicle] = State(start_s, vehicle, (), is_out=True)
+                found[start_s, vehicle] = RoleState(start_s, vehicle, (), is_out=True)
                 if before and end_s <= self.end_s:
                     last = max(before, key=lambda state: state.time_s)
-                    found[end_s, vehicle] = State(end_s, vehicle, last.roles, last.is_out)
+                    found[end_s, vehicle] = RoleState(end_s, vehicle, last.roles, last.is_out)
         return sorted(found.values(), key=lambda state: state.time_s)
 
     @cached_property
-    def packets(self) -> list[Packet]:
+    def packets(self) -> list[SentPacket]:
         """All packets in the order of their slots; older results do not say when one ended."""
         return [
-            Packet(
+            SentPacket(
                 int(row["slot"]), row["time_s"], row.get("end_s", row["time_s"]), row["sender"],
                 int(row["size_bits"]), int(row["items"]), int(row["acks"]),
                 tuple(row["receivers"]), tuple(row["lost_by"]),

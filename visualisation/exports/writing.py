@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from missions.figure import Place
 from visualisation.errors import ExportError
-from visualisation.exports.formats import FORMATS, Counts, Format, Writer
+from visualisation.exports.formats import FORMATS, Counts, FormatOfExport, Writer
 from visualisation.exports.voyage import Voyage
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ def export(
     return Exported(out, counts)
 
 
-def of_name(format: str) -> Format:
+def of_name(format: str) -> FormatOfExport:
     """The format of that name; raises ExportError if there is none."""
     if format not in FORMATS:
         near = get_close_matches(format, FORMATS, n=1, cutoff=0.0)
@@ -82,7 +82,7 @@ def of_name(format: str) -> Format:
     return FORMATS[format]
 
 
-def default_path(folder: Path, format: str) -> Path:
+def export_path(folder: Path, format: str) -> Path:
     """Where an export of a run is written if nothing else is said: into the folder of the run.
 
     >>> default_path(Path("r"), "kml").as_posix(), default_path(Path("r"), "csv").as_posix()
@@ -92,7 +92,7 @@ def default_path(folder: Path, format: str) -> Path:
     return folder / (f"{STEM}{ending}" if ending else f"{STEM}-{format}")
 
 
-def _check_libraries(name: str, chosen: Format) -> None:
+def _check_libraries(name: str, chosen: FormatOfExport) -> None:
     missing = [library for library in chosen.libraries if find_spec(library) is None]
     if missing:
         raise ExportError(
@@ -101,7 +101,7 @@ def _check_libraries(name: str, chosen: Format) -> None:
         )
 
 
-def _check_place(out: Path, chosen: Format, force: bool) -> None:
+def _check_place(out: Path, chosen: FormatOfExport, force: bool) -> None:
     """Raise ExportError unless ``out`` can be written without losing anything."""
     if not out.exists():
         return

@@ -1,6 +1,16 @@
 """The replay of a run, or of two: one HTML file that is opened from disk and asks for nothing."""
 
-from visualisation.replay.page import Page, check_output, live_text, page_text, title_of, write
+from visualisation.replay.page import ReplayPage, check_page_output, live_text, page_text, title_of, write_page
 from visualisation.replay.payload import Payload, missing, run_data
 
-__all__ = ["Page", "Payload", "check_output", "live_text", "missing", "page_text", "run_data", "title_of", "write"]
+__all__ = [
+    "Payload",
+    "ReplayPage",
+    "check_page_output",
+    "live_text",
+    "missing",
+    "page_text",
+    "run_data",
+    "title_of",
+    "write_page",
+]

@@ -92,7 +92,7 @@ def title_of(summaries: Sequence[Mapping[str, Any]]) -> str:
 
 
 @dataclass(frozen=True, repr=False)
-class Page:
+class ReplayPage:
     """A page that a notebook shows in a frame of its own.
 
     Attributes:
@@ -112,7 +112,7 @@ class Page:
         )
 
 
-def check_output(out: Path, force: bool) -> None:
+def check_page_output(out: Path, force: bool) -> None:
     """Raise DrawingError if a page cannot be written there, or would replace a file without ``force``."""
     if out.is_dir():
         raise DrawingError(f"--out {out}: is a folder; name a file, such as {out / 'replay.html'}")
@@ -122,13 +122,13 @@ def check_output(out: Path, force: bool) -> None:
         raise DrawingError(f"--out {out}: there is no folder {out.parent}; make it, or name another file")
 
 
-def write(out: Path, text: str, force: bool = False) -> None:
+def write_page(out: Path, text: str, force: bool = False) -> None:
     """Write a page; it appears whole or not at all.
 
     Raises:
         DrawingError: there is a file already, or it cannot be written.
     """
-    check_output(out, force)
+    check_page_output(out, force)
     draft: Path | None = None
     try:
         with tempfile.NamedTemporaryFile(

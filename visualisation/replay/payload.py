@@ -15,7 +15,7 @@ from visualisation.replay import tables as of_run
 from visualisation.replay.columns import Columns
 from visualisation.replay.own_tables import add_own
 from visualisation.replay.tables import EVENTS, TIME_STEP_S, Names, Tables
-from visualisation.structure import groups_of
+from visualisation.structure import group_nodes
 
 FORM = 1
 """Form of the data; the page says so where it cannot read it."""
@@ -83,7 +83,7 @@ class Payload:
         self._n_blocks = 0
         self._names = Names({}, {"": 0})
         self._n_texts = 0
-        self._said = of_run.Said()
+        self._said = of_run.PacketHistory()
         self._depths_m: list[float] = []
         self._layer_rows: Counter[str] = Counter()
 
@@ -122,7 +122,7 @@ class Payload:
                 about["events"].append(name)
         about["groups"] = [
             {"name": one.name, "above": one.above, "is_founded": one.is_founded, "roles": one.roles}
-            for one in groups_of(scenario)
+            for one in group_nodes(scenario)
         ]
         self._add_said(columns, tables)
         about["header"] = _header(results, scenario, self._said.slot_s)

@@ -174,7 +174,7 @@ def add_tracks(columns: Columns, names: Names, table: Any) -> list[int]:
 
 
 @dataclass
-class Said:
+class PacketHistory:
     """What is written of packets and items, on which later rows build.
 
     Attributes:
@@ -212,7 +212,7 @@ class Said:
         return (self.last[1] - self.first[1]) / (self.last[0] - self.first[0])
 
 
-def add_items(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]], said: Said) -> None:
+def add_items(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]], said: PacketHistory) -> None:
     """Columns of the items and their facts; all facts of an item are among the rows."""
     facts = list(by_item(rows))
     heads = [of[0] for of in facts]
@@ -275,7 +275,7 @@ UNREACHED, LOST, HEARD, COLLIDED, REFUSED = range(5)
 another packet, or to one that the vehicle was sending; arrived, and refused."""
 
 
-def add_packets(columns: Columns, names: Names, packets: Any, faults: Any, refused: Any, said: Said) -> None:
+def add_packets(columns: Columns, names: Names, packets: Any, faults: Any, refused: Any, said: PacketHistory) -> None:
     """Columns of the packets. Delays are ordered by sender, receiver and time: so neighbours are alike.
 
     Args:
@@ -341,7 +341,7 @@ def _leave_out(outcome: Ints, arrival_s: Floats, names: Names, faults: Iterable[
             outcome[(outcome[:, v] == HEARD) & (arrival_s[:, v] == fault["time_s"]), v] = LOST
 
 
-def _add_contents(columns: Columns, names: Names, table: Any, start_s: Floats, said: Said) -> None:
+def _add_contents(columns: Columns, names: Names, table: Any, start_s: Floats, said: PacketHistory) -> None:
     for name, column in (("items", "item_uids"), ("status", "status_uids")):
         of_packets = table[column].to_pylist()
         columns.add(f"packets.{name}.n", [len(uids) for uids in of_packets])
@@ -362,7 +362,7 @@ def _flat(column: Any) -> tuple[Ints, Any]:
     return np.repeat(np.arange(len(lengths)), lengths), lists.values.slice(offsets[0], offsets[-1] - offsets[0])
 
 
-def add_heard(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]], said: Said) -> None:
+def add_heard(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]], said: PacketHistory) -> None:
     """Items without content, and when who heard them: what an older run has recorded of its knowledge."""
     nothing = {"subject": "", "attribute": "", "value": "", "kind": "told"}
     born = [row for row in rows if row["event"] == "observed"]
@@ -371,7 +371,7 @@ def add_heard(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]],
     _add_receptions(columns, names, [row for row in rows if row["event"] == "received"], said)
 
 
-def add_aside(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]], said: Said) -> None:
+def add_aside(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]], said: PacketHistory) -> None:
     """Items that vehicles heard without need of them, and when they took up those that they came to need."""
     aside = [row for row in rows if row["event"] == "set aside"]
     said.aside.update((row["vehicle"], row["item"]) for row in aside)
@@ -383,7 +383,7 @@ def add_aside(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]],
     _add_receptions(columns, names, [row for row in received if (row["vehicle"], row["item"]) in said.aside], said)
 
 
-def _add_receptions(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]], said: Said) -> None:
+def _add_receptions(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]], said: PacketHistory) -> None:
     heard = [row for row in rows if row["item"] in said.items]
     columns.add("heard.vehicle", [names.vehicle(row["vehicle"]) for row in heard])
     columns.add("heard.item", [said.items[row["item"]] for row in heard], 1)

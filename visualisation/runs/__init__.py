@@ -1,5 +1,5 @@
 """Figures of one run; importing this does not load matplotlib."""
 
-from visualisation.runs.drawing import Moment, draw, picture
+from visualisation.runs.drawing import ViewAt, draw_run_figures, run_picture
 
-__all__ = ["Moment", "draw", "picture"]
+__all__ = ["ViewAt", "draw_run_figures", "run_picture"]

@@ -15,7 +15,7 @@ from matplotlib.patches import Rectangle
 from missions.figure import VehicleLook
 from visualisation import style
 from visualisation.runs.views import View
-from visualisation.structure import Group
+from visualisation.structure import GroupNode
 
 LINE_IN, CHIP_IN, TITLE_IN = 0.155, 0.118, 0.19
 """Height of a line of a box, of a name in it, and of the head of a box."""
@@ -100,7 +100,7 @@ class BoxChart:
         }  # fmt: skip
         groups = [group for group in view.groups if group.name in there]
         tops = [group for group in groups if group.above not in there]
-        below: dict[str, list[Group]] = {}
+        below: dict[str, list[GroupNode]] = {}
         for group in groups:
             below.setdefault(group.above, []).append(group)
         room_in = width_in - 2 * MARGIN_IN
@@ -119,7 +119,7 @@ class BoxChart:
             _draw_line(axes, self._reserve_line, MARGIN_IN, top_in + self._reserve_in)
 
     def _side_by_side(
-        self, groups: Sequence[Group], below: Mapping[str, list[Group]], room_in: float, seen: frozenset[str]
+        self, groups: Sequence[GroupNode], below: Mapping[str, list[GroupNode]], room_in: float, seen: frozenset[str]
     ) -> tuple[list[tuple[float, float, BoxTree]], float]:
         """Blocks of groups in rows, as many side by side as have room, and how deep they reach."""
         if not groups:
@@ -135,7 +135,9 @@ class BoxChart:
             down_in += max(block.height_in for block in row)
         return placed, down_in
 
-    def _block(self, group: Group, below: Mapping[str, list[Group]], width_in: float, seen: frozenset[str]) -> BoxTree:
+    def _block(
+        self, group: GroupNode, below: Mapping[str, list[GroupNode]], width_in: float, seen: frozenset[str]
+    ) -> BoxTree:
         seen = seen | {group.name}
         names = {role.name: f"{HEAD * role.is_head}{role.name} {role.cardinality}".rstrip() for role in group.roles}
         widest_in = max((style.width_in(name, style.TINY_PT) for name in names.values()), default=0.0)
@@ -155,7 +157,7 @@ class BoxChart:
         title = style.fitted(group.name, width_in - 2 * PAD_IN, style.SMALL_PT, "bold")
         return BoxTree(title, columns, under, width_in, box_in, box_in + (DROP_IN + deep_in if under else 0.0))
 
-    def _chips(self, group: Group, role: str, minimum: int) -> list[Chip]:
+    def _chips(self, group: GroupNode, role: str, minimum: int) -> list[Chip]:
         holders = [one for one in self._view.holdings.get((group.name, role), ()) if one.holds(self._at_s)]
         present = {one.vehicle for one in holders if one.is_present(self._at_s)}
         order = list(self._looks)

@@ -24,7 +24,7 @@ def roles(results: RunResults, folded: Sequence[Sequence[str]] = (), width_in: f
         f"Vehicles with the same roles share a lane, where the height is the share of them ({lanes})." if lanes else "",
         *time_notes(results),
         faults(results),
-        conditions(results),
+        run_conditions(results),
     )
 
 
@@ -37,7 +37,7 @@ def faults(results: RunResults) -> str:
     return f"Faults: {'; '.join(listed)}." if listed else ""
 
 
-def satisfaction(results: RunResults, width_in: float = style.PAGE_IN) -> str:
+def satisfaction_caption(results: RunResults, width_in: float = style.PAGE_IN) -> str:
     """Caption of the personal satisfaction."""
     return " ".join(
         [
@@ -45,12 +45,12 @@ def satisfaction(results: RunResults, width_in: float = style.PAGE_IN) -> str:
             "A line is thick while the role drives the vehicle; below zero (shaded) it calls on others.",
             "Colours are those of the vehicles, lines and markers tell their roles.",
             *time_notes(results),
-            conditions(results),
+            run_conditions(results),
         ]
     )
 
 
-def conditions(results: RunResults) -> str:
+def run_conditions(results: RunResults) -> str:
     """Scenario, n, seed, strategy, policy, channel, packet error rate and mission time of the run."""
     summary = results.summary
     per = summary.get("per")

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from missions.figure import Figure, Layer, RunResults
 from visualisation import style, words
 from visualisation.errors import DrawingError
-from visualisation.page import LEGEND_UP_IN, Box, Legend, Page, Picture
+from visualisation.page import LEGEND_UP_IN, Box, DrawnPage, Legend, Page
 from visualisation.runs import captions, reading
 
 LEFT_IN, RIGHT_IN, TOP_IN, BODY_IN, BOTTOM_IN = 0.5, 0.14, 0.08, 1.9, 0.36
@@ -27,7 +27,7 @@ class Kit:
 
     def __init__(self, results: RunResults) -> None:
         self.looks: Mapping[str, style.Look] = {
-            name: style.vehicle_look(number) for number, name in enumerate(reading.vehicles(results))
+            name: style.vehicle_look(number) for number, name in enumerate(reading.vehicle_names(results))
         }
 
     def tint(self, colour: str, strength: float) -> tuple[float, float, float]:
@@ -43,7 +43,7 @@ class Kit:
         return words.time(time_s)
 
 
-def drawn(what: Figure | Layer, axes: Axes, results: RunResults) -> str:
+def draw_declared(what: Figure | Layer, axes: Axes, results: RunResults) -> str:
     """Let a mission draw on axes, and return the sentences for the caption.
 
     Raises:
@@ -61,20 +61,20 @@ def drawn(what: Figure | Layer, axes: Axes, results: RunResults) -> str:
     return text
 
 
-def picture(figure: Figure, results: RunResults, width_in: float = style.COLUMN_IN) -> Picture:
+def declared_picture(figure: Figure, results: RunResults, width_in: float = style.COLUMN_IN) -> DrawnPage:
     """A mission's figure on a page of that width, with the legend of all labelled artists below."""
     with style.paper():
         page = Page(width_in, TOP_IN + BODY_IN + BOTTOM_IN)
         axes = page.panel(Box(LEFT_IN, TOP_IN, width_in - LEFT_IN - RIGHT_IN, BODY_IN))
         axes.spines[["top", "right"]].set_visible(False)
-        text = drawn(figure, axes, results)
+        text = draw_declared(figure, axes, results)
         try:
             _fit(page, axes)
             page.figure.draw_without_rendering()
         except Exception as error:  # such as a text that is no formula
             raise _failed(figure, error) from error
     heading = f"{figure.title.rstrip('.')}."
-    return Picture(page.figure, words.joined(heading, text, captions.conditions(results)))
+    return DrawnPage(page.figure, words.joined(heading, text, captions.run_conditions(results)))
 
 
 def _fit(page: Page, axes: Axes) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from missions.figure import RunResults
 from visualisation import style, words
-from visualisation.page import Box, Page, Picture
+from visualisation.page import Box, DrawnPage, Page
 from visualisation.runs import captions, news, shades
 from visualisation.runs.reading import Floats
 
@@ -12,7 +12,7 @@ TITLE_IN, LABEL_IN, RIGHT_IN, GAP_IN = 0.24, 0.2, 0.1, 0.3
 LARGEST_IN, LEAST_FOR_TWO_IN = 3.0, 5.0
 
 
-def picture(results: RunResults, width_in: float = style.PAGE_IN) -> Picture:
+def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
     """Two matrices, receivers down and senders across.
 
     Args:
@@ -51,6 +51,6 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> Picture:
         f"Black is {news.WORST_FRAMES} TDMA frames or more, whatever the run.",
         "Crossed: nothing was sent that could be heard.",
         captions.faults(results),
-        captions.conditions(results),
+        captions.run_conditions(results),
     )
-    return Picture(page.figure, text)
+    return DrawnPage(page.figure, text)

@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING
 
 from missions.figure import Declared, Figure, Layer, Mark, Place, RunResults
 from visualisation.errors import DrawingError, unknown
-from visualisation.files import MOVING, Drawn, check_format, check_width, write
+from visualisation.files import MOVING, Drawn, check_format, check_width, write_folder
 from visualisation.kinds import KINDS, SWEEP_KINDS
 
 if TYPE_CHECKING:
-    from visualisation.page import Picture
+    from visualisation.page import DrawnPage
 
 ORGANISATION = "organisation"
 MODULES = {"roles": "timeline"}
@@ -26,7 +26,7 @@ MODULES = {"roles": "timeline"}
 
 
 @dataclass(frozen=True)
-class Moment:
+class ViewAt:
     """Of the organisation of a run: when, and in whose view.
 
     Attributes:
@@ -42,17 +42,17 @@ class Moment:
         return ", ".join(part for part in (at, self.viewer and f"viewer {self.viewer}") if part)
 
 
-ANY = Moment()
+ANY = ViewAt()
 
 
-def picture(
+def run_picture(
     results: RunResults,
     kind: str,
     figures: Sequence[Declared] = (),
     places: Sequence[Place] = (),
     width_in: float | None = None,
-    moment: Moment = ANY,
-) -> Picture:
+    moment: ViewAt = ANY,
+) -> DrawnPage:
     """One figure of a run with its caption, in memory.
 
     Args:
@@ -79,7 +79,7 @@ def picture(
     if kind in own:
         from visualisation.runs import declared
 
-        return declared.picture(own[kind], results, *widths)
+        return declared.declared_picture(own[kind], results, *widths)
     if kind == "trajectories":
         from visualisation.runs import trajectories
 
@@ -90,11 +90,11 @@ def picture(
         from visualisation.runs import organisation
 
         return organisation.picture(results, moment.at_s, moment.viewer, *widths)
-    drawn: Picture = import_module(f"visualisation.runs.{MODULES.get(kind, kind)}").picture(results, *widths)
+    drawn: DrawnPage = import_module(f"visualisation.runs.{MODULES.get(kind, kind)}").picture(results, *widths)
     return drawn
 
 
-def draw(
+def draw_run_figures(
     results: RunResults,
     kinds: Sequence[str],
     folder: Path,
@@ -102,7 +102,7 @@ def draw(
     figures: Sequence[Declared] = (),
     places: Sequence[Place] = (),
     width_in: float | None = None,
-    moment: Moment = ANY,
+    moment: ViewAt = ANY,
 ) -> Drawn:
     """Write ``<kind>.<format>`` and its caption ``<kind>.txt`` for each kind; no kinds means all that have tables.
 
@@ -137,16 +137,16 @@ def draw(
         raise DrawingError("; ".join(f"{kind}: {reason}" for kind, reason in missing.items()))
     from visualisation import about, style
 
-    said = about.of_run(results)
+    said = about.about_run(results)
     notes = [f"{kind} is left out: {reason}" for kind, reason in missing.items()]
     contents: list[tuple[str, bytes]] = []
     for kind in asked:
         if kind not in missing:
-            drawn = picture(results, kind, figures, places, width_in, moment)
+            drawn = run_picture(results, kind, figures, places, width_in, moment)
             contents.append((f"{kind}.{format}", style.rendered(drawn.figure, format, said)))
             contents.append((f"{kind}.txt", f"{drawn.caption}\n".encode()))
             notes += drawn.notes
-    return Drawn(write(folder, contents), notes)
+    return Drawn(write_folder(folder, contents), notes)
 
 
 def _moving(
@@ -161,7 +161,7 @@ def _moving(
     from visualisation.runs import moving
 
     film, caption = moving.film(results, places, width_in)
-    return Drawn(write(folder, [(f"trajectories.{MOVING}", film), (f"trajectories.{MOVING}.txt", caption)]), [])
+    return Drawn(write_folder(folder, [(f"trajectories.{MOVING}", film), (f"trajectories.{MOVING}.txt", caption)]), [])
 
 
 def _own(figures: Sequence[Declared]) -> dict[str, Figure]:

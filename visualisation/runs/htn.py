@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 
 from missions.figure import RunResults
 from visualisation import style, words
-from visualisation.page import Picture
+from visualisation.page import DrawnPage
 from visualisation.runs import captions, reading
 from visualisation.runs.declared import Kit
 from visualisation.runs.sheet import WIDE_IN, Sheet, sheet
@@ -68,7 +68,7 @@ def trees(results: RunResults) -> list[Tree]:
     for row in results.table("plans").to_pylist():
         about = tuple(row[name] for name in ("vehicle", "group", "role", "objective", "argument"))
         of_plan.setdefault(about, defaultdict(list))[int(row["node"])].append(row)
-    order = {name: at for at, name in enumerate(reading.vehicles(results))}
+    order = {name: at for at, name in enumerate(reading.vehicle_names(results))}
     found = [_tree(about, rows) for about, rows in of_plan.items()]
     return sorted(found, key=lambda tree: (not tree.is_of_group, order.get(tree.vehicle, len(order))))
 
@@ -99,7 +99,7 @@ def _event(row: dict[str, Any]) -> TaskStatus:
     return TaskStatus(row["time_s"], row["status"], row["time_s"] + expected_s if known else math.inf)
 
 
-def picture(results: RunResults, width_in: float = style.PAGE_IN) -> Picture:
+def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
     """A row for each task of each plan, indented below the task above; a bar while it waits and while it runs.
 
     Args:
@@ -119,7 +119,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> Picture:
             page = _page(results, shown, depth, width_in)
         n_left_out = len(found) - len(shown)
         _draw(page, results, shown, depth, width_in)
-    return Picture(page.figure, _caption(results, depth, n_left_out, width_in))
+    return DrawnPage(page.figure, _caption(results, depth, n_left_out, width_in))
 
 
 def _page(results: RunResults, shown: Sequence[Tree], depth: int, width_in: float) -> Sheet:
@@ -186,5 +186,5 @@ def _caption(results: RunResults, depth: int, n_left_out: int, width_in: float) 
         f"{n_left_out} plans are left out." if n_left_out else "",
         *captions.time_notes(results),
         captions.faults(results),
-        captions.conditions(results),
+        captions.run_conditions(results),
     )

@@ -6,7 +6,7 @@ import numpy as np
 
 from missions.figure import RunResults, axis_end_s
 from visualisation import outages, style, words
-from visualisation.page import Box, Page, Picture
+from visualisation.page import Box, DrawnPage, Page
 from visualisation.runs import captions, news, shades
 
 TOP_IN, AXIS_IN, GAP_IN, RIGHT_IN = 0.24, 0.36, 0.12, 0.14
@@ -18,7 +18,7 @@ WORST_ITEMS = 5.0
 """Items lacking, for each vehicle of the fleet, that are black."""
 
 
-def picture(results: RunResults, width_in: float = style.PAGE_IN) -> Picture:
+def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
     """A strip for each vehicle: the mean age of its news of the others, and below the items of others that it lacks.
 
     Args:
@@ -31,7 +31,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> Picture:
     body_in = row_in * max(1, len(names))
     at_s = (np.arange(POINTS) + 0.5) * traffic.end_s / POINTS
     ages_s = np.ma.masked_invalid(traffic.ages_s(at_s)).mean(axis=1).filled(np.nan)
-    lacking = news.lacking(results, at_s)
+    lacking = news.items_lacking(results, at_s)
     left_in = 0.08 + shades.names_in(names) + 0.06
     panel_in = width_in - left_in - RIGHT_IN
     each_in = TOP_IN + body_in + AXIS_IN + shades.KEY_IN + GAP_IN
@@ -46,12 +46,12 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> Picture:
             box = Box(left_in, down_in, panel_in, body_in)
             axes = page.panel(box, style.fitted(title, panel_in, style.TEXT_PT))
             if names:
-                shades.shown(axes, values, top, (0.0, traffic.end_s, len(names) - 0.5, -0.5))
+                shades.draw_shades(axes, values, top, (0.0, traffic.end_s, len(names) - 0.5, -0.5))
             axes.set_xlim(0.0, axis_end_s(results))
             shades.name_rows(axes, names, row_in)
             shades.part_rows(axes, len(names), row_in)
             for row, name in enumerate(names):
-                shades.hatched(axes, row, outages.within(traffic.out.get(name, ()), traffic.end_s))
+                shades.hatched(axes, row, outages.outages_until(traffic.out.get(name, ()), traffic.end_s))
             axes.set_xlabel(words.axis("time", "s"), labelpad=1)
             key_in = min(1.6, panel_in)
             key_left_in = left_in + (panel_in - key_in) / 2
@@ -63,6 +63,6 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> Picture:
         f"Black is {news.WORST_FRAMES} TDMA frames, and {WORST_ITEMS:g} items for each vehicle, or more.",
         "Hatched: the vehicle is out of the mission." if traffic.out else "",
         captions.faults(results),
-        captions.conditions(results),
+        captions.run_conditions(results),
     )
-    return Picture(page.figure, text)
+    return DrawnPage(page.figure, text)

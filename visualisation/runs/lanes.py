@@ -24,7 +24,7 @@ class LaneRole(NamedTuple):
     active: tuple[tuple[Span, ...], ...]
 
 
-class Lane(NamedTuple):
+class VehicleLane(NamedTuple):
     """One vehicle or several, and their roles."""
 
     vehicles: tuple[str, ...]
@@ -36,17 +36,17 @@ class Lane(NamedTuple):
         return len(self.vehicles) > 1
 
 
-def one_each(tenures: Tenures) -> list[Lane]:
+def one_each(tenures: Tenures) -> list[VehicleLane]:
     """A lane for each vehicle."""
     return _folded(tenures, lambda vehicle: vehicle)
 
 
-def same_roles(tenures: Tenures) -> list[Lane]:
+def same_roles(tenures: Tenures) -> list[VehicleLane]:
     """A lane for all vehicles that held the same roles."""
     return _folded(tenures, lambda vehicle: frozenset((one.group, one.role) for one in tenures[vehicle]))
 
 
-def same_beginning(tenures: Tenures) -> list[Lane]:
+def same_beginning(tenures: Tenures) -> list[VehicleLane]:
     """A lane for all vehicles that began with the same roles."""
 
     def first(vehicle: str) -> Hashable:
@@ -56,15 +56,15 @@ def same_beginning(tenures: Tenures) -> list[Lane]:
     return _folded(tenures, first)
 
 
-FOLDS: tuple[Callable[[Tenures], list[Lane]], ...] = (one_each, same_roles, same_beginning)
+FOLDS: tuple[Callable[[Tenures], list[VehicleLane]], ...] = (one_each, same_roles, same_beginning)
 """Ways to make lanes, each with fewer than the one before."""
 
 
-def _folded(tenures: Tenures, alike: Callable[[str], Hashable]) -> list[Lane]:
+def _folded(tenures: Tenures, alike: Callable[[str], Hashable]) -> list[VehicleLane]:
     members: dict[Hashable, list[str]] = {}
     for vehicle in tenures:
         members.setdefault(alike(vehicle), []).append(vehicle)
-    return [Lane(tuple(own), _rows(tenures, own)) for own in members.values()]
+    return [VehicleLane(tuple(own), _rows(tenures, own)) for own in members.values()]
 
 
 def _rows(tenures: Tenures, vehicles: Sequence[str]) -> tuple[LaneRole, ...]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from missions.figure import RunResults, axis_end_s
 from visualisation import outages, style, words
-from visualisation.page import Box, Page, Picture
+from visualisation.page import Box, DrawnPage, Page
 from visualisation.runs import captions, reading, shades
 from visualisation.runs.reading import Floats, Span
 
@@ -24,7 +24,7 @@ PARKED, THERE = "parked", ("heard again", "begins anew")
 """Events in the table ``peers``: a vehicle does without a peer from now on, or no longer."""
 
 
-class Links(NamedTuple):
+class LinkEstimates(NamedTuple):
     """What the table ``links`` says.
 
     Attributes:
@@ -42,9 +42,9 @@ class Links(NamedTuple):
     parked: Floats
 
 
-def links(results: RunResults) -> Links:
+def link_estimates(results: RunResults) -> LinkEstimates:
     """Estimates of a run at evenly spaced times; not a number where there is none yet."""
-    vehicles = tuple(reading.vehicles(results))
+    vehicles = tuple(reading.vehicle_names(results))
     number = {name: at for at, name in enumerate(vehicles)}
     n, end_s = len(vehicles), reading.end_s(results)
     at_s = (np.arange(POINTS) + 0.5) * end_s / POINTS
@@ -61,7 +61,7 @@ def links(results: RunResults) -> Links:
     for (_, name), spans in spans_parked(results, end_s).items():
         for span in spans if name in number else ():
             parked[number[name]] += (span.start_s <= at_s) & (at_s < span.end_s)
-    return Links(vehicles, at_s, incoming, outgoing, parked / max(1, n - 1))
+    return LinkEstimates(vehicles, at_s, incoming, outgoing, parked / max(1, n - 1))
 
 
 def spans_parked(results: RunResults, end_s: float) -> dict[tuple[str, str], list[Span]]:
@@ -84,14 +84,14 @@ def _spans(rows: Iterable[Mapping[str, Any]], end_s: float) -> dict[tuple[str, s
     return found
 
 
-def picture(results: RunResults, width_in: float = style.PAGE_IN) -> Picture:
+def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
     """Two strips over time, estimated losses and peers that are done without; below the last estimates as matrices.
 
     Args:
         results: of the run.
         width_in: of the page; on a narrow one the matrices stand one above the other.
     """
-    found = links(results)
+    found = link_estimates(results)
     names, n, end_s = found.vehicles, max(1, len(found.vehicles)), reading.end_s(results)
     row_in = min(HIGHEST_IN, max(LOWEST_IN, STRIPS_IN / n))
     left_in = LABEL_IN + shades.names_in(names) + 0.06
@@ -116,12 +116,12 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> Picture:
             down_in = number * strip_in + TOP_IN
             axes = page.panel(Box(left_in, down_in, panel_in, row_in * n), style.fitted(title, panel_in, style.TEXT_PT))
             if names:
-                shades.shown(axes, values, 1.0, (0.0, end_s, n - 0.5, -0.5))
+                shades.draw_shades(axes, values, 1.0, (0.0, end_s, n - 0.5, -0.5))
             axes.set_xlim(0.0, axis_end_s(results))
             shades.name_rows(axes, names, row_in)
             shades.part_rows(axes, n, row_in)
             for row, name in enumerate(names):
-                shades.hatched(axes, row, outages.within(out.get(name, ()), end_s))
+                shades.hatched(axes, row, outages.outages_until(out.get(name, ()), end_s))
             axes.set_xlabel(words.axis("time", "s"), labelpad=1)
         key_in = min(1.6, panel_in)
         key = Box(left_in + (panel_in - key_in) / 2, 2 * strip_in, key_in, 0.0)
@@ -145,9 +145,9 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> Picture:
         "Crossed: no estimate." if np.isnan(squares[0][1]).sum() + np.isnan(squares[1][1]).sum() > 2 * n else "",
         "Hatched: the vehicle is out of the mission." if out else "",
         captions.faults(results),
-        captions.conditions(results),
+        captions.run_conditions(results),
     )
-    return Picture(page.figure, text)
+    return DrawnPage(page.figure, text)
 
 
 def _mean(estimates: Floats) -> Floats:

@@ -11,7 +11,7 @@ from matplotlib.patches import Patch
 
 from missions.figure import RunResults
 from visualisation import style, words
-from visualisation.page import Legend, Page, PanelGrid, Picture
+from visualisation.page import DrawnPage, Legend, Page, PanelGrid
 from visualisation.runs import captions
 from visualisation.runs.declared import Kit
 
@@ -36,7 +36,7 @@ class Weighed(NamedTuple):
     margin: float
 
 
-def picture(results: RunResults, width_in: float = style.PAGE_IN) -> Picture:
+def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
     """A panel for each of the most closely contested choices, a bar for each set of activities.
 
     Args:
@@ -69,7 +69,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> Picture:
         if not shown:
             page.text(0.1, 0.1, "no choice was contested", fontsize=style.TEXT_PT, va="top")
         page.legend(legend)
-    return Picture(page.figure, _caption(results, len(shown), len(found)))
+    return DrawnPage(page.figure, _caption(results, len(shown), len(found)))
 
 
 def contested(results: RunResults) -> list[Weighed]:
@@ -132,5 +132,5 @@ def _caption(results: RunResults, n_shown: int, n_found: int) -> str:
         "A diamond is the mean motivation of the best combination with the activities; the highest is performed, after "
         "what is vital.",
         captions.faults(results),
-        captions.conditions(results),
+        captions.run_conditions(results),
     )

@@ -22,7 +22,7 @@ from visualisation import about, style, words
 from visualisation.page import Box, Page
 from visualisation.runs import captions, reading
 from visualisation.runs.declared import Kit
-from visualisation.runs.reading import Tenure, Track
+from visualisation.runs.reading import PlanTrack, Tenure
 from visualisation.runs.trajectories import frame_of, points_of
 
 WIDTH_IN, DPI = 6.4, 100
@@ -64,11 +64,11 @@ def film(results: RunResults, places: Sequence[Place], width_in: float | None = 
         stage = _Stage(results, tracks, places, width_in or WIDTH_IN)
         times_s = np.linspace(0.0, end_s, PICTURES if tracks else 1)
         pictures = [stage.at(float(time_s), tenures) for time_s in times_s]
-    said = about.of_run(results)
+    said = about.about_run(results)
     text = words.joined(
         "Vehicles over mission time; a strong line is where a vehicle went last.",
         captions.faults(results),
-        captions.conditions(results),
+        captions.run_conditions(results),
     )
     return _gif(pictures, "; ".join(f"{name} {value}" for name, value in said.items())), f"{text}\n".encode()
 
@@ -77,10 +77,10 @@ class _Stage:
     """A page with a map, and a list of states beside it, at a time of the mission."""
 
     def __init__(
-        self, results: RunResults, tracks: Mapping[str, Track], places: Sequence[Place], width_in: float
+        self, results: RunResults, tracks: Mapping[str, PlanTrack], places: Sequence[Place], width_in: float
     ) -> None:
         self.tracks = tracks
-        self.names = reading.vehicles(results)
+        self.names = reading.vehicle_names(results)
         self.end_s = reading.end_s(results)
         height_in = width_in * SHAPE
         self.page = Page(width_in, height_in)
@@ -127,7 +127,7 @@ class _Stage:
         return Image.frombuffer("RGBA", canvas.get_width_height(), canvas.buffer_rgba()).convert("RGB")
 
 
-def _frame(axes: Axes, box: Box, tracks: Mapping[str, Track], places: Sequence[Place]) -> None:
+def _frame(axes: Axes, box: Box, tracks: Mapping[str, PlanTrack], places: Sequence[Place]) -> None:
     """Draw the places, and show all of them and of the tracks, to scale."""
     corners = [corner for place in places for corner in place.outline_m]
     for place in places:

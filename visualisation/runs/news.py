@@ -45,7 +45,7 @@ class PacketOutcome(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Traffic:
+class RunPackets:
     """All packets of a run.
 
     Args:
@@ -150,7 +150,7 @@ def share(part: Floats, rest: Floats) -> Floats:
     return found
 
 
-def worst_age_s(found: Traffic) -> float:
+def worst_age_s(found: RunPackets) -> float:
     """Age of news that is black in every run of a scenario: a round number of seconds not below ten TDMA frames."""
     n_slots = np.diff(found.slot)
     slots_s = np.diff(found.time_s)[n_slots > 0] / n_slots[n_slots > 0]
@@ -158,9 +158,9 @@ def worst_age_s(found: Traffic) -> float:
     return round_up(WORST_FRAMES * max(1, len(found.vehicles)) * slot_s)
 
 
-def traffic(results: RunResults) -> Traffic:
+def traffic(results: RunResults) -> RunPackets:
     """All packets of a run, those of vehicles that its scenario does not have left out."""
-    vehicles = tuple(reading.vehicles(results))
+    vehicles = tuple(reading.vehicle_names(results))
     number = {name: at for at, name in enumerate(vehicles)}
     rows = [row for row in results.table("packets").to_pylist() if row["sender"] in number]
     heard, lost, collided, refused = (np.zeros((len(rows), len(vehicles)), dtype=bool) for _ in range(4))
@@ -172,7 +172,7 @@ def traffic(results: RunResults) -> Traffic:
         if receiver in number:
             refused[at, number[receiver]] = True
     lost |= collided | refused
-    return Traffic(
+    return RunPackets(
         vehicles,
         np.array([row["time_s"] for row in rows], dtype=float),
         np.array([row["slot"] for row in rows], dtype=np.int64),
@@ -184,10 +184,10 @@ def traffic(results: RunResults) -> Traffic:
     )
 
 
-def lacking(results: RunResults, at_s: Floats) -> Floats:
+def items_lacking(results: RunResults, at_s: Floats) -> Floats:
     """How many items of others each vehicle (row) lacks at each time (column); not a number while it is out."""
     out = outages(results)
-    vehicles = reading.vehicles(results)
+    vehicles = reading.vehicle_names(results)
     observed: dict[str, tuple[float, str]] = {}
     received: dict[str, dict[str, float]] = {name: {} for name in vehicles}
     for row in results.table("knowledge").to_pylist():

@@ -12,7 +12,7 @@ from matplotlib.patches import Patch
 
 from missions.figure import RunResults
 from visualisation import style, words
-from visualisation.page import Box, Picture
+from visualisation.page import Box, DrawnPage
 from visualisation.runs import boxes, captions, reading
 from visualisation.runs.boxes import HEAD, BoxChart, ink
 from visualisation.runs.declared import Kit
@@ -30,7 +30,7 @@ from visualisation.runs.views import (
     checked_time_s,
     view_of,
 )  # fmt: skip
-from visualisation.structure import Group
+from visualisation.structure import GroupNode
 
 TALLEST_IN = 9.0
 """Height of a page of a paper."""
@@ -59,7 +59,7 @@ HATCH: dict[str, Any] = {"facecolor": "none", "edgecolor": style.GREY, "hatch": 
 """Look of a stretch in which a role has too few holders."""
 
 
-class Detail(NamedTuple):
+class DetailLevel(NamedTuple):
     """How much a page shows.
 
     Attributes:
@@ -78,9 +78,10 @@ class Detail(NamedTuple):
 
 FEW = 4
 DETAILS = (
-    Detail(0.115, 0.115, 99, 99, True), Detail(0.115, 0.07, 99, 99, True), Detail(0.115, 0.04, 99, 24, True),
-    Detail(0.095, 0.07, 99, 99), Detail(0.095, 0.04, 99, 24), Detail(0.095, 0.04, 12, 12), Detail(0.095, 0.04, FEW, 6),
-    Detail(0.06, 0.04, FEW, 6), Detail(0.03, 0.03, FEW, 3),
+    DetailLevel(0.115, 0.115, 99, 99, True), DetailLevel(0.115, 0.07, 99, 99, True),
+    DetailLevel(0.115, 0.04, 99, 24, True), DetailLevel(0.095, 0.07, 99, 99), DetailLevel(0.095, 0.04, 99, 24),
+    DetailLevel(0.095, 0.04, 12, 12), DetailLevel(0.095, 0.04, FEW, 6),
+    DetailLevel(0.06, 0.04, FEW, 6), DetailLevel(0.03, 0.03, FEW, 3),
 )  # fmt: skip
 """From the most to the least; the first that fits a page is taken."""
 
@@ -88,7 +89,7 @@ DETAILS = (
 class RoleRow(NamedTuple):
     """A role over time: its holders in lanes, one behind the other where they succeed each other."""
 
-    group: Group
+    group: GroupNode
     name: str
     role: str
     lanes: list[list[Holding]]
@@ -100,7 +101,7 @@ class RoleRow(NamedTuple):
 
 def picture(
     results: RunResults, at_s: float | None = None, viewer: str = "", width_in: float = style.PAGE_IN
-) -> Picture:
+) -> DrawnPage:
     """Boxes of the groups at a time, and below them the holders of every role over the mission.
 
     Args:
@@ -126,14 +127,20 @@ def picture(
             drawing = _Drawing(results, view, shown_s, width_in, detail, shown)
         drawing.draw()
     left_out = len(view.groups) - len(shown)
-    return Picture(drawing.page.figure, _caption(results, drawing, left_out, width_in))
+    return DrawnPage(drawing.page.figure, _caption(results, drawing, left_out, width_in))
 
 
 class _Drawing:
     """A page with its room laid out, and what is drawn into it."""
 
     def __init__(
-        self, results: RunResults, view: View, at_s: float, width_in: float, detail: Detail, groups: Sequence[Group]
+        self,
+        results: RunResults,
+        view: View,
+        at_s: float,
+        width_in: float,
+        detail: DetailLevel,
+        groups: Sequence[GroupNode],
     ) -> None:
         self.view, self.at_s, self.groups = view._replace(groups=list(groups)), at_s, groups
         self.looks = Kit(results).looks
@@ -194,7 +201,7 @@ class _Drawing:
         axes.text(boxes.MARGIN_IN, TITLE_IN / 2, title, fontsize=style.TEXT_PT, va="center_baseline")
         self.chart.draw(axes, TITLE_IN)
 
-    def _exists(self, group: Group, middle_in: float) -> None:
+    def _exists(self, group: GroupNode, middle_in: float) -> None:
         """A line while a group that is formed at sea is there."""
         for span in self.view.exists[group.name]:
             for axes in self.page.panels:
@@ -257,7 +264,7 @@ class _Drawing:
                     axes.plot([mark.time_s], [middle_in], **{**MARK, **MARKS[mark.kind][0]})
 
 
-def _rows(view: View, group: Group, detail: Detail) -> Iterator[RoleRow]:
+def _rows(view: View, group: GroupNode, detail: DetailLevel) -> Iterator[RoleRow]:
     """Rows of the roles of a group, without those that nobody ever held, needed or asked for."""
     vacancies = view.vacancies(group)
     marked = {mark.role for mark in view.marks if mark.group == group.name}
@@ -326,7 +333,7 @@ def _caption(results: RunResults, drawing: _Drawing, left_out: int, width_in: fl
         _refused(view),
         *captions.time_notes(results),
         captions.faults(results),
-        captions.conditions(results),
+        captions.run_conditions(results),
     )  # fmt: skip
 
 

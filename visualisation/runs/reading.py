@@ -18,7 +18,7 @@ RoleKey = tuple[str, str]
 """Group and role."""
 
 
-class Track(NamedTuple):
+class PlanTrack(NamedTuple):
     """Positions of one vehicle in time order; arrays of one length."""
 
     time_s: Floats
@@ -30,10 +30,10 @@ class Track(NamedTuple):
         x_m, y_m = (float(np.interp(time_s, self.time_s, along)) for along in (self.x_m, self.y_m))
         return x_m, y_m
 
-    def between(self, start_s: float, end_s: float) -> Track:
+    def between(self, start_s: float, end_s: float) -> PlanTrack:
         """The part from ``start_s`` to ``end_s``."""
         inside = (self.time_s >= start_s) & (self.time_s <= end_s)
-        return Track(self.time_s[inside], self.x_m[inside], self.y_m[inside])
+        return PlanTrack(self.time_s[inside], self.x_m[inside], self.y_m[inside])
 
 
 class Span(NamedTuple):
@@ -52,7 +52,7 @@ class Tenure(NamedTuple):
     active: tuple[Span, ...]
 
 
-class Milestone(NamedTuple):
+class MilestoneRow(NamedTuple):
     """Something reached; vehicle and group are empty where they do not apply."""
 
     name: str
@@ -80,24 +80,24 @@ def scenario(results: RunResults) -> dict[str, Any]:
     return tables_of(results.manifest["scenario"], "manifest.json")
 
 
-def vehicles(results: RunResults) -> list[str]:
+def vehicle_names(results: RunResults) -> list[str]:
     """Names of the vehicles in the order of the scenario."""
     return [vehicle["name"] for vehicle in scenario(results).get("vehicle", ())]
 
 
-def tracks(results: RunResults) -> dict[str, Track]:
+def tracks(results: RunResults) -> dict[str, PlanTrack]:
     """Tracks of the vehicles that were recorded, in the order of the scenario."""
     table = results.table("trajectories")
     names = np.asarray(table["vehicle"].to_pylist(), dtype=str)
     columns = [table[name].to_numpy() for name in ("time_s", "x_m", "y_m")]
-    own = {name: names == name for name in vehicles(results)}
-    return {name: Track(*(column[rows] for column in columns)) for name, rows in own.items() if rows.any()}
+    own = {name: names == name for name in vehicle_names(results)}
+    return {name: PlanTrack(*(column[rows] for column in columns)) for name, rows in own.items() if rows.any()}
 
 
-def milestones(results: RunResults) -> list[Milestone]:
+def milestones(results: RunResults) -> list[MilestoneRow]:
     """Milestones in time order."""
     found = results.summary["milestones"]
-    return [Milestone(m["name"], m["vehicle"], m["group"], float(m["time_s"])) for m in found]
+    return [MilestoneRow(m["name"], m["vehicle"], m["group"], float(m["time_s"])) for m in found]
 
 
 def vehicle_faults(results: RunResults) -> list[VehicleFault]:
@@ -131,7 +131,7 @@ def tenures(results: RunResults) -> dict[str, list[Tenure]]:
 
     No role drives a vehicle that is out of the mission.
     """
-    events: dict[str, dict[RoleKey, list[tuple[float, str]]]] = {name: {} for name in vehicles(results)}
+    events: dict[str, dict[RoleKey, list[tuple[float, str]]]] = {name: {} for name in vehicle_names(results)}
     groups: dict[str, int] = {}
     for row in results.table("roles").to_pylist():
         groups.setdefault(row["group"], len(groups))
@@ -174,7 +174,7 @@ def _spans(
 def satisfaction(results: RunResults) -> dict[str, dict[RoleKey, tuple[Floats, Floats]]]:
     """Times and values of the personal satisfaction of every role of every vehicle."""
     series: dict[str, dict[RoleKey, list[tuple[float, float]]]] = {
-        name: defaultdict(list) for name in vehicles(results)
+        name: defaultdict(list) for name in vehicle_names(results)
     }
     for row in results.table("satisfaction").to_pylist():
         series[row["vehicle"]][row["group"], row["role"]].append((row["time_s"], row["value"]))

@@ -8,7 +8,7 @@ from matplotlib.lines import Line2D
 
 from missions.figure import RunResults
 from visualisation import style
-from visualisation.page import Picture
+from visualisation.page import DrawnPage
 from visualisation.runs import captions, reading
 from visualisation.runs.declared import Kit
 from visualisation.runs.reading import Floats, RoleKey, Tenure
@@ -29,7 +29,7 @@ MARKED_IN = 0.9
 THIN, THICK = 0.7, 1.9
 
 
-def picture(results: RunResults, width_in: float = style.PAGE_IN) -> Picture:
+def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
     """A band per vehicle, a line per role, thick while the role drives the vehicle.
 
     Args:
@@ -75,7 +75,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> Picture:
                     axes.plot(times_s, downs_in, color=look.colour, linestyle=look.line, linewidth=THIN)
                     _emphasis(axes, times_s, downs_in, look, tenures.get((vehicle, *key)))
                     _markers(axes, times_s, downs_in, look, marked_s, (at + 0.5) / len(of_role))
-    return Picture(page.figure, captions.satisfaction(results, width_in))
+    return DrawnPage(page.figure, captions.satisfaction_caption(results, width_in))
 
 
 def _labels(keys: list[RoleKey]) -> list[str]:

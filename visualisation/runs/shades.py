@@ -30,7 +30,9 @@ def names_in(names: Sequence[str]) -> float:
     return max((style.width_in(one, style.TINY_PT) for one in cut), default=0.0)
 
 
-def shown(axes: Axes, values: Floats, top: float, extent: tuple[float, float, float, float] | None = None) -> None:
+def draw_shades(
+    axes: Axes, values: Floats, top: float, extent: tuple[float, float, float, float] | None = None
+) -> None:
     """Rows of values from 0 (white) to ``top`` (black); what is not a number stays white.
 
     Args:
@@ -88,7 +90,7 @@ def matrix(axes: Axes, names: Sequence[str], values: Floats, top: float, side_in
     """
     n = max(1, len(names))
     if names:
-        shown(axes, values, top)
+        draw_shades(axes, values, top)
     name_rows(axes, names, side_in / n)
     name_columns(axes, names, side_in / n)
     for at in range(len(names)):

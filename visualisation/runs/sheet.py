@@ -21,7 +21,7 @@ from missions.figure import RunResults, axis_end_s
 from visualisation import style, words
 from visualisation.page import Box, Legend, Page
 from visualisation.runs import reading
-from visualisation.runs.reading import Milestone, Span
+from visualisation.runs.reading import MilestoneRow, Span
 
 WIDE_IN = 5.0
 """Width from which a page has room for more than a column of text has."""
@@ -102,7 +102,7 @@ def sheet(
     return Sheet(page, (axes,), top_in)
 
 
-def grouped(milestones: Sequence[Milestone]) -> list[NumberedMark]:
+def grouped(milestones: Sequence[MilestoneRow]) -> list[NumberedMark]:
     """Milestones numbered by time; those of one time share a number."""
     at: dict[float, list[str]] = defaultdict(list)
     for milestone in sorted(milestones, key=lambda milestone: milestone.time_s):

@@ -11,9 +11,9 @@ from matplotlib.patches import Patch
 
 from missions.figure import RunResults, axis_end_s
 from visualisation import style, words
-from visualisation.page import Box, Legend, Page, Picture
+from visualisation.page import Box, DrawnPage, Legend, Page
 from visualisation.runs import captions, news, shades
-from visualisation.runs.news import Flags, Traffic
+from visualisation.runs.news import Flags, RunPackets
 from visualisation.runs.reading import Floats, Span
 
 TOP_IN, AXIS_IN, RIGHT_IN = 0.24, 0.36, 0.14
@@ -27,7 +27,7 @@ MOST_REASONS = 4
 UNHEARD = style.tint(style.BLACK, 0.08)
 
 
-def picture(results: RunResults, width_in: float = style.PAGE_IN) -> Picture:
+def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
     """Shares of losses by slot and by receiver over all frames; then a stretch slot by slot.
 
     Args:
@@ -59,7 +59,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> Picture:
             axes = page.panel(Box(left_in, down_in + TOP_IN, panel_in, body_in), titles[number])
             if values.size:
                 axes.set_facecolor(UNHEARD)
-                shades.shown(axes, values, 1.0, (0.0, traffic.end_s, n - 0.5, -0.5))
+                shades.draw_shades(axes, values, 1.0, (0.0, traffic.end_s, n - 0.5, -0.5))
             axes.set_xlim(0.0, axis_end_s(results))
             shades.name_rows(axes, names, row_in)
             shades.part_rows(axes, n, row_in)
@@ -73,10 +73,10 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> Picture:
         axes = page.panel(Box(left_in, down_in + TOP_IN, panel_in, bodies_in[2]), titles[2])
         _slots(axes, traffic, stretch, lane_in, panel_in)
         page.legend(legend)
-    return Picture(page.figure, _caption(results, traffic))
+    return DrawnPage(page.figure, _caption(results, traffic))
 
 
-def _by_frame(traffic: Traffic) -> tuple[Floats, Floats]:
+def _by_frame(traffic: RunPackets) -> tuple[Floats, Floats]:
     """Share lost by sender and by receiver (rows) in every frame (columns)."""
     n = len(traffic.vehicles)
     n_frames = int(traffic.frames.max()) + 1 if traffic.frames.size else 0
@@ -88,7 +88,7 @@ def _by_frame(traffic: Traffic) -> tuple[Floats, Floats]:
     return news.share(lost[0], heard[0]), news.share(lost[1], heard[1])
 
 
-def worst_stretch(traffic: Traffic) -> Span:
+def worst_stretch(traffic: RunPackets) -> Span:
     """The frames of about ``SLOTS`` slots in which most of what was sent was lost; the earliest of equals."""
     if not traffic.time_s.size:
         return Span(0.0, traffic.end_s)
@@ -125,7 +125,7 @@ ALWAYS = ("heard", "lost")
 """Ticks that the legend names even where there is none."""
 
 
-def _fates(traffic: Traffic) -> dict[str, Flags]:
+def _fates(traffic: RunPackets) -> dict[str, Flags]:
     """What became of the packets, each by one name."""
     outcome = traffic.outcome
     only_lost = outcome.lost & ~outcome.collided & ~outcome.refused
@@ -137,7 +137,7 @@ def _fates(traffic: Traffic) -> dict[str, Flags]:
     }
 
 
-def _slots(axes: Axes, traffic: Traffic, stretch: Span, lane_in: float, panel_in: float) -> None:
+def _slots(axes: Axes, traffic: RunPackets, stretch: Span, lane_in: float, panel_in: float) -> None:
     """In each lane a tick for each packet that reached the vehicle or was lost on the way, a dot if it sent one."""
     n = max(1, len(traffic.vehicles))
     inside = np.flatnonzero((traffic.time_s >= stretch.start_s) & (traffic.time_s < stretch.end_s))
@@ -164,7 +164,7 @@ def _slots(axes: Axes, traffic: Traffic, stretch: Span, lane_in: float, panel_in
     axes.set_xlabel(words.axis("time", "s"), labelpad=1)
 
 
-def _legend(traffic: Traffic) -> tuple[Line2D | Patch, ...]:
+def _legend(traffic: RunPackets) -> tuple[Line2D | Patch, ...]:
     shown = [TICKS[name] for name, flags in _fates(traffic).items() if name in ALWAYS or flags.any()]
     return (
         Line2D([], [], marker="D", linestyle="none", color=style.GREY, markersize=3.5, label="sent"),
@@ -172,7 +172,7 @@ def _legend(traffic: Traffic) -> tuple[Line2D | Patch, ...]:
     )
 
 
-def _caption(results: RunResults, traffic: Traffic) -> str:
+def _caption(results: RunResults, traffic: RunPackets) -> str:
     n_collided = int(traffic.outcome.collided.sum())
     most = traffic.reasons.most_common(MOST_REASONS)
     more = traffic.reasons.total() - sum(count for _, count in most)
@@ -186,5 +186,5 @@ def _caption(results: RunResults, traffic: Traffic) -> str:
         f"Lost by collision: {n_collided} receptions." if n_collided else "",
         f"Refused as they arrived, and counted as lost: {reasons}." if reasons else "",
         captions.faults(results),
-        captions.conditions(results),
+        captions.run_conditions(results),
     )

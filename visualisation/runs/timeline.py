@@ -14,10 +14,10 @@ from matplotlib.patches import Patch
 
 from missions.figure import RunResults
 from visualisation import style
-from visualisation.page import Picture
+from visualisation.page import DrawnPage
 from visualisation.runs import captions, reading
 from visualisation.runs.declared import Kit
-from visualisation.runs.lanes import FOLDS, Lane, LaneRole, shares
+from visualisation.runs.lanes import FOLDS, LaneRole, VehicleLane, shares
 from visualisation.runs.reading import VehicleFault
 from visualisation.runs.sheet import Sheet, sheet
 
@@ -42,7 +42,7 @@ FAULT: dict[str, Any] = {
 """Look of a band while a fault holds."""
 
 
-def picture(results: RunResults, width_in: float = style.PAGE_IN) -> Picture:
+def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
     """A band of rows per vehicle, a row per role; a thin bar while held, a solid one while it drives.
 
     Args:
@@ -60,7 +60,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> Picture:
                 break
         timeline.draw(faults)
     folded = [lane.vehicles for lane in timeline.lanes if lane.is_folded]
-    return Picture(timeline.page.figure, captions.roles(results, folded, width_in))
+    return DrawnPage(timeline.page.figure, captions.roles(results, folded, width_in))
 
 
 class _Timeline:
@@ -69,7 +69,7 @@ class _Timeline:
     def __init__(
         self,
         results: RunResults,
-        lanes: Sequence[Lane],
+        lanes: Sequence[VehicleLane],
         hatches: Mapping[str, str],
         faulty: bool,
         width_in: float,
@@ -92,11 +92,11 @@ class _Timeline:
         legend = _legend(hatches, faulty, folded)
         self.page: Sheet = sheet(results, self.left_in, body_in, legend, width_in)
 
-    def height_in(self, lane: Lane) -> float:
+    def height_in(self, lane: VehicleLane) -> float:
         """Height of a row of that lane."""
         return FOLDED_ROW_IN if lane.is_folded else self.row_in
 
-    def band_in(self, lane: Lane) -> float:
+    def band_in(self, lane: VehicleLane) -> float:
         """Height of the band of that lane."""
         return max(1, len(lane.rows)) * self.height_in(lane) + BAND_GAP_IN
 
@@ -118,7 +118,7 @@ class _Timeline:
                     self._row(axes, lane, row, middle_in)
             top_in += band_in
 
-    def _name(self, lane: Lane, name: str, top_in: float, band_in: float) -> None:
+    def _name(self, lane: VehicleLane, name: str, top_in: float, band_in: float) -> None:
         members = style.fitted(_members(lane), self.names_in + 0.1, style.TINY_PT) if len(lane.rows) > 1 else ""
         if not lane.is_folded or not members:
             self.page.note(0.08, top_in + band_in / 2, name, self.size_pt, weight="bold")
@@ -126,7 +126,7 @@ class _Timeline:
         self.page.note(0.08, top_in + band_in / 2 - 0.06, name, self.size_pt, weight="bold")
         self.page.note(0.08, top_in + band_in / 2 + 0.06, members, style.TINY_PT)
 
-    def _row(self, axes: Axes, lane: Lane, row: LaneRole, middle_in: float) -> None:
+    def _row(self, axes: Axes, lane: VehicleLane, row: LaneRole, middle_in: float) -> None:
         """Bars of one role: of one vehicle in its colour, of several as high as the share of them."""
         hatch = self.hatches[row.group]
         if lane.is_folded:
@@ -146,7 +146,7 @@ class _Timeline:
                 )
 
 
-def _shares(axes: Axes, lane: Lane, row: LaneRole, middle_in: float) -> None:
+def _shares(axes: Axes, lane: VehicleLane, row: LaneRole, middle_in: float) -> None:
     """Shares of the vehicles of a folded lane: pale those that held a role, dark those that it drove."""
     high_in = DRIVING * FOLDED_ROW_IN
     for of_vehicles, strength in ((row.held, 0.4), (row.active, 1.0)):
@@ -156,11 +156,11 @@ def _shares(axes: Axes, lane: Lane, row: LaneRole, middle_in: float) -> None:
             axes.broken_barh(box, where_in, facecolor=style.tint(FOLDED, strength), linewidth=0, zorder=2)
 
 
-def _name(lane: Lane) -> str:
+def _name(lane: VehicleLane) -> str:
     return f"{len(lane.vehicles)} vehicles" if lane.is_folded else lane.vehicles[0]
 
 
-def _members(lane: Lane) -> str:
+def _members(lane: VehicleLane) -> str:
     return ", ".join(lane.vehicles)
 
 

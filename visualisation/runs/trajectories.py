@@ -16,9 +16,9 @@ from matplotlib.ticker import MaxNLocator
 from missions.figure import Layer, Mark, Place, PointM, RunResults
 from visualisation import labels, style, words
 from visualisation.labels import Label
-from visualisation.page import Box, Legend, Page, Picture
+from visualisation.page import Box, DrawnPage, Legend, Page
 from visualisation.runs import captions, declared, reading, windows
-from visualisation.runs.reading import Span, Track
+from visualisation.runs.reading import PlanTrack, Span
 
 TOP_IN, BOTTOM_IN = 0.2, 0.4
 BESIDE_IN = 0.26
@@ -105,10 +105,10 @@ class TrackEvent(NamedTuple):
     symbol: Symbol
 
 
-class Scene(NamedTuple):
+class MapContents(NamedTuple):
     """All that there is to draw; points and outlines are places by their kinds."""
 
-    tracks: dict[str, Track]
+    tracks: dict[str, PlanTrack]
     looks: Mapping[str, style.Look]
     points: dict[str, list[Place]]
     outlines: dict[str, list[Place]]
@@ -153,7 +153,7 @@ def picture(
     layers: Sequence[Layer],
     marks: Sequence[Mark],
     width_in: float | None = None,
-) -> Picture:
+) -> DrawnPage:
     """The whole mission; beside it its eventful stretch, and where the vehicles end, if these say more.
 
     Args:
@@ -186,10 +186,10 @@ def picture(
         page.legend(legend, 0.02)
         for panel, axes in zip(panels, page.figure.axes, strict=True):
             _name_places(axes, scene, panel)
-    return Picture(page.figure, _caption(results, scene, said), tuple(notes))
+    return DrawnPage(page.figure, _caption(results, scene, said), tuple(notes))
 
 
-def _scene(results: RunResults, places: Sequence[Place], layers: Sequence[Layer], marks: Sequence[Mark]) -> Scene:
+def _scene(results: RunResults, places: Sequence[Place], layers: Sequence[Layer], marks: Sequence[Mark]) -> MapContents:
     points: dict[str, list[Place]] = {}
     outlines: dict[str, list[Place]] = {}
     for place in places:
@@ -200,7 +200,7 @@ def _scene(results: RunResults, places: Sequence[Place], layers: Sequence[Layer]
     }
     tracks = reading.tracks(results)
     faults = [TrackEvent(one.vehicle, one.span.start_s, FAULT) for one in reading.vehicle_faults(results)]
-    return Scene(
+    return MapContents(
         tracks=tracks,
         looks=declared.Kit(results).looks,
         points=points,
@@ -216,7 +216,7 @@ def _scene(results: RunResults, places: Sequence[Place], layers: Sequence[Layer]
     )
 
 
-def _panels(scene: Scene, eventful: Span | None) -> list[Panel]:
+def _panels(scene: MapContents, eventful: Span | None) -> list[Panel]:
     points = [place.outline_m[0] for of_kind in scene.points.values() for place in of_kind]
     corners = [corner for of_kind in scene.outlines.values() for place in of_kind for corner in place.outline_m]
     everything = frame_of([*points_of(scene.tracks.values()), *points, *corners])
@@ -238,7 +238,7 @@ def _panels(scene: Scene, eventful: Span | None) -> list[Panel]:
     return panels
 
 
-def points_of(tracks: Iterable[Track]) -> list[PointM]:
+def points_of(tracks: Iterable[PlanTrack]) -> list[PointM]:
     """Corners of the rectangles that hold the tracks."""
     return [
         (float(x_m), float(y_m))
@@ -291,13 +291,13 @@ def _stack(panels: Sequence[Panel], width_in: float, left_in: float, right_in: f
 
 def _layers(axes: Axes, results: RunResults, layers: Sequence[Layer]) -> str:
     """Draw the layers of the mission below everything else; returns what they say for the caption."""
-    said = [declared.drawn(layer, axes, results) for layer in layers]
+    said = [declared.draw_declared(layer, axes, results) for layer in layers]
     for artist in (*axes.collections, *axes.lines, *axes.patches, *axes.texts, *axes.images):
         artist.set_zorder(BELOW * artist.get_zorder())
     return words.joined(*said)
 
 
-def _draw(axes: Axes, scene: Scene, panel: Panel, box: Box, lowest: bool) -> None:
+def _draw(axes: Axes, scene: MapContents, panel: Panel, box: Box, lowest: bool) -> None:
     frame = panel.frame.filling(box.height_in / box.width_in)
     axes.set_xlim(frame.west_m, frame.east_m)
     axes.set_ylim(frame.south_m, frame.north_m)
@@ -326,7 +326,7 @@ def _outline(corners_m: Sequence[PointM], line: Any, **look: Any) -> Polygon:
     return Polygon(corners_m, fill=False, edgecolor=style.GREY, linestyle=line, linewidth=0.8, zorder=1, **look)
 
 
-def _time_marks(axes: Axes, track: Track, look: style.Look, span: Span, step_s: float) -> None:
+def _time_marks(axes: Axes, track: PlanTrack, look: style.Look, span: Span, step_s: float) -> None:
     count = int(span.end_s / step_s)
     times_s = [n * step_s for n in range(1, count + 1) if span.start_s < n * step_s < span.end_s]
     points = [track.at(time_s) for time_s in times_s if time_s <= track.time_s[-1]]
@@ -336,7 +336,7 @@ def _time_marks(axes: Axes, track: Track, look: style.Look, span: Span, step_s: 
     )  # fmt: skip
 
 
-def _marks(scene: Scene, span: Span) -> list[tuple[PointM, Symbol]]:
+def _marks(scene: MapContents, span: Span) -> list[tuple[PointM, Symbol]]:
     """Symbols at their points: places, then starts, ends and milestones that fall into the stretch of time."""
     marks = [(place.outline_m[0], scene.symbols[kind]) for kind, of_kind in scene.points.items() for place in of_kind]
     for name, track in scene.tracks.items():
@@ -350,7 +350,7 @@ def _marks(scene: Scene, span: Span) -> list[tuple[PointM, Symbol]]:
     return marks
 
 
-def _name_places(axes: Axes, scene: Scene, panel: Panel) -> None:
+def _name_places(axes: Axes, scene: MapContents, panel: Panel) -> None:
     """Names of the places, points first, where they cover no symbol."""
     names = [Label(place.name, *place.outline_m[0]) for of_kind in scene.points.values() for place in of_kind]
     for place in (place for of_kind in scene.outlines.values() for place in of_kind):
@@ -363,7 +363,7 @@ def _name_places(axes: Axes, scene: Scene, panel: Panel) -> None:
     labels.place(axes, [name for name in names if shown.holds((name.x, name.y))], keep_clear)
 
 
-def _legend(scene: Scene) -> list[Artist]:
+def _legend(scene: MapContents) -> list[Artist]:
     entries: list[Artist] = [
         Line2D(
             [], [], color=look.colour, linestyle=look.line, marker=look.marker, markeredgecolor="white",
@@ -379,7 +379,7 @@ def _legend(scene: Scene) -> list[Artist]:
     return entries
 
 
-def _caption(results: RunResults, scene: Scene, said: str) -> str:
+def _caption(results: RunResults, scene: MapContents, said: str) -> str:
     step_s = reading.marker_step_s(scene.end_s)
     sentences = [
         "Trajectories of the vehicles, x east and y north.",
@@ -395,4 +395,4 @@ def _caption(results: RunResults, scene: Scene, said: str) -> str:
     for event in scene.events:
         if event.symbol is not FAULT:
             sentences.append(f"{event.vehicle}: {event.symbol.meaning} at {words.time(event.time_s)}.")
-    return words.joined(*sentences, captions.faults(results), captions.conditions(results))
+    return words.joined(*sentences, captions.faults(results), captions.run_conditions(results))

@@ -13,7 +13,7 @@ from visualisation.errors import DrawingError, unknown
 from visualisation.outages import Outage, outages, outside
 from visualisation.runs import reading
 from visualisation.runs.reading import Span
-from visualisation.structure import Group, RoleKey, groups_of
+from visualisation.structure import GroupNode, RoleKey, group_nodes
 
 CREATED, DISSOLVED, MISSION, SUCCEEDED = "create", "dissolve", "mission", "succeed"
 """Acts that are marked."""
@@ -59,12 +59,12 @@ class View(NamedTuple):
     """
 
     viewer: str
-    groups: list[Group]
+    groups: list[GroupNode]
     holdings: dict[RoleKey, list[Holding]]
     exists: dict[str, list[Span]]
     marks: list[ActMark]
 
-    def vacancies(self, group: Group) -> dict[str, list[tuple[Span, int]]]:
+    def vacancies(self, group: GroupNode) -> dict[str, list[tuple[Span, int]]]:
         """Stretches in which a role has fewer holders in the mission than it needs, and how many are lacking."""
         return {
             role.name: [
@@ -96,13 +96,13 @@ def view_of(results: RunResults, viewer: str = "") -> View:
     Raises:
         DrawingError: there is no such vehicle.
     """
-    names = reading.vehicles(results)
+    names = reading.vehicle_names(results)
     if viewer and viewer not in names:
         raise unknown("vehicle", viewer, names)
     rows = results.table("organisation").to_pylist()
     of_roles = [row for row in rows if row["role"] and row["event"] in ("assigned", "left")]
     told = [row for row in of_roles if row["vehicle"] == (viewer or row["peer"])]
-    groups = groups_of(reading.scenario(results), [(row["group"], row["role"]) for row in rows])
+    groups = group_nodes(reading.scenario(results), [(row["group"], row["role"]) for row in rows])
     away = _absences(results, viewer) if viewer else outages(results)
     marks = _marks(rows, viewer)
     return View(viewer, groups, _holdings(told, away), {one.name: _existence(one, marks) for one in groups}, marks)
@@ -169,7 +169,7 @@ def _marks(rows: Sequence[dict[str, Any]], viewer: str) -> list[ActMark]:
     return list(found)
 
 
-def _existence(group: Group, marks: Iterable[ActMark]) -> list[Span]:
+def _existence(group: GroupNode, marks: Iterable[ActMark]) -> list[Span]:
     own = [mark for mark in marks if mark.group == group.name and mark.kind in (CREATED, DISSOLVED)]
     since = 0.0 if group.is_founded and not (own and own[0].kind == CREATED) else None
     spans = []

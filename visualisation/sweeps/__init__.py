@@ -1,5 +1,5 @@
 """Figures of a sweep; importing this does not load matplotlib."""
 
-from visualisation.sweeps.comparison import draw, picture
+from visualisation.sweeps.comparison import draw_sweep_figures, sweep_picture
 
-__all__ = ["draw", "picture"]
+__all__ = ["draw_sweep_figures", "sweep_picture"]

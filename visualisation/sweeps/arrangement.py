@@ -45,7 +45,7 @@ FAR_APART = 10.0
 Row = TypeVar("Row", bound=Comparison | Rank)
 
 
-class Combination(NamedTuple):
+class PanelSettings(NamedTuple):
     """What was run, without strategy, policy and place on the axis."""
 
     scenario: str
@@ -69,7 +69,7 @@ class Arrangement:
     axis: str
     follows: frozenset[str]
     series: tuple[Series, ...]
-    titles: Mapping[Combination, str]
+    titles: Mapping[PanelSettings, str]
     cases: tuple[str, ...] = ()
     bounds: Collection[str] = ()
 
@@ -104,7 +104,7 @@ class Arrangement:
         xs = sorted({self.x(row) for row in rows})
         return len(xs) > 2 and xs[0] > 0.0 and xs[-1] > FAR_APART * xs[0]
 
-    def of(self, combination: Combination, rows: Iterable[Row]) -> list[Row]:
+    def of(self, combination: PanelSettings, rows: Iterable[Row]) -> list[Row]:
         """Rows of a combination, and those of the perfect channel that complete it."""
         own: list[Row] = []
         perfect: list[Row] = []
@@ -209,12 +209,12 @@ def _following(rows: Sequence[Comparison], axis: str) -> frozenset[str]:
     return frozenset(follows)
 
 
-def _combination(row: Comparison | Rank, left_out: Collection[str]) -> Combination:
+def _combination(row: Comparison | Rank, left_out: Collection[str]) -> PanelSettings:
     settings = tuple(pair for pair in row.settings.items() if pair[0] not in left_out)
-    return Combination(row.scenario, row.channel, settings, "" if UNFORESEEN in left_out else row.unforeseen)
+    return PanelSettings(row.scenario, row.channel, settings, "" if UNFORESEEN in left_out else row.unforeseen)
 
 
-def _completes(perfect: Combination, other: Combination) -> bool:
+def _completes(perfect: PanelSettings, other: PanelSettings) -> bool:
     """True if these rows of a perfect channel are the other's at a packet error rate of 0."""
     rest = tuple(pair for pair in other.settings if not pair[0].startswith("channel."))
     own = tuple(pair for pair in perfect.settings if not pair[0].startswith("channel."))
@@ -246,7 +246,7 @@ def policy_place(policy: str) -> tuple[int, str]:
     return number, policy
 
 
-def _titles(combinations: Sequence[Combination]) -> list[str]:
+def _titles(combinations: Sequence[PanelSettings]) -> list[str]:
     """What tells combinations apart: only what differs among them."""
     keys = dict.fromkeys(key for one in combinations for key, _ in one.settings)
     parts = [

@@ -11,7 +11,7 @@ from missions.comparison.rows import Comparison, Rank
 from missions.metric import Better, MetricRecord
 from missions.sweeps.folder import SweepResults
 from visualisation import words
-from visualisation.sweeps.arrangement import Arrangement, Combination
+from visualisation.sweeps.arrangement import Arrangement, PanelSettings
 from visualisation.sweeps.measures import Measure
 
 GOAL = "mission.goal"
@@ -23,8 +23,8 @@ CENSORED = (
 )
 
 
-def metric(
-    arrangement: Arrangement, combinations: Sequence[Combination], rows: Sequence[Comparison], measure: Measure
+def metric_caption(
+    arrangement: Arrangement, combinations: Sequence[PanelSettings], rows: Sequence[Comparison], measure: Measure
 ) -> str:
     """Caption of one metric along the axis."""
     rate = measure.whiskers
@@ -43,7 +43,7 @@ def metric(
     )
 
 
-def overview(arrangement: Arrangement, rows: Sequence[Comparison], measures: Sequence[Measure]) -> str:
+def overview_caption(arrangement: Arrangement, rows: Sequence[Comparison], measures: Sequence[Measure]) -> str:
     """Caption of the metrics of the study."""
     rates = any(measure.whiskers for measure in measures)
     notes = [f"{words.capital(measure.name)}: {words.within(measure.metric.note)}" for measure in measures
@@ -60,8 +60,8 @@ def overview(arrangement: Arrangement, rows: Sequence[Comparison], measures: Seq
     )
 
 
-def differences(
-    arrangement: Arrangement, combinations: Sequence[Combination], rows: Sequence[Comparison], measure: Measure
+def differences_caption(
+    arrangement: Arrangement, combinations: Sequence[PanelSettings], rows: Sequence[Comparison], measure: Measure
 ) -> str:
     """Caption of the differences of one metric to the baseline."""
     better = {Better.HIGHER: "Above zero is better.", Better.LOWER: "Below zero is better."}
@@ -93,7 +93,9 @@ def _cases(arrangement: Arrangement) -> str:
     return f"Cases: {', '.join(listed)}." if listed else ""
 
 
-def trade_off(arrangement: Arrangement, combinations: Sequence[Combination], across: Measure, up: Measure) -> str:
+def trade_off_caption(
+    arrangement: Arrangement, combinations: Sequence[PanelSettings], across: Measure, up: Measure
+) -> str:
     """Caption of one metric over another."""
     return words.joined(
         f"{words.capital(up.name)} over {across.name}: means, joined in the order of {arrangement.axis_label}, which "
@@ -142,7 +144,7 @@ def _unequal(arrangement: Arrangement, rows: Sequence[Rank]) -> str:
     return f"Here: {'; '.join(f'{name} at {chr(44).join(places)}' for name, places in at.items())}." if at else ""
 
 
-def conditions(results: SweepResults, arrangement: Arrangement, rows: Iterable[Comparison | Rank]) -> str:
+def sweep_conditions(results: SweepResults, arrangement: Arrangement, rows: Iterable[Comparison | Rank]) -> str:
     """Numbers of runs, seed, what was compared where, which of it is a bound, and the version."""
     rows = list(rows)
     present = {(row.strategy, row.policy) for row in rows}
@@ -208,6 +210,6 @@ def _spacing(arrangement: Arrangement, rows: Sequence[Comparison]) -> str:
     return "Places on the axis are evenly spaced, not to scale." if arrangement.is_spaced_evenly(rows) else ""
 
 
-def _panels(arrangement: Arrangement, combinations: Sequence[Combination]) -> str:
+def _panels(arrangement: Arrangement, combinations: Sequence[PanelSettings]) -> str:
     listed = [f"({letter}) {arrangement.titles[one]}" for letter, one in zip("abcdef", combinations, strict=False)]
     return f"Panels: {'; '.join(listed)}." if len(combinations) > 1 else ""

@@ -25,7 +25,7 @@ from visualisation.sweeps.arrangement import (
     REPEAT,
     STRATEGIES,
     Arrangement,
-    Combination,
+    PanelSettings,
     Series,
     policy_place,
 )
@@ -83,7 +83,7 @@ def _numbers(names: Sequence[str], known: Sequence[str]) -> dict[str, int]:
 
 def metric(
     arrangement: Arrangement,
-    combinations: Sequence[Combination],
+    combinations: Sequence[PanelSettings],
     rows: Sequence[Comparison],
     measure: Measure,
     width_in: float | None = None,
@@ -102,7 +102,7 @@ def metric(
 
 def overview(
     arrangement: Arrangement,
-    combination: Combination,
+    combination: PanelSettings,
     measures: Sequence[Measure],
     rows: Mapping[str, Sequence[Comparison]],
     width_in: float | None = None,
@@ -133,7 +133,7 @@ def overview(
 
 def trade_off(
     arrangement: Arrangement,
-    combinations: Sequence[Combination],
+    combinations: Sequence[PanelSettings],
     across: Measure,
     up: Measure,
     rows: Mapping[str, Sequence[Comparison]],

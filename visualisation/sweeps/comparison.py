@@ -19,16 +19,16 @@ from missions.comparison.rows import Comparison, Rank, write_csv
 from missions.metric import Better, MetricRecord
 from missions.sweeps.folder import SweepResults
 from visualisation.errors import DrawingError, unknown
-from visualisation.files import Drawn, check_format, check_width, write
+from visualisation.files import Drawn, check_format, check_width, write_folder
 from visualisation.kinds import KINDS, SWEEP_KINDS
 from visualisation.sweeps import captions
-from visualisation.sweeps.arrangement import Arrangement, Combination, arranged
+from visualisation.sweeps.arrangement import Arrangement, PanelSettings, arranged
 from visualisation.sweeps.measures import MOST_IN_OVERVIEW, RANKED, TRADE_OFF, Measure, by_kind, measure, of_differences
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from visualisation.page import Picture
+    from visualisation.page import DrawnPage
 
 MOST_PANELS = 6
 DIRECTIONS = (Better.HIGHER, Better.LOWER)
@@ -89,33 +89,33 @@ class SweepChart:
     figure: Callable[[float | None], Figure]
 
 
-def picture(results: SweepResults, kind: str, ranked: str = RANKED, width_in: float | None = None) -> Picture:
+def sweep_picture(results: SweepResults, kind: str, ranked: str = RANKED, width_in: float | None = None) -> DrawnPage:
     """One figure of a sweep with its caption, in memory.
 
     Args:
         results: of the sweep.
-        kind: see ``draw``.
-        ranked: see ``draw``.
+        kind: see ``draw_sweep_figures``.
+        ranked: see ``draw_sweep_figures``.
         width_in: of the figure; a column or a page of a paper if left out.
 
     Returns:
         The Matplotlib figure, the caption, and notes for the user.
 
     Raises:
-        DrawingError: as ``draw`` does, and for a kind of which this sweep has several figures.
-        OutputError: see ``draw``.
+        DrawingError: as ``draw_sweep_figures`` does, and for a kind of which this sweep has several figures.
+        OutputError: see ``draw_sweep_figures``.
     """
-    from visualisation.page import Picture
+    from visualisation.page import DrawnPage
 
     numbers, (asked,), notes = _prepared(results, [kind], ranked, width_in)
     charts = list(_charts(asked, numbers))
     if len(charts) != 1:
         titles = "; ".join(chart.title for chart in charts)
         raise DrawingError(f"{asked}: this sweep has {len(charts)} of it ({titles}); `remoras plot` writes them all")
-    return Picture(charts[0].figure(width_in), _caption(results, numbers, charts[0]), tuple(notes))
+    return DrawnPage(charts[0].figure(width_in), _caption(results, numbers, charts[0]), tuple(notes))
 
 
-def draw(
+def draw_sweep_figures(
     results: SweepResults,
     kinds: Sequence[str],
     folder: Path,
@@ -244,7 +244,7 @@ def _written(
     files: list[Path] = []
     for name, chart in charts.items():
         text = f"{_caption(results, numbers, chart)}\n".encode()
-        drawn, caption = write(folder, [(f"{name}.{format}", pictures[name]), (f"{name}.txt", text)])
+        drawn, caption = write_folder(folder, [(f"{name}.{format}", pictures[name]), (f"{name}.txt", text)])
         write_csv(chart.rows, folder / f"{name}.csv")
         files += [drawn, folder / f"{name}.csv", caption]
     return files
@@ -252,7 +252,7 @@ def _written(
 
 def _caption(results: SweepResults, numbers: Numbers, chart: SweepChart) -> str:
     """What a figure shows, of which runs."""
-    conditions = captions.conditions(results, numbers.arrangement, chart.rows)
+    conditions = captions.sweep_conditions(results, numbers.arrangement, chart.rows)
     return f"{chart.title}{': ' * bool(chart.title)}{chart.caption} {conditions}"
 
 
@@ -268,7 +268,7 @@ def _charts(kind: str, numbers: Numbers) -> Iterator[SweepChart]:
             yield chart
 
 
-def _ranking(title: str, combination: Combination, numbers: Numbers) -> SweepChart:
+def _ranking(title: str, combination: PanelSettings, numbers: Numbers) -> SweepChart:
     from visualisation.sweeps import ranking
 
     arrangement, by = numbers.arrangement, numbers.ranked_by
@@ -277,7 +277,7 @@ def _ranking(title: str, combination: Combination, numbers: Numbers) -> SweepCha
     return SweepChart(title, own, text, partial(ranking.figure, arrangement, own, by.label))
 
 
-def _chart(kind: str, title: str, group: Sequence[Combination], numbers: Numbers) -> SweepChart:
+def _chart(kind: str, title: str, group: Sequence[PanelSettings], numbers: Numbers) -> SweepChart:
     from visualisation.sweeps import charts
 
     arrangement, rows, measures = numbers.arrangement, numbers.rows, numbers.measures
@@ -285,17 +285,17 @@ def _chart(kind: str, title: str, group: Sequence[Combination], numbers: Numbers
     found = (row for one in drawn for c in group for row in arrangement.of(c, rows[one.metric.name]))
     own = list({id(row): row for row in found}.values())
     if kind == "overview":
-        text = captions.overview(arrangement, own, drawn)
+        text = captions.overview_caption(arrangement, own, drawn)
         return SweepChart(title, own, text, partial(charts.overview, arrangement, group[0], drawn, rows))
     if kind == "trade-off":
         across, up = drawn
-        text = captions.trade_off(arrangement, group, across, up)
+        text = captions.trade_off_caption(arrangement, group, across, up)
         return SweepChart(title, own, text, partial(charts.trade_off, arrangement, group, across, up, rows))
     if kind == "differences":
         compared, differences = of_differences(drawn[0], rows[drawn[0].metric.name])
-        text = captions.differences(arrangement, group, own, drawn[0])
+        text = captions.differences_caption(arrangement, group, own, drawn[0])
         return SweepChart(title, own, text, partial(charts.metric, arrangement, group, differences, compared))
-    text = captions.metric(arrangement, group, own, drawn[0])
+    text = captions.metric_caption(arrangement, group, own, drawn[0])
     return SweepChart(title, own, text, partial(charts.metric, arrangement, group, own, drawn[0]))
 
 

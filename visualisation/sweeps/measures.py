@@ -106,7 +106,7 @@ def of_differences(own: Measure, rows: Sequence[Comparison]) -> tuple[Measure, l
     return replace(own, metric=metric, share=False, signed=True), found
 
 
-def kind_of(metric: MetricRecord) -> str:
+def figure_kind(metric: MetricRecord) -> str:
     """The kind of figure that draws one metric: its label with hyphens.
 
     >>> from missions.metric import Better
@@ -124,7 +124,7 @@ def by_kind(metrics: Sequence[MetricRecord]) -> Mapping[str, MetricRecord]:
     """
     found: dict[str, MetricRecord] = {}
     for metric in metrics:
-        kind = kind_of(metric)
+        kind = figure_kind(metric)
         if kind in SWEEP_KINDS or kind in found:
             other = f"metric {found[kind].name}" if kind in found else f"figure {kind}"
             raise DrawingError(

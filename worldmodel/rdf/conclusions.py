@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from rdflib import RDF
 from rdflib.term import Node
 
-from worldmodel.rdf.terms import RUN, Terms
+from worldmodel.rdf.terms import RUN, RdfTerms
 from worldmodel.store import Store
 
 CONCLUSIONS = RUN.conclusions
@@ -17,10 +17,10 @@ CONCLUSIONS = RUN.conclusions
 _TYPE = RDF.type
 
 
-class Conclusions:
+class Inferences:
     """What follows in one world model, in terms of RDF."""
 
-    def __init__(self, model: Store, terms: Terms) -> None:
+    def __init__(self, model: Store, terms: RdfTerms) -> None:
         """Follow the world model."""
         self._model = model
         self._terms = terms

@@ -30,7 +30,7 @@ def _ring(*_: Any) -> None:
 
 
 @contextmanager
-def within(limit_s: float | None, give_up: Callable[[str], None] | None = None) -> Iterator[None]:
+def time_limit(limit_s: float | None, give_up: Callable[[str], None] | None = None) -> Iterator[None]:
     """End what is done within if it takes longer.
 
     Args:

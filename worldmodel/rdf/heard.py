@@ -7,7 +7,7 @@ from rdflib.term import Node
 
 from worldmodel.facts import Observation
 from worldmodel.knowledge import Knowledge, Reception
-from worldmodel.rdf.terms import Terms, block_name, fact_iri, is_fact, reception_iri
+from worldmodel.rdf.terms import RdfTerms, block_name, fact_iri, is_fact, reception_iri
 from worldmodel.turtle import SIT
 
 RECEPTION, RECEIVED = SIT.Reception, SIT.received
@@ -22,7 +22,7 @@ class Receptions:
         is_seen: tells whether a fact of that IRI is in the view.
     """
 
-    def __init__(self, known: Knowledge, terms: Terms, is_seen: Callable[[Node], bool]) -> None:
+    def __init__(self, known: Knowledge, terms: RdfTerms, is_seen: Callable[[Node], bool]) -> None:
         owner = terms.instance(known.model.owner)
         self._is_seen = is_seen
         self._owner = known.model.owner

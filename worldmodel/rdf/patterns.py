@@ -13,12 +13,12 @@ from rdflib.term import Node
 
 from worldmodel.facts import Observation
 from worldmodel.knowledge import Knowledge
-from worldmodel.rdf.conclusions import Conclusions
+from worldmodel.rdf.conclusions import Inferences
 from worldmodel.rdf.heard import RECEIVED, RECEPTION, Receptions
 from worldmodel.rdf.states import LABEL, TYPE, States
 from worldmodel.rdf.terms import (
     MOST_REMEMBERED,
-    Terms,
+    RdfTerms,
     fact_iri,
     fact_of,
     instance_uid,
@@ -35,7 +35,7 @@ _OF_ATTRIBUTE, _ORIGIN, _PROPERTY_VALUE = SIT.ofAttribute, SIT.origin, SIT.Prope
 OfFact = Callable[[Observation], Node | None]
 
 
-def parts_of_facts(tbox: TBox, terms: Terms) -> dict[Node, OfFact]:
+def parts_of_facts(tbox: TBox, terms: RdfTerms) -> dict[Node, OfFact]:
     """Return the properties of facts: what each leads to, None where a fact does not have it."""
     is_link = tuple(one.kind in (ValueKind.LINK, ValueKind.TYPE) for one in tbox.attributes)
     is_measured = tuple(one.kind in (ValueKind.NUMBER, ValueKind.POINT) for one in tbox.attributes)
@@ -69,14 +69,14 @@ class Abox:
 
     def __init__(self, known: Knowledge) -> None:
         model = known.model
-        tbox, terms = model.tbox, Terms(model.tbox)
+        tbox, terms = model.tbox, RdfTerms(model.tbox)
         self.model = model
         self.terms = terms
         self._attribute_uids: dict[Node, int] = {iri: uid for uid, iri in enumerate(terms.attributes)}
         self._class_uids: dict[Node, int] = {iri: uid for uid, iri in enumerate(terms.classes)}
         self._of_fact = parts_of_facts(tbox, terms)
         self.receptions = Receptions(known, terms, lambda iri: self.observation(iri) is not None)
-        self.conclusions = Conclusions(model, terms)
+        self.conclusions = Inferences(model, terms)
         self.states = States(model, terms, self.conclusions)
         self._facts: dict[Node, Observation] = {}
         self._uids: dict[Node, int] = {}

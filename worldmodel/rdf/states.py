@@ -5,8 +5,8 @@ from collections.abc import Iterator
 from rdflib import RDF, RDFS, Literal, URIRef
 from rdflib.term import Node
 
-from worldmodel.rdf.conclusions import Conclusions
-from worldmodel.rdf.terms import Terms
+from worldmodel.rdf.conclusions import Inferences
+from worldmodel.rdf.terms import RdfTerms
 from worldmodel.store import Store
 from worldmodel.tbox import TYPE_UID
 
@@ -22,7 +22,7 @@ class States:
         conclusions: what follows in it.
     """
 
-    def __init__(self, model: Store, terms: Terms, conclusions: Conclusions) -> None:
+    def __init__(self, model: Store, terms: RdfTerms, conclusions: Inferences) -> None:
         self._model = model
         self._terms = terms
         self._conclusions = conclusions

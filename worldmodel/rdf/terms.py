@@ -137,7 +137,7 @@ def _number_after(prefix: str, iri: Node) -> int | None:
     return int(digits) if digits.isdecimal() else None
 
 
-class Terms:
+class RdfTerms:
     """Terms of one world model; those made before are given again."""
 
     def __init__(self, tbox: TBox) -> None:

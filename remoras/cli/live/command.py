@@ -54,7 +54,7 @@ def live(
     from missions.runs.folder import check_output
     from missions.runs.setup import resolved
     from missions.scenarios import load
-    from remoras.cli.live.form import Form
+    from remoras.cli.live.form import RunForm
     from remoras.cli.live.server import LiveServer, listener
     from remoras.cli.live.session import Session
 
@@ -67,7 +67,7 @@ def live(
     except OSError as error:
         fail(f"--port {port}: cannot be listened on: {error.strerror}; name another, or 0 for any that is free")
     session = Session(setup, seed, out, force)
-    server = LiveServer(session, Form(scenario, overrides, setup.scenario), setup.scenario, bound)
+    server = LiveServer(session, RunForm(scenario, overrides, setup.scenario), setup.scenario, bound)
     print(server.url, flush=True)
     print("remoras: Ctrl-C ends it", file=sys.stderr)
     if not no_browser:

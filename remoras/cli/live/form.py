@@ -25,7 +25,7 @@ class AskedWrongly(Exception):
     """The page asked for what cannot be; the message says why."""
 
 
-class Form:
+class RunForm:
     """The settings of a run that a page may change, beside those of the command line.
 
     Args:
@@ -94,7 +94,7 @@ def fields_of(scenario: Scenario) -> dict[str, Any]:
     }
 
 
-def whole(name: str, given: Any) -> int:
+def whole_number(name: str, given: Any) -> int:
     """A number of steps.
 
     Raises:
@@ -120,7 +120,7 @@ def speed_of(given: Any) -> float | None:
     return float(given)
 
 
-def time_of(given: Any, until_s: float) -> float:
+def time_within(given: Any, until_s: float) -> float:
     """A time of the mission (s), at most ``until_s``.
 
     Raises:

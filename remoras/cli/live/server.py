@@ -23,7 +23,7 @@ from missions.errors import ConfigurationError, MissionsError
 from missions.files import shown
 from missions.runs.setup import resolved
 from missions.scenarios.scenario import Scenario
-from remoras.cli.live.form import AskedWrongly, Form, fields_of, speed_of, time_of, whole
+from remoras.cli.live.form import AskedWrongly, RunForm, fields_of, speed_of, time_within, whole_number
 from remoras.cli.live.session import Session
 from remoras.errors import RemorasError
 from visualisation.replay import live_text
@@ -77,7 +77,7 @@ class LiveServer:
         listener: socket that listens on the loopback address.
     """
 
-    def __init__(self, session: Session, form: Form, first: Scenario, listener: socket.socket) -> None:
+    def __init__(self, session: Session, form: RunForm, first: Scenario, listener: socket.socket) -> None:
         self._session = session
         self._form = form
         self._listener = listener
@@ -162,12 +162,12 @@ class LiveServer:
             case {"do": "pause"}:
                 session.pause()
             case {"do": "step"}:
-                session.step(whole("n", asked.get("n", 1)))
+                session.step(whole_number("n", asked.get("n", 1)))
             case {"do": "speed", "speed": speed}:
                 session.set_speed(speed_of(speed))
             case {"do": "restart"}:
                 scenario, given = self._form.changed(asked.get("form", {}))
-                skip_to_s = time_of(asked.get("skip_to_s", 0.0), scenario.scenario.duration_s)
+                skip_to_s = time_within(asked.get("skip_to_s", 0.0), scenario.scenario.duration_s)
                 setup = resolved(scenario)
                 self._form.keep(given)
                 self._show(setup.scenario)

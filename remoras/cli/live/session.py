@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from missions.errors import MissionsError
-from missions.runs.results import MemoryResults, write
+from missions.runs.results import MemoryResults, write_results
 from missions.runs.setup import Setup
 from missions.runs.underway import Underway
 from remoras.cli.live.audience import Audience
@@ -232,7 +232,7 @@ class Session:
         results = MemoryResults(finished)
         if self._out is not None:
             try:
-                write(results, self._out, self._may_replace)
+                write_results(results, self._out, self._may_replace)
                 self._may_replace = True
                 where = f"results in {self._out}"
             except MissionsError as error:

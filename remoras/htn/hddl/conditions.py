@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from remoras.htn.facts import ANY
-from remoras.htn.hddl.language import EQUAL, Atom, Formula, Not, Parameter, Quantified, Several
+from remoras.htn.hddl.language import EQUAL, Atom, Formula, Not, Quantified, Several, TypedParameter
 
 Objects = Callable[[tuple[str, ...]], Sequence[str]]
 """Objects of one of several types, in the order of the files."""
@@ -28,7 +28,7 @@ class Code:
         names: of the variables in the code.
     """
 
-    def __init__(self, parameters: Sequence[Parameter], objects: Objects) -> None:
+    def __init__(self, parameters: Sequence[TypedParameter], objects: Objects) -> None:
         self.names = {one.name: f"v{number}" for number, one in enumerate(parameters)}
         self._objects = objects
         self._values: dict[str, Any] = {"ANY": ANY}
@@ -78,7 +78,7 @@ class Code:
                 self.names = outer
                 return f"{'all' if is_all else 'any'}({test} {every})"
 
-    def every(self, parameters: Sequence[Parameter]) -> str:
+    def every(self, parameters: Sequence[TypedParameter]) -> str:
         """The clause that goes through the values of quantified variables; from now on their names hide outer ones."""
         clauses = []
         for one in parameters:

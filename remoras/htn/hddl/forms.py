@@ -12,7 +12,7 @@ TOKEN = re.compile(r";[^\n]*|\n|[()]|[^\s();]+")
 
 
 @dataclass(frozen=True, slots=True)
-class Word:
+class Token:
     """A name, variable or keyword, in lower case, as HDDL does not tell cases apart."""
 
     text: str
@@ -20,17 +20,17 @@ class Word:
 
 
 @dataclass(frozen=True, slots=True)
-class Form:
+class Parenthesised:
     """What stands between two parentheses."""
 
-    items: tuple[Form | Word, ...]
+    items: tuple[Parenthesised | Token, ...]
     line: int
 
     @property
     def head(self) -> str:
         """The first word, or nothing."""
         first = self.items[0] if self.items else None
-        return first.text if isinstance(first, Word) else ""
+        return first.text if isinstance(first, Token) else ""
 
 
 class Faults:
@@ -55,15 +55,15 @@ class Faults:
             raise PlanningError("\n".join(self._found))
 
 
-def read_forms(text: str, faults: Faults) -> Form:
+def read_forms(text: str, faults: Faults) -> Parenthesised:
     """The one form that a file consists of.
 
     Raises:
         PlanningError: parentheses that do not match, or text outside them.
     """
     line = 1
-    open_forms: list[tuple[list[Form | Word], int]] = []
-    whole: Form | None = None
+    open_forms: list[tuple[list[Parenthesised | Token], int]] = []
+    whole: Parenthesised | None = None
     for token in TOKEN.findall(text):
         if token == "\n":
             line += 1
@@ -77,50 +77,52 @@ def read_forms(text: str, faults: Faults) -> Form:
             raise faults.fatal(line, f"a file begins with (define, not with {token!r}")
         elif token == ")":
             items, begun = open_forms.pop()
-            form = Form(tuple(items), begun)
+            form = Parenthesised(tuple(items), begun)
             if open_forms:
                 open_forms[-1][0].append(form)
             else:
                 whole = form
         else:
-            open_forms[-1][0].append(Word(token.lower(), line))
+            open_forms[-1][0].append(Token(token.lower(), line))
     if whole is None:
         raise faults.fatal(open_forms[-1][1] if open_forms else line, "this parenthesis is never closed")
     return whole
 
 
-def sections(whole: Form, kind: str, faults: Faults) -> Iterator[Form]:
+def sections(whole: Parenthesised, kind: str, faults: Faults) -> Iterator[Parenthesised]:
     """The sections of ``(define (kind name) ...)`` behind its name."""
-    if whole.head != "define" or len(whole.items) < 2 or not isinstance(whole.items[1], Form):
+    if whole.head != "define" or len(whole.items) < 2 or not isinstance(whole.items[1], Parenthesised):
         raise faults.fatal(whole.line, f"a file begins with (define ({kind} NAME)")
     if whole.items[1].head != kind:
         raise faults.fatal(whole.items[1].line, f"this defines a {whole.items[1].head}, expected was a {kind}")
     for item in whole.items[2:]:
-        if isinstance(item, Form) and item.head.startswith(":"):
+        if isinstance(item, Parenthesised) and item.head.startswith(":"):
             yield item
         else:
-            faults.add(item.line, f"expected a section (:keyword ...), not {shown(item)}")
+            faults.add(item.line, f"expected a section (:keyword ...), not {item_text(item)}")
 
 
-def keywords(form: Form, skip: int, allowed: Sequence[str], faults: Faults) -> dict[str, Form | Word]:
+def keywords(
+    form: Parenthesised, skip: int, allowed: Sequence[str], faults: Faults
+) -> dict[str, Parenthesised | Token]:
     """Values by keyword, as in ``:parameters (...) :task (...)``, behind the first ``skip`` items of ``form``."""
-    found: dict[str, Form | Word] = {}
+    found: dict[str, Parenthesised | Token] = {}
     items = form.items[skip:]
     for keyword, value in zip(items[::2], items[1::2], strict=False):
-        if not isinstance(keyword, Word) or keyword.text not in allowed:
-            faults.add(keyword.line, f"{shown(keyword)} is not known here; allowed: {', '.join(allowed)}")
+        if not isinstance(keyword, Token) or keyword.text not in allowed:
+            faults.add(keyword.line, f"{item_text(keyword)} is not known here; allowed: {', '.join(allowed)}")
         elif keyword.text in found:
             faults.add(keyword.line, f"{keyword.text} stands here twice")
         else:
             found[keyword.text] = value
     if len(items) % 2:
-        faults.add(items[-1].line, f"{shown(items[-1])} has no value")
+        faults.add(items[-1].line, f"{item_text(items[-1])} has no value")
     return found
 
 
-def shown(item: Form | Word) -> str:
+def item_text(item: Parenthesised | Token) -> str:
     """The item as it is written, cut after a few words."""
-    if isinstance(item, Word):
+    if isinstance(item, Token):
         return item.text
-    inner = " ".join(shown(one) if isinstance(one, Word) else "(...)" for one in item.items[:4])
+    inner = " ".join(item_text(one) if isinstance(one, Token) else "(...)" for one in item.items[:4])
     return f"({inner}{' ...' if len(item.items) > 4 else ''})"

@@ -15,9 +15,9 @@ from remoras.htn.hddl.language import (
     Formula,
     MethodSpec,
     Not,
-    Parameter,
     Several,
     Subtask,
+    TypedParameter,
     above,
     conjuncts,
 )
@@ -27,7 +27,7 @@ from remoras.htn.hddl.necessity import Needs, needs_of_methods
 class ObjectsByType:
     """The objects of a problem by their types, in the order of the files."""
 
-    def __init__(self, domain: DomainSpec, objects: Sequence[Parameter]) -> None:
+    def __init__(self, domain: DomainSpec, objects: Sequence[TypedParameter]) -> None:
         self._found: dict[str, dict[str, None]] = {}
         for one in objects:
             for name in {OBJECT, *(up for kind in one.types for up in above(domain.types, kind))}:

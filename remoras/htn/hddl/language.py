@@ -11,7 +11,7 @@ EQUAL = "="
 
 
 @dataclass(frozen=True, slots=True)
-class Parameter:
+class TypedParameter:
     """A variable or object, and the types of which it is one."""
 
     name: str
@@ -45,7 +45,7 @@ class Several:
 class Quantified:
     """True if ``formula`` is true for all objects (``is_all``), or for one."""
 
-    parameters: tuple[Parameter, ...]
+    parameters: tuple[TypedParameter, ...]
     formula: Formula
     is_all: bool
 
@@ -58,7 +58,7 @@ TRUE: Formula = Several((), True)
 class Effect:
     """An atom that becomes true, or false, for all objects in ``parameters`` that meet ``condition``."""
 
-    parameters: tuple[Parameter, ...]
+    parameters: tuple[TypedParameter, ...]
     condition: Formula
     atom: Atom
     is_added: bool
@@ -69,7 +69,7 @@ class Action:
     """An elementary task."""
 
     name: str
-    parameters: tuple[Parameter, ...]
+    parameters: tuple[TypedParameter, ...]
     precondition: Formula
     effects: tuple[Effect, ...]
 
@@ -87,7 +87,7 @@ class MethodSpec:
     """A way to decompose ``task``."""
 
     name: str
-    parameters: tuple[Parameter, ...]
+    parameters: tuple[TypedParameter, ...]
     task: Subtask
     precondition: Formula
     subtasks: tuple[Subtask, ...]
@@ -98,9 +98,9 @@ class DomainSpec:
     """A domain file; tables by name."""
 
     types: dict[str, tuple[str, ...]] = field(default_factory=dict)
-    constants: dict[str, Parameter] = field(default_factory=dict)
-    predicates: dict[str, tuple[Parameter, ...]] = field(default_factory=dict)
-    tasks: dict[str, tuple[Parameter, ...]] = field(default_factory=dict)
+    constants: dict[str, TypedParameter] = field(default_factory=dict)
+    predicates: dict[str, tuple[TypedParameter, ...]] = field(default_factory=dict)
+    tasks: dict[str, tuple[TypedParameter, ...]] = field(default_factory=dict)
     actions: dict[str, Action] = field(default_factory=dict)
     methods: list[MethodSpec] = field(default_factory=list)
 
@@ -109,9 +109,9 @@ class DomainSpec:
 class ProblemSpec:
     """A problem file."""
 
-    objects: dict[str, Parameter] = field(default_factory=dict)
+    objects: dict[str, TypedParameter] = field(default_factory=dict)
     facts: list[Atom] = field(default_factory=list)
-    parameters: tuple[Parameter, ...] = ()
+    parameters: tuple[TypedParameter, ...] = ()
     tasks: tuple[Subtask, ...] = ()
     constraints: Formula = TRUE
     goal: Formula = TRUE

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
-from remoras.htn.hddl.forms import Faults, Form, Word, keywords, read_forms, sections, shown
+from remoras.htn.hddl.forms import Faults, Parenthesised, Token, item_text, keywords, read_forms, sections
 from remoras.htn.hddl.language import (
     EQUAL,
     OBJECT,
@@ -17,11 +17,11 @@ from remoras.htn.hddl.language import (
     Formula,
     MethodSpec,
     Not,
-    Parameter,
     ProblemSpec,
     Quantified,
     Several,
     Subtask,
+    TypedParameter,
 )
 
 CONNECTIVES = ("and", "or", "not", "imply", "forall", "exists")
@@ -38,47 +38,47 @@ class _Reader:
 
     faults: Faults
     domain: DomainSpec
-    objects: Mapping[str, Parameter]
+    objects: Mapping[str, TypedParameter]
 
-    def known(self, kind: str, word: Word, names: Collection[str]) -> str:
+    def known(self, kind: str, word: Token, names: Collection[str]) -> str:
         """The name in ``word``; a fault if it is none of ``names``."""
         if word.text not in names:
             allowed = ", ".join(sorted(names)) or "none"
             self.faults.add(word.line, f"{kind} {word.text} is not declared; declared: {allowed}")
         return word.text
 
-    def word(self, item: Form | Word) -> Word:
+    def word(self, item: Parenthesised | Token) -> Token:
         """The item, if it is a word; a fault otherwise."""
-        if isinstance(item, Word):
+        if isinstance(item, Token):
             return item
-        self.faults.add(item.line, f"expected a name, not {shown(item)}")
-        return Word("", item.line)
+        self.faults.add(item.line, f"expected a name, not {item_text(item)}")
+        return Token("", item.line)
 
-    def typed(self, items: Sequence[Form | Word], *, checks_types: bool = True) -> tuple[Parameter, ...]:
+    def typed(self, items: Sequence[Parenthesised | Token], *, checks_types: bool = True) -> tuple[TypedParameter, ...]:
         """A typed list: ``a b - type c - (either type type) d``."""
-        found: list[Parameter] = []
-        names: list[Word] = []
+        found: list[TypedParameter] = []
+        names: list[Token] = []
         rest = list(items)
         while rest:
             item = rest.pop(0)
-            if isinstance(item, Word) and item.text == "-" and rest:
+            if isinstance(item, Token) and item.text == "-" and rest:
                 kind = rest.pop(0)
-                words = [kind] if isinstance(kind, Word) else [self.word(one) for one in kind.items[1:]]
+                words = [kind] if isinstance(kind, Token) else [self.word(one) for one in kind.items[1:]]
                 if checks_types:
                     for one in words:
                         self.known("type", one, {*self.domain.types, OBJECT})
-                found += [Parameter(name.text, tuple(one.text for one in words)) for name in names]
+                found += [TypedParameter(name.text, tuple(one.text for one in words)) for name in names]
                 names = []
             else:
                 names.append(self.word(item))
-        found += [Parameter(name.text, (OBJECT,)) for name in names]
+        found += [TypedParameter(name.text, (OBJECT,)) for name in names]
         return tuple(found)
 
-    def parameters(self, item: Form | Word | None) -> tuple[Parameter, ...]:
+    def parameters(self, item: Parenthesised | Token | None) -> tuple[TypedParameter, ...]:
         """A list of variables."""
-        return self.typed(item.items) if isinstance(item, Form) else ()
+        return self.typed(item.items) if isinstance(item, Parenthesised) else ()
 
-    def terms(self, items: Sequence[Form | Word], variables: Collection[str]) -> tuple[str, ...]:
+    def terms(self, items: Sequence[Parenthesised | Token], variables: Collection[str]) -> tuple[str, ...]:
         """Variables that are bound, and objects."""
         found = []
         for item in items:
@@ -87,7 +87,7 @@ class _Reader:
             found.append(self.known("variable" if word.text.startswith("?") else "object", word, names))
         return tuple(found)
 
-    def atom(self, form: Form, variables: Collection[str]) -> Atom:
+    def atom(self, form: Parenthesised, variables: Collection[str]) -> Atom:
         """A predicate with its terms."""
         if not form.items:
             self.faults.add(form.line, "expected an atom (PREDICATE TERM ...), not ()")
@@ -101,11 +101,11 @@ class _Reader:
             self.faults.add(form.line, f"{name.text} takes {arity} terms, not {len(terms)}")
         return Atom(name.text, terms)
 
-    def formula(self, item: Form | Word | None, variables: Collection[str]) -> Formula:
+    def formula(self, item: Parenthesised | Token | None, variables: Collection[str]) -> Formula:
         """A condition; none at all is always true."""
-        if item is None or (isinstance(item, Form) and not item.items):
+        if item is None or (isinstance(item, Parenthesised) and not item.items):
             return TRUE
-        if isinstance(item, Word):
+        if isinstance(item, Token):
             self.faults.add(item.line, f"expected a condition in parentheses, not {item.text}")
             return TRUE
         if item.head not in CONNECTIVES:
@@ -114,7 +114,7 @@ class _Reader:
         if item.head in ("and", "or"):
             return Several(tuple(self.formula(one, variables) for one in inner), item.head == "and")
         if len(inner) != (1 if item.head == "not" else 2):
-            self.faults.add(item.line, f"{shown(item)} has {len(inner)} parts")
+            self.faults.add(item.line, f"{item_text(item)} has {len(inner)} parts")
             return TRUE
         if item.head == "not":
             return Not(self.formula(inner[0], variables))
@@ -124,11 +124,11 @@ class _Reader:
         bound = {*variables, *(one.name for one in parameters)}
         return Quantified(parameters, self.formula(inner[1], bound), item.head == "forall")
 
-    def effects(self, item: Form | Word | None, variables: Collection[str]) -> tuple[Effect, ...]:
+    def effects(self, item: Parenthesised | Token | None, variables: Collection[str]) -> tuple[Effect, ...]:
         """Effects, those of forall and when too."""
-        if item is None or (isinstance(item, Form) and not item.items):
+        if item is None or (isinstance(item, Parenthesised) and not item.items):
             return ()
-        if isinstance(item, Word):
+        if isinstance(item, Token):
             self.faults.add(item.line, f"expected an effect in parentheses, not {item.text}")
             return ()
         inner = item.items[1:]
@@ -149,17 +149,17 @@ class _Reader:
             )
         is_added = item.head != "not"
         form = item if is_added else inner[0] if inner else item
-        if not isinstance(form, Form) or form.head in (*CONNECTIVES, "when", EQUAL, "increase"):
-            self.faults.add(item.line, f"{shown(item)} is no effect; allowed: and, not, forall, when, and atoms")
+        if not isinstance(form, Parenthesised) or form.head in (*CONNECTIVES, "when", EQUAL, "increase"):
+            self.faults.add(item.line, f"{item_text(item)} is no effect; allowed: and, not, forall, when, and atoms")
             return ()
         return (Effect((), TRUE, self.atom(form, variables), is_added),)
 
     def subtask(
-        self, form: Form | Word, variables: Collection[str], kinds: Mapping[str, Sequence[Parameter]]
+        self, form: Parenthesised | Token, variables: Collection[str], kinds: Mapping[str, Sequence[TypedParameter]]
     ) -> Subtask:
         """A task with its terms."""
-        if not isinstance(form, Form) or not form.items:
-            self.faults.add(form.line, f"expected a task (NAME TERM ...), not {shown(form)}")
+        if not isinstance(form, Parenthesised) or not form.items:
+            self.faults.add(form.line, f"expected a task (NAME TERM ...), not {item_text(form)}")
             return Subtask("", ())
         name = self.known("task", self.word(form.items[0]), kinds)
         terms = self.terms(form.items[1:], variables)
@@ -167,39 +167,43 @@ class _Reader:
             self.faults.add(form.line, f"task {name} takes {len(kinds[name])} terms, not {len(terms)}")
         return Subtask(name, terms)
 
-    def network(self, given: Mapping[str, Form | Word], variables: Collection[str]) -> tuple[Subtask, ...]:
+    def network(self, given: Mapping[str, Parenthesised | Token], variables: Collection[str]) -> tuple[Subtask, ...]:
         """Subtasks in their order, which must be total."""
         kinds = {**self.domain.tasks, **{name: one.parameters for name, one in self.domain.actions.items()}}
         keyword = next((one for one in (*ORDERED, *UNORDERED) if one in given), None)
         if keyword is None:
             return ()
         whole = given[keyword]
-        if not isinstance(whole, Form):
+        if not isinstance(whole, Parenthesised):
             self.faults.add(whole.line, f"expected tasks in parentheses, not {whole.text}")
             return ()
         forms = whole.items[1:] if whole.head == "and" else (whole,) if whole.items else ()
         labels: list[str] = []
         tasks: list[Subtask] = []
         for form in forms:
-            is_labelled = isinstance(form, Form) and len(form.items) == 2 and isinstance(form.items[1], Form)
-            labels.append(form.head if isinstance(form, Form) and is_labelled else f"{len(labels)}")
+            is_labelled = (
+                isinstance(form, Parenthesised) and len(form.items) == 2 and isinstance(form.items[1], Parenthesised)
+            )
+            labels.append(form.head if isinstance(form, Parenthesised) and is_labelled else f"{len(labels)}")
             tasks.append(
-                self.subtask(form.items[1] if isinstance(form, Form) and is_labelled else form, variables, kinds)
+                self.subtask(
+                    form.items[1] if isinstance(form, Parenthesised) and is_labelled else form, variables, kinds
+                )
             )
         if keyword in ORDERED:
             return tuple(tasks)
         return tuple(tasks[place] for place in self.order(labels, given.get(":ordering"), whole.line))
 
-    def order(self, labels: Sequence[str], ordering: Form | Word | None, line: int) -> list[int]:
+    def order(self, labels: Sequence[str], ordering: Parenthesised | Token | None, line: int) -> list[int]:
         """Places of the labels in their order; a fault if the ordering leaves it open, or is a circle."""
-        pairs: list[Form | Word] = []
-        if isinstance(ordering, Form):
+        pairs: list[Parenthesised | Token] = []
+        if isinstance(ordering, Parenthesised):
             pairs = list(ordering.items[1:]) if ordering.head == "and" else [ordering] if ordering.items else []
         before: dict[str, set[str]] = {label: set() for label in labels}
         for pair in pairs:
-            words = [self.word(one) for one in pair.items] if isinstance(pair, Form) else []
+            words = [self.word(one) for one in pair.items] if isinstance(pair, Parenthesised) else []
             if len(words) != 3 or words[0].text != "<":
-                self.faults.add(pair.line, f"expected (< LABEL LABEL), not {shown(pair)}")
+                self.faults.add(pair.line, f"expected (< LABEL LABEL), not {item_text(pair)}")
                 continue
             first, second = (self.known("label", one, before) for one in words[1:])
             before.setdefault(second, set()).add(first)
@@ -221,7 +225,7 @@ def read_domain(text: str, file: str) -> DomainSpec:
     faults = Faults(file)
     domain = DomainSpec()
     reader = _Reader(faults, domain, domain.constants)
-    by_kind: dict[str, list[Form]] = {kind: [] for kind in DOMAIN_SECTIONS}
+    by_kind: dict[str, list[Parenthesised]] = {kind: [] for kind in DOMAIN_SECTIONS}
     for section in sections(read_forms(text, faults), "domain", faults):
         if section.head in by_kind:
             by_kind[section.head].append(section)
@@ -236,10 +240,10 @@ def read_domain(text: str, file: str) -> DomainSpec:
         domain.constants.update({one.name: one for one in reader.typed(section.items[1:])})
     for section in by_kind[":predicates"]:
         for form in section.items[1:]:
-            if isinstance(form, Form) and form.head:
+            if isinstance(form, Parenthesised) and form.head:
                 domain.predicates[form.head] = reader.typed(form.items[1:])
             else:
-                faults.add(form.line, f"expected (PREDICATE ?VARIABLE - TYPE ...), not {shown(form)}")
+                faults.add(form.line, f"expected (PREDICATE ?VARIABLE - TYPE ...), not {item_text(form)}")
     for section in by_kind[":task"]:
         given = keywords(section, 2, (":parameters", ":precondition", ":effect"), faults)
         domain.tasks[_name(reader, section, domain.tasks)] = reader.parameters(given.get(":parameters"))
@@ -260,14 +264,14 @@ def read_domain(text: str, file: str) -> DomainSpec:
     return domain
 
 
-def _name(reader: _Reader, section: Form, taken: Collection[str]) -> str:
-    name = reader.word(section.items[1]) if len(section.items) > 1 else Word("", section.line)
+def _name(reader: _Reader, section: Parenthesised, taken: Collection[str]) -> str:
+    name = reader.word(section.items[1]) if len(section.items) > 1 else Token("", section.line)
     if name.text in taken:
         reader.faults.add(name.line, f"{section.head[1:]} {name.text} is declared twice")
     return name.text
 
 
-def _method(reader: _Reader, section: Form, taken: Collection[str]) -> MethodSpec:
+def _method(reader: _Reader, section: Parenthesised, taken: Collection[str]) -> MethodSpec:
     given = keywords(section, 2, (":parameters", ":task", ":precondition", *NETWORK), reader.faults)
     parameters = reader.parameters(given.get(":parameters"))
     names = [one.name for one in parameters]
@@ -290,7 +294,7 @@ def read_problem(text: str, file: str, domain: DomainSpec) -> ProblemSpec:
             faults.add(section.line, f"{section.head} is not known; allowed: {', '.join(PROBLEM_SECTIONS)}")
     for section in found:
         if section.head == ":init":
-            problem.facts += [reader.atom(one, ()) for one in section.items[1:] if isinstance(one, Form)]
+            problem.facts += [reader.atom(one, ()) for one in section.items[1:] if isinstance(one, Parenthesised)]
         elif section.head == ":goal" and len(section.items) > 1:
             problem.goal = reader.formula(section.items[1], ())
         elif section.head == ":htn":

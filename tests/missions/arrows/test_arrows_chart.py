@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 from searching import Facts, mission
 
 from missions.arrows.chart import CONTACT, SWEPT
-from missions.arrows.grid import Grid, contact_code, contact_of, swept_code, swept_of
+from missions.arrows.grid import CellGrid, contact_code, contact_of, swept_code, swept_of
 
-GRID = Grid(-10.0, 5.0, 10.0, 7, 9)
+GRID = CellGrid(-10.0, 5.0, 10.0, 7, 9)
 
 
 def test_every_cell_is_in_one_tile() -> None:

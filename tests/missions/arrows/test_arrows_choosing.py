@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from searching import Facts, mission
 
 from missions.arrows.behaviours import HELD_S, Held
-from missions.arrows.choosing import Choosing, Trail, lanes
+from missions.arrows.choosing import Choosing, Trail, lawnmower_track
 from missions.arrows.contact import Leash, Reach, contact_range_m
 from remoras.activities import Activity, ActivityType
 
@@ -118,7 +118,7 @@ def test_contact_ends_where_the_channel_loses_more() -> None:
 
 @given(st.floats(50.0, 900.0), st.floats(50.0, 900.0), st.floats(20.0, 120.0))
 def test_lanes_leave_nothing_out(width_m: float, height_m: float, apart_m: float) -> None:
-    points_m = lanes(0.0, 0.0, width_m, height_m, apart_m)
+    points_m = lawnmower_track(0.0, 0.0, width_m, height_m, apart_m)
     across = sorted({y for _, y in points_m} if width_m >= height_m else {x for x, _ in points_m})
     edges = [0.0, *across, min(width_m, height_m) if width_m != height_m else height_m]
     assert across[0] <= apart_m / 2.0 + 1e-6

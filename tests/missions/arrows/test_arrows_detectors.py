@@ -8,7 +8,7 @@ from searching import mission
 from missions.arrows.chart import CONTACT, SWEPT
 from missions.arrows.detectors import (
     AcousticSettings,
-    CameraSettings,
+    ClassifyingCameraSettings,
     DetectorSettings,
     MagneticSettings,
     shown_of,
@@ -83,7 +83,7 @@ def test_a_look_is_a_function_of_seed_vehicle_cell_and_number_alone() -> None:
 
 
 def test_a_camera_errs_as_often_as_is_stated() -> None:
-    world, camera = SEA.world(3), CameraSettings().make(DATA)
+    world, camera = SEA.world(3), ClassifyingCameraSettings().make(DATA)
     thing = next(iter(world.things.values()))
     pose = Pose(*thing.position_m, 20.0, 0.0, 0.0)
     shown = []
@@ -97,4 +97,4 @@ def test_a_camera_errs_as_often_as_is_stated() -> None:
 
 def test_a_camera_that_moves_shows_nothing() -> None:
     world = SEA.world(3)
-    assert CameraSettings().make(DATA).sense(Pose(100.0, 100.0, 20.0, 0.0, 1.0), world, 0.0) == []
+    assert ClassifyingCameraSettings().make(DATA).sense(Pose(100.0, 100.0, 20.0, 0.0, 1.0), world, 0.0) == []

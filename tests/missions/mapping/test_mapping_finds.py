@@ -12,15 +12,15 @@ from surveying import mapper
 from missions.document import Document
 from missions.errors import ConfigurationError
 from missions.mapping import MappingMission
-from missions.mapping.finds import InspectionJob, drawn, find_names, weight_in_cells
+from missions.mapping.finds import InspectionJob, find_names, seabed_with_finds, weight_in_cells
 from missions.mapping.inspecting import PATIENCE_S, Inspecting
 from missions.mapping.scenario import FindsTable
-from missions.mapping.sensors import Feature, Seabed, Stays, SwathSensor
+from missions.mapping.sensors import Seabed, SeabedFeature, Stays, SwathSensor
 from missions.runs.results import manifest
 from missions.runs.run import Run, run
 from missions.runs.summary import summary
 from missions.scenarios import load
-from missions.scenarios.loading import resolved
+from missions.scenarios.loading import scenario_from
 from missions.scenarios.scenario import Scenario
 from remoras.motion import Motion, advance
 from remoras.picture import Picture
@@ -70,7 +70,7 @@ def milestones(done: Run, name: str) -> list[tuple[float, str]]:
 
 def test_a_vehicle_that_errs_about_its_place_finds_what_is_below_it_and_reports_it_off() -> None:
     """It is over the only feature and takes itself to be 50 m beside, where another cell is mapped; once each."""
-    (cell, feature), *_ = drawn(SEABED, FINDS, 5).features.items()
+    (cell, feature), *_ = seabed_with_finds(SEABED, FINDS, 5).features.items()
     world = replace(SEABED, features={cell: feature})
     x_m, y_m = (cell[0] + 0.5) * 25.0, (cell[1] + 0.5) * 25.0
     off_m = -50.0 if x_m > 50.0 else 50.0
@@ -88,7 +88,7 @@ def test_a_vehicle_that_errs_about_its_place_finds_what_is_below_it_and_reports_
 
 
 def test_each_feature_lies_in_a_cell_of_its_own_and_more_leave_the_first_as_they_are() -> None:
-    few, many = (drawn(SEABED, FINDS.model_copy(update={"number": n}), 5).features for n in (3, 16))
+    few, many = (seabed_with_finds(SEABED, FINDS.model_copy(update={"number": n}), 5).features for n in (3, 16))
     assert set(many) == set(SEABED.cells)
     assert list(few.items()) == list(many.items())[:3]
     assert [feature.name for feature in few.values()] == list(find_names(3))
@@ -99,7 +99,7 @@ def test_each_feature_lies_in_a_cell_of_its_own_and_more_leave_the_first_as_they
 
 def test_seeds_spread_features_and_stays_evenly() -> None:
     """Mean stay of 60..600 s: 330 s; its standard error over 900 draws is 540 / sqrt(12 * 900) = 5.2 s."""
-    features = [f for seed in range(300) for f in drawn(SEABED, FINDS, seed).features.items()]
+    features = [f for seed in range(300) for f in seabed_with_finds(SEABED, FINDS, seed).features.items()]
     assert sum(f.stay_s for _, f in features) / len(features) == pytest.approx(330.0, abs=4.0 * 5.2)
     assert {cell for cell, _ in features} == set(SEABED.cells)
 
@@ -137,7 +137,7 @@ def test_a_find_counts_for_as_many_cells_as_are_mapped_in_its_mean_stay() -> Non
 
 # On site -----------------------------------------------------------------------------------------
 
-WRECK = Feature("find 1", (62.5, 12.5), 30.0, 8.0, 0.6)
+WRECK = SeabedFeature("find 1", (62.5, 12.5), 30.0, 8.0, 0.6)
 WRECKED = replace(SEABED, features={(2, 0): WRECK})
 
 
@@ -243,7 +243,7 @@ def test_without_finds_nothing_of_them_shows() -> None:
 
 def test_the_manifest_repeats_a_run_with_finds() -> None:
     done = run(with_finds(2, "scenario.duration_s=600"))
-    again = run(resolved(Document.of_text(manifest(done)["scenario"], "manifest"), []))
+    again = run(scenario_from(Document.of_text(manifest(done)["scenario"], "manifest"), []))
     assert again.scenario == done.scenario
     assert [m.name for m in done.milestones if m.name == "found"]
     assert all(again.recorder.rows(name) == done.recorder.rows(name) for name in done.recorder.tables)

@@ -13,7 +13,7 @@ import pytest
 import remoras
 from missions.mapping.objects import CLASSES, MOST_SHARE, Classifier, ClassifierSettings
 from missions.mapping.sensors import Seabed, SeaObject
-from missions.runs.known import Known
+from missions.runs.known import KnownAt
 from remoras.sensor import Observation, Pose
 from worldmodel import core_ontology_paths, read_tbox
 
@@ -41,7 +41,7 @@ def finished(biased: bool = False, banned: bool = False) -> remoras.Run:
     )
 
 
-def seen_at(known: Known, name: str, within_m: float = 20.0) -> str | None:
+def seen_at(known: KnownAt, name: str, within_m: float = 20.0) -> str | None:
     """The instance that the vehicle takes for an object of the scenario; None if it knows of none there."""
     found = []
     for belief in known.beliefs:

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from sample_vehicles import AUV
 
-from missions.mapping.sensors import COVERAGE, Feature, Seabed, SwathSettings
+from missions.mapping.sensors import COVERAGE, Seabed, SeabedFeature, SwathSettings
 from missions.mapping.truth import GOAL, MappingTruth
 from missions.meeting import Meeting
 from missions.runs.run import run
@@ -342,7 +342,7 @@ def test_areas_out_of_reach_are_named_where_others_are_not() -> None:
 
 def test_finds_count_all_whoever_is_left() -> None:
     """Four cells, and a find that counts for four: half of the work is done, and the rest is out of reach."""
-    feature = Feature("find 1", (212.5, 12.5), 30.0, 10.0, 0.5)
+    feature = SeabedFeature("find 1", (212.5, 12.5), 30.0, 10.0, 0.5)
     seabed = replace(BANK, features={(8, 0): feature})
     meeting = Meeting({"Team": TEAM}, {"jetty": JETTY_M}, 15.0, 20.0, 60.0, 900.0, {})
     watching = MappingTruth(meeting, seabed, {"bank": {"B": 25.0}}, 1.0, Recorder([COVERAGE, GOAL]), 4.0)

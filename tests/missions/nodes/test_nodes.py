@@ -9,9 +9,9 @@ import pytest
 from exchange.drivers import AT_ONCE, Ether
 from exchange.packets import ItemUid
 from missions.errors import ConfigurationError, OutputError
-from missions.nodes.alone import Plan, alone
-from missions.nodes.logs import Log, play, read_log
-from missions.nodes.node import Mishaps, Node, Outcome
+from missions.nodes.alone import NodePlan, alone
+from missions.nodes.logs import NodeLog, play, read_log
+from missions.nodes.node import Mishaps, NodeOutcome, VehicleNode
 from missions.scenarios import load
 
 SEED = 5
@@ -19,17 +19,21 @@ LOSSY = Mishaps(0.4, 0.1)
 UNTIL_S, SETTLE_S = 200.0, 300.0
 
 
-def plan_of(vehicle: str = "AUV00", until_s: float | None = UNTIL_S, settle_s: float = SETTLE_S, **keys: str) -> Plan:
+def plan_of(
+    vehicle: str = "AUV00", until_s: float | None = UNTIL_S, settle_s: float = SETTLE_S, **keys: str
+) -> NodePlan:
     settings = [("--set", f"{key.replace('__', '.')}={value}") for key, value in keys.items()]
-    return Plan.of(load("mapping-rendezvous", settings), vehicle, SEED, until_s, settle_s)
+    return NodePlan.of(load("mapping-rendezvous", settings), vehicle, SEED, until_s, settle_s)
 
 
-def together(plans: list[Plan], out: Path | None = None, mishaps: Mishaps = LOSSY) -> tuple[list[Node], list[Outcome]]:
+def together(
+    plans: list[NodePlan], out: Path | None = None, mishaps: Mishaps = LOSSY
+) -> tuple[list[VehicleNode], list[NodeOutcome]]:
     """Vehicles of one process that hear each other, each step that of the one whose turn it is."""
     all_alone = [alone(plan) for plan in plans]
     ether = Ether(all_alone[0].setup.modem.packet_s)
-    logs = [None if out is None else Log(out, plan) for plan in plans]
-    nodes = [Node(own, ether.driver(), AT_ONCE, log, mishaps) for own, log in zip(all_alone, logs, strict=True)]
+    logs = [None if out is None else NodeLog(out, plan) for plan in plans]
+    nodes = [VehicleNode(own, ether.driver(), AT_ONCE, log, mishaps) for own, log in zip(all_alone, logs, strict=True)]
     while True:
         node = min(nodes, key=lambda one: one.next_s)
         if node.next_s >= plans[0].end_s:
@@ -153,9 +157,9 @@ def test_a_bad_line_is_named(logged: Path, tmp_path: Path) -> None:
 
 
 def test_a_log_is_not_written_over(tmp_path: Path) -> None:
-    Log(tmp_path, plan_of()).close()
+    NodeLog(tmp_path, plan_of()).close()
     with pytest.raises(OutputError, match="is there already; name another folder by --out"):
-        Log(tmp_path, plan_of())
+        NodeLog(tmp_path, plan_of())
 
 
 def test_one_that_comes_late_neither_speaks_nor_knows_before_and_catches_up(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ import pytest
 from servicing import fault, flown, found, little, raw
 
 from missions.pandora import PandoraMission
-from missions.pandora.assessment import Monitor
+from missions.pandora.assessment import ActionMonitor
 from missions.pandora.metrics import n_false_alarms, n_false_claims, n_lost, n_missed, n_repairs
 from missions.pandora.structure import job_of
 from missions.runs.run import Run, run
@@ -117,7 +117,7 @@ def test_a_camera_that_drifts_is_corrected_by_panels(tmp_path: Path, adaptation:
 def test_without_learning_the_offset_a_drifting_camera_leads_astray(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(Monitor, "corrected", lambda self, facts, seen_m: seen_m)
+    monkeypatch.setattr(ActionMonitor, "corrected", lambda self, facts, seen_m: seen_m)
     assert not flown(tmp_path, "tactical", **DRIFTS).completed
 
 

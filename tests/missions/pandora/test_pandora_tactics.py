@@ -5,13 +5,13 @@ from typing import Any, cast
 
 import pytest
 
-from missions.pandora.assessment import SPARE_MPS, Monitor
+from missions.pandora.assessment import SPARE_MPS, ActionMonitor
 from remoras.database import VehicleData
 
 
-def monitor() -> Monitor:
+def monitor() -> ActionMonitor:
     data = SimpleNamespace(name="AUV01", transit_speed_mps=2.0, depth_m=5.0, sensor=lambda kind: None)
-    return Monitor(cast(VehicleData, data), cast(Any, None), cast(Any, None), None)
+    return ActionMonitor(cast(VehicleData, data), cast(Any, None), cast(Any, None), None)
 
 
 @pytest.mark.parametrize(

@@ -7,12 +7,12 @@ import pytest
 
 from missions.metric import NOT_APPLICABLE
 from missions.runs.fleet_metrics import (
-    able_to_work,
     closest_approach_m,
     conflicts,
     idle_s,
     job_roles,
     recovery_time_s,
+    vehicles_for_jobs,
 )
 from missions.runs.run import Run
 from missions.runs.run import run as run_scenario
@@ -38,7 +38,7 @@ def finished(completed: bool = True, end_s: float = 1000.0, **rows: list[tuple[A
 
 def test_work_is_the_roles_with_a_job_and_those_who_may_play_them() -> None:
     assert {role for _, role in job_roles(SCENARIO)} == {"LeftWinger", "Midfield", "RightWinger"}
-    assert able_to_work(SCENARIO) == ("AUV00", "AUV01", "AUV02")  # the surface vehicle leads
+    assert vehicles_for_jobs(SCENARIO) == ("AUV00", "AUV01", "AUV02")  # the surface vehicle leads
 
 
 def test_idle_is_the_time_in_which_no_role_with_a_job_is_served() -> None:

@@ -6,8 +6,8 @@ import pyoxigraph
 import pytest
 
 from missions.errors import OutputError
-from missions.runs.knowledge import export, knowledge, query
-from missions.runs.results import Results, write
+from missions.runs.knowledge import knowledge, query, write_knowledge
+from missions.runs.results import Results, write_results
 from missions.runs.run import run
 from missions.scenarios import load
 from worldmodel.rdf.writing import RdfFormat
@@ -23,7 +23,7 @@ SETTINGS = (
 @pytest.fixture(scope="module")
 def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
     folder = tmp_path_factory.mktemp("knowledge") / "run"
-    write(run(load("mapping-rendezvous", [("--set", one) for one in SETTINGS]), 7), folder)
+    write_results(run(load("mapping-rendezvous", [("--set", one) for one in SETTINGS]), 7), folder)
     return Results.read(folder)
 
 
@@ -65,19 +65,21 @@ def test_time_and_vehicle_say_whose_knowledge_and_when(results: Results) -> None
 def test_after_settling_all_write_the_same_items(results: Results, tmp_path: Path) -> None:
     names, texts = list(knowledge(results)), []
     for name in names:
-        counts = export(results, RdfFormat.N_TRIPLES, tmp_path / f"{name}.nt", vehicle=name, items=True)
+        counts = write_knowledge(results, RdfFormat.N_TRIPLES, tmp_path / f"{name}.nt", vehicle=name, items=True)
         assert list(counts) == [name]
         texts.append((tmp_path / f"{name}.nt").read_bytes())
     assert len(set(texts)) == 1
     before = []
     for name in names:
-        export(results, RdfFormat.N_TRIPLES, tmp_path / "x.nt", force=True, vehicle=name, at_s=300.0, items=True)
+        write_knowledge(
+            results, RdfFormat.N_TRIPLES, tmp_path / "x.nt", force=True, vehicle=name, at_s=300.0, items=True
+        )
         before.append((tmp_path / "x.nt").read_bytes())
     assert len(set(before)) > 1  # while the mission goes on they do not
 
 
 def test_a_file_of_all_vehicles_has_a_graph_for_each(results: Results, tmp_path: Path) -> None:
-    export(results, RdfFormat.TRIG, tmp_path / "all.trig", at_s=75.0)
+    write_knowledge(results, RdfFormat.TRIG, tmp_path / "all.trig", at_s=75.0)
     quads = list(pyoxigraph.parse((tmp_path / "all.trig").read_bytes(), format=pyoxigraph.RdfFormat.TRIG))
     graphs = {quad.graph_name for quad in quads} - {pyoxigraph.DefaultGraph()}
     labels = {quad.object.value for quad in quads if quad.subject in graphs}
@@ -93,13 +95,13 @@ def test_what_cannot_be_written_or_asked_is_one_line(results: Results, tmp_path:
         ({"items": True}, "--items: the canonical graph of items is written as nt, and the format is ttl"),
     ):
         with pytest.raises(OutputError, match=says) as caught:
-            export(results, RdfFormat.TURTLE, tmp_path / "new.ttl", **about)  # type: ignore[arg-type]
+            write_knowledge(results, RdfFormat.TURTLE, tmp_path / "new.ttl", **about)  # type: ignore[arg-type]
         assert "\n" not in str(caught.value)
         assert not (tmp_path / "new.ttl").exists()
     with pytest.raises(OutputError, match=r"there.ttl: exists; name another with --out or add --force"):
-        export(results, RdfFormat.TURTLE, tmp_path / "there.ttl")
+        write_knowledge(results, RdfFormat.TURTLE, tmp_path / "there.ttl")
     assert (tmp_path / "there.ttl").read_text(encoding="utf-8") == "mine"
     with pytest.raises(OutputError, match="is a folder; name a file"):
-        export(results, RdfFormat.TURTLE, tmp_path)
+        write_knowledge(results, RdfFormat.TURTLE, tmp_path)
     with pytest.raises(OutputError, match="no vehicle"):
         query(results, "ASK {}", "nobody")

@@ -16,8 +16,8 @@ from sampling import sampled
 from exchange.acoustics.channel import Arrival, Channel
 from missions.errors import OutputError
 from missions.runs.assembly import assemble, channel_of
-from missions.runs.known import Belief, Memory, fact_of
-from missions.runs.results import MemoryResults, Results, write
+from missions.runs.known import Belief, Memory, fact_of_row
+from missions.runs.results import MemoryResults, Results, write_results
 from missions.runs.run import Run, result_of, run
 from missions.runs.setup import resolved
 from missions.scenarios import Scenario, load
@@ -106,7 +106,7 @@ def compare(loaded: Scenario, seed: int, folder: Path | None = None, channel: Ch
     finished = run(loaded, seed, channel)
     results: Results | MemoryResults = MemoryResults(finished)
     if folder is not None:
-        write(finished, folder)
+        write_results(finished, folder)
         results = Results.read(folder)
     slot_s = finished.setup.schedule.slot_s
     ticks_s = [float(t) for t in range(int(finished.recorder.trajectories[-1][0]) + 1)]
@@ -203,7 +203,7 @@ def test_facts_of_what_was_found_are_read_back_by_name() -> None:
         ("ObjectOfInterest-7", "classification", "wreck"),
     ]
     keys = ("subject", "attribute", "value")
-    assert tuple(fact_of(reader, dict(zip(keys, one, strict=True))) for one in names) == facts
+    assert tuple(fact_of_row(reader, dict(zip(keys, one, strict=True))) for one in names) == facts
 
 
 # What is asked ------------------------------------------------------------------------------------
@@ -212,7 +212,7 @@ def test_facts_of_what_was_found_are_read_back_by_name() -> None:
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     made = tmp_path_factory.mktemp("known") / "run"
-    write(run(scenario(*LOSS, "scenario.duration_s=120"), 3), made)
+    write_results(run(scenario(*LOSS, "scenario.duration_s=120"), 3), made)
     return made
 
 

@@ -18,7 +18,7 @@ from small_mission import SMALL
 
 from missions.errors import OutputError
 from missions.runs.metrics import quantile
-from missions.runs.results import LIBRARIES, MemoryResults, Results, write
+from missions.runs.results import LIBRARIES, MemoryResults, Results, write_results
 from missions.runs.run import Run
 from missions.runs.run import run as run_scenario
 from missions.runs.summary import summary
@@ -79,7 +79,7 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Run:
 @pytest.fixture(scope="module")
 def folder(finished: Run, tmp_path_factory: pytest.TempPathFactory) -> Path:
     made = tmp_path_factory.mktemp("results") / "pond"
-    write(finished, made)
+    write_results(finished, made)
     return made
 
 
@@ -120,7 +120,7 @@ def test_rows_are_in_the_order_of_time(folder: Path, table: str):
 
 def test_a_table_of_nothing_keeps_its_columns(tmp_path: Path):
     """Nothing is mapped in the first 3 s, and nothing goes wrong."""
-    write(small_run(tmp_path, 1, "scenario.duration_s=3"), tmp_path / "out")
+    write_results(small_run(tmp_path, 1, "scenario.duration_s=3"), tmp_path / "out")
     results = Results.read(tmp_path / "out")
     for name in ("coverage", "faults"):
         assert results.table(name).num_rows == 0
@@ -304,7 +304,7 @@ def test_any_rows_of_any_table_are_in_memory_what_they_are_on_disk(finished: Run
         recorder.rows(table.name).extend(data.draw(st.lists(row, max_size=4), label=table.name))
     mine = replace(finished, recorder=recorder)
     with tempfile.TemporaryDirectory() as made:
-        write(mine, Path(made) / "out")
+        write_results(mine, Path(made) / "out")
         alike(MemoryResults(mine), Results.read(Path(made) / "out"))
 
 
@@ -320,9 +320,9 @@ def test_results_are_not_overwritten_unless_asked(finished: Run, tmp_path: Path)
     out.mkdir()
     (out / "thesis.tex").write_text("precious", encoding="utf-8")
     with pytest.raises(OutputError, match=r"exists and is not empty; name another folder or add --force"):
-        write(finished, out)
+        write_results(finished, out)
     assert everything_in(tmp_path) == {"out/thesis.tex": b"precious"}
-    write(finished, out, force=True)
+    write_results(finished, out, force=True)
     assert (out / "thesis.tex").read_text(encoding="utf-8") == "precious"
     assert json.loads(json.dumps(summary(finished))).items() <= Results.read(out).summary.items()
 
@@ -330,7 +330,7 @@ def test_results_are_not_overwritten_unless_asked(finished: Run, tmp_path: Path)
 def test_an_empty_folder_and_folders_that_do_not_exist_yet_are_filled(finished: Run, tmp_path: Path):
     (tmp_path / "empty").mkdir()
     for out in (tmp_path / "empty", tmp_path / "a" / "b" / "c"):
-        write(finished, out)
+        write_results(finished, out)
         assert Results.read(out).manifest["seed"] == 1
 
 
@@ -338,13 +338,13 @@ def test_an_empty_folder_and_folders_that_do_not_exist_yet_are_filled(finished: 
 def test_a_file_in_the_way_is_left_alone(finished: Run, tmp_path: Path, place: str):
     (tmp_path / "file").write_bytes(b"precious")
     with pytest.raises(OutputError, match=r"--out .*file"):
-        write(finished, tmp_path / place, force=True)
+        write_results(finished, tmp_path / place, force=True)
     assert everything_in(tmp_path) == {"file": b"precious"}
 
 
 def test_a_name_that_the_system_refuses_is_told(finished: Run, tmp_path: Path):
     with pytest.raises(OutputError):
-        write(finished, tmp_path / ("x" * 300))
+        write_results(finished, tmp_path / ("x" * 300))
 
 
 def test_an_interrupted_write_leaves_nothing(finished: Run, tmp_path: Path):
@@ -353,7 +353,7 @@ def test_an_interrupted_write_leaves_nothing(finished: Run, tmp_path: Path):
     broken.recorder.trajectories += finished.recorder.trajectories
     broken.recorder.faults.append(("no time", "Boat", "kind", "detail"))
     with pytest.raises(OutputError, match=r"table faults: a row does not fit its columns time_s \(float\)"):
-        write(broken, tmp_path / "out")
+        write_results(broken, tmp_path / "out")
     assert list(tmp_path.iterdir()) == []
 
 

@@ -16,7 +16,7 @@ from small_mission import SMALL
 from missions.errors import OutputError
 from missions.runs import folder as folders
 from missions.runs.folder import new_content
-from missions.runs.results import MemoryResults, Results, write
+from missions.runs.results import MemoryResults, Results, write_results
 from missions.runs.run import Run
 from missions.runs.run import run as run_scenario
 from missions.scenarios import load
@@ -56,7 +56,7 @@ def ids_of(folder: Path) -> set[str]:
 
 def test_all_files_of_a_run_share_an_id_that_its_content_gives(runs: tuple[Run, Run], tmp_path: Path) -> None:
     for number, run in enumerate((runs[0], runs[0], runs[1])):
-        write(run, tmp_path / str(number))
+        write_results(run, tmp_path / str(number))
     first, same, other = (ids_of(tmp_path / str(number)) for number in range(3))
     assert len(first) == 1
     assert first == same != other
@@ -68,7 +68,7 @@ def test_all_files_of_a_run_share_an_id_that_its_content_gives(runs: tuple[Run, 
 @pytest.mark.parametrize("foreign", ["manifest.json", "packets.parquet", "coverage.parquet"])
 def test_a_mixture_of_two_runs_is_refused_by_name(runs: tuple[Run, Run], tmp_path: Path, foreign: str) -> None:
     for run, name in zip(runs, ("one", "other"), strict=True):
-        write(run, tmp_path / name)
+        write_results(run, tmp_path / name)
     shutil.copy(tmp_path / "other" / foreign, tmp_path / "one" / foreign)
     results = Results.read(tmp_path / "one")
     with pytest.raises(OutputError, match=f"holds files of two runs: .*{foreign}"):
@@ -86,7 +86,7 @@ def without_id(path: Path) -> None:
 
 
 def test_a_folder_of_an_older_version_has_no_ids_and_is_read(runs: tuple[Run, Run], tmp_path: Path) -> None:
-    write(runs[0], tmp_path / "out")
+    write_results(runs[0], tmp_path / "out")
     without_id(tmp_path / "out" / "packets.parquet")
     with pytest.raises(OutputError, match=r"packets\.parquet of a run of an older version"):
         Results.read(tmp_path / "out").table("packets")
@@ -103,11 +103,11 @@ def test_a_folder_of_an_older_version_has_no_ids_and_is_read(runs: tuple[Run, Ru
 def test_what_was_made_of_the_older_run_goes_with_it_and_what_was_not_stays(
     runs: tuple[Run, Run], tmp_path: Path
 ) -> None:
-    write(runs[0], tmp_path / "out")
+    write_results(runs[0], tmp_path / "out")
     drawn(tmp_path / "out")
     (tmp_path / "out" / "facts.parquet").write_bytes((tmp_path / "out" / "packets.parquet").read_bytes())
-    write(runs[1], tmp_path / "out", force=True)
-    write(runs[1], tmp_path / "fresh")
+    write_results(runs[1], tmp_path / "out", force=True)
+    write_results(runs[1], tmp_path / "fresh")
     found = everything_in(tmp_path / "out")
     precious = {name: found.pop(name) for name in ("notes/mine.md", "photo.png", "thesis.txt")}
     assert set(precious.values()) == {b"precious"}

@@ -10,7 +10,7 @@ from small_mission import SMALL
 from missions.errors import OutputError
 from missions.runs import folder as folders
 from missions.runs.folder import check_output
-from missions.runs.results import MemoryResults, Results, write
+from missions.runs.results import MemoryResults, Results, write_results
 from missions.runs.run import run as run_scenario
 from missions.scenarios import load
 
@@ -49,12 +49,12 @@ def test_the_folder_holds_the_older_run_or_the_new_one(
     if not swaps:
         monkeypatch.setattr(folders, "_swapped", lambda one, other: False)
     for run in runs:
-        write(run, out, force=True)
+        write_results(run, out, force=True)
         (out / PRECIOUS).parent.mkdir(exist_ok=True)
         (out / PRECIOUS).write_text("precious", encoding="utf-8")
         whole.append(held(out))
     disk = FailingDisk(monkeypatch, name, fault)
-    write(older, out, force=True)
+    write_results(older, out, force=True)
     total = disk.counts[name]
     assert total or name in UNUSED or (name == "rename" and swaps)
     for number in range(1, total + 1):
@@ -62,7 +62,7 @@ def test_the_folder_holds_the_older_run_or_the_new_one(
         disk.fail_at(number)
         told = False
         try:
-            write(newer, out, force=True)
+            write_results(newer, out, force=True)
         except (OutputError, Killed):
             told = True
         disk.heal()
@@ -72,5 +72,5 @@ def test_the_folder_holds_the_older_run_or_the_new_one(
         found = held(out)
         assert found == whole[1] or (told and found == whole[0]), number
         assert Results.read(out).manifest["seed"] == (1 if found == whole[0] else 2)
-        write(older, out, force=True)
+        write_results(older, out, force=True)
     assert [path.name for path in tmp_path.iterdir()] == ["out"], "drafts are cleared"

@@ -8,7 +8,7 @@ import pytest
 
 from missions.errors import OutputError
 from missions.runs.run import run
-from missions.runs.tables import arrow_table, encoded, merge, write_part, write_table, writer
+from missions.runs.tables import arrow_table, encoded, merge_tables, table_writer, write_part, write_table
 from missions.scenarios import load
 from remoras.recorder import PACKETS, TABLES, TIME, VEHICLE, Column, Recorder, Table
 
@@ -45,9 +45,9 @@ def test_parts_merge_to_the_same_bytes_in_any_order(tmp_path: Path, recorder: Re
         for key in ("b", "a", "c"):
             write_part(parts, key, encoded(recorder, key))
             if not at_once:
-                merge(parts, tables, {"a", "b", "c"})
+                merge_tables(parts, tables, {"a", "b", "c"})
         if at_once:
-            merge(parts, tables, {"a", "b", "c"})
+            merge_tables(parts, tables, {"a", "b", "c"})
         assert not parts.exists()
     one, two = ((tmp_path / f"tables{at_once}" / "packets.parquet").read_bytes() for at_once in (True, False))
     assert one == two
@@ -80,10 +80,10 @@ def test_runs_share_row_groups_whole(
 
     for key in "db":  # the later ones go between those that are there
         part(key)
-    merge(tmp_path / "parts", tmp_path / "tables", set("db"))
+    merge_tables(tmp_path / "parts", tmp_path / "tables", set("db"))
     for key in "ca":
         part(key)
-    merge(tmp_path / "parts", tmp_path / "tables", set("abcd"))
+    merge_tables(tmp_path / "parts", tmp_path / "tables", set("abcd"))
     merged = pq.ParquetFile(tmp_path / "tables" / "looks.parquet")
     assert [merged.metadata.row_group(n).num_rows for n in range(merged.num_row_groups)] == groups
     assert merged.read().column("vehicle").to_pylist() == [key for key, size in sizes.items() for _ in range(size)]
@@ -93,9 +93,9 @@ def test_a_run_that_the_ledger_has_no_longer_is_left_out(tmp_path: Path, recorde
     parts, tables = tmp_path / "parts", tmp_path / "tables"
     for key in "ab":
         write_part(parts, key, encoded(recorder, key))
-    merge(parts, tables, {"a", "b"})
+    merge_tables(parts, tables, {"a", "b"})
     write_part(parts, "c", encoded(recorder, "c"))
-    merge(parts, tables, {"a", "c"})
+    merge_tables(parts, tables, {"a", "c"})
     assert set(pq.read_table(tables / "roles.parquet").column("key").to_pylist()) == {"a", "c"}
 
 
@@ -103,16 +103,16 @@ def test_a_table_of_another_version_is_not_mixed_with_new_ones(tmp_path: Path, r
     """The parts stay, so that nothing is lost."""
     parts, tables = tmp_path / "parts", tmp_path / "tables"
     write_part(parts, "a", encoded(recorder, "a"))
-    merge(parts, tables, {"a"})
+    merge_tables(parts, tables, {"a"})
     older = pq.read_table(tables / "packets.parquet")
     older = older.rename_columns([name.replace("_s", "_ms") for name in older.column_names])
-    with writer(tables / "packets.parquet", older.schema) as out:
+    with table_writer(tables / "packets.parquet", older.schema) as out:
         out.write_table(older)
     write_part(parts, "b", encoded(recorder, "b"))
     with pytest.raises(
         OutputError, match=r"packets\.parquet: has the columns key, slot, time_ms.*move packets\.parquet"
     ):
-        merge(parts, tables, {"a", "b"})
+        merge_tables(parts, tables, {"a", "b"})
     assert (parts / "b" / "packets.parquet").is_file()
 
 

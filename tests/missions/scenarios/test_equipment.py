@@ -10,12 +10,12 @@ from missions.errors import ConfigurationError
 from missions.files import shipped
 from missions.mapping.sensors import SwathSettings
 from missions.runs.knowledge import query
-from missions.runs.results import Results, write
+from missions.runs.results import Results, write_results
 from missions.runs.run import run
 from missions.runs.setup import resolved
 from missions.runs.worlds import world_model
 from missions.scenarios import load
-from missions.scenarios.equipment import capabilities_of, parts_of
+from missions.scenarios.equipment import capabilities_of, equipment_of
 from remoras.beliefs import Beliefs
 from worldmodel import core_ontology_paths, read_tbox
 from worldmodel.rdf.sparql import query as ask
@@ -96,7 +96,7 @@ def test_every_modem_profile_is_of_a_class_of_the_ontology() -> None:
     modem = tbox.class_named("AcousticModem").uid
     for profile in modems().values():
         assert tbox.is_a(tbox.class_named(profile.equipment).uid, modem), profile
-        assert parts_of({}, profile.name, {})[0] == ("modem", profile.equipment)
+        assert equipment_of({}, profile.name, {})[0] == ("modem", profile.equipment)
 
 
 def test_equipment_is_common_knowledge(tmp_path: Path) -> None:
@@ -120,7 +120,7 @@ def test_equipment_is_common_knowledge(tmp_path: Path) -> None:
 
 def test_a_run_tells_who_is_capable(tmp_path: Path) -> None:
     finished = run(load(SCENARIO, [("--set", "scenario.duration_s=20")]), 1)
-    write(finished, tmp_path / "out")
+    write_results(finished, tmp_path / "out")
     columns, rows = query(Results(tmp_path / "out"), SURVEYORS)
     assert {row[-1] for row in rows} == {"AUV00", "AUV01", "AUV02"}
     assert columns[-1] == "v"

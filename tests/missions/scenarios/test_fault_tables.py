@@ -14,7 +14,7 @@ from missions.runs.results import manifest
 from missions.runs.run import run
 from missions.scenarios import load
 from missions.scenarios.faults import DeclaredFault, kind_named
-from missions.scenarios.loading import resolved
+from missions.scenarios.loading import scenario_from
 from missions.scenarios.scenario import Scenario
 from missions.sweeps.study import load_study
 from remoras.cli import app
@@ -29,7 +29,7 @@ def with_faults(*tables: str) -> str:
 
 
 def read(*tables: str) -> Scenario:
-    return resolved(Document.of_text(with_faults(*tables), "pond.toml"))
+    return scenario_from(Document.of_text(with_faults(*tables), "pond.toml"))
 
 
 def refused(*tables: str) -> list[str]:
@@ -62,7 +62,7 @@ def declared(kind: str, **keys: object) -> DeclaredFault:
 )
 def test_a_table_is_the_fault_that_it_says(table: str, expected: DeclaredFault) -> None:
     text = with_faults(table).replace('playable_roles = ["Hand",', 'playable_roles = ["Skipper", "Hand",')
-    (found,) = resolved(Document.of_text(text, "pond.toml")).fault
+    (found,) = scenario_from(Document.of_text(text, "pond.toml")).fault
     assert found == expected
 
 
@@ -73,7 +73,7 @@ def test_a_scenario_without_faults_has_none() -> None:
 def test_the_manifest_holds_the_faults_as_declared_and_repeats_them() -> None:
     tables = LOST + "until_s = 400.0\n", 'kind = "mute"\nvehicle = "any"\nat_s = [0, 60]\n'
     finished = run(read(*tables), seed=2)
-    again = resolved(Document.of_text(manifest(finished)["scenario"], "manifest.json"))
+    again = scenario_from(Document.of_text(manifest(finished)["scenario"], "manifest.json"))
     assert again.fault == read(*tables).fault
     assert run(again, seed=2).recorder.faults == finished.recorder.faults != []
 
@@ -179,7 +179,7 @@ def test_the_head_of_a_group_that_has_none_is_refused() -> None:
     with pytest.raises(
         ConfigurationError, match=r'fault\.1\.vehicle = "head of Team": the group Team has no role with'
     ):
-        resolved(Document.of_text(text, "pond.toml"))
+        scenario_from(Document.of_text(text, "pond.toml"))
 
 
 @pytest.mark.parametrize(
@@ -221,7 +221,7 @@ def test_all_that_is_wrong_is_said_at_once() -> None:
 @pytest.mark.parametrize("junk", [5, "lost", {"kind": "lost"}, [5], [[]], [{}], [DATED]])
 def test_junk_is_a_fault_of_the_file(junk: object) -> None:
     with pytest.raises(ConfigurationError, match="fault"):
-        resolved(Document.of_text(tomli_w.dumps({"fault": junk}) + SMALL, "pond.toml"))
+        scenario_from(Document.of_text(tomli_w.dumps({"fault": junk}) + SMALL, "pond.toml"))
 
 
 def test_validate_shows_them(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from missions.document import Document
 from missions.errors import ConfigurationError
 from missions.scenarios import shipped
-from missions.scenarios.loading import resolved
+from missions.scenarios.loading import scenario_from
 from missions.scenarios.organisation import TABLES
 from missions.scenarios.organisation_file import checked
 
@@ -52,7 +52,7 @@ def test_junk_is_refused_or_taken_but_never_a_crash(path: tuple[Any, ...], junk:
         table = table[part]
     table[path[-1]] = junk
     for text, check in (
-        (tomli_w.dumps(raw), resolved),
+        (tomli_w.dumps(raw), scenario_from),
         (tomli_w.dumps({key: raw[key] for key in TABLES}), checked),
     ):
         with suppress(ConfigurationError):

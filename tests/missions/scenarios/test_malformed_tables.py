@@ -13,7 +13,7 @@ from small_mission import SMALL
 
 from missions.document import Document
 from missions.errors import ConfigurationError
-from missions.scenarios.loading import resolved
+from missions.scenarios.loading import scenario_from
 
 FAULTS = """
 [[fault]]
@@ -61,18 +61,18 @@ def replaced(place: tuple[Any, ...], by: Any) -> str:
 def test_junk_anywhere_is_a_fault_or_as_good_as_what_was_there(place: tuple[Any, ...], junk: Any) -> None:
     said = ""
     try:
-        resolved(Document.of_text(replaced(place, junk), "pond.toml"))
+        scenario_from(Document.of_text(replaced(place, junk), "pond.toml"))
     except ConfigurationError as error:
         said = str(error)
     assert all(line.startswith("pond.toml") for line in said.splitlines())
 
 
 def test_the_pond_as_tables_is_in_order() -> None:
-    assert resolved(Document.of_text(tomli_w.dumps(POND), "pond.toml")).scenario.name == "pond"
+    assert scenario_from(Document.of_text(tomli_w.dumps(POND), "pond.toml")).scenario.name == "pond"
 
 
 @pytest.mark.parametrize("roles", [5, "Skipper", {"Skipper": 1}, [5], [["Skipper"]]])
 def test_playable_roles_that_are_no_list_of_names_are_told_by_their_key(roles: Any, tmp_path: Path) -> None:
     text = replaced(("vehicle", 0, "playable_roles"), roles)
     with pytest.raises(ConfigurationError, match=r"vehicle\.Boat\.playable_roles"):
-        resolved(Document.of_text(text, "pond.toml"))
+        scenario_from(Document.of_text(text, "pond.toml"))

@@ -9,7 +9,7 @@ import pytest
 from missions.errors import ConfigurationError
 from missions.files import shipped
 from missions.runs.knowledge import query
-from missions.runs.results import Results, write
+from missions.runs.results import Results, write_results
 from missions.runs.run import run
 from missions.scenarios import load
 
@@ -40,7 +40,7 @@ def test_its_words_are_known_and_stay_with_the_run(tmp_path: Path) -> None:
     path = scenario_in(tmp_path, '["mine.ttl"]')
     finished = run(load(str(path), settings), 1)
     assert finished.setup.tbox.class_named("SurveyAUV").iri == "https://w3id.org/x/mine#SurveyAUV"
-    write(finished, tmp_path / "out")
+    write_results(finished, tmp_path / "out")
     (tmp_path / "mine.ttl").write_text("changed since", encoding="utf-8")  # the run is as it was
     read = Results.read(tmp_path / "out")
     assert query(read, "SELECT ?x { m:SurveyAUV rdfs:subClassOf ?x }", "AUV01") == (("x",), [("rm:AUV",)])

@@ -14,7 +14,7 @@ from missions.runs.results import manifest
 from missions.runs.run import run
 from missions.runs.setup import resolved as set_up
 from missions.scenarios import load, shipped
-from missions.scenarios.loading import resolved
+from missions.scenarios.loading import scenario_from
 from missions.scenarios.organisation import specified
 from missions.scenarios.parts import database_of, groups_of, mission_class
 from missions.scenarios.scenario import Scenario
@@ -121,7 +121,7 @@ def test_a_flat_scenario_is_left_as_it_is() -> None:
 def test_the_manifest_lists_whole_groups_and_repeats_the_run() -> None:
     loaded = load("mapping-nine-teams", [("--set", "scenario.duration_s=60")])
     finished = run(loaded, seed=2)
-    again = resolved(Document.of_text(manifest(finished)["scenario"], "manifest.json"))
+    again = scenario_from(Document.of_text(manifest(finished)["scenario"], "manifest.json"))
     assert again == loaded
     assert run(again, seed=2).recorder.organisation == finished.recorder.organisation != []
 
@@ -171,10 +171,10 @@ def test_a_requirement_holds_up_to_its_limit(requires: str, meets: bool) -> None
     text = text.replace('name = "Cartographer"\n', f'name = "Cartographer"\n  requires = {{ {requires} }}\n')
     document = Document.of_text(text, "mine.toml")
     if meets:
-        assert able(resolved(document), "Operational.Cartographer") == ["AUV00", "AUV01", "AUV02"]
+        assert able(scenario_from(document), "Operational.Cartographer") == ["AUV00", "AUV01", "AUV02"]
         return
     with pytest.raises(ConfigurationError, match=r"group\.Operational\.role\.Cartographer\.requires") as caught:
-        resolved(document)
+        scenario_from(document)
     assert "no vehicle meets it: " in str(caught.value)
 
 
@@ -345,14 +345,14 @@ def test_a_file_that_is_not_there_and_tables_that_are_no_organisation_are_told(t
 def test_a_group_without_a_template_of_that_name_says_so() -> None:
     text = SMALL.replace('name = "Team"\n', 'name = "Team"\ntemplate = "Crew"\n')
     with pytest.raises(ConfigurationError, match=r'group\.Team\.template = "Crew": allowed: none'):
-        resolved(Document.of_text(text, "pond.toml"))
+        scenario_from(Document.of_text(text, "pond.toml"))
 
 
 def test_nobody_is_left_to_lead_where_two_heads_exclude_each_other(tmp_path: Path) -> None:
     """Both are led by the one vehicle that is able to: no founding gives both a head."""
     text = SMALL.replace("[[vehicle]]", OTHER + "[[vehicle]]", 1).replace('"Skipper"]', '"Skipper", "Mate"]')
     with pytest.raises(ConfigurationError, match="nobody came to play it before the mission"):
-        set_up(resolved(Document.of_text(text, "pond.toml")))
+        set_up(scenario_from(Document.of_text(text, "pond.toml")))
 
 
 OTHER = """\

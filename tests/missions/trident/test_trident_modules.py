@@ -14,11 +14,11 @@ from missions.trident.modules import (
     ModuleSettings,
     SurveyorSettings,
 )
-from missions.trident.site import Block, Lying, Site
+from missions.trident.site import Lying, SeabedBlock, Site
 from remoras.sensor import Pose
 from tests.sample_vehicles import AUV
 
-BLOCK = Block("west", 0.0, 0.0, 100.0, 100.0, 20.0)
+BLOCK = SeabedBlock("west", 0.0, 0.0, 100.0, 100.0, 20.0)
 TARGET, DECOY = Lying("target", (50.0, 50.0), True), Lying("decoy 1", (90.0, 90.0), False)
 
 

@@ -4,17 +4,17 @@ import math
 
 import pytest
 
-from missions.trident.behaviours import lanes
-from missions.trident.site import APART_M, RIM_M, Block, Lying, Site, lying
+from missions.trident.behaviours import survey_lanes
+from missions.trident.site import APART_M, RIM_M, Lying, SeabedBlock, Site, lying
 
-WEST = Block("west", 0.0, 100.0, 100.0, 200.0, 20.0)
-EAST = Block("east", 150.0, 100.0, 250.0, 200.0, 20.0)
+WEST = SeabedBlock("west", 0.0, 100.0, 100.0, 200.0, 20.0)
+EAST = SeabedBlock("east", 150.0, 100.0, 250.0, 200.0, 20.0)
 
 
 def test_a_block_has_the_tiles_whose_centre_lies_in_it() -> None:
     assert len(WEST.tiles) == 5 * 5
     assert all(WEST.west_m < (c + 0.5) * 20.0 < WEST.east_m and 100.0 < (r + 0.5) * 20.0 < 200.0 for c, r in WEST.tiles)
-    assert Block("off", 5.0, 5.0, 45.0, 25.0, 20.0).tiles == ((0, 0), (1, 0))  # centres at 10 and 30, and at 10
+    assert SeabedBlock("off", 5.0, 5.0, 45.0, 25.0, 20.0).tiles == ((0, 0), (1, 0))  # centres at 10 and 30, and at 10
     assert WEST.centre_of(0) == (10.0, 110.0)
 
 
@@ -26,9 +26,9 @@ def test_tiles_below_are_those_whose_centre_is_in_reach() -> None:
 
 
 @pytest.mark.parametrize("reach_m", [8.0, 14.0, 20.0, 60.0])
-@pytest.mark.parametrize("block", [WEST, Block("tall", 0.0, 0.0, 40.0, 120.0, 20.0)], ids=lambda one: one.name)
-def test_lanes_pass_every_tile_in_reach(block: Block, reach_m: float) -> None:
-    found = list(lanes(block, reach_m))
+@pytest.mark.parametrize("block", [WEST, SeabedBlock("tall", 0.0, 0.0, 40.0, 120.0, 20.0)], ids=lambda one: one.name)
+def test_lanes_pass_every_tile_in_reach(block: SeabedBlock, reach_m: float) -> None:
+    found = list(survey_lanes(block, reach_m))
     assert frozenset().union(*(lane.tiles for lane in found)) == frozenset(range(len(block.tiles)))
     for lane in found:
         (x_m, y_m), (to_x_m, _) = lane.begin_m, lane.end_m

@@ -24,7 +24,7 @@ from remoras.htn import (
     Plan,
     Status,
     Task,
-    check,
+    check_plan,
     plan,
 )
 
@@ -130,7 +130,7 @@ def test_a_plan_in_another_order_fails(order: tuple[int, ...], monkeypatch: pyte
     steps = [node for node in made.nodes if node.method is None]
     shuffled = tuple(Node(steps[at].task, None, 0) for at in order)
     wrong = Plan((made.nodes[0], *shuffled), frozenset(), cost=4.0)
-    assert check(domain, facts, TRIP, wrong).execution
+    assert check_plan(domain, facts, TRIP, wrong).execution
     execution = Execution(domain, wrong)
     done = {"pack": {"packed": True}, "board": {("on", "Ada"): True}, "sail": {"at": "B"}, "report": {"heard by": 1}}
     carry_on(execution, facts, done)

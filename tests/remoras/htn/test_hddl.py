@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from remoras.errors import PlanningError
-from remoras.htn import Domain, Method, NoPlan, Operator, Plan, Task, check, plan
+from remoras.htn import Domain, Method, NoPlan, Operator, Plan, Task, check_plan, plan
 from remoras.htn.hddl import Problem, parse
 
 TOWERS = """
@@ -52,7 +52,7 @@ def towers(n: int) -> Problem:
 def solved(problem: Problem, *, cheapest: bool = False) -> Plan:
     found = plan(problem.domain, problem.facts, problem.tasks, goal=problem.goal, cheapest=cheapest)
     assert isinstance(found, Plan)
-    verdict = check(problem.domain, problem.facts, problem.tasks, found, goal=problem.goal)
+    verdict = check_plan(problem.domain, problem.facts, problem.tasks, found, goal=problem.goal)
     assert verdict.is_valid, str(verdict)
     return found
 
@@ -176,7 +176,9 @@ def test_a_wrong_plan_for_hddl_is_caught() -> None:
     nodes = [
         node._replace(task=Task("move", ("d2", "a", "b"))) if node.method is None else node for node in found.nodes
     ]
-    verdict = check(problem.domain, problem.facts, problem.tasks, Plan(tuple(nodes), found.rests_on, cost=found.cost))
+    verdict = check_plan(
+        problem.domain, problem.facts, problem.tasks, Plan(tuple(nodes), found.rests_on, cost=found.cost)
+    )
     assert "move(d2, a, b) is not possible where it stands" in str(verdict)
     assert "method 'one' does not turn tower(d1, a, b, c) into move(d2, a, b)" in str(verdict)
 

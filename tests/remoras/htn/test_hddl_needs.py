@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from remoras.htn import NoPlan, check, plan
+from remoras.htn import NoPlan, check_plan, plan
 from remoras.htn.hddl import grounding, parse
 
 ATOMS = st.builds("({} {})".format, st.sampled_from(["p", "q", "r"]), st.sampled_from(["?x", "?y", "one"]))
@@ -60,7 +60,7 @@ def test_working_out_what_methods_need_loses_no_plan(domain: str, holding: set[s
     expected = plan(unaided.domain, unaided.facts, unaided.tasks)
     assert isinstance(found, NoPlan) is isinstance(expected, NoPlan)
     if not isinstance(found, NoPlan):
-        assert str(check(unaided.domain, unaided.facts, unaided.tasks, found)) == "valid"
+        assert str(check_plan(unaided.domain, unaided.facts, unaided.tasks, found)) == "valid"
 
 
 MOVES = """(define (domain d) (:constants one two) (:predicates (at ?x) (never ?x))

@@ -15,7 +15,7 @@ from random_domains import (
 )
 
 from remoras.errors import PlanningError
-from remoras.htn import Domain, NoPlan, Plan, Task, check, plan
+from remoras.htn import Domain, NoPlan, Plan, Task, check_plan, plan
 
 BUDGET = 6_000
 few = settings(max_examples=80, deadline=None)
@@ -43,7 +43,7 @@ def test_there_is_a_plan_where_brute_force_finds_one(
     elif expected.is_complete:
         assert not isinstance(found, Plan)
     if isinstance(found, Plan):
-        verdict = check(domain, world, Task("X"), found, goal=goal or None)
+        verdict = check_plan(domain, world, Task("X"), found, goal=goal or None)
         assert verdict.is_valid, str(verdict)
         assert found.cost >= (expected.cost or 0.0)
 
@@ -58,7 +58,7 @@ def test_the_cheapest_plan_costs_what_brute_force_says(
     found = planned(domain, world, goal, cheapest=True)
     if isinstance(found, Plan):
         event(f"shown to be the cheapest: {found.is_cheapest}")
-        assert check(domain, world, Task("X"), found, goal=goal or None).is_valid
+        assert check_plan(domain, world, Task("X"), found, goal=goal or None).is_valid
         if expected.cost is not None and found.is_cheapest:
             assert found.cost <= expected.cost
         if expected.cost is not None and expected.is_complete:
@@ -95,7 +95,7 @@ def test_a_plan_with_one_node_changed_is_valid_only_if_it_is_another_plan(
     task = Task(data.draw(st.sampled_from(["p", "q", "r"])))
     nodes = list(found.nodes)
     nodes[place] = nodes[place]._replace(task=task)
-    verdict = check(domain, world, Task("X"), replace(found, nodes=tuple(nodes)))
+    verdict = check_plan(domain, world, Task("X"), replace(found, nodes=tuple(nodes)))
     below = [node.task.name for node in nodes if node.parent == nodes[place].parent]
     above = nodes[nodes[place].parent]
     expected = abstract[above.task.name][int(above.method or 0)][1]

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from remoras.errors import PlanningError
-from remoras.htn import ACHIEVE, Domain, Facts, Method, NoPlan, Operator, Plan, Task, check, plan
+from remoras.htn import ACHIEVE, Domain, Facts, Method, NoPlan, Operator, Plan, Task, check_plan, plan
 
 
 def steps(found: Plan | NoPlan) -> list[str]:
@@ -32,7 +32,7 @@ def test_a_task_in_the_state_of_its_ancestor_is_given_up_first_and_tried_by_dept
     found = plan(WAIT, {}, Task("all"))
     assert steps(found) == ["wait()", "wait()", "wait()", "go()"]
     assert isinstance(found, Plan)
-    assert check(WAIT, {}, Task("all"), found).is_valid
+    assert check_plan(WAIT, {}, Task("all"), found).is_valid
 
 
 def test_a_walk_to_and_fro_is_a_loop_though_facts_change_on_the_way() -> None:
@@ -106,7 +106,7 @@ def test_a_deep_plan_is_compared_copied_shown_and_checked_without_recursion() ->
     found = plan(DEEP, {}, Task("down", (5000,)))
     assert isinstance(found, Plan)
     assert pickle.loads(pickle.dumps(found)) == found
-    assert check(DEEP, {}, Task("down", (5000,)), found).is_valid
+    assert check_plan(DEEP, {}, Task("down", (5000,)), found).is_valid
     assert str(plan(DEEP, {}, Task("down", (1,)))).splitlines() == [
         "down(1) by down", "  look() by look", "  down(0) by floor", "  up()",
     ]  # fmt: skip
@@ -252,7 +252,7 @@ def test_a_goal_is_a_set_of_facts_that_hold_together_in_the_end() -> None:
     goal = {("on", "A"): "B", ("on", "B"): "C"}
     found = plan(BLOCKS, facts, goal=goal)
     assert isinstance(found, Plan)
-    assert check(BLOCKS, facts, [], found, goal=goal).is_valid
+    assert check_plan(BLOCKS, facts, [], found, goal=goal).is_valid
     cheapest = plan(BLOCKS, facts, goal=goal, cheapest=True)
     assert steps(cheapest) == ["put(C, table)", "put(A, B)", "put(A, table)", "put(B, C)", "put(A, B)"]
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from remoras.htn import Domain, Method, Node, Operator, Plan, Task, check, plan
+from remoras.htn import Domain, Method, Node, Operator, Plan, Task, check_plan, plan
 
 FACTS = {"at": "base"}
 TASK = Task("survey", ("reef",))
@@ -48,7 +48,7 @@ def changed(place: int, **parts: object) -> Plan:
 
 def verdict(found: object) -> str:
     assert isinstance(found, Plan)
-    return str(check(DOMAIN, FACTS, TASK, found, goal=GOAL))
+    return str(check_plan(DOMAIN, FACTS, TASK, found, goal=GOAL))
 
 
 def test_the_plan_itself_is_valid() -> None:
@@ -83,7 +83,7 @@ def test_what_is_wrong_with_a_plan_is_said(place: int, parts: dict[str, object],
 def test_a_step_left_out_breaks_the_tree_and_what_comes_after() -> None:
     assert isinstance(FOUND, Plan)
     nodes = [node._replace(parent=node.parent - (node.parent > OUT)) for node in NODES[:OUT] + NODES[OUT + 1 :]]
-    found = check(DOMAIN, FACTS, TASK, replace(FOUND, nodes=tuple(nodes)), goal=GOAL)
+    found = check_plan(DOMAIN, FACTS, TASK, replace(FOUND, nodes=tuple(nodes)), goal=GOAL)
     assert "method 'sail' does not turn go(reef) into nothing" in str(found)
     assert "map(reef) is not possible where it stands" in str(found)
     assert not found.is_valid
@@ -91,7 +91,7 @@ def test_a_step_left_out_breaks_the_tree_and_what_comes_after() -> None:
 
 def test_a_plan_for_other_facts_is_caught() -> None:
     assert isinstance(FOUND, Plan)
-    found = check(DOMAIN, {"at": "reef"}, TASK, FOUND, goal=GOAL)
+    found = check_plan(DOMAIN, {"at": "reef"}, TASK, FOUND, goal=GOAL)
     assert "sail(base, reef) is not possible where it stands" in str(found)
 
 

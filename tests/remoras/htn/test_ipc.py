@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 
 from benchmarks.ipc.problems import KINDS, NUMBERS, problem
-from remoras.htn import Node, Plan, Task, check, plan
+from remoras.htn import Node, Plan, Task, check_plan, plan
 from remoras.htn.hddl import Problem
 from remoras.htn.validation import Verdict
 
@@ -24,7 +24,7 @@ def solved(read: Problem, max_expansions: int = 200_000) -> Plan:
 
 
 def verdict(read: Problem, found: Plan) -> Verdict:
-    return check(read.domain, read.facts, read.tasks, found, goal=read.goal)
+    return check_plan(read.domain, read.facts, read.tasks, found, goal=read.goal)
 
 
 @pytest.mark.parametrize("number", NUMBERS)

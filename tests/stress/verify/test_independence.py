@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from missions.runs.results import write
+from missions.runs.results import write_results
 from missions.runs.run import run
 from missions.scenarios import load
 from stress.verify.folder import verify
@@ -50,7 +50,7 @@ def test_it_imports_nothing_of_ours_not_even_by_others() -> None:
 def test_runs_of_all_kinds_pass(case: str, tmp_path: Path) -> None:
     name, settings = RUNS[case]
     short = [*settings, "scenario.duration_s=600"] if name.startswith("mapping") else settings
-    write(run(load(name, [("--set", one) for one in short]), 7), tmp_path / "run")
+    write_results(run(load(name, [("--set", one) for one in short]), 7), tmp_path / "run")
     report = verify(tmp_path / "run")
     assert list(report.lines) == []
     assert report.checked["positions"] > 100
@@ -59,7 +59,7 @@ def test_runs_of_all_kinds_pass(case: str, tmp_path: Path) -> None:
 
 def test_the_command_says_what_does_not_follow(tmp_path: Path) -> None:
     folder = tmp_path / "run"
-    write(run(load("mapping-rendezvous", [("--set", "scenario.duration_s=60")]), 1), folder)
+    write_results(run(load("mapping-rendezvous", [("--set", "scenario.duration_s=60")]), 1), folder)
     summary = json.loads((folder / "summary.json").read_text())
     (folder / "summary.json").write_text(json.dumps({**summary, "n_packets": 1}))
     command = [sys.executable, "-m", "remoras", "verify"]

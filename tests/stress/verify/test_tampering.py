@@ -10,7 +10,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from missions.runs.results import write
+from missions.runs.results import write_results
 from missions.runs.run import run
 from missions.scenarios import load
 from stress.verify.folder import verify
@@ -26,7 +26,7 @@ Rows = list[dict[str, Any]]
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A whole mission in an eastward current, with two faults."""
     folder = tmp_path_factory.mktemp("made") / "run"
-    write(run(load("mapping-rendezvous", [("--set", one) for one in SETTINGS]), 3), folder)
+    write_results(run(load("mapping-rendezvous", [("--set", one) for one in SETTINGS]), 3), folder)
     return folder
 
 
@@ -34,7 +34,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def other(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The same mission with another seed, cut off early."""
     folder = tmp_path_factory.mktemp("other") / "run"
-    write(run(load("mapping-rendezvous", [("--set", "scenario.duration_s=200")]), 4), folder)
+    write_results(run(load("mapping-rendezvous", [("--set", "scenario.duration_s=200")]), 4), folder)
     return folder
 
 

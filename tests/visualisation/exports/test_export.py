@@ -11,7 +11,7 @@ import visualisation.exports
 from missions.figure import Place
 from missions.runs.results import Results
 from visualisation import ExportError
-from visualisation.exports import FORMATS, default_path, export
+from visualisation.exports import FORMATS, export, export_path
 
 WITH_DATUM = [name for name, format in FORMATS.items() if format.needs_datum]
 WITHOUT = [name for name in FORMATS if name not in WITH_DATUM]
@@ -27,8 +27,8 @@ def test_the_same_run_gives_the_same_bytes(
     run: Results, places: tuple[Place, ...], format: str, tmp_path: Path
 ) -> None:
     """In one process, and so with counters of the libraries that have moved on."""
-    first = export(run, format, default_path(tmp_path / "first", format), places=places)
-    again = export(run, format, default_path(tmp_path / "again", format), places=places)
+    first = export(run, format, export_path(tmp_path / "first", format), places=places)
+    again = export(run, format, export_path(tmp_path / "again", format), places=places)
     assert first.counts == again.counts
     if format != "netcdf":  # HDF5 writes the time of writing into the file
         assert files_of(first.path) == files_of(again.path)
@@ -71,7 +71,7 @@ def test_a_run_of_nothing_at_a_place_is_written(tmp_path: Path, format: str) -> 
 
 @pytest.mark.parametrize("format", FORMATS)
 def test_what_is_there_stays_without_force(run: Results, format: str, tmp_path: Path) -> None:
-    out = default_path(tmp_path, format)
+    out = export_path(tmp_path, format)
     export(run, format, out)
     before = files_of(out)
     with pytest.raises(ExportError, match="exists; name another with --out or add --force"):
@@ -110,7 +110,7 @@ def test_a_library_that_is_missing_is_named(run: Results, tmp_path: Path, monkey
 @pytest.mark.parametrize("format", FORMATS)
 def test_a_full_disk_leaves_nothing(run: Results, format: str, tmp_path: Path) -> None:
     """A file may have 2000 bytes at most, which is less than any export has; the system says so as a full disk does."""
-    out = default_path(tmp_path, format)
+    out = export_path(tmp_path, format)
     code = (
         "import resource, sys; from pathlib import Path; from missions.runs.results import Results\n"
         "from visualisation.exports import export\n"

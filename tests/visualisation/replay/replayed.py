@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 from browsing import CHROMIUM, QUIET
 
-from missions.runs.results import Results, write
+from missions.runs.results import Results, write_results
 from missions.runs.run import run
 from missions.scenarios import load
 from missions.scenarios.parts import mission_of, strategy_of
@@ -28,7 +28,7 @@ LOSSY = "channel.per=0.6"
 
 def recorded(folder: Path, *settings: str, scenario: str = "mapping-rendezvous", seed: int = 1) -> Results:
     """A run of a scenario with settings of its own, written and read back."""
-    write(run(load(scenario, [("--set", one) for one in settings]), seed), folder)
+    write_results(run(load(scenario, [("--set", one) for one in settings]), seed), folder)
     return Results.read(folder)
 
 

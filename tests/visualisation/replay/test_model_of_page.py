@@ -9,7 +9,7 @@ import pytest
 from replayed import asked, data_of
 
 from exchange.packets import name_of
-from missions.runs.results import Results, write
+from missions.runs.results import Results, write_results
 from missions.runs.run import run
 from missions.scenarios import load
 from missions.scenarios.parts import mission_of
@@ -43,7 +43,7 @@ def case(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
     """A run at PER 0.6, what a page holds of it, and a folder."""
     name, settings = CASES[request.param]
     folder = tmp_path_factory.mktemp("model")
-    write(run(load(name, [("--set", one) for one in ("channel.per=0.6", *settings)]), 3), folder / "run")
+    write_results(run(load(name, [("--set", one) for one in ("channel.per=0.6", *settings)]), 3), folder / "run")
     results = Results.read(folder / "run")
     return results, data_of(results), folder
 

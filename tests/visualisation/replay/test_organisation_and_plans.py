@@ -64,7 +64,7 @@ ORGANISATION = """([run], times) => times.map((t) => [-1, ...run.vehicles.keys()
 
 def check_organisation(results: Results, data: bytes, folder: Path) -> int:
     """Hold the page against the tables; returns how many groups were compared."""
-    names = reading.vehicles(results)
+    names = reading.vehicle_names(results)
     times_s = moments_s(results)
     n_groups = 0
     views = {viewer: view_of(results, viewer) for viewer in ("", *names)}
@@ -115,7 +115,7 @@ LABELS = """([run]) => run.vehicles.map((_, v) => [
 def test_a_role_is_named_with_its_group_where_several_groups_have_one_of_its_name(tmp_path: Path) -> None:
     """West, Middle and East have the same roles; those of Fleet are its own."""
     results = recorded(tmp_path / "run", "scenario.duration_s=90", scenario="mapping-nine-teams")
-    names = reading.vehicles(results)
+    names = reading.vehicle_names(results)
     told = dict(zip(names, asked([data_of(results)], LABELS, tmp_path, more=["facts.js"]), strict=True))
     spells, choices, events = told["AUV00"]
     assert "West.Coordinator" in spells

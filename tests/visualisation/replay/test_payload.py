@@ -16,7 +16,7 @@ from synthetic_runs import FICTIONS, Fiction
 from test_columns import opened
 
 from missions.errors import OutputError
-from missions.runs.results import Results, write
+from missions.runs.results import Results, write_results
 from missions.runs.run import run
 from missions.scenarios import load
 from visualisation.errors import DrawingError
@@ -311,7 +311,7 @@ WHY = """([run]) => run.events
 
 
 def chains(settings: tuple[str, ...], folder: Path) -> list[list[dict[str, Any]]]:
-    write(
+    write_results(
         run(load("mapping-rendezvous", [("--set", one) for one in ("channel.per=0.6", *settings)]), 1), folder / "run"
     )
     results = Results.read(folder / "run")

@@ -11,7 +11,7 @@ from synthetic_runs import DECLARED, FINDS, Fiction
 from missions.figure import Figure, Layer, Mark, RunResults, Style
 from missions.runs.results import Results
 from visualisation import DrawingError, style
-from visualisation.runs import draw, picture
+from visualisation.runs import draw_run_figures, run_picture
 
 WRECKS = next(one for one in DECLARED if isinstance(one, Layer))
 
@@ -35,7 +35,7 @@ def is_no_formula(axes: Any, results: RunResults, style: Style) -> str:
 
 
 def test_a_figure_is_drawn_with_the_looks_and_words_of_all_figures(run: Results, tmp_path: Path) -> None:
-    found = picture(run, "finds", DECLARED)
+    found = run_picture(run, "finds", DECLARED)
     (axes,) = found.figure.axes
     assert [line.get_color() for line in axes.get_lines()] == [style.look(0).colour, style.look(1).colour]
     assert [text.get_text() for text in found.figure.legends[0].get_texts()] == ["A", "B"]
@@ -43,7 +43,7 @@ def test_a_figure_is_drawn_with_the_looks_and_words_of_all_figures(run: Results,
     assert found.caption.startswith(
         "Finds of the vehicles over mission time. Found by 1000 s: 2. Scenario fiction, n = 2"
     )
-    written = draw(run, ["finds"], tmp_path / "out", "svg", DECLARED)
+    written = draw_run_figures(run, ["finds"], tmp_path / "out", "svg", DECLARED)
     assert [path.name for path in written.files] == ["finds.svg", "finds.txt"]
     assert written.files[1].read_text(encoding="utf-8") == found.caption + "\n"
 
@@ -57,7 +57,7 @@ def test_labels_get_the_room_that_they_take(run: Results, monkeypatch: pytest.Mo
         axes.set_title("and above")
         return ""
 
-    figure = picture(run, "large", [Figure("large", "Large", draw_large)]).figure
+    figure = run_picture(run, "large", [Figure("large", "Large", draw_large)]).figure
     check_texts(figure, monkeypatch)
     assert figure.get_figwidth() == style.COLUMN_IN
     assert any(text.endswith("\u2026") for text, _ in inscriptions(figure, monkeypatch))
@@ -76,7 +76,7 @@ def test_a_function_that_fails_is_one_clear_error_and_leaves_no_file(
 ) -> None:
     kind = type(declared).__name__.lower()
     with pytest.raises(DrawingError) as raised:
-        draw(run, [], tmp_path / "out", "svg", [replace(declared, draw=broken)])
+        draw_run_figures(run, [], tmp_path / "out", "svg", [replace(declared, draw=broken)])
     assert str(raised.value).startswith(f"the mission's {kind} {declared.name!r}: {message}")
     assert "\n" not in str(raised.value)
     assert not (tmp_path / "out").exists()
@@ -84,7 +84,7 @@ def test_a_function_that_fails_is_one_clear_error_and_leaves_no_file(
 
 def test_a_text_that_cannot_be_set_is_the_fault_of_its_figure(run: Results, tmp_path: Path) -> None:
     with pytest.raises(DrawingError, match="the mission's figure 'finds': its draw raised ValueError"):
-        draw(run, ["finds"], tmp_path / "out", "svg", [replace(FINDS, draw=is_no_formula)])
+        draw_run_figures(run, ["finds"], tmp_path / "out", "svg", [replace(FINDS, draw=is_no_formula)])
     assert not (tmp_path / "out").exists()
 
 
@@ -101,17 +101,17 @@ def test_a_text_that_cannot_be_set_is_the_fault_of_its_figure(run: Results, tmp_
 )
 def test_a_wrong_declaration_is_refused(run: Results, tmp_path: Path, declared: Any, message: str) -> None:
     with pytest.raises(DrawingError, match=message):
-        draw(run, ["roles"], tmp_path / "out", "svg", declared)
+        draw_run_figures(run, ["roles"], tmp_path / "out", "svg", declared)
     assert not (tmp_path / "out").exists()
 
 
 def test_an_unknown_kind_is_told_the_figures_of_the_mission(run: Results, tmp_path: Path) -> None:
     with pytest.raises(DrawingError, match=r"'fids'; known: trajectories, .*, tdma, links, finds; nearest: 'finds'"):
-        draw(run, ["fids"], tmp_path, "svg", DECLARED)
+        draw_run_figures(run, ["fids"], tmp_path, "svg", DECLARED)
 
 
 def test_layers_lie_below_the_tracks_and_say_their_sentence_once(run: Results) -> None:
-    found = picture(run, "trajectories", DECLARED, Fiction().places)
+    found = run_picture(run, "trajectories", DECLARED, Fiction().places)
     for axes in found.figure.axes:
         tracks = [line.get_zorder() for line in axes.get_lines() if len(line.get_xdata()) > 1]
         assert max(one.get_zorder() for one in axes.collections) < 1.0 <= min(tracks)
@@ -120,9 +120,9 @@ def test_layers_lie_below_the_tracks_and_say_their_sentence_once(run: Results) -
 
 
 def test_marks_stand_where_the_vehicle_was(run: Results) -> None:
-    found = picture(run, "trajectories", [Mark("broken_off", "broken off")])
+    found = run_picture(run, "trajectories", [Mark("broken_off", "broken off")])
     (mark,) = [line for line in found.figure.axes[0].get_lines() if line.get_marker() == "X"]
     track = next(line for line in found.figure.axes[0].get_lines() if len(line.get_xdata()) == 61)
     assert mark.get_xdata()[0] == pytest.approx(track.get_xdata()[24], abs=1e-6)  # 400 s of 1000 s in 60 steps
     assert "A: broken off at 400 s." in found.caption
-    assert "broken off" not in picture(run, "trajectories").caption
+    assert "broken off" not in run_picture(run, "trajectories").caption

@@ -13,14 +13,14 @@ from synthetic_runs import DECLARED, FICTIONS, FINDS, LONG, Fiction
 import visualisation
 from missions.runs.results import Results
 from visualisation import FORMATS, KINDS, DrawingError, style
-from visualisation.page import Picture
-from visualisation.runs import draw, motivation, picture
+from visualisation.page import DrawnPage
+from visualisation.runs import draw_run_figures, motivation, run_picture
 
 ALL_KINDS = [*KINDS, FINDS.name]
 
 
-def drawn(runs: dict[str, Results], name: str, kind: str) -> Picture:
-    return picture(runs[name], kind, DECLARED, FICTIONS[name].places)
+def drawn(runs: dict[str, Results], name: str, kind: str) -> DrawnPage:
+    return run_picture(runs[name], kind, DECLARED, FICTIONS[name].places)
 
 
 @pytest.mark.parametrize("kind", ALL_KINDS)
@@ -38,7 +38,9 @@ def test_the_same_results_give_the_same_bytes(
     tmp_path: Path, runs: dict[str, Results], file_format: str, kinds: list[str]
 ) -> None:
     run = runs["two vehicles"]
-    first, again = (draw(run, kinds, tmp_path / name, file_format, DECLARED).files for name in ("first", "again"))
+    first, again = (
+        draw_run_figures(run, kinds, tmp_path / name, file_format, DECLARED).files for name in ("first", "again")
+    )
     assert [path.name for path in first] == [
         name for kind in kinds for name in (f"{kind}.{file_format}", f"{kind}.txt")
     ]
@@ -46,7 +48,7 @@ def test_the_same_results_give_the_same_bytes(
 
 
 def test_no_kinds_are_all_kinds(tmp_path: Path, runs: dict[str, Results]) -> None:
-    written = draw(runs["empty tables"], [], tmp_path, "svg", DECLARED)
+    written = draw_run_figures(runs["empty tables"], [], tmp_path, "svg", DECLARED)
     assert [path.stem for path in written.files[::2]] == ALL_KINDS
     assert written.notes == []
 
@@ -55,10 +57,12 @@ def test_settings_of_the_user_change_nothing(tmp_path: Path, runs: dict[str, Res
     import matplotlib
 
     (plain,) = [
-        path for path in draw(runs["two vehicles"], ["roles"], tmp_path / "plain").files if path.suffix == ".png"
+        path
+        for path in draw_run_figures(runs["two vehicles"], ["roles"], tmp_path / "plain").files
+        if path.suffix == ".png"
     ]
     with matplotlib.rc_context({"font.size": 20, "lines.linewidth": 9, "savefig.bbox": "tight"}):
-        draw(runs["two vehicles"], ["roles"], tmp_path / "own")
+        draw_run_figures(runs["two vehicles"], ["roles"], tmp_path / "own")
         assert matplotlib.rcParams["font.size"] == 20
     assert (tmp_path / "own" / "roles.png").read_bytes() == plain.read_bytes()
 
@@ -92,18 +96,18 @@ def test_a_caption_gives_names_whole(runs: dict[str, Results]) -> None:
 def test_a_channel_without_loss_rate_has_none_in_the_caption(tmp_path: Path) -> None:
     run = Fiction().write(tmp_path / "run")
     run.summary["per"] = None
-    assert "PER" not in picture(run, "roles").caption
+    assert "PER" not in run_picture(run, "roles").caption
 
 
 def test_an_unknown_kind_is_told_the_nearest(tmp_path: Path, runs: dict[str, Results]) -> None:
     with pytest.raises(DrawingError, match=r"'trajectory'.*roles.*nearest: 'trajectories'"):
-        draw(runs["two vehicles"], ["roles", "trajectory"], tmp_path / "out")
+        draw_run_figures(runs["two vehicles"], ["roles", "trajectory"], tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
 
 def test_an_unknown_format_is_told_the_known(tmp_path: Path, runs: dict[str, Results]) -> None:
     with pytest.raises(DrawingError, match=r"'jpg'; known: png, svg, pdf"):
-        draw(runs["two vehicles"], ["roles"], tmp_path / "out", "jpg")
+        draw_run_figures(runs["two vehicles"], ["roles"], tmp_path / "out", "jpg")
 
 
 def test_formats_are_those_that_can_be_written(runs: dict[str, Results]) -> None:
@@ -117,7 +121,7 @@ def test_a_figure_without_its_table_is_left_out_with_a_note_or_refused(tmp_path:
     run = fiction.write(tmp_path / "run")
     (run.folder / "satisfaction.parquet").unlink()
     (run.folder / "finds.parquet").unlink()
-    written = draw(run, [], tmp_path / "all", "svg", DECLARED, fiction.places)
+    written = draw_run_figures(run, [], tmp_path / "all", "svg", DECLARED, fiction.places)
     assert [path.stem for path in written.files[::2]] == [
         "trajectories",
         "roles",
@@ -135,14 +139,14 @@ def test_a_figure_without_its_table_is_left_out_with_a_note_or_refused(tmp_path:
         "wrecks are left out of trajectories: these results have no table finds",
     ]
     with pytest.raises(DrawingError, match=r"^finds: these results have no table finds$"):
-        draw(run, ["roles", "finds"], tmp_path / "named", "svg", DECLARED)
+        draw_run_figures(run, ["roles", "finds"], tmp_path / "named", "svg", DECLARED)
     assert not (tmp_path / "named").exists()
 
 
 def test_tracks_are_drawn_without_roles(tmp_path: Path) -> None:
     run = Fiction().write(tmp_path / "run")
     (run.folder / "roles.parquet").unlink()
-    assert picture(run, "trajectories").notes == ()
+    assert run_picture(run, "trajectories").notes == ()
 
 
 def test_importing_the_package_loads_no_matplotlib() -> None:
@@ -157,10 +161,10 @@ def test_contested_choices_are_drawn_with_what_was_left_aside(tmp_path: Path) ->
     found = motivation.contested(run)
     assert [(one.vehicle, one.time_s, len(one.rows)) for one in found] == [("A", 100.0, 3), ("B", 200.0, 3)]
     assert [one.margin for one in found] == pytest.approx([0.1, 0.1])
-    figure = picture(run, "motivation").figure
+    figure = run_picture(run, "motivation").figure
     hatched = [[bar.get_width() for bar in axes.patches if bar.get_hatch()] for axes in figure.axes]
     assert hatched == [[], pytest.approx([0.25] * 3)]
-    assert "All such choices" in picture(run, "motivation").caption
+    assert "All such choices" in run_picture(run, "motivation").caption
 
 
 def test_of_two_choices_at_one_time_the_later_counts(tmp_path: Path) -> None:
@@ -171,5 +175,5 @@ def test_of_two_choices_at_one_time_the_later_counts(tmp_path: Path) -> None:
 
 
 def test_a_run_without_a_contested_choice_says_so(tmp_path: Path) -> None:
-    drawn = picture(Fiction(recorded=False).write(tmp_path / "run"), "motivation")
+    drawn = run_picture(Fiction(recorded=False).write(tmp_path / "run"), "motivation")
     assert [text.get_text() for text in drawn.figure.texts] == ["no choice was contested"]

@@ -5,7 +5,7 @@ from legibility import check_texts
 from synthetic_runs import Fiction
 
 from missions.runs.results import Results
-from visualisation.runs import lanes, picture
+from visualisation.runs import lanes, run_picture
 from visualisation.runs.reading import Span, Tenure
 
 FLEET = [f"AUV{number:02}" for number in range(32)]
@@ -51,15 +51,15 @@ def fleet(tmp_path_factory: pytest.TempPathFactory) -> Results:
     "kind", ["roles", "satisfaction", "motivation", "htn", "knowledge", "delivery", "tdma", "links"]
 )
 def test_32_vehicles_fit_a_page_of_a_paper(fleet: Results, kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    drawn = picture(fleet, kind)
+    drawn = run_picture(fleet, kind)
     assert drawn.figure.get_figwidth() == 7.2
     assert drawn.figure.get_figheight() <= 9.0
     check_texts(drawn.figure, monkeypatch)
 
 
 def test_the_caption_names_who_shares_a_lane(fleet: Results) -> None:
-    assert "24 vehicles: AUV01, AUV02, AUV03, AUV05, " in picture(fleet, "roles").caption
+    assert "24 vehicles: AUV01, AUV02, AUV03, AUV05, " in run_picture(fleet, "roles").caption
 
 
 def test_a_small_fleet_has_a_lane_for_each(runs: dict[str, Results]) -> None:
-    assert "share a lane" not in picture(runs["two vehicles"], "roles").caption
+    assert "share a lane" not in run_picture(runs["two vehicles"], "roles").caption

@@ -12,7 +12,7 @@ from synthetic_runs import DECLARED, FICTIONS, FINDS
 
 from missions.runs.results import Results
 from visualisation import KINDS, DrawingError, style
-from visualisation.runs import draw, picture
+from visualisation.runs import draw_run_figures, run_picture
 
 ALL_KINDS = [*KINDS, FINDS.name]
 
@@ -23,14 +23,14 @@ ALL_KINDS = [*KINDS, FINDS.name]
 def test_a_figure_is_as_wide_as_it_is_wanted(
     runs: dict[str, Results], name: str, kind: str, width_in: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    figure = picture(runs[name], kind, DECLARED, FICTIONS[name].places, width_in).figure
+    figure = run_picture(runs[name], kind, DECLARED, FICTIONS[name].places, width_in).figure
     assert figure.get_figwidth() == width_in
     check_texts(figure, monkeypatch)
 
 
 def test_a_width_out_of_range_is_refused(tmp_path: Path, runs: dict[str, Results]) -> None:
     with pytest.raises(DrawingError, match="width 90 in: allowed are 3 to 20 inches"):
-        draw(runs["two vehicles"], ["roles"], tmp_path / "out", width_in=90.0)
+        draw_run_figures(runs["two vehicles"], ["roles"], tmp_path / "out", width_in=90.0)
     assert not (tmp_path / "out").exists()
 
 
@@ -49,7 +49,7 @@ def colours(figure: Figure) -> set[str]:
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_colour_is_a_vehicle_in_all_figures(runs: dict[str, Results], kind: str) -> None:
     """Every colour of a figure of two vehicles is that of one of them, or a tint of it."""
-    figure = picture(runs["two vehicles"], kind, (), ()).figure
+    figure = run_picture(runs["two vehicles"], kind, (), ()).figure
     own = [style.vehicle_look(number).colour for number in range(2)]
     allowed = {to_hex(style.tint(one, strength)) for one in own for strength in (1.0, 0.4, 0.25)}
     assert colours(figure) <= allowed
@@ -62,7 +62,7 @@ def test_files_say_what_run_they_show(tmp_path: Path, runs: dict[str, Results]) 
     """Version, seed and key: as chunks of text, as Dublin Core, in the info of the document, as a comment."""
     run = runs["two vehicles"]
     for format in ("png", "svg", "pdf", "gif"):
-        draw(run, ["trajectories"], tmp_path, format)
+        draw_run_figures(run, ["trajectories"], tmp_path, format)
     png = Image.open(tmp_path / "trajectories.png")
     assert (png.text["seed"], png.text["scenario"]) == ("77", "fiction")  # type: ignore[attr-defined]
     key = png.text["run"]  # type: ignore[attr-defined]
@@ -77,7 +77,7 @@ def test_files_say_what_run_they_show(tmp_path: Path, runs: dict[str, Results]) 
 
 def test_a_gif_shows_the_run_from_start_to_end(tmp_path: Path, runs: dict[str, Results]) -> None:
     """A slide of 640 by 360 pixels, of 12 s or so, small enough to send, in the colours of the vehicles."""
-    draw(runs["two vehicles"], [], tmp_path, "gif", places=FICTIONS["two vehicles"].places)
+    draw_run_figures(runs["two vehicles"], [], tmp_path, "gif", places=FICTIONS["two vehicles"].places)
     path = tmp_path / "trajectories.gif"
     film = Image.open(path)
     assert film.size == (640, 360)
@@ -93,11 +93,11 @@ def test_a_gif_shows_the_run_from_start_to_end(tmp_path: Path, runs: dict[str, R
 
 @pytest.mark.parametrize("name", ["at once", "sixteen vehicles"])
 def test_a_gif_is_made_of_any_run(tmp_path: Path, runs: dict[str, Results], name: str) -> None:
-    draw(runs[name], ["trajectories"], tmp_path, "gif", places=FICTIONS[name].places)
+    draw_run_figures(runs[name], ["trajectories"], tmp_path, "gif", places=FICTIONS[name].places)
     assert Image.open(tmp_path / "trajectories.gif").size == (640, 360)
 
 
 def test_only_tracks_move(tmp_path: Path, runs: dict[str, Results]) -> None:
     with pytest.raises(DrawingError, match="roles: a gif is for what moves, which are the trajectories"):
-        draw(runs["two vehicles"], ["roles"], tmp_path / "out", "gif")
+        draw_run_figures(runs["two vehicles"], ["roles"], tmp_path / "out", "gif")
     assert not (tmp_path / "out").exists()

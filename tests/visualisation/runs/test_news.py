@@ -13,7 +13,7 @@ from missions.runs.results import Results
 from visualisation.outages import Outage
 from visualisation.refusals import packets_refused
 from visualisation.runs import links, news, tdma
-from visualisation.runs.news import PacketOutcome, Traffic
+from visualisation.runs.news import PacketOutcome, RunPackets
 
 
 def outcome(heard: NDArray[np.bool_], lost: NDArray[np.bool_]) -> PacketOutcome:
@@ -21,12 +21,12 @@ def outcome(heard: NDArray[np.bool_], lost: NDArray[np.bool_]) -> PacketOutcome:
     return PacketOutcome(heard, lost, np.zeros_like(heard), np.zeros_like(heard))
 
 
-def traffic() -> Traffic:
+def traffic() -> RunPackets:
     """A sends at 0, 20 and 40 s, B at 10 and 30 s, until 50 s. B hears A at 20 s only, A hears B both times."""
     heard = np.array([[0, 0], [1, 0], [0, 1], [1, 0], [0, 0]], dtype=bool)
     lost = np.array([[0, 1], [0, 0], [0, 0], [0, 0], [0, 1]], dtype=bool)
     times_s = np.array([0.0, 10.0, 20.0, 30.0, 40.0])
-    return Traffic(("A", "B"), times_s, np.arange(5), np.array([0, 1, 0, 1, 0]), outcome(heard, lost), 50.0)
+    return RunPackets(("A", "B"), times_s, np.arange(5), np.array([0, 1, 0, 1, 0]), outcome(heard, lost), 50.0)
 
 
 def test_the_share_that_was_lost_is_of_what_could_be_heard() -> None:
@@ -68,7 +68,7 @@ def test_a_vehicle_lacks_what_was_told_and_not_received(tmp_path: Path) -> None:
     After all 100 slots 75 items are of others. Each vehicle is one of three listeners to each, who lose one third.
     """
     results = Fiction(vehicles=("A", "B", "C", "D")).write(tmp_path / "run")
-    lacking = news.lacking(results, np.array([0.0, 11.5, 1000.0]))
+    lacking = news.items_lacking(results, np.array([0.0, 11.5, 1000.0]))
     assert lacking[0, 0] == 0.0  # its own item is all there is
     assert lacking[:, 0].sum() == 3.0  # nobody has heard the first one yet
     assert lacking[:, 2].sum() == news.traffic(results).outcome.lost.sum() == 100
@@ -83,7 +83,7 @@ def test_the_stretch_is_that_of_the_most_losses() -> None:
     heard = ~lost
     heard[np.arange(n), np.arange(n) % 2] = False
     slots = np.arange(n)
-    found = tdma.worst_stretch(Traffic(("A", "B"), slots * 2.0, slots, slots % 2, outcome(heard, lost), 600.0))
+    found = tdma.worst_stretch(RunPackets(("A", "B"), slots * 2.0, slots, slots % 2, outcome(heard, lost), 600.0))
     assert (found.start_s, found.end_s) == (400.0, 472.0)
 
 
@@ -141,7 +141,7 @@ def test_older_results_have_neither(tmp_path: Path) -> None:
 
 def test_estimates_are_those_of_the_table(collisions: Results) -> None:
     """They rise by 1/20 with the number of the peer and over the run; the last peer has none."""
-    found = links.links(collisions)
+    found = links.link_estimates(collisions)
     assert found.incoming[1, 0, -1] == pytest.approx(59 / 60 / 20)  # of A, as B saw it last before 998.75 s
     assert found.incoming[0, 2, 0] == pytest.approx(2 / 20)
     assert found.outgoing[2, 0] == pytest.approx((2 + 0.5 + 1.0) / 20)  # from A to C, as A has it
@@ -151,7 +151,7 @@ def test_estimates_are_those_of_the_table(collisions: Results) -> None:
 
 def test_a_peer_is_parked_until_it_is_heard_again(collisions: Results) -> None:
     """Of three others A parks D from 200 to 600 s, B from 250 s on, C from 900 s on."""
-    found = links.links(collisions)
+    found = links.link_estimates(collisions)
     shares = {time_s: found.parked[3, np.searchsorted(found.at_s, time_s)] for time_s in (190, 210, 300, 700, 950)}
     assert shares == pytest.approx({190: 0.0, 210: 1 / 3, 300: 2 / 3, 700: 1 / 3, 950: 2 / 3})
     assert not found.parked[:3].any()

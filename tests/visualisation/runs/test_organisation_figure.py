@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 from synthetic_runs import FICTIONS, FLEET, Fiction, nested
 
-from missions.runs.results import Results, write
+from missions.runs.results import Results, write_results
 from missions.runs.run import run
 from missions.scenarios import load
 from visualisation import DrawingError
-from visualisation.runs import Moment, draw, organisation, picture
+from visualisation.runs import ViewAt, draw_run_figures, organisation, run_picture
 from visualisation.runs.views import ActMark, Span, View, view_of
 
 SETTINGS = ("channel.per=0.4", "fault=[{kind='lost',vehicle='AUV00',at_s=200}]", "scenario.duration_s=700")
@@ -22,7 +22,7 @@ SETTINGS = ("channel.per=0.4", "fault=[{kind='lost',vehicle='AUV00',at_s=200}]",
 def lost(tmp_path_factory: pytest.TempPathFactory) -> Results:
     """A run in which the head of one group and planner of another is lost, and AUV01 succeeds it in both roles."""
     folder = tmp_path_factory.mktemp("lost") / "run"
-    write(run(load("mapping-rendezvous", [("--set", one) for one in SETTINGS]), 3), folder)
+    write_results(run(load("mapping-rendezvous", [("--set", one) for one in SETTINGS]), 3), folder)
     return Results.read(folder)
 
 
@@ -86,7 +86,7 @@ def test_a_group_formed_at_sea_exists_from_its_forming_to_its_dissolution(tmp_pa
 
 def shown(results: Results, at_s: float | None, viewer: str = "") -> list[str]:
     """Texts of the boxes."""
-    figure = picture(results, "organisation", moment=Moment(at_s, viewer)).figure
+    figure = run_picture(results, "organisation", moment=ViewAt(at_s, viewer)).figure
     boxes = next(axes for axes in figure.axes if not axes.axison)
     return [text.get_text() for text in boxes.texts]
 
@@ -119,11 +119,11 @@ def test_who_holds_no_role_is_a_reserve(tmp_path: Path) -> None:
     fiction = Fiction(vehicles=FLEET[:2], roles=(), groups=nested()[:1])
     results = fiction.write(tmp_path / "run")
     assert shown(results, 100.0)[-3:] == ["reserves", "AUV00", "AUV01"]
-    assert "Reserves hold no role: AUV00 and AUV01." in picture(results, "organisation").caption
+    assert "Reserves hold no role: AUV00 and AUV01." in run_picture(results, "organisation").caption
 
 
 def marks(results: Results, viewer: str = "") -> set[str]:
-    figure = picture(results, "organisation", moment=Moment(None, viewer)).figure
+    figure = run_picture(results, "organisation", moment=ViewAt(None, viewer)).figure
     return {str(line.get_marker()) for axes in figure.axes for line in axes.lines} - {"None", ""}
 
 
@@ -132,7 +132,7 @@ def test_acts_are_marked_where_they_were_heard_of(tmp_path: Path) -> None:
     results = FICTIONS["nested"].write(tmp_path / "run")
     assert marks(results) == {"X", "*", "d", "|"}
     assert marks(results, "AUV00") == {"X", "d"}
-    caption = picture(results, "organisation", moment=Moment(600.0, "AUV00")).caption
+    caption = run_picture(results, "organisation", moment=ViewAt(600.0, "AUV00")).caption
     assert caption.startswith("Organisation in the view of AUV00: above at 600 s, ")
     assert "Requests refused by AUV00 are crossed at 1 place." in caption
 
@@ -141,7 +141,7 @@ def test_acts_are_marked_where_they_were_heard_of(tmp_path: Path) -> None:
 def test_a_large_fleet_fits_a_page(tmp_path: Path, width_in: float) -> None:
     """Of 40 vehicles all of which hold five roles; roles of many holders count them, or groups are left out."""
     fiction = Fiction(tuple(f"V{n:02}" for n in range(40)), roles=[(f"G{n}", "Diver") for n in range(5)])
-    drawn = picture(fiction.write(tmp_path / "run"), "organisation", width_in=width_in)
+    drawn = run_picture(fiction.write(tmp_path / "run"), "organisation", width_in=width_in)
     assert drawn.figure.get_figheight() <= organisation.TALLEST_IN
     assert "Diver (40)" in [text.get_text() for text in drawn.figure.texts]
 
@@ -149,32 +149,32 @@ def test_a_large_fleet_fits_a_page(tmp_path: Path, width_in: float) -> None:
 def test_three_nested_teams_fit_a_column_with_all_names(tmp_path: Path) -> None:
     """Six groups of 16 vehicles at 3.5 in; what does not fit is the list of milestones, which the caption has."""
     fiction = replace(FICTIONS["nested"], milestones=[("work_done", name, "", 900.0) for name in FLEET])
-    drawn = picture(fiction.write(tmp_path / "run"), "organisation", width_in=3.5)
+    drawn = run_picture(fiction.write(tmp_path / "run"), "organisation", width_in=3.5)
     assert drawn.figure.get_figheight() <= organisation.TALLEST_IN
     assert "left out" not in drawn.caption
     assert "work done: AUV15, 900 s" in drawn.caption
     texts = [text.get_text() for axes in drawn.figure.axes if not axes.axison for text in axes.texts]
     assert {"Fleet", "Wing", "Team A", "Team B", "Team C", "Inspection"} <= set(texts)
     assert not [text.get_text() for text in drawn.figure.texts if "work done" in text.get_text()]
-    wide = picture(fiction.write(tmp_path / "wide"), "organisation").figure
+    wide = run_picture(fiction.write(tmp_path / "wide"), "organisation").figure
     assert [text.get_text() for text in wide.texts if "work done" in text.get_text()]
 
 
 @pytest.mark.parametrize(
     ("moment", "message"),
     [
-        (Moment(1200.0), "at 1200 s: this run lasts from 0 to 1000 s"),
-        (Moment(None, "a"), "unknown vehicle 'a'; known: A, B; nearest: '[AB]'"),
+        (ViewAt(1200.0), "at 1200 s: this run lasts from 0 to 1000 s"),
+        (ViewAt(None, "a"), "unknown vehicle 'a'; known: A, B; nearest: '[AB]'"),
     ],
 )
-def test_a_moment_that_the_run_has_not_is_refused(tmp_path: Path, moment: Moment, message: str) -> None:
+def test_a_moment_that_the_run_has_not_is_refused(tmp_path: Path, moment: ViewAt, message: str) -> None:
     results = Fiction().write(tmp_path / "run")
     with pytest.raises(DrawingError, match=message):
-        draw(results, ["organisation"], tmp_path / "out", moment=moment)
+        draw_run_figures(results, ["organisation"], tmp_path / "out", moment=moment)
     assert not (tmp_path / "out").exists()
 
 
 def test_a_moment_is_for_the_organisation(tmp_path: Path) -> None:
     results = Fiction().write(tmp_path / "run")
     with pytest.raises(DrawingError, match="at 9 s, viewer A: is about the figure organisation; name that too"):
-        draw(results, ["roles"], tmp_path / "out", moment=Moment(9.0, "A"))
+        draw_run_figures(results, ["roles"], tmp_path / "out", moment=ViewAt(9.0, "A"))

@@ -5,7 +5,7 @@ from pathlib import Path
 from synthetic_runs import Fiction
 
 from visualisation import style
-from visualisation.runs import htn, picture
+from visualisation.runs import htn, run_picture
 
 
 def test_a_tree_is_read_with_what_became_of_its_tasks(tmp_path: Path) -> None:
@@ -37,14 +37,14 @@ def marks(axes: object) -> dict[str, list[float]]:
 
 def test_ends_are_marked_where_they_happened(tmp_path: Path) -> None:
     """A cross for the dive that failed, dots for what was done, a dash for what was dropped, diamonds for estimates."""
-    [axes] = picture(Fiction().write(tmp_path / "run"), "htn", width_in=3.5).figure.axes
+    [axes] = run_picture(Fiction().write(tmp_path / "run"), "htn", width_in=3.5).figure.axes
     assert marks(axes) == {"X": [500.0], "o": [1000.0, 1000.0], "|": [1000.0], "d": [750.0, 500.0, 500.0]}
 
 
 def test_what_does_not_fit_a_page_is_left_out_and_said(tmp_path: Path) -> None:
     """60 vehicles have 61 plans: at 0.185 in each, even without what is below their tops, 9 in hold fewer than 49."""
     fiction = Fiction(tuple(f"V{number:02d}" for number in range(60)))
-    drawn = picture(fiction.write(tmp_path / "run"), "htn")
+    drawn = run_picture(fiction.write(tmp_path / "run"), "htn")
     assert drawn.figure.get_figheight() <= htn.TALLEST_IN
     assert "Tasks more than 0 levels below the top are left out. " in drawn.caption
     n_left_out = int(drawn.caption.split(" plans are left out.")[0].rsplit(" ", 1)[1])
@@ -54,5 +54,5 @@ def test_what_does_not_fit_a_page_is_left_out_and_said(tmp_path: Path) -> None:
 
 
 def test_without_a_plan_the_figure_says_so(tmp_path: Path) -> None:
-    drawn = picture(Fiction(recorded=False).write(tmp_path / "run"), "htn", width_in=style.COLUMN_IN)
+    drawn = run_picture(Fiction(recorded=False).write(tmp_path / "run"), "htn", width_in=style.COLUMN_IN)
     assert "no plan was carried out" in [text.get_text() for text in drawn.figure.texts]

@@ -9,7 +9,7 @@ import pytest
 from synthetic_runs import FICTIONS, Fiction
 
 from visualisation.runs import reading
-from visualisation.runs.reading import Span, Tenure, Track, VehicleFault
+from visualisation.runs.reading import PlanTrack, Span, Tenure, VehicleFault
 
 
 def tenures_of(tmp_path: Path, *events: tuple[float, str]) -> list[Tenure]:
@@ -68,7 +68,7 @@ def test_roles_of_one_group_stay_together(tmp_path: Path) -> None:
 
 
 def test_a_position_between_two_records_is_between_them() -> None:
-    track = Track(np.array([0.0, 10.0]), np.array([0.0, 20.0]), np.array([5.0, 5.0]))
+    track = PlanTrack(np.array([0.0, 10.0]), np.array([0.0, 20.0]), np.array([5.0, 5.0]))
     assert track.at(2.5) == pytest.approx((5.0, 5.0))
     assert track.between(5.0, 10.0).x_m.tolist() == [20.0]
 

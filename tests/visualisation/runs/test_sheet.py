@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from visualisation.runs import windows
-from visualisation.runs.reading import Milestone
+from visualisation.runs.reading import MilestoneRow
 from visualisation.runs.sheet import grouped, spread
 
 
@@ -20,7 +20,11 @@ def test_flags_that_have_room_are_apart_in_order_and_inside(wanted_in: list[floa
 
 def test_milestones_of_one_time_share_a_number() -> None:
     found = grouped(
-        [Milestone("gathered", "", "Red", 200.0), Milestone("done", "", "", 200.0), Milestone("begun", "A", "", 2.0)]
+        [
+            MilestoneRow("gathered", "", "Red", 200.0),
+            MilestoneRow("done", "", "", 200.0),
+            MilestoneRow("begun", "A", "", 2.0),
+        ]
     )
     assert [(mark.number, mark.label) for mark in found] == [
         (1, "begun: A (2.0 s)"),

@@ -6,7 +6,7 @@ import pytest
 from synthetic_runs import Fiction
 
 from missions.figure import Place
-from visualisation.runs import picture
+from visualisation.runs import run_picture
 
 
 def test_kinds_of_places_have_their_symbols_and_their_words(tmp_path: Path) -> None:
@@ -16,7 +16,7 @@ def test_kinds_of_places_have_their_symbols_and_their_words(tmp_path: Path) -> N
         Place("home", "dock", ((5.0, 5.0),)),
         Place("buoy", "beacon", ((90.0, 5.0),)),
     ]  # fmt: skip
-    found = picture(Fiction().write(tmp_path / "run"), "trajectories", (), places)
+    found = run_picture(Fiction().write(tmp_path / "run"), "trajectories", (), places)
     legend = {text.get_text() for text in found.figure.legends[0].get_texts()}
     assert legend == {"A", "B", "start", "end", "search box", "no-go zone", "dock", "beacon"}
     for part in (
@@ -30,7 +30,7 @@ def test_kinds_of_places_have_their_symbols_and_their_words(tmp_path: Path) -> N
 
 
 def test_without_places_there_is_nothing_of_them(tmp_path: Path) -> None:
-    found = picture(Fiction().write(tmp_path / "run"), "trajectories")
+    found = run_picture(Fiction().write(tmp_path / "run"), "trajectories")
     assert {text.get_text() for text in found.figure.legends[0].get_texts()} == {"A", "B", "start", "end"}
     assert "Outlines" not in found.caption
     assert "Stars" not in found.caption
@@ -45,7 +45,7 @@ def test_the_panel_of_the_ends_shows_the_ends(tmp_path: Path) -> None:
     """Also where the eventful stretch is at the beginning of the mission: ten events in its first tenth."""
     rows = [(10.0 * n, "A", "Team", "Leader", ("active", "inactive")[n % 2]) for n in range(10)]
     fiction = Fiction(roles=(), extra_roles=rows, radius_m=3000.0, vehicles=("A", "B"))
-    figure = picture(fiction.write(tmp_path / "run"), "trajectories").figure
+    figure = run_picture(fiction.write(tmp_path / "run"), "trajectories").figure
     titles = {axes.get_title(loc="left"): axes for axes in figure.axes}
     (beginning,) = [axes for title, axes in titles.items() if title.startswith("(b) 0 to")]
     ends = [axes for title, axes in titles.items() if "where the vehicles end" in title]

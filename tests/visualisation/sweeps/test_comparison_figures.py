@@ -22,7 +22,7 @@ from missions.metric import Better, Metric, MetricRecord
 from missions.sweeps.folder import SweepResults
 from visualisation import SWEEP_KINDS, style
 from visualisation.errors import DrawingError
-from visualisation.sweeps import draw, picture
+from visualisation.sweeps import draw_sweep_figures, sweep_picture
 from visualisation.sweeps.comparison import _charts, _file_name, _numbers
 from visualisation.sweeps.measures import RANKED, by_kind
 
@@ -95,7 +95,7 @@ def test_every_mean_is_inside_the_frame(sweeps: dict[str, SweepResults], name: s
 def test_the_same_sweep_gives_the_same_bytes(
     tmp_path: Path, seven: SweepResults, file_format: str, kinds: Sequence[str]
 ) -> None:
-    first, again = (draw(seven, kinds, tmp_path / name, file_format) for name in ("first", "again"))
+    first, again = (draw_sweep_figures(seven, kinds, tmp_path / name, file_format) for name in ("first", "again"))
     names = [path.name for path in first.files]
     drawn = kinds or (*DRAWN, *SWEEP_KINDS)
     assert set(names) >= {f"{kind}.{suffix}" for kind in drawn for suffix in (file_format, "csv", "txt")}
@@ -104,7 +104,7 @@ def test_the_same_sweep_gives_the_same_bytes(
 
 
 def test_all_kinds_are_those_with_values_and_notes_on_the_others(tmp_path: Path, seven: SweepResults) -> None:
-    drawn = draw(seven, (), tmp_path, "svg")
+    drawn = draw_sweep_figures(seven, (), tmp_path, "svg")
     missing = {metric.name for metric in METRICS} - {CHARTS[kind].name for kind in DRAWN}
     missing -= {"distance_m", "n_packets", "delivery_ratio", "false_beliefs"}
     assert len(drawn.files) == 3 * (len(METRICS) - len(missing) + len(SWEEP_KINDS))
@@ -114,7 +114,7 @@ def test_all_kinds_are_those_with_values_and_notes_on_the_others(tmp_path: Path,
 
 @pytest.mark.parametrize("kind", DRAWN)
 def test_the_numbers_are_the_rows_of_compare(tmp_path: Path, seven: SweepResults, kind: str) -> None:
-    draw(seven, [kind], tmp_path)
+    draw_sweep_figures(seven, [kind], tmp_path)
     rows = [{**asdict(row), "settings": json.dumps(row.settings)} for row in compare(seven, [CHARTS[kind].name])]
     wanted = [{key: "" if value is None else str(value) for key, value in row.items()} for row in rows]
     assert table(tmp_path / f"{kind}.csv") == wanted
@@ -122,7 +122,7 @@ def test_the_numbers_are_the_rows_of_compare(tmp_path: Path, seven: SweepResults
 
 
 def test_the_numbers_of_several_metrics_and_of_the_ranking(tmp_path: Path, seven: SweepResults) -> None:
-    draw(seven, ["overview", "ranking"], tmp_path, ranked="n_bytes")
+    draw_sweep_figures(seven, ["overview", "ranking"], tmp_path, ranked="n_bytes")
     metrics = dict.fromkeys(row["metric"] for row in table(tmp_path / "overview.csv"))
     assert list(metrics) == list(OVERVIEW)
     wanted = [(row.strategy, str(row.rank), str(row.among_best)) for row in ranks(seven, "n_bytes")]
@@ -133,7 +133,7 @@ def test_the_numbers_of_several_metrics_and_of_the_ranking(tmp_path: Path, seven
 @pytest.mark.parametrize("kind", [*DRAWN, *SWEEP_KINDS])
 def test_captions_say_what_the_figure_rests_on(tmp_path: Path, kind: str) -> None:
     results = Sweep(SEVEN[:2], channels=[("bernoulli", FEW, {})], repeats=4, n_failed=1, consistency=True)
-    draw(results.write(tmp_path / "sweep"), [kind], tmp_path / "out")
+    draw_sweep_figures(results.write(tmp_path / "sweep"), [kind], tmp_path / "out")
     text = (tmp_path / "out" / f"{kind}.txt").read_text(encoding="utf-8")
     for part in (
         {"consistency-time": "n = 2 to 3", **dict.fromkeys(COUNTING_FAILURES, "n = 4 ")}.get(kind, "n = 3 to 4"),
@@ -149,17 +149,17 @@ def test_captions_say_what_the_figure_rests_on(tmp_path: Path, kind: str) -> Non
 
 def test_a_metric_without_values_is_left_out_or_refused(tmp_path: Path, sweeps: dict[str, SweepResults]) -> None:
     results = sweeps["one strategy"]
-    drawn = draw(results, (), tmp_path / "all", "svg")
+    drawn = draw_sweep_figures(results, (), tmp_path / "all", "svg")
     assert "consistency-time is left out: no run has a value of consistency_time_s" in drawn.notes
     assert "consistency-time.svg" not in {path.name for path in drawn.files}
     with pytest.raises(DrawingError, match="consistency-time: no run has a value of consistency_time_s"):
-        draw(results, ["bytes", "consistency-time"], tmp_path / "named")
+        draw_sweep_figures(results, ["bytes", "consistency-time"], tmp_path / "named")
     assert not (tmp_path / "named").exists()
 
 
 def test_one_series_has_no_ranking(tmp_path: Path, sweeps: dict[str, SweepResults]) -> None:
     with pytest.raises(DrawingError, match="ranking: needs two strategies or policies"):
-        draw(sweeps["one point"], ["ranking"], tmp_path)
+        draw_sweep_figures(sweeps["one point"], ["ranking"], tmp_path)
 
 
 def test_a_bound_is_drawn_beside_the_others_and_not_ranked(tmp_path: Path) -> None:
@@ -168,35 +168,35 @@ def test_a_bound_is_drawn_beside_the_others_and_not_ranked(tmp_path: Path) -> No
     results = sweep.write(tmp_path / "three")
     legend = [text.get_text() for legend in figures(results)["bytes "].legends for text in legend.get_texts()]
     assert "oracle (bound)" in legend
-    draw(results, ["bytes", "ranking"], tmp_path / "out", "svg")
+    draw_sweep_figures(results, ["bytes", "ranking"], tmp_path / "out", "svg")
     assert {row["strategy"] for row in table(tmp_path / "out" / "bytes.csv")} == {"remoras", "central", "oracle"}
     assert {row["strategy"] for row in table(tmp_path / "out" / "ranking.csv")} == {"remoras", "central"}
     for kind in ("bytes", "ranking"):
         assert "Not ranked, as a bound: oracle." in (tmp_path / "out" / f"{kind}.txt").read_text(encoding="utf-8")
     two = Sweep(["remoras", "oracle"], channels=[("bernoulli", FEW, {})], repeats=2).write(tmp_path / "two")
     with pytest.raises(DrawingError, match="ranking: needs two strategies or policies that are no bounds"):
-        draw(two, ["ranking"], tmp_path / "out2")
+        draw_sweep_figures(two, ["ranking"], tmp_path / "out2")
 
 
 def test_an_unfinished_sweep_is_drawn_and_said_to_be(tmp_path: Path) -> None:
     results = Sweep(SEVEN[:2], channels=[("bernoulli", FEW, {})], repeats=2, n_remaining=3).write(tmp_path / "sweep")
-    drawn = draw(results, ["bytes", "ranking"], tmp_path / "out", "svg")
+    drawn = draw_sweep_figures(results, ["bytes", "ranking"], tmp_path / "out", "svg")
     assert drawn.notes == ["the sweep is not finished, 3 runs are missing in the figures"]
     assert "3 not made yet" in (tmp_path / "out" / "bytes.txt").read_text(encoding="utf-8")
 
 
 def test_what_cannot_be_drawn_is_refused(tmp_path: Path, seven: SweepResults) -> None:
     with pytest.raises(DrawingError, match=r"unknown kind of figure of a sweep 'misson-time'.*nearest: 'mission-time'"):
-        draw(seven, ["misson-time"], tmp_path / "out")
+        draw_sweep_figures(seven, ["misson-time"], tmp_path / "out")
     with pytest.raises(DrawingError, match="'roles' is a figure of a single run"):
-        draw(seven, ["roles"], tmp_path / "out")
+        draw_sweep_figures(seven, ["roles"], tmp_path / "out")
     with pytest.raises(DrawingError, match="unknown format 'bmp'"):
-        draw(seven, ["bytes"], tmp_path / "out", "bmp")
+        draw_sweep_figures(seven, ["bytes"], tmp_path / "out", "bmp")
     with pytest.raises(OutputError, match=r"'n_byte'.*did you mean 'n_bytes'"):
-        draw(seven, ["ranking"], tmp_path / "out", ranked="n_byte")
+        draw_sweep_figures(seven, ["ranking"], tmp_path / "out", ranked="n_byte")
     empty = Sweep(["remoras"], repeats=1, n_remaining=len(TEN)).write(tmp_path / "empty")
     with pytest.raises(OutputError, match="no run has finished"):
-        draw(empty, (), tmp_path / "out")
+        draw_sweep_figures(empty, (), tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
 
@@ -208,7 +208,7 @@ def test_up_to_six_combinations_share_a_figure_and_more_have_one_each(tmp_path: 
         sweep = Sweep(
             ["remoras"], channels=[("bernoulli", [0.1, 0.2], {})], repeats=1, grid={"mission.mode": list(range(n))}
         )
-        drawn = draw(sweep.write(tmp_path / f"sweep{n}"), ["bytes"], tmp_path / f"out{n}", "svg")
+        drawn = draw_sweep_figures(sweep.write(tmp_path / f"sweep{n}"), ["bytes"], tmp_path / f"out{n}", "svg")
         assert {path.name for path in drawn.files} == names
     rows = table(tmp_path / "out7" / "bytes-mission.mode=3.csv")
     assert [json.loads(row["settings"]) for row in rows] == [{"mission.mode": "3"}] * 2
@@ -220,12 +220,12 @@ def test_every_case_of_what_is_unforeseen_has_a_panel_or_is_a_place_on_the_axis(
     several = Sweep(SEVEN[:3], channels=[("bernoulli", FEW, {})], repeats=4, unforeseen=cases).write(
         tmp_path / "panels"
     )
-    draw(several, ["mission-time", "differences"], tmp_path, "svg")
+    draw_sweep_figures(several, ["mission-time", "differences"], tmp_path, "svg")
     for kind in ("mission-time", "differences"):
         caption = (tmp_path / f"{kind}.txt").read_text(encoding="utf-8")
         assert "Panels: (a) nothing; (b) speeds within 30 %; (c) one vehicle lost." in caption
     one = Sweep(SEVEN[:3], channels=[("bernoulli", [0.4], {})], repeats=4, unforeseen=cases).write(tmp_path / "axis")
-    draw(one, ["mission-time", "ranking"], tmp_path / "out", "svg")
+    draw_sweep_figures(one, ["mission-time", "ranking"], tmp_path / "out", "svg")
     caption = (tmp_path / "out" / "mission-time.txt").read_text(encoding="utf-8")
     assert "Mission time over case of what is unforeseen." in caption
     assert "Cases: 1 nothing, 2 speeds within 30 %, 3 one vehicle lost." in caption
@@ -246,7 +246,7 @@ def test_a_bound_makes_nobodys_work_unequal(tmp_path: Path) -> None:
 
     names = ["remoras", "central", "oracle"]
     results = Sweep(names, channels=[("bernoulli", FEW, {})], summary=law_of_bound).write(tmp_path / "sweep")
-    draw(results, ["bytes"], tmp_path / "out", "svg")
+    draw_sweep_figures(results, ["bytes"], tmp_path / "out", "svg")
     assert "Unequal work" not in (tmp_path / "out" / "bytes.txt").read_text(encoding="utf-8")
 
 
@@ -270,7 +270,7 @@ def test_figures_are_as_wide_as_they_are_wanted(
 def test_files_of_a_sweep_say_what_study_they_show(tmp_path: Path, sweeps: dict[str, SweepResults]) -> None:
     from PIL import Image
 
-    draw(sweeps["one point"], ["bytes"], tmp_path)
+    draw_sweep_figures(sweeps["one point"], ["bytes"], tmp_path)
     said = Image.open(tmp_path / "bytes.png").text  # type: ignore[attr-defined]
     assert said["seed"] == str(sweeps["one point"].file.study.seed)
     assert len(said["study"]) == 20
@@ -283,7 +283,7 @@ def test_unequal_work_is_ranked_behind_and_marked(tmp_path: Path) -> None:
     texts = [text.get_text() for text in figures(results)["ranking "].axes[0].texts]
     assert texts.count("3*") == len(FEW)
     assert any(text.endswith("; *: unequal work") for text in texts)
-    draw(results, ["ranking", "bytes"], tmp_path / "out", "svg")
+    draw_sweep_figures(results, ["ranking", "bytes"], tmp_path / "out", "svg")
     caption = (tmp_path / "out" / "ranking.txt").read_text(encoding="utf-8")
     assert "Success is the mission's whole goal (goal_fraction = 1), reached before its end." in caption
     assert "Here: central at 0.1,0.5,0.8." in caption
@@ -302,26 +302,26 @@ def test_differences_are_those_of_compare_and_the_baseline_has_none(tmp_path: Pa
     assert len(found) == 2 * 3
     legend = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
     assert legend == list(SEVEN[1:3])  # the baseline is the line at zero
-    draw(results, ["differences"], tmp_path / "out", ranked="n_bytes")
+    draw_sweep_figures(results, ["differences"], tmp_path / "out", ranked="n_bytes")
     caption = (tmp_path / "out" / "differences-n_bytes.txt").read_text(encoding="utf-8")
     assert caption.startswith("Bytes: mean differences to remoras over packet error rate")
     assert "Below zero is better." in caption
 
 
 def test_a_figure_in_memory_is_the_one_that_is_written(tmp_path: Path, seven: SweepResults) -> None:
-    drawn = picture(seven, "differences", "n_bytes", 5.0)
-    draw(seven, ["differences"], tmp_path, ranked="n_bytes", width_in=5.0)
+    drawn = sweep_picture(seven, "differences", "n_bytes", 5.0)
+    draw_sweep_figures(seven, ["differences"], tmp_path, ranked="n_bytes", width_in=5.0)
     assert f"{drawn.caption}\n" == (tmp_path / "differences-n_bytes.txt").read_text(encoding="utf-8")
     with Image.open(tmp_path / "differences-n_bytes.png") as written:
         size, dpi = written.size, written.info["dpi"][0]
     assert size == pytest.approx([side_in * dpi for side_in in drawn.figure.get_size_inches()], abs=1)
     with pytest.raises(DrawingError, match="nearest: 'differences'"):
-        picture(seven, "diferences")
+        sweep_picture(seven, "diferences")
     grown = Sweep(
         ["remoras"], channels=[("bernoulli", [0.1, 0.2], {})], repeats=1, grid={"mission.mode": list(range(7))}
     )
     with pytest.raises(DrawingError, match="has 7 of it"):
-        picture(grown.write(tmp_path / "grown"), "bytes")
+        sweep_picture(grown.write(tmp_path / "grown"), "bytes")
 
 
 def test_names_of_files_are_safe_and_differ() -> None:
@@ -355,7 +355,7 @@ def test_a_metric_that_a_mission_brings_is_drawn_ranked_and_captioned_by_its_dec
         declared=(*METRICS, depth),
     )  # fmt: skip
     kinds = ["depth-reached", "ranking"]
-    drawn = draw(results.write(tmp_path / "sweep"), kinds, tmp_path / "out", "svg", ranked="depth_m")
+    drawn = draw_sweep_figures(results.write(tmp_path / "sweep"), kinds, tmp_path / "out", "svg", ranked="depth_m")
     assert {path.name for path in drawn.files if path.suffix == ".svg"} == {"depth-reached.svg", "ranking-depth_m.svg"}
     text = (tmp_path / "out" / "depth-reached.txt").read_text(encoding="utf-8")
     assert text.startswith("Depth reached over packet error rate.")
@@ -385,16 +385,16 @@ def test_a_metric_without_direction_is_not_ranked(tmp_path: Path) -> None:
         swept = results.write(tmp_path / name)
         metric = "n_bytes" if declared else "coverage_fraction"
         with pytest.raises(DrawingError, match=f"ranking: {metric} has no value that is the best one, or this folder"):
-            draw(swept, ["ranking"], tmp_path / "out", ranked=metric)
+            draw_sweep_figures(swept, ["ranking"], tmp_path / "out", ranked=metric)
     assert not (tmp_path / "out").exists()
 
 
 def test_a_folder_that_declares_no_metrics_is_drawn(tmp_path: Path) -> None:
     results = Sweep(SEVEN[:2], channels=[("bernoulli", FEW, {})], repeats=2, declared=()).write(tmp_path / "sweep")
-    drawn = draw(results, ["bytes", "coverage_fraction", "ranking"], tmp_path / "out", "svg")
+    drawn = draw_sweep_figures(results, ["bytes", "coverage_fraction", "ranking"], tmp_path / "out", "svg")
     assert [path.name for path in drawn.files[::3]] == ["bytes.svg", "coverage-fraction.svg", "ranking.svg"]
 
 
 def test_a_metric_is_drawn_by_the_name_of_its_field_too(tmp_path: Path, seven: SweepResults) -> None:
-    drawn = draw(seven, ["n_bytes", "bytes"], tmp_path, "svg")
+    drawn = draw_sweep_figures(seven, ["n_bytes", "bytes"], tmp_path, "svg")
     assert [path.name for path in drawn.files] == ["bytes.svg", "bytes.csv", "bytes.txt"]

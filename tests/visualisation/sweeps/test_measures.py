@@ -9,7 +9,7 @@ from synthetic_sweeps import Sweep, rows_of
 from missions.comparison import Comparison
 from missions.metric import Better, MetricRecord
 from visualisation.errors import DrawingError
-from visualisation.sweeps.measures import by_kind, kind_of, measure
+from visualisation.sweeps.measures import by_kind, figure_kind, measure
 
 ENERGY = MetricRecord("energy_j", "J", Better.LOWER, "energy")
 
@@ -58,7 +58,7 @@ def test_an_interval_that_is_missing_is_the_mean(row: Comparison) -> None:
 
 
 def test_the_kind_is_the_label_with_hyphens() -> None:
-    assert kind_of(replace(ENERGY, label="Time to the 95 % mark")) == "time-to-the-95-mark"
+    assert figure_kind(replace(ENERGY, label="Time to the 95 % mark")) == "time-to-the-95-mark"
 
 
 def test_two_metrics_of_one_label_are_refused() -> None:
