@@ -141,7 +141,7 @@ class ValueRule(Protocol):
     >>> class Oldest:
     ...     name = "oldest"
     ...     def place(self, waiting):
-    ...         return Place("all", -waiting.observed_s)
+    ...         return QueuePlace("all", -waiting.observed_s)
     ...     def value(self, waiting, moment):
     ...         return moment.now_s - waiting.observed_s
     >>> Oldest().value(Waiting(priority=3, observed_s=40.0), Moment(100.0, 5))

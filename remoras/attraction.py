@@ -83,7 +83,7 @@ def attracted_velocity(
         positions_m: where others were heard last.
         weight: of attraction.
 
-    >>> attracted((3.0, 0.0), (0.0, 0.0), Pulls(answered={"AUV01": 1.0}), {"AUV01": (-30.0, 0.0)}, 0.5)
+    >>> attracted_velocity((3.0, 0.0), (0.0, 0.0), Pulls(answered={"AUV01": 1.0}), {"AUV01": (-30.0, 0.0)}, 0.5)
     (1.5, 0.0)
     """
     speed_mps = length(*goal)

@@ -53,7 +53,7 @@ def outside(start_s: float, end_s: float, out: Iterable[Outage]) -> list[tuple[f
 def outages_until(out: Iterable[Outage], end_s: float) -> list[tuple[float, float]]:
     """Outages as far as a run that ended at ``end_s`` shows them.
 
-    >>> within([Outage(2.0, 4.0), Outage(9.0, math.inf)], 10.0)
+    >>> outages_until([Outage(2.0, 4.0), Outage(9.0, math.inf)], 10.0)
     [(2.0, 4.0), (9.0, 10.0)]
     """
     return [(gap.start_s, min(gap.end_s, end_s)) for gap in out if gap.start_s < end_s]

@@ -21,7 +21,7 @@ class RoleDemand(NamedTuple):
     def cardinality(self) -> str:
         """How many may hold it, in short.
 
-        >>> Role("a", 1, 1).cardinality, Role("b", 0, 2).cardinality, Role("c", 1).cardinality, Role("d").cardinality
+        >>> tuple(RoleDemand("a", *bounds).cardinality for bounds in ((1, 1), (0, 2), (1,), ()))
         ('(1)', '(0\u20132)', '(\u2265 1)', '')
         """
         if self.maximum is None:

@@ -204,7 +204,7 @@ def rendered(figure: Figure, format: str, about: Mapping[str, str] | None = None
 def provenance_fields(format: str, about: Mapping[str, str]) -> dict[str, str]:
     """What a file says of its data, in the fields that its format has: chunks of text, Dublin Core, or the PDF info.
 
-    >>> said("svg", {"seed": "3", "run": "a1"})
+    >>> provenance_fields("svg", {"seed": "3", "run": "a1"})
     {'Description': 'seed 3; run a1'}
     """
     line = "; ".join(f"{name} {text}" for name, text in about.items())

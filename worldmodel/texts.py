@@ -50,7 +50,7 @@ def bytes_of(text: object, most_bytes: int) -> bytes:
 def decoded_text(data: bytes, most_bytes: int) -> str:
     """Return the text that stands in some bytes; raises ValueError if none does.
 
-    >>> text_of(b"T\\xc3\\xa4ufer", 8)
+    >>> decoded_text(b"T\\xc3\\xa4ufer", 8)
     'Täufer'
     """
     text = data.decode()

@@ -55,7 +55,7 @@ class LossSeries:
     def at(self, time_s: float) -> float:
         """Probability of loss at a time.
 
-        >>> Series((0.0, 10.0), (1.0, 0.0)).at(9.9)
+        >>> LossSeries((0.0, 10.0), (1.0, 0.0)).at(9.9)
         1.0
         """
         return self.per[max(0, bisect_right(self.times_s, time_s + ROUNDING_S) - 1)]

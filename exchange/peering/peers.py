@@ -86,7 +86,7 @@ class PeerLinks(NamedTuple):
 class LossEstimate:
     """Running estimate of the loss of one directed link.
 
-    >>> estimate = Estimate()
+    >>> estimate = LossEstimate()
     >>> estimate.add(3, 1)
     >>> round(estimate.link.p_loss, 2), estimate.n, estimate.longest_silence
     (0.74, 4, 17)

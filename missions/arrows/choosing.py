@@ -138,7 +138,7 @@ def _off_squared(grid: CellGrid, at_m: Point, x_m: Array, y_m: Array) -> Array:
 def lawnmower_track(west_m: float, south_m: float, east_m: float, north_m: float, apart_m: float) -> tuple[Point, ...]:
     """Points of a lawnmower track along the longer side of a rectangle, lanes no farther apart than so much.
 
-    >>> lanes(0.0, 0.0, 100.0, 40.0, 20.0)
+    >>> lawnmower_track(0.0, 0.0, 100.0, 40.0, 20.0)
     ((0.0, 10.0), (100.0, 10.0), (100.0, 30.0), (0.0, 30.0))
     """
     is_wide = east_m - west_m >= north_m - south_m

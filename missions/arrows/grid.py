@@ -110,7 +110,7 @@ class CellGrid:
     def tile_of(self, cell: int) -> tuple[int, int]:
         """Tile of a cell, and the bit of the cell in it.
 
-        >>> Grid(0.0, 0.0, 10.0, 8, 8).tile_of(13)
+        >>> CellGrid(0.0, 0.0, 10.0, 8, 8).tile_of(13)
         (1, 5)
         """
         row, column = divmod(cell, self.n_columns)

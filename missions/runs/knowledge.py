@@ -134,7 +134,7 @@ def form_of(format: str, about: tuple[str | None, float | None, bool]) -> RdfFor
 def knowledge_path(folder: Path, form: RdfFormat, vehicle: str | None, items: bool) -> Path:
     """Where knowledge is written if nothing else is said: into the folder of the run.
 
-    >>> default_path(Path("r"), RdfFormat.N_TRIPLES, "AUV01", True).as_posix()
+    >>> knowledge_path(Path("r"), RdfFormat.N_TRIPLES, "AUV01", True).as_posix()
     'r/items-AUV01.nt'
     """
     return folder / f"{'items' if items else 'knowledge'}{f'-{vehicle}' if vehicle else ''}.{form.value}"

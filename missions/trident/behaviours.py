@@ -149,7 +149,7 @@ def survey_lanes(block: SeabedBlock, reach_m: float) -> Iterator[Lane]:
         block: that is surveyed.
         reach_m: how far the module sees to both sides; tiles count as seen by their centre.
 
-    >>> [(lane.begin_m, lane.end_m) for lane in lanes(Block("north", 0.0, 0.0, 80.0, 40.0, 20.0), 15.0)]
+    >>> [(lane.begin_m, lane.end_m) for lane in survey_lanes(SeabedBlock("north", 0.0, 0.0, 80.0, 40.0, 20.0), 15.0)]
     [((0.0, 10.0), (80.0, 10.0)), ((0.0, 30.0), (80.0, 30.0))]
     """
     width_m, height_m = block.east_m - block.west_m, block.north_m - block.south_m

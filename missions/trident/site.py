@@ -59,7 +59,7 @@ class SeabedBlock:
     def tiles(self) -> tuple[Tile, ...]:
         """Tiles whose centre lies in it, row by row from the south-west; facts name them by their place here.
 
-        >>> Block("north", 0.0, 0.0, 40.0, 20.0, 20.0).tiles
+        >>> SeabedBlock("north", 0.0, 0.0, 40.0, 20.0, 20.0).tiles
         ((0, 0), (1, 0))
         """
         size_m = self.tile_m

@@ -74,7 +74,7 @@ def check_plan(
         goal: facts that must hold in the end.
 
     >>> domain = Domain.of([], {"wait": [Method.fixed("do nothing")]})
-    >>> check(domain, {}, Task("wait"), Plan((Node(Task("wait"), "do nothing", ROOT),), frozenset())).is_valid
+    >>> check_plan(domain, {}, Task("wait"), Plan((Node(Task("wait"), "do nothing", ROOT),), frozenset())).is_valid
     True
     """
     wanted = [tasks] if isinstance(tasks, Task) else list(tasks)

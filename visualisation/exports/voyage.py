@@ -58,7 +58,7 @@ class RoleState(NamedTuple):
     def text(self) -> str:
         """The roles, or ``waiting``, or ``out``.
 
-        >>> State(0.0, "AUV00", ("Cartographer", "Midfield")).text
+        >>> RoleState(0.0, "AUV00", ("Cartographer", "Midfield")).text
         'Cartographer, Midfield'
         """
         return OUT if self.is_out else ", ".join(self.roles) or WAITING

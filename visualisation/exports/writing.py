@@ -85,7 +85,7 @@ def of_name(format: str) -> FormatOfExport:
 def export_path(folder: Path, format: str) -> Path:
     """Where an export of a run is written if nothing else is said: into the folder of the run.
 
-    >>> default_path(Path("r"), "kml").as_posix(), default_path(Path("r"), "csv").as_posix()
+    >>> export_path(Path("r"), "kml").as_posix(), export_path(Path("r"), "csv").as_posix()
     ('r/run.kml', 'r/run-csv')
     """
     ending = of_name(format).ending

@@ -110,7 +110,7 @@ def figure_kind(metric: MetricRecord) -> str:
     """The kind of figure that draws one metric: its label with hyphens.
 
     >>> from missions.metric import Better
-    >>> kind_of(MetricRecord("n_dives", "", Better.LOWER, "Dives per vehicle"))
+    >>> figure_kind(MetricRecord("n_dives", "", Better.LOWER, "Dives per vehicle"))
     'dives-per-vehicle'
     """
     return re.sub(r"[^a-z0-9]+", "-", metric.label.lower()).strip("-")
