@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -61,3 +62,15 @@ def test_a_mission_of_jobs_waits_for_who_will_be_back(truth: Callable[[], JobTru
     b.will_return = False
     watching.observe(fleet, 30.0)
     assert watching.is_over
+
+
+def test_what_is_reached_is_the_share_of_all_jobs_that_are_done() -> None:
+    """Three jobs, one of which only a role has; who does a job again has done it once."""
+    digging = RoleSpecification("Digger", job="pit")
+    team = replace(TEAM, roles=(*TEAM.roles, digging))
+    meeting = replace(MEETING, groups={"Team": team}, jobs={"reef": UNASKED, "wreck": UNASKED})
+    truth = JobTruth(meeting, "Servicing", Recorder([JOBS]))
+    assert truth.goal_fraction == 0.0
+    for number, job in enumerate(("wreck", "pit", "wreck", "reef")):
+        truth.note("A", job, 10.0 * number)
+        assert truth.goal_fraction == pytest.approx((1 / 3, 2 / 3, 2 / 3, 1.0)[number])

@@ -1,7 +1,9 @@
 """The sea in missions: off by default, as keys and axes of studies, and what is refused."""
 
 import math
+from itertools import pairwise
 from pathlib import Path
+from statistics import median
 
 import pytest
 from cli.invoked import remoras
@@ -75,6 +77,18 @@ def test_the_mission_completes_in_a_current_and_takes_longer() -> None:
     done_s = {m.vehicle: m.time_s for m in against.milestones if m.name == "mapping_done"}
     usual_s = {m.vehicle: m.time_s for m in finished().milestones if m.name == "mapping_done"}
     assert all(done_s[name] > usual_s[name] for name in done_s)
+
+
+def test_water_carries_vehicles_where_its_table_says() -> None:
+    """East is where x grows, north where y does: what is made good over ground less what heading and speed make."""
+    run = finished("scenario.duration_s=60", "current.east_mps=0.3", "current.north_mps=-0.2")
+    steps = [row for row in run.recorder.trajectories if row[1] == "AUV00" and row[0] >= 20.0]
+    drifts_mps = []
+    for (from_s, _, from_x_m, from_y_m, *_), (to_s, _, x_m, y_m, heading_rad, speed_mps, *_) in pairwise(steps):
+        dt_s = to_s - from_s
+        east_mps, north_mps = (x_m - from_x_m) / dt_s, (y_m - from_y_m) / dt_s
+        drifts_mps.append((east_mps - speed_mps * math.cos(heading_rad), north_mps - speed_mps * math.sin(heading_rad)))
+    assert [median(part) for part in zip(*drifts_mps, strict=True)] == pytest.approx([0.3, -0.2], abs=1e-3)
 
 
 # Navigation ---------------------------------------------------------------------------------------

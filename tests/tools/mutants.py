@@ -2,21 +2,21 @@
 
     python -m tests.tools.mutants
     python -m tests.tools.mutants --only missions/statistics.py exchange
-    python -m tests.tools.mutants --draw 60 --seed 7
+    python -m tests.tools.mutants --draw 60 --seed 7 --log drawn.txt
 
 In a copy of the checkout the tests of all mutants have to pass first. Then one mutant after another is put in, and its
 tests run. Each has its line: caught or survives. The exit status is 1 if one survives. A mutant whose text does not
 occur exactly once in its file, or whose file or test is not there, is an error that names it.
 
 With ``--draw`` mutants are drawn by a seed (``tests/tools/drawing.py``), and each is put before the tests that are
-nearest to its file (``tests/tools/nearest.py``) for two minutes at most; how much is caught is the last line.
+nearest to its file (``tests/tools/nearest.py``) for two minutes of CPU time at most; how much is caught is the last
+line. With ``--log FILE`` a draw that was stopped goes on where it was, and ``--again`` asks those that survived.
 """
 
 from __future__ import annotations
 
 import argparse
 import os
-import re
 import shutil
 import subprocess
 import sys
@@ -28,9 +28,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
+from tests.tools import warm
 from tests.tools.drawing import Drawn, draw
-from tests.tools.limited import LIMIT
-from tests.tools.nearest import nearest
+from tests.tools.nearest import N_NEAR, Tests
 
 ROOT = Path(__file__).parents[2]
 LIST = ROOT / "tests" / "mutants.toml"
@@ -39,8 +39,9 @@ LEFT_OUT = shutil.ignore_patterns(".*", "__pycache__", "build", "*.egg-info")
 HANGS_S = 120.0
 """Tests that take longer do not end: the mutant is caught."""
 PYTEST = (sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:warnings", "-p", "no:cacheprovider")
-FAILED_TEST = re.compile(r"^(?:FAILED|ERROR) (tests/.+?)(?: - .*)?$", re.MULTILINE)
-IS_SOUND = re.compile(r"\d+ passed")
+N_FURTHER = 16
+"""So many files of tests are asked at once after the nearest."""
+CAUGHT, SURVIVES = "caught   ", "survives "
 PASSED, FAILED = 0, 1
 """Exit statuses of pytest; all others say that no test was asked."""
 
@@ -164,50 +165,95 @@ def survives(root: Path, mutant: Mutant, number: int) -> bool:
     return found == PASSED
 
 
-def main_of_drawn(root: Path, n: int, seed: int) -> int:
-    """Draw mutants and ask the nearest tests of each; returns 1 if one survives."""
-    n_caught = 0
+class Catcher:
+    """Asks the tests that are nearest to drawn mutants.
+
+    Args:
+        root: of a copy of the checkout; limit_s: CPU time for each mutant (s).
+
+    Attributes:
+        cpu_s: CPU time of all that was asked (s).
+    """
+
+    def __init__(self, root: Path, limit_s: float = HANGS_S) -> None:
+        warm.load()
+        self.cpu_s = 0.0
+        self._root = root
+        self._limit_s = limit_s
+        self._tests = Tests(root)
+        self._sound: set[str] = set()
+        self._left_out: set[str] = set()
+
+    def catcher(self, mutant: Drawn, number: int) -> str | None:
+        """The nearest test that notices a mutant in time; None if none does.
+
+        A test that fails without the mutant, too, has noticed nothing, and is asked no more.
+
+        Args:
+            mutant, number: as for ``put_in``.
+
+        Raises:
+            MutantError: no test can be loaded without the mutant.
+        """
+        left_s, n = self._limit_s, N_NEAR + 1
+        waiting = self._tests.nearest(mutant.file, mutant.line)
+        while waiting and left_s > 0.0:
+            with put_in(self._root, mutant, number):
+                answer = self._ask(waiting[:n], left_s)
+            left_s -= answer.cpu_s
+            if answer.failed is None:
+                waiting, n = waiting[n:], N_FURTHER
+            elif self._passes(answer.failed, waiting[:n]):
+                return answer.failed
+        return None
+
+    def _passes(self, failed: str, tests: list[str]) -> bool:
+        """True if what failed of some tests passes without a mutant."""
+        is_test = failed.startswith("tests/")
+        if failed in self._sound:
+            return True
+        answer = self._ask([failed] if is_test else tests, HANGS_S)
+        if answer.failed is not None and not is_test:
+            raise MutantError(f"without any mutant: {answer.failed}: {' '.join(tests)}")
+        (self._left_out if answer.failed else self._sound).add(failed)
+        return answer.failed is None
+
+    def _ask(self, tests: list[str], limit_s: float) -> warm.Answer:
+        answer = warm.ask(self._root, tests, sorted(self._left_out), limit_s)
+        self.cpu_s += answer.cpu_s
+        return answer
+
+
+def main_of_drawn(root: Path, n: int, seed: int, log: Path | None, again: bool, limit_s: float) -> int:
+    """Draw mutants and ask the nearest tests of each; returns 1 if one survives.
+
+    Args:
+        root: of the checkout; n: how many; seed: of the draw.
+        log: file that gets the line of each mutant, and of which the mutants are not asked.
+        again: ask those that survive by the log; limit_s: CPU time for each mutant (s).
+    """
+    lines = log.read_text(encoding="utf-8").splitlines() if log is not None and log.exists() else []
+    said = {line[len(CAUGHT) :].partition(" [")[0]: line[: len(CAUGHT)] for line in lines}
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / "checkout"
         shutil.copytree(root, copy, ignore=LEFT_OUT)
+        catcher = Catcher(copy, limit_s)
+        names = []
         for number, mutant in enumerate(draw(copy, n, seed), 1):
-            began_s = time.monotonic()
-            test = catcher(copy, mutant, number)
-            n_caught += test is not None
-            took = f"{time.monotonic() - began_s:.0f} s"
-            print("survives" if test is None else "caught  ", mutant, f"[{took}]", test or "", flush=True)
+            names.append(name := f"{number} {mutant}")
+            if name in said and not (again and said[name] == SURVIVES):
+                continue
+            before_s = catcher.cpu_s
+            test = catcher.catcher(mutant, number)
+            said[name] = SURVIVES if test is None else CAUGHT
+            line = f"{said[name]}{name} [{catcher.cpu_s - before_s:.0f} s] {test or ''}".rstrip()
+            print(line, flush=True)
+            if log is not None:
+                with log.open("a", encoding="utf-8") as file:
+                    file.write(f"{line}\n")
+    n_caught = sum(said[name] == CAUGHT for name in names)
     print(f"{n} mutants drawn with seed {seed}, {n_caught} caught, {n_caught / n:.1%}")
     return int(n_caught < n)
-
-
-def catcher(root: Path, mutant: Drawn, number: int) -> str | None:
-    """The nearest test that notices a drawn mutant within ``HANGS_S``; None if none does.
-
-    A test that fails without the mutant, too, has noticed nothing.
-
-    Args:
-        root, number: as for ``survives``.
-    """
-    tests = nearest(root, mutant.file)
-    with put_in(root, mutant, number):
-        output = _asked(root, tests)
-    failed = FAILED_TEST.findall(output)
-    if not failed:
-        return None if IS_SOUND.search(output) else "no test can be loaded"
-    fails_anyway = FAILED_TEST.search(_asked(root, failed)) is not None
-    return None if fails_anyway else failed[0]
-
-
-def _asked(root: Path, tests: Iterable[str]) -> str:
-    """What pytest prints of tests, at most for ``HANGS_S`` and the time of one test."""
-    command = [*PYTEST, "-rfE", "-p", "tests.tools.limited", *tests]
-    environment = {**environment_of(root), LIMIT: str(HANGS_S)}
-    try:
-        return subprocess.run(
-            command, cwd=root, env=environment, capture_output=True, text=True, timeout=3 * HANGS_S, check=False
-        ).stdout
-    except subprocess.TimeoutExpired:
-        return ""
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -218,9 +264,12 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--only", nargs="+", default=[""], help="beginnings of the names of files")
     parser.add_argument("--draw", type=int, help="draw so many mutants instead of reading the list")
     parser.add_argument("--seed", type=int, default=0, help="of the draw")
+    parser.add_argument("--log", type=Path, help="of the draw: what it has is not asked, the rest is added")
+    parser.add_argument("--again", action="store_true", help="ask those that survive by the log")
+    parser.add_argument("--limit-s", type=float, default=HANGS_S, help="CPU time for each that is drawn")
     asked = parser.parse_args(arguments)
     if asked.draw is not None:
-        return main_of_drawn(asked.root, asked.draw, asked.seed)
+        return main_of_drawn(asked.root, asked.draw, asked.seed, asked.log, asked.again, asked.limit_s)
     began_s, n_alive = time.monotonic(), 0
     try:
         mutants = [one for one in read(asked.list) if one.file.startswith(tuple(asked.only))]
@@ -233,7 +282,7 @@ def main(arguments: list[str] | None = None) -> int:
             for number, mutant in enumerate(mutants, 1):
                 is_alive = survives(root, mutant, number)
                 n_alive += is_alive
-                print("survives" if is_alive else "caught  ", mutant, flush=True)
+                print(f"{SURVIVES if is_alive else CAUGHT}{mutant}", flush=True)
     except MutantError as error:
         print(error, file=sys.stderr)
         return 2

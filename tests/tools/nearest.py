@@ -1,66 +1,95 @@
-"""Which tests are nearest to a file of the program: by name, then by how many imports lie between."""
+"""Which tests are nearest to a place of the program: by name, by rare words that they share, by imports between."""
 
 from __future__ import annotations
 
 import ast
 import heapq
 import re
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterator
 from pathlib import Path
 
 PACKAGES = ("exchange", "missions", "remoras", "stress", "visualisation", "worldmodel")
-WORD = re.compile(r"\w+")
+WORD = re.compile(r"[^\W_]{3,}")
 REFERENCE = "tests/reference/test_reference_runs.py"
 """Holds the tables of short runs of all scenarios and strategies byte for byte: near to whatever a run rests on."""
+EXAMPLES = "tests/docs/test_docstrings.py"
+"""Has a test for each file with examples in its docstrings."""
 FAR = ("tests/docs/", "tests/stress/", "tests/test_", "tests/tools/", "tests/benchmarks/")
 """Tests that are about something else, or ask everything and take long."""
+SAME_ROOM = 4.0
+"""So much more counts what a test of the same package shares."""
 N_NEAR = 6
 """Files of tests that are asked before ``REFERENCE``."""
 
 
-def nearest(root: Path, file: str) -> list[str]:
-    """Test files from near to far; those that reach the file by no import are left out.
+class Tests:
+    """The tests of a checkout and what they import, read once.
 
     Args:
-        root: of the checkout; file: of the program, from there.
+        root: of the checkout.
     """
-    importers = _importers(root)
-    steps: dict[str, int] = {}
-    waiting = [(0, file)]
-    while waiting:
-        step, found = heapq.heappop(waiting)
-        if found not in steps:
-            steps[found] = step
-            for importer in sorted(importers[found]):
-                heapq.heappush(waiting, (step + 1, importer))
-    words = _defined(root / file)
-    tests = [name for name in steps if Path(name).name.startswith("test_") and not name.startswith(FAR)]
 
-    def rank(name: str) -> tuple[bool, int, int, str]:
-        return not _bears_name(name, file), -_n_words(root / name, words), steps[name], name
+    def __init__(self, root: Path) -> None:
+        self._root = root
+        self._importers = _importers(root)
+        self._words = {
+            path.relative_to(root).as_posix(): _words(path.read_text(encoding="utf-8"))
+            for path in (root / "tests").rglob("test_*.py")
+        }
+        self._n_with = Counter(word for words in self._words.values() for word in words)
 
-    ranked = sorted(tests, key=rank)
-    near = [name for name in ranked if name != REFERENCE]
-    return [*near[:N_NEAR], REFERENCE, *near[N_NEAR:]]
+    def nearest(self, file: str, line: int = 0) -> list[str]:
+        """Tests from near to far; those that reach the file by no import are left out.
+
+        Args:
+            file: of the program, from the root of the checkout; line: of the place in it, 0 for all of it.
+        """
+        steps: dict[str, int] = {}
+        waiting = [(0, file)]
+        while waiting:
+            step, found = heapq.heappop(waiting)
+            if found not in steps:
+                steps[found] = step
+                for importer in self._importers.get(found, ()):
+                    heapq.heappush(waiting, (step + 1, importer))
+        source = (self._root / file).read_text(encoding="utf-8")
+        about = _about(source, file, line)
+
+        def rank(name: str) -> tuple[bool, float, int, str]:
+            shared = sum(1.0 / self._n_with[word] for word in about & self._words[name])
+            is_same_room = name.startswith(f"tests/{Path(file).parts[0]}/")
+            return not _bears_name(name, file), -shared * (SAME_ROOM if is_same_room else 1.0), steps[name], name
+
+        ranked = sorted((name for name in steps if name in self._words and not name.startswith(FAR)), key=rank)
+        examples = [f"{EXAMPLES}::test_examples_give_what_they_say[{_module(file)}]"] * (">>> " in source)
+        near = [*examples, *(name for name in ranked if name != REFERENCE)]
+        return [*near[:N_NEAR], *[REFERENCE] * (REFERENCE in ranked), *near[N_NEAR:]]
 
 
 def _bears_name(test: str, file: str) -> bool:
-    return Path(test).stem == f"test_{Path(file).stem}"
+    """True for the test of one file, with the name of its folder or without.
+
+    >>> _bears_name("tests/missions/mapping/test_mapping_survey.py", "missions/mapping/survey.py")
+    True
+    """
+    path = Path(file)
+    return Path(test).stem in (f"test_{path.stem}", f"test_{path.parent.name}_{path.stem}")
 
 
-def _defined(path: Path) -> frozenset[str]:
-    """The name of a file, and the names of the functions and classes in it."""
-    found = {path.stem}
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("__"):
+def _about(source: str, file: str, line: int) -> frozenset[str]:
+    """Words of a place: the name of the file, what is defined in it, and all of the function that holds the line."""
+    found = {Path(file).stem}
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.FunctionDef | ast.ClassDef):
             found.add(node.name)
-    return frozenset(found)
+            if isinstance(node, ast.FunctionDef) and node.lineno <= line <= (node.end_lineno or 0):
+                found.add(ast.get_source_segment(source, node) or "")
+    return _words(" ".join(found))
 
 
-def _n_words(path: Path, words: frozenset[str]) -> int:
-    """How many of some words a file has."""
-    return len(words & set(WORD.findall(path.read_text(encoding="utf-8"))))
+def _words(text: str) -> frozenset[str]:
+    return frozenset(word.lower() for word in WORD.findall(text))
 
 
 def _importers(root: Path) -> dict[str, set[str]]:
@@ -76,6 +105,10 @@ def _importers(root: Path) -> dict[str, set[str]]:
         for module in _imported(tree):
             if module in homes and homes[module] != name:
                 importers[homes[module]].add(name)
+        if any(isinstance(node, ast.Attribute) and node.attr == "iter_modules" for node in ast.walk(tree)):
+            for found in files:  # strategies are imported as they are found in the folder
+                if Path(found).parent == Path(name).parent and found != name:
+                    importers[found].add(name)
     return importers
 
 

@@ -165,13 +165,16 @@ def test_a_sensor_that_cannot_be_made_is_named_with_its_vehicle(pond: Setup, mon
 
 
 def test_a_group_that_nobody_comes_to_lead_is_a_fault(tmp_path: Path) -> None:
-    """The Skipper must also be Scout, a role that is not played before the mission."""
+    """The Skipper must also be Scout, a role that is not played before the mission; that is one fault, told once."""
     file = tmp_path / "pond.toml"
     text = SMALL.replace("head = true", 'head = true\n  played_by = "Team.Scout"')
     file.write_text(text.replace('["Skipper"]', '["Skipper", "Scout"]'), encoding="utf-8")
     scenario = load(str(file))
-    with pytest.raises(ConfigurationError, match=r"group\.Team\.role\.Skipper: nobody came to play it before"):
+    with pytest.raises(
+        ConfigurationError, match=r"group\.Team\.role\.Skipper: nobody came to play it before"
+    ) as caught:
         resolved(scenario)
+    assert len(caught.value.faults) == 1
 
 
 def test_a_job_that_vehicles_without_the_social_layer_alone_are_able_to_do_needs_a_head_to_give_it_out(
