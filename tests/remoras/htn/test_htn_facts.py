@@ -107,6 +107,15 @@ def test_a_plan_rests_on_the_patterns_that_were_asked_for() -> None:
     assert not found.is_touched([("road", "B", "C"), ("at", "AUV01")])
 
 
+def test_where_there_is_no_plan_a_new_fact_that_fits_a_pattern_may_bring_one() -> None:
+    facts = {("at", "AUV00"): "A", ("road", "A", "B"): True}
+    found = plan(ROUTES, facts, Task("go", ("C",)))
+    assert isinstance(found, NoPlan)
+    assert found.is_touched([("road", "B", "C")])
+    assert found.is_touched([("at", "AUV00")])
+    assert not found.is_touched([("road", "B", "D"), ("at", "AUV01")])
+
+
 def test_decompositions_are_asked_for_one_by_one() -> None:
     asked: list[int] = []
 
