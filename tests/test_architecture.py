@@ -8,6 +8,7 @@ alone may import everything. Nothing outside a mission's folder knows the words 
 import ast
 import re
 import tokenize
+import tomllib
 from collections.abc import Iterator
 from io import StringIO
 from pathlib import Path
@@ -377,6 +378,31 @@ def test_no_hidden_source_of_chance_or_time() -> None:
 def test_every_public_name_is_explained() -> None:
     found = [f"{module}: {name}" for module, text in SOURCES.items() for name in undocumented(text)]
     assert not found, "\n".join(found)
+
+
+def unexplained(source: str) -> list[int]:
+    """Lines that let a function be complex without a comment on the line before that says why."""
+    lines = source.splitlines()
+    return [
+        number for number, line in enumerate(lines, 1)
+        if re.search(r"# noqa:.*\bC901\b", line) and not lines[number - 2].lstrip().startswith("#")
+    ]  # fmt: skip
+
+
+def test_who_writes_a_complex_function_says_why() -> None:
+    files = [file for folder in (*OURS, "benchmarks", "tests") for file in sorted((ROOT / folder).rglob("*.py"))]
+    assert len(files) > 500
+    found = [f"{file.relative_to(ROOT)}:{line}" for file in files for line in unexplained(file.read_text("utf-8"))]
+    assert not found, "\n".join(found)
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["ruff"]["lint"]
+    assert "C90" in settings["select"]
+    assert settings["mccabe"]["max-complexity"] <= 15
+
+
+@pytest.mark.parametrize(("before", "lines"), [("# Rules of a table, one below the other.", []), ("", [2])])
+def test_a_complex_function_without_a_reason_is_seen(before: str, lines: list[int]) -> None:
+    marked = "def f():  # no" + "qa: C901"
+    assert unexplained(f"{before}\n{marked}\n    pass") == lines
 
 
 def test_few_names_stand_for_two_things() -> None:

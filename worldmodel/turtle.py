@@ -37,7 +37,13 @@ from worldmodel.tbox import TYPE_UID, Attribute, OntologyClass, Source, TBox, Va
 
 SIT = Namespace("https://w3id.org/remoras/situation#")
 
-_NUMBERS = {XSD.double, XSD.decimal, XSD.integer}
+_KINDS: dict[Node, ValueKind] = {
+    **dict.fromkeys((XSD.double, XSD.decimal, XSD.integer), ValueKind.NUMBER),
+    RM.Point: ValueKind.POINT,
+    XSD.boolean: ValueKind.BOOLEAN,
+    XSD.string: ValueKind.TEXT,
+}
+"""Kinds of values by range; a declared class and a list of texts are the others."""
 _RANGES = (
     "xsd:double, xsd:decimal, xsd:integer, xsd:boolean, xsd:string, rm:Point, owl:oneOf (strings) or a declared class"
 )
@@ -266,6 +272,14 @@ class _Reader:
         compiled = (self._attribute(uid, iri) for uid, iri in enumerate(iris, start=TYPE_UID + 1))
         return [built_in, *(attribute for attribute in compiled if attribute)]
 
+    def _kind(self, target: Node) -> ValueKind | None:
+        """The kind of values of a range; None if such values cannot be stored."""
+        if target in _KINDS:  # first: an ontology may declare rm:Point as a class, and its values are points
+            return _KINDS[target]
+        if target in self.class_uid:
+            return ValueKind.LINK
+        return None if self.graph.value(target, OWL.oneOf) is None else ValueKind.SYMBOL
+
     def _attribute(self, uid: int, iri: URIRef) -> Attribute | None:
         for predicate in self.graph.predicates(iri, unique=True):
             if isinstance(predicate, URIRef) and predicate.startswith(RM) and predicate not in ANNOTATIONS:
@@ -280,24 +294,16 @@ class _Reader:
         target = self._one(iri, RDFS.range, _RANGES)
         if target is None:
             return None
-        fields: tuple[Field, ...] = ()
-        symbols: tuple[str, ...] = ()
-        range_class = None
-        if target in _NUMBERS:
-            kind, fields = ValueKind.NUMBER, self.annotations.fields(iri, 1)
-        elif target == RM.Point:
-            kind, fields = ValueKind.POINT, self.annotations.fields(iri, 2)
-        elif target == XSD.boolean:
-            kind = ValueKind.BOOLEAN
-        elif target == XSD.string:
-            kind = ValueKind.TEXT
-        elif target in self.class_uid:
-            kind, range_class = ValueKind.LINK, self.class_uid[target]
-        elif (listed := self.graph.value(target, OWL.oneOf)) is not None:
-            kind, symbols = ValueKind.SYMBOL, self._symbols(iri, listed)
-        else:
+        kind = self._kind(target)
+        if kind is None:
             self.fault(iri, f"its range {self.shown(target)} cannot be stored", _RANGES)
             return None
+        n_fields = {ValueKind.NUMBER: 1, ValueKind.POINT: 2}.get(kind, 0)
+        fields: tuple[Field, ...] = self.annotations.fields(iri, n_fields) if n_fields else ()
+        range_class = self.class_uid[target] if kind is ValueKind.LINK else None
+        symbols: tuple[str, ...] = ()
+        if kind is ValueKind.SYMBOL and (listed := self.graph.value(target, OWL.oneOf)) is not None:
+            symbols = self._symbols(iri, listed)
         if kind not in {ValueKind.NUMBER, ValueKind.POINT}:
             for annotation in (*BOUNDS, RM.unit, RM.coarseResolution):
                 if (iri, annotation, None) in self.graph:

@@ -33,7 +33,8 @@ def rover(gtpyhop: Any, problem: Problem) -> tuple[Any, Todo]:
     return state, _todo(problem)
 
 
-def _declare_actions(gtpyhop: Any) -> None:
+# Complex only by the number of small functions inside, one for each action or method of the domain.
+def _declare_actions(gtpyhop: Any) -> None:  # noqa: C901
     def drive(state: Any, x: str, v: str, w: str) -> Any:
         if state.at[x] == v and w in state.way[x][v] and (v, w) in state.sight:
             state.at[x] = w
@@ -153,7 +154,8 @@ def _declare_ways(gtpyhop: Any) -> None:
     gtpyhop.declare_task_methods("go_on", arrived, last_leg, *map(one_leg, range(WAYS)))
 
 
-def _declare_jobs(gtpyhop: Any) -> None:
+# Complex only by the number of small functions inside, one for each action or method of the domain.
+def _declare_jobs(gtpyhop: Any) -> None:  # noqa: C901
     def is_empty(state: Any, s: str, x: str) -> Any:
         return [("skip",)] if s in state.empty else None
 
