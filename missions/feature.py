@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from missions.metric import Metric
     from missions.scenarios.scenario import Scenario
     from missions.scenarios.tables import Raw
-    from remoras.database import AUVDatabase
+    from remoras.database import AUVDatabase, VehicleData
     from remoras.events import Part
     from remoras.mission import Mission
     from remoras.recorder import Recorder
@@ -124,6 +124,7 @@ class Feature:
         turns: called with each checked scenario; nodes that send in each slot of a frame, empty if the feature has
             nothing to say to that.
         metrics: figures of a run; each is not applicable where the scenario does not use the feature.
+        last_metrics: the same; they stand in the summary behind the others that every run has.
         instances: called with each checked scenario; class and name of what the whole fleet has names for on top.
         needed: called when a scenario is checked, with the raw tables; attributes of which somebody needs values.
         on_demand: called with each checked scenario; attributes that are exchanged once somebody needs them.
@@ -131,6 +132,12 @@ class Feature:
         ahead_s: called with each checked scenario; the most by which any clock may come to be ahead (s).
         trials: with what `remoras stress` tries it.
         made_checks: called with a scenario that has no other faults and its mission; yields what is wrong.
+        real: called with each scenario, the data of a vehicle and the seed; the vehicle as it really is in that run.
+        slower: called when a scenario is checked, with the raw tables; the share by which vehicles may be slower than
+            their data, not checked yet, and the key that says so.
+        place_error_m: called with each checked scenario and data of vehicles; how far off these may take themselves to
+            be in the time in which they learn their place (m); None where they know it.
+        locating: called with each checked scenario; names of the vehicles near which others learn where they are.
     """
 
     keys: Mapping[str, Mapping[str, tuple[Any, Any]]]
@@ -140,6 +147,7 @@ class Feature:
     states: Sequence[str] = ()
     turns: Callable[[Scenario], Sequence[Sequence[int]]] = lambda scenario: ()
     metrics: Sequence[Metric] = ()
+    last_metrics: Sequence[Metric] = ()
     instances: Callable[[Scenario], Sequence[tuple[str, str]]] = lambda scenario: ()
     needed: Callable[[Raw], Iterable[str]] = lambda raw: ()
     on_demand: Callable[[Scenario], Iterable[str]] = lambda scenario: ()
@@ -147,3 +155,7 @@ class Feature:
     ahead_s: Callable[[Scenario], float] = lambda scenario: 0.0
     trials: Sequence[Trial] = ()
     made_checks: Callable[[Scenario, Mission], Iterable[ConfigurationFault]] = lambda scenario, made: ()
+    real: Callable[[Scenario, VehicleData, int], VehicleData] = lambda scenario, data, seed: data
+    slower: Callable[[Raw], tuple[Any, str]] = lambda raw: (0.0, "")
+    place_error_m: Callable[[Scenario, Sequence[VehicleData]], float | None] = lambda scenario, vehicles: None
+    locating: Callable[[Scenario], Iterable[str]] = lambda scenario: ()

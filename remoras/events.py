@@ -15,8 +15,10 @@ from remoras.clock import Priority, ShownTime
 
 if TYPE_CHECKING:
     from remoras.beliefs import Beliefs, Fact
+    from remoras.functional.layer import FunctionalLayer
     from remoras.radio import Radio, RenewedNeeds
     from remoras.recorder import Recorder
+    from remoras.separation import Separation
     from remoras.social.needs import GroupNeeds
     from remoras.vehicle import Vehicle
     from worldmodel import NeedsIndex, WorldModel
@@ -88,6 +90,7 @@ class Joined(Protocol):
     restarted: list[Callable[[Vehicle], None]]
     consulted: list[Callable[[Vehicle], None]]
     sent: list[Callable[[Vehicle], None]]
+    separation: Separation
 
     @property
     def vehicles(self) -> Sequence[Vehicle]:
@@ -144,6 +147,8 @@ class Part:
         begin: called once, when the fleet, or the vehicle by itself, is made: schedules events.
         equip: called with each vehicle when it is made, and again with what takes its place after a restart: adds to
             its hooks.
+        body: called with the functional layer of a vehicle when it is made, before the vehicle is, and so again when it
+            begins anew: adds to its hooks and needs, or puts something else in the place of its guidance.
         watch: called with all vehicles and the true time (s) whenever the truth of a fleet looks; never of a vehicle by
             itself.
         join: called once with a fleet when it is made, never with a vehicle by itself: adds to the hooks of the fleet.
@@ -158,6 +163,7 @@ class Part:
 
     begin: Callable[[Host], None] | None = None
     equip: Callable[[Vehicle], None] | None = None
+    body: Callable[[FunctionalLayer], None] | None = None
     watch: Callable[[Sequence[Vehicle], float], None] | None = None
     join: Callable[[Joined], None] | None = None
     clocks: Mapping[int, ShownTime] = field(default_factory=dict)

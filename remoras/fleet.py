@@ -26,7 +26,6 @@ from remoras.separation import Separation
 from remoras.traffic import Medium, Traffic
 from remoras.vehicle import Vehicle
 from remoras.view import ReadOnlyFleet
-from remoras.work import Point
 
 COLLECT_AFTER = 1_000_000
 """New objects after which the garbage collector looks for cycles during a run."""
@@ -76,6 +75,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         restarted: called with a vehicle that began anew.
         consulted: called with a vehicle after it has consulted.
         sent: called with a vehicle after its slot.
+        separation: who is near whom; a feature by which vehicles change their depths puts another in its place.
     """
 
     def __init__(
@@ -109,8 +109,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         self.restarted: list[Callable[[Vehicle], None]] = []
         self.parts = parts
         self._watching = [part.watch for part in parts if part.watch is not None]
-        leave_layers = any(vehicle.functional.adrift is not None for vehicle in self.vehicles)
-        self._separation = Separation(self.vehicles, separation_m, leave_layers)
+        self.separation = Separation(self.vehicles, separation_m)
         self.medium, self.clocks = medium, medium.clocks
         self.channel, self.schedule = medium.channel, medium.schedule
         self._astray = {node for node, clock in self.clocks.items() if not clock.is_exact}
@@ -138,12 +137,12 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
             event.act(self)
         self.clock.now_s = now_s
         dt_s = self.tick_s if now_s > 0.0 else 0.0
-        neighbours = self._separation.look()
+        neighbours = self.separation.look()
         for vehicle in self.vehicles:
             vehicle.step(self.shown_s(vehicle), dt_s, neighbours.get(vehicle.data.node, ()))
             self._has_acted(vehicle)
         self._record(now_s)
-        self.recorder.faults.extend(self._separation.conflicts(now_s))
+        self.recorder.faults.extend(self.separation.conflicts(now_s))
         self._observe(now_s)
         over = now_s + self.tick_s > self.duration_s or self._is_nobody_left or self.truth.is_over
         if self.completed or over:
@@ -219,7 +218,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         """The vehicle that begins anew and takes the place of what it was before; False if its memory is lost."""
         anew = self.makers.anew(self, before, remembers)
         self.vehicles = tuple(anew if one is before else one for one in self.vehicles)
-        self._separation.vehicles = self.vehicles
+        self.separation.vehicles = self.vehicles
         self.view = ReadOnlyFleet.of(self.vehicles)
         before.remove()
         for tell in self.restarted:
@@ -276,13 +275,6 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
             tell(vehicle)
 
     # What is so ----------------------------------------------------------------------------------
-
-    def carried_m(self, vehicle: str, sensor: str | None) -> Point | None:
-        """Where a vehicle is that is a beacon to others; None while it, or the sensor by which it is one, is silent."""
-        carrier = self.named(vehicle)
-        condition = carrier.condition
-        is_silent = not carrier.is_alive or condition.is_mute or sensor in condition.dead_sensors
-        return None if is_silent else carrier.functional.motion.position_m
 
     def _record(self, now_s: float) -> None:
         append = self.recorder.trajectories.append

@@ -1,25 +1,22 @@
 """Separation: which vehicles are near each other, as the obstacle sonars see them and as it really is.
 
 Vehicles whose depths differ by more than ``SAME_DEPTH_M`` pass freely. Depths do not change in a run, so the fleet
-falls into layers once; where vehicles go up to learn where they are, one that does keeps clear of all above its own
-layer, and they of it. In every tick those of a layer that are near each other are found by squares as wide as the
-sonar reaches: only vehicles in one square or in adjacent ones are compared.
+falls into layers once; a feature by which they do puts something else in the place of ``Separation``. In every tick
+those of a layer that are near each other are found by squares as wide as the sonar reaches: only vehicles in one square
+or in adjacent ones are compared.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 from exchange.arithmetic import length
 from remoras.avoidance import Neighbour
 from remoras.database import VehicleData
 from remoras.motion import Motion
 from remoras.recorder import Row
-
-if TYPE_CHECKING:
-    from remoras.functional.fixing import Adrift
 
 SONAR_M = 60.0
 """Range of the obstacle sonar."""
@@ -42,11 +39,6 @@ class _Layer(Protocol):
     @property
     def depth_m(self) -> float:
         """At which it is now."""
-        ...
-
-    @property
-    def adrift(self) -> Adrift | None:
-        """How it keeps its error within bounds, for which it may leave its depth."""
         ...
 
 
@@ -88,18 +80,17 @@ class Separation:
     Args:
         vehicles: of the fleet, in the order of the nodes.
         separation_m: distance that two vehicles in one layer are to keep.
-        leave_layers: True if vehicles may leave their depths.
 
     Attributes:
         vehicles: the same, to be replaced where one begins anew.
+        separation_m: the same.
+        layers: indices of the vehicles that may meet.
     """
 
-    def __init__(self, vehicles: Sequence[Moving], separation_m: float, leave_layers: bool = False) -> None:
+    def __init__(self, vehicles: Sequence[Moving], separation_m: float) -> None:
         self.vehicles = vehicles
-        self._separation_m = separation_m
-        self._leave_layers = leave_layers
-        depths_m = [vehicle.data.depth_m for vehicle in vehicles]
-        self._layers = [list(range(len(vehicles)))] if leave_layers else in_layers(depths_m)
+        self.separation_m = separation_m
+        self.layers = in_layers([vehicle.data.depth_m for vehicle in vehicles])
         self._pairs: list[tuple[int, int]] = []
         self._conflicts: frozenset[tuple[int, int]] = frozenset()
 
@@ -110,7 +101,7 @@ class Separation:
         """
         self._pairs = []
         seen: dict[int, list[Neighbour]] = {}
-        for layer in self._layers:
+        for layer in self.layers:
             alive = [index for index in layer if self.vehicles[index].is_alive]
             if len(alive) > 1:
                 self._look_in(alive, seen)
@@ -134,25 +125,16 @@ class Separation:
             dx_m, dy_m = b.x_m - a.x_m, b.y_m - a.y_m
             if dx_m * dx_m + dy_m * dy_m > SONAR_M * SONAR_M:
                 continue
-            of_one, of_other = self.vehicles[one].data, self.vehicles[other].data
-            if not self._leave_layers:
-                if abs(of_one.depth_m - of_other.depth_m) > SAME_DEPTH_M:
-                    continue
-            elif not self._may_meet(one, other):
+            if not self.may_meet(one, other):
                 continue
+            of_one, of_other = self.vehicles[one].data, self.vehicles[other].data
             self._pairs.append((one, other))
             seen.setdefault(of_one.node, []).append(Neighbour(dx_m, dy_m, *b.velocity_mps))
             seen.setdefault(of_other.node, []).append(Neighbour(-dx_m, -dy_m, *a.velocity_mps))
 
-    def _may_meet(self, one: int, other: int) -> bool:
-        """True if the columns of water in which they keep clear of others come near each other."""
-        (top_m, bottom_m), (other_top_m, other_bottom_m) = self._column_m(one), self._column_m(other)
-        return max(top_m, other_top_m) - min(bottom_m, other_bottom_m) <= SAME_DEPTH_M
-
-    def _column_m(self, index: int) -> tuple[float, float]:
-        vehicle = self.vehicles[index]
-        adrift, depth_m = vehicle.functional.adrift, vehicle.data.depth_m
-        return (depth_m, depth_m) if adrift is None else adrift.column_m
+    def may_meet(self, one: int, other: int) -> bool:
+        """True if two vehicles of a layer, by index, keep clear of each other: a layer may be thicker than that."""
+        return abs(self.vehicles[one].data.depth_m - self.vehicles[other].data.depth_m) <= SAME_DEPTH_M
 
     def conflicts(self, now_s: float) -> list[Row]:
         """Rows for ``faults`` of pairs that have come too near since the last call.
@@ -162,15 +144,13 @@ class Separation:
         if not self._pairs:
             self._conflicts = frozenset()
             return []
-        before, self._conflicts = self._conflicts, frozenset(pair for pair in self._pairs if self._are_too_near(*pair))
+        before, self._conflicts = self._conflicts, frozenset(pair for pair in self._pairs if self.are_too_near(*pair))
         return [
             (now_s, self.vehicles[one].data.name, CONFLICT, self.vehicles[other].data.name)
             for one, other in sorted(self._conflicts - before)
         ]
 
-    def _are_too_near(self, one: int, other: int) -> bool:
-        of_one, of_other = self.vehicles[one].functional, self.vehicles[other].functional
-        if self._leave_layers and abs(of_one.depth_m - of_other.depth_m) > SAME_DEPTH_M:
-            return False
-        a, b = of_one.motion, of_other.motion
-        return length(b.x_m - a.x_m, b.y_m - a.y_m) < self._separation_m - TOLERANCE_M
+    def are_too_near(self, one: int, other: int) -> bool:
+        """True if two vehicles that see each other, by index, are nearer than they are to be."""
+        a, b = self.vehicles[one].functional.motion, self.vehicles[other].functional.motion
+        return length(b.x_m - a.x_m, b.y_m - a.y_m) < self.separation_m - TOLERANCE_M

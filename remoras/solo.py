@@ -156,9 +156,6 @@ class Solo(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         """When something happens next (s); its own slots never end."""
         return self._clock.next_s
 
-    def carried_m(self, vehicle: str, sensor: str | None) -> None:
-        """Nowhere: where others really are no vehicle by itself can tell, so beacons that they carry give it no fix."""
-
     def hear(self, data: bytes, time_s: float) -> float:
         """Let a packet be heard, at a time or as soon after it as can be; returns when that is (s)."""
         time_s = max(time_s, self._horizon_s)

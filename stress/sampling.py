@@ -89,7 +89,7 @@ def navigation(draws: Draws, scenario: Scenario) -> Drawn:
     found: dict[str, Any] = {"navigation.drift": drift, "navigation.fix_s": fix_s}
     with_beacon, at = draws.uniform() < 0.4, [draws.uniform(), draws.uniform()]
     (west_m, east_m), (south_m, north_m) = scenario.world.x_m, scenario.world.y_m
-    if with_beacon and not scenario.beacon:
+    if with_beacon and not scenario.of_feature("beacon"):
         position_m = [round(west_m + at[0] * (east_m - west_m)), round(south_m + at[1] * (north_m - south_m))]
         found["beacon"] = [{"name": "drawn", "position_m": position_m, "range_m": draws.scaled(50.0, 500.0)}]
     return found

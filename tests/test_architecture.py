@@ -42,8 +42,8 @@ ROOMS: dict[str, set[str]] = {
         "worldmodel",
     },
     "missions.features": {
-        "missions.features", "missions", "missions.scenarios", "remoras", "remoras.social", "exchange",
-        "exchange.peering", "exchange.queueing", "exchange.acoustics", "worldmodel",
+        "missions.features", "missions", "missions.scenarios", "remoras", "remoras.social", "remoras.functional",
+        "exchange", "exchange.peering", "exchange.queueing", "exchange.acoustics", "worldmodel",
     },
     "missions.faults": {"missions.faults", "missions", "missions.scenarios", "remoras", "worldmodel"},
     "missions.meeting": {"missions.meeting", "missions.scenarios", "missions", "remoras"},

@@ -13,8 +13,17 @@ from missions.arrows.grid import MOST_CELLS, MOST_TILES, Array, CellGrid
 from missions.arrows.prior import grid_over, share_map
 from missions.arrows.scenario import CELL_M, DETECTORS, SPREAD_M, UNIFORM_SHARE
 from missions.errors import ConfigurationFault
-from missions.scenarios.checks import outside_faults
-from missions.scenarios.tables import Raw, bounds_of, entries, list_of, names_of, one_of, point_of, table_of
+from missions.scenarios.tables import (
+    Raw,
+    bounds_of,
+    entries,
+    list_of,
+    names_of,
+    one_of,
+    outside_faults,
+    point_of,
+    table_of,
+)
 
 SUM_TOLERANCE = 1e-6
 

@@ -15,8 +15,15 @@ from missions.mapping.sensors import Seabed
 from missions.mapping.survey import overlap
 from missions.mapping.tasks import INSPECTION
 from missions.scenarios.abilities import able_to_play, can_play
-from missions.scenarios.checks import outside_faults
-from missions.scenarios.tables import Raw, entries, names_of, one_of, point_of, table_of
+from missions.scenarios.tables import (
+    Raw,
+    entries,
+    names_of,
+    one_of,
+    outside_faults,
+    point_of,
+    table_of,
+)
 
 MAX_CELLS = 4096
 """Cells of one area that ``mappedCell`` can name."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, cast
 
 from missions.mapping.truth import GOAL
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
+from missions.scenarios.extending import place_error_m
 from missions.scenarios.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -38,7 +39,7 @@ def believed_fraction(run: MeasuredRun) -> float | Absent:
     What is surely mapped counts alone, so it is not greater than ``coverage_fraction``.
     """
     n_cells = _n_cells(run)
-    if not run.scenario.navigation.errs or not n_cells:
+    if place_error_m(run.scenario, ()) is None or not n_cells:
         return NOT_APPLICABLE
     return len({(row[4], row[6]) for row in run.recorder.rows("items") if row[5] == "mappedCell"}) / n_cells
 

@@ -59,6 +59,7 @@ from missions.mapping.unfinished import AfterWork, Unfinished, given_anew, is_op
 from missions.meeting.invariants import TrueMeeting
 from missions.meeting.meeting import OBJECTIVES, Meeting, importance_of
 from missions.metric import Metric
+from missions.scenarios.extending import place_error_m
 from missions.scenarios.formation import FORMATION_WORDS
 from missions.scenarios.parts import database_of, groups_of
 from missions.scenarios.tables import Raw
@@ -191,7 +192,7 @@ class MappingMission(Mission):
             weight_in_cells(finds, scenario.world.cell_m, mappers),
             depths_m,
             [one.lying() for one in scenario.object],
-            scenario.navigation.fix_m(mappers),
+            place_error_m(scenario, mappers) or 0.0,
         )
 
     @classmethod

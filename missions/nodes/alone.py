@@ -12,8 +12,15 @@ from exchange.wire.sealing import fresh_salt
 from missions.document import Document
 from missions.errors import ConfigurationError, ConfigurationFault
 from missions.fault import Absence, kinds
-from missions.runs.assembly import Shared, VehicleLife, faults_in, feature_parts, vehicle_anew, vehicle_of
-from missions.runs.sea import actual
+from missions.runs.assembly import (
+    Shared,
+    VehicleLife,
+    actual,
+    faults_in,
+    feature_parts,
+    vehicle_anew,
+    vehicle_of,
+)
 from missions.runs.sensors import recorder_of_mission, sensors_of
 from missions.runs.setup import Setup
 from missions.runs.setup import resolved as setup_of
@@ -125,7 +132,7 @@ def alone(plan: NodePlan, salt: bytes | None = None) -> LoneVehicle:
         introductions = _introductions(setup, plan.vehicle, key, salt)
         setup = replace(setup, codec=renewed(setup.codec, introductions.salt_of))
     scenario, mission = setup.scenario, setup.mission
-    real = actual(setup.database[plan.vehicle], scenario.uncertainty.speed_spread, plan.seed)
+    real = actual(setup, setup.database[plan.vehicle], plan.seed)
     recorder = recorder_of_mission(mission, [sensors_of(data) for data in setup.database.values()])
     parts = feature_parts(setup, recorder, plan.seed, is_alone=True)
     shared = Shared(setup, plan.seed, mission.world(plan.seed), recorder, parts)

@@ -6,10 +6,9 @@ import math
 from dataclasses import dataclass
 
 from missions.pandora.assessment import ActionMonitor, as_observations
-from missions.pandora.scenario import PandoraSettings
+from missions.pandora.scenario import Flow, PandoraSettings
 from missions.pandora.structure import PlannedPart
 from remoras.behaviours import Approach, Behaviour, Perception, Reference, attracted, distance_m
-from remoras.current import Current
 from remoras.database import VehicleData
 from remoras.known import Known
 from remoras.motion import Motion
@@ -37,7 +36,7 @@ class ActingContext:
     """
 
     settings: PandoraSettings
-    foretold: Current | None
+    foretold: Flow | None
 
     @property
     def assesses(self) -> bool:

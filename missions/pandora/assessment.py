@@ -23,11 +23,10 @@ from __future__ import annotations
 import math
 
 from exchange.arithmetic import distance, length, log
-from missions.pandora.scenario import PandoraSettings
+from missions.pandora.scenario import Flow, PandoraSettings
 from missions.pandora.sensors import CameraSettings, LogSettings
 from missions.pandora.sequential import Cusum
 from missions.pandora.structure import PlannedPart
-from remoras.current import Current
 from remoras.database import VehicleData
 from remoras.known import Known
 from remoras.motion import Motion
@@ -61,9 +60,7 @@ class ActionMonitor:
         foretold: the current by the plan; None where the water is to stand.
     """
 
-    def __init__(
-        self, data: VehicleData, settings: PandoraSettings, part: PlannedPart, foretold: Current | None
-    ) -> None:
+    def __init__(self, data: VehicleData, settings: PandoraSettings, part: PlannedPart, foretold: Flow | None) -> None:
         self._me, self._data, self._part, self._foretold = data.name, data, part, foretold
         self._log, self._camera = data.sensor(LogSettings), data.sensor(CameraSettings)
         self.quality = 1.0
@@ -110,7 +107,7 @@ class ActionMonitor:
         return seen_m[0] - off_m[0], seen_m[1] - off_m[1]
 
     def _planned_flow(self, now_s: float) -> Point:
-        return NOWHERE if self._foretold is None else self._foretold.at(self._data.depth_m, now_s)
+        return NOWHERE if self._foretold is None else self._foretold(self._data.depth_m, now_s)
 
     # What is assessed ----------------------------------------------------------------------------
 

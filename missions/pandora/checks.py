@@ -8,8 +8,16 @@ from collections.abc import Iterator
 from exchange.arithmetic import distance
 from missions.errors import ConfigurationFault
 from missions.pandora.scenario import ANY, KINDS
-from missions.scenarios.checks import outside_faults
-from missions.scenarios.tables import PointM, Raw, bounds_of, entries, names_of, one_of, point_of
+from missions.scenarios.tables import (
+    PointM,
+    Raw,
+    bounds_of,
+    entries,
+    names_of,
+    one_of,
+    outside_faults,
+    point_of,
+)
 
 APART_M = 2.5
 """Parts lie so far from each other at least, so that a tool touches one alone."""

@@ -69,10 +69,9 @@ def events_of(run: MeasuredRun) -> list[SiteEvent]:
             found.append(SiteEvent(kind, vehicle, (FAULTS[kind],), begun.pop((vehicle, kind)), time_s))
     found += [SiteEvent(kind, vehicle, (FAULTS[kind],), from_s) for (vehicle, kind), from_s in begun.items()]
     scenario = cast("PandoraScenario", run.scenario)
-    for number, surge in enumerate(scenario.current.surge):
-        drawn = surge.drawn(run.seed, number)
-        if drawn.from_s < _last_s(run):
-            found.append(SiteEvent(CURRENT, "", (CURRENT,), drawn.from_s, drawn.until_s))
+    for surge in scenario.surges(run.seed):
+        if surge.from_s < _last_s(run):
+            found.append(SiteEvent(CURRENT, "", (CURRENT,), surge.from_s, surge.until_s))
     return sorted(found, key=lambda event: (event.from_s, event.kind, event.subject))
 
 

@@ -88,8 +88,7 @@ class PandoraMission(JobMission):
 
     def __init__(self, scenario: PandoraScenario) -> None:
         self._parts = planned_parts(scenario)
-        calm = scenario.current.model_copy(update={"surge": ()})
-        self._orders_of_actions = ActingContext(scenario.mission, calm.water(0))
+        self._orders_of_actions = ActingContext(scenario.mission, scenario.foretold)
         super().__init__(scenario)
 
     @classmethod

@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import Field, field_validator
 
 from missions.meeting.job_mission import JobScenario, JobSettings
 from missions.pandora.sequential import threshold
 from missions.scenarios.tables import Name, PointM, Positive, Raw, Section, Sparse, entries, names_of, table_of
+
+if TYPE_CHECKING:
+    from remoras.current import Surge
+
+Flow = Callable[[float, float], PointM]
+"""Velocity of the water (m/s, x east, y north) at a depth (m) and time (s)."""
 
 ANY = "any"
 """Stands for a valve that is drawn."""
@@ -99,6 +106,18 @@ class PandoraScenario(JobScenario):
     chain: tuple[ChainTable, ...] = ()
     anode: tuple[PlacedTable, ...] = ()
     upset: tuple[UpsetTable, ...] = ()
+
+    @property
+    def foretold(self) -> Flow | None:
+        """How the water moves by the plan, which knows of no surges; None where it is to stand."""
+        table = self.of_feature("current")
+        water = None if table is None else table.foretold()
+        return None if water is None else water.at
+
+    def surges(self, seed: int) -> tuple[Surge, ...]:
+        """What the current does in the run with that seed that no plan knows of."""
+        table = self.of_feature("current")
+        return () if table is None else table.surges(seed)
 
 
 def job_of(part: str) -> str:

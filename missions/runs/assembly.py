@@ -12,7 +12,6 @@ from exchange.manager import ExchangeManager, Options
 from exchange.wire.codec import renewed
 from missions.feature import Joining
 from missions.runs.needs import needs_of_all
-from missions.runs.sea import actual, sea_of
 from missions.runs.sensors import recorder_of_mission, sensors_of
 from missions.runs.setup import Setup
 from missions.runs.worlds import world_model
@@ -30,7 +29,6 @@ from remoras.functional.layer import FunctionalLayer
 from remoras.picture import Picture
 from remoras.radio import Radio, RenewedNeeds
 from remoras.recorder import Recorder
-from remoras.sea import Sea
 from remoras.social.agreement import agree
 from remoras.social.layer import SocialLayer
 from remoras.social.needs import GroupNeeds
@@ -96,6 +94,19 @@ class VehicleLife(NamedTuple):
     epoch: int = 0
 
 
+def actual(setup: Setup, data: VehicleData, seed: int) -> VehicleData:
+    """A vehicle as it really is in the run with that seed, by the features that say so.
+
+    Args:
+        setup: the scenario resolved.
+        data: of the vehicle as the fleet knows it.
+        seed: root of all draws.
+    """
+    for feature in setup.features:
+        data = feature.real(setup.scenario, data, seed)
+    return data
+
+
 def assemble(setup: Setup, seed: int, channel: Channel | None = None, salt: bytes | None = None) -> Fleet:
     """A fleet ready to run.
 
@@ -109,7 +120,7 @@ def assemble(setup: Setup, seed: int, channel: Channel | None = None, salt: byte
     if setup.scenario.communication.key_file:
         setup = replace(setup, codec=renewed(setup.codec, None if salt is None else lambda sender: salt))
     scenario, mission = setup.scenario, setup.mission
-    fleet = [actual(data, scenario.uncertainty.speed_spread, seed) for data in setup.database.values()]
+    fleet = [actual(setup, data, seed) for data in setup.database.values()]
     recorder = recorder_of_mission(mission, [sensors_of(real) for real in fleet])
     own: Part | None = setup.strategy.declaration.part
     if own is not None and own.knows_vehicles:
@@ -217,7 +228,7 @@ def vehicle_of(host: Fleet | Solo, shared: Shared, life: VehicleLife) -> Vehicle
     layers = Layers(
         _social(shared, data.name, beliefs, picture),
         ExecutiveLayer(setup.decision),
-        _functional(shared, life.real, picture, sea_of(setup.scenario, data, shared.seed, host.carried_m)),
+        _functional(shared, life.real, picture),
     )
     vehicle = Vehicle(host, data, layers, radio, beliefs, recorder, life.began_s)
     for part in shared.parts:
@@ -270,7 +281,11 @@ def _social(shared: Shared, name: str, beliefs: Beliefs, picture: Picture) -> So
     )
 
 
-def _functional(shared: Shared, real: VehicleData, picture: Picture, sea: Sea) -> FunctionalLayer:
+def _functional(shared: Shared, real: VehicleData, picture: Picture) -> FunctionalLayer:
     setup = shared.setup
     guidance, sensors = setup.scenario.guidance.constants(), sensors_of(real)
-    return FunctionalLayer(real, setup.mission, shared.world, sensors, setup.bounds_m, picture, guidance, sea)
+    layer = FunctionalLayer(real, setup.mission, shared.world, sensors, setup.bounds_m, picture, guidance)
+    for part in shared.parts:
+        if part.body is not None:
+            part.body(layer)
+    return layer

@@ -96,25 +96,27 @@ def _least_distances_m(run: MeasuredRun) -> list[float]:
     """Least distance of every two vehicles in one depth layer, while both were there.
 
     A vehicle that joins late counts from then on, one that is lost or without energy floats up and counts until then.
+    Where vehicles leave their depths, two share a layer as long as they do.
     """
     n_vehicles = len(run.scenario.vehicle)
     rows = run.recorder.rows("trajectories")  # all vehicles at every tick, in the order of the scenario
     n_times = len(rows) // n_vehicles
-    depth_m = [vehicle.depth_m for vehicle in run.scenario.vehicle]
-    moves = run.scenario.navigation.errs  # so vehicles leave their layers to learn where they are
-    pairs = [
-        pair for pair in itertools.combinations(range(n_vehicles), 2)
-        if moves or abs(depth_m[pair[0]] - depth_m[pair[1]]) <= SAME_DEPTH_M
-    ]  # fmt: skip
-    if not pairs or not n_times:
+    if not n_times:
         return []
     shown = rows[: n_times * n_vehicles]
     at_m = np.array([row[2:4] for row in shown]).reshape(-1, n_vehicles, 2)
-    at_m[~_present(run, [row[0] for row in shown[::n_vehicles]])] = np.nan
+    present = _present(run, [row[0] for row in shown[::n_vehicles]])
+    at_m[~present] = np.nan
+    own_m = np.array([vehicle.depth_m for vehicle in run.scenario.vehicle])
+    deep_m = np.where(present, np.array([row[7] for row in shown]).reshape(-1, n_vehicles), own_m)
+    moves = bool((deep_m != own_m).any())
+    pairs = [
+        pair for pair in itertools.combinations(range(n_vehicles), 2)
+        if moves or abs(own_m[pair[0]] - own_m[pair[1]]) <= SAME_DEPTH_M
+    ]  # fmt: skip
     parts = (np.square(at_m[:, one] - at_m[:, other]) for one, other in pairs)
     squares = (of[:, 0] + of[:, 1] for of in parts)
     if moves:
-        deep_m = np.array([row[7] for row in shown]).reshape(-1, n_vehicles)
         squares = (
             np.where(np.abs(deep_m[:, one] - deep_m[:, other]) <= SAME_DEPTH_M, of, np.nan)
             for (one, other), of in zip(pairs, squares, strict=True)

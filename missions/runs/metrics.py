@@ -11,7 +11,6 @@ from missions.errors import ConfigurationError
 from missions.files import shown
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, MeasuredTables, Metric, collected
 from missions.runs.fleet_metrics import closest_approach_m, conflicts, idle_s, recovery_time_s
-from missions.runs.navigation_metrics import fixing_s, n_fixes
 from missions.runs.organisation_metrics import (
     holder_conflict_fraction,
     malformed_s,
@@ -222,8 +221,7 @@ CORE_METRICS = (
     ),
     Metric("settled", "", HIGHER, "all told", is_settled),
     Metric("conflicts", "", LOWER, "conflicts", conflicts, note="Pairs of vehicles that came too near to each other."),
-    Metric("n_fixes", "", LOWER, "fixes", n_fixes, note="Runs in which vehicles know where they are are left out."),
-    Metric("fixing_s", "s", LOWER, "time for fixes", fixing_s, note="Of all vehicles together."),
+    *(metric for feature in features().values() for metric in feature.last_metrics),
 )  # fmt: skip
 """Metrics of every run, and those that features bring, which do not apply to runs that do not use these."""
 

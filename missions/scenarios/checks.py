@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import math
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 
 from exchange.acoustics.modems import FILE as MODEMS
 from exchange.acoustics.modems import modems
@@ -28,9 +28,18 @@ from missions.scenarios.organisation_checks import organisation_faults
 from missions.scenarios.parts import database_of, groups_of, strategy_named
 from missions.scenarios.policy import key_faults, policy_faults
 from missions.scenarios.scenario import Scenario
-from missions.scenarios.sea import beacon_faults, current_faults
 from missions.scenarios.starts import start_faults
-from missions.scenarios.tables import Raw, bounds_of, entries, names_of, one_of, point_of, table_of, text_at
+from missions.scenarios.tables import (
+    Raw,
+    bounds_of,
+    entries,
+    names_of,
+    one_of,
+    outside_faults,
+    point_of,
+    table_of,
+    text_at,
+)
 from missions.scenarios.values import value_faults
 from remoras.errors import PluginError, StrategyError
 from remoras.executive.satisfaction import DecisionConstants
@@ -54,7 +63,7 @@ def cross_faults(raw: Raw, mission: type[Mission] | None) -> list[ConfigurationF
     """
     checks = (
         _names, _slots, _times, _world, _origin, _choices, _weights, channel_faults,
-        _vehicles, start_faults, current_faults, beacon_faults, information_faults,
+        _vehicles, start_faults, information_faults,
     )  # fmt: skip
     faults = [fault for check in checks for fault in check(raw)]
     gear = gear_of(raw, mission)
@@ -216,23 +225,7 @@ def _world(raw: Raw) -> Iterator[ConfigurationFault]:
         for p in point_of(r, "position_m")
     ]
     places += [(f"vehicle.{v.get('name')}.start_m", p) for v in entries(raw, "vehicle") for p in point_of(v, "start_m")]
-    places += [
-        (f"beacon.{b.get('name')}.position_m", p) for b in entries(raw, "beacon") for p in point_of(b, "position_m")
-    ]
     yield from outside_faults(raw, places)
-
-
-def outside_faults(raw: Raw, places_m: Iterable[tuple[str, tuple[float, float]]]) -> Iterator[ConfigurationFault]:
-    """Faults of places, by key, that are not in the world; none where the borders are malformed."""
-    bounds = bounds_of(raw)
-    if bounds is None or bounds[0] >= bounds[2] or bounds[1] >= bounds[3]:
-        return
-    x_min, y_min, x_max, y_max = bounds
-    for key, (x, y) in places_m:
-        if not (x_min <= x <= x_max and y_min <= y <= y_max):
-            yield ConfigurationFault(
-                key, f"[{x}, {y}]", f"outside the world, x {x_min} to {x_max}, y {y_min} to {y_max}"
-            )
 
 
 def _choices(raw: Raw) -> Iterator[ConfigurationFault]:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any, TypeVar
 
@@ -51,6 +51,30 @@ def used_in(scenario: Sparse) -> tuple[Any, ...]:
 
     found = features().values()
     return tuple(one for one in found if any(says(place, key) for place in one.keys for key in one.keys[place]))
+
+
+def slower_by(raw: Raw) -> tuple[Any, str]:
+    """The share by which vehicles may be slower than their data, and the key that says so; not checked yet."""
+    return next((found for feature in named_in(raw) if (found := feature.slower(raw))[0]), (0.0, ""))
+
+
+def place_error_m(scenario: Sparse, vehicles: Sequence[Any]) -> float | None:
+    """How far off these vehicles may take themselves to be in the time in which they learn their place (m).
+
+    Args:
+        scenario: the whole input.
+        vehicles: their data.
+
+    Returns:
+        None where vehicles know where they are.
+    """
+    errors_m = (feature.place_error_m(scenario, vehicles) for feature in used_in(scenario))
+    return max((one for one in errors_m if one is not None), default=None)
+
+
+def locating(scenario: Sparse) -> frozenset[str]:
+    """Names of the vehicles near which others learn where they are."""
+    return frozenset(name for feature in used_in(scenario) for name in feature.locating(scenario))
 
 
 def with_features(table: str) -> Callable[[type[Table]], type[Table]]:

@@ -16,7 +16,6 @@ from missions.scenarios.copies import MAX_VEHICLES, SPACING_M
 from missions.scenarios.extending import with_features
 from missions.scenarios.faults import DeclaredFault
 from missions.scenarios.knowledge import WorldModelTable
-from missions.scenarios.sea import BeaconTable, CurrentTable, NavigationTable
 from missions.scenarios.tables import Name, NotNegative, PointM, Positive, Section, Sparse, one_or_more, unless
 from remoras.attraction import GuidanceConstants
 from remoras.avoidance import SEPARATION_M
@@ -73,20 +72,6 @@ class StrategyTable(Section):
     name: str = Field(description="organisational strategy, a shipped name or package.module:object")
     parameters: dict[str, Any] = Field(  # the strategy itself says what it allows
         {}, description="parameters of the strategy, see `remoras list strategies`; others keep their defaults"
-    )
-
-
-class Uncertainty(Section):
-    """The table ``[uncertainty]``."""
-
-    p_miss: float = Field(
-        0.0, ge=0.0, lt=1.0, description="probability that a sensor yields nothing in a motion tick, tick by tick"
-    )
-    speed_spread: float = Field(
-        0.0,
-        ge=0.0,
-        le=0.5,
-        description="every vehicle is by up to this share slower or faster than its data, evenly, drawn once per run",
     )
 
 
@@ -286,14 +271,10 @@ class Scenario(Sparse):
     communication: Communication
     channel: ChannelTable
     strategy: StrategyTable
-    uncertainty: Uncertainty = Uncertainty()
     decision: DecisionTable = DecisionTable()
     guidance: GuidanceTable = GuidanceTable()
-    current: CurrentTable = CurrentTable()
     mission: Section = Field(Section(), description="settings of the mission")
-    navigation: NavigationTable = NavigationTable()
     worldmodel: WorldModelTable = WorldModelTable()
-    beacon: tuple[BeaconTable, ...] = ()
     rally_point: tuple[RallyPoint, ...] = ()
     role: tuple[dict[str, Any], ...] = Field(
         (), description="roles that roles of groups extend, a table each, with the keys of a group.role"

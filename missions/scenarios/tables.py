@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Annotated, Any, ClassVar
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import Annotated, Any, ClassVar, TypeGuard
 
 from pydantic import BaseModel, ConfigDict, Field, SerializerFunctionWrapHandler, model_serializer
 
@@ -37,14 +38,14 @@ class Sparse(Section):
     UNSAID: ClassVar[frozenset[str]] = frozenset()
 
     def of_feature(self, key: str) -> Any:
-        """The value below a key that a feature brings, see ``missions.feature``."""
-        return getattr(self, key)
+        """The value below a key that a feature brings, see ``missions.feature``; None if there is no such feature."""
+        return getattr(self, key, None)
 
     @model_serializer(mode="wrap")
     def _said(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
         found: dict[str, Any] = handler(self)
-        default = {key: type(self).model_fields[key].default for key in self.UNSAID}
-        return {key: value for key, value in found.items() if key not in default or (value and value != default[key])}
+        said = {key for key in self.UNSAID & found.keys() if getattr(self, key) != type(self).model_fields[key].default}
+        return {key: value for key, value in found.items() if key not in self.UNSAID or (value and key in said)}
 
 
 def unless(key: str, *needed: str) -> Callable[[dict[str, Any]], None]:
@@ -123,6 +124,24 @@ def bounds_of(raw: Raw) -> tuple[float, float, float, float] | None:
         return float(x_min), float(y_min), float(x_max), float(y_max)
     except (KeyError, TypeError, ValueError):
         return None
+
+
+def outside_faults(raw: Raw, places_m: Iterable[tuple[str, tuple[float, float]]]) -> Iterator[ConfigurationFault]:
+    """Faults of places, by key, that are not in the world; none where the borders are malformed."""
+    bounds = bounds_of(raw)
+    if bounds is None or bounds[0] >= bounds[2] or bounds[1] >= bounds[3]:
+        return
+    x_min, y_min, x_max, y_max = bounds
+    for key, (x, y) in places_m:
+        if not (x_min <= x <= x_max and y_min <= y <= y_max):
+            yield ConfigurationFault(
+                key, f"[{x}, {y}]", f"outside the world, x {x_min} to {x_max}, y {y_min} to {y_max}"
+            )
+
+
+def is_number(value: object) -> TypeGuard[float]:
+    """True for a finite number, and no truth value."""
+    return type(value) in (int, float) and math.isfinite(value)  # type: ignore[arg-type]
 
 
 def point_of(entry: Raw, key: str) -> list[PointM]:

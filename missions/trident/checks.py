@@ -8,9 +8,17 @@ from typing import Any
 
 from missions.errors import ConfigurationFault
 from missions.scenarios.abilities import sensor_tables
-from missions.scenarios.checks import outside_faults
 from missions.scenarios.ontologies import words_of
-from missions.scenarios.tables import Raw, entries, list_of, names_of, one_of, point_of, table_of
+from missions.scenarios.tables import (
+    Raw,
+    entries,
+    list_of,
+    names_of,
+    one_of,
+    outside_faults,
+    point_of,
+    table_of,
+)
 from missions.trident.choreography import unsound
 from missions.trident.services import CHOOSE, SURVEY
 from remoras.mission import Mission

@@ -12,6 +12,7 @@ from missions.figure import Mark, Place, Tiles
 from missions.meeting.job_mission import JobMission
 from missions.meeting.meeting import Pursuit, importance_of
 from missions.meeting.truth import JOBS
+from missions.scenarios.extending import locating
 from missions.scenarios.parts import database_of
 from missions.scenarios.tables import Raw
 from missions.trident.behaviours import AwaitingPartner, Intervening, Ranging, Reacquiring, Surveying
@@ -239,8 +240,8 @@ class TridentMission(JobMission):
         return tuple(sets), frozenset()
 
     def _escorted(self, data: VehicleData) -> tuple[str, ...]:
-        """Vehicles under water, for one that is a beacon to them."""
-        if not any(beacon.vehicle == data.name for beacon in self.scenario.beacon):
+        """Vehicles under water, for one near which they learn where they are."""
+        if data.name not in locating(self.scenario):
             return ()
         return tuple(other.name for other in self._database.values() if other.depth_m > 0.0)
 

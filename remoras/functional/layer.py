@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
-from copy import copy
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any
 
 from remoras.activities import ActivitySet, ActivityType
@@ -13,16 +12,13 @@ from remoras.avoidance import Bounds, Neighbour
 from remoras.behaviours import Behaviour, Perception, Reference
 from remoras.database import VehicleData
 from remoras.errors import PluginError
-from remoras.functional.fixing import FIXING, Adrift
-from remoras.functional.guidance import STILL, Guidance
+from remoras.functional.guidance import Guidance
 from remoras.functional.sensing import Sensed, Sensing
 from remoras.functional.vital import VITAL_NAMES, VITAL_SETS, vital_behaviour
 from remoras.mission import FunctionalPart
 from remoras.motion import Motion
-from remoras.navigation import Navigation
 from remoras.picture import Picture
 from remoras.plugins import answer, broken_promise
-from remoras.sea import CALM, Sea
 from remoras.sensor import Pose, Sensor
 from remoras.work import HOME_MARGIN, Point
 
@@ -30,14 +26,6 @@ NEAR_M = 30.0
 """A vehicle that stays within this distance of a place has settled there; it gives way to others meanwhile."""
 PERCEPTION = "a Perception, stimulus 0..1"
 REFERENCE = "None, or a Reference with a finite target_m and a speed_mps of 0 or more"
-
-
-def _shifted(motion: Motion, by_m: Point) -> Motion:
-    """The same motion somewhere else."""
-    shifted = copy(motion)
-    shifted.x_m += by_m[0]
-    shifted.y_m += by_m[1]
-    return shifted
 
 
 def _answering(data: VehicleData, dead: Collection[str]) -> tuple[str, ...]:
@@ -86,13 +74,19 @@ class FunctionalLayer:
         bounds_m: area of operations.
         picture: what behaviours see; its part ``body`` is written here and nowhere else.
         constants: of guidance.
-        sea: around the vehicle.
 
     Attributes:
         motion: where the vehicle really is, and how it moves.
         believed: where it takes itself to be; the same object where it knows.
         depth_m: at which it is.
-        adrift: how it keeps its error within bounds; None where it makes none.
+        guidance: moves it; what a feature adds to motion takes its place.
+        sensors: which are on, which work, and what they yield.
+        needs: behaviours of what it needs to live by features that are on, by the set that stands behind all others.
+        asked: each is told what guides, if anything does, before a decision; called by ``perceive``.
+        moved: each is told what the obstacle sonar sees and the length of the tick (s), when it is over; called by
+            ``act``.
+        placed: each is called when a vehicle that begins anew is where it was; called by ``embody``.
+        posed: each gives the pose at which sensors look, of that by the others before it; called by ``sense``.
         loads_w: power that the battery loses beside what the vehicle uses; the reserve does not know of it.
     """
 
@@ -105,22 +99,25 @@ class FunctionalLayer:
         bounds_m: Bounds,
         picture: Picture,
         constants: GuidanceConstants = USUAL,
-        sea: Sea = CALM,
     ) -> None:
         self.data = data
         self.motion = Motion(*data.start_m)
         self.exhausted = False
         """True once the battery is empty: the vehicle does nothing any more."""
-        self.believed = self.motion if sea.navigation is None else Motion(*data.start_m)
+        self.believed = self.motion
         self.depth_m = data.depth_m
         self.picture = picture
         self._sound_target_m: Point = data.start_m
         self._settled_m: Point = data.start_m
         self._mission = mission
-        self._sensing = Sensing(data.name, sensors, world, sea.misses)
-        self.adrift = None if sea.navigation is None else Adrift(sea.navigation, data, constants.separation_m)
+        self.sensors = Sensing(data.name, sensors, world)
+        self.guidance = Guidance(self.motion, data, bounds_m, constants)
+        self.needs: dict[ActivitySet, Behaviour] = {}
+        self.asked: list[Callable[[Behaviour | None], None]] = []
+        self.moved: list[Callable[[Sequence[Neighbour], float], None]] = []
+        self.placed: list[Callable[[], None]] = []
+        self.posed: list[Callable[[Pose], Pose]] = []
         self._bounds_m = bounds_m
-        self._guidance = Guidance(self.motion, data, bounds_m, constants, sea.current)
         self._reserve_per_m = _reserve_per_m(data, data.survey_speed_mps)
         self._sets: tuple[ActivitySet, ...] = ()
         self._of_set: dict[ActivitySet, Behaviour] = {}
@@ -132,7 +129,7 @@ class FunctionalLayer:
     @property
     def sensing(self) -> tuple[str, ...]:
         """Names of the sensors that were on, and worked, in the last motion tick."""
-        return self._sensing.looking
+        return self.sensors.looking
 
     # Faults --------------------------------------------------------------------------------------
 
@@ -146,15 +143,15 @@ class FunctionalLayer:
             speed_factor: what every speed is multiplied by.
             dead_sensors: names of the sensors that yield nothing.
         """
-        self._guidance.slow_down(speed_factor)
+        self.guidance.slow_down(speed_factor)
         self.picture.body.answering = _answering(self.data, dead_sensors)
         self._reserve_per_m = _reserve_per_m(self.data, speed_factor * self.data.survey_speed_mps)
-        self._sensing.impair(dead_sensors)
+        self.sensors.impair(dead_sensors)
 
     def stop(self) -> None:
         """Be off: neither move nor look, until the next tick in which it acts."""
         self.motion.speed_mps = 0.0
-        self._sensing.looking = ()
+        self.sensors.looking = ()
 
     # Energy --------------------------------------------------------------------------------------
 
@@ -189,8 +186,8 @@ class FunctionalLayer:
                 have; or its behaviour cannot be made.
         """
         for activity_set in sets:
-            _refuse_unfit(activity_set, self._where(activity_set), self.data.name, self._sensing.names)
-        self._sets = (*VITAL_SETS, *sets, *(() if self.adrift is None else (FIXING,)))
+            _refuse_unfit(activity_set, self._where(activity_set), self.data.name, self.sensors.names)
+        self._sets = (*VITAL_SETS, *sets, *self.needs)
         known = self._of_set
         self._of_set = {one: known[one] if one in known else _behaviour(self, one) for one in self._sets}
         self._behaviours = [self._of_set[activity_set] for activity_set in self._sets]
@@ -212,7 +209,7 @@ class FunctionalLayer:
                 named.update(activity.sensors)
                 if activity.type is ActivityType.GUIDANCE:
                     self._guiding = index
-        self.picture.body.sensors_on = self._sensing.switch_on(named)
+        self.picture.body.sensors_on = self.sensors.switch_on(named)
 
     # Every tick and every decision ---------------------------------------------------------------
 
@@ -237,14 +234,12 @@ class FunctionalLayer:
         if dx_m * dx_m + dy_m * dy_m > NEAR_M * NEAR_M:
             self._settled_m, body.settled_s = motion.position_m, now_s
         if not body.sensors_on:
-            self._sensing.looking = ()
+            self.sensors.looking = ()
             return []
         pose = Pose(self.motion.x_m, self.motion.y_m, self.depth_m, motion.heading_rad, motion.speed_mps)
-        if self.adrift is not None:
-            pose = self.adrift.posed(pose)
-        if self._guidance.flow_mps != STILL:
-            pose = pose._replace(flow_mps=self._guidance.flow_mps)
-        sensed = self._sensing.look(pose, now_s)
+        for change in self.posed:
+            pose = change(pose)
+        sensed = self.sensors.look(pose, now_s)
         if sensed:
             body.last_yield_s = now_s
         return sensed
@@ -260,9 +255,8 @@ class FunctionalLayer:
         """
         motion, picture = self.believed, self.picture
         perceptions: list[Perception] = []
-        if self.adrift is not None:
-            guides = None if self._guiding is None else self._behaviours[self._guiding]
-            self.adrift.ask(guides, motion, picture)
+        for ask in self.asked:
+            ask(None if self._guiding is None else self._behaviours[self._guiding])
         try:
             for index, behaviour in enumerate(self._behaviours):
                 perceptions.append(behaviour.perceive(motion, picture, index in performed))
@@ -275,7 +269,7 @@ class FunctionalLayer:
         if wrong:
             index, unsound = _unsound(perceptions)
             raise self._broken(index, "perceive", PERCEPTION, unsound)
-        if self._guidance.withdraws and self._guiding is not None:  # whoever makes way is not thrown back by it
+        if self.guidance.withdraws and self._guiding is not None:  # whoever makes way is not thrown back by it
             perceptions[self._guiding] = perceptions[self._guiding]._replace(advance=None)
         return perceptions
 
@@ -291,19 +285,18 @@ class FunctionalLayer:
         """
         reference = None if self._guiding is None else self._reference(self._guiding)
         peers_m, now_s = self.picture.peers.positions_m, max(self.picture.body.now_s, since_s)
-        self._guidance.move(reference, neighbours, peers_m, now_s, dt_s)
+        self.guidance.move(reference, neighbours, peers_m, now_s, dt_s)
         if self.loads_w:
             self.motion.energy_j += math.fsum(self.loads_w) * dt_s
         self._check_energy()
         if self.exhausted:
             self.motion.speed_mps = 0.0
-        if self.adrift is not None:
-            self.adrift.went(self.motion, neighbours, dt_s)
-            _reckon(self, self.adrift.navigation)
+        for tell in self.moved:
+            tell(neighbours, dt_s)
 
     def heed(self, pulls: Pulls) -> None:
         """Let signals of others pull at guidance like this until the next decision."""
-        self._guidance.heed(pulls)
+        self.guidance.heed(pulls)
 
     def _reference(self, index: int) -> Reference | None:
         try:
@@ -324,8 +317,8 @@ class FunctionalLayer:
 def _behaviour(layer: FunctionalLayer, activity_set: ActivitySet) -> Behaviour:
     """A new behaviour for a set: the vehicle's own, or the mission's."""
     activity = activity_set.activities[0]
-    if activity_set is FIXING and layer.adrift is not None:
-        return layer.adrift.fixing
+    if activity_set in layer.needs:
+        return layer.needs[activity_set]
     if activity.name in VITAL_NAMES:
         return vital_behaviour(activity, layer.data, layer._bounds_m)
     return answer(
@@ -347,18 +340,9 @@ def _unsound(perceptions: Sequence[Perception]) -> tuple[int, object]:
 
 
 def embody(layer: FunctionalLayer, before: FunctionalLayer) -> None:
-    """Let a vehicle that begins anew be where it was, with the energy and the navigation that it had."""
+    """Let a vehicle that begins anew be where it was, with the energy that it had."""
     for name in Motion.__slots__:
         setattr(layer.motion, name, getattr(before.motion, name))
     layer.exhausted = before.exhausted
-    if layer.adrift is not None and before.adrift is not None:
-        layer.adrift.take_over(before.adrift)
-        _reckon(layer, layer.adrift.navigation)
-
-
-def _reckon(layer: FunctionalLayer, navigation: Navigation) -> None:
-    """Let a vehicle take itself to be where its navigation says."""
-    layer.depth_m = layer._guidance.depth_m = navigation.depth_m
-    layer._guidance.error_m = navigation.error_m
-    layer.believed = _shifted(layer.motion, navigation.error_m)
-    layer.picture.body.uncertainty_m = navigation.uncertainty_m
+    for tell in layer.placed:
+        tell()

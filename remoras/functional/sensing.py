@@ -44,24 +44,18 @@ class Sensing:
         vehicle: its name.
         sensors: by name, in the order in which they are asked.
         world: what they perceive in this run.
-        misses: True where a sensor, by name, yields nothing in the tick of a time (s); None where none ever misses.
 
     Attributes:
         looking: names of the sensors that were on, and worked, in the last motion tick.
+        misses: each is True where a sensor, by name, yields nothing in the tick of a time (s); called by ``look``.
     """
 
-    def __init__(
-        self,
-        vehicle: str,
-        sensors: Mapping[str, Sensor],
-        world: Any,
-        misses: Callable[[str, float], bool] | None = None,
-    ) -> None:
+    def __init__(self, vehicle: str, sensors: Mapping[str, Sensor], world: Any) -> None:
         self.looking: tuple[str, ...] = ()
         self._vehicle = vehicle
         self._sensors = sensors
         self._world = world
-        self._misses = misses
+        self.misses: list[Callable[[str, float], bool]] = []
         self._dead: frozenset[str] = frozenset()
         self._on: list[tuple[str, Sensor]] = []
         self._working: list[tuple[str, Sensor]] = []
@@ -91,8 +85,8 @@ class Sensing:
             PluginError: a sensor raises, or returns anything but observations.
         """
         working, self.looking = self._working, self._working_names
-        if self._misses is not None:
-            working = [one for one in working if not self._misses(one[0], now_s)]
+        for misses in self.misses:
+            working = [one for one in working if not misses(one[0], now_s)]
             self.looking = tuple(name for name, _ in working)
         sensed: list[Sensed] = []
         for name, sensor in working:

@@ -1,6 +1,6 @@
 """What a vehicle needs to live: it keeps clear of others, comes home on its last energy and stays where it operates.
 
-One that errs about its place learns where it is, last of all, see ``remoras.functional.fixing``.
+Features may add needs, which stand behind all others, see ``FunctionalLayer.needs``.
 
 Keeping clear is no activity that is chosen: it has the last word on every motion, whatever guides, see
 ``remoras.avoidance``. The others are activities.
@@ -16,7 +16,6 @@ from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType
 from remoras.avoidance import Bounds
 from remoras.behaviours import CAPTURE_M, DUE, IDLE, Behaviour, Perception, Reference, Standing, distance_m
 from remoras.database import VehicleData
-from remoras.functional.fixing import FIXING
 from remoras.motion import Motion
 from remoras.picture import Picture
 from remoras.work import Point
@@ -78,8 +77,8 @@ VITAL_SETS = (
 )
 """What every vehicle considers, in this order, before the activities of its objectives."""
 
-VITAL_NAMES = frozenset(activity_set.name for activity_set in (*VITAL_SETS, FIXING))
-"""Names that no activity of a mission may have."""
+VITAL_NAMES = frozenset({*(activity_set.name for activity_set in VITAL_SETS), "FixingPosition"})
+"""Names that no activity of a mission may have; the last is of a need that a feature adds."""
 
 
 def vital_behaviour(activity: Activity, data: VehicleData, bounds_m: Bounds) -> Behaviour:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import itertools
 import math
+from dataclasses import dataclass, fields
+from typing import Any
 
 from missions.fault import Danger
-from missions.scenarios.sea import CurrentTable
 from remoras.recorder import PACKETS
 from remoras.separation import SAME_DEPTH_M
 from stress.invariants.seam import Moment, Scene
@@ -21,18 +22,36 @@ LEAST_SHARE = 0.5
 """Share of the separation that vehicles keep in any case; what is between is counted as a conflict."""
 
 
+@dataclass(frozen=True)
+class Water:
+    """The keys of ``[current]``; what stands where a scenario has none."""
+
+    east_mps: float = 0.0
+    north_mps: float = 0.0
+    shear_depth_m: float | None = None
+    tide_period_h: float | None = None
+    tide_phase: float = 0.0
+    surge: tuple[Any, ...] = ()
+
+
+def water_of(scene: Scene) -> Water:
+    """How the water moves, as the scenario says."""
+    table = scene.setup.scenario.of_feature("current")
+    return Water() if table is None else Water(**{one.name: getattr(table, one.name) for one in fields(Water)})
+
+
 def has_current(scene: Scene) -> bool:
     """True if the water moves."""
-    return scene.setup.scenario.current != CurrentTable()
+    return water_of(scene) != Water()
 
 
-def carried(table: CurrentTable, depth_m: float, now_s: float) -> tuple[tuple[float, float], float]:
+def carried(table: Water, depth_m: float, now_s: float) -> tuple[tuple[float, float], float]:
     """Velocity of the water (m/s, east and north) but for surges, and by how much clocks that are off may change it.
 
     Worked out from the keys, not by the model: full at the surface, nothing at ``shear_depth_m``, to and fro with the
     tide.
 
-    >>> carried(CurrentTable(east_mps=0.4, shear_depth_m=40.0), 10.0, 0.0)
+    >>> carried(Water(east_mps=0.4, shear_depth_m=40.0), 10.0, 0.0)
     ((0.30000000000000004, 0.0), 0.0)
     """
     share, turns = 1.0, 0.0
@@ -140,7 +159,7 @@ class Speed:
         """Compare with the tick before: its way through the water, and what the water carried it."""
         if scene.finished is not None:
             return None
-        table = scene.setup.scenario.current
+        table = water_of(scene)
         flows_mps = [(table.east_mps, table.north_mps), *((one.east_mps, one.north_mps) for one in table.surge)]
         alive = {one.name for one in scene.fleet.vehicles if one.is_alive}
         for vehicle in scene.fleet.vehicles:

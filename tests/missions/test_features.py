@@ -41,6 +41,9 @@ USES = {
     "obligation": ["group.Operational.obligation=[{role='Midfield', objective='Exploring', deadline_s=300}]"],
     "slots": ["communication.slots=['AUV00','AUV01','AUV02','ASV00']"],
     "covert": ["covert=[{vehicle='AUV01'}]"],
+    "current": ["current={east_mps=0.2, tide_period_h=2.0}"],
+    "navigation": ["navigation={drift=0.01}", "beacon=[{name='buoy', position_m=[0.0, 0.0], range_m=90.0}]"],
+    "uncertainty": ["uncertainty={p_miss=0.1, speed_spread=0.05}"],
 }
 """What a scenario has to say to use each feature."""
 

@@ -10,12 +10,12 @@ from cli.invoked import remoras
 from small_mission import SMALL, line_of
 
 from missions.errors import ConfigurationError, ConfigurationFault
+from missions.features.navigation import Adrift
 from missions.mapping import MappingMission
 from missions.runs.run import Run
 from missions.runs.run import run as run_scenario
 from missions.runs.summary import summary
 from missions.scenarios import load
-from remoras.functional.fixing import Adrift
 
 
 def finished(*settings: str, seed: int = 1) -> Run:
@@ -122,7 +122,7 @@ def covered(run: Run) -> set[str]:
 
 def without_fixes(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nobody asks how exactly it has to know its place."""
-    monkeypatch.setattr(Adrift, "ask", lambda self, guides, motion, picture: None)
+    monkeypatch.setattr(Adrift, "ask", lambda self, guides: None)
 
 
 LONG = ("navigation.drift=0.02", "scenario.duration_s=4000")

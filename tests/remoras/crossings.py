@@ -8,6 +8,7 @@ from typing import Any
 
 from samples import activity_set, auv
 
+from missions.features.current import in_current
 from remoras.activities import Activity, ActivityType
 from remoras.behaviours import Behaviour, Reference, Standing, distance_m
 from remoras.current import Current
@@ -16,7 +17,6 @@ from remoras.functional.layer import FunctionalLayer
 from remoras.functional.vital import VITAL_SETS
 from remoras.motion import Motion
 from remoras.picture import Picture
-from remoras.sea import Sea
 from remoras.separation import Separation
 from remoras.work import Point
 
@@ -91,7 +91,9 @@ def traveller(
 ) -> Traveller:
     """A vehicle that starts on its course."""
     data = auv(f"AUV{number:02d}", start_m=start_m, transit_speed_mps=speed_mps, energy_j=1e9, **changes)
-    functional = FunctionalLayer(data, Errand(goal_m), None, {}, BOUNDS_M, Picture(), sea=Sea(current))
+    functional = FunctionalLayer(data, Errand(goal_m), None, {}, BOUNDS_M, Picture())
+    if current is not None:
+        in_current(functional, current)
     functional.prepare([GOING])
     functional.perform([len(VITAL_SETS)])
     functional.motion.heading_rad = math.atan2(goal_m[1] - start_m[1], goal_m[0] - start_m[0])

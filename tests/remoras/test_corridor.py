@@ -54,7 +54,7 @@ def meet(
     watch = Separation(fleet, 5.0)
     for one in fleet:
         layer = one.functional
-        layer._guidance = Guidance(layer.motion, one.data, crossings.BOUNDS_M, constants)
+        layer.guidance = Guidance(layer.motion, one.data, crossings.BOUNDS_M, constants)
     closest_m = math.inf
     for now_s in range(1, until_s + 1):
         seen = watch.look()
@@ -68,7 +68,7 @@ def meet(
             to_go_m = distance_m(one.functional.motion, one.goal_m)
             if to_go_m > 1.0:
                 advance = approaches[number].advance(to_go_m, float(now_s), performed=True)
-                advance = None if one.functional._guidance.withdraws else advance  # as ``perceive`` has it
+                advance = None if one.functional.guidance.withdraws else advance  # as ``perceive`` has it
                 satisfactions[number] = evolved(satisfactions[number], advance, 1.0, decision)
         closest_m = min(closest_m, math.dist(*(one.functional.motion.position_m for one in fleet)))
     return closest_m
@@ -101,7 +101,7 @@ def test_a_call_that_is_answered_draws_the_vehicle_to_the_one_that_calls(monkeyp
         one, other = corridor(200.0, monkeypatch)
         layer, motion = one.functional, one.functional.motion
         constants = GuidanceConstants(attraction=weight)
-        layer._guidance = Guidance(motion, one.data, crossings.BOUNDS_M, constants)
+        layer.guidance = Guidance(motion, one.data, crossings.BOUNDS_M, constants)
         layer.picture.peers.positions_m[other.data.name] = (-70.0, 40.0)
         layer.heed(Pulls(0.0, {other.data.name: 1.0}, {}))
         still = crossings.traveller(1, (-70.0, 40.0), (-70.0, 40.0))

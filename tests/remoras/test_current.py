@@ -7,6 +7,7 @@ from crossings import KINDS, crossing, travel, traveller
 from hypothesis import given
 from hypothesis import strategies as st
 
+from missions.features import current as of_scenarios
 from remoras.current import Current, through_water
 from remoras.functional import guidance
 
@@ -62,7 +63,7 @@ def test_without_heading_into_the_current_a_vehicle_is_carried_off(monkeypatch: 
     def unheeding(course: tuple[float, float], speed_mps: float, _: tuple[float, float]) -> tuple[float, float]:
         return speed_mps * course[0], speed_mps * course[1]
 
-    monkeypatch.setattr(guidance, "through_water", unheeding)
+    monkeypatch.setattr(of_scenarios, "through_water", unheeding)
     one = traveller(0, (-300.0, 0.0), (300.0, 0.0), current=ACROSS)
     strayed_m = 0.0
     for now_s in range(250):

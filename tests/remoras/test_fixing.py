@@ -8,17 +8,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from samples import activity_set, auv
 
+from missions.features.navigation import FIXING, Adrift, SeparationAcrossLayers
 from remoras.activities import Activity, ActivityType
 from remoras.avoidance import Neighbour
 from remoras.behaviours import DUE, Behaviour, Perception, Reference
 from remoras.database import VehicleData
-from remoras.functional.fixing import FIXING
 from remoras.functional.layer import FunctionalLayer
 from remoras.functional.vital import VITAL_SETS
 from remoras.motion import Motion
 from remoras.navigation import Beacon, Navigation, NavigationConstants, takes_s
 from remoras.picture import Picture
-from remoras.sea import Sea
 from remoras.separation import Separation
 
 BOUNDS_M = (-9000.0, -9000.0, 9000.0, 9000.0)
@@ -50,7 +49,8 @@ class Voyage:
 
     def __init__(self, *beacons: Beacon, drift: float = 0.02) -> None:
         self.navigation = Navigation(NavigationConstants(drift, 10.0, beacons), 20.0, lambda n: 1.0 + n)
-        self.layer = FunctionalLayer(auv(), East(), None, {}, BOUNDS_M, Picture(), sea=Sea(navigation=self.navigation))
+        self.layer = FunctionalLayer(auv(), East(), None, {}, BOUNDS_M, Picture())
+        self.adrift = Adrift(self.layer, self.navigation)
         sets = self.layer.prepare([activity_set(("Going", ActivityType.GUIDANCE))])
         assert sets[FIX] is FIXING
         self.performed: tuple[int, ...] = ()
@@ -139,8 +139,7 @@ def test_a_beacon_that_is_silent_where_it_should_be_heard_is_not_waited_for() ->
 def test_a_vehicle_that_goes_up_claims_all_above_it_and_waits_while_somebody_is_there() -> None:
     """Between layers nobody sees anybody, unless one leaves its own."""
     voyage = Voyage()
-    adrift = voyage.layer.adrift
-    assert adrift is not None
+    adrift = voyage.adrift
     assert adrift.column_m == (20.0, 20.0)
     voyage.go_on(lambda: voyage.is_fixing)
     assert adrift.column_m == (0.0, 20.0)
@@ -166,12 +165,13 @@ def test_sonars_look_into_the_column_of_who_goes_up() -> None:
     voyage, above = Voyage(), Voyage()
     above.layer.data = auv(depth_m=5.0)
     boat = Placed(above.layer, 1)
-    boat.functional.adrift = None
-    separation = Separation([Placed(voyage.layer, 0), boat], 5.0, leave_layers=True)
+    columns_m = (lambda: voyage.adrift.column_m, lambda: (5.0, 5.0))
+    separation = SeparationAcrossLayers(
+        Separation([Placed(voyage.layer, 0), boat], 5.0), lambda node: columns_m[node]()
+    )
     above.layer.motion.x_m = 20.0
     assert separation.look() == {}
-    assert voyage.layer.adrift is not None
-    voyage.layer.adrift.fixing.depth_m = 0.0
+    voyage.adrift.fixing.depth_m = 0.0
     assert set(separation.look()) == {0, 1}
     above.layer.motion.x_m = 3.0
     above.layer.depth_m = 5.0

@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 from samples import activity_set, auv
 
+from missions.features.current import in_current
 from remoras.activities import Activity, ActivitySet, ActivityType
 from remoras.avoidance import Neighbour
 from remoras.behaviours import DUE, IDLE, Behaviour, Homing, Perception, Reference, Standing
@@ -19,7 +20,6 @@ from remoras.functional.vital import VITAL_NAMES, VITAL_SETS
 from remoras.motion import Motion
 from remoras.picture import Picture
 from remoras.recorder import TIME, VEHICLE, Column, Table
-from remoras.sea import Sea
 from remoras.sensor import Observation, Pose
 
 BOUNDS_M = (-100.0, -100.0, 800.0, 800.0)
@@ -373,9 +373,9 @@ def test_a_low_battery_calls_home() -> None:
 
 def test_who_was_off_is_carried_by_the_water_of_the_moment() -> None:
     """At 300 s of a tide of 600 s the current has turned: in a second it carries a vehicle 0.2 m west, not east."""
-    sea = Sea(Current(0.2, 0.0, tide_period_s=600.0))
     shore = Shore()
-    functional = FunctionalLayer(auv(), shore, shore.world(1), {}, BOUNDS_M, Picture(), sea=sea)
+    functional = FunctionalLayer(auv(), shore, shore.world(1), {}, BOUNDS_M, Picture())
+    in_current(functional, Current(0.2, 0.0, tide_period_s=600.0))
     functional.prepare([])
     functional.act(1.0, (), 300.0)
     heading_m = functional.motion.speed_mps * functional.motion.ahead[0]

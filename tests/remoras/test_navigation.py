@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from samples import activity_set, auv
 
+from missions.features.navigation import Adrift
 from remoras.activities import Activity, ActivityType
 from remoras.behaviours import Behaviour, Homing
 from remoras.database import VehicleData
@@ -14,7 +15,6 @@ from remoras.functional.layer import FunctionalLayer
 from remoras.functional.vital import VITAL_SETS
 from remoras.navigation import Beacon, Navigation, NavigationConstants
 from remoras.picture import Picture
-from remoras.sea import Sea
 
 NORTH = math.pi / 2.0
 BOUNDS_M = (-1000.0, -1000.0, 1000.0, 1000.0)
@@ -58,7 +58,8 @@ class Shore:
 
 def test_a_vehicle_goes_where_it_takes_its_goal_to_be() -> None:
     """After 300 m it is off by 6 m to the north: so it stops 6 m to the south, taking it for the goal."""
-    functional = FunctionalLayer(auv(), Shore(), None, {}, BOUNDS_M, Picture(), sea=Sea(navigation=adrift()))
+    functional = FunctionalLayer(auv(), Shore(), None, {}, BOUNDS_M, Picture())
+    Adrift(functional, adrift())
     functional.prepare([activity_set(("Homing", ActivityType.GUIDANCE))])
     functional.perform([len(VITAL_SETS)])
     for now_s in range(250):

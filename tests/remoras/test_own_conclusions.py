@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from missions.features.navigation import Carriers
 from missions.runs.assembly import assemble
 from missions.runs.setup import resolved
 from missions.scenarios import load
@@ -38,18 +39,21 @@ def test_a_vehicle_sees_which_of_its_sensors_say_that_they_work() -> None:
 
 
 def test_a_beacon_is_where_its_carrier_is_and_silent_with_it() -> None:
-    whole = fleet()
+    whole, carriers = fleet(), Carriers()
     asv = whole.vehicles[0]
-    assert whole.carried_m("ASV00", "usbl") == asv.functional.motion.position_m
+    assert carriers.position_m("ASV00", "usbl") is None  # nothing has begun
+    carriers.begin(whole)
+    assert carriers.position_m("ASV00", "usbl") == asv.functional.motion.position_m
     for condition in (
         dead("ASV00", "usbl"),
         condition_under([Fault("mute", "ASV00", 0.0, leaves=Condition(is_mute=True))]),
         condition_under([Fault("lost", "ASV00", 0.0, leaves=Condition(is_running=False))]),
     ):
         asv.suffer(condition)
-        assert whole.carried_m("ASV00", "usbl") is None
+        assert carriers.position_m("ASV00", "usbl") is None
     asv.suffer(dead("ASV00", "console"))
-    assert whole.carried_m("ASV00", "usbl") is not None
+    assert carriers.position_m("ASV00", "usbl") is not None
+    assert carriers.position_m("ASV07", "usbl") is None  # it is simulated elsewhere
 
 
 def test_an_error_shrinks_near_a_beacon_that_moves_and_grows_when_it_is_gone() -> None:

@@ -8,9 +8,8 @@ import pytest
 from sampling import sampled
 
 from missions.mapping.metrics import area_roles
-from missions.runs.assembly import assemble
+from missions.runs.assembly import actual, assemble
 from missions.runs.run import Run, run
-from missions.runs.sea import actual
 from missions.runs.setup import resolved
 from missions.runs.summary import summary
 from missions.scenarios import load
@@ -183,10 +182,8 @@ def test_the_speeds_differ_between_seeds_and_vehicles_within_the_spread() -> Non
 
 
 def test_without_spread_every_vehicle_is_as_fast_as_its_data() -> None:
-    fleet = assemble(resolved(load("mapping-patches")), 1)
-    data = fleet.vehicles[0].data
-    fleet.close()
-    assert actual(data, 0.0, seed=1) == data
+    setup = resolved(load("mapping-patches", [("--set", "uncertainty.speed_spread=0.0")]))
+    assert all(actual(setup, data, seed=1) == data for data in setup.database.values())
 
 
 # What a vehicle lost or cut off holds goes to others -----------------------------------------------

@@ -11,10 +11,9 @@ from small_mission import SMALL
 import missions.runs.setup as home
 from missions.errors import ConfigurationError
 from missions.mapping import MappingMission
-from missions.runs.assembly import assemble, channel_of
+from missions.runs.assembly import actual, assemble, channel_of
 from missions.runs.metrics import CORE_METRICS
 from missions.runs.run import run
-from missions.runs.sea import actual
 from missions.runs.sensors import sensors_of
 from missions.runs.setup import Setup, resolved
 from missions.runs.summary import summary
@@ -145,7 +144,7 @@ def test_a_vehicle_is_as_fast_as_it_really_is_and_believed_to_be_as_its_data_say
     for vehicle in fleet.vehicles:
         known = pond.database[vehicle.name]
         assert vehicle.data == known
-        assert vehicle.functional.data == actual(known, 0.1, 2) != known
+        assert vehicle.functional.data == actual(pond, known, 2) != known
     fleet.close()
 
 

@@ -1,0 +1,250 @@
+"""Current: ``[current]`` and ``[[current.surge]]``, water that moves, and vehicles that head into it.
+
+The formulas are those of ``remoras.current``. A vehicle feels the current at its depth as a Doppler log does, and goes
+so that its course over ground is straight. A current as fast as the slowest vehicle is refused.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from pydantic import Field, field_validator
+
+from exchange.acoustics import loss
+from exchange.arithmetic import length
+from missions.errors import ConfigurationFault
+from missions.feature import Feature, Joining
+from missions.scenarios.extending import slower_by
+from missions.scenarios.tables import (
+    NotNegative,
+    PointM,
+    Positive,
+    Raw,
+    Section,
+    Sparse,
+    entries,
+    is_number,
+    point_of,
+    table_of,
+)
+from remoras.avoidance import HalfPlane, Neighbour
+from remoras.behaviours import Reference
+from remoras.current import Current, Surge, Velocity, through_water
+from remoras.events import Part
+from remoras.functional.guidance import Guidance
+from remoras.functional.layer import FunctionalLayer
+from remoras.work import Point
+
+if TYPE_CHECKING:
+    from remoras.mission import Mission
+    from remoras.sensor import Pose
+
+KEY = "current"
+STILL = (0.0, 0.0)
+"""Velocity of water that stands."""
+
+
+class SurgeTable(Section):
+    """One ``[[current.surge]]``: the current rises for a time, or turns."""
+
+    between_s: tuple[NotNegative, NotNegative] = Field(description="[earliest, latest] start, drawn once per run")
+    lasts_s: Positive = Field(description="how long it lasts")
+    east_mps: float = Field(0.0, ge=-5.0, le=5.0, description="what is added towards the east, at all depths")
+    north_mps: float = Field(0.0, ge=-5.0, le=5.0, description="what is added towards the north, at all depths")
+
+    @field_validator("between_s")
+    @classmethod
+    def _in_order(cls, given: PointM) -> PointM:
+        if given[0] > given[1]:
+            raise ValueError("the earliest start may not be later than the latest")
+        return given
+
+    def drawn(self, seed: int, number: int) -> Surge:
+        """The surge of the run with that seed; its number in the scenario keys the draw."""
+        earliest_s, latest_s = self.between_s
+        share = loss.uniform(seed, loss.SURGES, number, 0, 0) if latest_s > earliest_s else 0.0
+        from_s = earliest_s + share * (latest_s - earliest_s)
+        return Surge(from_s, from_s + self.lasts_s, self.east_mps, self.north_mps)
+
+
+class CurrentTable(Sparse):
+    """The table ``[current]``."""
+
+    UNSAID = frozenset({"surge"})
+
+    east_mps: float = Field(0.0, ge=-5.0, le=5.0, description="current towards the east at the surface")
+    north_mps: float = Field(0.0, ge=-5.0, le=5.0, description="current towards the north at the surface")
+    shear_depth_m: Positive | None = Field(
+        None, description="depth at which the current has fallen to nothing, evenly; alike at all depths if absent"
+    )
+    tide_period_h: Positive | None = Field(
+        None, description="time in which the current turns and returns, 12.42 for the moon's tide; steady if absent"
+    )
+    tide_phase: float = Field(
+        0.0, ge=0.0, le=1.0, description="share of the period that is over at the start: 0 full, 0.25 slack, 0.5 turned"
+    )
+
+    surge: tuple[SurgeTable, ...] = Field((), description="when it rises or turns for a time, a table each")
+
+    def surges(self, seed: int) -> tuple[Surge, ...]:
+        """The surges of the run with that seed."""
+        return tuple(one.drawn(seed, number) for number, one in enumerate(self.surge))
+
+    def water(self, seed: int) -> Current | None:
+        """The current of the run with that seed; None where the water stands."""
+        return self._with(self.surges(seed))
+
+    def foretold(self) -> Current | None:
+        """The current without what is drawn; None where the water stands but for that."""
+        return self._with(())
+
+    def _with(self, surges: tuple[Surge, ...]) -> Current | None:
+        if self.east_mps == self.north_mps == 0.0 and not surges:
+            return None
+        depth_m = math.inf if self.shear_depth_m is None else self.shear_depth_m
+        period_s = math.inf if self.tide_period_h is None else 3600.0 * self.tide_period_h
+        return Current(self.east_mps, self.north_mps, depth_m, period_s, self.tide_phase, surges)
+
+
+class GuidanceInCurrent(Guidance):
+    """Moves a vehicle in water that moves itself: who is to stay heads into the current.
+
+    Args:
+        still: what would move it in still water.
+        current: of the water.
+        depth_m: tells at which the vehicle is.
+
+    Attributes:
+        flow_mps: velocity of the water in the last motion tick: (x east, y north).
+    """
+
+    def __init__(self, still: Guidance, current: Current, depth_m: Callable[[], float]) -> None:
+        super().__init__(still.motion, still.data, still.bounds_m, still.constants)
+        self.flow_mps: Velocity = STILL
+        self._current = current
+        self._depth_m = depth_m
+
+    def move(
+        self,
+        reference: Reference | None,
+        neighbours: Sequence[Neighbour],
+        positions_m: Mapping[str, Point],
+        now_s: float,
+        dt_s: float,
+    ) -> None:
+        """Move through the water, and be carried by it; see ``Guidance.move``."""
+        self.flow_mps = self._current.at(self._depth_m(), now_s)
+        super().move(reference, neighbours, positions_m, now_s, dt_s)
+        self.motion.x_m += self.flow_mps[0] * dt_s
+        self.motion.y_m += self.flow_mps[1] * dt_s
+
+    def carry_out(
+        self,
+        target_m: Point,
+        speed_mps: float,
+        neighbours: Sequence[Neighbour],
+        positions_m: Mapping[str, Point],
+        dt_s: float,
+    ) -> None:
+        """Come straight over ground to a target; without a speed, stay."""
+        super().carry_out(*self._upstream(target_m, speed_mps, dt_s), neighbours, positions_m, dt_s)
+
+    def _upstream(self, target_m: Point, speed_mps: float, dt_s: float) -> tuple[Point, float]:
+        """Where to head for in moving water, and how fast."""
+        motion, flow = self.motion, self.flow_mps
+        if speed_mps <= 0.0:
+            return (motion.x_m - flow[0] * dt_s, motion.y_m - flow[1] * dt_s), min(length(*flow), self.most_mps)
+        dx_m, dy_m = target_m[0] - motion.x_m, target_m[1] - motion.y_m
+        range_m = length(dx_m, dy_m)
+        course = (dx_m / range_m, dy_m / range_m) if range_m > 0.0 else STILL
+        water = through_water(course, speed_mps, flow)
+        ground_mps = length(water[0] + flow[0], water[1] + flow[1])
+        if ground_mps * dt_s >= range_m:  # there within the tick
+            return (target_m[0] - flow[0] * dt_s, target_m[1] - flow[1] * dt_s), speed_mps
+        time_s = range_m / ground_mps if ground_mps > 0.0 else dt_s
+        return (motion.x_m + water[0] * time_s, motion.y_m + water[1] * time_s), speed_mps
+
+    def walls(self, position_m: Point) -> Sequence[HalfPlane]:
+        """As in still water, less what the water moves by itself."""
+        east_mps, north_mps = self.flow_mps
+        return [one._replace(x=one.x - east_mps, y=one.y - north_mps) for one in super().walls(position_m)]
+
+    def posed(self, pose: Pose) -> Pose:
+        """A pose with the velocity of the water."""
+        return pose._replace(flow_mps=self.flow_mps)
+
+
+def in_current(layer: FunctionalLayer, current: Current) -> None:
+    """Let a vehicle move in water that moves.
+
+    Args:
+        layer: of the vehicle, as it is made.
+        current: of the water.
+    """
+    layer.guidance = guidance = GuidanceInCurrent(layer.guidance, current, lambda: layer.depth_m)
+    layer.posed.append(guidance.posed)
+
+
+def part_of(joining: Joining) -> Part | None:
+    """Let all vehicles move in the water of the run, if that moves."""
+    table: CurrentTable = joining.scenario.of_feature(KEY)
+    current = table.water(joining.seed)
+    return None if current is None else Part(body=lambda layer: in_current(layer, current))
+
+
+def current_faults(raw: Raw, mission: type[Mission] | None) -> Iterator[ConfigurationFault]:
+    """A current that is as fast as the slowest vehicle at its depth, or faster; surges that begin after the end."""
+    table = table_of(raw, KEY)
+    given = {key: table.get(key, 0.0) for key in ("east_mps", "north_mps")}
+    shear_depth_m = table.get("shear_depth_m", math.inf)
+    is_depth = type(shear_depth_m) in (int, float) and shear_depth_m > 0.0
+    spread, why = slower_by(raw)
+    if not all(is_number(one) for one in (*given.values(), spread)) or not is_depth:
+        return
+    yield from _late_surges(raw)
+    current = Current(**given, shear_depth_m=shear_depth_m, surges=_surges(table))
+    worst: tuple[float, str] | None = None
+    for vehicle in entries(raw, "vehicle"):
+        depth_m, speed_mps = vehicle.get("depth_m", 0.0), vehicle.get("survey_speed_mps")
+        if not is_number(depth_m) or not is_number(speed_mps):
+            continue
+        runs_mps, slowest_mps = current.greatest_mps(depth_m), speed_mps * (1.0 - spread)
+        excess_mps = runs_mps - slowest_mps
+        if runs_mps >= slowest_mps > 0.0 and (worst is None or excess_mps > worst[0]):
+            allowed = (
+                f"the current runs at {runs_mps:.3g} m/s at the {depth_m:g} m of {vehicle.get('name')}, which could "
+                f"not stay where it is; allowed: less than {slowest_mps:.3g} m/s, its survey_speed_mps"
+                + (f" less the {why} of {spread:g}" if spread else "")
+            )
+            worst = excess_mps, allowed
+    if worst is not None:
+        key = max(given, key=lambda key: abs(given[key]))
+        yield ConfigurationFault(f"{KEY}.{key}", str(given[key]), worst[1])
+
+
+def _late_surges(raw: Raw) -> Iterator[ConfigurationFault]:
+    """Surges that cannot begin before the end."""
+    given_s = table_of(raw, "scenario").get("duration_s")
+    duration_s = float(given_s) if isinstance(given_s, int | float) else math.inf
+    for number, surge in enumerate(entries(table_of(raw, KEY), "surge"), 1):
+        for earliest_s, latest_s in point_of(surge, "between_s"):
+            if earliest_s >= duration_s:
+                given = f"[{earliest_s:g}, {latest_s:g}]"
+                allowed = f"begins after the end: before scenario.duration_s = {duration_s:g}"
+                yield ConfigurationFault(f"{KEY}.surge.{number}.between_s", given, allowed)
+
+
+def _surges(table: Raw) -> tuple[Surge, ...]:
+    """What surges add, from the earliest time to the latest that they may last to; malformed ones are passed over."""
+    found = []
+    for one in entries(table, "surge"):
+        added, lasts_s = [one.get(key, 0.0) for key in ("east_mps", "north_mps")], one.get("lasts_s")
+        if all(map(is_number, [*added, lasts_s])) and (spans := point_of(one, "between_s")):
+            earliest_s, latest_s = spans[0]
+            found.append(Surge(earliest_s, latest_s + float(lasts_s), *added))  # type: ignore[arg-type]
+    return tuple(found)
+
+
+FEATURE = Feature({"": {KEY: (CurrentTable, CurrentTable())}}, part_of, current_faults)

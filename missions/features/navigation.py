@@ -1,0 +1,446 @@
+"""Navigation error: ``[navigation]`` and ``[[beacon]]``, by which vehicles err about their place, and learn it.
+
+How the error grows and shrinks is in ``remoras.navigation``. A vehicle that errs learns where it is before its error
+spoils what it does.
+
+What guides a vehicle may say how exactly it has to know its place (``Behaviour.accuracy_m``). Once its uncertainty is
+greater than that, the vehicle goes where it has a fix: straight up to the surface, or to a beacon that it knows of if
+it is there and back sooner. It goes on where it stopped once it is at its own depth again.
+
+It stays as long as that is worth it. With b_0 the uncertainty with which it began, t the time since and r that of the
+way back, it goes back once the uncertainty falls more slowly than it has on the mean of the whole interruption::
+
+    b / fix_s <= (b_0 - b) / (t + r)
+
+By the marginal value theorem (Charnov, Theoretical Population Biology 9, 1976, 129-136) no other stay leaves a greater
+share of the time for work. With s = (way there and back) / fix_s this is at x = (t - way there) / fix_s where
+exp(x) = 1 + s + x: from 20 m at 0.5 m/s with a ``fix_s`` of 10 s, s = 8, so x = 2.43 and b = 0.088 b_0.
+
+While it is away from its depth it keeps clear of all above it, and they of it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from copy import copy
+from functools import partial
+from typing import TYPE_CHECKING
+
+from pydantic import Field
+
+from exchange.acoustics import loss
+from exchange.arithmetic import TAU, distance, length
+from missions.errors import ConfigurationFault
+from missions.feature import Feature, Joining
+from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
+from missions.scenarios.abilities import sensor_tables
+from missions.scenarios.tables import (
+    Name,
+    PointM,
+    Positive,
+    Raw,
+    Sparse,
+    entries,
+    names_of,
+    one_of,
+    outside_faults,
+    point_of,
+)
+from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType
+from remoras.avoidance import Neighbour
+from remoras.behaviours import CAPTURE_M, DUE, IDLE, Behaviour, Perception, Reference, distance_m
+from remoras.database import VehicleData
+from remoras.events import Host, Joined, Part
+from remoras.functional.layer import FunctionalLayer
+from remoras.motion import Motion
+from remoras.navigation import Beacon, Navigation, NavigationConstants, takes_s
+from remoras.picture import Picture
+from remoras.sensor import Pose
+from remoras.separation import SAME_DEPTH_M, Separation
+from remoras.work import Point
+
+if TYPE_CHECKING:
+    from missions.scenarios.scenario import Scenario
+    from remoras.mission import Mission
+
+KEY, BEACON = "navigation", "beacon"
+FIXING = ActivitySet(None, ActivityKind.VITAL, (Activity("FixingPosition", ActivityType.GUIDANCE),), 1.0)
+"""The vital need; only vehicles that err have it."""
+
+
+# What a scenario says ------------------------------------------------------------------------------
+
+
+class NavigationTable(Sparse):
+    """The table ``[navigation]``."""
+
+    UNSAID = frozenset({"vertical_speed_mps"})
+
+    drift: float = Field(
+        0.0,
+        ge=0.0,
+        le=0.2,
+        description="share of its way under water by which a vehicle comes to err about its place",
+    )
+    fix_s: Positive = Field(10.0, description="time in which that error falls to 1/e, at the surface and near a beacon")
+    vertical_speed_mps: Positive = Field(
+        0.5, description="speed at which vehicles that err go up to learn where they are, and down again"
+    )
+
+
+class BeaconTable(Sparse):
+    """One ``[[beacon]]``, which stands somewhere or is carried by a vehicle."""
+
+    UNSAID = frozenset({"position_m", "vehicle", "sensor"})
+
+    name: Name = Field(description="name of the beacon")
+    position_m: PointM | None = Field(None, description="where it stands, x east, y north; or name a vehicle")
+    vehicle: str | None = Field(None, description="vehicle that carries it, instead of position_m")
+    sensor: str | None = Field(
+        None, description="sensor of that vehicle by which it is a beacon: while the sensor is dead there is no fix"
+    )
+    range_m: Positive = Field(description="within this distance of it vehicles learn where they are")
+
+
+def beacon_faults(raw: Raw, mission: type[Mission] | None) -> Iterator[ConfigurationFault]:
+    """Beacons that neither stand somewhere nor are carried, or both; carried by nobody, or by what nobody has."""
+    vehicles, beacons = entries(raw, "vehicle"), entries(raw, BEACON)
+    stand = [
+        (f"{BEACON}.{one.get('name')}.position_m", at_m) for one in beacons for at_m in point_of(one, "position_m")
+    ]
+    yield from outside_faults(raw, stand)
+    for beacon in beacons:
+        key, carrier = f"{BEACON}.{beacon.get('name')}", beacon.get("vehicle")
+        if ("position_m" in beacon) == ("vehicle" in beacon):
+            given = "both" if "vehicle" in beacon else "neither"
+            allowed = f"has {given} position_m and vehicle; allowed: one of them"
+            yield ConfigurationFault(key, "", allowed.replace("neither position_m and", "neither position_m nor"))
+        yield from one_of(f"{key}.vehicle", carrier, names_of(raw, "vehicle"))
+        if "sensor" in beacon and carrier is not None:
+            own = [table for one in vehicles if one.get("name") == carrier for table in sensor_tables(one)]
+            names = [str(table.get("name") or table.get("type")) for table in own]
+            yield from one_of(f"{key}.sensor", beacon["sensor"], names)
+
+
+def errs(scenario: Scenario) -> bool:
+    """True if vehicles take themselves to be elsewhere than they are."""
+    return bool(scenario.of_feature(KEY).drift > 0.0)
+
+
+def place_error_m(scenario: Scenario, vehicles: Sequence[VehicleData]) -> float | None:
+    """Error (m) that the worst of these vehicles comes to in the time of a fix; None where they make none."""
+    if not errs(scenario):
+        return None
+    table = scenario.of_feature(KEY)
+    constants = NavigationConstants(table.drift, table.fix_s, vertical_speed_mps=table.vertical_speed_mps)
+    ways_m = [one.survey_speed_mps * takes_s(constants, one.depth_m) for one in vehicles]
+    return float(table.drift * max(ways_m, default=0.0))
+
+
+def locating(scenario: Scenario) -> tuple[str, ...]:
+    """Vehicles that carry a beacon, so that others near them learn where they are."""
+    beacons: tuple[BeaconTable, ...] = scenario.of_feature(BEACON)
+    return tuple(one.vehicle for one in beacons if one.vehicle)
+
+
+# What a vehicle does ------------------------------------------------------------------------------
+
+
+class FixingPosition(Behaviour):
+    """Learns where the vehicle is, at the surface or near a beacon.
+
+    Args:
+        navigation: of the vehicle.
+        data: of the vehicle.
+
+    Attributes:
+        navigation: of the vehicle; of its error nothing is read.
+        needed_m: how exactly the vehicle has to know its place now; the functional layer sets it.
+        depth_m: where it is to be now.
+        n_fixes: how often it has learned where it is.
+    """
+
+    def __init__(self, navigation: Navigation, data: VehicleData) -> None:
+        self.needed_m = math.inf
+        self.depth_m = data.depth_m
+        self.n_fixes = 0
+        self.navigation = navigation
+        self._data = data
+        self._begun: tuple[float, float] | None = None  # time and uncertainty
+        self._from_m: Point = data.start_m
+        self._silent: set[int] = set()  # numbers of the beacons that were not heard where they are known to be
+        self._beacon: int | None = None
+        self._is_fixed = False
+
+    # When ----------------------------------------------------------------------------------------
+
+    def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
+        """Due once the vehicle may be farther off than it may be, until it is back at its depth."""
+        navigation, now_s = self.navigation, picture.body.now_s
+        if not performed:
+            self._begun = None
+        if self._begun is None:
+            self.depth_m = self._data.depth_m
+            is_off_depth = navigation.depth_m != self._data.depth_m
+            if not is_off_depth and navigation.uncertainty_m <= self.needed_m:
+                return IDLE
+            self._begun, self._from_m = (now_s, navigation.uncertainty_m), motion.position_m
+            self._is_fixed, self._silent = is_off_depth, set()
+        if not self._is_fixed:
+            self._seek(motion, picture)
+        elif navigation.depth_m == self._data.depth_m:
+            self.n_fixes += 1
+            self._begun = None
+            return IDLE
+        return DUE
+
+    def _seek(self, motion: Motion, picture: Picture) -> None:
+        """Go where there is a fix, and stay as long as that is worth it."""
+        navigation, (since_s, before_m) = self.navigation, self._begun or (0.0, 0.0)
+        if navigation.has_fix:
+            back_s = self._back_s(motion)
+            spent_s, left_m = picture.body.now_s - since_s + back_s, navigation.uncertainty_m
+            self._is_fixed = left_m * spent_s <= (before_m - left_m) * navigation.constants.fix_s
+            if self._is_fixed:
+                self.depth_m = self._data.depth_m
+        elif navigation.depth_m == self._data.depth_m:
+            self._beacon = self._nearest(motion, picture)
+            self.depth_m = 0.0 if self._beacon is None else self._data.depth_m
+
+    def _back_s(self, motion: Motion) -> float:
+        """Time that the way back takes."""
+        rise_s = (self._data.depth_m - self.navigation.depth_m) / self.navigation.constants.vertical_speed_mps
+        return rise_s + distance_m(motion, self._from_m) / self._data.transit_speed_mps
+
+    # Where ---------------------------------------------------------------------------------------
+
+    def _nearest(self, motion: Motion, picture: Picture) -> int | None:
+        """Number of the beacon that the vehicle is at and back from soonest; None if it goes up sooner."""
+        constants = self.navigation.constants
+        soonest, least_s = None, self._data.depth_m / constants.vertical_speed_mps
+        for number, beacon in enumerate(constants.beacons):
+            at_m = self._known_m(number, picture)
+            if at_m is None or number in self._silent:
+                continue
+            to_go_m = distance(motion.position_m, at_m)
+            if to_go_m <= CAPTURE_M:
+                self._silent.add(number)
+                continue
+            way_s = max(0.0, to_go_m - beacon.range_m) / self._data.transit_speed_mps
+            if way_s < least_s:
+                soonest, least_s = number, way_s
+        return soonest
+
+    def _known_m(self, number: int, picture: Picture) -> Point | None:
+        """Where a beacon is as far as the vehicle knows: of one that is carried, where its carrier was heard last."""
+        beacon = self.navigation.constants.beacons[number]
+        if beacon.carrier:
+            return picture.peers.positions_m.get(beacon.carrier)
+        return None if callable(beacon.position_m) else beacon.position_m
+
+    def reference(self, motion: Motion, picture: Picture) -> Reference | None:
+        """To the beacon in transit; else stay, on the way up and down and where there is a fix."""
+        goal_m = None if self._beacon is None or self._is_fixed else self._known_m(self._beacon, picture)
+        if goal_m is None or self.navigation.has_fix:
+            return Reference(motion.position_m, 0.0)
+        return Reference(goal_m, self._data.transit_speed_mps)
+
+
+class Adrift:
+    """How one vehicle errs about its place, and keeps that within what it needs.
+
+    Args:
+        layer: functional, of the vehicle, as it is made; gets the need, and is told what the vehicle believes.
+        navigation: of the vehicle.
+        before: what it was before it began anew, if it did: its error and depth go on.
+
+    Attributes:
+        navigation: of the vehicle.
+        fixing: carries out the vital need.
+    """
+
+    def __init__(self, layer: FunctionalLayer, navigation: Navigation, before: Adrift | None = None) -> None:
+        self.navigation = navigation
+        self.fixing = FixingPosition(navigation, layer.data)
+        self._layer = layer
+        self._before = before
+        layer.believed = copy(layer.motion)
+        layer.needs[FIXING] = self.fixing
+        layer.asked.append(self.ask)
+        layer.moved.append(self.went)
+        layer.placed.append(self._go_on)
+        layer.posed.append(self.posed)
+
+    def _go_on(self) -> None:
+        """Go on with the error and the depth that the vehicle had before it began anew."""
+        if self._before is not None:
+            self.navigation = self.fixing.navigation = self._before.navigation
+            self._before = None
+            self._reckon()
+
+    def ask(self, guides: Behaviour | None) -> None:
+        """Ask what guides how exactly the vehicle has to know its place; while it learns that, what was asked holds."""
+        motion, picture = self._layer.believed, self._layer.picture
+        picture.body.n_fixes = self.fixing.n_fixes
+        if guides is not self.fixing:
+            asked = getattr(guides, "accuracy_m", None)  # a behaviour of others' making may lack it
+            self.fixing.needed_m = math.inf if asked is None else asked(motion, picture)
+
+    def went(self, neighbours: Sequence[Neighbour], dt_s: float) -> None:
+        """Account for a tick; the depth changes only while nobody is too near, of those above and below either."""
+        motion, separation_m = self._layer.motion, self._layer.guidance.constants.separation_m
+        if all(length(one.dx_m, one.dy_m) >= separation_m for one in neighbours):
+            self.navigation.go_to_depth(self.fixing.depth_m, dt_s)
+        self.navigation.go(motion.position_m, motion.speed_mps * dt_s, dt_s)
+        self._reckon()
+
+    def _reckon(self) -> None:
+        """Let the vehicle take itself to be where its navigation says."""
+        layer, navigation = self._layer, self.navigation
+        layer.depth_m = navigation.depth_m
+        layer.guidance.error_m = navigation.error_m
+        layer.believed = copy(layer.motion)
+        layer.believed.x_m += navigation.error_m[0]
+        layer.believed.y_m += navigation.error_m[1]
+        layer.picture.body.uncertainty_m = navigation.uncertainty_m
+
+    def posed(self, pose: Pose) -> Pose:
+        """A pose with the error, and the greatest that it may be as the vehicle knows."""
+        return pose._replace(error_m=self.navigation.error_m, uncertainty_m=self.navigation.uncertainty_m)
+
+    @property
+    def column_m(self) -> tuple[float, float]:
+        """Depths, from above, that the vehicle claims: all up to the surface while it goes there or comes from it."""
+        depth_m = self._layer.data.depth_m
+        is_away = self.fixing.depth_m != depth_m or self.navigation.depth_m != depth_m
+        return (0.0, depth_m) if is_away else (depth_m, depth_m)
+
+
+class SeparationAcrossLayers(Separation):
+    """Watches the distances between vehicles that leave their depths.
+
+    Args:
+        within: who would watch them if they did not.
+        column_m: depths, from above, that a vehicle claims, by its node.
+    """
+
+    def __init__(self, within: Separation, column_m: Callable[[int], tuple[float, float]]) -> None:
+        super().__init__(within.vehicles, within.separation_m)
+        self.layers = [list(range(len(within.vehicles)))]
+        self._column_m = column_m
+
+    def may_meet(self, one: int, other: int) -> bool:
+        """True if the columns of water in which they keep clear of others come near each other."""
+        (top_m, bottom_m), (other_top_m, other_bottom_m) = self._column_m(one), self._column_m(other)
+        return max(top_m, other_top_m) - min(bottom_m, other_bottom_m) <= SAME_DEPTH_M
+
+    def are_too_near(self, one: int, other: int) -> bool:
+        """True if they are at one depth now, and too near."""
+        apart_m = abs(self.vehicles[one].functional.depth_m - self.vehicles[other].functional.depth_m)
+        return apart_m <= SAME_DEPTH_M and super().are_too_near(one, other)
+
+
+# What becomes of it in a run -----------------------------------------------------------------------
+
+
+class Carriers:
+    """Where the vehicles are that carry beacons, as the simulation knows; nowhere before it has begun."""
+
+    def __init__(self) -> None:
+        self._host: Host | None = None
+
+    def begin(self, host: Host) -> None:
+        """Ask this simulation from now on."""
+        self._host = host
+
+    def position_m(self, vehicle: str, sensor: str | None) -> Point | None:
+        """Where a vehicle is; None while it, or the sensor by which it is a beacon, is silent.
+
+        Where others really are no vehicle by itself can tell, so beacons that they carry give it no fix.
+        """
+        if self._host is None or vehicle not in self._host.names:
+            return None
+        carrier = self._host.named(vehicle)
+        condition = carrier.condition
+        is_silent = not carrier.is_alive or condition.is_mute or sensor in condition.dead_sensors
+        return None if is_silent else carrier.functional.motion.position_m
+
+
+def part_of(joining: Joining) -> Part | None:
+    """Let all vehicles err, and learn where they are in time; draws are keyed by seed and node."""
+    scenario, seed = joining.scenario, joining.seed
+    if not errs(scenario):
+        return None
+    table: NavigationTable = scenario.of_feature(KEY)
+    beacons: tuple[BeaconTable, ...] = scenario.of_feature(BEACON)
+    carriers, adrift = Carriers(), dict[int, Adrift]()
+
+    def heard_by(vehicle: str) -> tuple[Beacon, ...]:
+        return tuple(
+            Beacon(
+                one.position_m or partial(carriers.position_m, one.vehicle or "", one.sensor),
+                one.range_m,
+                one.vehicle or "",
+            )
+            for one in beacons
+            if one.vehicle != vehicle
+        )
+
+    def body(layer: FunctionalLayer) -> None:
+        node = layer.data.node
+        constants = NavigationConstants(table.drift, table.fix_s, heard_by(layer.data.name), table.vertical_speed_mps)
+
+        def direction_rad(n_way: int) -> float:
+            return TAU * loss.uniform(seed, loss.DRIFTS, n_way, node, 0)
+
+        adrift[node] = Adrift(layer, Navigation(constants, layer.data.depth_m, direction_rad), adrift.get(node))
+
+    def join(fleet: Joined) -> None:
+        fleet.separation = SeparationAcrossLayers(fleet.separation, lambda node: adrift[node].column_m)
+
+    return Part(carriers.begin, body=body, join=join)
+
+
+# Figures -------------------------------------------------------------------------------------------
+
+
+KNOWN = "Runs in which vehicles know where they are are left out."
+
+
+def n_fixes(run: MeasuredRun) -> int | Absent:
+    """How often a vehicle interrupted what it did to learn where it is."""
+    return len(_spells_s(run)) if errs(run.scenario) else NOT_APPLICABLE
+
+
+def fixing_s(run: MeasuredRun) -> float | Absent:
+    """Time that this took, of all vehicles together, from each decision to the next one without it."""
+    return round(math.fsum(_spells_s(run)), 4) if errs(run.scenario) else NOT_APPLICABLE
+
+
+def _spells_s(run: MeasuredRun) -> list[float]:
+    """Length of each such interruption; one that lasted at the end counts until then."""
+    decided: dict[tuple[float, str], set[str]] = {}
+    for time_s, vehicle, _, name, *_ in run.recorder.rows("activities"):
+        decided.setdefault((time_s, vehicle), set()).add(name)
+    since_s: dict[str, float] = {}
+    spells = []
+    for (time_s, vehicle), names in decided.items():
+        if FIXING.name in names:
+            since_s.setdefault(vehicle, time_s)
+        elif vehicle in since_s:
+            spells.append(time_s - since_s.pop(vehicle))
+    return spells + [run.end_s - began_s for began_s in since_s.values()]
+
+
+FEATURE = Feature(
+    {"": {KEY: (NavigationTable, NavigationTable()), BEACON: (tuple[BeaconTable, ...], ())}},
+    part_of,
+    beacon_faults,
+    last_metrics=(
+        Metric("n_fixes", "", Better.LOWER, "fixes", n_fixes, note=KNOWN),
+        Metric("fixing_s", "s", Better.LOWER, "time for fixes", fixing_s, note="Of all vehicles together."),
+    ),
+    place_error_m=place_error_m,
+    locating=locating,
+)

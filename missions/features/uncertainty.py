@@ -1,0 +1,83 @@
+"""Uncertainty: ``[uncertainty]``, sensors that miss, and vehicles that are slower or faster than their data.
+
+All draws are keyed by seed and node, in streams of their own: no strategy, policy or channel changes them.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pydantic import Field
+
+from exchange.acoustics import loss
+from missions.feature import Feature, Joining
+from missions.scenarios.tables import Raw, Section, table_of
+from remoras.database import VehicleData
+from remoras.events import Part
+from remoras.functional.layer import FunctionalLayer
+
+if TYPE_CHECKING:
+    from missions.scenarios.scenario import Scenario
+
+KEY, SPREAD = "uncertainty", "speed_spread"
+
+
+class UncertaintyTable(Section):
+    """The table ``[uncertainty]``."""
+
+    p_miss: float = Field(
+        0.0, ge=0.0, lt=1.0, description="probability that a sensor yields nothing in a motion tick, tick by tick"
+    )
+    speed_spread: float = Field(
+        0.0,
+        ge=0.0,
+        le=0.5,
+        description="every vehicle is by up to this share slower or faster than its data, evenly, drawn once per run",
+    )
+
+
+def slower(raw: Raw) -> tuple[float, str]:
+    """The share by which a vehicle may be slower than its data, and the key that says so."""
+    return table_of(raw, KEY).get(SPREAD, 0.0), f"{KEY}.{SPREAD}"
+
+
+def real(scenario: Scenario, data: VehicleData, seed: int) -> VehicleData:
+    """The vehicle as it really is in the run with that seed: somewhat slower or faster than its data.
+
+    Args:
+        scenario: the whole input.
+        data: of the vehicle as the fleet knows it.
+        seed: root of all draws.
+    """
+    spread = scenario.of_feature(KEY).speed_spread
+    if spread == 0.0:
+        return data
+    return data.faster(1.0 + spread * (2.0 * loss.uniform(seed, loss.SPEEDS, data.node, 0, 0) - 1.0))
+
+
+def part_of(joining: Joining) -> Part | None:
+    """Let the sensors of all vehicles miss."""
+    scenario, seed = joining.scenario, joining.seed
+    p_miss: float = scenario.of_feature(KEY).p_miss
+    tick_s = scenario.scenario.tick_s
+    if p_miss == 0.0:
+        return None
+
+    def body(layer: FunctionalLayer) -> None:
+        node = layer.data.node
+        numbers = {settings.name: number for number, settings in enumerate(layer.data.sensors)}
+
+        def misses(sensor: str, now_s: float) -> bool:
+            return loss.uniform(seed, loss.MISSES, round(now_s / tick_s), node, numbers[sensor]) < p_miss
+
+        layer.sensors.misses.append(misses)
+
+    return Part(body=body)
+
+
+FEATURE = Feature(
+    {"": {KEY: (UncertaintyTable, UncertaintyTable())}},
+    part_of,
+    real=real,
+    slower=slower,
+)
