@@ -109,7 +109,7 @@ class Behaviour(Protocol):
         """Error of the vehicle's place with which the activity is of no use now; infinite by default.
 
         Called by the functional layer at every decision for the set that guides, and only where navigation errs. A
-        vehicle that may be farther off learns first where it is, see ``remoras.functional.fixing``.
+        vehicle that may be farther off learns first where it is, see ``missions.features.navigation``.
         """
         return math.inf
 

@@ -66,7 +66,7 @@ class NavigationConstants:
 def takes_s(constants: NavigationConstants, depth_m: float) -> float:
     """Time of a fix at the surface, from the decision to go up until the vehicle is down again.
 
-    The stay is that of ``remoras.functional.fixing``: x times ``fix_s``, where exp(x) = 1 + s + x and s is the way
+    The stay is that of ``missions.features.navigation``: x times ``fix_s``, where exp(x) = 1 + s + x and s is the way
     there and back in ``fix_s``. Found by x <- log(1 + s + x), which comes nearer by 1 / (1 + s + x) each time.
 
     >>> round(takes_s(NavigationConstants(0.01), 20.0), 1)
