@@ -59,19 +59,41 @@ def mapping_swaths(data: dict[str, Any]) -> list[MappingSwath]:
     ]
 
 
-def sensor_was_on(record: Record, name: str, times_s: Array) -> Array:
-    """Whether the sensors of a vehicle were on at each tick: by its last decision before it, since it began anew."""
-    table = record["decisions"]
-    chosen: dict[float, bool] = {}
-    for time_s, vehicle, activities, is_chosen in table.rows("time_s", "vehicle", "activities", "chosen"):
-        if vehicle == name:
-            chosen[time_s] = chosen.get(time_s, False) or bool(is_chosen and not SENSING.isdisjoint(activities))
+def sensor_was_on(record: Record, name: str, times_s: Array) -> tuple[Array, Array]:
+    """Whether the sensors of a vehicle were on at each tick, perhaps and surely: by its last decision before it.
+
+    What a vehicle hears may end an activity at once, and no row says so before its next decision. So they were surely
+    on only if they still are by all decisions of the period that follows. Of several at one time the last counts, and
+    rows do not say where each begins: they were perhaps on if they are by any, and surely if by all.
+    """
+    perhaps, surely = dict[float, bool](), dict[float, bool]()
+    listed, last_s = set[tuple[Any, ...]](), -math.inf
+    columns = ("time_s", "vehicle", "chosen", "group", "role", "objective", "argument", "activities")
+    is_on = False
+    for time_s, vehicle, is_chosen, *about in record["decisions"].rows(*columns):
+        if vehicle != name:
+            continue
+        key = (*about[:-1], *about[-1])
+        if time_s != last_s or key in listed:  # what stands there twice is of two decisions
+            if last_s in perhaps:
+                surely[last_s] &= is_on
+            listed, is_on = set(), False
+        if time_s != last_s:
+            perhaps[time_s], surely[time_s], last_s = False, True, time_s
+        listed.add(key)
+        is_on |= bool(is_chosen and not SENSING.isdisjoint(about[-1]))
+        perhaps[time_s] |= is_on
+    if last_s in surely:
+        surely[last_s] &= is_on
     for one in record.spells:
         if one.vehicle == name and one.kind == "restarts":
-            chosen[one.from_s] = False
-    when = np.array(sorted(chosen))
-    states = np.array([False, *(chosen[one] for one in when)])
-    return np.asarray(states[np.searchsorted(when, times_s, side="left")])
+            perhaps[one.from_s] = surely[one.from_s] = False
+    when = np.array(sorted(perhaps))
+    certain = np.array([False, *(surely[one] for one in when)])
+    at = np.searchsorted(when, times_s, side="left")
+    until = np.searchsorted(when, times_s + float(record.of("decision")["period_s"]), side="right")
+    n_off = np.concatenate(([0], np.cumsum(~certain)))  # decisions that are off among the first so many
+    return np.array([False, *(perhaps[one] for one in when)])[at], n_off[until + 1] == n_off[at]
 
 
 def sensor_was_dead(spells: Iterable[Spell], name: str, sensor: str, times_s: Array) -> Array:
@@ -111,7 +133,8 @@ def _check_vehicle(
 ) -> None:
     """Compare what a vehicle covered with what was below its swaths, certainly and at the most."""
     time_s = track.time_s
-    awake = sensor_was_on(record, name, time_s) & ~record.during(name, AWAY, time_s)
+    was_on, was_surely_on = sensor_was_on(record, name, time_s)
+    awake = was_on & ~record.during(name, AWAY, time_s)
     surely: dict[tuple[int, int], float] = {}
     perhaps: dict[tuple[int, int], list[float]] = {}
     for swath in mapping_swaths(record.vehicles[name]):
@@ -125,7 +148,7 @@ def _check_vehicle(
                 is_slow
                 or track.speed_mps[at] < swath.limit_mps * (1.0 - record.spread) * 1.000001 - SPEED_STEP_MPS / 2.0
             )
-            if is_slow and distance_m < swath.reach_m - REACH_M:
+            if is_slow and was_surely_on[at] and distance_m < swath.reach_m - REACH_M:
                 surely[cell] = min(surely.get(cell, math.inf), float(time_s[at]))
     report.look("swath", len(stated) + len(surely))
     for cell, at_s in stated.items():
