@@ -3,7 +3,7 @@
 The model follows Simonin and Ferber (SAB 2000) as the REMORAS paper uses it: personal satisfaction comes from
 the perceived progress of one's own task, is kept per role and told to the group as a signed byte; a
 dissatisfied partner moves others to answer it. The published equations were not at hand; these are ours, and
-docs/model.md declares them with their constants.
+docs/model/decision.md declares them with their constants.
 
 Personal satisfaction P of a role, -128..127, over a time dt, with the advance a of its objective, -1..1, as fast as
 planned where a = 1, standing still where a = 0, thrown back where a = -1::

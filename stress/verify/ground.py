@@ -1,7 +1,7 @@
 """The ground of mapping: which cells were covered when and by whom, and what share of the goal that is.
 
-docs/model.md, "Survey": a cell is covered when its centre is within half a swath of a vehicle whose mapping sensor is
-on and works, and whose speed does not exceed the limit of the sensor.
+docs/model/mapping.md, "Survey": a cell is covered when its centre is within half a swath of a vehicle whose mapping
+sensor is on and works, and whose speed does not exceed the limit of the sensor.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
 """Who knew what: what was observed was recorded, what was received was heard, who told it held it.
 
-docs/howto/results.md has the names of items; docs/model.md, "What is said", "Who needs what" and "Absence", the rules.
+docs/howto/results.md has the names of items; docs/model/exchange.md,
+"What is said", "Who needs what" and "Absence", the rules.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Motion and energy: where vehicles are follows from heading, speed and the water; what they used from speed and modem.
 
-Equations of docs/model.md, "Motion and energy", "Sea" and "Faults". A vehicle that is away neither moves nor uses
-energy; the water does not carry it.
+Equations of docs/model/vehicle.md, "Motion and energy" and "Faults", and of docs/model/sea.md. A vehicle that is
+unreachable neither moves nor uses energy; the water does not carry it.
 """
 
 from __future__ import annotations

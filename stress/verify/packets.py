@@ -1,6 +1,6 @@
 """Packets: who may send when, how long it takes, and who hears it.
 
-docs/model.md, "Slots", "Collisions", "Channel" and "Faults".
+docs/model/channel.md, "Slots", "Collisions" and "Channel", and docs/model/vehicle.md, "Faults".
 """
 
 from __future__ import annotations
