@@ -34,3 +34,7 @@ def test_the_tutorial_works(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
 def test_relative_links_lead_somewhere(document: Path) -> None:
     for target in re.findall(r"\]\((?!https?:)([^)#]+)", document.read_text(encoding="utf-8")):
         assert (document.parent / target).exists(), f"{document.name}: {target}"
+
+
+def test_the_map_of_the_house_can_be_read_at_one_sitting() -> None:
+    assert len((ROOT / "docs" / "DESIGN.md").read_text(encoding="utf-8").split()) <= 2500
