@@ -83,6 +83,7 @@ class Beliefs:
         self._collected: dict[tuple[int, int], _Collected] = {}  # by subject and attribute, where asked for
         self._by_key: dict[Key, _Collected] = {}  # the same
         self._bans = model.banned
+        self._n_noted = 0
         self._from_s: dict[tuple[int, int], float] = {}  # by subject and attribute, where not all counts
         self.n_told = 0
         """It grows whenever what ``values`` gives changes."""
@@ -152,6 +153,9 @@ class Beliefs:
                 one.values = self._all(slot, one.attribute)
             self.n_told += 1
             return
+        if self._n_noted == self.model.subscriptions.n_noted:
+            return
+        self._n_noted = self.model.subscriptions.n_noted
         for slot, one in self._collected.items():
             for observation in self.model.news(one.news):
                 if observation.time_s < self._from_s.get(slot, -math.inf):

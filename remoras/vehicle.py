@@ -93,6 +93,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         self._pulls = NO_PULLS
         self.has_resigned = False
         self._weighed: tuple[ActivitySet, ...] = ()
+        self._uneventful: Sequence[Perception] = ()  # perceived last, if nothing was to be made known of it
         self._diary.founded(self.social.organisation, self.social.objectives.values(), began_s)
         self._adopt()
 
@@ -146,10 +147,8 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         functional, executive = self.functional, self.executive
         self.social.note_planning_due()
         perceptions = functional.perceive(executive.decision.chosen)
-        if _note_what_was_found(self, perceptions, now_s):
-            perceptions = functional.perceive(executive.decision.chosen)
-        if self._note_what_is_done(perceptions, now_s):
-            perceptions = functional.perceive(executive.decision.chosen)
+        if perceptions is not self._uneventful:
+            perceptions = self._note_events(perceptions, now_s)
         before, decision = executive.decision, executive.decide(perceptions, now_s, dt_s)
         if decision is not before or executive.sets is not self._weighed:
             self._weighed = executive.sets
@@ -168,6 +167,18 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         if decision.has(ActivityType.PLANNING) and self.social.planner.is_due:
             _plan(self, now_s)
         _conclude(self, now_s)
+
+    def _note_events(self, perceptions: Sequence[Perception], now_s: float) -> Sequence[Perception]:
+        """Record what activities have found out, done or failed at; return what is perceived then."""
+        if not any(one.done or one.failed or one.concludes for one in perceptions):
+            self._uneventful = perceptions
+            return perceptions
+        functional, executive = self.functional, self.executive
+        if _note_what_was_found(self, perceptions, now_s):
+            perceptions = functional.perceive(executive.decision.chosen)
+        if self._note_what_is_done(perceptions, now_s):
+            perceptions = functional.perceive(executive.decision.chosen)
+        return perceptions
 
     def _note_what_is_done(self, perceptions: Sequence[Perception], now_s: float) -> bool:
         """Make known the first objective for which all has been done, or that cannot be done; True if there was one."""
@@ -323,7 +334,8 @@ def _conclude(vehicle: Vehicle, now_s: float) -> None:
     """Make known what a vehicle concludes as the leader of its groups, and for itself."""
     social, motion, picture = vehicle.social, vehicle.functional.believed, vehicle.functional.picture
     vehicle.conclude(social.findings(motion), now_s, not social.standing.is_cut_off)
-    vehicle.conclude(social.conclusions.of_its_own(vehicle.data, social.present, picture, motion), now_s)
+    if social.conclusions.are_of_its_own:
+        vehicle.conclude(social.conclusions.of_its_own(vehicle.data, social.present, picture, motion), now_s)
 
 
 def _note_what_was_found(vehicle: Vehicle, perceptions: Sequence[Perception], now_s: float) -> bool:

@@ -302,13 +302,30 @@ class Work:
 
     def awaited(self, vehicle: str, now_s: float) -> float:
         """How much of the wait for the meeting of the group is for a vehicle: 0..1, see ``Groups.awaited``."""
-        free_s = {
-            name: self.after_all(Outlook(now_s, self.position_m(name)), self.database[name], self.held_by(name)).free_s
-            for name in self.members
-        }
-        own_s = free_s.pop(vehicle, now_s) - now_s
-        others_s = max(free_s.values(), default=now_s) - now_s
-        return 1.0 if own_s <= 0.0 else max(0.0, 1.0 - others_s / own_s)
+        held: dict[str, list[RoleSpecification]] = {}
+        for role in self.unfinished:
+            for name in self.holders(role):
+                held.setdefault(name, []).append(role)
+
+        def busy_s(name: str) -> float:
+            at = Outlook(now_s, self.position_m(name))
+            return self.after_all(at, self.database[name], held[name]).free_s - now_s
+
+        own_s = busy_s(vehicle) if vehicle in held else 0.0
+        if own_s <= 0.0:
+            return 1.0
+        others_s = max((busy_s(name) for name in held if name != vehicle), default=0.0)
+        return max(0.0, 1.0 - others_s / own_s)
+
+    def seen(self, positions_m: Mapping[str, Point], now_s: float) -> Work:
+        """The same work at another moment, where nobody is short of energy: all that is known of it stays known.
+
+        Args:
+            positions_m: last positions known; now_s: time from which outlooks count.
+        """
+        made = object.__new__(Work)
+        made.__dict__.update(self.__dict__, positions_m=positions_m, now_s=now_s)
+        return made
 
     def in_order(
         self, outlook: Outlook, data: VehicleData, roles: Iterable[RoleSpecification]

@@ -33,7 +33,7 @@ class Subscriptions:
         class_mask: classes that an instance is known to belong to, bit c for class c.
     """
 
-    __slots__ = ("_class_mask", "_n", "_news", "_tbox", "watching")
+    __slots__ = ("_class_mask", "_n", "_news", "_tbox", "n_noted", "watching")
 
     def __init__(self, tbox: TBox, class_mask: Callable[[int], int]) -> None:
         self._tbox = tbox
@@ -42,6 +42,8 @@ class Subscriptions:
         self._news: dict[Subscription, list[Observation]] = {}
         self.watching: dict[int, list[Subscription]] = {}
         """Subscriptions by attribute; while there is none, nothing need be noted."""
+        self.n_noted = 0
+        """How often something was kept for somebody: as long as it stays, nobody has news."""
 
     def add(self, attribute: int, *, instance: int | None = None, class_uid: int | None = None) -> Subscription:
         """Keep, from now on, what comes in of an attribute of one instance, or of all of a class; see ``Store.news``.
@@ -84,6 +86,7 @@ class Subscriptions:
                 one.class_uid is not None and self._class_mask(fact.subject) >> one.class_uid & 1
             ):
                 self._news[one].append(observation)
+                self.n_noted += 1
 
     def fetch(self, subscription: Subscription) -> tuple[Observation, ...]:
         """Return what has come in since the last time, in the order of arrival."""

@@ -51,6 +51,8 @@ class Choice:
             self._bits.append(one.types | (provided | asked << self._n_needed) << 8)
         self._vital = [index for index, one in enumerate(sets) if one.kind is ActivityKind.VITAL]
         self._others = [index for index, one in enumerate(sets) if one.kind is not ActivityKind.VITAL]
+        self._asked: list[float] = []
+        self._best: tuple[int, ...] = ()
 
     def best(self, motivations: Sequence[float]) -> tuple[int, ...]:
         """Indices of the sets of the best combination, in ascending order; of equals the first.
@@ -58,9 +60,12 @@ class Choice:
         Args:
             motivations: of each set; its activities share it, and it takes no part unless that is above zero.
         """
-        vital, held = self._needed_to_live(motivations)
-        _, winner = self._most(motivations, held, held, (0.0, ()))
-        return tuple(sorted(vital + winner)) if vital else winner
+        if self._asked != motivations:  # mostly nothing moves it otherwise than before
+            self._asked = list(motivations)
+            vital, held = self._needed_to_live(motivations)
+            _, winner = self._most(motivations, held, held, (0.0, ()))
+            self._best = tuple(sorted(vital + winner)) if vital else winner
+        return self._best
 
     def best_mean(self, motivations: Sequence[float], index: int) -> float | None:
         """Mean motivation of the best combination with set ``index``; None if there is none, or the set is vital."""

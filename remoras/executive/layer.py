@@ -71,6 +71,8 @@ class ExecutiveLayer:
         self._is_own: list[bool] = []
         self._providers: dict[int, list[int]] = {}  # of each set that needs another one: the sets that have it
         self._heard: dict[RoleKey, dict[tuple[str, str], HeardSignal]] = {}
+        self._calling: set[tuple[RoleKey, str, str]] = set()  # of these signals: those of the dissatisfied
+        self._at_rest: Sequence[Perception] | None = None  # under which nothing changed at the last decision
         self.sets: tuple[ActivitySet, ...] = ()
         self.satisfaction: dict[RoleKey, float] = {}
         self.motivations: list[float] = []
@@ -95,6 +97,8 @@ class ExecutiveLayer:
         }
         self.satisfaction = {role: self.satisfaction.get(role, 0.0) for role in roles}
         self._heard = {role: heard for role, heard in self._heard.items() if role in self.satisfaction}
+        self._calling = {one for one in self._calling if one[0] in self.satisfaction}
+        self._at_rest = None
         self.motivations = [0.0] * len(sets)
         self._stimuli, self._external = [0.0] * len(sets), [0.0] * len(sets)
         self.decision = self._decision(tuple(index for index, s in enumerate(sets) if s in going_on))
@@ -112,6 +116,7 @@ class ExecutiveLayer:
         """
         if addressed in self.satisfaction:
             self._heard.setdefault(addressed, {})[emitter, emitter_role] = HeardSignal(value, now_s, slot)
+            (self._calling.add if value < 0 else self._calling.discard)((addressed, emitter, emitter_role))
 
     def signals(self) -> list[tuple[RoleKey, int]]:
         """Every role of this vehicle, with the signed byte of its satisfaction."""
@@ -127,9 +132,11 @@ class ExecutiveLayer:
         Returns:
             The same object as before while the choice stays the same.
         """
+        if self._at_rest == perceptions and not self._calling:
+            return self.decision
         constants = self._constants
         stimuli = self._stimuli = self._stimuli_of(perceptions)
-        calls = {role: self._strongest_call(heard, now_s) for role, heard in self._heard.items()}
+        calls = self._strongest_calls(now_s)
         own = self._contentment(stimuli) if calls else 0.0
         motivations, external = self.motivations, self._external
         performed = self.decision.chosen
@@ -153,8 +160,8 @@ class ExecutiveLayer:
         chosen = self._choice.best(motivations)
         if chosen != performed:
             self.decision = self._decision(chosen)
-        if dt_s > 0.0:
-            self._evolve(perceptions, dt_s)
+        is_steady = dt_s > 0.0 and self._evolve(perceptions, dt_s)
+        self._at_rest = perceptions if is_steady and chosen == performed else None
         return self.decision
 
     def candidates(self, now_s: float) -> list[WeighedSet]:
@@ -225,21 +232,30 @@ class ExecutiveLayer:
         """Emitter and its role of the signal that calls loudest."""
         return max(heard, key=lambda of: call(heard[of].value, now_s - heard[of].heard_s, self._constants))
 
-    def _strongest_call(self, heard: dict[tuple[str, str], HeardSignal], now_s: float) -> float:
-        strongest = 0.0
-        for signal in heard.values():
-            if signal.value < 0:
-                strongest = max(strongest, call(signal.value, now_s - signal.heard_s, self._constants))
-        return strongest
+    def _strongest_calls(self, now_s: float) -> dict[RoleKey, float]:
+        """How loud the loudest call on each role is, 0..1; roles that nobody calls are missing."""
+        found: dict[RoleKey, float] = {}
+        for role, emitter, emitter_role in self._calling:
+            signal = self._heard[role][emitter, emitter_role]
+            strength = call(signal.value, now_s - signal.heard_s, self._constants)
+            found[role] = max(strength, found.get(role, 0.0))
+        return found
 
-    def _evolve(self, perceptions: Sequence[Perception], dt_s: float) -> None:
-        """Personal satisfaction follows the best advance that is perceived in each role, whatever was chosen."""
+    def _evolve(self, perceptions: Sequence[Perception], dt_s: float) -> bool:
+        """Personal satisfaction follows the best advance that is perceived in each role, whatever was chosen.
+
+        Returns:
+            True if all is as it was, and will be as long as the same is perceived.
+        """
         advances: dict[RoleKey, float] = {}
         for perception, role in zip(perceptions, self._role_of, strict=True):
             if role is not None and (perceived := perception.advance) is not None:
                 advances[role] = max(perceived, advances.get(role, perceived))
+        is_steady = True
         for role, value in self.satisfaction.items():
-            self.satisfaction[role] = evolved(value, advances.get(role), dt_s, self._constants)
+            self.satisfaction[role] = after = evolved(value, advances.get(role), dt_s, self._constants)
+            is_steady = is_steady and after == value
+        return is_steady
 
     def _decision(self, chosen: tuple[int, ...]) -> Decision:
         types = 0

@@ -123,6 +123,7 @@ class FunctionalLayer:
         self._of_set: dict[ActivitySet, Behaviour] = {}
         self._behaviours: list[Behaviour] = []
         self._guiding: int | None = None
+        self._perceived: list[Perception] = []
         picture.body.answering = _answering(data, ())
         self.loads_w: list[float] = []
 
@@ -245,7 +246,7 @@ class FunctionalLayer:
         return sensed
 
     def perceive(self, performed: Sequence[int]) -> list[Perception]:
-        """Stimulus and advance of every activity set.
+        """Stimulus and advance of every activity set; the same list as before while all is perceived alike.
 
         Args:
             performed: the indices in the decision.
@@ -262,6 +263,10 @@ class FunctionalLayer:
                 perceptions.append(behaviour.perceive(motion, picture, index in performed))
         except Exception as error:
             raise self._broken(len(perceptions), "perceive", PERCEPTION, error) from error
+        if self.guidance.withdraws and self._guiding is not None:  # whoever makes way is not thrown back by it
+            perceptions[self._guiding] = perceptions[self._guiding]._replace(advance=None)
+        if perceptions == self._perceived:
+            return self._perceived
         try:  # one look at all of them, and only where something is wrong a search for which it is
             wrong = [p for p in perceptions if p.__class__ is not Perception or not 0.0 <= p.stimulus <= 1.0]
         except TypeError:
@@ -269,8 +274,7 @@ class FunctionalLayer:
         if wrong:
             index, unsound = _unsound(perceptions)
             raise self._broken(index, "perceive", PERCEPTION, unsound)
-        if self.guidance.withdraws and self._guiding is not None:  # whoever makes way is not thrown back by it
-            perceptions[self._guiding] = perceptions[self._guiding]._replace(advance=None)
+        self._perceived = perceptions
         return perceptions
 
     def act(self, dt_s: float, neighbours: Sequence[Neighbour] = (), since_s: float = 0.0) -> None:

@@ -28,6 +28,7 @@ class Availability:
         unavailable: vehicles that take no jobs.
         is_misjudged: before this vehicle began anew it has said that it takes no jobs.
         news: vehicles of which something has become known since somebody took these.
+        attributes: of the facts that it takes note of; those of ``Reports`` are among them.
     """
 
     def __init__(self, me: str, beliefs: Beliefs, rules: Rules) -> None:
@@ -39,6 +40,7 @@ class Availability:
         self._beliefs = beliefs
         self._rules = rules
         self._available, self._sensors_work = (tbox.attribute_named(name).uid for name in (AVAILABLE, SENSORS_WORK))
+        self.attributes = frozenset({self._available, self._sensors_work})
         self._said: dict[str, dict[Age, bool]] = {}
         self._since: dict[str, Age] = {}  # vehicles that take no jobs
         self._blind_since: dict[str, Age] = {}

@@ -25,6 +25,9 @@ class Conclusions:
         me: own name.
         mission: that is asked; mission_name: what messages call it.
         beliefs: of the vehicle.
+
+    Attributes:
+        are_of_its_own: False if the mission lets vehicles conclude nothing for themselves.
     """
 
     def __init__(self, me: str, mission: SocialPart, mission_name: str, beliefs: Beliefs) -> None:
@@ -32,6 +35,7 @@ class Conclusions:
         self._mission = mission
         self._mission_name = mission_name
         self._beliefs = beliefs
+        self.are_of_its_own = getattr(type(mission), "conclusions", None) is not SocialPart.conclusions
 
     def completion(self, objective: Objective) -> list[Fact]:
         """What to make known when all has been done for ``objective``; often nothing."""

@@ -26,6 +26,7 @@ class Gatherings:
         self._groups = tuple(groups)
         self._meets_after = meets_after
         self._alone_s: dict[str, float] = {}  # when a group was taken for gathered while cut off
+        self.attribute = beliefs.model.tbox.attribute_named(GATHERED_AT).uid
         self.keys = frozenset((GATHERED_AT, group) for group in self._groups)
         """Facts that say of a group that it is gathered."""
 

@@ -16,14 +16,15 @@ Organisational data are facts of the world model and travel as such; ``Consultat
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from remoras.activities import ActivitySet, Objective
 from remoras.authority import Rules, Ruling
 from remoras.beliefs import Beliefs, Fact
 from remoras.database import AUVDatabase
+from remoras.htn import ANY
 from remoras.mission import SocialPart
 from remoras.motion import Motion
 from remoras.organisation import Organisation, RoleAssignment
@@ -54,6 +55,9 @@ class Considered(NamedTuple):
 
     activities_due: bool
     rulings: list[Ruling]
+
+
+NOTHING_CONSIDERED = Considered(False, [])
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,6 +153,9 @@ class SocialLayer:
         self.planner.resume(self.facts)
         self.planner.take_on(group for group in self._led if group in self.missions)
         self._negotiation = Negotiation(me, strategy, self.organisation, beliefs, rally_points_m, rules)
+        self._attributes = {self._gatherings.attribute} | self.standing.attributes | self._negotiation.attributes
+        self._attribute_uids = {one.name: one.uid for one in beliefs.model.tbox.attributes}
+        self._await_facts(self.planner.rests_on)
         if strategy.declaration.meets and not self._negotiation.takes_part:
             self._negotiation.expect_away(self._work().values())
 
@@ -194,6 +201,8 @@ class SocialLayer:
             changes: of the world model.
             told: False if this vehicle keeps to itself what it states.
         """
+        if not self._is_concerned(changes):
+            return NOTHING_CONSIDERED
         alone = self.standing.is_cut_off and not told
         given = self.standing.hear(changes, alone)
         for change in changes:
@@ -210,6 +219,25 @@ class SocialLayer:
         if self.standing.is_cut_off and any(job.done in keys for job in self._jobs.values()):
             self.planner.plan_again(self._led)  # it is free for what others have left
         return Considered(self.pursuit.let_go(keys), given.rulings if given else [])
+
+    def _await_facts(self, rested_on: Iterable[Any]) -> None:
+        """Let facts be considered from now on that plans rest on.
+
+        Args:
+            rested_on: their keys, and patterns of keys.
+        """
+        kinds = {one[0] if isinstance(one, tuple) else one for one in rested_on}
+        uids = self._attribute_uids
+        self._attributes |= uids.values() if ANY in kinds else {uids[kind] for kind in kinds if kind in uids}
+
+    def _is_concerned(self, changes: Sequence[Change]) -> bool:
+        """True if any of the facts may matter here: most say where somebody is, and plans rest on them seldom."""
+        attributes, instances = self._attributes, self._workload.instances
+        for change in changes:
+            for fact in change.block.facts:
+                if fact.attribute in attributes or fact.subject in instances:
+                    return True
+        return False
 
     # Who is there --------------------------------------------------------------------------------
 
@@ -308,6 +336,7 @@ class SocialLayer:
         """Plan the missions that are due, and let the strategy allocate what the plans ask for."""
         work = self._work(dict(self._picture.peers.positions_m))
         planned = self.planner.plan(self.facts, self.missions, work, self.objectives.values())
+        self._await_facts(self.planner.rests_on)
         facts = self.standing.in_place_of_the_absent(planned.facts)
         return replace(planned, facts=facts, parts=self.standing.by_receiver(facts, self._mission.is_individual))
 
@@ -327,9 +356,13 @@ class SocialLayer:
 
     def _holds(self, work: Work) -> bool:
         """True while a group still has work to hand out or to confirm, so that it does not count as gathered."""
-        name, unheard = work.group.name, frozenset(self._picture.peers.unheard) - self.standing.absent
-        waits = self.leads(name) and self.planner.orders.waits_for(unheard, work.done)
-        return work.has_something_left and (waits or name in self._negotiation.holding)
+        if not work.has_something_left:
+            return False
+        name = work.group.name
+        if name in self._negotiation.holding:
+            return True
+        unheard = frozenset(self._picture.peers.unheard) - self.standing.absent
+        return self.leads(name) and self.planner.orders.waits_for(unheard, work.done)
 
     def addressed(self, change: Change) -> dict[str, set[str]]:
         """Who has to hear of a block of this vehicle's own, by name, and the roles that it gives them."""
@@ -343,4 +376,6 @@ class SocialLayer:
 
     def activity_sets(self, position_m: Point) -> tuple[ActivitySet, ...]:
         """Activities by which it pursues its objectives; those under way stay while the facts do that they rest on."""
-        return self.pursuit.sets(self.objectives_of(self.me), self.facts, position_m)
+        sets = self.pursuit.sets(self.objectives_of(self.me), self.facts, position_m)
+        self._await_facts(self.pursuit.rests_on)
+        return sets

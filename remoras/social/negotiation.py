@@ -43,6 +43,9 @@ class Negotiation:
         beliefs: facts of this vehicle.
         rally_points_m: rally points by name.
         rules: the jobs, and who has no part in dividing them: what such vehicles say of it does not count.
+
+    Attributes:
+        attributes: of the facts by which vehicles organise themselves.
     """
 
     def __init__(
@@ -59,7 +62,7 @@ class Negotiation:
         self._strategy = strategy.name
         self._beliefs = beliefs
         tbox = beliefs.model.tbox
-        self._attributes = frozenset(
+        self.attributes = frozenset(
             tbox.attribute_named(name).uid for name in negotiated_attributes(strategy, rules.jobs, tbox)
         )
         plain = (*ROLE_ATTRIBUTES, *(job.done[0] for job in rules.jobs.values()))
@@ -140,7 +143,7 @@ class Negotiation:
         """Keep what a peer states until the end of the round."""
         block = change.block
         attribute = block.facts[0].attribute
-        if self._negotiators and attribute in self._attributes:
+        if self._negotiators and attribute in self.attributes:
             issuer = self._beliefs.name(block.origin)
             if issuer != self._me and (attribute in self._of_all or issuer not in self._apart):
                 self._heard.append(block)
@@ -148,7 +151,7 @@ class Negotiation:
     def note_added(self, now_s: float, left: Iterable[Fact]) -> None:
         """Let the strategy hear in the next round which roles this vehicle said to be left, beside what it stated."""
         name = self._beliefs.name
-        facts = tuple((name(one[0]), LEFT_ROLE, name(one[2])) for one in left if one[1] in self._attributes)
+        facts = tuple((name(one[0]), LEFT_ROLE, name(one[2])) for one in left if one[1] in self.attributes)
         if facts:
             self._added.append(Heard(self._me, self._beliefs.model.quantise_time(now_s), facts))
 

@@ -8,9 +8,10 @@ comes or leaves whom no running step needs, the whole mission is. What was propo
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
+from typing import Any
 
 from remoras.activities import Objective
 from remoras.beliefs import Beliefs, Fact, Key
@@ -102,6 +103,15 @@ class MissionPlanner:
     def is_due(self) -> bool:
         """True while there is a mission to be planned."""
         return bool(self._due)
+
+    @property
+    def rests_on(self) -> Iterator[Any]:
+        """Keys, and patterns of keys, of all facts that its plans rest on or wait for."""
+        for found in (*self.executions.values(), *self._impossible.values()):
+            yield from found.rests_on
+            yield from found.patterns
+        for execution in self.executions.values():
+            yield from execution.awaited
 
     def has_planned(self, group: str) -> bool:
         """True once the mission of ``group`` has been planned."""

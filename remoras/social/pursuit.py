@@ -32,6 +32,7 @@ class Pursuit:
 
     Attributes:
         executions: plans of the objectives that it has had, as far as they are carried out.
+        rests_on: keys of all facts that the activities rest on.
     """
 
     def __init__(self, data: VehicleData, mission: SocialPart, mission_name: str) -> None:
@@ -41,12 +42,12 @@ class Pursuit:
         self._domain = mission.activity_domain
         self._means: dict[Objective, Means] = {}
         self._mended: set[Objective] = set()
-        self._rests_on: frozenset[Key] = frozenset()  # what any of these rests on
+        self.rests_on: frozenset[Key] = frozenset()
         self.executions: dict[Objective, Execution] = {}
 
     def let_go(self, keys: Collection[Key]) -> bool:
         """Let go of activities that rest on any of the facts ``keys``; True if there were some."""
-        if self._rests_on.isdisjoint(keys):
+        if self.rests_on.isdisjoint(keys):
             return False
         stale = [one for one, (_, rests_on) in self._means.items() if not rests_on.isdisjoint(keys)]
         for objective in stale:
@@ -66,7 +67,7 @@ class Pursuit:
             if one in self.executions:
                 self.executions[one].abandon()
         self._means = {one: self._means.get(one) or self._means_to(one, facts, position_m) for one in ordered}
-        self._rests_on = frozenset().union(*(rests_on for _, rests_on in self._means.values()))
+        self.rests_on = frozenset().union(*(rests_on for _, rests_on in self._means.values()))
         return tuple(activity_set for sets, _ in self._means.values() for activity_set in sets)
 
     def fail(self, objective: Objective, activities: Collection[str], facts: FactsLike) -> bool:

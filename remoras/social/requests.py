@@ -23,6 +23,9 @@ class Requests:
     Args:
         beliefs: of the vehicle, for names.
         groups: by name.
+
+    Attributes:
+        attributes: of the facts that are requests.
     """
 
     def __init__(self, beliefs: Beliefs, groups: Mapping[str, Group]) -> None:
@@ -39,6 +42,7 @@ class Requests:
         uids = {one.name: one.uid for one in self._attributes}  # words for groups at sea may not be there
         self._formed_under, self._formation, self._dissolved = (uids.get(name) for name in FORMATION_ATTRIBUTES)
         self._acts = frozenset({self._headed_by, self._formed_under, self._dissolved} - {None})
+        self.attributes = self._organisational | self._acts | {self._has_mission}
 
     def waits(self, fact: PropertyValue) -> bool:
         """True if it is about roles, objectives, heads or formations: what it asks for waits for the end of a round."""

@@ -69,6 +69,7 @@ class Standing:
 
     Attributes:
         reports: what is known of the energy and the sensors of all.
+        attributes: of the facts that it takes note of.
     """
 
     def __init__(
@@ -92,6 +93,7 @@ class Standing:
         self._given_up: set[Objective] = set()
         self.reports = Reports(beliefs, database, until_s)
         self.consultation = Consultation(beliefs, rules, organisation, self._availability)
+        self.attributes = self._availability.attributes | self.consultation.requests.attributes
         self.organisation = organisation
         self.present = organisation
         self._renew(organisation)

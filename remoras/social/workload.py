@@ -28,6 +28,9 @@ class Workload:
         mission: its jobs, and when enough of them is done.
         beliefs: of the vehicle.
         reports: what it knows of the energy and the sensors of all.
+
+    Attributes:
+        instances: those that facts about jobs are about.
     """
 
     def __init__(self, me: str, rules: Rules, mission: SocialPart, beliefs: Beliefs, reports: Reports) -> None:
@@ -45,6 +48,7 @@ class Workload:
         self._left: dict[str, Job] = {}
         self._done: frozenset[str] = frozenset()
         self._given_anew: frozenset[str] = frozenset()
+        self.instances = self._about.keys()
         self._is_enough = False
         self._asked: tuple[Organisation, frozenset[str], bool, frozenset[str]] | None = None
         self._kept: dict[str, Work] = {}
@@ -89,14 +93,14 @@ class Workload:
         """
         asked = *at, self._reports.blind
         energy_j = self._reports.scarce_energy_j(picture.body.now_s)
-        if energy_j and positions_m is None:
-            positions_m = picture.peers.positions_m
-        if positions_m is not None:
-            return self._works(at, positions_m, energy_j, from_s)
+        if energy_j:
+            return self._works(at, picture.peers.positions_m if positions_m is None else positions_m, energy_j, from_s)
         if self._stale or self._asked != asked:
-            self._kept = self._works(at, {}, energy_j, from_s)
+            self._kept = self._works(at, {}, {}, 0.0)
             self._asked = asked
-        return self._kept
+        if positions_m is None:
+            return self._kept
+        return {name: one.seen(positions_m, from_s) for name, one in self._kept.items()}
 
     def _works(
         self, at: Footing, positions_m: Mapping[str, Point], energy_j: Mapping[str, float], from_s: float

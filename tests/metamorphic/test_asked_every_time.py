@@ -1,0 +1,80 @@
+"""What is not asked again, since its answer holds, would be the same: each is asked every time here, with equal tables.
+
+Facts that nobody in the social layer rests on are not considered, a decision under which nothing changed is not taken
+again, nor is one searched for by the same motivations, and work is kept until what is known of it changes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import pytest
+
+from missions.runs.run import Run, run
+from missions.scenarios import load
+from remoras.executive.decision import Choice
+from remoras.executive.layer import Decision, ExecutiveLayer
+from remoras.social.layer import SocialLayer
+from remoras.work import Work
+from worldmodel import Change
+
+CASES = [
+    ("mapping-rendezvous", "remoras", 0.6, ()),
+    *(
+        pytest.param(*one, marks=pytest.mark.slow)
+        for one in (
+            ("mapping-rendezvous", "contract-net", 0.4, ()),
+            ("mapping-rendezvous", "status-broadcast", 0.2, ("vehicle.AUV01.energy_j=60000",)),
+            ("mapping-patches", "cbba", 0.4, ()),
+            ("mapping-patches", "central", 0.6, ()),
+        )
+    ),
+]
+
+
+def of(scenario: str, strategy: str, per: float, more: Sequence[str]) -> Run:
+    settings = (f"strategy.name={strategy}", "channel.name=bernoulli", f"channel.per={per}", *more)
+    return run(load(scenario, [("--set", one) for one in settings]), seed=11)
+
+
+def ask_every_time(monkeypatch: pytest.MonkeyPatch, n_spared: list[int]) -> None:
+    """Let nothing be kept, and count what would have been."""
+    is_concerned, decide, best = SocialLayer._is_concerned, ExecutiveLayer.decide, Choice.best
+
+    def concerned(self: SocialLayer, changes: Sequence[Change]) -> bool:
+        n_spared[0] += not is_concerned(self, changes)
+        return True
+
+    def decide_anew(self: ExecutiveLayer, *args: Any) -> Decision:
+        n_spared[1] += self._at_rest is not None
+        self._at_rest = None
+        return decide(self, *args)
+
+    def best_anew(self: Choice, motivations: Sequence[float]) -> tuple[int, ...]:
+        n_spared[2] += self._asked == motivations
+        self._asked = []
+        return best(self, motivations)
+
+    def seen_anew(self: Work, positions_m: Mapping[str, Any], now_s: float) -> Work:
+        n_spared[3] += 1
+        fields = {name: getattr(self, name) for name in self.__dataclass_fields__}
+        return Work(**fields | {"positions_m": positions_m, "now_s": now_s})
+
+    monkeypatch.setattr(SocialLayer, "_is_concerned", concerned)
+    monkeypatch.setattr(ExecutiveLayer, "decide", decide_anew)
+    monkeypatch.setattr(Choice, "best", best_anew)
+    monkeypatch.setattr(Work, "seen", seen_anew)
+
+
+@pytest.mark.parametrize(("scenario", "strategy", "per", "more"), CASES)
+def test_asking_every_time_changes_no_table(
+    scenario: str, strategy: str, per: float, more: Sequence[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kept, n_spared = of(scenario, strategy, per, more), [0, 0, 0, 0]
+    ask_every_time(monkeypatch, n_spared)
+    asked = of(scenario, strategy, per, more)
+    for name in kept.recorder.tables:
+        assert asked.recorder.rows(name) == kept.recorder.rows(name), name
+    assert asked.milestones == kept.milestones
+    assert min(n_spared[:3]) > 100  # there was something to be spared
