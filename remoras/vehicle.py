@@ -146,7 +146,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         """Perceive, decide, and do at once what the decision asks of the social layer."""
         functional, executive = self.functional, self.executive
         self.social.note_planning_due()
-        perceptions = functional.perceive(executive.decision.chosen)
+        perceptions: Sequence[Perception] = functional.perceive(executive.decision.chosen)
         if perceptions is not self._uneventful:
             perceptions = self._note_events(perceptions, now_s)
         before, decision = executive.decision, executive.decide(perceptions, now_s, dt_s)

@@ -153,7 +153,7 @@ class SocialLayer:
         self.planner.resume(self.facts)
         self.planner.take_on(group for group in self._led if group in self.missions)
         self._negotiation = Negotiation(me, strategy, self.organisation, beliefs, rally_points_m, rules)
-        self._attributes = {self._gatherings.attribute} | self.standing.attributes | self._negotiation.attributes
+        self._attributes: set[int | None] = {self._gatherings.attribute} | self.standing.attributes | self._negotiation.attributes
         self._attribute_uids = {one.name: one.uid for one in beliefs.model.tbox.attributes}
         self._await_facts(self.planner.rests_on)
         if strategy.declaration.meets and not self._negotiation.takes_part:
@@ -228,7 +228,7 @@ class SocialLayer:
         """
         kinds = {one[0] if isinstance(one, tuple) else one for one in rested_on}
         uids = self._attribute_uids
-        self._attributes |= uids.values() if ANY in kinds else {uids[kind] for kind in kinds if kind in uids}
+        self._attributes.update(uids.values() if ANY in kinds else [uids[kind] for kind in kinds if kind in uids])
 
     def _is_concerned(self, changes: Sequence[Change]) -> bool:
         """True if any of the facts may matter here: most say where somebody is, and plans rest on them seldom."""

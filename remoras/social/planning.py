@@ -107,11 +107,10 @@ class MissionPlanner:
     @property
     def rests_on(self) -> Iterator[Any]:
         """Keys, and patterns of keys, of all facts that its plans rest on or wait for."""
-        for found in (*self.executions.values(), *self._impossible.values()):
-            yield from found.rests_on
-            yield from found.patterns
         for execution in self.executions.values():
-            yield from execution.awaited
+            yield from execution.rests_on | execution.patterns | execution.awaited
+        for no_plan in self._impossible.values():
+            yield from no_plan.rests_on | no_plan.patterns
 
     def has_planned(self, group: str) -> bool:
         """True once the mission of ``group`` has been planned."""
