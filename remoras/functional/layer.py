@@ -263,10 +263,6 @@ class FunctionalLayer:
                 perceptions.append(behaviour.perceive(motion, picture, index in performed))
         except Exception as error:
             raise self._broken(len(perceptions), "perceive", PERCEPTION, error) from error
-        if self.guidance.withdraws and self._guiding is not None:  # whoever makes way is not thrown back by it
-            perceptions[self._guiding] = perceptions[self._guiding]._replace(advance=None)
-        if perceptions == self._perceived:
-            return self._perceived
         try:  # one look at all of them, and only where something is wrong a search for which it is
             wrong = [p for p in perceptions if p.__class__ is not Perception or not 0.0 <= p.stimulus <= 1.0]
         except TypeError:
@@ -274,8 +270,11 @@ class FunctionalLayer:
         if wrong:
             index, unsound = _unsound(perceptions)
             raise self._broken(index, "perceive", PERCEPTION, unsound)
-        self._perceived = perceptions
-        return perceptions
+        if self.guidance.withdraws and self._guiding is not None:  # whoever makes way is not thrown back by it
+            perceptions[self._guiding] = perceptions[self._guiding]._replace(advance=None)
+        if perceptions != self._perceived:
+            self._perceived = perceptions
+        return self._perceived
 
     def act(self, dt_s: float, neighbours: Sequence[Neighbour] = (), since_s: float = 0.0) -> None:
         """Move for ``dt_s`` as guidance refers and neighbours allow; without guidance, slow down to a stop.
