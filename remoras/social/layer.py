@@ -153,7 +153,8 @@ class SocialLayer:
         self.planner.resume(self.facts)
         self.planner.take_on(group for group in self._led if group in self.missions)
         self._negotiation = Negotiation(me, strategy, self.organisation, beliefs, rally_points_m, rules)
-        self._attributes: set[int | None] = {self._gatherings.attribute} | self.standing.attributes | self._negotiation.attributes
+        noted = self.standing.attributes | self._negotiation.attributes
+        self._attributes: set[int | None] = {self._gatherings.attribute, *noted}
         self._attribute_uids = {one.name: one.uid for one in beliefs.model.tbox.attributes}
         self._await_facts(self.planner.rests_on)
         if strategy.declaration.meets and not self._negotiation.takes_part:
