@@ -72,12 +72,14 @@ class Trial:
         name: as ``--settings`` and files of schedules say it; text: what is drawn.
         keys: what it sets.
         draw: values by key.
+        p: probability that it is drawn.
     """
 
     name: str
     text: str
     keys: tuple[str, ...]
     draw: Sample
+    p: float = 0.075
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -60,39 +59,6 @@ def blackout(draws: Draws, scenario: Scenario) -> Drawn:
     if draws.uniform() < 0.5:
         blackout["vehicle"] = draws.one_of(scenario.names_by_slot)
     return {"channel.blackout": [blackout]}
-
-
-def current(draws: Draws, scenario: Scenario) -> Drawn:
-    """A current of any direction; now and then with shear, a tide, a surge."""
-    slowest_mps = min((one.survey_speed_mps for one in scenario.vehicle if one.survey_speed_mps), default=1.0)
-    speed_mps, angle_rad = draws.scaled(0.02, 0.45) * slowest_mps, draws.between(0.0, 2.0 * math.pi)
-    found: dict[str, Any] = {
-        "current.east_mps": round(speed_mps * math.cos(angle_rad), 3),
-        "current.north_mps": round(speed_mps * math.sin(angle_rad), 3),
-    }
-    sheared, tidal, surging = draws.uniform() < 0.3, draws.uniform() < 0.3, draws.uniform() < 0.2
-    depth_m, period_h, phase = draws.even(10.0, 100.0), draws.scaled(0.1, 12.42), draws.even(0.0, 1.0)
-    if sheared:
-        found["current.shear_depth_m"] = depth_m
-    if tidal:
-        found |= {"current.tide_period_h": period_h, "current.tide_phase": phase}
-    if surging:
-        begins_s = draws.even(0.0, USUAL_S)
-        surge = {"between_s": [begins_s, begins_s + 60.0], "lasts_s": draws.even(30.0, 300.0)}
-        found["current.surge"] = [{**surge, "east_mps": round(0.3 * slowest_mps * math.sin(angle_rad), 3)}]
-    return found
-
-
-def navigation(draws: Draws, scenario: Scenario) -> Drawn:
-    """Drift, the time of a fix, and now and then a beacon."""
-    drift, fix_s = draws.scaled(0.0005, 0.05), draws.scaled(2.0, 60.0)
-    found: dict[str, Any] = {"navigation.drift": drift, "navigation.fix_s": fix_s}
-    with_beacon, at = draws.uniform() < 0.4, [draws.uniform(), draws.uniform()]
-    (west_m, east_m), (south_m, north_m) = scenario.world.x_m, scenario.world.y_m
-    if with_beacon and not scenario.of_feature("beacon"):
-        position_m = [round(west_m + at[0] * (east_m - west_m)), round(south_m + at[1] * (north_m - south_m))]
-        found["beacon"] = [{"name": "drawn", "position_m": position_m, "range_m": draws.scaled(50.0, 500.0)}]
-    return found
 
 
 def size(draws: Draws, scenario: Scenario) -> Drawn:
@@ -157,14 +123,6 @@ def information(draws: Draws, scenario: Scenario) -> Drawn:
     groups = sorted(group.name for group in scenario.group if any(role.job for role in group.role))
     held = {f'group."{name}".information': "held by head" for name in groups}
     return {"communication.needs_follow": "groups", **held}
-
-
-def uncertainty(draws: Draws, scenario: Scenario) -> Drawn:
-    """Sensors that miss, speeds that spread, or both."""
-    missing, spread = draws.scaled(0.02, 0.5), draws.scaled(0.02, 0.3)
-    which = int(3 * draws.uniform())
-    found = {"uncertainty.p_miss": missing, "uncertainty.speed_spread": spread}
-    return dict([*found.items()][which % 2 : 2 if which else 1])
 
 
 def decision(draws: Draws, scenario: Scenario) -> Drawn:

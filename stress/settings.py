@@ -73,12 +73,8 @@ CORE = (
     Setting("channel", "bernoulli with 0.05 to 0.8, gilbert-elliott, acoustic, matrix or perfect, with settings",
             ("channel.name", "channel.per", "channel.link", "channel.p_good_to_bad", "channel.wind_mps"),
             sampling.channel, OFTEN),
-    Setting("current", "0.02 to 0.45 of the slowest survey speed, any direction; shear, tide, a surge",
-            ("current",), sampling.current, 0.2),
     Setting("mac", "ALOHA", ("communication.mac",), choice_of("communication.mac", "aloha")),
     Setting("size", "1 to 4 copies of a vehicle with sensors, in layers or not", ("fleet",), sampling.size),
-    Setting("navigation", "drift of 0.05 to 5 % of the way, time of a fix, a beacon", ("navigation", "beacon"),
-            sampling.navigation),
     Setting("speeds", "a vehicle half to twice as fast", ("vehicle.transit_speed_mps", "vehicle.survey_speed_mps"),
             sampling.speeds),
     Setting("turns", "a vehicle that turns and gains speed otherwise",
@@ -118,8 +114,6 @@ CORE = (
             sampling.draw_priorities, SELDOM),
     Setting("information", "who knows of the jobs of a group", ("group", "communication.needs_follow"),
             sampling.information, SELDOM),
-    Setting("uncertainty", "sensors miss 0.02 to 0.5 of ticks, speeds spread by 0.02 to 0.3",
-            ("uncertainty",), sampling.uncertainty),
     Setting("decision", "one or two of period, hysteresis, weights, memory of signals", ("decision",),
             sampling.decision),
     Setting("guidance", "separation of 2 to 12 m, attraction, repulsion", ("guidance",), sampling.guidance, SELDOM),
@@ -139,7 +133,11 @@ CORE = (
 """Settings of what every scenario has."""
 CATALOGUE = (
     *CORE,
-    *(Setting(one.name, one.text, one.keys, one.draw) for feature in features().values() for one in feature.trials),
+    *(
+        Setting(one.name, one.text, one.keys, one.draw, one.p)
+        for feature in features().values()
+        for one in feature.trials
+    ),
 )
 """Settings in the order in which they are applied and tables show them: those of features come last."""
 SETTINGS: dict[str, Setting] = {one.name: one for one in CATALOGUE}
