@@ -42,6 +42,8 @@ FEATURES = {
     "operator bans": r"bans\b|\bBan\b|ban_", "emission control": r"[Cc]overt", "clocks": r"OwnClock|[Tt]imekeep",
     "slot lists": r"NewSlots|SlotList|slot_list", "obligations": r"[Oo]bligation",
     "coarse values": r"coarse_above|Detail\(",
+    "current": r'\bCurrent\b|CurrentTable|through_water|of(_feature)?\("current"',
+    "navigation error": r'\bNavigation\b|Navigation[TC]|Adrift|FixingPosition|of(_feature)?\("navigation"',
     "terms of needs": r"blackout_s|newest_first|time_to_live", "beacons": r"[Bb]eacon", "parking": r"parking|parked",
     "bound strategy": r"is_bound|Bound\(|remoras\.bound|RadioAtOnce",
     "restarts": r"FaultKind\.RESTARTS|keeps_memory", "drains": r"DRAINS|drain_w",

@@ -21,7 +21,7 @@ from rdflib import RDF, XSD, Graph, Literal, URIRef
 from rdflib.term import Node
 
 from worldmodel import Block, Instance, PropertyValue, TBox, WorldModel, core_ontology_paths, merge, read_tbox
-from worldmodel.owl import ban_ontology_path
+from worldmodel.owl import ontology_path
 from worldmodel.rdf.terms import RUN, instance_iri
 from worldmodel.rdf.view import as_graph
 from worldmodel.turtle import SIT
@@ -72,7 +72,7 @@ def tbox_of_stations() -> TBox:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "stations.ttl"
         path.write_text(ontology(), encoding="utf-8")
-        return read_tbox(*core_ontology_paths(), ban_ontology_path(), path)
+        return read_tbox(*core_ontology_paths(), ontology_path("bans"), path)
 
 
 class Bench:

@@ -23,7 +23,7 @@ from missions.files import MISSIONS  # noqa: E402
 from missions.scenarios.explanations import explanations  # noqa: E402
 from missions.scenarios.formation import FORMATION_WORDS  # noqa: E402
 from missions.sweeps.study import study_explanations  # noqa: E402
-from worldmodel import ban_ontology_path, core_ontology_paths, need_ontology_path, read_tbox, slot_ontology_path  # noqa: E402
+from worldmodel import core_ontology_paths, ontology_path, read_tbox  # noqa: E402
 from worldmodel.vocabulary import terms_of  # noqa: E402
 
 project = "REMORAS"
@@ -96,7 +96,7 @@ class Terms(SphinxDirective):
         """A definition for each term."""
         listed = nodes.definition_list()
         mission, _, file = self.arguments[0].rpartition("/")
-        optional = (ban_ontology_path(), need_ontology_path(), slot_ontology_path(), FORMATION_WORDS)
+        optional = (ontology_path("bans"), ontology_path("needs"), ontology_path("slots"), FORMATION_WORDS)
         more = sorted((MISSIONS / mission).glob("*.ttl")) if mission else optional
         for term in terms_of(read_tbox(*core_ontology_paths(), *more)):
             if term.file == file:

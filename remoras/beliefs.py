@@ -82,7 +82,7 @@ class Beliefs:
         self._slots: dict[Key, tuple[int, Attribute]] = {}
         self._collected: dict[tuple[int, int], _Collected] = {}  # by subject and attribute, where asked for
         self._by_key: dict[Key, _Collected] = {}  # the same
-        self._bans = model.banned
+        self._banned = model.banned
         self._n_noted = 0
         self._from_s: dict[tuple[int, int], float] = {}  # by subject and attribute, where not all counts
         self.n_told = 0
@@ -129,7 +129,7 @@ class Beliefs:
         return slot
 
     def values(self, key: Key) -> Set[Any]:
-        """Every value of a fact that counts, told by whom nobody bans: the same set, which grows until that changes."""
+        """Every value of a fact that counts, by whom one believes: the same set, which grows until that changes."""
         if (found := self._by_key.get(key)) is not None:
             return found.values
         subject, attribute = self._slot(key)
@@ -146,8 +146,8 @@ class Beliefs:
 
     def note(self) -> None:
         """Bring ``values`` up to date with what was recorded or merged."""
-        if self._bans is not self.model.banned:
-            self._bans = self.model.banned
+        if self._banned is not self.model.banned:
+            self._banned = self.model.banned
             for slot, one in self._collected.items():
                 self.model.news(one.news)
                 one.values = self._all(slot, one.attribute)

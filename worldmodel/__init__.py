@@ -36,12 +36,10 @@ from worldmodel.knowledge import Knowledge, Reception
 from worldmodel.merge import expire, merge
 from worldmodel.needs import NOBODY, PLAIN, InformationNeed, Needs, NeedsIndex, Terms, Wanted
 from worldmodel.owl import (
-    ban_ontology_path,
     core_ontology_paths,
     formation_ontology_path,
-    need_ontology_path,
+    ontology_path,
     read_tbox,
-    slot_ontology_path,
 )
 from worldmodel.pruning import prune, tidy
 from worldmodel.snapshot import Row, models_from, rows_of
@@ -93,18 +91,16 @@ __all__ = [
     "Wanted",
     "WorldModel",
     "WorldModelError",
-    "ban_ontology_path",
     "core_ontology_paths",
     "expire",
     "formation_ontology_path",
     "fused",
     "merge",
     "models_from",
-    "need_ontology_path",
+    "ontology_path",
     "prune",
     "read_tbox",
     "rows_of",
-    "slot_ontology_path",
     "suggestion",
     "tidy",
 ]

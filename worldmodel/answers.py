@@ -87,12 +87,12 @@ class Answers(StoredItems):
 
     def is_seen(self, block: Block) -> bool:
         """True unless its origin is banned from its time on or from an earlier one."""
-        return not self.index.bans.hides(block.origin, block.time_s)
+        return not self.index.trust.hides(block.origin, block.time_s)
 
     @property
     def banned(self) -> Mapping[int, float]:
         """From which time on vehicles are not believed (s), by origin; another mapping whenever that changes."""
-        return self.index.bans.from_s
+        return self.index.trust.from_s
 
     def news(self, subscription: Subscription) -> tuple[Observation, ...]:
         """Return what has come in since the last time, in the order in which it did, what is banned left out.
@@ -100,7 +100,7 @@ class Answers(StoredItems):
         Raises FactError for a subscription that is not one of this store; see ``subscriptions.add``.
         """
         news = self.subscriptions.fetch(subscription)
-        return tuple([one for one in news if self.is_seen(one.block)]) if self.index.bans.from_s else news
+        return tuple([one for one in news if self.is_seen(one.block)]) if self.index.trust.from_s else news
 
     def value(self, subject: int, attribute: int, default: Value | None = None) -> Value | None:
         """Return the latest value of a slot, or ``default`` when there is none."""

@@ -28,6 +28,11 @@ BANNED_FROM = "bannedFrom"
 """Name of the attribute; an ontology without it has no bans."""
 
 
+def deciding(tbox: TBox) -> frozenset[int]:
+    """Return the uids of the attributes whose values decide who is believed; they are never pruned."""
+    return frozenset(one.uid for one in tbox.attributes if one.name == BANNED_FROM)
+
+
 class BanFact(NamedTuple):
     """One fact about whom to believe, ordered as the blocks are.
 

@@ -8,7 +8,6 @@ Facts of banned vehicles stand apart, so that to ask takes the same steps with a
 from bisect import bisect_left, insort
 from collections.abc import Iterable, Sequence
 
-from worldmodel.bans import Bans
 from worldmodel.facts import Block, BlockKey, Guid, Instance, Observation, PropertyValue
 from worldmodel.tables import compiled_attributes
 from worldmodel.tbox import TYPE_UID, TBox
@@ -52,7 +51,8 @@ class Index:
         """The facts of each slot that count, oldest first; no slot is empty."""
         self.apart: dict[Slot, list[Entry]] = {}
         """The same for those of banned vehicles, which do not count."""
-        self.bans = Bans(tbox)
+        self.trust = self._tables.trust()
+        """Who is believed, by the facts that are held."""
         self.turned: set[Slot] = set()
         """Slots in which other facts count since a ban was told or taken back; who reads it empties it."""
         self.statuses: dict[StatusSlot, Block] = {}
@@ -71,7 +71,7 @@ class Index:
         """Add a fact to its slot."""
         attribute = fact.attribute
         slot = (fact.subject, attribute)
-        slots = self._slots_of(block_of(entry)) if self.bans.from_s else self.slots
+        slots = self._slots_of(block_of(entry)) if self.trust.from_s else self.slots
         entries = slots.get(slot)
         if entries is None:
             slots[slot] = [entry]
@@ -89,8 +89,8 @@ class Index:
         elif self._tables.rows[attribute].range_class >= 0:
             block = block_of(entry)
             self._linking.setdefault(fact.target, {})[_link_name(slot, block)] = block
-        elif attribute == self.bans.attribute:
-            self._turn(self.bans.note(observation_of(entry)))
+        elif attribute == self.trust.attribute:
+            self._turn(self.trust.note(observation_of(entry)))
 
     def leave(self, fact: PropertyValue, entry: Entry) -> None:
         """Take a fact out of its slot."""
@@ -109,8 +109,8 @@ class Index:
             linking.pop(_link_name(slot, block), None)
             if not linking:
                 self._linking.pop(fact.target, None)
-        elif fact.attribute == self.bans.attribute:
-            self._turn(self.bans.forget(observation_of(entry)))
+        elif fact.attribute == self.trust.attribute:
+            self._turn(self.trust.forget(observation_of(entry)))
 
     def all_of(self, slot: Slot) -> Sequence[Entry]:
         """The facts of a slot, whether they count or not; in order among those that count, and among the others."""
@@ -118,7 +118,7 @@ class Index:
         return (*counting, *self.apart.get(slot, ())) if self.apart else counting
 
     def _slots_of(self, block: Block) -> dict[Slot, list[Entry]]:
-        return self.apart if self.bans.hides(block.origin, block.time_s) else self.slots
+        return self.apart if self.trust.hides(block.origin, block.time_s) else self.slots
 
     def _turn(self, origins: frozenset[int]) -> None:
         """Sort anew what counts and what does not, in the slots in which these origins have said anything."""
@@ -172,7 +172,7 @@ class Index:
     def _succeeds(self, held: Block, one: Block) -> bool:
         """Let a later status take the place of the latest of its slot, if nothing follows from either; True if so."""
         subject, attribute, _, _ = one.facts[0]
-        if self.bans.from_s or attribute not in self._tables.unlinked or attribute in self.heeded:
+        if self.trust.from_s or attribute not in self._tables.unlinked or attribute in self.heeded:
             return False
         entries = self.slots[subject, attribute]
         if entries[-1] is not held:

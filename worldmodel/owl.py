@@ -28,19 +28,13 @@ def formation_ontology_path() -> Path:
     return ONTOLOGY_FOLDER / "formation.ttl"
 
 
-def ban_ontology_path() -> Path:
-    """Return the Turtle file with the word for bans; it is read where a scenario declares some."""
-    return ONTOLOGY_FOLDER / "bans.ttl"
+def ontology_path(name: str) -> Path:
+    """Return the Turtle file with words that are read only where a scenario uses what they are for.
 
-
-def need_ontology_path() -> Path:
-    """Return the Turtle file with the words for needs; it is read where vehicles may state some."""
-    return ONTOLOGY_FOLDER / "needs.ttl"
-
-
-def slot_ontology_path() -> Path:
-    """Return the Turtle file with the word for slot lists; it is read where one changes during the mission."""
-    return ONTOLOGY_FOLDER / "slots.ttl"
+    Args:
+        name: of the file.
+    """
+    return ONTOLOGY_FOLDER / f"{name}.ttl"
 
 
 def read_tbox(*files: Path | Source) -> TBox:

@@ -2,8 +2,8 @@
 
 Of a slot the newest value of each origin always stays, and so does all that a ban hides. So a ban leaves what other
 origins have said, and of the banned one the newest value from before the ban. An item goes as a whole or not at all:
-only if every one of its facts may go, by whichever rule. Types and bans never go, nor do statuses, which replace one
-another, nor what the owner keeps to itself.
+only if every one of its facts may go, by whichever rule. Types never go, nor who is believed, nor do statuses, which
+replace one another, nor what the owner keeps to itself.
 
 The latest values and the classes of all instances are the same as before, and so are ``digest`` and ``state_hash``: a
 pruned item has still arrived, is passed over when it comes again, and its content still counts. What is lost are the
@@ -27,14 +27,14 @@ def prune(store: Store, class_uid: int, attribute: int, before_s: float) -> int:
     Args:
         store: the store or world model.
         class_uid: whose instances are concerned.
-        attribute: its uid; those of types and of bans are not allowed.
+        attribute: its uid; see ``store.prunable`` for those that are allowed.
         before_s: values observed at this time or later stay (s).
 
     Returns:
         The number of items dropped.
 
     Raises:
-        FactError: there is no such class or attribute, or it is that of types or of bans.
+        FactError: there is no such class or attribute, or its values never go.
     """
     PruneRule(class_uid, attribute, 0.0).check(store.tbox)
     return _drop(store, [(class_uid, attribute, before_s)])

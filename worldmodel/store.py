@@ -18,7 +18,6 @@ from typing import NamedTuple
 
 from worldmodel.answers import Answers
 from worldmodel.arrivals import WAITING_BLOCKS, WAITING_S
-from worldmodel.bans import BANNED_FROM
 from worldmodel.errors import FactError
 from worldmodel.facts import (
     EPOCHS,
@@ -31,10 +30,17 @@ from worldmodel.facts import (
 )
 from worldmodel.index import Entry, observation_of, sort_key
 from worldmodel.log import BlockLog
-from worldmodel.tbox import TYPE_UID, TBox
+from worldmodel.tables import compiled_attributes
+from worldmodel.tbox import TYPE_UID, Attribute, TBox
 
 CLOCK_TOLERANCE_S = 1.0
 """By how much a fact may be later than its arrival (s)."""
+
+
+def prunable(tbox: TBox) -> tuple[Attribute, ...]:
+    """Return the attributes whose old values may be dropped: not types, nor what decides who is believed."""
+    deciding = compiled_attributes(tbox).deciding
+    return tuple(one for one in tbox.attributes if one.uid != TYPE_UID and one.uid not in deciding)
 
 
 class PruneRule(NamedTuple):
@@ -45,13 +51,14 @@ class PruneRule(NamedTuple):
     older_than_s: float
 
     def check(self, tbox: TBox) -> None:
-        """Raise FactError if there is no such class or attribute, or if it is that of types."""
+        """Raise FactError if there is no such class or attribute, or none whose values may go."""
         if not 0 <= self.class_uid < len(tbox.classes):
             raise FactError(f"pruning: class {self.class_uid} is unknown; allowed: 0..{len(tbox.classes) - 1}")
-        names = {one.uid: one.name for one in tbox.attributes}
-        if self.attribute == TYPE_UID or names.get(self.attribute, BANNED_FROM) == BANNED_FROM:
-            allowed = f"1..{len(names) - 1}; types and bans are never pruned"
-            raise FactError(f"pruning: attribute {self.attribute}; allowed: {allowed}")
+        allowed = {one.uid for one in prunable(tbox)}
+        if self.attribute not in allowed:
+            kept = ", ".join(one.name for one in tbox.attributes if one.uid not in allowed)
+            within = f"1..{len(tbox.attributes) - 1}; values of {kept} are never pruned"
+            raise FactError(f"pruning: attribute {self.attribute}; allowed: {within}")
         if not self.older_than_s >= 0:
             raise FactError(f"pruning: older_than_s is {self.older_than_s}; allowed: 0 s or more")
 
@@ -176,7 +183,7 @@ class Store(Answers):
         return self._indexed(block)
 
     def index_plain(self, block: Block, subject: int, attribute: int, time_s: float) -> Change:
-        """Index an item of one fact, of which nothing follows for the classes, links and bans that are known.
+        """Index an item of one fact, of which nothing follows for the classes, links and beliefs that are known.
 
         Args:
             block: the item, which its log holds.
@@ -186,7 +193,7 @@ class Store(Answers):
         """
         self.version += 1
         index = self.index
-        if attribute in self.subscriptions.watching or index.bans.from_s:
+        if attribute in self.subscriptions.watching or index.trust.from_s:
             return self._indexed(block)
         slots, slot = index.slots, (subject, attribute)
         entries = slots.get(slot)

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-from worldmodel.bans import BANNED_FROM
+from worldmodel.bans import Bans, deciding
 from worldmodel.fields import Field
 from worldmodel.tbox import Attribute, TBox, ValueKind
 from worldmodel.texts import bytes_of
@@ -47,7 +47,9 @@ class CompiledAttributes:
         self.unpacked = {uid: (row.quantise, row.domain, row.range_class) for uid, row in self.rows.items()}
         """The rows as bare tuples, which are unpacked faster."""
         self.latest_only = frozenset(attribute.uid for attribute in tbox.attributes if attribute.latest_only)
-        followed = tbox.rules.heeded | {a.uid for a in tbox.attributes if a.name == BANNED_FROM}
+        self.deciding = deciding(tbox)
+        """The attributes whose values decide who is believed."""
+        followed = tbox.rules.heeded | self.deciding
         self.unlinked = frozenset(
             uid for uid, row in self.rows.items() if row.range_class == NO_CLASS and uid not in followed
         )
@@ -66,6 +68,10 @@ class CompiledAttributes:
         """The same for attributes of which only the latest value counts."""
         below = [sum(1 << d for d in tbox.subclasses(c.uid)) for c in tbox.classes]
         self._descendants = tuple(below)
+
+    def trust(self) -> Bans:
+        """Return what a vehicle knows of who is believed, before it has heard anything: all are."""
+        return Bans(self._tbox)
 
     def have_common_subclass(self, c: int, d: int) -> bool:
         """True if something may be of both classes by one of its types."""

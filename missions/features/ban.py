@@ -17,7 +17,7 @@ from missions.feature import Feature, Joining
 from missions.files import shown
 from missions.scenarios.tables import NotNegative, Positive, Raw, Section, entries, names_of, one_of, table_of
 from remoras.events import Host, Part, Says, say_at
-from worldmodel import ban_ontology_path
+from worldmodel import ontology_path
 from worldmodel.bans import BANNED_FROM
 
 if TYPE_CHECKING:
@@ -96,7 +96,14 @@ def part_of(joining: Joining) -> Part | None:
 
 def words(scenario: Scenario) -> Sequence[Path]:
     """The Turtle file with the word for bans, where a scenario has any."""
-    return (ban_ontology_path(),) if scenario.of_feature(KEY) else ()
+    return (ontology_path("bans"),) if scenario.of_feature(KEY) else ()
 
 
-FEATURE = Feature({"": {KEY: (tuple[BanTable, ...], ())}}, part_of, ban_faults, words, (BANNED_FROM,))
+FEATURE = Feature(
+    {"": {KEY: (tuple[BanTable, ...], ())}},
+    part_of,
+    ban_faults,
+    words,
+    (BANNED_FROM,),
+    for_all=(BANNED_FROM,),
+)

@@ -48,7 +48,7 @@ from worldmodel import (
     Terms,
     Wanted,
     WorldModel,
-    need_ontology_path,
+    ontology_path,
 )
 
 if TYPE_CHECKING:
@@ -286,7 +286,7 @@ def states_needs(scenario: Scenario) -> bool:
 
 def words(scenario: Scenario) -> Sequence[Path]:
     """The Turtle file with the words for needs, where vehicles of a scenario may state any."""
-    return (need_ontology_path(),) if states_needs(scenario) else ()
+    return (ontology_path("needs"),) if states_needs(scenario) else ()
 
 
 def instances_of(scenario: Scenario) -> Sequence[tuple[str, str]]:

@@ -17,7 +17,7 @@ from missions.feature import Draws, Feature, Joining, Trial
 from missions.files import shown
 from missions.scenarios.tables import NotNegative, Raw, Section, entries, list_of, names_of, one_of, table_of
 from remoras.events import Host, Part, Says, say_at
-from worldmodel import slot_ontology_path
+from worldmodel import ontology_path
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -69,7 +69,7 @@ def part_of(joining: Joining) -> Part | None:
 
 def words(scenario: Scenario) -> Sequence[Path]:
     """The Turtle file with the word for slot lists, where a scenario orders any during the mission."""
-    return (slot_ontology_path(),) if scenario.of_feature(ORDERED) else ()
+    return (ontology_path("slots"),) if scenario.of_feature(ORDERED) else ()
 
 
 def _nodes(listed: SlotList, scenario: Scenario) -> tuple[tuple[int, ...], ...]:

@@ -11,9 +11,9 @@ from missions.errors import ConfigurationFault
 from missions.scenarios.ontologies import words_of
 from missions.scenarios.tables import NotNegative, Positive, Raw, Section, Sparse, entries, one_of, table_of
 from remoras.mission import Mission
-from worldmodel import TYPE_UID, OntologyError, PruneRule, TBox
+from worldmodel import OntologyError, PruneRule, TBox
 from worldmodel.arrivals import WAITING_BLOCKS, WAITING_S
-from worldmodel.bans import BANNED_FROM
+from worldmodel.store import prunable
 
 _PRUNED: dict[str, Any] = {  # `class` is no name of an attribute in Python
     "class": (str, Field(description="class of the instances whose values are dropped, or a class above it")),
@@ -69,8 +69,7 @@ def knowledge_faults(raw: Raw, mission: type[Mission]) -> Iterator[Configuration
     except (OntologyError, OSError):
         return  # reported elsewhere
     classes = [one.name for one in tbox.classes]
-    stay = {tbox.attributes[TYPE_UID].name, BANNED_FROM}
-    attributes = [one.name for one in tbox.attributes if one.name not in stay and not one.latest_only]
+    attributes = [one.name for one in prunable(tbox) if not one.latest_only]
     for number, rule in enumerate(rules, 1):
         yield from one_of(f"worldmodel.prune.{number}.class", rule.get("class"), classes)
         yield from one_of(f"worldmodel.prune.{number}.attribute", rule.get("attribute"), attributes)

@@ -35,7 +35,6 @@ from remoras.organisation import Group, Organisation
 from remoras.social.negotiation import ROLE_ATTRIBUTES
 from remoras.social.succession import HEAD_TERM, HEADED_BY
 from worldmodel import NOBODY, PLAIN, PropertyValue, TBox, Terms, Wanted
-from worldmodel.bans import BANNED_FROM
 
 Path = tuple[str, str]
 """Group and role, or group and group."""
@@ -53,6 +52,7 @@ class Subjects:
         supervised: a group and one that it supervises, directly or through others, by names.
         held: groups of which the head holds what is known of their jobs.
         at_sea: groups that are formed at sea, by name.
+        for_all: attributes that concern everybody, whoever the fact is about.
     """
 
     names: Sequence[str]
@@ -63,6 +63,7 @@ class Subjects:
     supervised: Collection[Path] = ()
     held: Collection[str] = frozenset()
     at_sea: Mapping[str, Group] = field(default_factory=dict)
+    for_all: Collection[int] = frozenset()
 
 
 @dataclass(frozen=True)
@@ -103,7 +104,6 @@ class GroupNeeds:
         self._everybody = (1 << len(subjects.names)) - 1
         self._says_who_leads = {tbox.attribute_named(name).uid for name in (HEADED_BY, HEAD_TERM)}
         self._says_who_plays = {tbox.attribute_named(name).uid for name in ROLE_ATTRIBUTES}
-        self._of_bans = {one.uid for one in tbox.attributes if one.name == BANNED_FROM}
         role = tbox.class_named("Role").uid
         self._names_role = {a.uid for a in tbox.attributes if a.range_class == role}
         self._ever: dict[str, int] = {}  # those whom each group concerns or has concerned
@@ -164,7 +164,7 @@ class GroupNeeds:
 
     def _nodes(self, fact: PropertyValue) -> int:
         subject, of, now = fact.subject, self._subjects, self._now
-        if fact.attribute in self._of_bans:
+        if fact.attribute in of.for_all:
             return self._everybody
         if 0 <= subject < len(of.names):
             role = of.roles.get(fact.target) if fact.attribute in self._names_role else None

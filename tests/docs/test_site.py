@@ -17,7 +17,7 @@ import remoras
 from missions.mapping.mission import MappingMission
 from missions.scenarios.explanations import explanations
 from missions.sweeps.study import study_explanations
-from worldmodel import ban_ontology_path, core_ontology_paths, need_ontology_path, read_tbox, slot_ontology_path
+from worldmodel import core_ontology_paths, ontology_path, read_tbox
 from worldmodel.vocabulary import terms_of
 
 ROOT = Path(__file__).parents[2]
@@ -109,7 +109,7 @@ def test_the_reference_has_every_key(site: Path) -> None:
 
 def test_a_page_has_every_term_of_the_ontology_with_its_definition(site: Path) -> None:
     text = unescape(re.sub(r"<[^>]+>", "", (site / "ontology.html").read_text(encoding="utf-8")))
-    optional = (ban_ontology_path(), need_ontology_path(), slot_ontology_path())
+    optional = (ontology_path("bans"), ontology_path("needs"), ontology_path("slots"))
     terms = terms_of(read_tbox(*core_ontology_paths(), *optional, *MappingMission.vocabulary))
     assert len(terms) > 110
     assert [term.name for term in terms if f"{term.name}  ({term.kind})" not in text or term.meaning not in text] == []

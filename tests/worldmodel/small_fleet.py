@@ -13,9 +13,9 @@ from worldmodel import (
     Value,
     ValueKind,
     WorldModel,
-    ban_ontology_path,
     core_ontology_paths,
     merge,
+    ontology_path,
     read_tbox,
 )
 from worldmodel.checks import CheckResult, check_fit, check_form
@@ -23,7 +23,7 @@ from worldmodel.fields import Grid
 
 AREAS = Path(__file__).parent / "areas.ttl"
 WRECKS = AREAS.with_name("wrecks.ttl")
-TBOX = read_tbox(*core_ontology_paths(), ban_ontology_path(), AREAS, WRECKS)
+TBOX = read_tbox(*core_ontology_paths(), ontology_path("bans"), AREAS, WRECKS)
 N_ORIGINS = 3
 PER_ORIGIN = 2
 CLOCK = Grid(0.0, 0.1)

@@ -35,13 +35,11 @@ from typer.testing import CliRunner
 from remoras.cli import app
 from worldmodel import (
     TYPE_UID,
-    ban_ontology_path,
     core_ontology_paths,
     formation_ontology_path,
     merge,
-    need_ontology_path,
+    ontology_path,
     read_tbox,
-    slot_ontology_path,
 )
 from worldmodel.annotations import RM
 from worldmodel.owl import ONTOLOGY_FOLDER, graph_of
@@ -62,9 +60,9 @@ pytestmark = [
 MAPPING = Path(__file__).parents[2] / "missions" / "mapping"
 OPTIONAL = (
     formation_ontology_path(),
-    ban_ontology_path(),
-    need_ontology_path(),
-    slot_ontology_path(),
+    ontology_path("bans"),
+    ontology_path("needs"),
+    ontology_path("slots"),
     MAPPING / "vocabulary.ttl",
     MAPPING / "finds.ttl",
 )

@@ -173,8 +173,8 @@ def test_a_model_with_rules_prunes_by_age_when_it_tidies_up() -> None:
     ("rule", "reason"),
     [
         (PruneRule(99, CELL, 0.0), "class 99 is unknown"),
-        (PruneRule(AREA, TYPE_UID, 0.0), "attribute 0; .*types and bans are never pruned"),
-        (PruneRule(AREA, TBOX.attribute_named("bannedFrom").uid, 0.0), "types and bans are never pruned"),
+        (PruneRule(AREA, TYPE_UID, 0.0), "attribute 0; .*values of type, bannedFrom are never pruned"),
+        (PruneRule(AREA, TBOX.attribute_named("bannedFrom").uid, 0.0), "values of type, bannedFrom are never pruned"),
         (PruneRule(AREA, 999, 0.0), "attribute 999"),
         (PruneRule(AREA, CELL, -1.0), "older_than_s is -1"),
     ],

@@ -28,8 +28,8 @@ from worldmodel import (
     OntologyError,
     UnknownNameError,
     ValueKind,
-    ban_ontology_path,
     core_ontology_paths,
+    ontology_path,
     read_tbox,
 )
 from worldmodel.owl import graph_of
@@ -119,7 +119,7 @@ def test_a_users_file_extends_the_core() -> None:
 
 
 def test_hash_does_not_depend_on_the_order_of_files_or_triples(tmp_path: Path) -> None:
-    paths = [*core_ontology_paths(), ban_ontology_path(), AREAS, WRECKS]
+    paths = [*core_ontology_paths(), ontology_path("bans"), AREAS, WRECKS]
     assert read_tbox(*reversed(paths)) == TBOX
     assert read_tbox(*reversed(paths)).hash == TBOX.hash
     turned = tmp_path / "turned.ttl"
@@ -132,8 +132,8 @@ def test_hash_depends_on_what_is_compiled(tmp_path: Path) -> None:
     finer.write_text(WRECKS.read_text().replace("rm:resolution 0.1", "rm:resolution 0.2"))
     labelled = tmp_path / "labelled.ttl"
     labelled.write_text(WRECKS.read_text() + 'ex:Wreck rdfs:label "wreck"@en .\n')
-    assert read_tbox(*core_ontology_paths(), ban_ontology_path(), AREAS, finer).hash != TBOX.hash
-    assert read_tbox(*core_ontology_paths(), ban_ontology_path(), AREAS, labelled).hash == TBOX.hash
+    assert read_tbox(*core_ontology_paths(), ontology_path("bans"), AREAS, finer).hash != TBOX.hash
+    assert read_tbox(*core_ontology_paths(), ontology_path("bans"), AREAS, labelled).hash == TBOX.hash
 
 
 def test_a_tbox_is_a_value_and_pickling_keeps_its_tables_and_files() -> None:

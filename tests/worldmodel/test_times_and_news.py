@@ -92,8 +92,8 @@ def test_asking_takes_as_many_steps_with_a_ban(monkeypatch: pytest.MonkeyPatch) 
     assert len(model.index.slots[ECHO, LOCATION]) == 1
     assert len(model.index.apart[ECHO, LOCATION]) == 1000
     asked: list[int] = []
-    hides = type(model.index.bans).hides
-    monkeypatch.setattr(type(model.index.bans), "hides", lambda *a: asked.append(1) or hides(*a))
+    hides = type(model.index.trust).hides
+    monkeypatch.setattr(type(model.index.trust), "hides", lambda *a: asked.append(1) or hides(*a))
     latest = model.latest(ECHO, LOCATION)
     assert latest is not None
     assert latest.value == (9.0, 9.0)
