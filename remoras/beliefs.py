@@ -79,6 +79,7 @@ class Beliefs:
         self.rounded: Callable[[Sequence[Stated]], Sequence[Stated]] | None = None
         self._tbox: TBox = model.tbox
         self._uids: dict[str, int] = {}
+        self._names = [one.name for one in model.common_instances]
         self._slots: dict[Key, tuple[int, Attribute]] = {}
         self._collected: dict[tuple[int, int], _Collected] = {}  # by subject and attribute, where asked for
         self._by_key: dict[Key, _Collected] = {}  # the same
@@ -220,6 +221,8 @@ class Beliefs:
 
     def name(self, uid: int) -> str:
         """Name of an instance; those created in the mission are named by class and uid."""
+        if 0 <= uid < len(self._names):
+            return self._names[uid]
         instance = self.model.instance(uid)
         return instance.name if instance is not None else f"instance {uid}"
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from exchange.manager import ExchangeManager
 from exchange.packets import Met, Reception, Transmission
@@ -15,8 +15,8 @@ EVENTS = {Met.BACK: "heard again", Met.NEW_LIFE: "begins anew"}
 SLOT_CONFLICT = "slot conflict"
 
 
-class Contacts:
-    """Rows of one vehicle about its peers.
+class Links(Mapping[str, PeerLinks]):
+    """What the links from and to each peer lose, by its name, as it is known when it is asked.
 
     Args:
         names: of all vehicles, in the order of the nodes.
@@ -25,15 +25,35 @@ class Contacts:
     """
 
     def __init__(self, names: Sequence[str], me: int, manager: ExchangeManager) -> None:
-        self._names = names
-        self._me = me
+        self._nodes = {name: node for node, name in enumerate(names) if node != me}
         self._manager = manager
 
-    @property
-    def links(self) -> dict[str, PeerLinks]:
-        """What the links from and to each peer lose, by its name."""
-        peers = (node for node in range(len(self._names)) if node != self._me)
-        return {self._names[node]: self._manager.links(node) for node in peers}
+    def __getitem__(self, name: str) -> PeerLinks:
+        return self._manager.links(self._nodes[name])
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._nodes)
+
+    def __len__(self) -> int:
+        return len(self._nodes)
+
+
+class Contacts:
+    """Rows of one vehicle about its peers.
+
+    Args:
+        names: of all vehicles, in the order of the nodes.
+        me: own node.
+        manager: of the vehicle.
+
+    Attributes:
+        links: what the links from and to each peer lose, by its name.
+    """
+
+    def __init__(self, names: Sequence[str], me: int, manager: ExchangeManager) -> None:
+        self._names = names
+        self._me = me
+        self.links = Links(names, me, manager)
 
     def sent(self, sent: Transmission, now_s: float, recorder: Recorder) -> None:
         """Write who is parked from now on, and now and then how the links are."""

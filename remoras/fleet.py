@@ -139,8 +139,10 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         dt_s = self.tick_s if now_s > 0.0 else 0.0
         neighbours = self.separation.look()
         for vehicle in self.vehicles:
-            vehicle.step(self.shown_s(vehicle), dt_s, neighbours.get(vehicle.data.node, ()))
-            self._has_acted(vehicle)
+            shown_s = self.shown_s(vehicle) if self.clocks else now_s
+            vehicle.step(shown_s, dt_s, neighbours.get(vehicle.data.node, ()) if neighbours else ())
+            for tell in self.acted:
+                tell(vehicle)
         self._record(now_s)
         self.recorder.faults.extend(self.separation.conflicts(now_s))
         self._observe(now_s)

@@ -118,6 +118,7 @@ class Radio:
         self._beliefs = beliefs
         self._me = names[beliefs.model.owner]
         self._peers = peers
+        peers.links = self._contacts.links
         self._recorder = recorder
         self._position = beliefs.model.tbox.attribute_named("position").uid
         self._jumps = Jumps(self._position, top_speeds_mps)
@@ -208,9 +209,9 @@ class Radio:
             self.manager.offer_signals(offered)
         sent = self.manager.packet_to_send(now_s, above)
         self._bits.add(sent)
-        note_slot(self._recorder, self._me, queue, sent.slot, now_s)
+        if queue.unsaid or queue.expired:
+            note_slot(self._recorder, self._me, queue, sent.slot, now_s)
         self._contacts.sent(sent, now_s, self._recorder)
-        self._peers.links = self._contacts.links
         return sent
 
     def least_priority(self, now_s: float) -> float:
@@ -241,7 +242,8 @@ class Radio:
             for peer, uid in reception.beliefs:
                 self._unheard.pop((self._names[peer], uid), None)
             self._note_unheard()
-        note_acknowledged(self._recorder, self._names, self._beliefs.model, reception.settled, now_s)
+        if reception.settled:
+            note_acknowledged(self._recorder, self._names, self._beliefs.model, reception.settled, now_s)
         emitter = self._names[reception.sender]
         self._peers.heard_s[emitter] = now_s
         changes = self._merged(self._likely(reception.blocks, now_s), now_s)

@@ -145,7 +145,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
     def think(self, now_s: float, dt_s: float) -> None:
         """Perceive, decide, and do at once what the decision asks of the social layer."""
         functional, executive = self.functional, self.executive
-        self.social.note_planning_due()
+        functional.picture.groups.planning_due = bool(self.social.planner.due)
         perceptions: Sequence[Perception] = functional.perceive(executive.decision.chosen)
         if perceptions is not self._uneventful:
             perceptions = self._note_events(perceptions, now_s)
@@ -164,7 +164,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         if functional.must_go_home and not self.has_resigned:
             self.has_resigned = True
             self.conclude(self.social.standing.resign(), now_s)
-        if decision.has(ActivityType.PLANNING) and self.social.planner.is_due:
+        if self.social.planner.due and decision.has(ActivityType.PLANNING):
             _plan(self, now_s)
         _conclude(self, now_s)
 
@@ -284,7 +284,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
             if organisation.is_member(self.name, group) and organisation.is_member(emitter, group):
                 for one in addressed:
                     self.executive.hear((group, one), emitter, role, value, now_s, reception.slot)
-        if self.social.planner.is_due:
+        if self.social.planner.due:
             self.think(now_s, 0.0)
         return reception
 

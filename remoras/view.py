@@ -17,19 +17,18 @@ if TYPE_CHECKING:
 
 
 class ReadOnlyVehicle:
-    """A vehicle as a truth sees it: a ``remoras.mission.VehicleView``."""
+    """A vehicle as a truth sees it: a ``remoras.mission.VehicleView``.
+
+    Attributes:
+        name: of the vehicle.
+    """
 
     def __init__(self, vehicle: Vehicle) -> None:
         self._vehicle = vehicle
-        self._name: str = vehicle.name
+        self.name: str = vehicle.name
         self._social = vehicle.social
         self._decision: Decision | None = None
         self._performed: tuple[str, ...] = ()
-
-    @property
-    def name(self) -> str:
-        """Name of the vehicle."""
-        return self._name
 
     @property
     def position_m(self) -> Point:
@@ -77,7 +76,8 @@ class ReadOnlyVehicle:
     @property
     def sensing(self) -> tuple[str, ...]:
         """Names of its sensors that were on, and worked, in the last motion tick."""
-        return self._vehicle.functional.sensing if self._vehicle.is_alive else ()
+        sensing = self._vehicle.functional.sensing
+        return sensing if sensing and self._vehicle.is_alive else ()
 
     @property
     def organisation(self) -> Organisation:

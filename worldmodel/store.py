@@ -219,7 +219,7 @@ class Store(Answers):
             entries = [block]
         for fact, entry in zip(facts, entries, strict=True):
             self.index.enter(fact, entry)
-            if self.subscriptions.watching:
+            if fact.attribute in self.subscriptions.watching:
                 self.subscriptions.note(observation_of(entry))
         if self.index.turned:
             return Change(block, self._turned())

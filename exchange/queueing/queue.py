@@ -245,6 +245,7 @@ class Queue:
     Attributes:
         open: item set of those that wait, outside of the queue too.
         unsaid: how many candidates were not said in the last own slot, by the reason.
+        expired: what has come to be said no more since this was taken last.
     """
 
     def __init__(self, rule: ValueRule = ADDITIVE, limit: int | None = None) -> None:
@@ -255,7 +256,7 @@ class Queue:
         self._status: dict[tuple[int, int], Candidate] = {}  # by subject and attribute
         self._n_status = 0
         self._n_slots = 0
-        self._expired: list[Expiry] = []
+        self.expired: list[Expiry] = []
         self.open = 0
         self.unsaid: Counter[Unsaid] = Counter()
 
@@ -395,7 +396,7 @@ class Queue:
 
     def take_expired(self) -> tuple[Expiry, ...]:
         """What has come to be said no more since this was asked last."""
-        expired, self._expired = tuple(self._expired), []
+        expired, self.expired = tuple(self.expired), []
         return expired
 
     def why_unsaid(self, uid: ItemUid, now_s: float, above: float = 0) -> Unsaid | None:
@@ -508,4 +509,4 @@ class Queue:
 
     def _tell(self, candidate: Candidate, reason: Expired, now_s: float, comes_back: bool = False) -> None:
         latency_s = now_s - candidate.fragment.time_s
-        self._expired.append(Expiry(candidate.uid, reason, latency_s, comes_back))
+        self.expired.append(Expiry(candidate.uid, reason, latency_s, comes_back))

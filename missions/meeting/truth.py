@@ -226,7 +226,7 @@ class MeetingTruth:
 
     def _is_overdue(self, survivors: Sequence[VehicleView], group: Group, now_s: float) -> bool:
         """True if a head has waited at the rally point to the deadline and takes the group for gathered."""
-        for vehicle in survivors:
+        for vehicle in survivors if self._there_s else ():
             there_s = self._there_s.get((vehicle.name, group.name), math.inf)
             if now_s - there_s >= self._deadline_s and vehicle.leads(group.name) and vehicle.has_met(group.name):
                 return True

@@ -329,10 +329,6 @@ class SocialLayer:
             stated.append((facts, said.told and not (is_order and self.standing.is_cut_off)))
         return stated
 
-    def note_planning_due(self) -> None:
-        """Begin a decision: behaviours see whether there is something to plan."""
-        self._picture.groups.planning_due = self.planner.is_due
-
     def plan_missions(self) -> Deliberation:
         """Plan the missions that are due, and let the strategy allocate what the plans ask for."""
         work = self._work(dict(self._picture.peers.positions_m))

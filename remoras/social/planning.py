@@ -61,6 +61,7 @@ class MissionPlanner:
         at_sea: groups that are formed at sea, by name.
 
     Attributes:
+        due: groups whose missions are to be planned.
         executions: the plans of the groups, as far as they are carried out.
         allocated: groups whose roles the strategy has allocated since their missions were last planned anew.
         lost: who has left a role or fallen silent in it, as often as that happened, by ``Group.Role``.
@@ -81,7 +82,7 @@ class MissionPlanner:
         self.allocated = set(planned)
         self.lost: dict[str, tuple[str, ...]] = {}
         self._impossible: dict[str, NoPlan] = {}
-        self._due: set[str] = set()
+        self.due: set[str] = set()
         self._anew: set[str] = set()  # of those due, whose whole mission is planned
         self._vacant: dict[str, set[tuple[str, str]]] = {}  # (group, role) that all have left, where somebody has left
         self.orders = Orders(me, beliefs, strategy, at_sea)
@@ -98,11 +99,6 @@ class MissionPlanner:
                 pass
 
     # What is due ---------------------------------------------------------------------------------
-
-    @property
-    def is_due(self) -> bool:
-        """True while there is a mission to be planned."""
-        return bool(self._due)
 
     @property
     def rests_on(self) -> Iterator[Any]:
@@ -141,10 +137,10 @@ class MissionPlanner:
     def _settle(self, group: str, execution: Execution, facts: FactsLike) -> None:
         """End the steps whose effects hold; if others have waited for that, the mission is due."""
         if execution.settle(facts) and execution.is_waiting:
-            self._due.add(group)
+            self.due.add(group)
 
     def _plan_anew(self, group: str) -> None:
-        self._due.add(group)
+        self.due.add(group)
         self._anew.add(group)
 
     def lead(self, groups: Collection[str], taken_over: Collection[str]) -> None:
@@ -154,7 +150,7 @@ class MissionPlanner:
             groups: that it leads now.
             taken_over: those of them that it did not lead before.
         """
-        self._due.intersection_update(groups)
+        self.due.intersection_update(groups)
         self._taken_over = self._taken_over.intersection(groups).union(taken_over)
         for group in taken_over:
             self._plan_anew(group)
@@ -179,7 +175,7 @@ class MissionPlanner:
                 vacant = self._vacant.setdefault(one.group, set())
                 if not present.members(one.group, one.role):
                     vacant.add((one.group, one.role))
-                self._due.add(one.group)
+                self.due.add(one.group)
 
     def forget(self, group: str) -> None:
         """A group was formed or dissolved at sea: its plan is over, and what was said of it before."""
@@ -188,7 +184,7 @@ class MissionPlanner:
         self._impossible.pop(group, None)
         self._vacant.pop(group, None)
         self.allocated.discard(group)
-        self._due.discard(group)
+        self.due.discard(group)
         self._anew.discard(group)
         self.lost = {path: who for path, who in self.lost.items() if path.split(".")[0] != group}
         self.orders.forget(group)
@@ -231,7 +227,7 @@ class MissionPlanner:
         }
         facts: list[Fact] = []
         impossible: list[NoPlan] = []
-        for group in sorted(self._due):
+        for group in sorted(self.due):
             tasks, vacant = [Task(one, (group,)) for one in missions.get(group, ())], self._vacant.pop(group, None)
             if not tasks:
                 continue
@@ -246,7 +242,7 @@ class MissionPlanner:
             if group in self._impossible:
                 impossible.append(self._impossible[group])
             self._taken_over.discard(group)
-        self._due.clear()
+        self.due.clear()
         self._anew.clear()
         return Deliberation(facts, impossible)
 

@@ -133,17 +133,17 @@ def test_what_was_heard_twice_counts_once(fleet: Fleet) -> None:
 def test_who_is_no_member_may_still_give_a_group_its_mission(fleet: Fleet) -> None:
     """REMORAS IV.B: an AUV can plan a mission for a group of which it is not a member."""
     heard = named(fleet, "AUV00")
-    assert not heard.social.planner.is_due
+    assert not heard.social.planner.due
     hear(heard, say(named(fleet, "ASV00"), ("Operational", "hasMission", "AreaMapping")))
     assert heard.social.missions == {"Coordination": ("Supervision",), "Operational": ("AreaMapping",)}
-    assert heard.social.planner.is_due
+    assert heard.social.planner.due
 
 
 def test_a_mission_is_planned_by_who_leads_the_group(fleet: Fleet) -> None:
     heard = named(fleet, "AUV01")
     hear(heard, say(named(fleet, "ASV00"), ("Operational", "hasMission", "AreaMapping")))
     assert heard.social.missions["Operational"] == ("AreaMapping",)
-    assert not heard.social.planner.is_due
+    assert not heard.social.planner.due
 
 
 def test_more_holders_than_a_role_allows_are_refused(fleet: Fleet) -> None:
@@ -352,7 +352,7 @@ def test_the_mission_becomes_roles_and_objectives(fleet: Fleet) -> None:
         ("Operational.Midfield", "middle"),
         ("Operational.RightWinger", "right"),
     }
-    assert not social.planner.is_due
+    assert not social.planner.due
     assert social.planner.has_planned("Operational")
     assert all(social.organisation.is_member(one.vehicle, one.group) for one in social.planner.orders.issued)
 
@@ -363,7 +363,7 @@ def test_what_was_planned_is_not_said_again(fleet: Fleet) -> None:
     say(coordinator, *said)
     social.consult()
     say(coordinator, ("middle", "areaDone", "AUV00"), now_s=500.0)
-    assert social.planner.is_due  # the plan rests on it
+    assert social.planner.due  # the plan rests on it
     deliberation = social.plan_missions()
     assert deliberation.facts == []
 
@@ -373,7 +373,7 @@ def test_planning_is_due_again_when_a_fact_changes_that_the_plan_rests_on(fleet:
     coordinator = named(fleet, "AUV00")
     for fact, due in [(("AUV01", "playsRole", "Operational.Performer"), False), (("left", "areaDone", "AUV01"), True)]:
         say(coordinator, fact, now_s=100.0)
-        assert social.planner.is_due is due
+        assert bool(social.planner.due) is due
 
 
 def test_activities_are_chosen_anew_when_a_fact_changes_that_they_rest_on(fleet: Fleet) -> None:
@@ -430,7 +430,7 @@ def test_planning_again_before_the_round_ends_says_nothing_twice(fleet: Fleet) -
     say(head, ("Operational", "hasMission", "AreaMapping"))
     assert len(head.social.plan_missions().facts) == 16
     say(head, ("left", "areaDone", "AUV01"))  # the plan rests on it
-    assert head.social.planner.is_due
+    assert head.social.planner.due
     again = head.social.plan_missions().facts
     assert again == []
 
