@@ -38,6 +38,9 @@ EVENTS: dict[str, tuple[Callable[..., Any], int]] = {
     "packet_to_send": (ExchangeManager.packet_to_send, 10), "offer": (ExchangeManager.offer, 6),
 }  # fmt: skip
 """The function of each event, and the most files that it should enter (median)."""
+_KINDS = "lost|mute|deaf|slow|sensor|joins|biased|restarts|drains"
+_BESIDE = rf"[\"']{{0}}[\"'](, *|: [^,]*, )[\"']({_KINDS})[\"']|[\"']({_KINDS})[\"'](, *|: [^,]*,\s+)[\"']{{0}}[\"']"
+"""Two kinds of faults one behind the other: their names have other meanings, too."""
 FEATURES = {
     "operator bans": r"bans\b|\bBan\b|ban_", "emission control": r"[Cc]overt", "clocks": r"OwnClock|[Tt]imekeep",
     "slot lists": r"NewSlots|SlotList|slot_list", "obligations": r"[Oo]bligation",
@@ -46,7 +49,15 @@ FEATURES = {
     "navigation error": r'\bNavigation\b|Navigation[TC]|Adrift|FixingPosition|of(_feature)?\("navigation"',
     "terms of needs": r"blackout_s|newest_first|time_to_live", "beacons": r"[Bb]eacon", "parking": r"parking|parked",
     "bound strategy": r"is_bound|Bound\(|remoras\.bound|RadioAtOnce",
-    "restarts": r"FaultKind\.RESTARTS|keeps_memory", "drains": r"DRAINS|drain_w",
+    **{
+        f"kind of fault {kind}": rf"FaultKind\.{kind.upper()}|`{kind}`|[kK]ind = .{kind}\b|[\"']{kind}[\"']" + more
+        for kind, more in {
+            "mute": "", "deaf": "", "slow": "|SLOW_FACTOR", "joins": "|NOT_OF_JOINS", "drains": "|drain_w",
+            "biased": r"|[Bb]iases|Bias\(|biased\(", "restarts": "|keeps_memory|MOST_RESTARTS|MEMORY_KEPT",
+        }.items()
+    },
+    "kind of fault lost": r"FaultKind\.LOST|``lost``|[kK]ind = .lost\b., |.lost.: \w*Kind|" + _BESIDE.format("lost"),
+    "kind of fault sensor": r"FaultKind\.SENSOR|``sensor``|[kK]ind = .sensor\b.|" + _BESIDE.format("sensor"),
 }  # fmt: skip
 """Words by which a file shows that it knows of a feature."""
 MOST_FILES, MOST_SHARED_NAMES = 3, 60

@@ -17,9 +17,9 @@ from enum import StrEnum
 from functools import cache
 from typing import Any, Literal
 
-FOLDER = "missions.faults"
-SEAM = "missions.scenarios.faults"
-REFERENCE = re.compile(r"[\w.]+:\w+")
+KINDS_FOLDER = "missions.faults"
+SEAM_OF_KINDS = "missions.scenarios.faults"
+NAMED_KIND = re.compile(r"[\w.]+:\w+")
 EMPTY = "energy"
 """Kind of the row in the table of faults of a vehicle whose battery is empty: it befalls by itself."""
 
@@ -63,7 +63,7 @@ class Drawing:
         by_chance: False if it is drawn only where ``--faults`` asks for it, since it needs a value of the mission.
     """
 
-    place: int
+    place: int = 1000
     family: Literal["vehicles", "sensors"] = "vehicles"
     strengths: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
     may_stay: bool = False
@@ -74,8 +74,8 @@ class Drawing:
 @cache
 def kinds() -> dict[str, Any]:
     """The kinds that are there, by name, in the order of their numbers."""
-    names = sorted(one.name for one in pkgutil.iter_modules(importlib.import_module(FOLDER).__path__))
-    found = {name: importlib.import_module(f"{FOLDER}.{name}").KIND for name in names}
+    names = sorted(one.name for one in pkgutil.iter_modules(importlib.import_module(KINDS_FOLDER).__path__))
+    found = {name: importlib.import_module(f"{KINDS_FOLDER}.{name}").KIND for name in names}
     return dict(sorted(found.items(), key=lambda one: one[1].number_of(one[0])))
 
 
@@ -85,9 +85,9 @@ def kind_of_row(kind: str) -> Any:
     Raises:
         PluginError: a kind from outside that cannot be had here.
     """
-    if kind in kinds() or not REFERENCE.fullmatch(kind):
+    if kind in kinds() or not NAMED_KIND.fullmatch(kind):
         return kinds().get(kind)
-    return importlib.import_module(SEAM).kind_named(kind)
+    return importlib.import_module(SEAM_OF_KINDS).kind_named(kind)
 
 
 def absence(kind: str) -> Absence | None:

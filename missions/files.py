@@ -43,6 +43,11 @@ def shipped() -> dict[str, Path]:
     return {f"{path.parent.name}-{path.stem}": path for path in sorted(MISSIONS.glob("*/*.toml"))}
 
 
+def shipped_abouts() -> dict[str, dict[str, Any]]:
+    """The table ``[scenario]`` of each scenario that comes with the package, by name, as its file has it."""
+    return {name: tables_of(text_of(path), str(path))[SCENARIO] for name, path in shipped().items()}
+
+
 def shipped_studies() -> dict[str, Path]:
     """Study files that come with the package, by name."""
     return {path.stem: path for path in sorted(MISSIONS.glob("*/studies/*.toml"))}

@@ -6,7 +6,8 @@
 
 ``load`` and ``run`` take a scenario; ``open`` reads what was written; ``sweep`` makes the runs of a study, ``compare``
 sets them side by side; ``exchange_study`` compares acknowledgement policies without a mission. The other names are the
-seams: what one needs to add a mission, a strategy, a sensor, a metric or a figure. All is loaded when it is first used.
+seams: what one needs to add a mission, a strategy, a sensor, a kind of fault, a metric or a figure. All is loaded when
+it is first used.
 """
 
 from importlib import import_module
@@ -16,6 +17,7 @@ from remoras.version import __version__ as __version__
 
 if TYPE_CHECKING:
     from exchange.policies import AckPolicy
+    from missions.fault import Absence, Danger, Drawing
     from missions.figure import Figure, Layer, Mark, Place
     from missions.meeting import JobMission, JobScenario, JobSettings, JobTruth, Meeting, MeetingTruth
     from missions.metric import Better, Metric
@@ -34,6 +36,7 @@ if TYPE_CHECKING:
         attracted,
         distance_m,
     )
+    from remoras.condition import Condition
     from remoras.database import VehicleData
     from remoras.errors import RemorasError
     from remoras.face import Run, compare, exchange_study, load, open, run, sweep
@@ -61,6 +64,7 @@ _HOMES = {
         "Meeting",
         "MeetingTruth",
     ),
+    "missions.fault": ("Absence", "Danger", "Drawing"),
     "missions.metric": ("Better", "Metric"),
     "missions.figure": ("Figure", "Layer", "Mark", "Place"),
     "exchange.policies": ("AckPolicy",),
@@ -77,6 +81,7 @@ _HOMES = {
         "attracted",
         "distance_m",
     ),
+    "remoras.condition": ("Condition",),
     "remoras.database": ("VehicleData",),
     "remoras.errors": ("RemorasError",),
     "remoras.mission": ("Finding", "FleetView", "Milestone", "Mission", "Truth", "VehicleView"),
@@ -92,14 +97,14 @@ _HOMES = {
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
-    "ADVANCING", "DONE", "DUE", "IDLE", "SELF", "TIME", "VEHICLE", "AckPolicy", "Activity", "ActivityKind",
-    "ActivitySet", "ActivityType", "Approach", "Behaviour", "Better", "Column", "Declaration", "DeclaredFault",
-    "DivisibleJob", "Figure", "Finding", "FleetView", "Group", "Job", "JobMission", "JobScenario", "JobSettings",
-    "JobTruth", "Known", "Layer", "Mark", "Meeting", "MeetingTruth", "Metric", "Milestone", "Mission", "Motion", "Move",
-    "Negotiator", "Objective", "Observation", "Outlook", "Perception", "Picture", "Place", "Pose", "Recorder",
-    "Reference", "RemorasError", "Run", "Scenario", "Sensor", "SensorSettings", "Situation", "Statement", "Strategy",
-    "Sweep", "Table", "Truth", "VehicleData", "VehicleView", "Work", "attracted", "compare", "distance_m",
-    "exchange_study", "load", "open", "run", "sweep",
+    "ADVANCING", "DONE", "DUE", "IDLE", "SELF", "TIME", "VEHICLE", "Absence", "AckPolicy", "Activity", "ActivityKind",
+    "ActivitySet", "ActivityType", "Approach", "Behaviour", "Better", "Column", "Condition", "Danger", "Declaration",
+    "DeclaredFault", "DivisibleJob", "Drawing", "Figure", "Finding", "FleetView", "Group", "Job", "JobMission",
+    "JobScenario", "JobSettings", "JobTruth", "Known", "Layer", "Mark", "Meeting", "MeetingTruth", "Metric",
+    "Milestone", "Mission", "Motion", "Move", "Negotiator", "Objective", "Observation", "Outlook", "Perception",
+    "Picture", "Place", "Pose", "Recorder", "Reference", "RemorasError", "Run", "Scenario", "Sensor", "SensorSettings",
+    "Situation", "Statement", "Strategy", "Sweep", "Table", "Truth", "VehicleData", "VehicleView", "Work", "attracted",
+    "compare", "distance_m", "exchange_study", "load", "open", "run", "sweep",
 ]  # fmt: skip
 
 

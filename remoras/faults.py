@@ -113,8 +113,8 @@ def condition_under(faults: Iterable[Fault]) -> Condition:
     Args:
         faults: of one vehicle.
 
-    >>> slow = Fault("slow", "AUV00", 10.0, leaves=Condition(speed_factor=0.5))
-    >>> condition_under([slow, slow, Fault("mute", "AUV00", 0.0, leaves=Condition(is_mute=True))]).speed_factor
+    >>> one, other = Condition(speed_factor=0.5), Condition(is_mute=True)
+    >>> condition_under(Fault("mine", "AUV00", 0.0, leaves=left) for left in (one, one, other)).speed_factor
     0.25
     """
     holding = tuple(faults)

@@ -2,9 +2,9 @@
 
     python -m remoras.testing strategy nearest:NEAREST
 
-tries a strategy, a policy, a channel model or, by its scenario, a mission; ``conforms`` does the same in a test. What a
-behaviour, a sensor, a driver, a rule of values, a metric or a figure has to keep to is checked by ``check_behaviour``
-and so on.
+tries a strategy, a policy, a channel model, a kind of fault or, by its scenario, a mission; ``conforms`` does the same
+in a test. What a behaviour, a sensor, a driver, a rule of values, a metric or a figure has to keep to is checked by
+``check_behaviour`` and so on.
 
 >>> from remoras.testing import campaign, plan_of
 >>> plan = plan_of("mapping-rendezvous", "cbba", kinds=["links"])  # doctest: +SKIP
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from stress.conformance.behaviours import check as check_behaviour
     from stress.conformance.command import conforms
     from stress.conformance.drivers import check as check_driver
+    from stress.conformance.faults import check as check_fault
     from stress.conformance.missions import check as check_mission
     from stress.conformance.sensors import check as check_sensor
     from stress.conformance.values import check as check_value
@@ -63,6 +64,7 @@ __all__ = [
     "chances",
     "check_behaviour",
     "check_driver",
+    "check_fault",
     "check_figure",
     "check_metric",
     "check_mission",
@@ -87,6 +89,7 @@ LATE = {
     "conforms": ("stress.conformance.command", "conforms"),
     "check_behaviour": ("stress.conformance.behaviours", "check"),
     "check_driver": ("stress.conformance.drivers", "check"),
+    "check_fault": ("stress.conformance.faults", "check"),
     "check_mission": ("stress.conformance.missions", "check"),
     "check_sensor": ("stress.conformance.sensors", "check"),
     "check_value": ("stress.conformance.values", "check"),

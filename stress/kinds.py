@@ -113,7 +113,7 @@ UNDECLARED = (
 
 def _declared(name: str, declared: type[DeclaredFault]) -> Kind:
     """A kind that a scenario may declare."""
-    drawing = declared.DRAWING or Drawing(0, by_chance=False)
+    drawing = declared.DRAWING or Drawing(by_chance=False)
     return Kind(
         drawing.place,
         name,

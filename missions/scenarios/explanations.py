@@ -9,9 +9,8 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel
 
 from missions.fault import kinds
-from missions.files import shipped, toml_value
+from missions.files import shipped_abouts, toml_value
 from missions.scenarios.faults import KEY, DeclaredFault, users_of_keys
-from missions.scenarios.loading import load
 from missions.scenarios.parts import mission_class
 from missions.scenarios.scenario import Scenario
 
@@ -110,7 +109,7 @@ def schema_of(root: type[BaseModel], title: str) -> dict[str, Any]:
 def explanations() -> dict[str, tuple[str, str]]:
     """(type and range, meaning) of every key of a scenario; entries of lists without their name."""
     found = explanations_of(Scenario)
-    for mission in {mission_class(load(name).scenario.mission): None for name in shipped()}:
+    for mission in {mission_class(about["mission"]): None for about in shipped_abouts().values()}:
         found |= explanations_of(mission.Scenario)
         for kind in mission.sensors.values():
             found |= explanations_of(kind, "vehicle.sensor.")

@@ -216,7 +216,7 @@ class DeclaredFault(Section):
             yield "lacks TEXT, a line that says what befalls"
         if cls.leaves is DeclaredFault.leaves and cls.begin is DeclaredFault.begin:
             yield "does nothing; define leaves(data), or begin(vehicle) and end(vehicle, host)"
-        elif (cls.begin is DeclaredFault.begin) < (cls.end is DeclaredFault.end) and cls.ABSENCE is None:
+        elif (cls.begin is DeclaredFault.begin) < (cls.end is DeclaredFault.end):
             yield "lacks end(vehicle, host), which takes away what begin has added"
         yield from faults_of(cls, DeclaredFault, COMPULSORY)
         if cls.NUMBER is not None:

@@ -24,7 +24,7 @@ from missions.scenarios.copies import with_copies
 from missions.scenarios.deployment import with_trace_found
 from missions.scenarios.equipment import gear_of
 from missions.scenarios.guard import guard_faults
-from missions.scenarios.named import METRICS, with_metrics_found
+from missions.scenarios.named import METRICS, with_kinds_found, with_metrics_found
 from missions.scenarios.ontologies import KEY as ONTOLOGIES
 from missions.scenarios.ontologies import with_ontologies
 from missions.scenarios.organisation import specified
@@ -75,6 +75,8 @@ def scenario_from(document: Document, overrides: Sequence[tuple[str, str]] = ())
     raw = with_trace_found(raw, Path() if {"channel.file", "channel"} & options.keys() else Path(document.path).parent)
     raw = with_key_found(raw, Path() if "communication.key_file" in options else Path(document.path).parent)
     raw = with_metrics_found(raw, Path() if METRICS in options else Path(document.path).parent)
+    is_set = any(key_parts(option)[0] == "fault" for option in options)
+    raw = with_kinds_found(raw, Path() if is_set else Path(document.path).parent)
     worded, more = with_ontologies(raw, Path() if ONTOLOGIES in options else Path(document.path).parent)
     faults += more
     copies = with_copies(with_starts_apart(worded))

@@ -148,11 +148,28 @@ def with_metrics_found(raw: dict[str, Any], folder: Path) -> dict[str, Any]:
 
 
 def _found(given: Any, folder: Path) -> Any:
-    """The name of a metric by its module; what cannot be had stays, and is reported by ``metric_faults``."""
+    """The name of a plug-in by its module; what cannot be had stays, and is reported where it is looked for."""
     try:
         return importable(given, folder) if isinstance(given, str) else given
     except PluginError:
         return given
+
+
+def with_kinds_found(raw: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """Tables in which kinds of faults of files are named by their modules, as worker processes and results name them.
+
+    Args:
+        raw: tables of a scenario.
+        folder: that the paths of files start from.
+    """
+    tables = list_of(raw, "fault")
+    if not any(isinstance(one, dict) and ":" in str(one.get("kind")) for one in tables):
+        return raw
+    found = [
+        {**one, "kind": _found(one["kind"], folder)} if isinstance(one, dict) and "kind" in one else one
+        for one in tables
+    ]
+    return {**raw, "fault": found}
 
 
 def metric_faults(raw: Raw) -> Iterator[ConfigurationFault]:

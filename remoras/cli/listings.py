@@ -14,8 +14,7 @@ from typing import Any
 from exchange.acoustics.modems import Modem, modems
 from exchange.acoustics.shipped import CHANNELS
 from exchange.policies import POLICIES
-from missions.files import shipped, shipped_studies
-from missions.scenarios import load
+from missions.files import shipped_abouts, shipped_studies
 from remoras.strategies import bounds, parameters, strategies
 
 UNVERIFIED = "(?)"
@@ -23,7 +22,7 @@ UNVERIFIED = "(?)"
 
 
 def _scenarios() -> dict[str, str]:
-    return {name: load(name).scenario.title for name in shipped()}
+    return {name: str(about.get("title", "")) for name, about in shipped_abouts().items()}
 
 
 def _strategies() -> dict[str, str]:

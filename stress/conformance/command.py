@@ -12,7 +12,7 @@ from missions.scenarios.channel import model_named
 from missions.scenarios.parts import mission_class
 from remoras.errors import RemorasError
 
-KINDS = ("strategy", "mission", "policy", "channel")
+KINDS = ("strategy", "mission", "policy", "channel", "fault")
 """What can be tried by its name; of the other kinds a test calls ``check`` with what it takes."""
 
 
@@ -44,6 +44,10 @@ def conforms(kind: str, name: str) -> Iterator[str]:
             from stress.conformance.policies import conforms as of_policy
 
             yield from of_policy(name)
+        case "fault":
+            from stress.conformance.faults import conforms as of_fault
+
+            yield from of_fault(name)
         case _:
             from stress.conformance.channels import conforms as of_channel
 

@@ -7,7 +7,7 @@ An invariant is a class without arguments; each run has an object of its own, wh
 
         name = "nobody-turns-back"
         moment = Moment.TICK
-        not_under = frozenset({"slow"})
+        not_under = frozenset({Danger.PRESENCE})
 
         def broken(self, scene: Scene) -> str | None:
             for vehicle in scene.fleet.vehicles:

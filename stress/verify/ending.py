@@ -8,11 +8,10 @@ from itertools import pairwise
 from typing import Any
 
 from stress.verify.findings import CheckReport
+from stress.verify.kinds import ENERGY, KINDS, OUT_OF_CONTACT, kind_of
 from stress.verify.record import PLACE_STEP_M, TIME_STEP_S, Record, Spell
 from stress.verify.roles import declared_roles
 
-DECLARED = ("lost", "mute", "deaf", "slow", "sensor", "biased", "restarts", "joins", "drains")
-"""Kinds of faults that a scenario declares; rows of other kinds are of what went wrong by itself."""
 CLOSE_S = 2.0 * TIME_STEP_S
 ROUNDED_S = 1e-4 + CLOSE_S
 """Milestones are rounded to 0.1 ms."""
@@ -29,7 +28,8 @@ def check_ending(record: Record, report: CheckReport) -> None:
 def _check_faults(record: Record, report: CheckReport) -> None:
     """What is declared with vehicle and time befell it then; nothing else of these kinds did."""
     declared = record.scenario.get("fault", [])
-    begun = [one for one in record.spells if one.kind in DECLARED]
+    kinds = {*KINDS, *(fault["kind"] for fault in declared)}  # rows of others are of what went wrong by itself
+    begun = [one for one in record.spells if one.kind in kinds]
     left = list(begun)
     for fault in declared:
         report.look("faults")
@@ -63,7 +63,7 @@ def _check_faults(record: Record, report: CheckReport) -> None:
         else:
             drawn.remove(fault)
     for time_s, vehicle, kind, detail in record["faults"].rows("time_s", "vehicle", "kind", "detail"):
-        if detail == "over" and kind in DECLARED:
+        if detail == "over" and kind in kinds:
             report.look("faults")
             if not any((one.vehicle, one.kind, one.until_s) == (vehicle, kind, time_s) for one in begun):
                 report.add("faults", "faults", time_s, vehicle, f"{kind} over", "none: none was to end then")
@@ -76,7 +76,7 @@ def _is_told(fault: dict[str, Any]) -> bool:
 
 
 def _span_s(fault: dict[str, Any]) -> tuple[float, float]:
-    if fault["kind"] == "joins":
+    if kind_of(fault["kind"]).is_late:
         return 0.0, float(fault["at_s"])
     return float(fault["at_s"]), float(fault.get("until_s", math.inf))
 
@@ -87,7 +87,7 @@ def _is_of(spell: Spell, fault: dict[str, Any]) -> bool:
 
 def _check_batteries(record: Record, report: CheckReport) -> None:
     """Who is without energy has used all of it, and there is a row of it."""
-    empty = {one.vehicle for one in record.spells if one.kind == "energy"}
+    empty = {one.vehicle for one in record.spells if one.kind == ENERGY}
     for name, track in record.tracks.items():
         report.look("batteries")
         has_used = bool(track.energy_j[-1] >= float(record.vehicles[name]["energy_j"]) - 0.5)
@@ -172,8 +172,7 @@ def _against_gathering(record: Record, group: str, time_s: float) -> Iterator[st
         n = int((track.time_s <= time_s + CLOSE_S).sum())
         apart_m = ((track.x_m[:n] - place["position_m"][0]) ** 2 + (track.y_m[:n] - place["position_m"][1]) ** 2) ** 0.5
         has_come = bool((apart_m <= radius_m).any())
-        out = ("lost", "mute", "deaf", "restarts", "joins", "energy")
-        if not has_come and name not in missing and not record.during(name, out, [time_s]).any():
+        if not has_come and name not in missing and not record.during(name, OUT_OF_CONTACT, [time_s]).any():
             yield f"none: {name} has not been within {radius_m:g} m of {place['name']}"
 
 

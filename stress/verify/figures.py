@@ -12,9 +12,10 @@ import numpy as np
 from stress.verify.ending import roles_with_jobs
 from stress.verify.findings import CheckReport
 from stress.verify.ground import cells_of
+from stress.verify.kinds import kind_of
 from stress.verify.knowledge import CLOSE_S
 from stress.verify.motion import PLACE_M, least_distances_m, listening_w, sending_j, way_through_water
-from stress.verify.record import AWAY, Record
+from stress.verify.record import Record
 from stress.verify.roles import declared_roles, organisation_figures
 
 LATENCY_S = 2e-3
@@ -172,8 +173,9 @@ def _of_work(record: Record, report: CheckReport) -> dict[str, tuple[Any, float]
     able = [name for name, data in record.vehicles.items() if names & set(data.get("playable_roles", []))]
     idle_s = []
     for name in able:
-        lost = [one.from_s for one in record.spells if (one.vehicle, one.kind) == (name, "lost")]
-        away = [one.until_s for one in record.spells if (one.vehicle, one.kind) == (name, "joins")]
+        own = [one for one in record.spells if one.vehicle == name]
+        lost = [one.from_s for one in own if kind_of(one.kind).is_lost]
+        away = [one.until_s for one in own if kind_of(one.kind).is_late]
         until_s = min([end_s, *lost])
         idle_s.append(max(0.0, until_s - (away[0] if away else 0.0) - _working_s(record, name, work, until_s)))
     within = 1e-3 + CLOSE_S * math.sqrt(len(record["roles"]) + 1.0)
@@ -244,6 +246,3 @@ def _left(
         cells[cell] for cell, (time_s, _) in first.items() if time_s <= stopped["time_s"] and cell in cells
     )
     return max((1.0 - n_done[area] / n_cells[area] for area in held if n_cells[area]), default=0.0)
-
-
-__all__ = ["AWAY", "check_figures"]

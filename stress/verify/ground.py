@@ -13,7 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from stress.verify.findings import CheckReport
-from stress.verify.record import AWAY, PLACE_STEP_M, SPEED_STEP_MPS, Array, Record, Spell, Track
+from stress.verify.kinds import AWAY, dead_sensors, kind_of
+from stress.verify.record import PLACE_STEP_M, SPEED_STEP_MPS, Array, Record, Spell, Track
 
 SENSING = {"Mapping", "Inspecting"}
 """Activities while which the sensors of a vehicle are on."""
@@ -86,7 +87,7 @@ def sensor_was_on(record: Record, name: str, times_s: Array) -> tuple[Array, Arr
     if last_s in surely:
         surely[last_s] &= is_on
     for one in record.spells:
-        if one.vehicle == name and one.kind == "restarts":
+        if one.vehicle == name and kind_of(one.kind).begins_anew:
             perhaps[one.from_s] = surely[one.from_s] = False
     when = np.array(sorted(perhaps))
     certain = np.array([False, *(surely[one] for one in when)])
@@ -100,7 +101,7 @@ def sensor_was_dead(spells: Iterable[Spell], name: str, sensor: str, times_s: Ar
     """Whether a fault had killed a sensor at each of some times."""
     found = np.zeros(len(times_s), dtype=bool)
     for one in spells:
-        if one.vehicle == name and one.kind == "sensor" and sensor in one.detail.rpartition(", ")[0].split(", "):
+        if one.vehicle == name and sensor in dead_sensors(one.kind, one.detail):
             found |= (times_s >= one.from_s) & (times_s < one.until_s)
     return found
 

@@ -11,6 +11,7 @@ from collections import defaultdict
 from collections.abc import Iterator
 
 from stress.verify.findings import CheckReport
+from stress.verify.kinds import forgets, kind_of
 from stress.verify.record import TIME_STEP_S, Record
 
 CLOSE_S = 2.0 * TIME_STEP_S
@@ -120,9 +121,9 @@ def _let_go(record: Record, vehicle: str, uid: str, held: dict[tuple[str, str], 
     """True if a vehicle has lost its memory since it held an item, or has given up blocks for what they rest on."""
     for spell in record.spells:
         if spell.vehicle == vehicle:
-            forgets = spell.kind == "restarts" and "kept" not in spell.detail
-            at_s = spell.until_s if forgets else spell.from_s
-            if (forgets or spell.kind == "lacking" or "block" in spell.kind) and held[vehicle, uid] <= at_s <= now_s:
+            is_blank = forgets(spell.kind, spell.detail)
+            at_s = spell.until_s if is_blank else spell.from_s
+            if (is_blank or spell.kind == "lacking" or "block" in spell.kind) and held[vehicle, uid] <= at_s <= now_s:
                 return True
     return False
 
@@ -145,7 +146,7 @@ def _check_acknowledged(
     if not record.all_need_all:
         report.skip("acknowledged", "needs differ between vehicles: the tables do not say whose were met when")
         return
-    if any(one.kind in ("restarts",) for one in record.spells):
+    if any(kind_of(one.kind).begins_anew for one in record.spells):
         report.skip("acknowledged", "a vehicle began anew: what it held before is not in the tables of its new life")
         return
     out = _out_of_count(record)

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 from stress.verify.findings import CheckReport
+from stress.verify.kinds import AWAY, ENERGY, lost_w
 from stress.verify.record import (
     ANGLE_STEP_RAD,
-    AWAY,
     PLACE_STEP_M,
     SPEED_STEP_MPS,
     TIME_STEP_S,
@@ -89,8 +89,8 @@ def _check_steps(record: Record, name: str, data: dict[str, Any], track: Track, 
     """Each step leads along the heading, no farther than the speed; speed, turns and their changes keep limits."""
     time_s, dt_s = track.time_s[1:], np.diff(track.time_s)
     away = record.during(name, AWAY, time_s)
-    drained = record.during(name, ("energy",), time_s)
-    ends = drained & ~record.during(name, ("energy",), track.time_s[:-1])  # it moved before its battery was empty
+    drained = record.during(name, (ENERGY,), time_s)
+    ends = drained & ~record.during(name, (ENERGY,), track.time_s[:-1])  # it moved before its battery was empty
     moves = ~away
     speed, before = track.speed_mps[1:], track.speed_mps[:-1]
     top_mps = max(data["transit_speed_mps"], data["survey_speed_mps"]) * (1.0 + record.spread)
@@ -136,7 +136,7 @@ def _check_steps(record: Record, name: str, data: dict[str, Any], track: Track, 
 
 def _check_depth(record: Record, name: str, own_m: float, track: Track, report: CheckReport) -> None:
     """At its own depth, or at the surface without energy; with drift, anywhere between, as fast as it may rise."""
-    low_m = np.where(record.during(name, ("energy",), track.time_s), 0.0, own_m)
+    low_m = np.where(record.during(name, (ENERGY,), track.time_s), 0.0, own_m)
     high_m = low_m.copy()
     navigation = record.of("navigation")
     if navigation.get("drift"):
@@ -191,13 +191,13 @@ def _check_energy(record: Record, name: str, data: dict[str, Any], track: Track,
     near = np.bincount(at[at_tick], each_j[at_tick], minlength=len(time_s) + 2)
     unsure_j = np.maximum(near[1 : len(time_s)], near[2 : len(time_s) + 1])  # before or behind a tick, by rounding
     speed = track.speed_mps[1:]
-    drained = record.during(name, ("energy",), time_s)
+    drained = record.during(name, (ENERGY,), time_s)
     runs = ~record.during(name, AWAY, time_s[1:])
-    lost_w = np.zeros(len(dt_s))
+    drained_w = np.zeros(len(dt_s))
     for one in record.spells:
-        if one.vehicle == name and one.kind == "drains":  # its detail begins with the power: "50 W, until 72.2 s"
-            lost_w += float(one.detail.split()[0]) * ((time_s[1:] >= one.from_s) & (time_s[1:] < one.until_s))
-    due_j = runs * dt_s * (data["hotel_w"] + listening + lost_w + data["drag_w_per_mps3"] * speed**3) + sent_j[1:]
+        if one.vehicle == name and (power_w := lost_w(one.kind, one.detail)):
+            drained_w += power_w * ((time_s[1:] >= one.from_s) & (time_s[1:] < one.until_s))
+    due_j = runs * dt_s * (data["hotel_w"] + listening + drained_w + data["drag_w_per_mps3"] * speed**3) + sent_j[1:]
     step_j = dt_s * data["drag_w_per_mps3"] * 3.0 * speed**2 * 0.6 * SPEED_STEP_MPS
     used_j = np.diff(track.energy_j.astype(float))
     asked = ~drained[1:]

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from stress.verify.findings import CheckReport
+from stress.verify.kinds import NOT_HEARING, kind_of
 from stress.verify.record import PLACE_STEP_M, TIME_STEP_S, Record
 
 CLOSE_S = 2.0 * TIME_STEP_S
@@ -138,9 +139,9 @@ def _check_fates(record: Record, report: CheckReport) -> None:
 def _why_not_heard(record: Record, sender: str, name: str, time_s: float, arrival_s: float) -> str:
     """Why a vehicle cannot have heard a packet; empty if it can."""
     for one in record.spells:
-        if one.vehicle == sender and one.kind == "mute" and one.from_s <= time_s < one.until_s:
+        if one.vehicle == sender and kind_of(one.kind).is_mute and one.from_s <= time_s < one.until_s:
             return f"{sender} is mute"
-        is_out = one.vehicle == name and one.kind in ("deaf", "lost", "restarts", "joins")
+        is_out = one.vehicle == name and one.kind in NOT_HEARING
         if is_out and one.from_s <= arrival_s and time_s < one.until_s:
             return f"{name} is not able to hear from its start to its end"
     for blackout in record.of("channel").get("blackout", []):

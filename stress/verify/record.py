@@ -13,11 +13,11 @@ import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 
+from stress.verify.kinds import AWAY, KINDS
+
 Array = npt.NDArray[Any]
 TIME_STEP_S, PLACE_STEP_M, ANGLE_STEP_RAD, SPEED_STEP_MPS = 2.0**-12, 2.0**-7, 2.0**-10, 2.0**-10
 """Steps to which numbers of the tables are kept (docs/howto/results.md)."""
-AWAY = ("lost", "joins", "restarts", "energy")
-"""Kinds of faults while which a vehicle does nothing."""
 
 
 class TableColumns:
@@ -162,6 +162,16 @@ class Record:
         return any(
             one.vehicle == vehicle and one.kind in AWAY and one.from_s <= at_s < one.until_s for one in self.spells
         )
+
+    @cached_property
+    def strange(self) -> dict[str, float]:
+        """Vehicles that a fault befell of which nobody here knows what it does, and from when on (s)."""
+        declared = {str(one.get("kind")) for one in self.scenario.get("fault", [])} - set(KINDS)
+        found: dict[str, float] = {}
+        for one in self.spells:
+            if one.kind in declared:
+                found[one.vehicle] = min(one.from_s, found.get(one.vehicle, math.inf))
+        return found
 
     @cached_property
     def packet_s(self) -> tuple[float, float] | None:

@@ -11,10 +11,10 @@ from collections.abc import Iterator
 from typing import Any
 
 from stress.verify.findings import CheckReport
+from stress.verify.kinds import AWAY, kind_of
 from stress.verify.record import TIME_STEP_S, Record
 
 Role = tuple[str, str]
-OUT = ("lost", "joins", "restarts", "energy")
 KEEP_OWN_JOBS = ("cbba", "status-broadcast", "fixed-partition")
 """Strategies under which each vehicle notes its jobs for itself."""
 
@@ -35,7 +35,7 @@ def _check_sequences(record: Record, report: CheckReport) -> None:
     declared = declared_roles(record)
     has: set[tuple[str, Role]] = set()
     drives: set[tuple[str, Role]] = set()
-    restarts = sorted((one.until_s, one.vehicle) for one in record.spells if one.kind == "restarts")
+    restarts = sorted((one.until_s, one.vehicle) for one in record.spells if kind_of(one.kind).begins_anew)
     rows = list(record["roles"].rows("time_s", "vehicle", "group", "role", "event"))
     absences = sorted(record["membership"].rows("time_s", "vehicle", "peer", "event"))
     absent: defaultdict[str, set[str]] = defaultdict(set)
@@ -108,7 +108,7 @@ def views_with_durations(record: Record, end_s: float) -> Iterator[tuple[float, 
     """Views, each time with how long they stood so (s)."""
     changes: list[tuple[float, int, Any]] = []
     for time_s, vehicle, kind, _ in record["faults"].rows("time_s", "vehicle", "kind", "detail"):
-        if kind in OUT:
+        if kind in AWAY:
             changes.append((time_s, 0, vehicle))
     names = ("time_s", "vehicle", "peer", "group", "role", "event")
     for time_s, *row in record["organisation"].rows(*names):

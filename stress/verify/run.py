@@ -48,6 +48,7 @@ def verify_run(record: Record, report: CheckReport, themes: frozenset[str] = fro
     if not check_tables(record.tables, report) or not check_rows(record, report):
         report.skip("the rest of the run", "tables, columns or vehicles are missing or unknown")
         return
+    report.strange = record.strange
     for theme, check in THEMES.items():
         if theme == "ground" and not ("coverage" in record.tables and "area" in record.scenario):
             continue

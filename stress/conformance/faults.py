@@ -1,0 +1,153 @@
+"""What every kind of fault has to keep to, as checks of a ``remoras.DeclaredFault``.
+
+By its name: ``python -m remoras.testing fault package.module:Class``; for a shipped kind its name.
+From a test: call ``check``; it raises ``AssertionError`` with what is wrong.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+from missions.errors import ConfigurationError
+from missions.fault import Absence, kinds
+from missions.files import toml_value
+from missions.runs.assembly import assemble, faults_in
+from missions.runs.setup import Setup, resolved
+from missions.scenarios import load
+from missions.scenarios.faults import DeclaredFault, kind_named
+from remoras.condition import SOUND
+from remoras.errors import PluginError
+from remoras.fleet import Fleet
+from remoras.vehicle import Vehicle
+
+SCENARIO, VEHICLE, SEED = "mapping-rendezvous", "AUV01", 1
+FROM_S, UNTIL_S, END_S = 20.0, 40.0, 60.0
+AGAIN_S = (25.0, 30.0)
+"""When a vehicle is off that begins anew while the fault holds."""
+
+
+def _setup(*tables: Mapping[str, Any]) -> Setup:
+    """A short mission with these faults; raises AssertionError if it is refused."""
+    given = [f"fault={toml_value(list(tables))}", f"scenario.duration_s={END_S}", "channel.per=0.3"]
+    try:
+        return resolved(load(SCENARIO, [("--set", one) for one in given]))
+    except ConfigurationError as error:
+        raise AssertionError(f"a scenario with {toml_value(dict(tables[0]))} is refused: {error}") from None
+
+
+def _table(name: str, keys: Mapping[str, Any]) -> dict[str, Any]:
+    """A fault of the kind, with its own keys."""
+    kind = kind_named(name)
+    table: dict[str, Any] = {"kind": name, "vehicle": VEHICLE, "at_s": FROM_S, "until_s": UNTIL_S}
+    drawn = {} if kind.DRAWING is None else {key: values[0] for key, values in kind.DRAWING.strengths.items()}
+    found = {**table, **drawn, **keys}
+    return {key: value for key, value in found.items() if key not in kind.NOT_USED}
+
+
+def _hooks(vehicle: Vehicle) -> dict[str, list[Any]]:
+    """Lists of hooks of a vehicle and of its parts, by name."""
+    parts = {"vehicle": vehicle, "vehicle.functional": vehicle.functional, "vehicle.radio": vehicle.radio}
+    return {
+        f"{part}.{name}": list(value)
+        for part, whole in parts.items()
+        for name, value in vars(whole).items()
+        if isinstance(value, list) and not name.startswith("_")
+    }
+
+
+def _sailed(setup: Setup, until_s: float) -> Fleet:
+    """The fleet of a setup at a time; raises AssertionError if the kind raises on the way."""
+    fleet = assemble(setup, SEED)
+    try:
+        while fleet.running and fleet.now_s < until_s:
+            fleet.step()
+    except PluginError as error:
+        raise AssertionError(str(error)) from None
+    return fleet
+
+
+def _befallen(fleet: Fleet) -> Vehicle:
+    return fleet.named(VEHICLE)
+
+
+def check_it_is_declared(name: str, keys: Mapping[str, Any]) -> None:
+    """It has all parts of the seam, and a scenario takes it."""
+    assert kind_named(name).TEXT, "lacks TEXT, a line that says what befalls"
+    _setup(_table(name, keys))
+
+
+def check_its_rows(name: str, keys: Mapping[str, Any]) -> None:
+    """Two rows of the table of faults say when it begins and is over, and the fleet gives the same twice."""
+    setup = _setup(_table(name, keys))
+    (fault,) = faults_in(setup, SEED)
+    fleets = [_sailed(setup, END_S) for _ in range(2)]
+    first, again = ({table: fleet.recorder.rows(table) for table in fleet.recorder.tables} for fleet in fleets)
+    told = [(row[0], row[3]) for row in first["faults"] if row[1:3] == (VEHICLE, name)]
+    due = [(fault.from_s, fault.detail), (fault.until_s, "over")]
+    assert told == due, f"its rows in the table of faults are {told}; expected: {due}"
+    assert first == again, "the same run gives other rows when it is made again: draw nothing unseen"
+
+
+def check_what_is_over_is_over(name: str, keys: Mapping[str, Any]) -> None:
+    """A vehicle that it no longer befalls is as it was: sound, with the hooks that it had."""
+    setup = _setup(_table(name, keys))
+    before, after = _befallen(_sailed(setup, 0.0)), _befallen(_sailed(setup, UNTIL_S + 5.0))
+    assert after.condition == SOUND, f"its end leaves the vehicle {after.condition}"
+    for hook, had in _hooks(before).items():
+        n_left = len(_hooks(after)[hook]) - len(had)
+        assert n_left == 0, f"its end leaves {n_left} in {hook}: take away what begin has added"
+
+
+def check_it_holds_for_what_begins_anew(name: str, keys: Mapping[str, Any]) -> None:
+    """A vehicle that begins anew while it holds has it, too, and is as it was when it is over."""
+    anew = next((other for other, kind in kinds().items() if kind.ABSENCE is Absence.PAUSE), None)
+    if anew is None or kind_named(name).ABSENCE is not None:
+        return
+    off = {"kind": anew, "vehicle": VEHICLE, "at_s": AGAIN_S[0], "until_s": AGAIN_S[1]}
+    setup = _setup(_table(name, keys), off)
+    first, second, over = (
+        _befallen(_sailed(setup, at_s)) for at_s in (AGAIN_S[0] - 2.0, AGAIN_S[1] + 2.0, UNTIL_S + 5.0)
+    )
+    for hook, had in _hooks(first).items():
+        has = len(_hooks(second)[hook])
+        assert has == len(had), f"a vehicle that begins anew has {has} in {hook} where it had {len(had)}"
+    assert second.condition == first.condition, f"a vehicle that begins anew is {second.condition}"
+    assert over.condition == SOUND, f"its end leaves a vehicle that has begun anew {over.condition}"
+
+
+CHECKS: tuple[Callable[[str, Mapping[str, Any]], None], ...] = (
+    check_it_is_declared, check_its_rows, check_what_is_over_is_over, check_it_holds_for_what_begins_anew,
+)  # fmt: skip
+
+
+def conforms(name: str, keys: Mapping[str, Any] | None = None) -> Iterator[str]:
+    """Make every check of a kind.
+
+    Args:
+        name: ``package.module:Class``, or of a shipped kind.
+        keys: own keys of the fault that is tried; those that a seed would draw, and defaults, if absent.
+
+    Yields:
+        The name of each check that was passed.
+
+    Raises:
+        AssertionError: a check was not passed.
+        PluginError: there is no such kind.
+    """
+    kind: type[DeclaredFault] = kind_named(name)
+    assert issubclass(kind, DeclaredFault)
+    for check_one in CHECKS:
+        check_one(name, keys or {})
+        yield check_one.__name__
+
+
+def check(name: str, keys: Mapping[str, Any] | None = None) -> None:
+    """Make every check of a kind; for arguments see ``conforms``.
+
+    Raises:
+        AssertionError: with what is wrong.
+        PluginError: there is no such kind.
+    """
+    for _ in conforms(name, keys):
+        pass

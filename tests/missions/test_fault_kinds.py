@@ -1,0 +1,344 @@
+"""Each kind of fault is one file: who takes it away loses it, and nothing else; one from outside needs none."""
+
+import json
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from sampling import sampled
+
+from missions.errors import ConfigurationError
+from missions.fault import kinds
+from missions.runs.assembly import faults_in
+from missions.runs.rebuilt import lives_of
+from missions.runs.run import Run, run
+from missions.runs.setup import resolved
+from missions.scenarios import load
+from missions.scenarios.faults import kind_named
+from missions.scenarios.scenario import Scenario
+
+ROOT = Path(__file__).parents[2]
+WITHOUT = """
+import hashlib, json, pkgutil, sys, tempfile
+from pathlib import Path
+left_out, use = sys.argv[1:]
+sound = pkgutil.iter_modules
+pkgutil.iter_modules = lambda path: [one for one in sound(path) if one.name != left_out]
+if left_out:
+    sys.modules["missions.faults." + left_out] = None  # whoever imports it fails
+from typer.testing import CliRunner
+import remoras
+from missions.errors import ConfigurationError
+from missions.fault import kinds
+from missions.scenarios import load
+from remoras.cli import app
+from stress.drawing import plan_of, schedule_of
+from stress.campaign import judge
+
+other = "mute" if left_out != "mute" else "deaf"
+given = {"scenario.duration_s": 120.0, "channel.per": 0.3}
+done = remoras.run("mapping-rendezvous", seed=3, set={**given, "fault": [
+    {"kind": other, "vehicle": "any", "at_s": [10, 40]}, {"kind": other, "vehicle": "AUV00", "rate_per_h": 90.0}]})
+rows = {name: done.table(name).to_dict("records") for name in sorted(done.tables)}
+found = json.dumps([rows, done.summary], default=str, sort_keys=True)
+with tempfile.TemporaryDirectory() as folder:
+    done.save(Path(folder) / "run")
+    ask = lambda *words: CliRunner().invoke(app, words, env={"COLUMNS": "200"})
+    plotted = ask("plot", str(Path(folder) / "run"), "trajectories")
+    validated, listed, explained = ask("validate", "mapping-rendezvous"), ask("list"), ask("explain", "fault")
+refused = ""
+try:
+    load("mapping-rendezvous", [("--set", f"fault=[{use}]")])
+except ConfigurationError as error:
+    refused = str(error)
+plan = plan_of("mapping-rendezvous", settings=["scenario.duration_s=60.0"])
+tried = judge(schedule_of(plan, 5))
+print(json.dumps({
+    "digest": hashlib.sha256(found.encode()).hexdigest(), "refused": refused, "kinds": list(kinds()),
+    "codes": [one.exit_code for one in (plotted, validated, listed, explained)], "explained": explained.output,
+    "stressed": list(plan.kinds), "broken": None if tried.broken is None else tried.broken.text,
+}))
+"""
+USES = {
+    "lost": "",
+    "mute": "",
+    "deaf": "",
+    "slow": ", factor=0.3",
+    "sensor": "",
+    "joins": "",
+    "biased": ", attribute='location', offset=[1.0, 2.0]",
+    "restarts": ", until_s=90",
+    "drains": ", drain_w=20",
+}
+"""What a fault of each kind has to say beside its kind, vehicle and time."""
+
+
+def without(kind: str, of: str) -> dict[str, object]:
+    """What a program does without the file of a kind."""
+    # a process of its own: kinds are looked for once
+    use = f"{{kind='{of}', vehicle='AUV01', at_s=30{USES[of]}}}"
+    command = [sys.executable, "-c", WITHOUT, kind, use]
+    made = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, timeout=500)
+    assert made.returncode == 0, made.stderr
+    found: dict[str, object] = json.loads(made.stdout)
+    return found
+
+
+@pytest.fixture(scope="module")
+def whole() -> dict[str, object]:
+    """What it does with all of them."""
+    return without("", "lost")
+
+
+@pytest.mark.parametrize("kind", sampled(USES, "restarts", "drains"))
+def test_a_kind_can_be_taken_away(kind: str, whole: dict[str, object]) -> None:
+    """All else works as before; a scenario that uses it is refused in a line that names it."""
+    found = without(kind, kind)
+    assert found["kinds"] == [one for one in USES if one != kind]
+    assert found["codes"] == [0, 0, 0, 0]
+    assert f"{kind}: " not in str(found["explained"])
+    assert kind not in found["stressed"]  # type: ignore[operator]
+    assert found["broken"] is None
+    if kind != "mute":
+        assert found["digest"] == whole["digest"]
+    (first, *others) = str(found["refused"]).splitlines()
+    assert f'fault.1.kind) = "{kind}": allowed: ' in first
+    assert all("unknown key" in line for line in others)
+
+
+def test_with_all_files_there_nothing_is_refused(whole: dict[str, object]) -> None:
+    assert (whole["refused"], whole["kinds"], whole["broken"]) == ("", list(USES), None)
+
+
+def test_every_kind_is_tried() -> None:
+    assert list(USES) == list(kinds())
+
+
+def test_kinds_that_are_shipped_have_numbers_of_their_own() -> None:
+    """Draws are keyed by them: two kinds of one number would shift each other."""
+    assert [kind.number_of(name) for name, kind in kinds().items()] == list(range(9))
+
+
+# A kind from outside ------------------------------------------------------------------------------
+
+MINE = """
+from pydantic import Field
+from remoras import Absence, Condition, Danger, DeclaredFault, Drawing
+
+
+class Fouled(DeclaredFault):
+    TEXT = "weed is in its propeller"
+    DANGERS = frozenset({Danger.WORK, Danger.ENERGY})
+    DRAWING = Drawing(strengths={"weed_w": (20.0, 80.0)})
+    weed_w: float = Field(gt=0.0, description="power that the weed takes, W")
+
+    def leaves(self, data):
+        return Condition(speed_factor=0.5)
+
+    def detail(self, data, how_long):
+        return f"{self.weed_w:g} W, {how_long}"
+
+    def begin(self, vehicle):
+        vehicle.functional.loads_w.append(self.weed_w)
+
+    def end(self, vehicle, host):
+        vehicle.functional.loads_w.remove(self.weed_w)
+
+
+class Sleeps(DeclaredFault):
+    TEXT = "it is off, and begins anew with what it knew"
+    ABSENCE = Absence.PAUSE
+
+    def leaves(self, data):
+        return Condition(is_running=False)
+
+    def begin(self, vehicle):
+        pass
+
+    def end(self, vehicle, host):
+        host.restart(vehicle, True)
+
+    @classmethod
+    def began_anew(cls, detail):
+        return True
+
+
+class Silent(DeclaredFault):
+    TEXT = "does nothing"
+
+
+class Nameless(DeclaredFault):
+    def leaves(self, data):
+        return Condition(is_mute=True)
+
+
+class Endless(DeclaredFault):
+    TEXT = "never lets go"
+
+    def begin(self, vehicle):
+        vehicle.functional.loads_w.append(1.0)
+
+
+class Wrong(DeclaredFault):
+    TEXT = "leaves no condition"
+
+    def leaves(self, data):
+        return 0.5
+
+
+class Odd(DeclaredFault):
+    TEXT = "leaves cannot be called so"
+
+    def leaves(self):
+        return Condition()
+
+
+class Numbered(DeclaredFault):
+    TEXT = "has the number of another"
+    NUMBER = 0
+
+    def leaves(self, data):
+        return Condition(is_mute=True)
+
+
+class Strict(DeclaredFault):
+    TEXT = "its checks raise"
+
+    def leaves(self, data):
+        return Condition(is_mute=True)
+
+    @classmethod
+    def checks(cls, key, table, raw, mission, before):
+        raise RuntimeError("not today")
+
+
+class Raises(DeclaredFault):
+    TEXT = "its begin raises"
+
+    def begin(self, vehicle):
+        raise RuntimeError("not today")
+
+    def end(self, vehicle, host):
+        pass
+
+
+class Leaves:
+    pass
+"""
+
+
+@pytest.fixture
+def mine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A file with kinds from outside, in the folder of its scenario."""
+    (tmp_path / "own_kinds.py").write_text(MINE, encoding="utf-8")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.delitem(sys.modules, "own_kinds", raising=False)
+    kind_named.cache_clear()
+    return tmp_path
+
+
+def scenario(*faults: str, duration_s: float = 300.0) -> Scenario:
+    tables = ",".join(f"{{vehicle='AUV01', {one}}}" for one in faults)
+    settings = (f"fault=[{tables}]", f"scenario.duration_s={duration_s}")
+    return load("mapping-rendezvous", [("--set", one) for one in settings])
+
+
+def track(done: Run) -> dict[float, tuple[float, float]]:
+    """Speed and energy of AUV01 by time."""
+    return {row[0]: (row[5], row[6]) for row in done.recorder.trajectories if row[1] == "AUV01"}
+
+
+@pytest.mark.usefixtures("mine")
+def test_a_kind_from_outside_befalls_and_is_over() -> None:
+    sound, fouled = (
+        run(scenario(*given), 1) for given in ((), ("kind='own_kinds:Fouled', at_s=100, until_s=200, weed_w=70",))
+    )
+    rows = [row for row in fouled.recorder.faults if row[1] == "AUV01"]
+    assert rows == [
+        (100.0, "AUV01", "own_kinds:Fouled", "70 W, until 200 s"),
+        (200.0, "AUV01", "own_kinds:Fouled", "over"),
+    ]
+    before, own = track(sound), track(fouled)
+    assert all(before[time_s] == own[time_s] for time_s in own if time_s < 100.0)
+    assert max(own[time_s][0] for time_s in own if 110.0 < time_s < 199.0) == pytest.approx(
+        0.5 * max(before[time_s][0] for time_s in own if 110.0 < time_s < 199.0)
+    )
+    data = resolved(scenario()).database["AUV01"]
+    for from_s, until_s, weed_w in ((110.0, 150.0, 70.0), (210.0, 250.0, 0.0)):
+        moved_j = math.fsum(
+            data.hotel_w + data.drag_w_per_mps3 * own[time_s][0] ** 3 for time_s in own if from_s < time_s <= until_s
+        )
+        sent_j = math.fsum(
+            data.transmit_j_per_packet + row[3] * data.transmit_j_per_bit
+            for row in fouled.recorder.packets
+            if row[2] == "AUV01" and from_s < row[1] <= until_s
+        )
+        assert own[until_s][1] - own[from_s][1] - moved_j - sent_j == pytest.approx(
+            weed_w * (until_s - from_s), abs=1e-6
+        )
+
+
+@pytest.mark.usefixtures("mine")
+def test_a_kind_from_outside_shifts_no_draw_of_another() -> None:
+    others = "kind='lost', vehicle='any', rate_per_h=20", "kind='drains', vehicle='any', drain_w=5, at_s=[0,200]"
+    tables = [f"{{{one}}}" for one in others]
+    weed = "{kind='own_kinds:Fouled', vehicle='any', at_s=[0, 200], weed_w=9}"
+    made = [load("mapping-rendezvous", [("--set", f"fault=[{','.join(one)}]")]) for one in (tables, [weed, *tables])]
+    (alone, beside) = ([one for one in faults_in(resolved(own), 4) if "own" not in one.kind] for own in made)
+    assert alone == beside != []
+
+
+@pytest.mark.usefixtures("mine")
+def test_a_vehicle_that_begins_anew_after_a_kind_from_outside_has_a_life_more() -> None:
+    done = run(scenario("kind='own_kinds:Sleeps', at_s=100, until_s=150"), 1)
+    faults = [dict(zip(("time_s", "vehicle", "kind", "detail"), row, strict=True)) for row in done.recorder.faults]
+    assert [(life.from_s, life.remembers) for life in lives_of(faults, "AUV01")] == [(0.0, False), (150.0, True)]
+
+
+def test_a_kind_is_named_by_its_file_from_the_folder_of_the_scenario(mine: Path) -> None:
+    text = (ROOT / "missions" / "mapping" / "rendezvous.toml").read_text(encoding="utf-8")
+    table = '\n[[fault]]\nkind = "own_kinds.py:Fouled"\nvehicle = "AUV01"\nat_s = 9\nweed_w = 1\n'
+    (mine / "weedy.toml").write_text(text + table, encoding="utf-8")
+    (fault,) = load(str(mine / "weedy.toml")).fault
+    assert (fault.kind, fault.model_dump(exclude_none=True)["weed_w"]) == ("own_kinds:Fouled", 1.0)
+
+
+@pytest.mark.usefixtures("mine")
+@pytest.mark.parametrize(
+    ("table", "key", "says"),
+    [
+        ("kind='own_kinds:Silent', at_s=9", "kind", "does nothing; define leaves(data), or begin(vehicle)"),
+        ("kind='own_kinds:Nameless', at_s=9", "kind", "lacks TEXT, a line that says what befalls"),
+        ("kind='own_kinds:Endless', at_s=9", "kind", "lacks end(vehicle, host)"),
+        ("kind='own_kinds:Odd', at_s=9", "kind", "leaves(self) cannot be called as leaves(data)"),
+        ("kind='own_kinds:Numbered', at_s=9", "kind", "has a NUMBER, which is for kinds that are shipped"),
+        ("kind='own_kinds:Wrong', at_s=9", "kind", "leaves returned 0.5; expected: a Condition"),
+        ("kind='own_kinds:Strict', at_s=9", "kind", "its checks must pass malformed values over, but raised Runtime"),
+        ("kind='own_kinds:Leaves', at_s=9", "kind", "a subclass of remoras.DeclaredFault is needed, not the class"),
+        ("kind='own_kinds:Absent', at_s=9", "kind", "has no attribute 'Absent'"),
+        ("kind='no_such:Kind', at_s=9, depth_m=3", "kind", "No module named 'no_such'"),
+        ("kind='own_kinds:Fouled', at_s=9", "weed_w", "missing"),
+        ("kind='own_kinds:Fouled', at_s=9, weed_w=0", "weed_w", "greater than 0"),
+        ("kind='own_kinds:Fouled', at_s=9, weed_w=1, wed_w=1", "wed_w", "did you mean 'weed_w'?"),
+        (
+            "kind='own_kinds:Fouled', at_s=9, weed_w=1, factor=0.5",
+            "factor",
+            "not used by kind own_kinds:Fouled, only by slow",
+        ),
+        ("kind='own_kinds:Fouled', at_s=9, weed_w=1, until_s=5", "until_s", "must be above at_s = 9"),
+    ],
+)
+def test_a_kind_from_outside_that_cannot_be_is_refused_in_a_line(table: str, key: str, says: str) -> None:
+    with pytest.raises(ConfigurationError) as caught:
+        scenario(table)
+    (said,) = str(caught.value).splitlines()
+    assert f"(fault.1.{key})" in said
+    assert says in said
+
+
+@pytest.mark.usefixtures("mine")
+def test_a_kind_that_raises_in_a_run_is_named() -> None:
+    with pytest.raises(Exception, match="fault kind own_kinds:Raises: begin raised RuntimeError: not today"):
+        run(scenario("kind='own_kinds:Raises', at_s=9"), 1)
