@@ -115,22 +115,22 @@ def expm1(x: float) -> float:
 
 def expm1_of(numbers: Iterable[float]) -> list[float]:
     """The same of many numbers, for whoever needs them by the thousand."""
-    found = []
+    values = []
     for x in numbers:
         if not -40.0 <= x <= 700.0:
-            found.append(-1.0 if x < 0.0 else exp(x))
+            values.append(-1.0 if x < 0.0 else exp(x))
             continue
         number = floor(x * _PER_PART + 0.5)
         r = (x - number * _PART_HIGH) - number * _PART_LOW
         q = r + r * r * (0.5 + r * (1 / 6 + r * (1 / 24 + r * (1 / 120 + r * (1 / 720)))))
         if number == 0:
-            found.append(q)
+            values.append(q)
             continue
         high, low = _ROOTS[number % _PARTS]
         power = number // _PARTS
         high = ldexp(high, power)
-        found.append((high - 1.0) + (ldexp(low, power) + high * q))
-    return found
+        values.append((high - 1.0) + (ldexp(low, power) + high * q))
+    return values
 
 
 def log(x: float) -> float:
@@ -271,13 +271,13 @@ def _scaled(high: float, low: float) -> tuple[float, float]:
     return ldexp(high, by), ldexp(low, by)
 
 
-def distance(one: Sequence[float], other: Sequence[float]) -> float:
+def distance(point: Sequence[float], other: Sequence[float]) -> float:
     """Distance of two points in the plane, whose squares neither overflow nor underflow.
 
     >>> distance((0.0, 1.0), (3.0, 5.0))
     5.0
     """
-    dx, dy = one[0] - other[0], one[1] - other[1]
+    dx, dy = point[0] - other[0], point[1] - other[1]
     return sqrt(dx * dx + dy * dy)
 
 
@@ -320,8 +320,8 @@ def erfc(x: float) -> float:
     short = floor(x * 1048576.0) / 1048576.0  # its square is exact
     height = exp(-short * short) * exp(-(x - short) * (x + short))
     total = fsum(of / (node + square) for node, of in zip(_NODES, _HEIGHTS, strict=True))
-    found = _STEP * x / PI * height * (1.0 / square + 2.0 * total)
-    return found - 2.0 / expm1(TAU * x / _STEP) if x < PI / _STEP else found
+    value = _STEP * x / PI * height * (1.0 / square + 2.0 * total)
+    return value - 2.0 / expm1(TAU * x / _STEP) if x < PI / _STEP else value
 
 
 _CENTRAL = (
@@ -367,5 +367,5 @@ def normal_quantile(share: float) -> float:
     if fabs(off) <= 0.425:
         return off * _ratio(_CENTRAL, 0.180625 - off * off)
     root = sqrt(-log(share if off < 0.0 else 1.0 - share))
-    found = _ratio(_MIDDLE, root - 1.6) if root <= 5.0 else _ratio(_FAR, root - 5.0)
-    return -found if off < 0.0 else found
+    value = _ratio(_MIDDLE, root - 1.6) if root <= 5.0 else _ratio(_FAR, root - 5.0)
+    return -value if off < 0.0 else value

@@ -180,7 +180,7 @@ class Interests:
         for column in settled:
             self._queue.drop(column)
             self._addressed.discard(column)
-        for column in [one for one in self._addressed if self._ledger.ease(one, believes)]:
+        for column in [addressed for addressed in self._addressed if self._ledger.ease(addressed, believes)]:
             self._addressed.discard(column)
             entry = self._ledger.entries[column]
             self._queue.revalue(column, entry.priority, self.terms_of(entry.about))
@@ -297,6 +297,6 @@ class Interests:
 
     def _taken_up(self) -> tuple[list[Block], list[ItemUid]]:
         """Blocks that were set aside and are of use now, and the items that completed them."""
-        found = [one for one in self._aside if self.of(one[0].facts)[0] >> self._me & 1]
-        self._aside = [one for one in self._aside if one not in found]
-        return [block for block, _ in found], [uid for _, uid in found]
+        taken = [kept for kept in self._aside if self.of(kept[0].facts)[0] >> self._me & 1]
+        self._aside = [kept for kept in self._aside if kept not in taken]
+        return [block for block, _ in taken], [uid for _, uid in taken]

@@ -114,7 +114,7 @@ class Ledger:
     def block(self, guid: Guid) -> Block:
         """A block of which every part is known."""
         fragments = [self.entries[column].fragment for column in self.parts_of(guid)]
-        return joined_block(sorted(fragments, key=lambda one: one.index))
+        return joined_block(sorted(fragments, key=lambda fragment: fragment.index))
 
     def blocks_from(self, life: tuple[int, int], first: int, end: int) -> Iterator[int]:
         """The sequences of an origin and epoch, from the first on and before the end, of which anything is known."""

@@ -309,7 +309,7 @@ class ExchangeManager:
         chosen = self.queue.choose(packing, now_s, above)
         for summaries in self._summaries if not summary else ():
             summary = summaries.telling.spare(packing.left_bits)
-        content = sum([1 << one.column for one in chosen if one.column != STATUS_COLUMN])
+        content = sum([1 << candidate.column for candidate in chosen if candidate.column != STATUS_COLUMN])
         rows = [0] * self._n_nodes
         self._ageing.compose(slot, 0 if self._peers.is_doubted(self._me, frame) else content, rows)
         place, n_turns = slot % schedule.n_slots, sum([len(turns.slots) for turns in self._turns]) or 1
@@ -320,11 +320,11 @@ class ExchangeManager:
             slot,
             data,
             8 * len(data),
-            tuple([one.uid for one in chosen if isinstance(one.uid, ItemUid)]),
+            tuple([candidate.uid for candidate in chosen if isinstance(candidate.uid, ItemUid)]),
             codec.header.n_set(self._me, rows, frame),
             packing.sizes(),
             signals_bits,
-            tuple([one.uid for one in chosen if isinstance(one.uid, StatusUid)]),
+            tuple([candidate.uid for candidate in chosen if isinstance(candidate.uid, StatusUid)]),
             signals,
             summary,
             sum(map(codec.summary_bits, summary)),

@@ -141,31 +141,31 @@ def policy_named(name: str) -> AckPolicy:
     )
 
 
-def checked_policy(found: object, reference: str) -> AckPolicy:
+def checked_policy(policy: object, reference: str) -> AckPolicy:
     """The object as a policy, if it is one in all its parts.
 
     Args:
-        found: what somebody's module has under the reference.
+        policy: what somebody's module has under the reference.
         reference: name of the object in the message.
 
     Raises:
         ConfigurationError: it is no `AckPolicy`, lacks a part or has one of another type.
     """
-    fault = policy_fault(found)
-    if fault is None and isinstance(found, AckPolicy):
-        return found
+    fault = policy_fault(policy)
+    if fault is None and isinstance(policy, AckPolicy):
+        return policy
     raise ConfigurationError(f"policy {reference!r}: {fault}")
 
 
-def policy_fault(found: object) -> str | None:
+def policy_fault(policy: object) -> str | None:
     """What is wrong with an object that should be a policy; None if nothing is."""
-    if not isinstance(found, AckPolicy):
-        return f"an exchange.AckPolicy is expected, as AckPolicy(KIND, repeat=False), not {_kind_of(found)}"
-    kind = found.acknowledgement
+    if not isinstance(policy, AckPolicy):
+        return f"an exchange.AckPolicy is expected, as AckPolicy(KIND, repeat=False), not {_kind_of(policy)}"
+    kind = policy.acknowledgement
     if not isinstance(kind, Acknowledgement):
         return f"its acknowledgement must be an exchange.Acknowledgement, not {_kind_of(kind)}"
-    if not isinstance(found.repeat, bool):
-        return f"repeat must be true or false, not {found.repeat!r}"
+    if not isinstance(policy.repeat, bool):
+        return f"repeat must be true or false, not {policy.repeat!r}"
     if not (isinstance(kind.name, str) and kind.name and isinstance(kind.title, str) and kind.title):
         return "its acknowledgement needs a name and a title"
     if not isinstance(kind.remembers_second_last, bool):
@@ -179,13 +179,13 @@ def policy_fault(found: object) -> str | None:
         if function.__code__.co_argcount != expected.__code__.co_argcount:
             takes = ", ".join(expected.__code__.co_varnames[: expected.__code__.co_argcount])
             return f"its {part} must take ({takes})"
-    if found.name in POLICIES and found != POLICIES[found.name]:
-        return f"the name {found.name} is taken by a shipped policy: give its acknowledgement another"
+    if policy.name in POLICIES and policy != POLICIES[policy.name]:
+        return f"the name {policy.name} is taken by a shipped policy: give its acknowledgement another"
     return None
 
 
-def _kind_of(found: object) -> str:
-    return f"the class {found.__name__}" if isinstance(found, type) else f"a {type(found).__name__}"
+def _kind_of(value: object) -> str:
+    return f"the class {value.__name__}" if isinstance(value, type) else f"a {type(value).__name__}"
 
 
 def may_send(repeat: bool, items: int, own: int) -> int:

@@ -35,21 +35,21 @@ class Annotations:
 
     def boolean(self, iri: URIRef, predicate: URIRef) -> bool:
         """True if it is stated, once."""
-        found = [_python(term) for term in self._graph.objects(iri, predicate)]
-        if len(found) > 1 or any(not isinstance(each, bool) for each in found):
-            got = " and ".join(map(repr, found))
+        values = [_python(term) for term in self._graph.objects(iri, predicate)]
+        if len(values) > 1 or any(not isinstance(each, bool) for each in values):
+            got = " and ".join(map(repr, values))
             self._reader.fault(iri, f"{self._reader.shown(predicate)} is {got}", "true or false, once")
-        return True in found
+        return True in values
 
     def fields(self, iri: URIRef, n_axes: int) -> tuple[Field, ...]:
         """Bounds and resolution of a number, or of both numbers of a point; empty where they are no grid."""
         numbers: list[float] = []
         for predicate in BOUNDS:
-            found = [_python(term) for term in self._graph.objects(iri, predicate)]
-            if len(found) == 1 and type(found[0]) in (int, float, Decimal):
-                numbers.append(float(found[0]))
+            values = [_python(term) for term in self._graph.objects(iri, predicate)]
+            if len(values) == 1 and type(values[0]) in (int, float, Decimal):
+                numbers.append(float(values[0]))
             else:
-                got = " and ".join(map(repr, found)) or "missing"
+                got = " and ".join(map(repr, values)) or "missing"
                 self._reader.fault(iri, f"{self._reader.shown(predicate)} is {got}", "one number")
         if (iri, RDFS.range, XSD.integer) in self._graph and any(number % 1 for number in numbers):
             self._reader.fault(iri, f"its bounds and resolution are {numbers}", "whole numbers for xsd:integer")
@@ -84,13 +84,13 @@ class Annotations:
         fault, shown = self._reader.fault, self._reader.shown
         if (iri, other, None) in self._graph:
             fault(iri, f"{shown(other)} on a {kind.value}", f"{shown(own)} for a {kind.value}")
-        found = [_python(term) for term in self._graph.objects(iri, own)]
-        if not found:
+        values = [_python(term) for term in self._graph.objects(iri, own)]
+        if not values:
             return None
-        if len(found) > 1 or type(found[0]) not in (int, float, Decimal):
-            fault(iri, f"{shown(own)} is {' and '.join(map(repr, found))}", "one number, the step")
+        if len(values) > 1 or type(values[0]) not in (int, float, Decimal):
+            fault(iri, f"{shown(own)} is {' and '.join(map(repr, values))}", "one number, the step")
             return None
-        step = float(found[0])
+        step = float(values[0])
         try:
             if kind in MEASURED:
                 return Field(step, SIGMAS * step, step, fields[0].unit if fields else "")

@@ -100,7 +100,11 @@ class Answers(StoredItems):
         Raises FactError for a subscription that is not one of this store; see ``subscriptions.add``.
         """
         news = self.subscriptions.fetch(subscription)
-        return tuple([one for one in news if self.is_seen(one.block)]) if self.index.trust.from_s else news
+        return (
+            tuple([observation for observation in news if self.is_seen(observation.block)])
+            if self.index.trust.from_s
+            else news
+        )
 
     def value(self, subject: int, attribute: int, default: Value | None = None) -> Value | None:
         """Return the latest value of a slot, or ``default`` when there is none."""

@@ -121,7 +121,7 @@ class Arrivals:
         self._index(block)
         if len(others) <= self.waiting_blocks:
             return None
-        return self.waiting[min(others, key=lambda one: (self._waits[one].since_s, one))]
+        return self.waiting[min(others, key=lambda waiting_guid: (self._waits[waiting_guid].since_s, waiting_guid))]
 
     def since_s(self, guid: Guid) -> float | None:
         """Return since when a block waits (s); None if it does not."""
@@ -157,12 +157,12 @@ class Arrivals:
 
     def lacking(self, now_s: float, owner_of: Callable[[int], int | None]) -> tuple[Lacking, ...]:
         """Return what blocks wait for, by uid; see ``Store.lacking``."""
-        found = []
+        waiting = []
         for uid in sorted(self._waiting_for):
             if guids := sorted(self._waiting_for[uid]):
                 age_s = now_s - min(self._waits[guid].since_s for guid in guids)
-                found.append(Lacking(uid, owner_of(uid), age_s, tuple(guids)))
-        return tuple(found)
+                waiting.append(Lacking(uid, owner_of(uid), age_s, tuple(guids)))
+        return tuple(waiting)
 
     def uids_of(self, block: Block) -> set[int]:
         """Return the instances that a block speaks of."""

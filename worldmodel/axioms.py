@@ -101,15 +101,18 @@ class CompiledAxioms:
         self.n_classes = len(classes)
         self.entailed, self.sources, self.transitive = _links(len(attributes), axioms)
         sufficient = [each for each in axioms.definitions if each.is_sufficient]
-        self.conditions = tuple(dict.fromkeys(one for each in sufficient for one in each.conditions))
-        self._bits = {one: 1 << self.n_classes + k for k, one in enumerate(self.conditions)}
+        self.conditions = tuple(dict.fromkeys(condition for each in sufficient for condition in each.conditions))
+        self._bits = {condition: 1 << self.n_classes + k for k, condition in enumerate(self.conditions)}
         self._sufficient = [
-            (sum({*(1 << c for c in each.classes), *(self._bits[one] for one in each.conditions)}), each.class_uid)
+            (
+                sum({*(1 << c for c in each.classes), *(self._bits[condition] for condition in each.conditions)}),
+                each.class_uid,
+            )
             for each in sufficient
         ]
         self._closed: dict[int, int] = {}
         self.superclasses = self._saturated(classes, attributes, axioms)
-        conditional = {source for one in self.conditions for source, _ in self.sources[one.attribute]}
+        conditional = {source for condition in self.conditions for source, _ in self.sources[condition.attribute]}
         linked = {a for pair in (*axioms.inverses, *axioms.sub_attributes) for a in pair} | self.transitive
         self.heeded = frozenset(conditional | {source for a in linked for source, _ in self.sources[a]})
 
@@ -124,10 +127,10 @@ class CompiledAxioms:
 
     def closed(self, mask: int) -> int:
         """Return all classes and conditions of an instance that is known to be of those in ``mask``."""
-        found = self._closed.get(mask)
-        if found is None:
-            found = self._closed[mask] = self._close(mask, self.superclasses)
-        return found
+        closure = self._closed.get(mask)
+        if closure is None:
+            closure = self._closed[mask] = self._close(mask, self.superclasses)
+        return closure
 
     def _close(self, mask: int, superclasses: Sequence[int]) -> int:
         before = -1
@@ -148,16 +151,16 @@ class CompiledAxioms:
             masks[each.class_uid] |= sum(1 << c for c in set(each.classes))
             asked[each.class_uid].update(each.conditions)
         before: list[tuple[int, int]] = []
-        while before != (now := [(mask, len(one)) for mask, one in zip(masks, asked, strict=True)]):
+        while before != (now := [(mask, len(asked_mask)) for mask, asked_mask in zip(masks, asked, strict=True)]):
             before = now
             for uid in range(self.n_classes):
                 for above in _bits_of(masks[uid], self.n_classes):
                     masks[uid] |= masks[above]
                     asked[uid] |= asked[above]
-                for one in tuple(asked[uid]):
-                    asked[uid] |= self._led_on(one, asked)
-                    domain = attributes[one.attribute].domain
-                    masks[uid] |= masks[domain] | self._met_by(one, masks, attributes)
+                for condition in tuple(asked[uid]):
+                    asked[uid] |= self._led_on(condition, asked)
+                    domain = attributes[condition.attribute].domain
+                    masks[uid] |= masks[domain] | self._met_by(condition, masks, attributes)
                 masks[uid] = self._close(masks[uid], masks)
         return tuple(masks)
 
@@ -165,11 +168,13 @@ class CompiledAxioms:
         """Return the conditions that are met wherever ``asked`` is."""
         if asked.filler is None:
             return self._bits.get(asked, 0)
-        said = {attribute for attribute, flipped in self.entailed[asked.attribute] if not flipped}
+        entailed = {attribute for attribute, flipped in self.entailed[asked.attribute] if not flipped}
         range_class = attributes[asked.attribute].range_class
         filler = masks[asked.filler] | (0 if range_class is None else masks[range_class])
-        met = [o for o in self.conditions if o.attribute in said and o.filler is not None and filler >> o.filler & 1]
-        return sum(self._bits[one] for one in met)
+        met = [
+            o for o in self.conditions if o.attribute in entailed and o.filler is not None and filler >> o.filler & 1
+        ]
+        return sum(self._bits[condition] for condition in met)
 
     def _led_on(self, asked: ValueCondition, all_asked: Sequence[set[ValueCondition]]) -> set[ValueCondition]:
         """Return what an attribute that leads on asks of whatever meets ``asked``."""
@@ -177,10 +182,10 @@ class CompiledAxioms:
             return set()
         leading = {a for a, flipped in self.entailed[asked.attribute] if not flipped and a in self.transitive}
         return {
-            ValueCondition(a, one.filler)
+            ValueCondition(a, condition.filler)
             for a in leading
-            for one in all_asked[asked.filler]
-            if one.filler is not None and (a, False) in self.entailed[one.attribute]
+            for condition in all_asked[asked.filler]
+            if condition.filler is not None and (a, False) in self.entailed[condition.attribute]
         }
 
 
@@ -198,14 +203,14 @@ def _links(n_attributes: int, axioms: Axioms) -> tuple[tuple[Said, ...], tuple[S
         steps[below].add((above, False))
     entailed = []
     for uid in range(n_attributes):
-        found = [(uid, False)]
-        for a, flipped in found:  # grows while it is read
+        reached = [(uid, False)]
+        for a, flipped in reached:  # grows while it is read
             for b, turned in sorted(steps[a]):
-                if (said := (b, flipped != turned)) not in found:
-                    found.append(said)
-        entailed.append(tuple(found))
+                if (link := (b, flipped != turned)) not in reached:
+                    reached.append(link)
+        entailed.append(tuple(reached))
     sources = [
-        tuple((a, flipped) for a, said in enumerate(entailed) for b, flipped in said if b == uid)
+        tuple((a, flipped) for a, links in enumerate(entailed) for b, flipped in links if b == uid)
         for uid in range(n_attributes)
     ]
     inverse = {*axioms.inverses, *((b, a) for a, b in axioms.inverses)}

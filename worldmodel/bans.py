@@ -60,7 +60,7 @@ def decided(facts: Iterable[BanFact]) -> dict[int, float]:
     {2: 5.0}
     """
     banned: dict[int, float] = {}
-    for fact in sorted(facts, key=lambda one: one[:2]):
+    for fact in sorted(facts, key=lambda fact_key: fact_key[:2]):
         time_s = fact.key[0]
         if fact.issuer == fact.vehicle or banned.get(fact.issuer, time_s + 1.0) <= time_s:
             continue
@@ -82,10 +82,14 @@ class Bans:
     __slots__ = ("_facts", "_taken_back", "attribute", "from_s")
 
     def __init__(self, tbox: TBox) -> None:
-        found = [one for one in tbox.attributes if one.name == BANNED_FROM and one.kind is ValueKind.NUMBER]
-        self.attribute = found[0].uid if found else -1
+        declared = [
+            attribute
+            for attribute in tbox.attributes
+            if attribute.name == BANNED_FROM and attribute.kind is ValueKind.NUMBER
+        ]
+        self.attribute = declared[0].uid if declared else -1
         """Uid of the attribute; -1, which no fact has, without one."""
-        self._taken_back = found[0].fields[0].maximum if found else 0.0
+        self._taken_back = declared[0].fields[0].maximum if declared else 0.0
         self._facts: dict[tuple[tuple[float, int, int, int], int], BanFact] = {}
         self.from_s: Mapping[int, float] = {}
         """From which time on each banned origin is not believed (s); a new mapping whenever that changes."""

@@ -68,58 +68,58 @@ def soundness(store: Store) -> Callable[[Block], bool]:
 
 def check_form(store: Store, block: Block) -> tuple[Fault, ...]:
     """Return the faults that the block has in itself, whatever else is known."""
-    found: list[tuple[FaultCode, str]] = []
+    faults: list[tuple[FaultCode, str]] = []
     if not 0 <= block.origin < store.n_origins:
-        found.append((FaultCode.UNKNOWN_ORIGIN, f"origin {block.origin} is outside 0..{store.n_origins - 1}"))
+        faults.append((FaultCode.UNKNOWN_ORIGIN, f"origin {block.origin} is outside 0..{store.n_origins - 1}"))
     if not 0 <= block.epoch < EPOCHS:
-        found.append((FaultCode.BAD_EPOCH, f"epoch {block.epoch} is outside 0..{EPOCHS - 1}"))
+        faults.append((FaultCode.BAD_EPOCH, f"epoch {block.epoch} is outside 0..{EPOCHS - 1}"))
     if not -MOST_ITEMS <= block.sequence < MOST_ITEMS:
-        found.append((FaultCode.BAD_SEQUENCE, f"sequence {block.sequence} is outside 0..{MOST_ITEMS - 1}"))
+        faults.append((FaultCode.BAD_SEQUENCE, f"sequence {block.sequence} is outside 0..{MOST_ITEMS - 1}"))
     elif block.sequence < STATUS and block.origin != store.owner:
-        found.append((FaultCode.BAD_SEQUENCE, f"block {block.sequence} is private to origin {block.origin}"))
+        faults.append((FaultCode.BAD_SEQUENCE, f"block {block.sequence} is private to origin {block.origin}"))
     elif block.is_status and not store.tables.latest_only.issuperset(fact.attribute for fact in block.facts):
         detail = "a status has facts of attributes with rm:latestOnly alone"
-        found.append((FaultCode.BAD_SEQUENCE, detail))
+        faults.append((FaultCode.BAD_SEQUENCE, detail))
     if not math.isfinite(block.time_s) or block.time_s < 0:
-        found.append((FaultCode.BAD_TIME, f"time {block.time_s} s is not a time since the mission began"))
+        faults.append((FaultCode.BAD_TIME, f"time {block.time_s} s is not a time since the mission began"))
     elif store.quantise_time(block.time_s) != block.time_s:
-        found.append((FaultCode.BAD_TIME, f"time {block.time_s} s is not on the grid of {store.time_resolution_s} s"))
+        faults.append((FaultCode.BAD_TIME, f"time {block.time_s} s is not on the grid of {store.time_resolution_s} s"))
     if not block.facts:
-        found.append((FaultCode.NO_FACTS, "a block needs at least one fact"))
+        faults.append((FaultCode.NO_FACTS, "a block needs at least one fact"))
     attributes = store.tbox.attributes
     for fact in block.facts:
         if not 0 <= fact.attribute < len(attributes):
             detail = f"attribute {fact.attribute} is outside 0..{len(attributes) - 1}"
-            found.append((FaultCode.UNKNOWN_ATTRIBUTE, detail))
+            faults.append((FaultCode.UNKNOWN_ATTRIBUTE, detail))
             continue
         if not 0 <= fact.subject < store.n_uids:
             detail = f"subject {fact.subject} is outside 0..{store.n_uids - 1}"
-            found.append((FaultCode.UNKNOWN_INSTANCE, detail))
-        _check_value(store, attributes[fact.attribute], fact, found)
-    return _faults(block, found) if found else ()
+            faults.append((FaultCode.UNKNOWN_INSTANCE, detail))
+        _check_value(store, attributes[fact.attribute], fact, faults)
+    return _faults(block, faults) if faults else ()
 
 
-def _check_value(store: Store, attribute: Attribute, fact: PropertyValue, found: list[tuple[FaultCode, str]]) -> None:
+def _check_value(store: Store, attribute: Attribute, fact: PropertyValue, faults: list[tuple[FaultCode, str]]) -> None:
     try:
         if fact.uncertainty is not None and attribute.quantise_uncertainty(fact.uncertainty) != fact.uncertainty:
             detail = f"{attribute.name} of {fact.subject}: the uncertainty {fact.uncertainty} is not on its grid"
-            found.append((FaultCode.VALUE_GRID, detail))
+            faults.append((FaultCode.VALUE_GRID, detail))
         stored = attribute.quantise(fact.value)
     except TypeError as error:
-        found.append((FaultCode.VALUE_KIND, f"{attribute.name} of {fact.subject}: {error}"))
+        faults.append((FaultCode.VALUE_KIND, f"{attribute.name} of {fact.subject}: {error}"))
         return
     except ValueError as error:
-        found.append((FaultCode.VALUE_RANGE, f"{attribute.name} of {fact.subject}: {error}"))
+        faults.append((FaultCode.VALUE_RANGE, f"{attribute.name} of {fact.subject}: {error}"))
         return
     if stored != fact.value:
         detail = f"{attribute.name} of {fact.subject}: {fact.value} is not on its grid; {stored} is"
-        found.append((FaultCode.VALUE_GRID, detail))
+        faults.append((FaultCode.VALUE_GRID, detail))
     elif attribute.kind is ValueKind.LINK and fact.target >= store.n_uids:
         detail = f"{attribute.name} of {fact.subject}: target {stored} is outside 0..{store.n_uids - 1}"
-        found.append((FaultCode.UNKNOWN_INSTANCE, detail))
+        faults.append((FaultCode.UNKNOWN_INSTANCE, detail))
     elif attribute.kind is ValueKind.TYPE and fact.target >= len(store.tbox.classes):
         detail = f"type of {fact.subject}: class {stored} is outside 0..{len(store.tbox.classes) - 1}"
-        found.append((FaultCode.UNKNOWN_CLASS, detail))
+        faults.append((FaultCode.UNKNOWN_CLASS, detail))
 
 
 def check_fit(store: Store, block: Block) -> CheckResult:
@@ -178,14 +178,14 @@ class _Fit:
 
     def retype(self, fact: PropertyValue) -> None:
         """Note a fault if a type fact does not go with the class that its subject was created with."""
-        tbox, uid, given = self.store.tbox, fact.subject, fact.target
+        tbox, uid, told = self.store.tbox, fact.subject, fact.target
         created = self._created_as(uid)
         if not (self.store.class_mask(uid) or uid in self.masks):
             self.missing[uid] = None
-        if created is None or tbox.is_a(given, created) or tbox.is_a(created, given):
+        if created is None or tbox.is_a(told, created) or tbox.is_a(created, told):
             return
-        how = "is disjoint with" if tbox.are_disjoint(given, created) else "is neither above nor below"
-        detail = f"{uid} is given the type {tbox.classes[given].name}, which {how} {tbox.classes[created].name}"
+        how = "is disjoint with" if tbox.are_disjoint(told, created) else "is neither above nor below"
+        detail = f"{uid} is given the type {tbox.classes[told].name}, which {how} {tbox.classes[created].name}"
         self.found.append((FaultCode.TYPE_CLASH, detail))
 
     def require(self, uid: int, class_uid: int, code: FaultCode, attribute: Attribute) -> None:
@@ -202,5 +202,5 @@ class _Fit:
         self.found.append((code, detail))
 
 
-def _faults(block: Block, found: list[tuple[FaultCode, str]]) -> tuple[Fault, ...]:
-    return tuple(Fault(code, block.origin, detail, block.sequence, block.epoch) for code, detail in found)
+def _faults(block: Block, coded: list[tuple[FaultCode, str]]) -> tuple[Fault, ...]:
+    return tuple(Fault(code, block.origin, detail, block.sequence, block.epoch) for code, detail in coded)

@@ -67,6 +67,6 @@ def is_coarse(attribute: Attribute, value: Value) -> bool:
         return False
     numbers = value if isinstance(value, tuple) else (cast(float, value),)
     return all(
-        field.grid.value_at(field.grid.index_of(one)) == one
-        for field, one in zip(attribute.coarse, numbers, strict=True)
+        field.grid.value_at(field.grid.index_of(number)) == number
+        for field, number in zip(attribute.coarse, numbers, strict=True)
     )

@@ -87,9 +87,9 @@ class Definitions:
                     parents.add(self.class_uid[target])
                 elif not isinstance(target, BNode):
                     self._refuse_name(iri, predicate, target)
-                elif (found := self._expression(iri, target)) is not None:
-                    parents.update(found.classes)
-                    self._read.append((iri, found, predicate == OWL.equivalentClass))
+                elif (expression := self._expression(iri, target)) is not None:
+                    parents.update(expression.classes)
+                    self._read.append((iri, expression, predicate == OWL.equivalentClass))
         return parents
 
     def _refuse_name(self, iri: Node, predicate: URIRef, target: Node) -> None:
@@ -120,8 +120,8 @@ class Definitions:
             wrong = f"its definition names {self.reader.shown(node)}, which is not declared"
             self.reader.fault(iri, wrong, f"a declared owl:Class{self.reader.hint(node, self.class_uid)}")
         else:
-            said = ", ".join(sorted(self.reader.shown(p) for p in says)) or "nothing"
-            self.reader.fault(iri, f"its definition says {said}", _EXPRESSIONS)
+            predicates = ", ".join(sorted(self.reader.shown(p) for p in says)) or "nothing"
+            self.reader.fault(iri, f"its definition says {predicates}", _EXPRESSIONS)
         return None
 
     def axioms(self, attributes: Sequence[Attribute]) -> Axioms:
@@ -129,8 +129,8 @@ class Definitions:
         named: dict[Node, Attribute] = {URIRef(attribute.iri): attribute for attribute in attributes[1:]}
         definitions = []
         for iri, expression, is_sufficient in self._read:
-            made = [self._condition(iri, named, *one) for one in expression.restrictions]
-            conditions = tuple(one for one in made if one is not None)
+            made = [self._condition(iri, named, *restriction) for restriction in expression.restrictions]
+            conditions = tuple(condition for condition in made if condition is not None)
             definitions.append(Definition(self.class_uid[iri], expression.classes, conditions, is_sufficient))
         self._refuse_circular(definitions)
         self._refuse_anonymous()
@@ -188,27 +188,29 @@ class Definitions:
         """Return the classes with every superclass that follows from the axioms, or note what is wrong with these."""
         rules = CompiledAxioms(classes, attributes, axioms)
         self._refuse_unlike_ends(rules, attributes)
-        found, told = [], closure(classes)
+        classified, told = [], closure(classes)
         for c in classes:
             new = [d.uid for d in classes if (rules.superclasses[c.uid] & ~told[c.uid]) >> d.uid & 1]
             for other in new:
                 if rules.superclasses[other] >> c.uid & 1:
                     wrong = f"the definitions make it the same class as {classes[other].name}"
                     self.reader.fault(URIRef(c.iri), wrong, "one name for a class")
-            found.append(replace(c, parents=tuple(sorted({*c.parents, *new}))))
-        return found
+            classified.append(replace(c, parents=tuple(sorted({*c.parents, *new}))))
+        return classified
 
     def _refuse_unlike_ends(self, rules: CompiledAxioms, attributes: Sequence[Attribute]) -> None:
         """Refuse links that say another link of things that are not known to be of its domain and range."""
         for attribute in attributes:
             for uid, flipped in rules.entailed[attribute.uid]:
-                said = attributes[uid]
+                entailed = attributes[uid]
                 ends = (attribute.domain, attribute.range_class)
-                given = ends[::-1] if flipped else ends
-                for what, end, asked in zip(("domain", "range"), given, (said.domain, said.range_class), strict=True):
+                own_ends = ends[::-1] if flipped else ends
+                for what, end, asked in zip(
+                    ("domain", "range"), own_ends, (entailed.domain, entailed.range_class), strict=True
+                ):
                     if end is not None and asked is not None and not rules.superclasses[end] >> asked & 1:
                         turned = ", the other way round," if flipped else ""
-                        wrong = f"it says {said.name}{turned} of what need not be of the {what} of {said.name}"
+                        wrong = f"it says {entailed.name}{turned} of what need not be of the {what} of {entailed.name}"
                         self.reader.fault(URIRef(attribute.iri), wrong, "ends that are of the classes it asks for")
 
     def _refuse_circular(self, definitions: Sequence[Definition]) -> None:
@@ -216,7 +218,7 @@ class Definitions:
         mentions: dict[int, set[int]] = {}
         for each in definitions:
             if each.is_sufficient:
-                fillers = {one.filler for one in each.conditions if one.filler is not None}
+                fillers = {condition.filler for condition in each.conditions if condition.filler is not None}
                 mentions.setdefault(each.class_uid, set()).update(each.classes, fillers)
         self._refuse_circles(
             mentions, dict(enumerate(self.class_uid)), "it is defined by itself", "definitions by other classes"
@@ -233,12 +235,12 @@ class Definitions:
         self, arrows: Mapping[int, set[int]], iris: Mapping[int, Node], wrong: str, allowed: str
     ) -> None:
         """Note one fault for each circle, at its first term."""
-        said: set[int] = set()
+        reported: set[int] = set()
         for start in sorted(arrows):
             reached = _reach(arrows, start)
-            if start in reached and start not in said:
+            if start in reached and start not in reported:
                 circle = [uid for uid in sorted(reached) if uid == start or start in _reach(arrows, uid)]
-                said.update(circle)
+                reported.update(circle)
                 names = ", ".join(self.reader.shown(iris[uid]) for uid in circle)
                 self.reader.fault(iris[start], f"{wrong}: {names}", allowed)
 
@@ -267,19 +269,19 @@ class Definitions:
 
 def _stored(attribute: Attribute, term: Node) -> Value | None:
     """Return the value that a literal stands for, if the attribute stores it as it is."""
-    given = term.toPython() if isinstance(term, Literal) else None
-    if attribute.kind is ValueKind.SYMBOL and given in attribute.symbols:
-        return attribute.symbols.index(given)
-    if attribute.kind is ValueKind.TEXT and type(given) is str:
-        return given
-    if attribute.kind is ValueKind.BOOLEAN and isinstance(given, bool):
-        return given
-    if attribute.kind is ValueKind.NUMBER and isinstance(given, (int, float, Decimal)) and not isinstance(given, bool):
+    value = term.toPython() if isinstance(term, Literal) else None
+    if attribute.kind is ValueKind.SYMBOL and value in attribute.symbols:
+        return attribute.symbols.index(value)
+    if attribute.kind is ValueKind.TEXT and type(value) is str:
+        return value
+    if attribute.kind is ValueKind.BOOLEAN and isinstance(value, bool):
+        return value
+    if attribute.kind is ValueKind.NUMBER and isinstance(value, (int, float, Decimal)) and not isinstance(value, bool):
         try:
-            stored = attribute.quantise(float(given))
+            stored = attribute.quantise(float(value))
         except ValueError:
             return None
-        return stored if stored == float(given) else None
+        return stored if stored == float(value) else None
     return None
 
 

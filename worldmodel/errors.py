@@ -39,13 +39,13 @@ class QueryError(WorldModelError, ValueError):
     """A SPARQL query that cannot be answered."""
 
 
-def suggestion(given: str, known: Iterable[str]) -> str:
-    """Return the end of an error message that proposes the known name most like ``given``.
+def suggestion(name: str, known: Iterable[str]) -> str:
+    """Return the end of an error message that proposes the known name most like ``name``.
 
     This is the one "did you mean" of the project; it is written behind the list of what is allowed.
 
     Args:
-        given: the name that the user wrote.
+        name: the name that the user wrote.
         known: the names that are allowed; of names equally alike the order decides, as in difflib.
 
     Returns:
@@ -56,18 +56,18 @@ def suggestion(given: str, known: Iterable[str]) -> str:
     >>> suggestion("xyz", ["position", "location"])
     ''
     """
-    found = difflib.get_close_matches(given, list(known), n=1)
-    return f"; did you mean {found[0]!r}?" if found else ""
+    close = difflib.get_close_matches(name, list(known), n=1)
+    return f"; did you mean {close[0]!r}?" if close else ""
 
 
-def unknown_name(what: str, given: str, known: Iterable[str]) -> UnknownNameError:
+def unknown_name(what: str, name: str, known: Iterable[str]) -> UnknownNameError:
     """Return the error for a name that nothing bears.
 
     Args:
         what: the kind of thing that was asked for, such as "class".
-        given: the name that was asked for.
+        name: the name that was asked for.
         known: the names that would have been found.
     """
     names = sorted(known)
     allowed = ", ".join(names) or "none"
-    return UnknownNameError([f"no {what} is named {given!r}; allowed: {allowed}{suggestion(given, names)}"])
+    return UnknownNameError([f"no {what} is named {name!r}; allowed: {allowed}{suggestion(name, names)}"])

@@ -70,10 +70,10 @@ def fused(
         FactError: a prior for another kind of attribute, or one without a positive finite sum.
     """
     newest: dict[int, Observation] = {}
-    for one in observations:
-        before = newest.get(one.origin)
-        if before is None or _key(before) < _key(one):
-            newest[one.origin] = one
+    for observation in observations:
+        before = newest.get(observation.origin)
+        if before is None or _key(before) < _key(observation):
+            newest[observation.origin] = observation
     if prior is not None:
         _refuse_bad_prior(attribute, prior)
     if not newest:
@@ -84,10 +84,12 @@ def fused(
         return Estimate(last.value, None, last.time_s, (last.origin,))
     if attribute.kind in MEASURED:
         if not independent:
-            weighed = [min(weighed, key=lambda one: (one.fact.uncertainty, one.origin))]
+            weighed = [min(weighed, key=lambda observation: (observation.fact.uncertainty, observation.origin))]
         return _by_inverse_variance(weighed)
     if not independent:
-        weighed = [min(weighed, key=lambda one: (-cast(float, one.fact.uncertainty), one.origin))]
+        weighed = [
+            min(weighed, key=lambda observation: (-cast(float, observation.fact.uncertainty), observation.origin))
+        ]
     return _by_bayes(attribute, weighed, prior)
 
 
@@ -96,42 +98,45 @@ def _key(observation: Observation) -> tuple[object, ...]:
 
 
 def _by_inverse_variance(weighed: Sequence[Observation]) -> Estimate:
-    sigmas = [cast(float, one.fact.uncertainty) for one in weighed]
+    sigmas = [cast(float, observation.fact.uncertainty) for observation in weighed]
     weights = [1.0 / (sigma * sigma) for sigma in sigmas]
     total = math.fsum(weights)
 
     def mean(numbers: Iterable[float]) -> float:
         return math.fsum(weight * number for weight, number in zip(weights, numbers, strict=True)) / total
 
-    values = [one.value for one in weighed]
+    values = [observation.value for observation in weighed]
     if isinstance(values[0], tuple):
         points = cast(list[tuple[float, float]], values)
         value: Value = (mean(east for east, _ in points), mean(north for _, north in points))
     else:
         value = mean(cast(list[float], values))
-    return Estimate(value, math.sqrt(1.0 / total), _time_s(weighed), tuple(one.origin for one in weighed))
+    return Estimate(
+        value, math.sqrt(1.0 / total), _time_s(weighed), tuple(observation.origin for observation in weighed)
+    )
 
 
 def _by_bayes(attribute: Attribute, weighed: Sequence[Observation], prior: Mapping[Value, float] | None) -> Estimate:
     hypotheses, n_others = _hypotheses(attribute, weighed)
-    weights = [1.0 if prior is None else prior.get(one, 0.0) for one in hypotheses]
+    weights = [1.0 if prior is None else prior.get(hypothesis, 0.0) for hypothesis in hypotheses]
     n = sum(weight > 0.0 for weight in weights) + n_others
     others = float(n_others)
-    for one in weighed:
-        p = cast(float, one.fact.uncertainty)
+    for observation in weighed:
+        p = cast(float, observation.fact.uncertainty)
         else_p = (1.0 - p) / max(1, n - 1)
-        weights = [w * (p if h == one.value else else_p) for w, h in zip(weights, hypotheses, strict=True)]
+        weights = [w * (p if h == observation.value else else_p) for w, h in zip(weights, hypotheses, strict=True)]
         others *= else_p
     total = math.fsum((*weights, others))
-    origins = tuple(one.origin for one in weighed)
+    origins = tuple(observation.origin for observation in weighed)
     if total == 0.0:  # all that was said is ruled out by the prior
         last = max(weighed, key=_key)
         return Estimate(last.value, 0.0, last.time_s, origins)
-    found = sorted(
-        ((h, w / total) for h, w in zip(hypotheses, weights, strict=True) if w > 0.0), key=lambda one: (-one[1], one[0])
+    ranked = sorted(
+        ((h, w / total) for h, w in zip(hypotheses, weights, strict=True) if w > 0.0),
+        key=lambda pair: (-pair[1], pair[0]),
     )
-    value, probability = found[0]
-    return Estimate(value, probability, _time_s(weighed), origins, tuple(found))
+    value, probability = ranked[0]
+    return Estimate(value, probability, _time_s(weighed), origins, tuple(ranked))
 
 
 def _hypotheses(attribute: Attribute, weighed: Sequence[Observation]) -> tuple[list[Value], int]:
@@ -140,7 +145,7 @@ def _hypotheses(attribute: Attribute, weighed: Sequence[Observation]) -> tuple[l
         return [False, True], 0
     if attribute.kind is ValueKind.SYMBOL:
         return list(range(len(attribute.symbols))), 0
-    return sorted({cast(int, one.value) for one in weighed}), 1
+    return sorted({cast(int, observation.value) for observation in weighed}), 1
 
 
 def _refuse_bad_prior(attribute: Attribute, prior: Mapping[Value, float]) -> None:
@@ -152,4 +157,4 @@ def _refuse_bad_prior(attribute: Attribute, prior: Mapping[Value, float]) -> Non
 
 
 def _time_s(weighed: Sequence[Observation]) -> float:
-    return max(one.time_s for one in weighed)
+    return max(observation.time_s for observation in weighed)

@@ -34,14 +34,14 @@ class History(Sequence[Observation]):
     def __getitem__(self, position: slice) -> tuple[Observation, ...]: ...
     def __getitem__(self, position: int | slice) -> Observation | tuple[Observation, ...]:
         if isinstance(position, slice):
-            return tuple(observation_of(self._entries[one]) for one in self._positions[position])
+            return tuple(observation_of(self._entries[index]) for index in self._positions[position])
         return observation_of(self._entries[self._positions[position]])
 
     def __iter__(self) -> Iterator[Observation]:
-        return (observation_of(self._entries[one]) for one in self._positions)
+        return (observation_of(self._entries[index]) for index in self._positions)
 
     def __reversed__(self) -> Iterator[Observation]:
-        return (observation_of(self._entries[one]) for one in reversed(self._positions))
+        return (observation_of(self._entries[index]) for index in reversed(self._positions))
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Sequence) and len(self) == len(other) and all(map(_same, self, other))
@@ -53,5 +53,5 @@ class History(Sequence[Observation]):
         return f"<History of {len(self)} observations>"
 
 
-def _same(one: object, other: object) -> bool:
-    return one == other
+def _same(value: object, other: object) -> bool:
+    return value == other

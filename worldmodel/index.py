@@ -152,32 +152,32 @@ class Index:
         """Let a status replace, fact by fact, what its origin said before; return the facts that are held now."""
         placed = []
         for fact in status.facts:
-            one = status if len(status.facts) == 1 else status._replace(facts=(fact,))
+            single = status if len(status.facts) == 1 else status._replace(facts=(fact,))
             slot = (fact.subject, fact.attribute, status.origin)
             held = self.statuses.get(slot)
             if held is not None:
-                if one.time_s <= held.time_s:
-                    if self._order(one) <= self._order(held):
+                if single.time_s <= held.time_s:
+                    if self._order(single) <= self._order(held):
                         continue
-                elif self._succeeds(held, one):
-                    self.statuses[slot] = one
-                    placed.append((fact, one))
+                elif self._succeeds(held, single):
+                    self.statuses[slot] = single
+                    placed.append((fact, single))
                     continue
                 self.leave(held.facts[0], held)
-            self.statuses[slot] = one
-            self.enter(fact, one)
-            placed.append((fact, one))
+            self.statuses[slot] = single
+            self.enter(fact, single)
+            placed.append((fact, single))
         return placed
 
-    def _succeeds(self, held: Block, one: Block) -> bool:
+    def _succeeds(self, held: Block, new: Block) -> bool:
         """Let a later status take the place of the latest of its slot, if nothing follows from either; True if so."""
-        subject, attribute, _, _ = one.facts[0]
+        subject, attribute, _, _ = new.facts[0]
         if self.trust.from_s or attribute not in self._tables.unlinked or attribute in self.heeded:
             return False
         entries = self.slots[subject, attribute]
         if entries[-1] is not held:
             return False
-        entries[-1] = one
+        entries[-1] = new
         return True
 
     def _order(self, status: Block) -> tuple[float, int, tuple[int, ...], bool, float]:
@@ -198,21 +198,21 @@ class Index:
             base: the classes that it has in any case, bit c for class c.
             creator: the block that created it.
         """
-        found: dict[Guid, Block] = {}
+        blocks: dict[Guid, Block] = {}
         for attribute in self._tbox.attributes:
             if attribute.uid == TYPE_UID or not base >> attribute.domain & 1:
                 for entry in self.all_of((uid, attribute.uid)):
                     block = block_of(entry)
                     if not block.is_status and (attribute.uid != TYPE_UID or block.guid != creator):
-                        found[block.guid] = block
+                        blocks[block.guid] = block
         for block in self._linking.get(uid, {}).values():
             if not block.is_status and self._asks(block, uid, base):
-                found[block.guid] = block
-        return found.values()
+                blocks[block.guid] = block
+        return blocks.values()
 
     def drop_statuses(self, uid: int, base: int) -> None:
         """Drop the statuses that would not fit if an instance had but the classes of the mask ``base``."""
-        found = [
+        dropped = [
             block
             for attribute in self._tbox.attributes
             if attribute.uid != TYPE_UID and not base >> attribute.domain & 1
@@ -220,8 +220,8 @@ class Index:
             if (block := block_of(entry)).is_status
         ]
         linking = self._linking.get(uid, {}).values()
-        found += [block for block in linking if block.is_status and self._asks(block, uid, base)]
-        for block in found:
+        dropped += [block for block in linking if block.is_status and self._asks(block, uid, base)]
+        for block in dropped:
             fact = block.facts[0]
             if self.statuses.pop((fact.subject, fact.attribute, block.origin), None) is not None:
                 self.leave(fact, block)

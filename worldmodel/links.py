@@ -38,7 +38,7 @@ class Links:
     def take(self, subject: int, attribute: int, target: int) -> None:
         """Take a told link away."""
         slot = (subject, attribute)
-        self._targets[slot] = tuple(one for one in self._targets[slot] if one != target)
+        self._targets[slot] = tuple(linked for linked in self._targets[slot] if linked != target)
         del self._linking[target, attribute][subject]
 
     def reached(self, uid: int, attribute: int, backward: bool = False) -> Iterator[int]:
@@ -52,17 +52,17 @@ class Links:
         reached: set[int] = set()
         front = [uid]
         while front:
-            for one in self._step(front.pop(), attribute, backward):
-                if one not in reached:
-                    reached.add(one)
-                    front.append(one)
-                    yield one
+            for instance in self._step(front.pop(), attribute, backward):
+                if instance not in reached:
+                    reached.add(instance)
+                    front.append(instance)
+                    yield instance
 
     def _step(self, uid: int, attribute: int, backward: bool) -> Iterator[int]:
         for source, flipped in self._rules.sources[attribute]:
             self.steps += 1
-            found = self._linking if backward != flipped else self._targets
-            yield from tuple(found.get((uid, source), ()))
+            links = self._linking if backward != flipped else self._targets
+            yield from tuple(links.get((uid, source), ()))
 
     def concerned(
         self, subject: int, attribute: int, target: int, conditional: Iterable[int]
@@ -73,14 +73,14 @@ class Links:
             subject, attribute, target: the told link.
             conditional: the attributes that count.
         """
-        said = self._rules.entailed[attribute]
+        entailed = self._rules.entailed[attribute]
         for asked in conditional:
             for flipped in (False, True):
-                if (asked, flipped) in said:
+                if (asked, flipped) in entailed:
                     yield target if flipped else subject, asked
             for leading, turned in self._leading[asked]:
                 for flipped in (False, True):
-                    if (leading, flipped) in said:
+                    if (leading, flipped) in entailed:
                         # the end of the link from which the condition is asked, and all from which one gets there
                         end = target if flipped != turned else subject
                         yield end, asked

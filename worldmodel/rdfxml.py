@@ -103,8 +103,8 @@ def _rank(graph: Graph, term: Node) -> tuple[int, str]:
     """Order ontologies before named terms, and those before nodes without a name, which their content orders."""
     if isinstance(term, (URIRef, Literal)):
         return (0 if (term, RDF.type, OWL.Ontology) in graph else 1, term.n3())
-    said = sorted((str(predicate), _rank(graph, target)) for predicate, target in graph.predicate_objects(term))
-    return 2, repr(said)
+    ranked = sorted((str(predicate), _rank(graph, target)) for predicate, target in graph.predicate_objects(term))
+    return 2, repr(ranked)
 
 
 def _described(graph: Graph, subject: Node) -> Element:
@@ -115,8 +115,8 @@ def _described(graph: Graph, subject: Node) -> Element:
         element.set(f"{_RDF}about", str(subject))
     for kind in kinds[1:]:
         SubElement(element, f"{_RDF}type", {f"{_RDF}resource": str(kind)})
-    said = ((p, _rank(graph, o), o) for p, o in graph.predicate_objects(subject) if p != RDF.type)
-    for predicate, _, target in sorted(said, key=lambda each: (str(each[0]), each[1])):
+    statements = ((p, _rank(graph, o), o) for p, o in graph.predicate_objects(subject) if p != RDF.type)
+    for predicate, _, target in sorted(statements, key=lambda each: (str(each[0]), each[1])):
         _state(graph, SubElement(element, _tag(predicate)), target)
     return element
 

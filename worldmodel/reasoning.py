@@ -87,18 +87,20 @@ class Inference:
         self.touched.update(self._common)
         self._banned: Collection[int] = seen.banned
         self._graph = Links(self.rules)
-        self._base = {one.uid: self.rules.closed(tbox.ancestor_mask(one.class_uid)) for one in instances}
+        self._base = {instance.uid: self.rules.closed(tbox.ancestor_mask(instance.class_uid)) for instance in instances}
         self._met: dict[int, int] = {}  # conditions that are met by links
         self._classes: dict[int, int] = {}
         self._links = {a.uid for a in tbox.attributes if a.kind is ValueKind.LINK}
-        self._of_links = [one for one in self.rules.conditions if one.filler is not None]
+        self._of_links = [condition for condition in self.rules.conditions if condition.filler is not None]
         self._bits_on: dict[int, int] = {}  # attribute -> conditions on its links
-        for one in self._of_links:
-            self._bits_on[one.attribute] = self._bits_on.get(one.attribute, 0) | self.rules.bit_of(one)
+        for condition in self._of_links:
+            self._bits_on[condition.attribute] = self._bits_on.get(condition.attribute, 0) | self.rules.bit_of(
+                condition
+            )
         self._of_values: dict[int, list[ValueCondition]] = {}
-        for one in self.rules.conditions:
-            if one.filler is None:
-                self._of_values.setdefault(one.attribute, []).append(one)
+        for condition in self.rules.conditions:
+            if condition.filler is None:
+                self._of_values.setdefault(condition.attribute, []).append(condition)
 
     # Questions -----------------------------------------------------------------------------------
 
@@ -137,11 +139,11 @@ class Inference:
         """Return (instance, class, class) where conclusions make an instance one of two disjoint classes."""
         self.settle()
         n, tbox = self.rules.n_classes, self._tbox
-        found = []
+        pairs = []
         for uid, mask in sorted(self._classes.items()):
             held = [c for c in range(n) if mask >> c & 1]
-            found += [(uid, c, d) for c in held for d in held if c < d and tbox.are_disjoint(c, d)]
-        return tuple(found)
+            pairs += [(uid, c, d) for c in held for d in held if c < d and tbox.are_disjoint(c, d)]
+        return tuple(pairs)
 
     @property
     def steps(self) -> int:
@@ -175,11 +177,11 @@ class Inference:
         self._n_looked_at += 1
         if attribute in self._links:
             graph, old, new = self._graph, self._graph.told(slot), self.told_links(subject, attribute)
-            for target in (one for one in old if one not in new):
+            for target in (linked for linked in old if linked not in new):
                 for uid, asked in graph.concerned(subject, attribute, target, self._bits_on):
                     doubted[uid] = doubted.get(uid, 0) | self._bits_on[asked]
                 graph.take(subject, attribute, target)
-            for target in (one for one in new if one not in old):
+            for target in (linked for linked in new if linked not in old):
                 graph.add(subject, attribute, target)
                 grown.update(uid for uid, _ in graph.concerned(subject, attribute, target, self._bits_on))
         if attribute == TYPE_UID or attribute in self._of_values:
@@ -196,9 +198,9 @@ class Inference:
         mask = self._seen.told_classes(uid)
         for attribute, conditions in self._of_values.items():
             value = self._seen.value(uid, attribute)
-            for one in conditions:
-                if value is not None and one.value == value:
-                    mask |= self.rules.bit_of(one)
+            for condition in conditions:
+                if value is not None and condition.value == value:
+                    mask |= self.rules.bit_of(condition)
         return self.rules.closed(mask)
 
     def _base_of(self, uid: int) -> int:
@@ -231,9 +233,9 @@ class Inference:
             old = self._classes_of(uid)
             before.setdefault(uid, old)
             met = self._met.get(uid, 0)
-            for one in self._of_links:
-                bit = self.rules.bit_of(one)
-                if not (old | met) & bit and self._meets(uid, one):
+            for condition in self._of_links:
+                bit = self.rules.bit_of(condition)
+                if not (old | met) & bit and self._meets(uid, condition):
                     met |= bit
             self._met[uid] = met
             now = self._classes[uid] = self.rules.closed(self._base_of(uid) | met)
@@ -247,10 +249,10 @@ class Inference:
 
     def _resting_on(self, uid: int, classes: int) -> Iterator[tuple[int, int]]:
         """Yield the instances that meet a condition by linking to this one if it is of ``classes``, and its bit."""
-        for one in self._of_links:
-            if one.filler is not None and classes >> one.filler & 1:
-                bit = self.rules.bit_of(one)
-                for resting in self._graph.reached(uid, one.attribute, backward=True):
+        for condition in self._of_links:
+            if condition.filler is not None and classes >> condition.filler & 1:
+                bit = self.rules.bit_of(condition)
+                for resting in self._graph.reached(uid, condition.attribute, backward=True):
                     yield resting, bit
 
     def _changed(self, before: dict[int, int]) -> Concluded:

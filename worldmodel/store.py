@@ -54,9 +54,9 @@ class PruneRule(NamedTuple):
         """Raise FactError if there is no such class or attribute, or none whose values may go."""
         if not 0 <= self.class_uid < len(tbox.classes):
             raise FactError(f"pruning: class {self.class_uid} is unknown; allowed: 0..{len(tbox.classes) - 1}")
-        allowed = {one.uid for one in prunable(tbox)}
+        allowed = {attribute.uid for attribute in prunable(tbox)}
         if self.attribute not in allowed:
-            kept = ", ".join(one.name for one in tbox.attributes if one.uid not in allowed)
+            kept = ", ".join(attribute.name for attribute in tbox.attributes if attribute.uid not in allowed)
             within = f"1..{len(tbox.attributes) - 1}; values of {kept} are never pruned"
             raise FactError(f"pruning: attribute {self.attribute}; allowed: {within}")
         if not self.older_than_s >= 0:
@@ -228,19 +228,22 @@ class Store(Answers):
 
     def _turned(self) -> tuple[PropertyValue, ...]:
         """The latest facts of slots in which others count since the last ban; the ban's own slot is among them."""
-        found = [self.latest(*slot) for slot in sorted(self.index.turned)]
+        turned = [self.latest(*slot) for slot in sorted(self.index.turned)]
         self.index.turned.clear()
-        return tuple(one.fact for one in found if one is not None)
+        return tuple(observation.fact for observation in turned if observation is not None)
 
     def place_status(self, block: Block) -> Change:
         """Let a status that has passed the checks replace what its origin said before."""
         placed = self.index.place(block)
         self.version += bool(placed)
         watching, slots = self.subscriptions.watching, self.index.slots
-        for fact, one in placed if watching else ():
+        for fact, placed_block in placed if watching else ():
             if fact.attribute in watching:
-                self.subscriptions.note(Observation(one, 0))
-        return Change(block, tuple([f for f, one in placed if slots.get((f.subject, f.attribute), _NONE)[-1] is one]))
+                self.subscriptions.note(Observation(placed_block, 0))
+        return Change(
+            block,
+            tuple([f for f, placed_block in placed if slots.get((f.subject, f.attribute), _NONE)[-1] is placed_block]),
+        )
 
     def facts_of(self, subject: int, attribute: int) -> list[Observation]:
         """Return all observations of a slot, those of banned origins too."""

@@ -81,11 +81,11 @@ class Subscriptions:
     def note(self, observation: Observation) -> None:
         """Keep an observation that has come in for whoever watches its attribute and instance."""
         fact = observation.fact
-        for one in self.watching.get(fact.attribute, ()):
-            if one.instance == fact.subject or (
-                one.class_uid is not None and self._class_mask(fact.subject) >> one.class_uid & 1
+        for subscription in self.watching.get(fact.attribute, ()):
+            if subscription.instance == fact.subject or (
+                subscription.class_uid is not None and self._class_mask(fact.subject) >> subscription.class_uid & 1
             ):
-                self._news[one].append(observation)
+                self._news[subscription].append(observation)
                 self.n_noted += 1
 
     def fetch(self, subscription: Subscription) -> tuple[Observation, ...]:

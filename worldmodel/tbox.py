@@ -198,8 +198,10 @@ class TBox:
                     excluded[below_a] |= 1 << below_b
                     excluded[below_b] |= 1 << below_a
         table = repr((self.classes, self.attributes, excluded, self.axioms))
-        table += "".join(f"{one.name}: {one.coarse}" for one in self.attributes if one.coarse)
-        table += "".join(f"{one.name}: {one.most_bytes} bytes" for one in self.attributes if one.most_bytes)
+        table += "".join(f"{attribute.name}: {attribute.coarse}" for attribute in self.attributes if attribute.coarse)
+        table += "".join(
+            f"{attribute.name}: {attribute.most_bytes} bytes" for attribute in self.attributes if attribute.most_bytes
+        )
         derived = {
             "hash": int.from_bytes(hashlib.sha256(table.encode()).digest()[:4], "big"),
             "rules": CompiledAxioms(self.classes, self.attributes, self.axioms),

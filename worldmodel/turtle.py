@@ -184,8 +184,8 @@ class _Reader:
 
     def _declared(self, *owl_types: URIRef) -> list[URIRef]:
         """Return what is declared to be of one of ``owl_types`` outside the situation vocabulary, by IRI."""
-        found = {s for owl_type in owl_types for s in self.graph.subjects(RDF.type, owl_type)}
-        return sorted(iri for iri in found if isinstance(iri, URIRef) and not iri.startswith(SIT))
+        declared = {s for owl_type in owl_types for s in self.graph.subjects(RDF.type, owl_type)}
+        return sorted(iri for iri in declared if isinstance(iri, URIRef) and not iri.startswith(SIT))
 
     def _is_class(self, term: Node) -> bool:
         """True if the term is declared, be it by the situation vocabulary, which stays in the graph."""
@@ -314,8 +314,12 @@ class _Reader:
         if domain not in self.class_uid:
             return None
         datatype = _DATATYPES.get(kind, str(target) if kind is ValueKind.NUMBER else "")
-        said = self.annotations
-        more = said.uncertainty(iri, kind, fields), said.coarse(iri, fields), said.most_bytes(iri, kind)
+        annotations = self.annotations
+        more = (
+            annotations.uncertainty(iri, kind, fields),
+            annotations.coarse(iri, fields),
+            annotations.most_bytes(iri, kind),
+        )
         of = self.class_uid[domain], kind, fields, range_class, symbols, latest_only, datatype
         return Attribute(uid, _local_name(iri), str(iri), *of, *more)
 

@@ -141,11 +141,11 @@ class AcousticChannel(ChannelModel):
         return francois_garrison_db_per_km(frequency_khz, self.temperature_c, self.salinity_psu, depth_m, self.ph)
 
     @classmethod
-    def faults(cls, given: Mapping[str, Any]) -> Iterator[SettingFault]:
+    def faults(cls, settings: Mapping[str, Any]) -> Iterator[SettingFault]:
         """Two keys that say how loud the modem is."""
-        if given.get("source_level_db") is not None and given.get("acoustic_power_w") is not None:
+        if settings.get("source_level_db") is not None and settings.get("acoustic_power_w") is not None:
             allowed = "given beside source_level_db, which says the same: leave one of them out"
-            yield SettingFault("acoustic_power_w", str(given["acoustic_power_w"]), allowed)
+            yield SettingFault("acoustic_power_w", str(settings["acoustic_power_w"]), allowed)
 
     def misfits(self, deployment: Deployment) -> Iterator[SettingFault]:
         """A modem of which nobody says how loud it is."""

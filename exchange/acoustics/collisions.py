@@ -71,19 +71,19 @@ class Collisions:
             Its hearings, and all that are now known to be lost, those of packets before it among them.
         """
         lost = []
-        for one in self._on_their_way(sender, from_s):
-            if not one.collided and _meet(one.from_s, one.arrival.time_s, from_s, until_s):
-                one.collided = True
-                lost.append(one)
+        for hearing in self._on_their_way(sender, from_s):
+            if not hearing.collided and _meet(hearing.from_s, hearing.arrival.time_s, from_s, until_s):
+                hearing.collided = True
+                lost.append(hearing)
         self._sending[sender] = from_s, until_s
         hearings = []
         for arrival in arrivals:
             hearing = Hearing(slot, sender, arrival, arrival.time_s - (until_s - from_s))
             others = self._on_their_way(arrival.receiver, from_s)
-            for one in others:
-                if _meet(one.from_s, one.arrival.time_s, hearing.from_s, arrival.time_s):
-                    lost += [] if one.collided else [one]
-                    one.collided = hearing.collided = True
+            for other in others:
+                if _meet(other.from_s, other.arrival.time_s, hearing.from_s, arrival.time_s):
+                    lost += [] if other.collided else [other]
+                    other.collided = hearing.collided = True
             own = self._sending.get(arrival.receiver)
             if own is not None and _meet(*own, hearing.from_s, arrival.time_s):
                 hearing.collided = True
@@ -95,6 +95,6 @@ class Collisions:
 
     def _on_their_way(self, receiver: int, now_s: float) -> list[Hearing]:
         """Packets that a receiver may still hear now, or later."""
-        still = [one for one in self._hearings.get(receiver, ()) if one.arrival.time_s > now_s]
+        still = [hearing for hearing in self._hearings.get(receiver, ()) if hearing.arrival.time_s > now_s]
         self._hearings[receiver] = still
         return still

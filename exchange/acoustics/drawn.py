@@ -36,9 +36,9 @@ def n_arrived(links: LinkModel, modem: Modem, ranges_m: Sequence[float], n_packe
     """
     channel = BroadcastChannel(modem, CachedLinks(links), seed, carries_beyond_range=True)
     positions_m = [(0.0, 0.0), *((range_m, 0.0) for range_m in ranges_m)]
-    found = [0] * len(ranges_m)
+    counts = [0] * len(ranges_m)
     data = bytes(modem.payload_bytes)
     for slot in range(n_packets):
         for arrival in channel.transmit(slot, 0, data, 0.0, positions_m):
-            found[arrival.receiver - 1] += 1
-    return found
+            counts[arrival.receiver - 1] += 1
+    return counts

@@ -128,11 +128,12 @@ class ChannelModel(BaseModel):
         yield from ()
 
     @classmethod
-    def faults(cls, given: Mapping[str, Any]) -> Iterator[SettingFault]:
+    def faults(cls, settings: Mapping[str, Any]) -> Iterator[SettingFault]:
         """What is wrong between settings that are right one by one; asked when a scenario is checked. Optional.
 
         Args:
-            given: values as the file has them, defaults left out. What is malformed is reported elsewhere: pass it by.
+            settings: values as the file has them, defaults left out. What is malformed is reported elsewhere: pass it
+                by.
         """
         yield from ()
 
@@ -197,9 +198,9 @@ class MatrixChannel(BernoulliChannel):
         return self.per + math.fsum(link.per - self.per for link in self.link) / n_links
 
     @classmethod
-    def faults(cls, given: Mapping[str, Any]) -> Iterator[SettingFault]:
+    def faults(cls, settings: Mapping[str, Any]) -> Iterator[SettingFault]:
         """A link from a vehicle to itself, or listed twice."""
-        links = given.get("link", ())
+        links = settings.get("link", ())
         pairs: set[tuple[str, str]] = set()
         for number, link in enumerate(links if isinstance(links, Sequence) else (), 1):
             sender, receiver = (link.get("sender"), link.get("receiver")) if isinstance(link, Mapping) else (None, None)
@@ -239,10 +240,10 @@ class GilbertElliottChannel(ChannelModel):
         return GilbertElliott(self.p_good_to_bad, self.p_bad_to_good, self.per_good, self.per_bad, seed)
 
     @classmethod
-    def faults(cls, given: Mapping[str, Any]) -> Iterator[SettingFault]:
+    def faults(cls, settings: Mapping[str, Any]) -> Iterator[SettingFault]:
         """A chain that never changes, or changes more than surely."""
         keys = ("p_good_to_bad", "p_bad_to_good")
-        rates = {key: given.get(key, cls.model_fields[key].default) for key in keys}
+        rates = {key: settings.get(key, cls.model_fields[key].default) for key in keys}
         if all(isinstance(rate, int | float) and 0.0 <= rate <= 1.0 for rate in rates.values()):
             greater = max(rates, key=lambda key: rates[key])
             if not 0.0 < math.fsum(rates.values()) <= 1.0:

@@ -67,7 +67,7 @@ def faded_block_loss(modulation: Modulation, n_bits: int, ebn0: float) -> float:
 def _thresholds(modulation: Modulation, n_bits: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Values of the threshold X, and their weights, which sum up to the loss where there is nothing but noise."""
     whole = 1.0 - ldexp(1.0, -n_bits)
-    found = []
+    weighted = []
     for number in range(-HALF, HALF + 1):
         t = number * STEP
         above, below = 0.5 * exp(t), 0.5 * exp(-t)
@@ -75,9 +75,9 @@ def _thresholds(modulation: Modulation, n_bits: int) -> tuple[tuple[float, ...],
         low, high = 1.0 / (1.0 + 1.0 / steep), 1.0 / (1.0 + steep)
         intact = high * whole + ldexp(1.0, -n_bits)  # 1 - low * whole, exact near the end too
         rate = -expm1((log1p(-low * whole) if low < 0.5 else log(intact)) / n_bits)
-        found.append((needed_ebn0(modulation, min(rate, 0.5)), (above + below) * low * high))
-    total = math.fsum(weight for _, weight in found)
-    return tuple(x for x, _ in found), tuple(whole * weight / total for _, weight in found)
+        weighted.append((needed_ebn0(modulation, min(rate, 0.5)), (above + below) * low * high))
+    total = math.fsum(weight for _, weight in weighted)
+    return tuple(x for x, _ in weighted), tuple(whole * weight / total for _, weight in weighted)
 
 
 def frames(n_bits: int, frame_bits: int) -> Iterator[int]:

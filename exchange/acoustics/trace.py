@@ -89,7 +89,9 @@ class Trace:
     @property
     def longest_gap_s(self) -> float:
         """Longest time between two rows of a link."""
-        return max((end - begin for one in self.links.values() for begin, end in pairwise(one.times_s)), default=0.0)
+        return max(
+            (end - begin for series in self.links.values() for begin, end in pairwise(series.times_s)), default=0.0
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,9 +133,9 @@ class TraceChannel(ChannelModel):
         return math.fsum(series.mean(trace.until_s) for series in trace.links.values()) / len(trace.links)
 
     @classmethod
-    def faults(cls, given: Mapping[str, Any]) -> Iterator[SettingFault]:
+    def faults(cls, settings: Mapping[str, Any]) -> Iterator[SettingFault]:
         """No file is named."""
-        if not given.get("file"):
+        if not settings.get("file"):
             yield SettingFault("file", "", f"missing: a CSV or Parquet file of {', '.join(KEYS)}, and lost or per")
 
     def misfits(self, deployment: Deployment) -> Iterator[SettingFault]:
@@ -152,8 +154,8 @@ class TraceChannel(ChannelModel):
         except TraceError as error:
             yield SettingFault("file", f'"{self.file}"', str(error))
             return
-        if found := _misfit(trace, deployment, self.repeat):
-            yield SettingFault("file", f'"{self.file}"', found)
+        if misfit := _misfit(trace, deployment, self.repeat):
+            yield SettingFault("file", f'"{self.file}"', misfit)
 
 
 def _misfit(trace: Trace, deployment: Deployment, repeat: bool) -> str:
@@ -162,7 +164,9 @@ def _misfit(trace: Trace, deployment: Deployment, repeat: bool) -> str:
     others = [name for name in trace.vehicles if name not in deployment.nodes]
     if others:
         return f"is of vehicle {', '.join(others)}; those of the scenario are {', '.join(fleet)}: rename them in either"
-    missing = [(one, other) for one in fleet for other in fleet if one != other and (one, other) not in trace.links]
+    missing = [
+        (sender, other) for sender in fleet for other in fleet if sender != other and (sender, other) not in trace.links
+    ]
     if missing:
         more = f" and {len(missing) - 1} more" if len(missing) > 1 else ""
         return f"has no row of the link from {missing[0][0]} to {missing[0][1]}{more}: every link needs one at least"
@@ -187,10 +191,10 @@ def trace_of(file: str, sha256: str = "") -> Trace:
         TraceGoneError: there is no such file, or it has another hash.
         TraceError: it is no trace.
     """
-    found = hash_of(file)
-    if sha256 and found != sha256:
-        raise TraceGoneError(f"is not the file that was used: its sha256 is {found}, not {sha256}")
-    return _read(file, found)
+    digest = hash_of(file)
+    if sha256 and digest != sha256:
+        raise TraceGoneError(f"is not the file that was used: its sha256 is {digest}, not {sha256}")
+    return _read(file, digest)
 
 
 def hash_of(file: str) -> str:
@@ -215,16 +219,16 @@ def _read(file: str, sha256: str) -> Trace:
     if missing or ("lost" in names and "per" in names):
         raise TraceError(f"has the columns {', '.join(names) or 'none'}; needed are {', '.join(KEYS)} and lost or per")
     places = [names.index(name) for name in (*KEYS, kind)]
-    found: dict[tuple[str, str], dict[float, float]] = {}
+    losses: dict[tuple[str, str], dict[float, float]] = {}
     for number, row in enumerate(rows, 1):
         values = [row[place] if place < len(row) else "" for place in places]
         time_s, sender, receiver, per = _checked(number, kind, values)
-        if time_s in (of_link := found.setdefault((sender, receiver), {})):
+        if time_s in (of_link := losses.setdefault((sender, receiver), {})):
             raise TraceError(f"row {number}: a second one of {sender} to {receiver} at {time_s:g} s")
         of_link[time_s] = per
-    if not found:
+    if not losses:
         raise TraceError("has no rows")
-    links = {link: LossSeries(*zip(*sorted(of_link.items()), strict=True)) for link, of_link in sorted(found.items())}
+    links = {link: LossSeries(*zip(*sorted(of_link.items()), strict=True)) for link, of_link in sorted(losses.items())}
     gaps_s = [end - begin for series in links.values() for begin, end in pairwise(series.times_s)]
     latest_s = max(series.times_s[-1] for series in links.values())
     return Trace(links, latest_s + (median(gaps_s) if gaps_s else 0.0))

@@ -33,8 +33,8 @@ class Ether:
 
     def taken(self, driver: MemoryDriver) -> list[TimedPacket]:
         """What a driver has not given yet."""
-        found, self._waiting[driver] = self._waiting[driver], []
-        return found
+        packets, self._waiting[driver] = self._waiting[driver], []
+        return packets
 
     def leave(self, driver: MemoryDriver) -> None:
         """Let a driver hear nothing from now on."""

@@ -66,12 +66,12 @@ class Socket:
             self._socket.bind(address)
         except OSError as error:
             self._socket.close()
-            given = f"--bind {address[0]}:{address[1]}"
+            bound = f"--bind {address[0]}:{address[1]}"
             if error.errno == errno.EADDRINUSE:
                 raise ConfigurationError(
-                    f"{given}: in use by another program; choose another port, or 0 for any that is free"
+                    f"{bound}: in use by another program; choose another port, or 0 for any that is free"
                 ) from None
-            raise ConfigurationError(f"{given}: {error.strerror}; allowed are addresses of this machine") from None
+            raise ConfigurationError(f"{bound}: {error.strerror}; allowed are addresses of this machine") from None
         self._socket.setblocking(False)
 
     @property
@@ -111,8 +111,8 @@ class Socket:
         """
         known, until_s = frozenset(peers), time.monotonic() + wait_s
         while self.wait(max(0.0, until_s - time.monotonic())):
-            found = self.take()
-            if found is not None and found[1] in known and (opened := _opened(found[0])) is not None:
+            datagram = self.take()
+            if datagram is not None and datagram[1] in known and (opened := _opened(datagram[0])) is not None:
                 return time.monotonic() - opened[0] / speed
         return None
 
@@ -163,9 +163,9 @@ class UdpDriver:
     def _taken(self) -> list[TimedPacket]:
         heard: list[TimedPacket] = []
         for _ in range(MOST_AT_ONCE):
-            if (found := self._port.take()) is None:
+            if (datagram := self._port.take()) is None:
                 break
-            opened = _opened(found[0]) if found[1] in self._peers else None
+            opened = _opened(datagram[0]) if datagram[1] in self._peers else None
             if opened is None:
                 self.n_strange += 1
                 continue

@@ -114,11 +114,11 @@ class Holders:
         Args:
             life: of these alone.
         """
-        ledger, away, found = self._ledger, self._peers.away, list[int]()
+        ledger, away, columns = self._ledger, self._peers.away, list[int]()
         for column in range(len(ledger)):
             uid = ledger.uid(column)
             if not self._peers.is_over(uid.origin, uid.epoch) or (life is not None and life != (uid.origin, uid.epoch)):
                 continue
             if not any(self._state.believes[node] >> column & 1 and not away >> node & 1 for node in range(self._me)):
-                found.append(column)
-        return found
+                columns.append(column)
+        return columns

@@ -25,9 +25,9 @@ def _contradiction(fragment: Fragment, ledger: Ledger, assembly: Assembly) -> Bl
         return None
     if fragment.count != known.count:
         return assembly.add(fragment)
-    found = [ledger.fragment(fragment.uid._replace(part=part)) for part in range(fragment.count)]
-    found[fragment.index] = fragment
-    parts = [part for part in found if part is not None]
+    fragments = [ledger.fragment(fragment.uid._replace(part=part)) for part in range(fragment.count)]
+    fragments[fragment.index] = fragment
+    parts = [part for part in fragments if part is not None]
     return joined_block(parts)._replace(time_s=fragment.time_s) if len(parts) == fragment.count else None
 
 
@@ -200,10 +200,14 @@ class Listener:
     def _lives_told(self, packet: Packet) -> list[tuple[int, int]]:
         """Nodes that are in another life than was known, by the packet's head and by items that are new here."""
         told = {packet.sender: packet.epoch}
-        for one in packet.fragments:
-            is_newer = one.origin not in told and one.origin != self._me and one.epoch > self._peers.epochs[one.origin]
-            if is_newer and one.sequence != STATUS and one.uid not in self._ledger:
-                told[one.origin] = one.epoch
+        for fragment in packet.fragments:
+            is_newer = (
+                fragment.origin not in told
+                and fragment.origin != self._me
+                and fragment.epoch > self._peers.epochs[fragment.origin]
+            )
+            if is_newer and fragment.sequence != STATUS and fragment.uid not in self._ledger:
+                told[fragment.origin] = fragment.epoch
         return [(node, epoch) for node, epoch in told.items() if epoch != self._peers.epochs[node]]
 
     def _take_in(self, packet: Packet, now_s: float) -> _Taken:

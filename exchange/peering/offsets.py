@@ -46,7 +46,7 @@ class Offsets:
 
         The own clock counts as one of them, so a fleet whose clocks agree leaves one that is wrong to come to it.
         """
-        known = [one for peer in range(len(self._leads_s)) if (one := self.estimate_s(peer)) is not None]
+        known = [offset_s for peer in range(len(self._leads_s)) if (offset_s := self.estimate_s(peer)) is not None]
         return -median([0.0, *known]) / 2.0
 
     def shift(self, by_s: float) -> None:

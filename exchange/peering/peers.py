@@ -194,7 +194,7 @@ class BySlots:
 
     def spoken_of(self, slot: int) -> SpokenOf:
         """Of who has had a slot since a packet that comes late, the last packet is another than it speaks of."""
-        lasting = ~sum(1 << one % self._n_nodes for one in range(slot + 1, self._next_slot))
+        lasting = ~sum(1 << slot_heard % self._n_nodes for slot_heard in range(slot + 1, self._next_slot))
         return SpokenOf(lasting, self._sent_slot is not None and 0 < slot - self._sent_slot < self._n_nodes)
 
     def absorb(

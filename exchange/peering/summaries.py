@@ -70,7 +70,7 @@ class Telling:
 
     def urgent(self, room_bits: int) -> tuple[Summary, ...]:
         """The summaries that are due and fit, one at least; the others are due in the next packet."""
-        said: list[Summary] = []
+        told: list[Summary] = []
         for life in (*self._alarms, *self._due):
             is_alarm = life in self._alarms
             if life in self.silenced and not is_alarm:
@@ -78,38 +78,38 @@ class Telling:
                 continue
             summary = Summary(*life, MOST_ITEMS, 0) if is_alarm else summary_of(life, self._holdings.held.get(life, 0))
             room_bits -= self._size_bits(summary)
-            if room_bits < 0 and said:
+            if room_bits < 0 and told:
                 break
             self._alarms.pop(life, None)
-            self._take(life, summary, said)
-        return tuple(said)
+            self._take(life, summary, told)
+        return tuple(told)
 
     def spare(self, room_bits: int) -> tuple[Summary, ...]:
         """One summary that says more than when it was told last, or was not told often enough, if it fits.
 
         What says that a block was given up is told until that comes again: whoever is to say it may have missed it.
         """
-        said: list[Summary] = []
+        told: list[Summary] = []
         for life in self._longest_ago():
             summary = summary_of(life, self._holdings.held.get(life, 0))
             given_up = self._holdings.given_up.get(life, ())
             is_asked_for = any(summary.holds(sequence) is False for sequence in given_up)
             is_known = self._told.get(life) == (summary, TIMES_TOLD) and not is_asked_for
             if life not in self.silenced and not is_known and self._size_bits(summary) <= room_bits:
-                self._take(life, summary, said)
+                self._take(life, summary, told)
                 break
-        return tuple(said)
+        return tuple(told)
 
     def _longest_ago(self) -> Iterator[Life]:
         """What is held of, in the order in which it was told: first what never was."""
         yield from (life for life in sorted(self._holdings.held) if life not in self._told)
         yield from tuple(self._told)
 
-    def _take(self, life: Life, summary: Summary, said: list[Summary]) -> None:
+    def _take(self, life: Life, summary: Summary, told: list[Summary]) -> None:
         self._due.pop(life, None)
         before, times = self._told.pop(life, (summary, 0))
         self._told[life] = summary, min(times + 1, TIMES_TOLD) if before == summary else 1
-        said.append(summary)
+        told.append(summary)
 
 
 class Summaries:

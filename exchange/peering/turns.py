@@ -58,7 +58,9 @@ class Turns:
     def __init__(self, me: int, schedule: TdmaSchedule, model: WorldModel) -> None:
         self._me, self._schedule, self._model = me, schedule, model
         self._agreed = masks_of(schedule.slots, schedule.n_nodes)
-        self.attribute = next((one.uid for one in model.tbox.attributes if one.name == SENDS_IN), None)
+        self.attribute = next(
+            (attribute.uid for attribute in model.tbox.attributes if attribute.name == SENDS_IN), None
+        )
         """Uid of the attribute of slot lists; None where none is told."""
         self._masks = self._agreed
         self.frame = -1

@@ -81,11 +81,11 @@ class QueueLimits:
 
     def is_outside(self, uid: ItemUid) -> bool:
         """True if the item with that name waits outside; looks through all."""
-        return any(one.uid == uid for outside in self._outside.values() for one in outside.values())
+        return any(candidate.uid == uid for outside in self._outside.values() for candidate in outside.values())
 
     def outside(self, column: int) -> Candidate | None:
         """The item of a column, if it waits outside."""
-        return next((found[column] for found in self._outside.values() if column in found), None)
+        return next((candidates[column] for candidates in self._outside.values() if column in candidates), None)
 
     def put_outside(self, candidate: Candidate) -> None:
         """Let an item wait outside."""

@@ -172,12 +172,12 @@ class Lines:
                 if len(of_line) > LOOK_PAST:
                     continue
             self._compare(heads, line, moment)
-        for line, entry in (one for of_line in passed.values() for one in of_line):
+        for line, entry in (entry for of_line in passed.values() for entry in of_line):
             line.put_back(entry)
         for on_terms in self.on_terms:
             on_terms.note_said(chosen, moment.now_s)
         n_unsaid = n_waiting - len(chosen) - n_too_large
-        n_repeated = min(n_unsaid, n_repeated - sum(one.is_repeated for one in chosen))
+        n_repeated = min(n_unsaid, n_repeated - sum(candidate.is_repeated for candidate in chosen))
         counts = (
             (Unsaid.TOO_LARGE, n_too_large),
             (Unsaid.WAITING, n_repeated),
@@ -411,7 +411,7 @@ class Queue:
         """
         if any(limits.is_outside(uid) for limits in self._limits):
             return Unsaid.OVERFLOW
-        candidate = next((one for one in self._items.values() if one.uid == uid), None)
+        candidate = next((item for item in self._items.values() if item.uid == uid), None)
         if candidate is None or candidate.line is None or candidate.waiting.since_slot == self._n_slots > 0:
             return None
         plain = Unsaid.WAITING if candidate.is_repeated else Unsaid.LOWER_VALUE

@@ -94,7 +94,7 @@ def run_narrow(
 
 def reached(*functions: FunctionType) -> dict[FunctionType, None]:
     """These functions and all plain ones that they name, themselves or through others, callees first."""
-    found: dict[FunctionType, None] = {}
+    called: dict[FunctionType, None] = {}
     visited: set[FunctionType] = set()
 
     def visit(function: FunctionType) -> None:
@@ -104,11 +104,11 @@ def reached(*functions: FunctionType) -> dict[FunctionType, None]:
         for value in _globals_named(function):
             if isinstance(value, FunctionType):
                 visit(value)
-        found[function] = None
+        called[function] = None
 
     for function in functions:
         visit(function)
-    return found
+    return called
 
 
 def _globals_named(function: FunctionType) -> list[Any]:
@@ -181,11 +181,11 @@ def why_uncompiled() -> str:
     install = f'pip install "numba>={low},<{high}"'
     remedy = f"the policy study runs uncompiled, with the same numbers, slowly; for speed: {install}"
     try:
-        found = version("numba")
+        installed = version("numba")
     except PackageNotFoundError:
         return f"numba is not installed: {remedy}"
-    release = tuple(int(number) for number in re.findall(r"\d+", found)[:2])
-    return "" if NUMBA_FROM <= release < NUMBA_BELOW else f"numba {found} is none that is known to work: {remedy}"
+    release = tuple(int(number) for number in re.findall(r"\d+", installed)[:2])
+    return "" if NUMBA_FROM <= release < NUMBA_BELOW else f"numba {installed} is none that is known to work: {remedy}"
 
 
 def slot_loops(kinds: Iterable[Acknowledgement], narrow: bool, say: Say) -> dict[Acknowledgement, MachineCode]:

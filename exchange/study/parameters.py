@@ -145,9 +145,9 @@ class ExchangeStudy:
         if not self.policies:
             yield f"policies is empty: allowed are {', '.join(POLICIES)} and AckPolicy values"
         names: dict[str, AckPolicy] = {}
-        for given in self.policies:
+        for asked in self.policies:
             try:
-                policy = policy_named(given) if isinstance(given, str) else checked_policy(given, str(given))
+                policy = policy_named(asked) if isinstance(asked, str) else checked_policy(asked, str(asked))
             except ConfigurationError as fault:
                 yield str(fault)
                 continue

@@ -160,19 +160,19 @@ class _Layout:
         if told.values.ndim != 2 or told.values.shape[1] != max(1, len(self._kind.fields)):
             shape = f"(n, {max(1, len(self._kind.fields))})"
             raise ConfigurationError(f"values of {self._kind.name} have shape {told.values.shape}; allowed: {shape}")
-        found = [np.asarray(one, np.int64) for one in (told.origins, told.epochs, told.sequences)]
-        found += [_steps(self._time, told.times_s), np.asarray(told.subjects, np.int64)]
+        columns = [np.asarray(numbers, np.int64) for numbers in (told.origins, told.epochs, told.sequences)]
+        columns += [_steps(self._time, told.times_s), np.asarray(told.subjects, np.int64)]
         if self._kind.fields:
-            found += [_steps(field, told.values[:, at]) for at, field in enumerate(self._kind.fields)]
+            columns += [_steps(field, told.values[:, at]) for at, field in enumerate(self._kind.fields)]
         else:
-            found.append(np.asarray(told.values[:, 0], np.int64))
+            columns.append(np.asarray(told.values[:, 0], np.int64))
         grid = self._kind.uncertainty
         if grid is not None:
             sigmas = np.full(len(told), np.nan) if told.uncertainties is None else told.uncertainties
             stated = ~np.isnan(sigmas)
             least = np.where(stated, np.maximum(sigmas, grid.minimum), grid.minimum)
-            found.append(np.where(stated, _steps(grid, least) | 1 << grid.size_bits, 0))
-        return found
+            columns.append(np.where(stated, _steps(grid, least) | 1 << grid.size_bits, 0))
+        return columns
 
     def observations(self, columns: Sequence[Ints]) -> Observations:
         """The table that has these whole numbers; raises PeerFault for one that means nothing."""
@@ -209,7 +209,7 @@ def _values(field: Field, steps: Ints) -> Floats:
     """The doubles nearest to the decimal numbers, as ``Grid.value_at`` has them."""
     start, step, denominator = field.grid.whole_numbers
     if max(abs(start), denominator, abs(start) + field.n_values * step) >= EXACT:
-        return np.array([field.grid.value_at(one) for one in steps.tolist()], np.float64)
+        return np.array([field.grid.value_at(number) for number in steps.tolist()], np.float64)
     return (start + steps * step) / denominator
 
 
@@ -229,7 +229,7 @@ def _unpacked(widths: Sequence[int], data: bytes, n_rows: int) -> list[Ints]:
     """The columns again."""
     n_bits = n_rows * sum(widths)
     bits = np.unpackbits(np.frombuffer(data, np.uint8), count=n_bits).reshape(n_rows, sum(widths))
-    found: list[Ints] = []
+    columns: list[Ints] = []
     at = 0
     for width_bits in widths:
         n_bytes = (width_bits + 7) // 8
@@ -237,6 +237,6 @@ def _unpacked(widths: Sequence[int], data: bytes, n_rows: int) -> list[Ints]:
         padded[:, 8 * n_bytes - width_bits :] = bits[:, at : at + width_bits]
         octets = np.zeros((n_rows, 8), np.uint8)
         octets[:, 8 - n_bytes :] = np.packbits(padded, axis=1)
-        found.append(octets.view(">i8").reshape(-1).astype(np.int64))
+        columns.append(octets.view(">i8").reshape(-1).astype(np.int64))
         at += width_bits
-    return found
+    return columns

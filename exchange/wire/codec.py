@@ -110,11 +110,11 @@ def _place_listing(n_slots: int) -> tuple[FieldSize, ...]:
 
 def _guard_listing(seals: Sequence[Seal], head_padding_bits: int, checksums: Sequence[Checksum]) -> list[FieldSize]:
     """Fields of the packet that protect it, if there are any."""
-    found = []
+    sizes = []
     for seal in seals:
-        found.append(FieldSize("packet", "head to a byte", head_padding_bits, "the head stays in clear"))
-        found.append(FieldSize("packet", "tag", seal.size_bits, "of the encrypted rest; it covers head and slot too"))
-    return found + [FieldSize("packet", "checksum", one.size_bits, "of all before it") for one in checksums]
+        sizes.append(FieldSize("packet", "head to a byte", head_padding_bits, "the head stays in clear"))
+        sizes.append(FieldSize("packet", "tag", seal.size_bits, "of the encrypted rest; it covers head and slot too"))
+    return sizes + [FieldSize("packet", "checksum", checksum.size_bits, "of all before it") for checksum in checksums]
 
 
 class AckHeader:
@@ -287,7 +287,7 @@ class Codec:
         self._seals = [] if key is None else [Seal(key)]
         self.head_bits = 8 * self._clear_bytes if self._seals else self._clear_bits
         """Bits of a packet before the acknowledgements; whole bytes if what follows is encrypted."""
-        guard_bits = sum(one.size_bits for one in self._checksums) + sum(one.size_bits for one in self._seals)
+        guard_bits = sum(guard.size_bits for guard in self._checksums) + sum(guard.size_bits for guard in self._seals)
         self.overhead_bits = self.head_bits + self.header.largest_bits + END_BITS[1] + guard_bits
         """Bits of a packet without sections, with the largest header of acknowledgements."""
         self._hash = zlib.crc32(repr(shape).encode()).to_bytes(HASH_BYTES, "big")
@@ -384,7 +384,7 @@ class Codec:
             ConfigurationError: a signal that is no signed byte, an epoch too many, or what has no form on the wire.
         """
         base = self.fragments.base_of(slot_start_s)
-        bodies = [(one, *self.fragments.encode(one, sender, epoch, base)) for one in fragments]
+        bodies = [(fragment, *self.fragments.encode(fragment, sender, epoch, base)) for fragment in fragments]
         wired = self.fragments.in_sequence(bodies, sender, epoch)
         return self.assembled(Head(sender, epoch, frame, place, n_turns), slot_start_s, rows, wired, signals, summary)
 
@@ -515,11 +515,11 @@ def renewed(codec: Codec, salt_of: Callable[[int], bytes | None] | None = None) 
         codec: of a fleet with a key.
         salt_of: the salt of each sender, None for one that is not known yet; without it a fresh one for all.
     """
-    found = copy(codec)
-    found._seals = [seal.renewed(salt_of) for seal in codec._seals]
-    found.judged = lru_cache(maxsize=32)(found._judged)
-    found.decode = lru_cache(maxsize=32)(found._decode)
-    return found
+    copied = copy(codec)
+    copied._seals = [seal.renewed(salt_of) for seal in codec._seals]
+    copied.judged = lru_cache(maxsize=32)(copied._judged)
+    copied.decode = lru_cache(maxsize=32)(copied._decode)
+    return copied
 
 
 def refuse_longer_texts(codec: Codec, room_bits: int) -> None:

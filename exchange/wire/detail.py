@@ -41,5 +41,9 @@ def reader(fine: Callable[[Reader], Value], coarse: Callable[[Reader], Value]) -
 
 def detail_lines(attributes: Iterable[Attribute]) -> list[FieldSize]:
     """Lines of the size listing for coarse values."""
-    sizes = {one.name: sum(field.size_bits for field in one.coarse) for one in attributes if one.coarse}
+    sizes = {
+        attribute.name: sum(field.size_bits for field in attribute.coarse)
+        for attribute in attributes
+        if attribute.coarse
+    }
     return [FieldSize("fact", f"{name}, coarse", bits, "in its place; a bit says so") for name, bits in sizes.items()]

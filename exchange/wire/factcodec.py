@@ -215,15 +215,15 @@ def _numbers(name: str, fields: Sequence[Field], value: Value) -> Bits:
         raise ConfigurationError(f"{name}: {value!r} has not {len(fields)} numbers")
     bits, size_bits = 0, 0
     try:
-        for field, one in zip(fields, values, strict=True):
-            if type(one) is not float:
-                _refuse_no_number(name, one)
-            steps, width_bits = round((one - field.minimum) / field.resolution), field.size_bits  # ``Grid.index_of``
+        for field, number in zip(fields, values, strict=True):
+            if type(number) is not float:
+                _refuse_no_number(name, number)
+            steps, width_bits = round((number - field.minimum) / field.resolution), field.size_bits  # ``Grid.index_of``
             if 0 <= steps < field.n_values - 1:  # as ``whole`` has it
                 bits, size_bits = bits << width_bits | steps, size_bits + width_bits
                 continue
             if abs(steps) > LARGEST:
-                raise ConfigurationError(f"{name}: {one} is more than {LARGEST} steps of {field.resolution:g} away")
+                raise ConfigurationError(f"{name}: {number} is more than {LARGEST} steps of {field.resolution:g} away")
             more, more_bits = whole(steps, width_bits)
             bits, size_bits = bits << more_bits | more, size_bits + more_bits
     except (ValueError, OverflowError):

@@ -189,18 +189,18 @@ class FragmentCodec:
         own: list[Wired] = []
         relayed: list[Wired] = []
         last_own, is_sorted = STATUS - 1, True
-        for one in bodies:
-            fragment = one[0]
+        for encoded in bodies:
+            fragment = encoded[0]
             if fragment.origin == sender and fragment.epoch == epoch:
-                own.append(one)
+                own.append(encoded)
                 is_sorted, last_own = is_sorted and last_own < fragment.sequence, fragment.sequence
             else:
-                relayed.append(one)
+                relayed.append(encoded)
         if not is_sorted:
             own.sort(key=_by_sequence)
         relayed.sort(key=_by_origin)
         before: Before = {}
-        found: list[Wired] = []
+        wired: list[Wired] = []
         for fragment, body, body_bits in own + relayed:
             bits, size_bits, sequence = body, body_bits, fragment.sequence
             if sequence != STATUS:
@@ -212,8 +212,8 @@ class FragmentCodec:
                     more, more_bits = self.encode_sequence(sequence, last)
                     bits, size_bits = bits << more_bits | more, size_bits + more_bits
                 before[life] = sequence
-            found.append((fragment, bits, size_bits))
-        return found
+            wired.append((fragment, bits, size_bits))
+        return wired
 
     def _is_status(self, facts: Sequence[PropertyValue], count: int) -> bool:
         """True if a fragment is a status: a whole block of latest-only attributes."""

@@ -213,8 +213,8 @@ class Seal:
         return known[1]
 
 
-def _crossed(one: bytes, other: bytes) -> bytes:
-    return bytes(a ^ b for a, b in zip(one, other, strict=True))
+def _crossed(block: bytes, other: bytes) -> bytes:
+    return bytes(a ^ b for a, b in zip(block, other, strict=True))
 
 
 def nonce_of(sender: int, epoch: int, frame: int, slot_start_s: float, definition: bytes) -> bytes:

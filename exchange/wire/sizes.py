@@ -47,8 +47,8 @@ def value_lines(
 ) -> list[FieldSize]:
     """Lines of the size listing for the values of attributes."""
     return [
-        FieldSize("fact", one.name, bits, values_in_words(one, n_values))
-        for one, bits in zip(attributes, value_bits, strict=True)
+        FieldSize("fact", attribute.name, bits, values_in_words(attribute, n_values))
+        for attribute, bits in zip(attributes, value_bits, strict=True)
     ]
 
 

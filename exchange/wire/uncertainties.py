@@ -35,7 +35,9 @@ def read(attribute: Attribute, take: Callable[[int], int]) -> float | None:
 def uncertainty_lines(attributes: Iterable[Attribute]) -> list[FieldSize]:
     """Lines of the size listing for uncertainties."""
     return [
-        FieldSize("fact", f"uncertainty of {one.name}", 1 + one.uncertainty.size_bits, "1 where it carries none")
-        for one in attributes
-        if one.uncertainty is not None
+        FieldSize(
+            "fact", f"uncertainty of {attribute.name}", 1 + attribute.uncertainty.size_bits, "1 where it carries none"
+        )
+        for attribute in attributes
+        if attribute.uncertainty is not None
     ]

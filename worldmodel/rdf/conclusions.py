@@ -29,10 +29,10 @@ class Inferences:
 
     def classes(self, uid: int) -> list[int]:
         """Return the classes that follow for an instance, without those above another one."""
-        found, tbox = self._model.inference.concluded_classes(uid), self._model.tbox
-        if not found:
+        mask, tbox = self._model.inference.concluded_classes(uid), self._model.tbox
+        if not mask:
             return []
-        each = [c.uid for c in tbox.classes if found >> c.uid & 1]
+        each = [c.uid for c in tbox.classes if mask >> c.uid & 1]
         return [c for c in each if not any(d != c and tbox.is_a(d, c) for d in each)]
 
     def states(self, uid: int, attribute: int, concluded: bool = True) -> tuple[Node, ...]:

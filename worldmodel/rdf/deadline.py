@@ -43,9 +43,9 @@ def time_limit(limit_s: float | None, give_up: Callable[[str], None] | None = No
     if limit_s is None:
         yield
         return
-    said = f"the query is not answered within {limit_s:g} s; ask for less, or allow more time"
+    message = f"the query is not answered within {limit_s:g} s; ask for less, or allow more time"
     has_alarm = hasattr(signal, "setitimer") and threading.current_thread() is threading.main_thread()
-    last = threading.Timer(limit_s + LATER_S, lambda: give_up(said) if give_up is not None else None)
+    last = threading.Timer(limit_s + LATER_S, lambda: give_up(message) if give_up is not None else None)
     last.daemon = True
     last.start()
     before: Any = signal.signal(signal.SIGALRM, _ring) if has_alarm else None
@@ -54,7 +54,7 @@ def time_limit(limit_s: float | None, give_up: Callable[[str], None] | None = No
             signal.setitimer(signal.ITIMER_REAL, limit_s, AGAIN_S)
         yield
     except _TimeIsUp:
-        raise QueryError(said) from None
+        raise QueryError(message) from None
     finally:
         if has_alarm:
             signal.setitimer(signal.ITIMER_REAL, 0.0)

@@ -26,15 +26,17 @@ class Receptions:
         owner = terms.instance(known.model.owner)
         self._is_seen = is_seen
         self._owner = known.model.owner
-        self._of_block: Mapping[str, Reception] = {block_name(one.block): one for one in known.receptions}
+        self._of_block: Mapping[str, Reception] = {
+            block_name(reception.block): reception for reception in known.receptions
+        }
         self._by_iri: Mapping[Node, Reception] = {
-            reception_iri(self._owner, one.block): one for one in self._of_block.values()
+            reception_iri(self._owner, reception.block): reception for reception in self._of_block.values()
         }
         self._parts: Mapping[Node, Callable[[Reception], Node | None]] = {
-            RDF.type: lambda one: RECEPTION,
-            SIT.receivedBy: lambda one: owner,
-            SIT.receivedFrom: lambda one: None if one.sender is None else terms.instance(one.sender),
-            SIT.receivedAt: lambda one: terms.number(one.time_s),
+            RDF.type: lambda reception: RECEPTION,
+            SIT.receivedBy: lambda reception: owner,
+            SIT.receivedFrom: lambda reception: None if reception.sender is None else terms.instance(reception.sender),
+            SIT.receivedAt: lambda reception: terms.number(reception.time_s),
         }
         self.predicates = frozenset({*self._parts, RECEIVED} - {RDF.type})
         """Predicates that receptions alone have."""
@@ -44,27 +46,27 @@ class Receptions:
         return self._by_iri.get(iri)
 
     def triples(
-        self, subject: Node, one: Reception, predicate: Node | None, target: Node | None
+        self, subject: Node, reception: Reception, predicate: Node | None, target: Node | None
     ) -> Iterator[tuple[Node, Node, Node]]:
         """Yield the matching triples of one reception."""
         for name, of in self._parts.items():
             if predicate is None or predicate == name:
-                term = of(one)
+                term = of(reception)
                 if term is not None and target in (None, term):
                     yield (subject, name, term)
         if predicate is None or predicate == RECEIVED:
-            for position in range(len(one.block.facts)):
-                iri = fact_iri(Observation(one.block, position))
+            for position in range(len(reception.block.facts)):
+                iri = fact_iri(Observation(reception.block, position))
                 if target in (None, iri) and self._is_seen(iri):
                     yield (subject, RECEIVED, iri)
 
     def of_fact(self, fact: Node, observation: Observation | None) -> Iterable[tuple[Node, Node, Node]]:
         """Return the triple that leads to a fact."""
-        found = None if observation is None else self._of_block.get(block_name(observation.block))
-        return () if found is None else ((reception_iri(self._owner, found.block), RECEIVED, fact),)
+        reception = None if observation is None else self._of_block.get(block_name(observation.block))
+        return () if reception is None else ((reception_iri(self._owner, reception.block), RECEIVED, fact),)
 
     def all_triples(self, predicate: Node | None, target: Node | None) -> Iterator[tuple[Node, Node, Node]]:
         """Yield the matching triples of all receptions; ``target`` is no fact."""
         if target is None or not is_fact(target):
-            for iri, one in self._by_iri.items():
-                yield from self.triples(iri, one, predicate, target)
+            for iri, reception in self._by_iri.items():
+                yield from self.triples(iri, reception, predicate, target)

@@ -37,26 +37,26 @@ OfFact = Callable[[Observation], Node | None]
 
 def parts_of_facts(tbox: TBox, terms: RdfTerms) -> dict[Node, OfFact]:
     """Return the properties of facts: what each leads to, None where a fact does not have it."""
-    is_link = tuple(one.kind in (ValueKind.LINK, ValueKind.TYPE) for one in tbox.attributes)
-    is_measured = tuple(one.kind in (ValueKind.NUMBER, ValueKind.POINT) for one in tbox.attributes)
+    is_link = tuple(attribute.kind in (ValueKind.LINK, ValueKind.TYPE) for attribute in tbox.attributes)
+    is_measured = tuple(attribute.kind in (ValueKind.NUMBER, ValueKind.POINT) for attribute in tbox.attributes)
 
-    def value(one: Observation, as_link: bool) -> Node | None:
-        fact = one.fact
+    def value(observation: Observation, as_link: bool) -> Node | None:
+        fact = observation.fact
         return terms.value(fact.attribute, fact.value) if is_link[fact.attribute] is as_link else None
 
-    def uncertainty(one: Observation, of_measured: bool) -> Node | None:
-        _, attribute, _, given = one.fact
-        return None if given is None or is_measured[attribute] is not of_measured else terms.number(given)
+    def uncertainty(observation: Observation, of_measured: bool) -> Node | None:
+        _, attribute, _, sigma = observation.fact
+        return None if sigma is None or is_measured[attribute] is not of_measured else terms.number(sigma)
 
     return {
-        TYPE: lambda one: _PROPERTY_VALUE,
-        _OF_ATTRIBUTE: lambda one: terms.attributes[one.fact.attribute],
-        SIT.dataValue: lambda one: value(one, as_link=False),
-        SIT.linkValue: lambda one: value(one, as_link=True),
-        SIT.standardUncertainty: lambda one: uncertainty(one, of_measured=True),
-        SIT.probability: lambda one: uncertainty(one, of_measured=False),
-        SIT.timestamp: lambda one: terms.number(one.block.time_s),
-        _ORIGIN: lambda one: terms.instance(one.block.origin),
+        TYPE: lambda observation: _PROPERTY_VALUE,
+        _OF_ATTRIBUTE: lambda observation: terms.attributes[observation.fact.attribute],
+        SIT.dataValue: lambda observation: value(observation, as_link=False),
+        SIT.linkValue: lambda observation: value(observation, as_link=True),
+        SIT.standardUncertainty: lambda observation: uncertainty(observation, of_measured=True),
+        SIT.probability: lambda observation: uncertainty(observation, of_measured=False),
+        SIT.timestamp: lambda observation: terms.number(observation.block.time_s),
+        _ORIGIN: lambda observation: terms.instance(observation.block.origin),
     }
 
 
@@ -104,10 +104,10 @@ class Abox:
     def triples_of(self, origin: int, pattern: Pattern) -> Iterator[Triple]:
         """Yield those of the matching triples that say what ``origin`` said: its facts, and whose values they are."""
         if pattern == (None, None, None):
-            for one in self.said_by(origin):
-                iri = self.iri(one)
-                yield (self.terms.instance(one.fact.subject), _HAS, iri)
-                yield from self.of_one(iri, one, None, None)
+            for told in self.said_by(origin):
+                iri = self.iri(told)
+                yield (self.terms.instance(told.fact.subject), _HAS, iri)
+                yield from self.of_one(iri, told, None, None)
             return
         for triple in self.triples(pattern):
             observation = self.observation(triple[2] if triple[1] == _HAS else triple[0])
@@ -116,17 +116,21 @@ class Abox:
 
     def observation(self, iri: Node) -> Observation | None:
         """Return the observation that the IRI of a fact stands for, unless its origin is banned."""
-        found = self._facts.get(iri)
-        if found is None and (found := fact_of(self.model, iri)) is not None and not self.model.is_seen(found.block):
+        observation = self._facts.get(iri)
+        if (
+            observation is None
+            and (observation := fact_of(self.model, iri)) is not None
+            and not self.model.is_seen(observation.block)
+        ):
             return None
-        return found
+        return observation
 
     def said_by(self, origin: int) -> Iterable[Observation]:
         """Return the facts of an origin."""
         if self._said is None:
             self._said = {}
-            for one in self.all_facts():
-                self._said.setdefault(one.block.origin, []).append(one)
+            for observation in self.all_facts():
+                self._said.setdefault(observation.block.origin, []).append(observation)
         return self._said.get(origin, ())
 
     # Facts ---------------------------------------------------------------------------------------
@@ -172,10 +176,10 @@ class Abox:
 
     def _uid(self, iri: Node) -> int | None:
         """The instance that an IRI stands for, None for another term."""
-        found = self._uids.get(iri)
-        if found is None and (found := instance_uid(iri)) is not None:
-            self._uids[self.terms.instance(found)] = found
-        return found
+        uid = self._uids.get(iri)
+        if uid is None and (uid := instance_uid(iri)) is not None:
+            self._uids[self.terms.instance(uid)] = uid
+        return uid
 
     def _of_instance(self, uid: int, subject: Node, predicate: Node | None, target: Node | None) -> Iterable[Triple]:
         """Return the triples of one instance."""
@@ -188,7 +192,7 @@ class Abox:
     def _histories(self, uid: int, subject: Node, target: Node | None) -> Iterable[Triple]:
         """Return what leads from an instance to its facts."""
         if target is None:
-            return ((subject, _HAS, self.iri(one)) for one in self.of_subject(uid))
+            return ((subject, _HAS, self.iri(observation)) for observation in self.of_subject(uid))
         known = self.observation(target)
         return ((subject, _HAS, target),) if known is not None and known.fact.subject == uid else ()
 
@@ -251,12 +255,12 @@ class Abox:
             origin = self._uid(target)
             facts = () if origin is None else self.said_by(origin)
         else:
-            for one in self.all_facts():
-                term = of(one)
+            for observation in self.all_facts():
+                term = of(observation)
                 if term is not None and (target is None or target == term):
-                    yield (iri(one), predicate, term)
-        for one in facts:
-            yield (iri(one), predicate, target)  # type: ignore[misc]
+                    yield (iri(observation), predicate, term)
+        for observation in facts:
+            yield (iri(observation), predicate, target)  # type: ignore[misc]
 
     def _of_instances(self, predicate: Node | None, target: Node | None) -> Iterator[Triple]:
         if target is not None and is_fact(target):

@@ -86,15 +86,15 @@ def query(
         return _answer(_knowledge(known), sparql, engine, most_rows)
     columns: tuple[str, ...] = ()
     rows: list[tuple[QueryValue, ...]] = []
-    for vehicle, one in known.items():
+    for vehicle, knowledge in known.items():
         left = None if most_rows is None else most_rows - len(rows)
-        columns, found = _answer(_knowledge(one), sparql, engine, left)
+        columns, answer = _answer(_knowledge(knowledge), sparql, engine, left)
         if "vehicle" in columns:
             raise QueryError(
                 "the variable ?vehicle is taken: the column 'vehicle' says whose world model a row is from; "
                 "give the variable another name"
             )
-        rows += [(vehicle, *row) for row in found]
+        rows += [(vehicle, *row) for row in answer]
     return ("vehicle", *columns), rows
 
 
@@ -160,7 +160,7 @@ def _by_rdflib(
             return ("answer",), [{"answer": Literal(bool(result["askAnswer"]))}]
         columns = tuple(str(variable) for variable in result.get("vars_") or ())
         bindings = islice(result["bindings"], most_rows)
-        rows: list[Row] = [{str(name): term for name, term in found.items()} for found in bindings]
+        rows: list[Row] = [{str(name): term for name, term in binding.items()} for binding in bindings]
         # of nothing rdflib makes one empty group; SPARQL 1.1 has none then (section 11.2)
         return columns, [] if rows == [{}] and _GROUP_BY.search(sparql) else rows
     except Exception as error:  # rdflib's evaluator raises whatever a query leads it to

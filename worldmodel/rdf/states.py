@@ -55,10 +55,14 @@ class States:
             concluded: those that follow too.
         """
         model = self._model
-        found = {one.fact.target for one in model.history(uid, TYPE_UID) if not items_only or one.block.is_item}
+        classes = {
+            observation.fact.target
+            for observation in model.history(uid, TYPE_UID)
+            if not items_only or observation.block.is_item
+        }
         if uid < len(model.common_instances):
-            found.add(model.common_instances[uid].class_uid)
+            classes.add(model.common_instances[uid].class_uid)
         if concluded:
-            found.update(self._conclusions.classes(uid))
-        for class_uid in sorted(found):
+            classes.update(self._conclusions.classes(uid))
+        for class_uid in sorted(classes):
             yield self._terms.classes[class_uid]

@@ -113,22 +113,26 @@ def fact_of(model: Store, iri: Node) -> Observation | None:
         return None
     if str.startswith(iri, _STATUS):
         return _status_of(model, iri)
-    found = _FACT_NAME.fullmatch(iri, len(_FACT)) if str.startswith(iri, _FACT) else None
-    if found is None:
+    match = _FACT_NAME.fullmatch(iri, len(_FACT)) if str.startswith(iri, _FACT) else None
+    if match is None:
         return None
-    sequence, position = int(found[4]), int(found[5])
-    block = model.block((int(found[1]), int(found[2] or 0), -1 - sequence if found[3] else sequence))
+    sequence, position = int(match[4]), int(match[5])
+    block = model.block((int(match[1]), int(match[2] or 0), -1 - sequence if match[3] else sequence))
     return None if block is None or position >= len(block.facts) else Observation(block, position)
 
 
 def _status_of(model: Store, iri: URIRef) -> Observation | None:
-    found = _STATUS_NAME.fullmatch(iri, len(_STATUS))
-    if found is None:
+    match = _STATUS_NAME.fullmatch(iri, len(_STATUS))
+    if match is None:
         return None
-    origin, subject, attribute = int(found[1]), int(found[2]), int(found[3])
-    for one in model.history(subject, attribute):
-        if one.block.is_status and one.block.origin == origin and repr(one.block.time_s) == found[4]:
-            return one
+    origin, subject, attribute = int(match[1]), int(match[2]), int(match[3])
+    for observation in model.history(subject, attribute):
+        if (
+            observation.block.is_status
+            and observation.block.origin == origin
+            and repr(observation.block.time_s) == match[4]
+        ):
+            return observation
     return None
 
 
@@ -143,33 +147,33 @@ class RdfTerms:
     def __init__(self, tbox: TBox) -> None:
         self._tbox = tbox
         self.attributes = tuple(map(attribute_iri, tbox.attributes))
-        self.classes = tuple(URIRef(one.iri) for one in tbox.classes)
+        self.classes = tuple(URIRef(class_.iri) for class_ in tbox.classes)
         self._instances: dict[int, URIRef] = {}
         self._values: dict[tuple[int, Value], Node] = {}
         self._numbers: dict[float, Literal] = {}
 
     def instance(self, uid: int) -> URIRef:
         """The IRI of an instance."""
-        found = self._instances.get(uid)
-        if found is None:
-            found = self._instances[uid] = instance_iri(uid)
-        return found
+        iri = self._instances.get(uid)
+        if iri is None:
+            iri = self._instances[uid] = instance_iri(uid)
+        return iri
 
     def value(self, attribute: int, value: Value) -> Node:
         """A stored value of an attribute."""
         key = (attribute, value)
-        found = self._values.get(key)
-        if found is None:
+        term = self._values.get(key)
+        if term is None:
             if len(self._values) >= MOST_REMEMBERED:
                 self._values.clear()
-            found = self._values[key] = term_of(self._tbox, self._tbox.attributes[attribute], value)
-        return found
+            term = self._values[key] = term_of(self._tbox, self._tbox.attributes[attribute], value)
+        return term
 
     def number(self, number: float) -> Literal:
         """A time (s), a standard deviation or a probability."""
-        found = self._numbers.get(number)
-        if found is None:
+        literal = self._numbers.get(number)
+        if literal is None:
             if len(self._numbers) >= MOST_REMEMBERED:
                 self._numbers.clear()
-            found = self._numbers[number] = Literal(number, datatype=XSD.double)
-        return found
+            literal = self._numbers[number] = Literal(number, datatype=XSD.double)
+        return literal

@@ -112,7 +112,7 @@ class RdfView(rdflib_store.Store):
             pattern = triple or (None, None, None)
             if next(self.abox.triples_of(origin, pattern), None) is not None:
                 yield Graph(self, self.abox.terms.instance(origin))
-        if any(_matches(one, triple or (None, None, None)) for one in self.abox.conclusions.triples()):
+        if any(_matches(concluded, triple or (None, None, None)) for concluded in self.abox.conclusions.triples()):
             yield Graph(self, CONCLUSIONS)
 
     def __len__(self, context: Any = None) -> int:

@@ -70,7 +70,7 @@ def written(known: Mapping[str, Knowledge], form: RdfFormat, header: bool = True
         graphs = [Graph(None, _header(tbox, known if form.has_graphs and len(known) > 1 else {})), *graphs]
     if form is RdfFormat.N_TRIPLES:
         names = _Names({})
-        return "".join(line for one in graphs for line in _lines(one.triples, names))
+        return "".join(line for graph in graphs for line in _lines(graph.triples, names))
     return (_json_ld if form is RdfFormat.JSON_LD else _turtle)(graphs, prefixes_of(tbox))
 
 
@@ -98,8 +98,8 @@ def _header(tbox: TBox, known: Mapping[str, Knowledge]) -> Iterator[Triple]:
     ontologies = (iri for iri in graph_of(tbox).subjects(RDF.type, OWL.Ontology) if isinstance(iri, URIRef))
     for iri in sorted(ontologies):
         yield (whole, OWL.imports, iri)
-    for vehicle, one in known.items():
-        yield (knowledge_iri(one.model.owner), RDFS.label, Literal(vehicle))
+    for vehicle, knowledge in known.items():
+        yield (knowledge_iri(knowledge.model.owner), RDFS.label, Literal(vehicle))
 
 
 def knowledge_iri(node: int) -> URIRef:
@@ -109,52 +109,52 @@ def knowledge_iri(node: int) -> URIRef:
 
 def _graphs(known: Mapping[str, Knowledge]) -> Iterator[Graph]:
     if len(known) > 1:
-        for one in known.values():
-            yield Graph(knowledge_iri(one.model.owner), all_triples(Abox(one)))
+        for knowledge in known.values():
+            yield Graph(knowledge_iri(knowledge.model.owner), all_triples(Abox(knowledge)))
         return
-    for one in known.values():
-        abox = Abox(one)
-        yield Graph(None, all_triples(abox, said=False))
-        for origin in range(one.model.n_origins):
+    for knowledge in known.values():
+        abox = Abox(knowledge)
+        yield Graph(None, all_triples(abox, concluded=False))
+        for origin in range(knowledge.model.n_origins):
             yield Graph(instance_iri(origin), abox.triples_of(origin, (None, None, None)))
         yield Graph(CONCLUSIONS, abox.conclusions.triples())
 
 
 def _union(known: Mapping[str, Knowledge]) -> Iterator[Graph]:
     if len(known) == 1:
-        for one in known.values():
-            yield Graph(None, all_triples(Abox(one)))
+        for knowledge in known.values():
+            yield Graph(None, all_triples(Abox(knowledge)))
         return
     merged: dict[Node, dict[Triple, None]] = {}
-    for one in known.values():
-        for triple in all_triples(Abox(one)):
+    for knowledge in known.values():
+        for triple in all_triples(Abox(knowledge)):
             merged.setdefault(triple[0], {})[triple] = None
     yield Graph(None, (triple for triples in merged.values() for triple in triples))
 
 
-def all_triples(abox: Abox, said: bool = True) -> Iterator[Triple]:
-    """Yield all that is known, by subject; without ``said`` instances, their state and receptions alone."""
+def all_triples(abox: Abox, concluded: bool = True) -> Iterator[Triple]:
+    """Yield all that is known, by subject; without ``concluded`` instances, their state and receptions alone."""
     for uid in abox.model.instance_uids():
         iri = abox.terms.instance(uid)
-        yield from abox.states.triples(uid, iri, None, None, concluded=said)
-        if said:
-            for one in abox.of_subject(uid):
-                yield (iri, SIT.hasPropertyValue, abox.iri(one))
+        yield from abox.states.triples(uid, iri, None, None, concluded=concluded)
+        if concluded:
+            for observation in abox.of_subject(uid):
+                yield (iri, SIT.hasPropertyValue, abox.iri(observation))
     yield from abox.receptions.all_triples(None, None)
-    if said:
-        for one in abox.all_facts():
-            yield from abox.of_one(abox.iri(one), one, None, None)
+    if concluded:
+        for observation in abox.all_facts():
+            yield from abox.of_one(abox.iri(observation), observation, None, None)
 
 
 def item_triples(abox: Abox) -> Iterator[Triple]:
     """Yield the facts of all items, and the types and names of the instances that they are about."""
     told: set[int] = set()
-    for one in abox.all_facts():
-        if one.block.is_item:
-            iri = abox.iri(one)
-            told.add(one.fact.subject)
-            yield (abox.terms.instance(one.fact.subject), SIT.hasPropertyValue, iri)
-            yield from abox.of_one(iri, one, None, None)
+    for observation in abox.all_facts():
+        if observation.block.is_item:
+            iri = abox.iri(observation)
+            told.add(observation.fact.subject)
+            yield (abox.terms.instance(observation.fact.subject), SIT.hasPropertyValue, iri)
+            yield from abox.of_one(iri, observation, None, None)
     for uid in sorted(told):
         iri = abox.terms.instance(uid)
         yield from abox.states.triples(uid, iri, RDFS.label, None)
@@ -175,8 +175,8 @@ class _Names(dict[Node, str]):
         """Namespaces that a text needs, by prefix."""
 
     def __missing__(self, term: Node) -> str:
-        found = self[term] = self._literal(term) if isinstance(term, Literal) else self._iri(str(term))
-        return found
+        name = self[term] = self._literal(term) if isinstance(term, Literal) else self._iri(str(term))
+        return name
 
     def _literal(self, literal: Literal) -> str:
         text = f'"{str(literal).translate(ESCAPED)}"'
@@ -202,10 +202,10 @@ def _turtle(graphs: Iterable[Graph], prefixes: Mapping[str, str]) -> str:
     names = _Names(prefixes)
     text: list[str] = []
     for graph in graphs:
-        said = list(_sentences(graph.triples, names))
-        if graph.name is not None and said:
-            said = [f"\n{names[graph.name]} {{", *said, "}\n"]
-        text += said
+        sentences = list(_sentences(graph.triples, names))
+        if graph.name is not None and sentences:
+            sentences = [f"\n{names[graph.name]} {{", *sentences, "}\n"]
+        text += sentences
     return "".join([*(f"@prefix {prefix}: <{names.used[prefix]}> .\n" for prefix in sorted(names.used)), *text])
 
 
