@@ -40,6 +40,7 @@ from exchange.packets import (
 )
 from exchange.peering.holders import Holders
 from exchange.peering.listening import Listener
+from exchange.peering.parking import Parking
 from exchange.peering.peers import Ageing, BySlots, PeerLinks, PeerStates
 from exchange.peering.summaries import Summaries
 from exchange.peering.turns import ByFrames, Turns
@@ -66,16 +67,12 @@ class Options(NamedTuple):
         selective: neither keep nor pass on items that this vehicle has no need of.
         value: rule by which the queue compares what waits.
         queue_limit: most items that wait in it; None for no limit.
-        summaries: tell summary vectors, and believe those of others.
-        parking: do not wait for what peers need that are silent for too long.
     """
 
     carrier_evidence: bool = True
     selective: bool = False
     value: ValueRule = ADDITIVE
     queue_limit: int | None = None
-    summaries: bool = True
-    parking: bool = True
 
 
 USUAL = Options()
@@ -143,19 +140,23 @@ class ExchangeManager:
         self.queue = Queue(options.value, options.queue_limit)
         """What waits to be said, why it was not said, and what is said no more."""
         self._interests = Interests(me, model, needs, self._ledger, self.queue, codec.fragment_bits, options.selective)
-        self._peers = PeerStates(me, self._n_nodes, states, kind)
+        self.parking: list[Parking] = []
+        """What it does without peers that are silent for too long: one of them, or none if it is taken out."""
+        self._peers = PeerStates(me, self._n_nodes, states, kind, self.parking)
         self._turns = [Turns(me, schedule, model)] if schedule.is_by_frame else []
         by_frames, by_slots = (me, schedule, *states, kind), (me, schedule, self._state, kind)
         self._ageing: Ageing = ByFrames(*by_frames) if schedule.is_by_frame else BySlots(*by_slots)
         own = Holdings()
-        self._summaries = [Summaries(self._state, self._ledger, own, codec.summary_bits)] if options.summaries else []
-        self._holders = Holders(me, self._state, self._ledger, self._peers, own, self._summaries)
+        self.summaries = [Summaries(self._state, self._ledger, own, codec.summary_bits)]
+        """What it tells and hears of what is held: one of them, or none if it is taken out."""
+        self._holders = Holders(me, self._state, self._ledger, self._peers, own, self.summaries)
         if self._epoch:
             self._holders.begin(me, self._epoch)
         self._listener = Listener(
             me, model, self._state, self._ledger, self._interests, self._holders, self._peers, self._ageing, policy,
-            options.carrier_evidence, self._summaries, *[turns.attribute for turns in self._turns],
+            options.carrier_evidence, self.summaries, *[turns.attribute for turns in self._turns],
         )  # fmt: skip
+        self.parking.append(Parking(me, self._n_nodes, self._peers, self._ledger, self._listener))
         self.half_blocks = self._listener.assembly.lacking
         """``half_blocks() -> list``: names of blocks of which it has parts, and lacks others."""
         self._signals: tuple[InfluenceSignal, ...] = ()
@@ -192,7 +193,7 @@ class ExchangeManager:
         """Take up what the world model holds, after a restart with its memory; who holds it is to be learned anew."""
         self._listener.resume(self._room_bits - self._signal_room_bits, self._codec.fragment_bits, now_s)
         self._interests.adopt(self._holders.orphans(), self._state.believes, now_s)
-        for summaries in self._summaries:
+        for summaries in self.summaries:
             summaries.telling.urge()
 
     def is_of_use(self, facts: Iterable[Stated]) -> bool:
@@ -295,19 +296,19 @@ class ExchangeManager:
             self._interests.decide(self._state.believes, now_s)
         codec, schedule, signals = self._codec, self._schedule, self._signals
         frame, start_s = schedule.frame_of(slot), schedule.base_s(slot)
-        parked = self._peers.park(frame) if self._options.parking else ()
-        if self._ledger.away != self._peers.away:
-            self._ledger.away = self._peers.away
-            self._listener.settle() if parked else self._listener.reopen(now_s)
+        noticed: tuple[tuple[int, str], ...] = ()
+        for parking in self.parking:
+            if self._peers.silences(frame):
+                noticed = parking.look(frame, now_s)
         summary: tuple[Summary, ...] = ()
-        for summaries in self._summaries:
+        for summaries in self.summaries:
             summary = summaries.telling.urgent(self._room_bits // SUMMARY_SHARE)
         spared_bits = codec.header.largest_bits - codec.header.size_bits(self._me, frame)
         signals_bits = len(signals) * codec.signal_bits
         room_bits = self._room_bits + spared_bits - signals_bits - sum(map(codec.summary_bits, summary))
         packing = codec.packing(self._me, self._epoch, start_s, room_bits)
         chosen = self.queue.choose(packing, now_s, above)
-        for summaries in self._summaries if not summary else ():
+        for summaries in self.summaries if not summary else ():
             summary = summaries.telling.spare(packing.left_bits)
         content = sum([1 << candidate.column for candidate in chosen if candidate.column != STATUS_COLUMN])
         rows = [0] * self._n_nodes
@@ -328,8 +329,18 @@ class ExchangeManager:
             signals,
             summary,
             sum(map(codec.summary_bits, summary)),
-            parked,
+            noticed,
         )
+
+    @property
+    def waits_for_absent(self) -> bool:
+        """True if it tells peers that are away what they lack, until they are known to hold it."""
+        return not self.parking
+
+    def do_without_extras(self) -> None:
+        """Do what the policy says and no more: tell no summaries, and wait for peers however long they are silent."""
+        self.summaries.clear()
+        self.parking.clear()
 
     def holds(self, uid: ItemUid) -> bool:
         """True if this vehicle holds the item."""
@@ -346,5 +357,5 @@ class ExchangeManager:
         return self.queue.open.bit_count()
 
     def postponed(self) -> Iterator[tuple[int, ItemUid]]:
-        """Nodes, and items that they lack though nothing is open: parked peers, and this one what it has given up."""
+        """Nodes, and items that they lack though nothing is open: peers that are away, and this one what it gave up."""
         return chain(self._interests.postponed(self._state.believes), self._holders.given_up())

@@ -199,7 +199,7 @@ class Transmission:
 
     ``items`` are repeated until they are acknowledged, ``status`` are said this once. ``fragments`` has (attribute of
     the first fact, size_bits) of each of both; the rest of ``size_bits`` beside ``signals_bits`` and ``summary_bits``
-    is the header. ``parked`` are peers whose needs are not waited for from now on, since they are silent for too long.
+    is the header. ``noticed`` has what was noticed of peers as the slot opened: node and event.
     """
 
     slot: int
@@ -213,7 +213,7 @@ class Transmission:
     signals: tuple[InfluenceSignal, ...] = ()
     summary: tuple[Summary, ...] = ()
     summary_bits: int = 0
-    parked: tuple[int, ...] = ()
+    noticed: tuple[tuple[int, str], ...] = ()
 
 
 class Reception(NamedTuple):

@@ -117,7 +117,8 @@ class Feature:
 
     Attributes:
         keys: type and field of each key that it brings, by the table that has the key: "" is the scenario itself,
-            "vehicle" or "communication" a table of it. A key is left out of what is written while it has its default.
+            "vehicle" or "communication" a table of it. A key is left out of what is written while it has its default,
+            unless that is to be on.
         part: called once for each run; what the feature does in it, if anything.
         checks: called when a scenario is checked, with the raw tables and the class of its mission, None if that is not
             to be had; yields what is wrong, and passes malformed values over.

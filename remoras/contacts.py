@@ -56,10 +56,10 @@ class Contacts:
         self.links = Links(names, me, manager)
 
     def sent(self, sent: Transmission, now_s: float, recorder: Recorder) -> None:
-        """Write who is parked from now on, and now and then how the links are."""
+        """Write what was noticed of peers, and now and then how the links are."""
         me = self._names[self._me]
-        for node in sent.parked:
-            recorder.peers.append((now_s, me, self._names[node], "parked"))
+        for node, event in sent.noticed:
+            recorder.peers.append((now_s, me, self._names[node], event))
         if sent.slot // len(self._names) % LINK_FRAMES == LINK_FRAMES - 1:
             for name, links in self.links.items():
                 for direction, link in links._asdict().items():

@@ -142,8 +142,8 @@ the standard deviation of numbers and points and the probability of any other va
 MEMBERSHIP = Table("membership", (TIME, VEHICLE, Column("peer", "str"), Column("event", "str")))
 """Peers that a vehicle takes for absent from then on, and for present again."""
 PEERS = Table("peers", (TIME, VEHICLE, Column("peer", "str"), Column("event", "str")))
-"""What a radio noticed of a peer: parked (silent for longer than loss explains, so what it needs is not waited for),
-heard again, begins anew (it has another epoch), slot conflict (two speak under its name)."""
+"""What a radio noticed of a peer: that what it needs is not waited for, heard again, begins
+anew (it has another epoch), slot conflict (two speak under its name)."""
 LINKS = Table("links", (
     TIME, VEHICLE, Column("peer", "str"), Column("direction", "str"), Column("p_loss", "float", "1"),
     Column("n", "int"),

@@ -85,8 +85,6 @@ CORE = (
     Setting("social", "a vehicle without the social layer", ("vehicle.social_layer",), sampling.social, SELDOM),
     Setting("lease", "leases of 3 to 100 frames", ("communication.lease_frames",),
             choice_of("communication.lease_frames", 3, 5, 20, 100)),
-    Setting("parking", "no parking", ("communication.parking",), choice_of("communication.parking", False)),
-    Setting("summaries", "no summaries", ("communication.summaries",), choice_of("communication.summaries", False)),
     Setting("evidence", "who sends an item is not taken to hold it", ("communication.carrier_evidence",),
             choice_of("communication.carrier_evidence", False)),
     Setting("queue", "queues of 3 to 100 items", ("communication.queue_limit",),

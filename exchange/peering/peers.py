@@ -1,4 +1,4 @@
-"""The peers of one vehicle: what their packets acknowledge, which life each is in, who is away, what its links lose.
+"""The peers of one vehicle: what their packets acknowledge, which life each is in, what its links lose.
 
 *Ageing.* Each node has one slot in each frame, in the order of the nodes. A bit A[i][j] is about j's last packet before
 i's last slot, as ``exchange.ack`` has it. What is known of a node ages as its slot opens (`BySlots`): so a node and its
@@ -16,9 +16,6 @@ spoke in is known once it is heard again; a silence too long to be loss is no sa
 to a peer a sample is the bit by which the peer says whether it received this vehicle's last packet. It comes in packets
 that were heard, so it does not depend on the way back. Newer samples count more: a sample has the weight ``KEPT`` to
 the power of its age in samples, so an estimate follows a link within about 64 packets.
-
-*Absence.* A peer that is silent for longer than loss explains is parked: what it needs is not waited for. It is heard
-again, and catches up.
 
 *Two in one slot.* Who hears two packets of one sender and slot, or itself hears a packet in its own name, cannot tell
 what an acknowledgement of that name means. It neither gives nor heeds any until the doubt has lasted for some frames.
@@ -206,6 +203,13 @@ class BySlots:
         ack.absorb(self._kind, carrier_evidence, self._state, n_nodes, frame, self._me, sender, heeded, *known)
 
 
+class Absence(Protocol):
+    """What comes of it that a peer is away."""
+
+    def end(self, node: int) -> None:
+        """A peer is heard again."""
+
+
 class LastPacket(NamedTuple):
     """The packet heard last of a peer: its slot and its bytes."""
 
@@ -221,9 +225,12 @@ class PeerStates:
         n_nodes: size of the fleet.
         states: acknowledgement states of this node, of which is taken back what has become void.
         kind: acknowledgement of the policy, which says when a peer answers.
+        absence: of its peers; none of them, or one.
     """
 
-    def __init__(self, me: int, n_nodes: int, states: Sequence[AckState], kind: Acknowledgement) -> None:
+    def __init__(
+        self, me: int, n_nodes: int, states: Sequence[AckState], kind: Acknowledgement, absence: Sequence[Absence] = ()
+    ) -> None:
         self._me = me
         self._n_nodes = n_nodes
         self._states = states
@@ -232,22 +239,44 @@ class PeerStates:
         self.epochs = [0] * n_nodes
         """The newest epoch heard of each node."""
         self.away = 0
-        """Nodes that are parked, one bit each."""
+        """Nodes that are not waited for, one bit each."""
+        self.awaited = 0
+        """Nodes that catch up once they are heard, one bit each."""
+        self._absence = absence
         self._informed = [(1 << n_nodes) - 1] * n_nodes  # who is known to have heard that epoch
         self._older = [(0, 0)] * n_nodes  # an older epoch heard since, and how often in a row
         self._heard: list[LastPacket | None] = [None] * n_nodes
-        self._heard_frame: list[int | None] = [None] * n_nodes
+        self.heard_frame: list[int | None] = [None] * n_nodes
+        """TDMA frame of the last packet of each node."""
         self._incoming = [LossEstimate() for _ in range(n_nodes)]
         self._outgoing = [LossEstimate() for _ in range(n_nodes)]
-        self._doubted_until = [-1] * n_nodes  # frame
         self._since_frame: int | None = None
-        self._is_alone = False
+        self._doubted_until = [-1] * n_nodes  # frame
         self._begun_frame = [-1] * n_nodes  # in which that epoch was heard first
         self._frame = -1  # of the packet heard last
 
     def links(self, peer: int) -> PeerLinks:
         """What the links from and to a peer lose."""
         return PeerLinks(self._incoming[peer].link, self._outgoing[peer].link)
+
+    def silences(self, frame: int) -> list[tuple[int, int]]:
+        """Peers that are waited for and silent for longer than ``SHORTEST_SILENCE``, and for how many frames.
+
+        Args:
+            frame: TDMA frame of the own slot that opens.
+        """
+        if self._since_frame is None:
+            self._since_frame = frame
+        since, latest, passed_over = self._since_frame, frame - SHORTEST_SILENCE, self.away | 1 << self._me
+        return [
+            (node, frame - (heard or since))
+            for node, heard in enumerate(self.heard_frame)
+            if (heard or since) < latest and not passed_over >> node & 1
+        ]
+
+    def longest_silence(self, peer: int) -> int:
+        """Frames in a row that loss alone leaves empty of a peer's packets, all but surely."""
+        return self._incoming[peer].longest_silence
 
     # Hearing -------------------------------------------------------------------------------------
 
@@ -288,16 +317,16 @@ class PeerStates:
 
     def _note_frame(self, sender: int, frame: int) -> bool:
         """Count what was missed since the last packet; True if the sender was away."""
-        last, self._heard_frame[sender] = self._heard_frame[sender], frame
+        last, self.heard_frame[sender] = self.heard_frame[sender], frame
         incoming = self._incoming[sender]
         if last is None:
             incoming.add(0, 1)
         elif frame > last:
             n_missed = frame - last - 1
             incoming.add(n_missed if n_missed == 0 or n_missed <= 2 * incoming.longest_silence else 0, 1)
-        was_away = self._is_alone or bool(self.away >> sender & 1)
-        self.away &= ~(1 << sender)
-        self._is_alone = False
+        was_away = bool(self.awaited >> sender & 1)
+        for absence in self._absence if was_away else ():
+            absence.end(sender)
         return was_away
 
     def heed(
@@ -329,37 +358,6 @@ class PeerStates:
         """Count whether a peer says that it received the own packet of the frame before its slot."""
         if is_asked:
             self._outgoing[sender].add(*((0, 1) if is_received else (1, 0)))
-
-    # Absence -------------------------------------------------------------------------------------
-
-    def park(self, frame: int) -> tuple[int, ...]:
-        """Park who is silent for too long as the own slot opens; return those that are parked from now on.
-
-        Of whom nobody is heard, the silence says that this vehicle is deaf or far away: it parks none.
-
-        Args:
-            frame: TDMA frame of the slot.
-        """
-        if self._since_frame is None:
-            self._since_frame = frame
-        parked = tuple(
-            [
-                node
-                for node in range(self._n_nodes)
-                if node != self._me
-                and not self.away >> node & 1
-                and (n_silent := frame - (self._heard_frame[node] or self._since_frame)) > SHORTEST_SILENCE
-                and n_silent > self._incoming[node].longest_silence
-            ]
-        )
-        if not parked:
-            return ()
-        self.away |= sum(1 << node for node in parked)
-        if self._n_nodes > 1 and self.away == (1 << self._n_nodes) - 1 & ~(1 << self._me):
-            self.away, self._is_alone = 0, True
-            self._heard_frame = [frame] * self._n_nodes
-            return ()
-        return parked
 
     # Two in one slot -----------------------------------------------------------------------------
 

@@ -258,8 +258,6 @@ def _manager(shared: Shared, model: WorldModel) -> tuple[ExchangeManager, Renewe
             by_groups is not None,
             value_rule_of(communication.value),
             communication.queue_limit,
-            communication.summaries,
-            communication.parking,
         ),
     )
     return manager, stated or by_groups

@@ -54,16 +54,6 @@ class Communication(Sparse):
         40, ge=1, le=100_000, description="TDMA frames without a packet after which a vehicle is taken to have left"
     )
     carrier_evidence: bool = Field(True, description="take a peer that sends an item as holding it")
-    summaries: bool = Field(
-        True,
-        description="vehicles tell, where a packet has room or a peer needs to catch up, up to which number they hold "
-        "the items of each",
-    )
-    parking: bool = Field(
-        True,
-        description="what a vehicle needs is not waited for while it is silent for longer than loss explains; it "
-        "catches up when it is heard again",
-    )
     time_resolution_s: float = Field(
         0.1, ge=0.001, le=10.0, multiple_of=0.001, description="resolution of observation times on the wire"
     )

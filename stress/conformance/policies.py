@@ -218,9 +218,10 @@ def one_size_fleet(
 ) -> ManagerFleet:
     """Vehicles that count one size for each item, own or relayed."""
     codec = one_size_codec(n_nodes, policy)
-    return ManagerFleet(
-        n_nodes, policy, payload_bytes, evidence, lost=lost, codec=codec, summaries=False, parking=False
-    )
+    fleet = ManagerFleet(n_nodes, policy, payload_bytes, evidence, lost=lost, codec=codec)
+    for manager in fleet.managers:
+        manager.do_without_extras()
+    return fleet
 
 
 def item_bits(fleet: ManagerFleet) -> int:

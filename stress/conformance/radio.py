@@ -107,8 +107,6 @@ class ManagerFleet:
         lost: Callable[[int, int, int], bool] = lambda slot, sender, receiver: False,
         selective: bool = False,
         codec: Codec | None = None,
-        summaries: bool = True,
-        parking: bool = True,
     ) -> None:
         self.n_nodes = n_nodes
         self.payload_bytes = payload_bytes
@@ -128,7 +126,7 @@ class ManagerFleet:
                 POLICIES[policy] if isinstance(policy, str) else policy,
                 8 * payload_bytes,
                 who_needs[node] if isinstance(who_needs, Sequence) else who_needs or needs(range(n_nodes)),
-                Options(carrier_evidence, selective, summaries=summaries, parking=parking),
+                Options(carrier_evidence, selective),
             )
             for node, model in enumerate(self.models)
         ]

@@ -5,6 +5,7 @@ import random
 
 import pytest
 
+from exchange.peering.parking import PARKED
 from exchange.peering.peers import KEPT, SHORTEST_SILENCE, UNLIKELY, LossEstimate
 from stress.conformance.radio import ManagerFleet
 
@@ -72,14 +73,16 @@ def test_absence_is_no_loss():
 @pytest.mark.parametrize("parking", [True, False])
 def test_nobody_waits_for_what_is_away_and_it_catches_up(parking: bool):
     """With the cause taken out, all that is observed meanwhile stays open."""
-    fleet = ManagerFleet(4, "ack-repeat", parking=parking)
+    fleet = ManagerFleet(4, "ack-repeat")
+    for manager in fleet.managers if not parking else ():
+        manager.parking.clear()
     fleet.pass_frames(5)
     fleet.lost = lambda slot, sender, receiver: 3 in (sender, receiver)
     fleet.pass_frames(20)
     uids = [fleet.maps(0, cell) for cell in range(6)]
     fleet.pass_frames(15)
     assert (fleet.managers[0].n_open == 0) == parking
-    assert any(3 in sent.parked for sent in fleet.said) == parking
+    assert any((3, PARKED) in sent.noticed for sent in fleet.said) == parking
     fleet.lost = lambda slot, sender, receiver: False
     fleet.pass_frames(12)
     assert all(fleet.managers[3].holds(uid) for uid in uids)
@@ -95,7 +98,7 @@ def test_who_hears_nobody_parks_nobody():
     fleet.pass_frames(3)
     assert fleet.managers[0].n_open == 1
     assert all(manager.holds(uid) for manager in fleet.managers[1:])
-    assert not any(sent.parked for sent in fleet.said if sent.slot % 3 == 0)
+    assert not any(sent.noticed for sent in fleet.said if sent.slot % 3 == 0)
 
 
 # Summaries ----------------------------------------------------------------------------------------
@@ -109,7 +112,9 @@ def test_a_summary_ends_what_is_settled_when_acknowledgements_are_lost(summaries
     def lost(slot: int, sender: int, receiver: int) -> bool:
         return sender == 1 and slot // 2 % 2 == 0
 
-    fleet = ManagerFleet(2, lost=lost, summaries=summaries)
+    fleet = ManagerFleet(2, lost=lost)
+    for manager in fleet.managers if not summaries else ():
+        manager.summaries.clear()
     uid = fleet.maps(0, 1)
     fleet.pass_slot()
     fleet.pass_slot()

@@ -19,7 +19,7 @@ from exchange import manager
 from exchange.peering import listening
 from exchange.peering.holders import Holders
 from exchange.peering.listening import Listener
-from exchange.peering.peers import PeerStates
+from exchange.peering.parking import Parking
 from exchange.wire.sealing import Checksum
 from missions.mapping.truth import MappingTruth
 from missions.meeting.meeting import Meeting
@@ -158,7 +158,7 @@ def never_catch_up(patch: Patch) -> None:
 
 
 def never_park(patch: Patch) -> None:
-    patch.setattr(PeerStates, "park", lambda self, frame: ())
+    patch.setattr(Parking, "look", lambda self, frame, now_s: ())
 
 
 def grant_everything(patch: Patch) -> None:
