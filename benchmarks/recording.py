@@ -16,11 +16,11 @@ from missions.runs.run import run
 from missions.runs.setup import Setup, resolved
 from missions.runs.tables import encoded, merge_tables, write_part
 from missions.scenarios import load
-from remoras.diary import Diary
 from remoras.executive.layer import ExecutiveLayer
 from remoras.fleet import Fleet, rare_collections
 from remoras.radio import Radio
 from remoras.recorder import Recorder
+from remoras.run_log import RunLog
 
 REPEATS = 7
 PER = 0.6
@@ -31,7 +31,7 @@ SHARE, SIZE_BYTES, SAMPLED_BYTES = 0.10, 2 * 190_274, 61_000
 sweep keeps of each of six runs, which took 30,235 bytes before that and takes 60,614."""
 
 WRITERS: tuple[tuple[type, tuple[str, ...]], ...] = (
-    (Diary, ("fault", "peers", "roles", "view", "drives", "weighs")),
+    (RunLog, ("fault", "peers", "roles", "own_roles", "rulings", "plans", "drives", "weighs")),
     (Radio, ("_record_facts", "_record_item", "_record_fault")),
     (Fleet, ("_record",)),
 )

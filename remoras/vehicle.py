@@ -25,13 +25,13 @@ from remoras.behaviours import Perception
 from remoras.beliefs import Beliefs, Fact
 from remoras.condition import SOUND, Condition
 from remoras.database import VehicleData
-from remoras.diary import Diary
 from remoras.errors import PluginError
 from remoras.executive.layer import ExecutiveLayer
 from remoras.functional.layer import FunctionalLayer, embody
 from remoras.functional.sensing import Sensed
 from remoras.radio import Radio
 from remoras.recorder import Recorder
+from remoras.run_log import RunLog
 from remoras.sensor import Observation
 from remoras.social.layer import Consulted, Review, SocialLayer
 from worldmodel import Change, WorldModelError
@@ -85,7 +85,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         self.condition = SOUND
         self._is_running = True  # as its condition says, which is asked for it all the time
         self._recorder = recorder
-        self._diary = Diary(self.name, self.social.database.names, recorder)
+        self._run_log = RunLog(self.name, self.social.database.names, recorder)
         tbox = beliefs.model.tbox
         self._position = tbox.attribute_named("position").uid
         self._battery = tbox.attribute_named("batteryFraction").uid
@@ -94,7 +94,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         self.has_resigned = False
         self._weighed: tuple[ActivitySet, ...] = ()
         self._uneventful: Sequence[Perception] = ()  # perceived last, if nothing was to be made known of it
-        self._diary.founded(self.social.organisation, self.social.objectives.values(), began_s)
+        self._run_log.founded(self.social.organisation, self.social.objectives.values(), began_s)
         self._adopt()
 
     @property
@@ -140,7 +140,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
 
     def _note_exhaustion(self, now_s: float) -> None:
         if self.functional.exhausted:
-            self._diary.fault(now_s, "energy", "battery exhausted")
+            self._run_log.fault(now_s, "energy", "battery exhausted")
 
     def think(self, now_s: float, dt_s: float) -> None:
         """Perceive, decide, and do at once what the decision asks of the social layer."""
@@ -153,10 +153,10 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         if decision is not before or executive.sets is not self._weighed:
             self._weighed = executive.sets
             candidates = executive.candidates(now_s)
-            self._diary.weighs(now_s, candidates)
+            self._run_log.weighs(now_s, candidates)
             if decision is not before:
                 functional.perform(decision.chosen)
-                self._diary.drives(now_s, decision.driving, candidates)
+                self._run_log.drives(now_s, decision.driving, candidates)
         pulls = executive.pulls(now_s) if functional.picture.body.contacts_m else NO_PULLS
         if pulls is not self._pulls:
             self._pulls = pulls
@@ -194,12 +194,12 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
     def _cope(self, objective: Objective, failed: ActivitySet, now_s: float) -> bool:
         """An activity cannot be done: go another way, or give its objective up. True if something has changed."""
         if self.social.pursuit.fail(objective, [one.name for one in failed.activities], self.social.facts):
-            self._diary.fault(now_s, "failed step", f"{failed.name} of {objective}")
+            self._run_log.fault(now_s, "failed step", f"{failed.name} of {objective}")
             self._adopt()
             return True
         blind = any(one.sensors for one in failed.activities)
         if facts := self.social.standing.give_up(objective, blind):
-            self._diary.fault(now_s, "cannot", str(objective))
+            self._run_log.fault(now_s, "cannot", str(objective))
             self.conclude(facts, now_s)
         return bool(facts)
 
@@ -224,7 +224,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         seen = self.social.look_around(now_s)
         if seen is None:
             return False
-        self._diary.peers(now_s, seen.events)
+        self._run_log.peers(now_s, seen.events)
         self.conclude(seen.facts, now_s)
         for fact in seen.passed_on:
             self.conclude([fact], now_s)
@@ -240,8 +240,8 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
 
     def _take_on(self, result: Review | Consulted, now_s: float) -> None:
         """Play the roles that changed, by activities chosen anew where they have to be."""
-        self._diary.own_roles(now_s, result.rulings)
-        self._diary.rulings(now_s, result.rulings)
+        self._run_log.own_roles(now_s, result.rulings)
+        self._run_log.rulings(now_s, result.rulings)
         if result.activities_due:
             self._adopt()
             self.think(now_s, 0.0)
@@ -308,10 +308,10 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         self.beliefs.note()
         self.radio.note(changes)
         considered = self.social.consider(changes, told)
-        self._diary.rulings(now_s, considered.rulings)
+        self._run_log.rulings(now_s, considered.rulings)
         if considered.activities_due:
             self._adopt()
-        self._diary.plans(now_s, self.social.planner.executions, self.social.pursuit.executions)
+        self._run_log.plans(now_s, self.social.planner.executions, self.social.pursuit.executions)
 
 
 def _recorded(sensed: Sensed, vehicle: Vehicle, now_s: float) -> Change:
@@ -351,7 +351,7 @@ def _plan(vehicle: Vehicle, now_s: float) -> None:
     """Plan the missions of a vehicle's groups, and tell what comes of it."""
     deliberation = vehicle.social.plan_missions()
     for no_plan in deliberation.impossible:
-        vehicle._diary.fault(now_s, "no plan", str(no_plan.task))
+        vehicle._run_log.fault(now_s, "no plan", str(no_plan.task))
     facts, told = deliberation.facts, not vehicle.social.standing.is_cut_off
     for part in [facts] if vehicle.radio.manager.fits(facts) else deliberation.parts:
         vehicle.conclude(part, now_s, told)

@@ -29,7 +29,6 @@ from remoras import authority, motion, radio, traffic, vehicle
 from remoras.contents import BitCount, Content
 from remoras.current import Current
 from remoras.database import VehicleData
-from remoras.diary import Diary
 from remoras.fault_events import FaultChanges
 from remoras.fleet import Fleet
 from remoras.functional.layer import FunctionalLayer
@@ -37,6 +36,7 @@ from remoras.functional.sensing import Sensing
 from remoras.jumps import Jumps
 from remoras.motion import Motion
 from remoras.radio import Radio
+from remoras.run_log import RunLog
 from remoras.separation import Separation
 from remoras.social import consultation
 from remoras.social.consultation import Consultation
@@ -246,12 +246,12 @@ def forget_a_tick(patch: Patch) -> None:
 
 
 def forget_that_roles_were_left(patch: Patch) -> None:
-    sound = Diary.roles
+    sound = RunLog.roles
 
-    def roles(self: Diary, now_s: float, roles: Any, event: str) -> None:
+    def roles(self: RunLog, now_s: float, roles: Any, event: str) -> None:
         sound(self, now_s, () if event == "left" else roles, event)
 
-    patch.setattr(Diary, "roles", roles)
+    patch.setattr(RunLog, "roles", roles)
 
 
 def forget_that_faults_were_over(patch: Patch) -> None:

@@ -1,4 +1,8 @@
-"""The diary of a vehicle: what it writes into the tables of a run about itself and its view of the others."""
+"""The run log of a vehicle: what it writes into the tables of a run about itself and its view of the others.
+
+Every run has it, written to a folder or not: figures of the summary come from its rows (roles, organisation, faults), and
+so do replays, ``known`` and the invariants of stress.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +17,7 @@ from remoras.recorder import Recorder, Row
 RoleKey = tuple[str, str]
 
 
-class Diary:
+class RunLog:
     """Rows of one vehicle. Views and decisions are written when they change.
 
     Args:

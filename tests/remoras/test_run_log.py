@@ -1,10 +1,10 @@
-"""The diary of a vehicle: rows are written when a view or a choice changes, and say what changed."""
+"""The run log of a vehicle: rows are written when a view or a choice changes, and say what changed."""
 
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective, WeighedSet
 from remoras.authority import Act, Request, Ruling
-from remoras.diary import Diary
 from remoras.organisation import Group, Organisation, Outcome, RoleAssignment
 from remoras.recorder import Recorder
+from remoras.run_log import RunLog
 
 EXPLORING = Objective("Operational", "LeftWinger", "Exploring", "left")
 MEETING = Objective("Operational", "Performer", "RendezVous", "rally")
@@ -31,7 +31,7 @@ def candidates(*chosen: ActivitySet, stimulus: float = 0.5) -> list[WeighedSet]:
 
 def test_a_choice_is_written_with_all_that_stood_to_choice() -> None:
     recorder = Recorder()
-    Diary("AUV01", NAMES, recorder).weighs(8.0, candidates(SURVEY))
+    RunLog("AUV01", NAMES, recorder).weighs(8.0, candidates(SURVEY))
     assert recorder.decisions == [
         (8.0, "AUV01", "", "", "", "", ["Evade"], 0.0, 0.0, 0.0, "", None, False, None),
         (8.0, "AUV01", "Operational", "LeftWinger", "Exploring", "left", ["Zigzag", "Mapping"], 0.5, 0.7, 0.0, "",
@@ -43,12 +43,12 @@ def test_a_choice_is_written_with_all_that_stood_to_choice() -> None:
 
 def test_nothing_is_written_while_only_numbers_change() -> None:
     recorder = Recorder()
-    diary = Diary("AUV01", NAMES, recorder)
+    run_log = RunLog("AUV01", NAMES, recorder)
     for number in range(10):
-        diary.weighs(2.0 * number, candidates(SURVEY, stimulus=0.5 + 0.01 * number))
+        run_log.weighs(2.0 * number, candidates(SURVEY, stimulus=0.5 + 0.01 * number))
     assert {row[0] for row in recorder.decisions} == {0.0}
-    diary.weighs(30.0, candidates(HOMING))
-    diary.weighs(32.0, candidates(HOMING)[:-1])
+    run_log.weighs(30.0, candidates(HOMING))
+    run_log.weighs(32.0, candidates(HOMING)[:-1])
     assert [row[0] for row in recorder.decisions] == [0.0] * 3 + [30.0] * 3 + [32.0] * 2
 
 
@@ -59,7 +59,7 @@ def test_a_role_that_is_left_and_taken_anew_at_once_is_one_that_it_plays() -> No
         for name in ("AUV01", "AUV02")
         for act in (Act.RELEASE, Act.ASSIGN)
     ]
-    Diary("AUV01", NAMES, recorder).own_roles(8.0, [Ruling(one, Outcome.SUCCESS) for one in asked])
+    RunLog("AUV01", NAMES, recorder).own_roles(8.0, [Ruling(one, Outcome.SUCCESS) for one in asked])
     assert recorder.roles == [
         (8.0, "AUV01", "Operational", "LeftWinger", "left"),
         (8.0, "AUV01", "Operational", "LeftWinger", "assigned"),
@@ -68,9 +68,9 @@ def test_a_role_that_is_left_and_taken_anew_at_once_is_one_that_it_plays() -> No
 
 def test_roles_begin_and_cease_to_drive_and_activities_are_those_of_the_choice() -> None:
     recorder = Recorder()
-    diary = Diary("AUV01", NAMES, recorder)
-    diary.drives(2.0, frozenset({("Operational", "LeftWinger")}), candidates(SURVEY))
-    diary.drives(4.0, frozenset({("Operational", "Performer")}), candidates(HOMING))
+    run_log = RunLog("AUV01", NAMES, recorder)
+    run_log.drives(2.0, frozenset({("Operational", "LeftWinger")}), candidates(SURVEY))
+    run_log.drives(4.0, frozenset({("Operational", "Performer")}), candidates(HOMING))
     assert [row[2:] for row in recorder.roles] == [
         ("Operational", "LeftWinger", "active"),
         ("Operational", "LeftWinger", "inactive"),
@@ -86,7 +86,7 @@ def test_roles_begin_and_cease_to_drive_and_activities_are_those_of_the_choice()
 def test_what_was_agreed_before_is_written_by_node_and_by_nobody_in_particular() -> None:
     recorder = Recorder()
     roles = [RoleAssignment("Operational", "LeftWinger", name) for name in ("AUV01", "AUV02")]
-    Diary("AUV01", NAMES, recorder).founded(Organisation.of([GROUP], roles), [EXPLORING], 0.0)
+    RunLog("AUV01", NAMES, recorder).founded(Organisation.of([GROUP], roles), [EXPLORING], 0.0)
     winger = ("Operational", "LeftWinger")
     assert recorder.organisation == [
         (0.0, "AUV01", "AUV02", *winger, "assigned", "", "assign", "", "", "success"),
@@ -105,7 +105,7 @@ def test_changes_and_refusals_are_written_with_who_asked_for_them() -> None:
         Ruling(evicted, Outcome.NO_AUTHORITY),
         Ruling(mission, Outcome.SUCCESS),
     ]
-    Diary("AUV01", NAMES, recorder).rulings(7.0, rulings)
+    RunLog("AUV01", NAMES, recorder).rulings(7.0, rulings)
     head = ("AUV02", "Operational", "Coordinator")
     assert recorder.organisation == [
         (7.0, "AUV01", *head, "assigned", "AUV02", "succeed", "", "", "success"),
