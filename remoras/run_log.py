@@ -1,7 +1,7 @@
 """The run log of a vehicle: what it writes into the tables of a run about itself and its view of the others.
 
-Every run has it, written to a folder or not: figures of the summary come from its rows (roles, organisation, faults), and
-so do replays, ``known`` and the invariants of stress.
+Every run has it, written to a folder or not: figures of the summary come from its rows (roles, organisation, faults),
+and so do replays, ``known`` and the invariants of stress.
 """
 
 from __future__ import annotations
