@@ -14,7 +14,7 @@ from typing import NamedTuple, Protocol
 from exchange.manager import ExchangeManager
 from exchange.packets import Fragment, InfluenceSignal, ItemUid, Reception, Transmission, name_of
 from remoras.beliefs import Beliefs, Fact
-from remoras.contacts import Contacts
+from remoras.contacts import EVENTS, Contacts
 from remoras.contents import BitCount
 from remoras.deliveries import note_acknowledged, note_expired, note_slot
 from remoras.jumps import Jumps
@@ -223,7 +223,8 @@ class Radio:
     def hear(self, data: bytes, now_s: float) -> HeardPacket:
         """Take in a packet."""
         reception = self.manager.receive(data, now_s)
-        self._contacts.heard(reception, now_s, self._recorder)
+        if reception.met in EVENTS or reception.conflict is not None:
+            self._contacts.heard(reception, now_s, self._recorder)
         if reception.fault is not None:
             self._record_fault(now_s, "bad packet", reception.fault)
             said = self._names[reception.sender], reception.slot, reception.fault

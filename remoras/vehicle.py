@@ -33,7 +33,7 @@ from remoras.radio import Radio
 from remoras.recorder import Recorder
 from remoras.run_log import RunLog
 from remoras.sensor import Observation
-from remoras.social.layer import Consulted, Review, SocialLayer
+from remoras.social.layer import NOTHING_CONSIDERED, Consulted, Review, SocialLayer
 from worldmodel import Change, WorldModelError
 from worldmodel.remembering import remember
 
@@ -92,6 +92,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         self._next_decision_s = 0.0
         self._pulls = NO_PULLS
         self.has_resigned = False
+        self._may_have_replanned = True  # since the rows of plans were written last
         self._weighed: tuple[ActivitySet, ...] = ()
         self._uneventful: Sequence[Perception] = ()  # perceived last, if nothing was to be made known of it
         self._run_log.founded(self.social.organisation, self.social.objectives.values(), began_s)
@@ -209,6 +210,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         """End of a TDMA frame: what was heard in it counts, and what is made of it. True if something changed here."""
         if not self.is_alive:
             return False
+        self._may_have_replanned = True
         self.radio.tidy(now_s)
         changed = self._look_around(now_s) | self._take_effect(now_s)
         calls = self.executive.calls(now_s) if self.radio.influences else {}
@@ -250,6 +252,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         sets = self.functional.prepare(self.social.activity_sets(self.functional.believed.position_m))
         self.executive.adopt(sets, [(a.group, a.role) for a in self.social.present.roles_of(self.name)])
         self.functional.perform(self.executive.decision.chosen)
+        self._may_have_replanned = True
 
     # The exchange --------------------------------------------------------------------------------
 
@@ -308,6 +311,9 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         self.beliefs.note()
         self.radio.note(changes)
         considered = self.social.consider(changes, told)
+        if considered is NOTHING_CONSIDERED and not self._may_have_replanned:
+            return
+        self._may_have_replanned = False
         self._run_log.rulings(now_s, considered.rulings)
         if considered.activities_due:
             self._adopt()
@@ -350,6 +356,7 @@ def _note_what_was_found(vehicle: Vehicle, perceptions: Sequence[Perception], no
 def _plan(vehicle: Vehicle, now_s: float) -> None:
     """Plan the missions of a vehicle's groups, and tell what comes of it."""
     deliberation = vehicle.social.plan_missions()
+    vehicle._may_have_replanned = True
     for no_plan in deliberation.impossible:
         vehicle._run_log.fault(now_s, "no plan", str(no_plan.task))
     facts, told = deliberation.facts, not vehicle.social.standing.is_cut_off
