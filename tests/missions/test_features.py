@@ -16,7 +16,9 @@ left_out, use = sys.argv[1], sys.argv[2:]
 sound = pkgutil.iter_modules
 pkgutil.iter_modules = lambda path: [one for one in sound(path) if one.name != left_out]
 if left_out:
-    sys.modules["missions.features." + left_out] = None  # whoever imports it fails
+    of_bound = ["remoras.strategies.oracle", "remoras.bound"]
+    taken = of_bound if left_out == "oracle" else ["missions.features." + left_out]
+    sys.modules.update(dict.fromkeys(taken))  # whoever imports it fails
 from missions.errors import ConfigurationError
 from missions.runs.run import run
 from missions.runs.summary import summary
@@ -83,6 +85,15 @@ def test_a_feature_that_is_there_is_taken(feature: str, whole: str) -> None:
     digest, refused, names = run_without("", *USES[feature])
     assert (digest, refused) == (whole, "")
     assert feature in names
+
+
+def test_the_upper_bound_can_be_taken_away(whole: str) -> None:
+    """The strategy, and the part by which all is known at once: whoever names it is told of the others."""
+    digest, refused, _ = run_without("oracle", "strategy.name='oracle'")
+    assert digest == whole
+    assert 'strategy.name) = "oracle"' in refused
+    assert "remoras-planned" in refused
+    assert len(refused.splitlines()) == 1
 
 
 def test_every_feature_is_tried() -> None:
