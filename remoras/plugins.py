@@ -53,7 +53,8 @@ def named_object(reference: str) -> Any:
         with asked_for(module):
             found = getattr(importlib.import_module(module), name)
     except Exception as error:  # it is somebody else's module: anything may be wrong with it
-        raise PluginError(f"package.module:object that can be imported ({type(error).__name__}: {error})") from error
+        why = next(iter(str(error).splitlines()), "")
+        raise PluginError(f"package.module:object that can be imported ({type(error).__name__}: {why})") from error
     has_home = inspect.isroutine(found) or isinstance(found, type)
     refuse_unshipped(str((found if has_home else type(found)).__module__), reference)
     return found

@@ -26,4 +26,4 @@ def test_what_does_not_conform_is_named(capsys: pytest.CaptureFixture[str]) -> N
 @pytest.mark.parametrize("arguments", [[], ["policy"], ["gadget", "ack"]])
 def test_how_it_is_used_is_said(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert main(arguments) == 2
-    assert capsys.readouterr().err == "usage: python -m remoras.testing strategy|mission|policy|channel NAME\n"
+    assert capsys.readouterr().err == "usage: python -m remoras.testing strategy|mission|policy|channel|fault NAME\n"
