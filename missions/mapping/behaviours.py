@@ -211,9 +211,12 @@ class ZigzagExploring(Behaviour):
         return Reference(passage.target_m, speed_mps)
 
     def accuracy_m(self, motion: Motion, picture: Picture) -> float:
-        """On a row what its cells leave of half the swath, less how far from a point it counts as reached."""
+        """On a row what its cells leave of half the swath, less how far from a point it counts as reached.
+
+        At the begin of one, too: a row of a single point is begun and passed at once, and would be again without end.
+        """
         passage = self._passage
-        if passage is None or passage.since_s is None:
+        if passage is None or (passage.since_s is None and distance_m(motion, passage.begin_m) > CAPTURE_M):
             return math.inf
         return self._accuracy_m
 

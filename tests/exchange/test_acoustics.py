@@ -225,6 +225,14 @@ def test_a_block_under_one_fade_against_another_quadrature(modulation: Modulatio
     assert faded_block_loss(modulation, n_bits, g) == pytest.approx(expected, rel=1e-6)
 
 
+@pytest.mark.parametrize("modulation", Modulation)
+@pytest.mark.parametrize("fading", Fading)
+def test_where_there_is_nothing_but_noise_each_bit_is_tossed(modulation: Modulation, fading: Fading):
+    """Of n bits all are right by chance in one of 2^n packets."""
+    for n_bits in (1, 3, 10):
+        assert packet_loss(modulation, fading, n_bits, 16, 0.0) == pytest.approx(1.0 - 0.5**n_bits)
+
+
 @given(
     st.sampled_from(Modulation), st.sampled_from(Fading), st.integers(0, 4096), st.integers(8, 4096), st.floats(-40, 60)
 )

@@ -203,20 +203,23 @@ class Catcher:
             left_s -= answer.cpu_s
             if answer.failed is None:
                 waiting, n = waiting[n:], N_FURTHER
-            elif self._passes(answer.failed, waiting[:n]):
+            elif self._passes(answer.failed, waiting[:n]):  # else the same again, without the test that always fails
                 return answer.failed
         return None
 
     def _passes(self, failed: str, tests: list[str]) -> bool:
-        """True if what failed of some tests passes without a mutant."""
-        is_test = failed.startswith("tests/")
+        """True if what failed of some tests does not without a mutant."""
         if failed in self._sound:
             return True
-        answer = self._ask([failed] if is_test else tests, HANGS_S)
-        if answer.failed is not None and not is_test:
+        is_test = failed.startswith("tests/")
+        answer = self._ask([failed] if is_test else tests, 1.0 if failed == warm.UNLOADED else HANGS_S)
+        if answer.failed is None:
+            self._sound.add(failed)
+        elif answer.failed.startswith("tests/"):
+            self._left_out.add(answer.failed)
+        elif not is_test:
             raise MutantError(f"without any mutant: {answer.failed}: {' '.join(tests)}")
-        (self._left_out if answer.failed else self._sound).add(failed)
-        return answer.failed is None
+        return answer.failed is None if is_test else True
 
     def _ask(self, tests: list[str], limit_s: float) -> warm.Answer:
         answer = warm.ask(self._root, tests, sorted(self._left_out), limit_s)

@@ -15,10 +15,12 @@ REFERENCE = "tests/reference/test_reference_runs.py"
 """Holds the tables of short runs of all scenarios and strategies byte for byte: near to whatever a run rests on."""
 EXAMPLES = "tests/docs/test_docstrings.py"
 """Has a test for each file with examples in its docstrings."""
-FAR = ("tests/docs/", "tests/stress/", "tests/test_", "tests/tools/", "tests/benchmarks/")
-"""Tests that are about something else, or ask everything and take long."""
-SAME_ROOM = 4.0
-"""So much more counts what a test of the same package shares."""
+LEFT_OUT = ("tests/docs/", "tests/tools/", "tests/benchmarks/")
+"""Tests that are about something else."""
+FAR = ("tests/stress/", "tests/test_")
+"""Tests that ask everything and take long."""
+SAME_ROOM, OF_ALL = 4.0, 0.25
+"""So much more counts what a test of the same package shares, and so much less what one of ``FAR`` does."""
 N_NEAR = 6
 """Files of tests that are asked before ``REFERENCE``."""
 
@@ -54,14 +56,14 @@ class Tests:
                 for importer in self._importers.get(found, ()):
                     heapq.heappush(waiting, (step + 1, importer))
         source = (self._root / file).read_text(encoding="utf-8")
-        about = _about(source, file, line)
+        about, room = _about(source, file, line), "stress" if Path(file).stem == "invariants" else Path(file).parts[0]
 
         def rank(name: str) -> tuple[bool, float, int, str]:
             shared = sum(1.0 / self._n_with[word] for word in about & self._words[name])
-            is_same_room = name.startswith(f"tests/{Path(file).parts[0]}/")
-            return not _bears_name(name, file), -shared * (SAME_ROOM if is_same_room else 1.0), steps[name], name
+            shared *= SAME_ROOM if name.startswith(f"tests/{room}/") else OF_ALL if name.startswith(FAR) else 1.0
+            return not _bears_name(name, file), -shared, steps[name], name
 
-        ranked = sorted((name for name in steps if name in self._words and not name.startswith(FAR)), key=rank)
+        ranked = sorted((name for name in steps if name in self._words and not name.startswith(LEFT_OUT)), key=rank)
         examples = [f"{EXAMPLES}::test_examples_give_what_they_say[{_module(file)}]"] * (">>> " in source)
         near = [*examples, *(name for name in ranked if name != REFERENCE)]
         return [*near[:N_NEAR], *[REFERENCE] * (REFERENCE in ranked), *near[N_NEAR:]]

@@ -30,6 +30,7 @@ LIBRARIES = (
 OPTIONS = ("-q", "-x", "-rfE", "-p", "no:warnings", "-p", "no:cacheprovider", "-p", "tests.tools.limited")
 FAILED_TEST = re.compile(r"^(?:FAILED|ERROR) (tests/.+?)(?: - .*)?$", re.MULTILINE)
 IS_SOUND = re.compile(r"\d+ (?:passed|deselected)|no tests ran")
+UNLOADED = "no test can be loaded"
 IN_ALL = 20
 """A session that has taken this many times its CPU time by the clock on the wall waits for what never comes."""
 
@@ -38,7 +39,7 @@ class Answer(NamedTuple):
     """What tests say.
 
     Attributes:
-        failed: the test that failed first, "no test can be loaded", "does not end", or None.
+        failed: the test that failed first, ``UNLOADED``, "does not end", or None.
         cpu_s: what they took (s).
     """
 
@@ -76,7 +77,7 @@ def ask(root: Path, tests: Iterable[str], left_out: Iterable[str], limit_s: floa
     failed = FAILED_TEST.search(said)
     if failed is not None:
         return Answer(failed[1], cpu_s)
-    return Answer(None if IS_SOUND.search(said) else "no test can be loaded", cpu_s)
+    return Answer(None if IS_SOUND.search(said) else UNLOADED, cpu_s)
 
 
 def _become_pytest(root: Path, arguments: list[str], limit_s: float, output: int) -> None:

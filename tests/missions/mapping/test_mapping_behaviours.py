@@ -181,3 +181,16 @@ def test_cells_that_stay_unknown_are_tried_once_more_and_then_given_up() -> None
     for centre_m in ((237.5, 112.5), (287.5, 212.5)):
         near = [math.dist(point, centre_m) <= 2.0 for point in one.track]
         assert sum(now and not before for before, now in pairwise(near)) == 2
+
+
+def test_who_is_not_sure_of_its_place_at_a_missed_cell_asks_for_it_before_it_tries_again() -> None:
+    """Right over the cell it begins and ends a row of one point at once, again and again: nothing would ever be sure."""
+    centre_m, unsure_m = JOB.on.centre_m(37), 40.0
+    zigzagging, picture = exploring(Facts([index for index in ALL if index != 37]))
+    picture.body.uncertainty_m = unsure_m
+    for now_s in range(4):
+        picture.body.now_s = float(now_s)
+        assert not zigzagging.perceive(at(*centre_m), picture, now_s > 0).done
+        zigzagging.reference(at(*centre_m), picture)
+    assert zigzagging.accuracy_m(at(*centre_m), picture) < 12.5 < unsure_m
+    assert zigzagging.accuracy_m(at(centre_m[0] + 100.0, centre_m[1]), picture) == math.inf
