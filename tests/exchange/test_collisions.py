@@ -47,6 +47,9 @@ def test_packets_that_touch_do_not_meet() -> None:
     air = Collisions()
     assert sent(air, 0, 0, 0.0, {2: 0.5}) == [False]
     assert sent(air, 1, 1, 1.3, {2: 0.2}) == [False]  # from 1.5 on, when 0 is over
+    air = Collisions()
+    assert sent(air, 0, 0, 0.0, {2: 1.5}) == [False]
+    assert sent(air, 1, 1, 0.3, {2: 0.2}) == [False]  # sent later and over at 1.5, when 0 begins to be heard
 
 
 @pytest.mark.parametrize("p_loss", [0.0, 0.3])

@@ -5,7 +5,9 @@ from functools import cache
 
 import pytest
 
+from missions.runs.assembly import assemble
 from missions.runs.run import Run, run
+from missions.runs.setup import resolved
 from missions.scenarios import load
 from remoras.radio import SUSPECTED
 
@@ -52,6 +54,18 @@ def test_what_others_hold_of_its_earlier_life_comes_back_to_it():
     back = {row[2] for row in rows if row[1] == "AUV01" and row[4] == "received" and row[0] >= BACK_S} & before
     assert len(held) > 5
     assert held <= back
+
+
+def test_where_all_is_known_at_once_so_it_is_to_who_begins_anew():
+    """Under the bound it holds what the others hold as soon as it is back, though it has lost its memory."""
+    fault = f"fault=[{{kind='restarts',vehicle='AUV01',at_s=300,until_s={BACK_S},memory='lost'}}]"
+    fleet = assemble(resolved(load("mapping-rendezvous", [("--set", "strategy.name='oracle'"), ("--set", fault)])), 7)
+    while fleet.now_s < BACK_S + 1.0:
+        fleet.step()
+    held = {one.name: {guid for guid, _ in one.beliefs.model.items()} for one in fleet.vehicles}
+    fleet.close()
+    assert len(held["AUV00"]) > 20
+    assert held["AUV01"] == held["AUV00"]
 
 
 def news_s(finished: Run, names: set[str], since_s: float) -> float:

@@ -47,6 +47,7 @@ def test_with_empty_batteries_nothing_is_reached(scenario: str, strategy: str) -
     assert_failed_for_want_of_vehicles(finished, found)
     assert found["goal_fraction"] == 0.0
     assert finished.recorder.trajectories[-1][0] < 10.0
+    assert {row[-1] for row in finished.recorder.trajectories[-4:]} == {0.0}  # without power all float up
 
 
 @pytest.mark.parametrize("strategy", ["remoras", "fixed-partition", "cbba"])

@@ -128,6 +128,7 @@ def test_the_job_is_known_once_somebody_has_said_where_and_takes_the_way_and_the
     assert done is not None
     assert done.share_left == 0.0
     assert job.after(Outlook(0.0, (0.0, 0.0)), replace(data, sensors=())) is None
+    assert job.is_able(mapper(swath_m=0.5))  # however narrow, it is a mapping sensor
 
 
 def test_a_find_counts_for_as_many_cells_as_are_mapped_in_its_mean_stay() -> None:
