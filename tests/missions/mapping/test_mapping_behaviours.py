@@ -184,7 +184,7 @@ def test_cells_that_stay_unknown_are_tried_once_more_and_then_given_up() -> None
 
 
 def test_who_is_not_sure_of_its_place_at_a_missed_cell_asks_for_it_before_it_tries_again() -> None:
-    """Right over the cell it begins and ends a row of one point at once, again and again: nothing would ever be sure."""
+    """Right over the cell a row of one point begins and ends at once, again and again: nothing would ever be sure."""
     centre_m, unsure_m = JOB.on.centre_m(37), 40.0
     zigzagging, picture = exploring(Facts([index for index in ALL if index != 37]))
     picture.body.uncertainty_m = unsure_m
