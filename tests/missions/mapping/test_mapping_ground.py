@@ -118,6 +118,18 @@ def test_where_less_is_left_a_vehicle_is_done_no_later(
     assert way_m(less) <= way_m(more) + 1e-6
 
 
+@pytest.mark.parametrize("wide_and_high_m", [(400.0, 100.0), (100.0, 400.0)])
+def test_a_row_lies_at_one_coordinate_across_and_reaches_along_the_longer_side(
+    wide_and_high_m: tuple[float, float],
+) -> None:
+    wide_m, high_m = wide_and_high_m
+    survey = ground_of(((0.0, 0.0), (wide_m, 0.0), (wide_m, high_m), (0.0, high_m)), 25.0).survey(25.0)
+    assert [[survey.across_m(end_m) for end_m in row.ends_m] for row in survey.rows] == [
+        [level_m] * 2 for level_m in (12.5, 37.5, 62.5, 87.5)
+    ]
+    assert [[survey.along_m(end_m) for end_m in row.ends_m] for row in survey.rows] == [[12.5, 387.5]] * 4
+
+
 def test_bits_follow_a_set_that_grows() -> None:
     ground = ground_of(SQUARE, 25.0)
     known: set[float] = {0.0, 3.0}
