@@ -1,6 +1,8 @@
 """The allocator that all strategies share: plans, revisions, help."""
 
+from collections.abc import Mapping
 from itertools import product
+from types import MappingProxyType
 
 import pytest
 from samples import auv, database
@@ -15,8 +17,13 @@ PLACES_M = [(100.0, 0.0), (0.0, 300.0), (-200.0, 50.0), (250.0, 250.0), (-50.0, 
 STAYS_S = [100.0, 30.0, 200.0, 60.0, 90.0, 45.0]
 
 
-def group(maximum: int | None = 1, order: int = 1) -> Group:
-    roles = [RoleSpecification(f"Role{n}", 1, maximum, job=f"job {n}") for n in range(len(PLACES_M))]
+def group(maximum: int | None = 1, order: int = 1, apart: Mapping[int, int] = MappingProxyType({})) -> Group:
+    """A job for each place; ``apart`` says which of them no vehicle may do beside which."""
+    excluded = {n: frozenset({("Team", f"Role{other}")}) for n, other in apart.items()}
+    roles = [
+        RoleSpecification(f"Role{n}", 1, maximum, job=f"job {n}", incompatible=excluded.get(n, frozenset()))
+        for n in range(len(PLACES_M))
+    ]
     return Group("Team", (RoleSpecification("Hand", 1, founding=True), *roles[::order]))
 
 
@@ -39,16 +46,18 @@ def outlooks(vehicles: AUVDatabase) -> dict[str, Outlook]:
     return {name: Outlook(0.0, (60.0 * n, 0.0)) for n, name in enumerate(vehicles)}
 
 
-def test_no_division_of_six_jobs_among_three_ends_earlier() -> None:
-    """All 3^6 = 729 divisions are tried."""
+@pytest.mark.parametrize("apart", [{}, {0: 3, 1: 4}])
+def test_no_division_of_six_jobs_among_three_ends_earlier(apart: dict[int, int]) -> None:
+    """All 3^6 = 729 divisions are tried, but for those that give to one vehicle what no vehicle may do together."""
     vehicles = fleet()
-    of, starts = work(vehicles, group()), outlooks(vehicles)
+    of, starts = work(vehicles, group(apart=apart)), outlooks(vehicles)
 
     def end_s(owners: tuple[str, ...]) -> float:
         parts = {n: [r for r, owner in zip(of.roles, owners, strict=True) if owner == n] for n in vehicles}
         return max(of.after_all(starts[name], vehicles[name], roles).free_s for name, roles in parts.items())
 
-    best_s = min(end_s(owners) for owners in product(vehicles, repeat=len(of.roles)))
+    divisions = product(vehicles, repeat=len(of.roles))
+    best_s = min(end_s(one) for one in divisions if all(one[n] != one[other] for n, other in apart.items()))
     assert planned(of, of.roles, of.workers, starts).end_s == pytest.approx(best_s, abs=0.01)
 
 
