@@ -60,8 +60,8 @@ def compare(
     for metric in names:
         check_name("--metric", metric, results.metrics)
     design = results.file.study
-    strategies = list(dict.fromkeys([*(design.strategies or ()), *(one.strategy for one in treatments)]))
-    policies = list(dict.fromkeys([*(design.policies or ()), *(one.policy for one in treatments)]))
+    strategies = list(dict.fromkeys([*(design.strategies or ()), *(treated.strategy for treated in treatments)]))
+    policies = list(dict.fromkeys([*(design.policies or ()), *(treated.policy for treated in treatments)]))
     first = strategies[0] if len(strategies) > 1 or len(policies) == 1 else policies[0]
     baseline = baseline or design.baseline or first
     check_name("--baseline", baseline, [*strategies, *policies])
@@ -82,18 +82,26 @@ def _rows(
 ) -> list[Comparison]:
     """Rows of one metric; its comparisons are one family for Holm's correction."""
     metric = declared[name]
-    times_s = {one: values_of(runs, declared[MISSION_TIME]) for one, runs in treatments.items()}
-    values = {one: found for one, runs in treatments.items() if (found := measured(runs, metric)).values}
+    times_s = {treated: values_of(runs, declared[MISSION_TIME]) for treated, runs in treatments.items()}
+    values = {treated: sample for treated, runs in treatments.items() if (sample := measured(runs, metric)).values}
     compared: dict[Treatment, Paired] = {}
-    for treatment, found in values.items():
+    for treatment, sample in values.items():
         other = replace(treatment, strategy=baseline) if by_strategy else replace(treatment, policy=baseline)
-        if other != treatment and other in values and (paired := paired_with(found, values[other])):
+        if other != treatment and other in values and (paired := paired_with(sample, values[other])):
             compared[treatment] = paired
     tested = {treatment: paired.p for treatment, paired in compared.items() if paired.p is not None}
     corrected = dict(zip(tested, holm(list(tested.values())), strict=True))
     rows = [
-        _row(treatment, metric, baseline, found, treatments[treatment], times_s[treatment], compared.get(treatment))
-        for treatment, found in values.items()
+        _row(
+            treatment,
+            metric,
+            baseline,
+            sample,
+            treatments[treatment],
+            times_s[treatment],
+            compared.get(treatment),
+        )
+        for treatment, sample in values.items()
     ]
     return [
         replace(row, p_holm=corrected.get(treatment), unequal_success=treatment in behind)
@@ -105,20 +113,20 @@ def _row(
     treatment: Treatment,
     metric: MetricRecord,
     baseline: str,
-    found: Measured,
+    sample: Measured,
     runs: Outcomes,
     times_s: Mapping[int, float],
     paired: Paired | None,
 ) -> Comparison:
-    """The row of one treatment and metric; ``runs`` are all that were made, ``found`` has those of the metric."""
-    values = list(found.values.values())
+    """The row of one treatment and metric; ``runs`` are all that were made, ``sample`` has those of the metric."""
+    values = list(sample.values.values())
     completed = [run.completed for run in runs.values()]
     timed = [runs[repeat].completed for repeat in times_s]
     horizon_s = max(times_s.values(), default=0.0)
-    success = NoInterval.DETERMINISTIC if found.constant else wilson_interval(sum(completed), len(completed))
-    interval = success if metric.name == SUCCESS else _interval(found)
-    reached = [found.values[repeat] for repeat in found.reached or ()]
-    of_reached = NoInterval.DETERMINISTIC if found.constant else mean_interval(reached)
+    success = NoInterval.DETERMINISTIC if sample.constant else wilson_interval(sum(completed), len(completed))
+    interval = success if metric.name == SUCCESS else _interval(sample)
+    reached = [sample.values[repeat] for repeat in sample.reached or ()]
+    of_reached = NoInterval.DETERMINISTIC if sample.constant else mean_interval(reached)
     low, high = _bounds(interval)
     reached_low, reached_high = _bounds(of_reached)
     success_low, success_high = _bounds(success)
@@ -144,7 +152,7 @@ def _row(
         success_ci95_low=success_low,
         success_ci95_high=success_high,
         restricted_mean_time_s=restricted_mean_time(list(times_s.values()), timed, horizon_s),
-        deterministic=found.constant,
+        deterministic=sample.constant,
         ci95_note=_note(interval),
         reached_mean=plain.fmean(reached) if reached else None,
         reached_ci95_low=reached_low,
@@ -173,16 +181,16 @@ def _with_difference(row: Comparison, paired: Paired) -> Comparison:
     )
 
 
-def _interval(found: Measured) -> Estimated:
+def _interval(sample: Measured) -> Estimated:
     """Interval of the mean of a metric: of the restricted one if it is censored."""
-    values = list(found.values.values())
-    if found.constant:
+    values = list(sample.values.values())
+    if sample.constant:
         return NoInterval.DETERMINISTIC
-    if found.reached is None:
+    if sample.reached is None:
         return mean_interval(values)
-    if found.horizon is None:
+    if sample.horizon is None:
         return NoInterval.UNBOUNDED
-    return restricted_interval(Timed(values, [repeat in found.reached for repeat in found.values], found.horizon))
+    return restricted_interval(Timed(values, [repeat in sample.reached for repeat in sample.values], sample.horizon))
 
 
 def _bounds(interval: Estimated) -> Interval | tuple[None, None]:

@@ -78,8 +78,8 @@ def _studentised(values: Array) -> Array:
     steady = squares <= n * scale**2
     errors = np.sqrt(np.where(steady, 1.0, squares) / (n * (n - 1)))
     alike = np.where(differences == 0.0, 0.0, np.copysign(np.inf, differences))
-    found: Array = np.where(steady, alike, differences / errors)
-    return found
+    studentised: Array = np.where(steady, alike, differences / errors)
+    return studentised
 
 
 def _listed(n: int, k: int) -> Iterator[npt.NDArray[np.int64]]:

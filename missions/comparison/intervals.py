@@ -130,11 +130,11 @@ def restricted_interval(timed: Timed) -> Estimated:
     share_low, share_high = share_interval(n - len(own), n)
     if len(own) < 2:
         return share_low * timed.horizon, timed.horizon
-    found = _mean_bounds(own)
-    if isinstance(found, NoInterval):
-        return found
+    bounds = _mean_bounds(own)
+    if isinstance(bounds, NoInterval):
+        return bounds
     mean, centre = math.fsum(own) / len(own), math.fsum(timed.values) / n
-    low, high = max(0.0, found[0]), min(timed.horizon, found[1])
+    low, high = max(0.0, bounds[0]), min(timed.horizon, bounds[1])
     left = timed.horizon - mean
     return (
         centre - math.hypot((share - share_low) * left, (1.0 - share) * (mean - low)),
@@ -154,15 +154,15 @@ def restricted_difference_interval(ours: Timed, theirs: Timed) -> Estimated:
     both = [a - b for a, b, a_reached, b_reached in pairs if a_reached and b_reached]
     if n < FEW or len(both) < 2:
         return NoInterval.TOO_FEW
-    found = _mean_bounds(both)
-    if isinstance(found, NoInterval):
-        return found
+    bounds = _mean_bounds(both)
+    if isinstance(bounds, NoInterval):
+        return bounds
     centre = (math.fsum(ours.values) - math.fsum(theirs.values)) / n
     mean, weight = math.fsum(both) / len(both), len(both) / n
     up, down = _of_share(ours), _of_share(theirs)
     return (
-        centre - math.hypot(weight * (mean - found[0]), up[0], down[1]),
-        centre + math.hypot(weight * (found[1] - mean), up[1], down[0]),
+        centre - math.hypot(weight * (mean - bounds[0]), up[0], down[1]),
+        centre + math.hypot(weight * (bounds[1] - mean), up[1], down[0]),
     )
 
 
@@ -179,5 +179,5 @@ def _of_share(timed: Timed) -> Interval:
 def _mean_bounds(values: Sequence[float]) -> Estimated:
     """Interval of the mean; Student's below ``FEW`` values and of values alike: the smaller part of a whole."""
     mean, half = math.fsum(values) / len(values), t_half_width(values)
-    found = mean_interval(values)
-    return (mean - half, mean + half) if found in (NoInterval.TOO_FEW, NoInterval.ALIKE) else found
+    interval = mean_interval(values)
+    return (mean - half, mean + half) if interval in (NoInterval.TOO_FEW, NoInterval.ALIKE) else interval

@@ -62,7 +62,7 @@ def paired_with(ours: Measured, theirs: Measured) -> Paired | None:
         return None
     mine, others = [a.values[repeat] for repeat in shared], [b.values[repeat] for repeat in shared]
     differences = [x - y for x, y in zip(mine, others, strict=True)]
-    found = Paired(
+    paired = Paired(
         plain.fmean(differences),
         mean_interval(differences),
         paired_p(differences),
@@ -71,7 +71,7 @@ def paired_with(ours: Measured, theirs: Measured) -> Paired | None:
         len(shared),
     )
     if a.reached is None or b.reached is None:
-        return found
+        return paired
     both = a.reached & b.reached
     reached = [x for x, repeat in zip(differences, shared, strict=True) if repeat in both]
     interval: Estimated = NoInterval.UNBOUNDED
@@ -82,7 +82,7 @@ def paired_with(ours: Measured, theirs: Measured) -> Paired | None:
         )
     mean = plain.fmean(reached) if reached else None
     return replace(
-        found, interval=interval, n_reached=len(reached), reached=mean, reached_interval=mean_interval(reached)
+        paired, interval=interval, n_reached=len(reached), reached=mean, reached_interval=mean_interval(reached)
     )
 
 

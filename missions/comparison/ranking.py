@@ -106,19 +106,25 @@ def column_ranks(column: Mapping[Treatment, Contender], metric: str, better: Bet
         better: HIGHER or LOWER.
     """
     sign = -1.0 if better is Better.HIGHER else 1.0
-    means = {treatment: plain.fmean(one.values.values()) for treatment, one in column.items()}
+    means = {treatment: plain.fmean(treatment_values.values.values()) for treatment, treatment_values in column.items()}
     behind = of_less_success(column)
-    rates = {treatment: one.success_rate for treatment, one in column.items()}
-    scores = {one: (1.0 - rates[one] if one in behind else -1.0, sign * means[one]) for one in column}
+    rates = {treatment: treatment_values.success_rate for treatment, treatment_values in column.items()}
+    scores = {
+        treatment_values: (
+            1.0 - rates[treatment_values] if treatment_values in behind else -1.0,
+            sign * means[treatment_values],
+        )
+        for treatment_values in column
+    }
     best = min(scores, key=lambda treatment: scores[treatment])
-    values = {treatment: one.values for treatment, one in column.items()}
+    values = {treatment: treatment_values.values for treatment, treatment_values in column.items()}
     p = _worse_p(column, values, sign, [treatment not in behind for treatment in column])
-    drawn = any(not one.constant for one in column.values())
-    found = []
+    drawn = any(not treatment_values.constant for treatment_values in column.values())
+    ranks = []
     for treatment, score in scores.items():
         to_best = None if treatment == best or p is None else min(1.0, p[treatment] / (1.0 - SHARE_OF_SUCCESS))
         like_best = (to_best is None or to_best >= SIGNIFICANT) if drawn else score == scores[best]
-        found.append(
+        ranks.append(
             Rank(
                 **treatment.columns(),
                 metric=metric,
@@ -133,18 +139,27 @@ def column_ranks(column: Mapping[Treatment, Contender], metric: str, better: Bet
                 deterministic=column[treatment].constant,
             )
         )
-    return found
+    return ranks
 
 
 def of_less_success(column: Mapping[Treatment, Contender]) -> frozenset[Treatment]:
     """Those of a column whose success rate is told from the highest."""
-    if len({value for one in column.values() for value in one.success.values()}) == 1:
+    if len({value for treatment_values in column.values() for value in treatment_values.success.values()}) == 1:
         return frozenset()
-    p = _worse_p(column, {treatment: one.success for treatment, one in column.items()}, -1.0, [True] * len(column))
+    p = _worse_p(
+        column,
+        {treatment: treatment_values.success for treatment, treatment_values in column.items()},
+        -1.0,
+        [True] * len(column),
+    )
     if p is None:
-        highest = max(one.success_rate for one in column.values())
-        drawn = any(not one.constant for one in column.values())
-        return frozenset() if drawn else frozenset(t for t, one in column.items() if one.success_rate < highest)
+        highest = max(treatment_values.success_rate for treatment_values in column.values())
+        drawn = any(not treatment_values.constant for treatment_values in column.values())
+        return (
+            frozenset()
+            if drawn
+            else frozenset(t for t, treatment_values in column.items() if treatment_values.success_rate < highest)
+        )
     return frozenset(treatment for treatment in column if p[treatment] / SHARE_OF_SUCCESS < SIGNIFICANT)
 
 
@@ -155,13 +170,15 @@ def _worse_p(
     rivals: Sequence[bool],
 ) -> dict[Treatment, float] | None:
     """See ``worse_p``, over the repeats that all have; None if these are fewer than two, or nothing was drawn."""
-    known = [set(values[treatment]) for treatment, one in column.items() if not one.constant]
+    known = [set(values[treatment]) for treatment, treatment_values in column.items() if not treatment_values.constant]
     shared = sorted(set.intersection(*known)) if known else []
     if len(shared) < 2:
         return None
     across = [
-        list(values[treatment].values()) * len(shared) if one.constant else [values[treatment][r] for r in shared]
-        for treatment, one in column.items()
+        list(values[treatment].values()) * len(shared)
+        if treatment_values.constant
+        else [values[treatment][r] for r in shared]
+        for treatment, treatment_values in column.items()
     ]
     return dict(zip(column, worse_p(sign * np.array(across, dtype=float).T, rivals), strict=True))
 
@@ -174,10 +191,10 @@ def of_unequal_work(rows: Sequence[Comparison]) -> list[Comparison]:
 def mean_ranks(ranked: Sequence[Rank]) -> dict[tuple[str, str], float | None]:
     """Mean rank of each (strategy, policy) over all conditions; None if it lacks a value under one of them."""
     conditions = {_conditions(rank) for rank in ranked}
-    found: dict[tuple[str, str], list[float]] = defaultdict(list)
+    ranks_of: dict[tuple[str, str], list[float]] = defaultdict(list)
     for rank in ranked:
-        found[rank.strategy, rank.policy].append(rank.rank)
-    return {name: plain.fmean(places) if len(places) == len(conditions) else None for name, places in found.items()}
+        ranks_of[rank.strategy, rank.policy].append(rank.rank)
+    return {name: plain.fmean(places) if len(places) == len(conditions) else None for name, places in ranks_of.items()}
 
 
 def are_too_few(ranked: Sequence[Rank]) -> bool:

@@ -78,21 +78,23 @@ Outcomes = Mapping[int, RunOutcome]
 def treatments_of(results: SweepResults) -> dict[Treatment, dict[int, RunOutcome]]:
     """Outcomes of the runs by treatment and repeat, in a fixed order; failed runs are among them.
 
-    Repeats of a run in which nothing was drawn are one run: of these there is the first alone.
+    Repeats of a run in which nothing was drawn are treatment run: of these there is the first alone.
 
     Raises:
         OutputError: no run has finished.
     """
     file = results.file
-    cases = {key for one in file.unforeseen for key, _ in (*flattened(one.set), (FAULT, None))}
+    cases = {key for case in file.unforeseen for key, _ in (*flattened(case.set), (FAULT, None))}
     constant = {key for key, _ in flattened(file.set)}
-    place = {one.name: number for number, one in enumerate(file.unforeseen)}
-    found = _grouped(results.lines.values(), {*OWN_COLUMNS, *constant, *cases, UNFORESEEN})
-    if not found:
+    place = {case.name: number for number, case in enumerate(file.unforeseen)}
+    grouped = _grouped(results.lines.values(), {*OWN_COLUMNS, *constant, *cases, UNFORESEEN})
+    if not grouped:
         raise OutputError(f"{results.folder}: no run has finished yet, there is nothing to compare")
-    in_order = sorted(found, key=lambda one: (place.get(one.unforeseen, len(place)), *_in_order(one)))
+    in_order = sorted(
+        grouped, key=lambda treatment: (place.get(treatment.unforeseen, len(place)), *_in_order(treatment))
+    )
     of_sample = {metric.name for metric in results.measured.values()}
-    return {treatment: _distinct(dict(sorted(found[treatment].items())), of_sample) for treatment in in_order}
+    return {treatment: _distinct(dict(sorted(grouped[treatment].items())), of_sample) for treatment in in_order}
 
 
 def _distinct(runs: dict[int, RunOutcome], of_sample: Collection[str]) -> dict[int, RunOutcome]:
@@ -110,12 +112,12 @@ def is_one_run(runs: Outcomes, of_sample: Collection[str] = ()) -> bool:
     since parts of a user's own may draw, or since an older version made it, two repeats or more have to agree in all
     that the summary has; those of an older version at a packet error rate of 0 only.
     """
-    said = [run.summary.get(DRAWN, "unsaid") for run in runs.values()]
-    if any(run.failed for run in runs.values()) or any(drawn is True for drawn in said):
+    drawn_in = [run.summary.get(DRAWN, "unsaid") for run in runs.values()]
+    if any(run.failed for run in runs.values()) or any(drawn is True for drawn in drawn_in):
         return False
-    if any(drawn is not False for drawn in said) and len(said) < 2:
+    if any(drawn is not False for drawn in drawn_in) and len(drawn_in) < 2:
         return False
-    if "unsaid" in said and any(run.summary["per"] > 0.0 for run in runs.values()):
+    if "unsaid" in drawn_in and any(run.summary["per"] > 0.0 for run in runs.values()):
         return False
     first, *others = (outcome(run.summary, of_sample) for run in runs.values())
     return all(other == first for other in others)
@@ -123,7 +125,7 @@ def is_one_run(runs: Outcomes, of_sample: Collection[str] = ()) -> bool:
 
 def _grouped(lines: Iterable[Line], left_out: Collection[str]) -> dict[Treatment, dict[int, RunOutcome]]:
     """Outcomes by treatment and repeat; ``left_out`` are keys of settings that do not tell treatments apart."""
-    found: dict[Treatment, dict[int, RunOutcome]] = {}
+    outcomes: dict[Treatment, dict[int, RunOutcome]] = {}
     for line in lines:
         summary = line["summary"]
         settings = tuple((key, str(value)) for key, value in sorted(line["settings"].items()) if key not in left_out)
@@ -131,8 +133,8 @@ def _grouped(lines: Iterable[Line], left_out: Collection[str]) -> dict[Treatment
         case = line["settings"].get(UNFORESEEN, "")
         treatment = Treatment(scenario, strategy, policy, channel, per, settings, case)
         outcome = RunOutcome(summary, line["status"] != DONE, line.get("duration_s"))
-        found.setdefault(treatment, {})[line["repeat"]] = outcome
-    return found
+        outcomes.setdefault(treatment, {})[line["repeat"]] = outcome
+    return outcomes
 
 
 def _in_order(treatment: Treatment) -> tuple[Any, ...]:
@@ -166,14 +168,14 @@ def values_of(runs: Outcomes, metric: MetricRecord) -> dict[int, float]:
     if metric.name == SUCCESS:
         return {repeat: float(run.completed) for repeat, run in runs.items()}
     applies = any(metric.name in run.summary for run in runs.values()) or all(run.failed for run in runs.values())
-    found: dict[int, float] = {}
+    values: dict[int, float] = {}
     for repeat, run in runs.items():
         value = run.summary.get(metric.name)
         if value is None and metric.censored and (metric.name in run.summary or (run.failed and applies)):
             value = _duration_s(run, runs)
         if value is not None:
-            found[repeat] = float(value)
-    return found
+            values[repeat] = float(value)
+    return values
 
 
 @dataclass(frozen=True)
@@ -208,7 +210,7 @@ def measured(runs: Outcomes, metric: MetricRecord) -> Measured:
     if not metric.censored:
         return Measured(values, constant=constant)
     reached = frozenset(repeat for repeat in values if _has_reached(runs[repeat], metric))
-    durations = [found for repeat in values if (found := _duration_s(runs[repeat], runs)) is not None]
+    durations = [duration_s for repeat in values if (duration_s := _duration_s(runs[repeat], runs)) is not None]
     horizon = max([*durations, *values.values()]) if durations else None
     return Measured(values, reached, horizon, constant)
 
@@ -221,7 +223,11 @@ def _duration_s(run: RunOutcome, runs: Outcomes) -> float | None:
     """Longest mission time of a run; where the folder does not say it, that of those that did not complete."""
     if run.duration_s is not None:
         return run.duration_s
-    times_s = [one.summary["mission_time_s"] for one in runs.values() if not one.failed and not one.completed]
+    times_s = [
+        finished.summary["mission_time_s"]
+        for finished in runs.values()
+        if not finished.failed and not finished.completed
+    ]
     return max(times_s, default=None)
 
 

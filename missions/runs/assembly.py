@@ -173,8 +173,8 @@ def feature_parts(setup: Setup, recorder: Recorder, seed: int, is_alone: bool = 
 def _lease_frames(shared: Shared) -> float:
     """TDMA frames after which a silent vehicle is taken to have left: never where nobody speaks."""
     setup = shared.setup
-    given = setup.scenario.communication.lease_frames if setup.strategy.declaration.communicates else math.inf
-    return next((part.lease_frames for part in shared.parts if part.lease_frames is not None), given)
+    own_frames = setup.scenario.communication.lease_frames if setup.strategy.declaration.communicates else math.inf
+    return next((part.lease_frames for part in shared.parts if part.lease_frames is not None), own_frames)
 
 
 def _known_as_it_is(setup: Setup, fleet: Sequence[VehicleData]) -> Setup:
@@ -223,7 +223,10 @@ def vehicle_of(host: Fleet | Solo, shared: Shared, life: VehicleLife) -> Vehicle
         picture.peers,
         recorder,
         needs,
-        {one.node: max(one.transit_speed_mps, one.survey_speed_mps) for one in setup.database.values()},
+        {
+            fleet_data.node: max(fleet_data.transit_speed_mps, fleet_data.survey_speed_mps)
+            for fleet_data in setup.database.values()
+        },
     )
     layers = Layers(
         _social(shared, data.name, beliefs, picture),

@@ -78,7 +78,7 @@ def cautions(setup: Setup) -> Iterator[Caution]:
     """
     duration_s = setup.scenario.scenario.duration_s
     jobs, _ = jobs_left(setup.mission.jobs, NOTHING_KNOWN)
-    alone = {name: one for name, job in jobs.items() if (one := _soonest(setup, job)) is not None}
+    alone = {name: soonest_s for name, job in jobs.items() if (soonest_s := _soonest(setup, job)) is not None}
     for name, (vehicle, free_s) in alone.items():
         if free_s > duration_s:
             yield Caution(
@@ -103,12 +103,12 @@ def cautions(setup: Setup) -> Iterator[Caution]:
 
 def _soonest(setup: Setup, job: Job) -> tuple[str, float] | None:
     """The vehicle that would have done a job first if it began with it, and when; None if nobody is able."""
-    found = [
+    times = [
         (then.free_s, data.name)
         for data in _able(setup, job)
         if (then := job.after(Outlook(0.0, data.start_m), data)) is not None
     ]
-    return (min(found)[1], min(found)[0]) if found else None
+    return (min(times)[1], min(times)[0]) if times else None
 
 
 def _able(setup: Setup, job: Job) -> list[VehicleData]:

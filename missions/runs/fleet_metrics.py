@@ -38,12 +38,12 @@ def idle_s(run: MeasuredRun) -> float | None:
 
 def _first_s(run: MeasuredRun, how: Absence, over: bool) -> dict[str, float]:
     """When a vehicle was first away so by a declared fault, or was back from it, by vehicle."""
-    found = [
+    reached = [
         (row[1], row[0])
         for row in run.recorder.rows("faults")
         if (row[3] == OVER) == over and row[2] != EMPTY and absence(row[2]) is how
     ]
-    return dict(reversed(found))
+    return dict(reversed(reached))
 
 
 def _joined_s(run: MeasuredRun) -> dict[str, float]:
@@ -114,12 +114,12 @@ def _least_distances_m(run: MeasuredRun) -> list[float]:
         pair for pair in itertools.combinations(range(n_vehicles), 2)
         if moves or abs(own_m[pair[0]] - own_m[pair[1]]) <= SAME_DEPTH_M
     ]  # fmt: skip
-    parts = (np.square(at_m[:, one] - at_m[:, other]) for one, other in pairs)
+    parts = (np.square(at_m[:, first] - at_m[:, other]) for first, other in pairs)
     squares = (of[:, 0] + of[:, 1] for of in parts)
     if moves:
         squares = (
-            np.where(np.abs(deep_m[:, one] - deep_m[:, other]) <= SAME_DEPTH_M, of, np.nan)
-            for (one, other), of in zip(pairs, squares, strict=True)
+            np.where(np.abs(deep_m[:, first] - deep_m[:, other]) <= SAME_DEPTH_M, of, np.nan)
+            for (first, other), of in zip(pairs, squares, strict=True)
         )
     least = [np.nanmin(of, initial=np.inf) for of in squares]
     return [math.sqrt(squared) for squared in least if squared < math.inf]
@@ -137,8 +137,8 @@ def _present(run: MeasuredRun, times_s: Sequence[float]) -> npt.NDArray[np.bool_
 
 def _disables(kind: str) -> bool:
     """True for the kind of a fault after which others have to take over."""
-    found = kind_of_row(kind)
-    return found is not None and found.DISABLES
+    kind_of_fault = kind_of_row(kind)
+    return kind_of_fault is not None and kind_of_fault.DISABLES
 
 
 def recovery_time_s(run: MeasuredRun) -> float | Absent | None:
@@ -162,7 +162,7 @@ def recovery_time_s(run: MeasuredRun) -> float | Absent | None:
             held = held | {(group, role)} if event == "assigned" else held - {(group, role)}
         elif time_s > at_s and name != vehicle and event == "assigned":
             taken_s.setdefault((group, role), time_s)
-    times_s = [taken_s[one] - at_s for one in held if one in taken_s]
+    times_s = [taken_s[job] - at_s for job in held if job in taken_s]
     if len(times_s) < len(held) and not run.completed:
         return None
     return round(max(times_s), 4) if times_s else NOT_APPLICABLE

@@ -161,14 +161,14 @@ def _exchange(place: Path, draft: Path, of_older: Callable[[Set[str]], set[str]]
         shutil.rmtree(before, ignore_errors=True)
 
 
-def _swapped(one: Path, other: Path) -> bool:
+def _swapped(path: Path, other: Path) -> bool:
     """Exchange the names of two folders in one step; False where the system cannot."""
     if sys.platform != "linux":
         return False
     exchange = getattr(ctypes.CDLL(None), "renameat2", None)
     if exchange is None:
         return False
-    names = os.fsencode(one), os.fsencode(other)
+    names = os.fsencode(path), os.fsencode(other)
     return bool(exchange(AT_WORKING_FOLDER, names[0], AT_WORKING_FOLDER, names[1], EXCHANGE) == 0)
 
 

@@ -31,9 +31,9 @@ def knowledge(
     """
     summary = results.summary
     moment = summary["mission_time_s"] + (summary.get("settling_s") or 0.0) if at_s is None else at_s
-    vehicles = [one.name for one in results.scenario.vehicle] if vehicle is None else [vehicle]
+    vehicles = [vehicle_table.name for vehicle_table in results.scenario.vehicle] if vehicle is None else [vehicle]
     known = (results.known(name, moment) for name in vehicles)
-    return {one.vehicle: Knowledge(one.model, one.receptions) for one in known}
+    return {state.vehicle: Knowledge(state.model, state.receptions) for state in known}
 
 
 def query(
@@ -100,7 +100,7 @@ def write_knowledge(
     if out.exists() and not force:
         raise OutputError(f"{out}: exists; name another with --out or add --force")
     known = knowledge(results, vehicle, at_s)
-    text = canonical_items(one.model for one in known.values()) if items else written(known, form)
+    text = canonical_items(knowledge_of.model for knowledge_of in known.values()) if items else written(known, form)
     draft = out.with_name(f".{out.name}-draft")
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
@@ -110,7 +110,9 @@ def write_knowledge(
         raise OutputError(f"{out}: cannot be written: {error.strerror or error}") from None
     finally:
         draft.unlink(missing_ok=True)
-    return {name: sum(len(block.facts) for block in one.model.blocks()) for name, one in known.items()}
+    return {
+        name: sum(len(block.facts) for block in knowledge_of.model.blocks()) for name, knowledge_of in known.items()
+    }
 
 
 def form_of(format: str, about: tuple[str | None, float | None, bool]) -> RdfFormat | None:

@@ -143,7 +143,7 @@ class KnownAt:
         """
         names = Beliefs(self.model)
         slot = names.uid(subject), self.model.tbox.attribute_named(attribute).uid
-        return tuple(self._belief(names, one) for one in self.model.history(*slot, since_s, until_s))
+        return tuple(self._belief(names, observation) for observation in self.model.history(*slot, since_s, until_s))
 
     @property
     def banned(self) -> Mapping[str, float]:
@@ -262,9 +262,9 @@ class Memory:
             sender = self._senders.sender(vehicle, items, since_s)
             told_by = block.origin if not by_packets else None if sender is None else nodes[sender]
             parts = [block._replace(facts=(fact,)) for fact in block.facts] if block.is_status else [block]
-            for one in parts:
-                if one in statuses or (one.is_item and model.block(one.guid) == one):
-                    yield Reception(one, told_by, since_s)
+            for candidate in parts:
+                if candidate in statuses or (candidate.is_item and model.block(candidate.guid) == candidate):
+                    yield Reception(candidate, told_by, since_s)
 
     # Reading -------------------------------------------------------------------------------------
 
@@ -320,16 +320,16 @@ class Memory:
             exhausted_s: when vehicles ran out of energy, after which they hear nothing.
         """
         recorded: dict[str, list[int]] = defaultdict(list)
-        for number, one in enumerate(told):
-            if one.block.is_status:
-                recorded[one.items[0]].append(number)
+        for number, status in enumerate(told):
+            if status.block.is_status:
+                recorded[status.items[0]].append(number)
         bad = {(row["vehicle"], row["time_s"]) for row in self._faults if row["kind"] == "bad packet"}
         aside = {  # by vehicle, time and name
             (row["vehicle"], row["time_s"], row["detail"].rpartition("; ")[2])
             for row in self._faults
             if row["kind"] == SUSPECTED
         }
-        found: dict[int, dict[str, float]] = {}
+        received: dict[int, dict[str, float]] = {}
         for row in results.table(PACKETS.name).to_pylist():
             heard_s = {
                 name: at_s
@@ -338,8 +338,8 @@ class Memory:
             }
             for uid in row["status_uids"]:
                 of_uid = {name: at_s for name, at_s in heard_s.items() if (name, at_s, uid) not in aside}
-                found[max(n for n in recorded[uid] if told[n].recorded_s <= row["time_s"])] = of_uid
-        return found
+                received[max(n for n in recorded[uid] if told[n].recorded_s <= row["time_s"])] = of_uid
+        return received
 
     def _told(self, rows: Sequence[Row]) -> _Told:
         """A block of the rows of its facts."""
@@ -373,10 +373,10 @@ class _Told(NamedTuple):
 
 
 def _by_vehicle(results: RunResults, table: str) -> dict[str, list[dict[str, Any]]]:
-    found: dict[str, list[dict[str, Any]]] = defaultdict(list)
+    rows_of: dict[str, list[dict[str, Any]]] = defaultdict(list)
     for row in results.table(table).to_pylist():
-        found[row["vehicle"]].append(row)
-    return found
+        rows_of[row["vehicle"]].append(row)
+    return rows_of
 
 
 def _uid(model: WorldModel, name: str) -> int:

@@ -60,8 +60,8 @@ class KeptTables:
     def rows(self, table: str) -> list[tuple[Any, ...]]:
         """Rows of a table in time order; none of a table that is not there."""
         if table not in self._rows:
-            found = self._table_of(table)
-            self._rows[table] = [] if found is None else _rows(found)
+            kept = self._table_of(table)
+            self._rows[table] = [] if kept is None else _rows(kept)
         return self._rows[table]
 
 
@@ -119,8 +119,11 @@ class KeptRun:
     @cached_property
     def milestones(self) -> tuple[Milestone, ...]:
         """What happened when, in time order."""
-        found = self.summary["milestones"]
-        return tuple(Milestone(one["time_s"], one["name"], one["vehicle"], one["group"]) for one in found)
+        listed = self.summary["milestones"]
+        return tuple(
+            Milestone(milestone["time_s"], milestone["name"], milestone["vehicle"], milestone["group"])
+            for milestone in listed
+        )
 
     @property
     def seed(self) -> int:
@@ -165,8 +168,8 @@ class KeptRun:
     @property
     def wrong_belief_fraction(self) -> float | None:
         """Share of the beliefs of who does a job that were wrong, 0..1; None if there were none."""
-        found = self.summary.get("wrong_belief_fraction")
-        return None if found is None else float(found)
+        fraction = self.summary.get("wrong_belief_fraction")
+        return None if fraction is None else float(fraction)
 
     @property
     def settled(self) -> Settled | None:

@@ -241,10 +241,10 @@ def metrics_of(
         PluginError: one cannot be had.
     """
     reference = scenario.scenario.mission
-    found = collected(reference, (*CORE_METRICS, *(mission or mission_class(reference)).metrics))
+    metrics = collected(reference, (*CORE_METRICS, *(mission or mission_class(reference)).metrics))
     for named, metric in (own_metrics(scenario) if own is None else own).items():
-        found = with_own(found, metric, scenario.scenario.name, METRICS, named)
-    return found
+        metrics = with_own(metrics, metric, scenario.scenario.name, METRICS, named)
+    return metrics
 
 
 def own_metrics(scenario: Scenario) -> dict[str, Metric]:
@@ -271,6 +271,7 @@ def with_own(known: Mapping[str, Metric], metric: Metric, source: str, key: str,
         return collected(source, (*known.values(), metric))
     except ConfigurationError as error:
         faults = [
-            replace(one, key=key, given=shown(reference), allowed=f"{one.key}: {one.allowed}") for one in error.faults
+            replace(fault, key=key, given=shown(reference), allowed=f"{fault.key}: {fault.allowed}")
+            for fault in error.faults
         ]
         raise ConfigurationError(source, faults) from None

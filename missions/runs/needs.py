@@ -43,7 +43,9 @@ def needs_of_all(tbox: TBox, urgency: Mapping[int, int], n_nodes: int) -> NeedsI
     Args:
         urgency: priority of each of them, by uid.
     """
-    needs = tuple(InformationNeed(uid, one, class_uid=tbox.attributes[uid].domain) for uid, one in urgency.items())
+    needs = tuple(
+        InformationNeed(uid, priority, class_uid=tbox.attributes[uid].domain) for uid, priority in urgency.items()
+    )
     return NeedsIndex(tbox, dict.fromkeys(range(n_nodes), needs))
 
 
@@ -84,14 +86,14 @@ def _of_job(name: str, mission: Mission, groups: Sequence[Group]) -> Collection[
     """Roles whose job an instance is about, or the groups that the mission names for it."""
     names = [group.name for group in groups]
 
-    def is_expected(found: object) -> bool:
-        return found is None or (isinstance(found, Collection) and set(found) <= set(names))
+    def is_expected(answered: object) -> bool:
+        return answered is None or (isinstance(answered, Collection) and set(answered) <= set(names))
 
     expected = f"groups of the scenario ({', '.join(names)}), or None"
-    found = answer(
+    answered = answer(
         f"mission {type(mission).__name__}", "groups_of", expected, is_expected, lambda: mission.groups_of(name)
     )
-    if found is not None:
-        return [(group, "") for group in found]
+    if answered is not None:
+        return [(group, "") for group in answered]
     jobs = {job.name for job in mission.jobs.values() if name in (job.name, job.done[1])}
     return [(group.name, role.name) for group in groups for role in group.roles if role.job in jobs]

@@ -37,7 +37,7 @@ def _events(run: MeasuredRun) -> list[_Event]:
         for row in run.recorder.rows("organisation")
         if row[5] in ("assigned", "left")
     ]
-    return sorted([*_comings_and_goings(run), *changes], key=lambda one: one.time_s)
+    return sorted([*_comings_and_goings(run), *changes], key=lambda event: event.time_s)
 
 
 def _comings_and_goings(run: MeasuredRun) -> Iterator[_Event]:
@@ -180,8 +180,8 @@ def missed(run: MeasuredRun) -> dict[str, float]:
     """How long each demand of the specification did not hold (s), by its key: ``group.West.role.Hand.minimum``."""
     lasted: dict[str, float] = {}
     for spell_s, faults in malformed_spells(run):
-        for one in faults:
-            lasted[one.key] = lasted.get(one.key, 0.0) + spell_s
+        for fault in faults:
+            lasted[fault.key] = lasted.get(fault.key, 0.0) + spell_s
     return {key: round(total_s, 4) for key, total_s in lasted.items()}
 
 

@@ -71,7 +71,7 @@ def tidied_s(faults: Iterable[Row], vehicle: str, schedule: TdmaSchedule, end_s:
     ends_s = (schedule.frame_start_s(frame) for frame in count(1))
     return [
         time_s
-        for time_s in takewhile(lambda one: one <= end_s, ends_s)
+        for time_s in takewhile(lambda time: time <= end_s, ends_s)
         if not sum(change for since_s, change in changes if since_s <= time_s)
     ]
 
@@ -140,10 +140,10 @@ def memories(lives: Sequence[RebuiltLife]) -> Iterator[tuple[float, float]]:
 
 def left_over(events: Iterable[tuple[T, bool]]) -> frozenset[T]:
     """What was put in (True) and has not been taken out (False) since."""
-    found: set[T] = set()
-    for one, is_in in events:
-        (found.add if is_in else found.discard)(one)
-    return frozenset(found)
+    members: set[T] = set()
+    for member, is_in in events:
+        (members.add if is_in else members.discard)(member)
+    return frozenset(members)
 
 
 def formed(agreement: Agreement, changes: Iterable[Row]) -> tuple[dict[str, Group], list[Row]]:

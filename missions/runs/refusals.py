@@ -25,9 +25,9 @@ def refuse_malformed(scenario: Scenario, agreement: Agreement) -> None:
     ]
     headless = {fault.key for fault in faults}
     faults += [
-        ConfigurationFault(one.key, one.given, f"no founding gives it what it demands: {one.allowed}")
-        for one in specification_faults(founding)
-        if one.key.rpartition(".")[0] not in headless and one.defect is not Defect.SUBGROUPS  # some come at sea
+        ConfigurationFault(defect.key, defect.given, f"no founding gives it what it demands: {defect.allowed}")
+        for defect in specification_faults(founding)
+        if defect.key.rpartition(".")[0] not in headless and defect.defect is not Defect.SUBGROUPS  # some come at sea
     ]
     if faults:
         raise ConfigurationError(scenario.scenario.name, faults)

@@ -170,17 +170,17 @@ class MemoryResults:
         return self._memory.known(vehicle, at_s)
 
 
-def _is_milestone(found: Any) -> bool:
-    return isinstance(found, dict) and set(MILESTONE_KEYS) <= set(found) and isinstance(found["time_s"], int | float)
+def _is_milestone(value: Any) -> bool:
+    return isinstance(value, dict) and set(MILESTONE_KEYS) <= set(value) and isinstance(value["time_s"], int | float)
 
 
 def _run_id_of(table: pa.Table) -> str | None:
-    found: bytes | None = (table.schema.metadata or {}).get(RUN_ID.encode())
-    return None if found is None else found.decode()
+    run_id: bytes | None = (table.schema.metadata or {}).get(RUN_ID.encode())
+    return None if run_id is None else run_id.decode()
 
 
-def _run(found: str | None) -> str:
-    return "a run of an older version, which has no id" if found is None else f"run {found}"
+def _run(run_id: str | None) -> str:
+    return "a run of an older version, which has no id" if run_id is None else f"run {run_id}"
 
 
 def units_of(table: pa.Table) -> dict[str, str]:
@@ -214,13 +214,13 @@ class Results:
         Raises:
             OutputError: it is damaged.
         """
-        found = self._json(SUMMARY)
-        time_s, milestones = found.get("mission_time_s"), found["milestones"]
+        summary = self._json(SUMMARY)
+        time_s, milestones = summary.get("mission_time_s"), summary["milestones"]
         if isinstance(time_s, bool) or not isinstance(time_s, int | float) or not 0.0 <= time_s <= LONGEST_S:
             raise OutputError(f"{self.folder / SUMMARY}: damaged: mission_time_s is no number of seconds")
         if not isinstance(milestones, list) or not all(map(_is_milestone, milestones)):
             raise OutputError(f"{self.folder / SUMMARY}: damaged: milestones need {', '.join(MILESTONE_KEYS)} each")
-        return found
+        return summary
 
     @cached_property
     def manifest(self) -> dict[str, Any]:
@@ -229,16 +229,16 @@ class Results:
         Raises:
             OutputError: it is damaged, or of another run than the summary.
         """
-        found = self._json(MANIFEST)
-        self._check_run(MANIFEST, found.get(RUN_ID))
-        return found
+        manifest = self._json(MANIFEST)
+        self._check_run(MANIFEST, manifest.get(RUN_ID))
+        return manifest
 
-    def _check_run(self, name: str, found: str | None) -> None:
+    def _check_run(self, name: str, run_id: str | None) -> None:
         """Refuse a file of another run than the summary."""
         own = self.summary.get(RUN_ID)
-        if found != own:
+        if run_id != own:
             raise OutputError(
-                f"{self.folder}: holds files of two runs: {SUMMARY} is of {_run(own)}, {name} of {_run(found)}; "
+                f"{self.folder}: holds files of two runs: {SUMMARY} is of {_run(own)}, {name} of {_run(run_id)}; "
                 "run the scenario again, or restore the folder whole"
             )
 
@@ -291,21 +291,21 @@ class Results:
             raise OutputError(f"{self.folder}: no table {name!r}; there are {known}{suggestion(name, self.tables)}")
         try:
             with pq.ParquetFile(path) as file:  # pq.read_table loads pandas
-                found = file.read()
-            written_by = _run_id_of(found)
+                stored = file.read()
+            written_by = _run_id_of(stored)
         except (OSError, ValueError, pa.ArrowException) as error:  # of names that are no text Python says ValueError
             raise OutputError(f"{path}: damaged: {error}") from None
         if written_by is not None or any(table.name == name for table in TABLES):
             self._check_run(path.name, written_by)
         declared = next((table.column_names for table in TABLES if table.name == name), ())
-        present = {*found.column_names, *ADDED.get(name, ())}
+        present = {*stored.column_names, *ADDED.get(name, ())}
         missing = [column for column in declared if column not in present]
         if missing:
             raise OutputError(
                 f"{path}: a table of an unknown schema: it lacks {', '.join(missing)}, and has "
-                f"{', '.join(found.column_names)}; run the scenario again to have it as this version writes it"
+                f"{', '.join(stored.column_names)}; run the scenario again to have it as this version writes it"
             )
-        return found
+        return stored
 
     def units(self, name: str) -> dict[str, str]:
         """Units of a table's columns; columns without a unit are left out."""

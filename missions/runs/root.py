@@ -59,5 +59,5 @@ def texts(value: Any) -> Iterator[str]:
 
 def is_reference(text: str) -> bool:
     """True for a text that may name an object of a module that is not this program's own."""
-    found = REFERENCE.fullmatch(text)
-    return found is not None and found[1].partition(".")[0] not in OURS
+    match = REFERENCE.fullmatch(text)
+    return match is not None and match[1].partition(".")[0] not in OURS

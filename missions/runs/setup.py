@@ -108,11 +108,11 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
     else:
         scenario = scenario.model_copy(update={"strategy": StrategyTable(name=strategy.name)})
     policy, used = policy_of(scenario.communication.policy), used_in(scenario)
-    given, words = (
+    own_files, words = (
         sources_of(scenario.worldmodel.ontology_text),
         [path for feature in used for path in feature.words(scenario)],
     )
-    tbox = read_tbox(*core_ontology_paths(), *mission.vocabulary_used, *given, *words)
+    tbox = read_tbox(*core_ontology_paths(), *mission.vocabulary_used, *own_files, *words)
     database, groups = database_of(scenario, mission_type), groups_of(scenario)
     instances = _instances(scenario, mission, tbox, used)
     equipment, common_facts = common_equipment(scenario, mission_type.sensors, tbox, instances)
@@ -170,7 +170,7 @@ def _instances(scenario: Scenario, mission: Mission, tbox: TBox, used: Iterable[
     named += mission.instances
     named += [("RallyPoint", rally.name) for rally in scenario.rally_point]
     named += [("Mission", name) for name in mission.group_missions]
-    named += [one for feature in used for one in feature.instances(scenario)]
+    named += [instance for feature in used for instance in feature.instances(scenario)]
     try:
         return tuple(Instance(uid, tbox.class_named(kind).uid, name) for uid, (kind, name) in enumerate(named))
     except UnknownNameError as error:

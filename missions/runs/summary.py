@@ -48,7 +48,7 @@ def summary(run: Run) -> dict[str, Any]:
     names = {metric.name for metric in own.values()}
     shipped = [metric for metric in run.setup.metrics.values() if metric.name not in names]
     values = {metric.name: value_of(metric, run, of) for metric in shipped}
-    found = {
+    fields = {
         **identity(run.scenario, run.seed),
         "completed": values.pop("completed"),
         "reason": run.reason,
@@ -57,9 +57,9 @@ def summary(run: Run) -> dict[str, Any]:
     milestones = [
         {"name": m.name, "vehicle": m.vehicle, "group": m.group, "time_s": round(m.time_s, 4)} for m in run.milestones
     ]
-    kept = KeptRun({**found, "milestones": milestones}, partial(_table, run.recorder), lambda: run.scenario)
+    kept = KeptRun({**fields, "milestones": milestones}, partial(_table, run.recorder), lambda: run.scenario)
     measured = {metric.name: value_of(metric, kept, reference) for reference, metric in own.items()}
-    return {**found, **_applicable(measured), "drawn": run.drawn, "milestones": milestones}
+    return {**fields, **_applicable(measured), "drawn": run.drawn, "milestones": milestones}
 
 
 def _applicable(values: Mapping[str, Any]) -> dict[str, Any]:

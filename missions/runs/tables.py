@@ -193,10 +193,10 @@ def _can_be_read(path: Path) -> bool:
 
 def keys_in(parts: Path, tables: Path) -> set[str]:
     """Keys of the runs of which there are tables, in parts or merged; a part that cannot be read is no part."""
-    found = {part.name for part in parts.glob("[!.]*") if part.is_dir() and all(map(_can_be_read, part.iterdir()))}
+    keys = {part.name for part in parts.glob("[!.]*") if part.is_dir() and all(map(_can_be_read, part.iterdir()))}
     for path in sorted(tables.glob("[!.]*.parquet")):
-        found.update(pc.unique(pq.read_table(path, columns=[KEY]).column(KEY)).to_pylist())
-    return found
+        keys.update(pc.unique(pq.read_table(path, columns=[KEY]).column(KEY)).to_pylist())
+    return keys
 
 
 def merge_tables(parts: Path, tables: Path, keys: Collection[str]) -> None:

@@ -131,12 +131,12 @@ class Watch:
         Args:
             summary: figures of the run as they are now; those of a finished run have its id.
         """
-        found = {}
+        tables = {}
         for name in self._underway.tables:
-            found[name] = self._underway.table(name, self._read[name])
-            self._read[name] += found[name].num_rows
+            tables[name] = self._underway.table(name, self._read[name])
+            self._read[name] += tables[name].num_rows
         named = {RUN_ID: summary[RUN_ID]} if RUN_ID in summary else {}
-        return News(dict(summary), {**self._manifest, **named}, found)
+        return News(dict(summary), {**self._manifest, **named}, tables)
 
 
 @dataclass(frozen=True)

@@ -19,13 +19,13 @@ def with_strategies(listed: Sequence[str], added: Iterable[str]) -> tuple[tuple[
         listed: as the study names them.
         added: shipped names, ``package.module:object`` or ``file.py:object``.
     """
-    found, faults = list(listed), []
-    for given in added:
+    strategies, faults = list(listed), []
+    for strategy in added:
         try:
-            name = importable(given)
+            name = importable(strategy)
             strategy_named(name)
         except PluginError as error:
-            faults.append(ConfigurationFault(OPTION, f'"{given}"', str(error)))
+            faults.append(ConfigurationFault(OPTION, f'"{strategy}"', str(error)))
         else:
-            found += [] if name in found else [name]
-    return tuple(found), faults
+            strategies += [] if name in strategies else [name]
+    return tuple(strategies), faults

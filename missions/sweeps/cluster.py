@@ -47,14 +47,14 @@ def cluster_executor(address: str) -> Iterator[tuple[Executor, int]]:
         raise ClusterError(f"--cluster {address}: cannot be reached: {error}") from None
     try:
         client.wait_for_workers(1, timeout=REACH_S)
-        found: dict[str, str] = client.run(version)
+        versions: dict[str, str] = client.run(version)
     except TimeoutError:
         client.close(timeout=1)
         raise ClusterError(f"--cluster {address}: has no workers; start some with: dask worker {address}") from None
     except Exception as error:
         client.close(timeout=1)
         raise ClusterError(f"--cluster {address}: a worker cannot load remoras: {error}") from None
-    others = {worker: other for worker, other in found.items() if other != version()}
+    others = {worker: other for worker, other in versions.items() if other != version()}
     if others:
         client.close(timeout=1)
         worker, other = next(iter(others.items()))

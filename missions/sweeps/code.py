@@ -37,34 +37,34 @@ def fingerprint(scenarios: Iterable[Mapping[str, Any]] = ()) -> dict[str, str]:
     return {**program(), **code_digests(scenarios)}
 
 
-def short(found: Mapping[str, str]) -> str:
+def short(digests: Mapping[str, str]) -> str:
     """One digest of a fingerprint."""
-    return _digest("\n".join(f"{name} {value}" for name, value in sorted(found.items())).encode())
+    return _digest("\n".join(f"{name} {value}" for name, value in sorted(digests.items())).encode())
 
 
 @cache
 def program() -> dict[str, str]:
     """What this process makes runs with: digests of this program's files by path, and versions by name."""
-    found = {"python": platform.python_version()}
+    digests = {"python": platform.python_version()}
     for name in RESTED_ON:
         try:
-            found[name] = version(name)
+            digests[name] = version(name)
         except PackageNotFoundError:
-            found[name] = "absent"
+            digests[name] = "absent"
     top = Path(__file__).parents[2]
     for package in MAKE_RUNS:
-        found |= digests_in(top / package, top)
-    return found
+        digests |= digests_in(top / package, top)
+    return digests
 
 
 def digests_in(folder: Path, top: Path) -> dict[str, str]:
     """Digests of the files below a folder that can change what a run does, by path below ``top``."""
-    found = {}
+    digests = {}
     for file in sorted(folder.rglob("*")):
         name = file.relative_to(top).as_posix()
         if file.is_file() and "__pycache__" not in file.parts and not name.startswith(TELL_ONLY):
-            found[name] = _digest(file.read_bytes())
-    return found
+            digests[name] = _digest(file.read_bytes())
+    return digests
 
 
 def code_digests(scenarios: Iterable[Mapping[str, Any]]) -> dict[str, str]:
@@ -88,27 +88,28 @@ def code_with(named: frozenset[str] = frozenset()) -> str:
 
 def _digests_of(named: Iterable[str]) -> dict[str, str]:
     """Digests of the plug-ins that references name, and of what they import beside them."""
-    found: dict[str, str] = {}
+    digests: dict[str, str] = {}
     for reference in sorted(named):
         module = reference.partition(":")[0]
         if (file := _file_of(module)) is not None:
             depth = module.count(".") + (file.stem == "__init__")
             top = file.parents[depth]
-            found |= {
-                one.relative_to(top).as_posix(): _digest(one.read_bytes()) for one in sorted(_with_imports(file, top))
+            digests |= {
+                source.relative_to(top).as_posix(): _digest(source.read_bytes())
+                for source in sorted(_with_imports(file, top))
             }
-    return found
+    return digests
 
 
 def _with_imports(file: Path, top: Path) -> set[Path]:
     """A source, and all that it imports from below ``top``."""
-    found, waiting = {file}, [file]
+    sources, waiting = {file}, [file]
     while waiting:
-        for one in _imported(waiting.pop(), top):
-            if one not in found:
-                found.add(one)
-                waiting.append(one)
-    return found
+        for imported in _imported(waiting.pop(), top):
+            if imported not in sources:
+                sources.add(imported)
+                waiting.append(imported)
+    return sources
 
 
 def _imported(file: Path, top: Path) -> Iterator[Path]:
@@ -130,7 +131,7 @@ def _imported(file: Path, top: Path) -> Iterator[Path]:
             parts = name.split(".")
             for length in range(1, len(parts) + 1):
                 place = top.joinpath(*parts[:length])
-                yield from (one for one in (place.with_suffix(".py"), place / "__init__.py") if one.is_file())
+                yield from (path for path in (place.with_suffix(".py"), place / "__init__.py") if path.is_file())
 
 
 def _file_of(module: str) -> Path | None:

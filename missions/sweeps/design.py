@@ -36,7 +36,10 @@ def combinations(file: StudyFile) -> Iterator[Combination]:
         values: Sequence[Any] = getattr(file.study, name) or ()
         axes.append([(StudySetting(key, value, f"study.{name}"),) for value in values] or [()])
     axes += [_channels(file), points(file)]
-    cases = [Combination(_unforeseen(one, f"unforeseen.{one.name}"), one.name) for one in file.unforeseen]
+    cases = [
+        Combination(_unforeseen(unforeseen, f"unforeseen.{unforeseen.name}"), unforeseen.name)
+        for unforeseen in file.unforeseen
+    ]
     for chosen in itertools.product(*axes):
         for case in cases or [Combination((), "")]:
             yield Combination((*itertools.chain(*chosen), *case.settings), case.unforeseen)
@@ -44,17 +47,17 @@ def combinations(file: StudyFile) -> Iterator[Combination]:
 
 def _unforeseen(case: Unforeseen, place: str) -> Settings:
     """What an entry of ``[[unforeseen]]`` sets."""
-    found = [StudySetting(key, value, f"{place}.set.{key}") for key, value in flattened(case.set)]
-    return (*found, *([StudySetting(FAULT, list(case.fault), f"{place}.fault")] if case.fault else []))
+    settings = [StudySetting(key, value, f"{place}.set.{key}") for key, value in flattened(case.set)]
+    return (*settings, *([StudySetting(FAULT, list(case.fault), f"{place}.fault")] if case.fault else []))
 
 
 def _channels(file: StudyFile) -> list[Settings]:
     """Settings of every channel; a list of values in its table is a grid."""
-    found = []
+    channels = []
     for number, table in enumerate(file.channel):
         place = channel_place(file, number)
-        found += _product([StudySetting(f"channel.{key}", value, f"{place}.{key}") for key, value in table.items()])
-    return found or [()]
+        channels += _product([StudySetting(f"channel.{key}", value, f"{place}.{key}") for key, value in table.items()])
+    return channels or [()]
 
 
 def points(file: StudyFile) -> list[Settings]:

@@ -99,8 +99,12 @@ def estimate(study: Study, jobs: int) -> SweepEstimate:
 
 def _lossless(plan: SweepPlan) -> list[int]:
     """Configurations that may draw nothing, as far as the packet error rate tells; the first of them."""
-    found = (number for number, one in enumerate(plan.study.configurations) if identity(one.scenario, 0)["per"] == 0.0)
-    return list(itertools.islice(found, LOSSLESS_TIMED))
+    lossless = (
+        number
+        for number, configuration in enumerate(plan.study.configurations)
+        if identity(configuration.scenario, 0)["per"] == 0.0
+    )
+    return list(itertools.islice(lossless, LOSSLESS_TIMED))
 
 
 def sweep(
@@ -177,8 +181,8 @@ def _engine(jobs: int, cluster: str | None, executor: Executor | None) -> Iterat
     if executor is not None:
         yield executor, jobs
     elif cluster is not None:
-        with cluster_executor(cluster) as found:
-            yield found
+        with cluster_executor(cluster) as engine:
+            yield engine
     else:
         pool = SupervisedPool(jobs, preload="missions.sweeps.execution")
         try:

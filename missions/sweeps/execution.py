@@ -72,10 +72,10 @@ def run_chunk(needed: Needed, tasks: Sequence[RunTask]) -> list[FinishedRun]:
 def run_task(task: RunTask) -> FinishedRun:
     """Run one task."""
     wall_s, cpu_s = time.perf_counter(), time.process_time()
-    found, error, tables = identity(task.scenario, task.seed), "", {}
+    fields, error, tables = identity(task.scenario, task.seed), "", {}
     try:
         finished = run(task.scenario, task.seed)
-        found = summary(finished)
+        fields = summary(finished)
         if task.keep_tables:
             tables = encoded(finished.recorder, task.key)
     except Exception:
@@ -87,7 +87,7 @@ def run_task(task: RunTask) -> FinishedRun:
         "worker": os.getpid(),
         "finished_at": _now(),
     }
-    return FinishedRun(_line(task, found, error, machine), tables)
+    return FinishedRun(_line(task, fields, error, machine), tables)
 
 
 def killed(task: RunTask, error: str) -> FinishedRun:
@@ -96,13 +96,13 @@ def killed(task: RunTask, error: str) -> FinishedRun:
     return FinishedRun(_line(task, identity(task.scenario, task.seed), error, machine), {})
 
 
-def _line(task: RunTask, found: Mapping[str, Any], error: str, machine: Mapping[str, Any]) -> dict[str, Any]:
+def _line(task: RunTask, fields: Mapping[str, Any], error: str, machine: Mapping[str, Any]) -> dict[str, Any]:
     return {
         "key": task.key,
         "status": FAILED if error else DONE,
         "repeat": task.repeat,
         "settings": dict(task.settings),
-        "summary": dict(found),
+        "summary": dict(fields),
         "error": error,
         "replay": task.replay if error else "",
         "tables": task.keep_tables and not error,

@@ -87,11 +87,11 @@ class SweepResults:
             raise OutputError(f"{folder}: no results of a sweep, missing: {STUDY}")
         return cls(folder)
 
-    def naming(self, given: Sequence[str | Metric], option: str = "--metric") -> tuple[SweepResults, tuple[str, ...]]:
+    def naming(self, named: Sequence[str | Metric], option: str = "--metric") -> tuple[SweepResults, tuple[str, ...]]:
         """These results with all metrics that a user names, and the fields of these.
 
         Args:
-            given: fields and other names, which stay; ``package.module:object``, ``file.py:object``, or metrics.
+            named: fields and other names, which stay; ``package.module:object``, ``file.py:object``, or metrics.
             option: by which they are given, for messages.
 
         Raises:
@@ -100,14 +100,14 @@ class SweepResults:
         """
         own: dict[str, Metric] = {}
         names: list[str] = []
-        for one in given:
-            if isinstance(one, str) and not is_named(one):
-                names.append(one)
+        for metric_or_name in named:
+            if isinstance(metric_or_name, str) and not is_named(metric_or_name):
+                names.append(metric_or_name)
                 continue
             from missions.scenarios.named import metric_given  # which few comparisons need
 
-            metric = metric_given(one, option)
-            own[one if isinstance(one, str) else metric.name] = metric
+            metric = metric_given(metric_or_name, option)
+            own[metric_or_name if isinstance(metric_or_name, str) else metric.name] = metric
             names.append(metric.name)
         return self.measuring(own), tuple(names)
 
@@ -123,13 +123,13 @@ class SweepResults:
         own = self._record.get(OWN, ())
         known = {name: self.metrics[name] for name in own if name in self.metrics}
         new: dict[str, Metric] = {}
-        for given, metric in metrics.items():
+        for reference, metric in metrics.items():
             if MetricRecord.of(metric) == known.get(metric.name) or metric in (*self.measured.values(), *new.values()):
                 continue
             if metric.name in (*self.metrics, *TAKEN, *(one.name for one in new.values())):
                 allowed = "there is another field of that name; give the metric another one"
-                raise OutputError(f"{given}: metric {metric.name}: {allowed}")
-            new[given] = metric
+                raise OutputError(f"{reference}: metric {metric.name}: {allowed}")
+            new[reference] = metric
         if not new:
             return self
         if not any(line["tables"] for line in self.lines.values()) or not (self.folder / TABLES).is_dir():
@@ -144,10 +144,10 @@ class SweepResults:
     def _record(self) -> dict[str, Any]:
         """``study.json``; empty if it is none."""
         try:
-            found = json.loads((self.folder / STUDY).read_text(encoding="utf-8"))
+            record = json.loads((self.folder / STUDY).read_text(encoding="utf-8"))
         except (ValueError, RecursionError):
             return {}
-        return found if isinstance(found, dict) else {}
+        return record if isinstance(record, dict) else {}
 
     @cached_property
     def schedule(self) -> RunSchedule:
@@ -212,23 +212,23 @@ class SweepResults:
         from missions.runs.metrics import CORE_METRICS  # all of a run comes with it, and few folders need it
 
         declared_by = [*CORE_METRICS, *self._metrics_of_missions(), *self.measured.values()]
-        found = {metric.name: MetricRecord.of(metric) for metric in declared_by}
+        records = {metric.name: MetricRecord.of(metric) for metric in declared_by}
         for line in self.lines.values():
             for name, value in line["summary"].items():
-                if name not in found and name not in RUN_FIELDS and isinstance(value, int | float):
-                    found[name] = MetricRecord(name, "", None, name)
-        return found
+                if name not in records and name not in RUN_FIELDS and isinstance(value, int | float):
+                    records[name] = MetricRecord(name, "", None, name)
+        return records
 
     def _metrics_of_missions(self) -> list[Metric]:
         """Metrics that the missions of the sweep declare now, as far as they can be loaded."""
         from missions.scenarios.parts import mission_class
         from remoras.errors import PluginError
 
-        found: dict[str, Metric] = {}
+        metrics: dict[str, Metric] = {}
         for scenario in self._record.get("scenario", {}).values():
             with suppress(PluginError, KeyError, TypeError):
-                found |= {metric.name: metric for metric in mission_class(scenario["scenario"]["mission"]).metrics}
-        return list(found.values())
+                metrics |= {metric.name: metric for metric in mission_class(scenario["scenario"]["mission"]).metrics}
+        return list(metrics.values())
 
     @property
     def compared(self) -> tuple[str, ...]:
@@ -371,18 +371,18 @@ class SweepFolder:
         """
         path = self.folder / STUDY
         if path.is_file():
-            found = list(differences(path, record, accept_code))
+            differing = list(differences(path, record, accept_code))
         else:
-            found = [f"{STUDY} is missing"] if (self.folder / LEDGER).is_file() else []
-        if found and not force_new:
-            of_code = "" if any(not line.startswith("code.") for line in found) else CODE_CHANGED
-            shown = "\n".join(f"  {line}" for line in found[:MOST_DIFFERENCES])
+            differing = [f"{STUDY} is missing"] if (self.folder / LEDGER).is_file() else []
+        if differing and not force_new:
+            of_code = "" if any(not line.startswith("code.") for line in differing) else CODE_CHANGED
+            shown = "\n".join(f"  {line}" for line in differing[:MOST_DIFFERENCES])
             raise StudyChangedError(
                 f"{self.folder} holds runs of a study that this one does not go on with:\n{shown}\n"
                 "a study may grow (repeats, strategies, policies, channels, vehicles, scenarios, points, unforeseen); "
                 f"{of_code}name another folder for --out, or set its runs aside and start anew with --force-new"
             )
-        if found:
+        if differing:
             _set_aside(self.folder)
         identity: str = record[IDENTITY]
         return json.loads(path.read_text(encoding="utf-8")).get(IDENTITY, identity) if path.is_file() else identity

@@ -168,7 +168,7 @@ def ledger_lines(content: bytes, path: Path, study: str = "") -> dict[str, Line]
     Raises:
         OutputError: a whole line is not one of a run of the study, or contradicts another.
     """
-    found: dict[str, Line] = {}
+    lines: dict[str, Line] = {}
     numbers: dict[str, int] = {}
     for number, raw in enumerate(content.split(b"\n")[:-1], 1):
         line = _read(raw)
@@ -176,13 +176,13 @@ def ledger_lines(content: bytes, path: Path, study: str = "") -> dict[str, Line]
             why = "not a line of a run, or altered since; the file was changed by something else"
         elif study and line.get("study", study) != study:
             why = f"of another study, {line['study']}; this folder holds the study {study}"
-        elif (before := found.get(line["key"])) is not None and before["status"] != FAILED and _differ(before, line):
+        elif (before := lines.get(line["key"])) is not None and before["status"] != FAILED and _differ(before, line):
             why = f"contradicts line {numbers[line['key']]}, of the same run"
         else:
-            found[line["key"]], numbers[line["key"]] = line, number
+            lines[line["key"]], numbers[line["key"]] = line, number
             continue
         raise OutputError(f"{path}:{number}: {why}. {TAKE_OUT}")
-    return found
+    return lines
 
 
 def _sealed(line: Mapping[str, Any]) -> bytes:
@@ -193,17 +193,17 @@ def _sealed(line: Mapping[str, Any]) -> bytes:
 def _read(raw: bytes) -> Line | None:
     """A line of a run; None if it is none, or its checksum is another."""
     try:
-        found = json.loads(raw)
+        line = json.loads(raw)
     except (ValueError, RecursionError):
         return None
-    if not isinstance(found, dict) or not found.keys() >= LINE_KEYS or not isinstance(found["summary"], dict):
+    if not isinstance(line, dict) or not line.keys() >= LINE_KEYS or not isinstance(line["summary"], dict):
         return None
-    if (crc := found.pop("crc", None)) is not None:
+    if (crc := line.pop("crc", None)) is not None:
         rest = raw[len(SEAL) + 11 :]
         if not raw.startswith(SEAL) or crc != f"{zlib.crc32(rest):08x}":
             return None
-    return found
+    return line
 
 
-def _differ(one: Line, other: Line) -> bool:
-    return any(one.get(key) != other.get(key) for key in (one.keys() | other.keys()) - MAY_DIFFER)
+def _differ(line: Line, other: Line) -> bool:
+    return any(line.get(key) != other.get(key) for key in (line.keys() | other.keys()) - MAY_DIFFER)

@@ -41,14 +41,14 @@ def with_values(
     """
     label_of = _labels(schedule, lines)
     read = cache(whole)
-    found = dict(lines)
+    changed = dict(lines)
     for key, line in lines.items():
         if line["status"] == DONE and line["tables"]:
             run = KeptRun(line["summary"], partial(_own_rows, read, key), _scenario(key, label_of))
             values = {one.name: value_of(one, run, f"{of}, run {key}") for of, one in metrics.items()}
             kept = {name: value for name, value in values.items() if value is not NOT_APPLICABLE}
-            found[key] = {**line, "summary": {**line["summary"], **kept}}
-    return found
+            changed[key] = {**line, "summary": {**line["summary"], **kept}}
+    return changed
 
 
 def _own_rows(whole: Callable[[str], pa.Table | None], key: str, name: str) -> pa.Table | None:

@@ -170,11 +170,11 @@ class RunSchedule:
 
     def key(self, number: int, repeat: int) -> str:
         """Key of a repeat of the configuration with that number."""
-        if (found := self._keys.get((number, repeat))) is None:
+        if (key := self._keys.get((number, repeat))) is None:
             seed = seed_of(self.demand.seed, repeat)
-            found = hashlib.sha256(f"{self.version} {self.digests[number]} {seed}".encode()).hexdigest()[:20]
-            self._keys[number, repeat] = found
-        return found
+            key = hashlib.sha256(f"{self.version} {self.digests[number]} {seed}".encode()).hexdigest()[:20]
+            self._keys[number, repeat] = key
+        return key
 
     @cached_property
     def _keys(self) -> dict[tuple[int, int], str]:

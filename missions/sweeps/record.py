@@ -40,13 +40,16 @@ REPORTED = ("study.study.metrics", "study.study.baseline", "study.stopping")
 def record_of(plan: SweepPlan) -> dict[str, Any]:
     """The record of a study, as JSON has it."""
     study = plan.study
-    scenarios = {one.source: one.scenario.model_dump(mode="json") for one in reversed(study.configurations)}
+    scenarios = {
+        configuration.source: configuration.scenario.model_dump(mode="json")
+        for configuration in reversed(study.configurations)
+    }
     record = {
         "version": plan.schedule.version,
         KEY: VERDICT,
         "study": study.file.model_dump(mode="json"),
         "scenario": scenarios,
-        "code": fingerprint(one.scenario.model_dump(mode="json") for one in study.configurations),
+        "code": fingerprint(configuration.scenario.model_dump(mode="json") for configuration in study.configurations),
         DECLARATIONS: [MetricRecord.of(metric).written() for metric in study.metrics.values()],
         OWN: list(study.own_metrics),
         "digests": plan.schedule.digests,
@@ -88,12 +91,12 @@ def differences(path: Path, record: Mapping[str, Any], accept_code: bool = False
         return
     changed = [key for key in [*old, *(key for key in new if key not in old)] if old.get(key) != new.get(key)]
     changed = [key for key in changed if not (accept_code and key.startswith("code."))]
-    found = [key for key in changed if not _is_growth(key, old.get(key), new.get(key), bool(lost))]
-    for key in found:
+    breaking = [key for key in changed if not _is_growth(key, old.get(key), new.get(key), bool(lost))]
+    for key in breaking:
         was, now = (shown(side[key]) if key in side else "absent" for side in (old, new))
         remedy = LACK_IT if key.endswith(OWN_METRICS) else ""
         yield f"{key.removeprefix('study.')}: was {was}, now {now}{remedy}"
-    if lost and not found:
+    if lost and not breaking:
         yield f"{len(lost)} of {len(before['digests'])} configurations are gone"
 
 

@@ -126,7 +126,7 @@ def load_study(name_or_path: str, strategies: Sequence[str] = ()) -> Study:
     if faults or more:
         raise document.error([*faults, *more])
     text = "".join(f"# {OPTION} {name}\n" for name in strategies) + document.text
-    named = {one.name: None for part in configurations for one in own_metrics(part.scenario).values()}
+    named = {metric.name: None for part in configurations for metric in own_metrics(part.scenario).values()}
     return Study(text, _with_metrics(file, metrics), tuple(configurations), metrics, tuple(named))
 
 
@@ -147,15 +147,15 @@ def _with_own_metrics(file: StudyFile, folder: Path) -> tuple[StudyFile, tuple[s
     names: list[str] = []
     own: dict[str, None] = {}
     faults: list[ConfigurationFault] = []
-    for given in file.study.metrics or ():
-        if not is_named(given):
-            names.append(given)
+    for metric in file.study.metrics or ():
+        if not is_named(metric):
+            names.append(metric)
             continue
         try:
-            reference = importable(given, folder)
+            reference = importable(metric, folder)
             names.append(metric_named(reference).name)
         except PluginError as error:
-            faults.append(ConfigurationFault(KEY_OF_METRICS, shown(given), str(error)))
+            faults.append(ConfigurationFault(KEY_OF_METRICS, shown(metric), str(error)))
         else:
             own[reference] = None
     if not own:
@@ -171,7 +171,7 @@ def _resolved(
     file: StudyFile, folder: Path, own: Sequence[str]
 ) -> tuple[list[Configuration], list[ConfigurationFault]]:
     """Every configuration once, and the faults of those that the scenario does not allow."""
-    found: dict[str, Configuration] = {}
+    resolved_by_text: dict[str, Configuration] = {}
     faults: dict[tuple[str, str], ConfigurationFault] = {}
     known = shipped()
     for name in file.study.scenario:
@@ -194,11 +194,11 @@ def _resolved(
                 for fault in _in_study(error.faults, combination.settings):
                     faults.setdefault((fault.key, fault.allowed), fault)
             else:
-                first = found.setdefault(configuration.scenario.model_dump_json(), configuration)
+                first = resolved_by_text.setdefault(configuration.scenario.model_dump_json(), configuration)
                 if (case := combination.unforeseen) != first.unforeseen:
                     allowed = f'{source} runs alike with it and with "{first.unforeseen}"; leave one of the two out'
                     faults.setdefault((case, ""), ConfigurationFault(f"unforeseen.{case}.name", f'"{case}"', allowed))
-    return list(found.values()), list(faults.values())
+    return list(resolved_by_text.values()), list(faults.values())
 
 
 def _source(name: str, folder: Path, known: Mapping[str, Path]) -> str | None:
@@ -245,10 +245,10 @@ def _in_study(faults: Iterable[ConfigurationFault], settings: Settings) -> Itera
 
 def _metrics(configurations: Sequence[Configuration]) -> tuple[dict[str, Metric], list[ConfigurationFault]]:
     """Metrics of all missions of the study by name, and faults where two missions mean different things by one name."""
-    found: dict[str, Metric] = {}
+    metrics: dict[str, Metric] = {}
     faults = []
     for source in dict.fromkeys(configuration.source for configuration in configurations):
-        scenario = next(one.scenario for one in configurations if one.source == source)
+        scenario = next(configured.scenario for configured in configurations if configured.source == source)
         try:
             known = metrics_of(scenario)
         except ConfigurationError as error:
@@ -257,11 +257,11 @@ def _metrics(configurations: Sequence[Configuration]) -> tuple[dict[str, Metric]
             faults += [replace(fault, key=KEY_OF_METRICS) for fault in error.faults]
             continue
         for name, metric in known.items():
-            other = found.setdefault(name, metric)
+            other = metrics.setdefault(name, metric)
             if (other.unit, other.better) != (metric.unit, metric.better):
                 allowed = f"the missions of these scenarios differ in what {name} means; study them apart"
                 faults.append(ConfigurationFault("study.scenario", "", allowed))
-    return found, faults
+    return metrics, faults
 
 
 def _metric_faults(file: StudyFile, metrics: Mapping[str, Metric]) -> list[ConfigurationFault]:

@@ -43,17 +43,17 @@ def _sampling_faults(file: StudyFile) -> Iterator[ConfigurationFault]:
     sampling = file.study.sampling
     used = TABLE_OF[sampling]
     for table in TABLE_OF.values():
-        given = getattr(file, table)
-        if given and table != used:
+        values = getattr(file, table)
+        if values and table != used:
             yield ConfigurationFault(table, "", f'not used: study.sampling is "{sampling}", which reads [{used}]')
-        elif not given and table == used and used != "grid":
+        elif not values and table == used and used != "grid":
             yield ConfigurationFault("study.sampling", f'"{sampling}"', f"needs [{used}], which is missing")
 
 
 def _unforeseen_faults(file: StudyFile) -> Iterator[ConfigurationFault]:
     """Entries of the axis of what is unforeseen that cannot be told apart."""
-    names = [one.name for one in file.unforeseen]
-    empty = [number for number, one in enumerate(file.unforeseen, 1) if not one.set and not one.fault]
+    names = [case.name for case in file.unforeseen]
+    empty = [number for number, case in enumerate(file.unforeseen, 1) if not case.set and not case.fault]
     for number, name in enumerate(names, 1):
         place = f"unforeseen.{number}"
         if name in names[: number - 1]:

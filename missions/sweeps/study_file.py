@@ -37,8 +37,8 @@ class Design(Section):
 
     @field_validator("scenario", mode="before")
     @classmethod
-    def _one_or_more(cls, given: Any) -> Any:
-        return (given,) if isinstance(given, str) else given
+    def _one_or_more(cls, value: Any) -> Any:
+        return (value,) if isinstance(value, str) else value
 
 
 class StoppingRule(Section):
