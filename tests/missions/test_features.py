@@ -7,10 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from missions.scenarios.extending import features
+from missions.files import shipped
+from missions.scenarios import load
+from missions.scenarios.extending import features, used_in
 
 ROOT = Path(__file__).parents[2]
-WITHOUT = """
+LEAVING_OUT = """
 import hashlib, json, pkgutil, sys
 left_out, use = sys.argv[1], sys.argv[2:]
 sound = pkgutil.iter_modules
@@ -19,6 +21,8 @@ if left_out:
     of_bound = ["remoras.strategies.oracle", "remoras.bound"]
     taken = of_bound if left_out == "oracle" else ["missions.features." + left_out]
     sys.modules.update(dict.fromkeys(taken))  # whoever imports it fails
+"""
+WITHOUT = """
 from missions.errors import ConfigurationError
 from missions.runs.run import run
 from missions.runs.summary import summary
@@ -55,7 +59,7 @@ USES = {
 def run_without(feature: str, *use: str) -> tuple[str, str, list[str]]:
     """Digest of a run, how a scenario with these settings is refused, and which features there are."""
     # a process of its own: tables take in the keys of features once, when they are imported
-    command = [sys.executable, "-c", WITHOUT, feature, *use]
+    command = [sys.executable, "-c", LEAVING_OUT + WITHOUT, feature, *use]
     made = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True, timeout=240)
     digest, refused, names = json.loads(made.stdout)
     return digest, refused, names
@@ -85,6 +89,49 @@ def test_a_feature_that_is_there_is_taken(feature: str, whole: str) -> None:
     digest, refused, names = run_without("", *USES[feature])
     assert (digest, refused) == (whole, "")
     assert feature in names
+
+
+PROGRAM = """
+from typer.testing import CliRunner
+from missions.errors import ConfigurationError
+from missions.files import shipped
+from missions.scenarios import load
+from remoras.cli.app import app
+folder = use[0]
+def said(*words, code=0):
+    found = CliRunner().invoke(app, list(words))
+    assert found.exit_code == code, found.output + repr(found.exception)
+said("list", "scenarios")
+said("list")
+said("explain", "channel.per")
+said("validate", "mapping-rendezvous")
+said("run", "mapping-rendezvous", "--set", "scenario.duration_s=60", "--out", folder, code=1)  # not complete by then
+said("plot", folder, "trajectories")
+refused = {}
+for name in shipped():
+    try:
+        load(name)
+    except ConfigurationError as error:
+        refused[name] = [fault.key for fault in error.faults]
+print(json.dumps(refused))
+"""
+FAST = "navigation"
+"""Which one is tried among the fast tests: shipped scenarios use it, and a mission asks what it says."""
+
+
+@pytest.mark.parametrize(
+    "feature", [pytest.param(one, marks=[] if one == FAST else [pytest.mark.slow]) for one in sorted(USES)]
+)
+def test_the_program_goes_without_it(feature: str, tmp_path: Path) -> None:
+    """It lists, explains, validates, runs and plots; of the shipped scenarios those alone are refused that use it."""
+    command = [sys.executable, "-c", LEAVING_OUT + PROGRAM, feature, str(tmp_path / "results")]
+    made = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, timeout=240)
+    assert made.returncode == 0, made.stderr
+    keys = {key for of_table in features()[feature].keys.values() for key in of_table}
+    using = {name for name in shipped() if features()[feature] in used_in(load(name))}
+    refused: dict[str, list[str]] = json.loads(made.stdout)
+    assert set(refused) == using
+    assert all(keys & set(key.split(".")) for faults in refused.values() for key in faults)
 
 
 def test_the_upper_bound_can_be_taken_away(whole: str) -> None:
