@@ -54,7 +54,7 @@ class Ledger:
         self.unneeded = [0] * n_nodes
         """Item set, of those that this node may send, that each peer has no need of."""
         self.away = 0
-        """Peers whose needs are not waited for, one bit each."""
+        """Bit mask of suspended peers: their needs are not waited for."""
 
     @property
     def spared(self) -> list[int]:

@@ -40,7 +40,7 @@ class ShownTime(Protocol):
         ...
 
     def true_time_s(self, shown_s: float) -> float:
-        """The true time at which it shows a time (s)."""
+        """True time (s) for a clock reading."""
         ...
 
     def set_by(self, by_s: float) -> None:

@@ -57,7 +57,7 @@ def settle(fleet: Fleet, settle_s: float) -> Settled:
 def _is_settled(fleet: Fleet) -> bool:
     """True if no vehicle that speaks has an item left that somebody lacks, who may only seem to be away.
 
-    Nor has anybody given up what it waited for in vain, that another one holds.
+    Nor has anybody given up waiting for what another one holds.
     """
     speaking = [vehicle for vehicle in fleet.vehicles if _speaks(vehicle)]
     if any(vehicle.radio.manager.n_open for vehicle in speaking):

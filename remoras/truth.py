@@ -27,7 +27,7 @@ class Milestone:
 
 
 class VehicleView(Protocol):
-    """What a truth sees of a vehicle; nothing in it can be changed."""
+    """Read-only view of a vehicle for the mission's referee."""
 
     @property
     def name(self) -> str:
@@ -108,7 +108,7 @@ class VehicleView(Protocol):
 
 
 class FleetView(Protocol):
-    """What a truth sees of the fleet."""
+    """Read-only view of the fleet for the mission's referee."""
 
     @property
     def vehicles(self) -> Sequence[VehicleView]:

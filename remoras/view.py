@@ -1,4 +1,4 @@
-"""What a truth sees of a run: vehicles and fleet, to be looked at and not to be changed."""
+"""Read-only views of vehicles and fleet for the referee of a mission, its truth."""
 
 from __future__ import annotations
 

@@ -116,7 +116,7 @@ class OwnClock:
         return self.offset_s + PPM * self.drift_ppm * true_s + self.correction_s
 
     def true_time_s(self, shown_s: float) -> float:
-        """The true time at which it shows a time (s), with the corrections made so far."""
+        """True time (s) for a clock reading, with the corrections made so far."""
         return (shown_s - self.offset_s - self.correction_s) / (1.0 + PPM * self.drift_ppm)
 
     def set_by(self, by_s: float) -> None:

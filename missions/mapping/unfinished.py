@@ -42,8 +42,9 @@ def given_anew(
     """Orders for areas of a group that are held or said to be done, and of which not all cells are known to be mapped.
 
     Whoever is done with an area knows all its cells, and tells them when it meets the others. So half the patience
-    after a meeting in vain the word counts no longer, whoever has heard it; an area that somebody holds and does not do
-    it may know to be done by a word that the head has not heard. What is said in spite of that is believed.
+    after a meeting that shows the job unfinished the report counts no longer, whoever has heard it; who holds an area
+    and does not do it may know by a report that the head has not heard that it is done. What is reported in spite of
+    that is believed.
 
     Args:
         group: whose head asks; organisation: without the absent.

@@ -206,7 +206,7 @@ class Consultation:
         self._tenures.forget(group)
 
     def _refuse(self, asked: Request, why: Outcome, said: Observation, agreed: Agreed, wait: bool, again: bool) -> None:
-        """Let a statement not count, for now if it is to ``wait``; that is noted unless it was before, ``again``."""
+        """Reject a statement, temporarily if ``wait``; noted unless it is rejected ``again``."""
         if why in MAY_COME and wait:
             self._waiting.append(said)
         if asked.act is Act.SUCCEED and why is Outcome.OUTSIDE and (claim := self.requests.claim(said)) is not None:
@@ -229,7 +229,7 @@ class Consultation:
                 self._reigns.change(asked.group, asked.assignee, asked.act is Act.ASSIGN, age)
 
     def _hold(self, asked: Request, age: Age, agreed: Agreed) -> None:
-        """Do what follows for a role with room for few."""
+        """Settle who holds a role of limited size."""
         follows, refused = self._tenures.settle(asked, age, agreed.organisation, agreed.absent)
         for one in follows:
             done = agreed.assign(one) if one.act is Act.ASSIGN else agreed.leave(one)

@@ -42,7 +42,7 @@ class OnlyAuthorised:
 
 
 class Cardinality:
-    """Some leases after healing, no role has more holders than it has room for, nor one who may not hold it."""
+    """Some leases after recovery no role is over-filled or held by an unqualified vehicle."""
 
     name = "cardinality"
     moment = Moment.END

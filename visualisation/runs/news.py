@@ -33,7 +33,7 @@ class PacketOutcome(NamedTuple):
 
     Attributes:
         heard: taken in.
-        lost: sent in vain, for whatever reason.
+        lost: sent and not received, for whatever reason.
         collided: of these, where another packet was in the water at once, or the vehicle was sending.
         refused: of these, where the packet arrived and was refused.
     """
