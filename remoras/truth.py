@@ -54,6 +54,10 @@ class VehicleView(Protocol):
         """True while it is alive, hears and is heard; where the strategy uses no modem, whatever that does."""
 
     @property
+    def communicates(self) -> bool:
+        """True if it sends and hears packets."""
+
+    @property
     def will_return(self) -> bool:
         """True while a fault keeps it out of contact that will be over, and it has energy."""
 

@@ -57,6 +57,11 @@ class ReadOnlyVehicle:
         return self._vehicle.is_alive and not (radio.communicates and (condition.is_mute or condition.is_deaf))
 
     @property
+    def communicates(self) -> bool:
+        """True if it sends and hears packets."""
+        return self._vehicle.radio.communicates
+
+    @property
     def will_return(self) -> bool:
         """True while a fault keeps it out of contact that will be over, and it has energy."""
         vehicle = self._vehicle

@@ -55,7 +55,7 @@ from missions.mapping.sensors import COVERAGE, Seabed, SeaObject, SwathSettings,
 from missions.mapping.survey import contains
 from missions.mapping.tasks import INSPECTION, MISSIONS, SUPERVISION, activity_domain, social_domain, waiting
 from missions.mapping.truth import GOAL, MappingTruth
-from missions.mapping.unfinished import AfterWork, Unfinished, given_anew, is_open_again
+from missions.mapping.unfinished import AfterWork, Unfinished, given_anew, is_alone_with_work, is_open_again
 from missions.meeting.invariants import TrueMeeting
 from missions.meeting.meeting import OBJECTIVES, Meeting, importance_of
 from missions.metric import Metric
@@ -328,11 +328,13 @@ class MappingMission(Mission):
     ) -> Sequence[Finding]:
         """A head at the rally point that has lately heard all others there takes the group for gathered.
 
-        As long as a find is known that nobody has inspected, or an area given anew is not done, it waits, but not
-        beyond the deadline. A group that was formed to inspect does not meet. After a meeting see ``given_anew``.
+        As long as a find is known that nobody has inspected, an area given anew is not done, or all others seem to be
+        absent and an area is not done, it waits, but not beyond the deadline. A group that was formed to inspect does
+        not meet. After a meeting see ``given_anew``.
         """
         of = [one for one in self.groups.values() if group.name in (one.name, one.formed_by)]
         again = is_open_again(group, self._surveys, beliefs)
+        again = again or is_alone_with_work(group, organisation, self._surveys, beliefs)
         is_left = again or any(waiting(beliefs, one, self._inspections) for one in of)
         if group.formed_by is not None or (is_left and not self.meeting.is_overdue(group, beliefs, picture)):
             return ()

@@ -76,7 +76,8 @@ class MappingTruth(MeetingTruth):
             self._n_uncovered[area] += 1
         self._beside_m = seabed.box_m
         self._patience_s = meeting.patience_s
-        self._meeting = tuple(group.name for group in self._apart)
+        names = [group.name for group in self._apart]
+        self._meeting = {group: [other for other in names if group in self._meets_after[other]] for group in names}
         self._met_s: float | None = None
         self._now_s = 0.0
         self._done_fraction = self._goal_fraction = 0.0
@@ -141,9 +142,16 @@ class MappingTruth(MeetingTruth):
         return is_complete
 
     def _is_open(self, fleet: FleetView) -> bool:
-        """True while a head does not take its group for gathered: it waits for somebody, or has given work anew."""
+        """True while a head does not take its group for gathered: it waits for somebody, or has given work anew.
+
+        Or it has not heard yet that the groups which meet after its own have: then it finds out what is left.
+        """
         heads = ((v, group) for v in fleet.vehicles if v.is_alive for group in self._meeting if v.leads(group))
-        return any(not head.has_met(group) for head, group in heads)
+        for head, group in heads:
+            awaited = [group, *(self._meeting[group] if head.communicates and head.is_in_contact else ())]
+            if not all(head.has_met(one) for one in awaited):
+                return True
+        return False
 
     def _is_at_work(self, vehicle: VehicleView) -> bool:
         return self._exploring.get(vehicle.name, False) or "Inspecting" in vehicle.performed

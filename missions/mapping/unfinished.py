@@ -75,6 +75,19 @@ def is_open_again(group: Group, surveys: Mapping[str, SurveyJob], beliefs: Belie
     return any(not beliefs.values(job.done) and job.left(beliefs).bits for job in again)
 
 
+def is_alone_with_work(
+    group: Group, organisation: Organisation, surveys: Mapping[str, SurveyJob], beliefs: Beliefs
+) -> bool:
+    """True while a head has nobody left in its group, and areas of it are not known to be done.
+
+    Losses may bring a silence of a lease about: whom it takes for absent may be at work, and would stop if it met.
+    """
+    if set(organisation.members(group.name)).difference(organisation.heads(group.name)):
+        return False
+    jobs = (surveys[role.job] for role in group.roles if role.job is not None and role.job in surveys)
+    return any(not beliefs.values(job.done) and job.left(beliefs).bits for job in jobs)
+
+
 class Unfinished:
     """Whether a vehicle knows that the goal is reached.
 

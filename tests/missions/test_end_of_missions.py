@@ -28,8 +28,8 @@ UNASKED: Any = None
 def seen(name: str) -> Any:
     """A vehicle far from the jetty, which has planned and has nothing to do."""
     return SimpleNamespace(
-        name=name, position_m=(0.0, 0.0), is_alive=True, is_in_contact=True, will_return=False, organisation=ALONE,
-        issued=(), issued_objectives=(), finished=(), sensing=(), has_planned=lambda group: True,
+        name=name, position_m=(0.0, 0.0), is_alive=True, is_in_contact=True, communicates=True, will_return=False,
+        organisation=ALONE, issued=(), issued_objectives=(), finished=(), sensing=(), has_planned=lambda group: True,
         leads=lambda group: name == "A", gives_out=lambda group: False, has_met=lambda group: False,
         can_play=lambda group, role: True,
     )  # fmt: skip

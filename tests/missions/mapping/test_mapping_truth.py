@@ -51,6 +51,7 @@ class Seen:
     planned: bool = True
     busy: bool = False
     is_in_contact: bool = True
+    communicates: bool = True
     will_return: bool = False
     able: tuple[str, ...] = ("Hand",)
     met: bool = False
