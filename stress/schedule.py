@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
 from itertools import chain
@@ -12,10 +13,12 @@ from typing import Annotated, Any
 import tomli_w
 from pydantic import ConfigDict, Field, ValidationError
 
+from exchange.acoustics.models import MatrixChannel
 from missions.document import Document, fault_of
 from missions.errors import ConfigurationError, ConfigurationFault
 from missions.files import shown, text_of, toml_value
 from missions.scenarios import load
+from missions.scenarios.deployment import deployment_of
 from missions.scenarios.faults import DeclaredFault, users_of_keys
 from missions.scenarios.loading import scenario_from
 from missions.scenarios.scenario import Scenario
@@ -28,7 +31,9 @@ from worldmodel import suggestion
 VERSION = 1
 """Of the form of schedules, and of what their kinds mean."""
 SETTLE_FRAMES = 240
-"""Longest quiet time after the mission, in TDMA frames."""
+"""Longest quiet time after the mission, in TDMA frames, or longer by ``ROUNDS``."""
+ROUNDS = 24
+"""Packets and their answers that come through in the longest quiet time, in the mean, on the worst pair of links."""
 READY_S = 1e-6
 """What a clock that jumps during the run is ahead at its start: so little that it never shows."""
 FLEET_SIZE = "fleet.size"
@@ -160,10 +165,10 @@ class Schedule(Section):
             ConfigurationError: the faults contradict those of the scenario, or each other.
         """
         about = self.stress
-        own, own_frame_s = _known(about.scenario, tuple(self.overrides))
+        own, quiet_s = _known(about.scenario, tuple(self.overrides))
         told = [*own, *(fault.said() for fault in self.fault if kind_of(fault.kind).is_of_scenario)]
         given: dict[str, Any] = {"scenario.duration_s": about.bound_s}
-        given["scenario.settle_s"] = SETTLE_FRAMES * own_frame_s
+        given["scenario.settle_s"] = quiet_s
         given |= {f"vehicle.{name}.clock": {"offset_s": off_s} for name, off_s in self._clocks().items()}
         mine = [("schedule", f"{key}={toml_value(value)}") for key, value in given.items()]
         if told:
@@ -222,9 +227,24 @@ def frame_s(scenario: Scenario) -> float:
 
 @lru_cache(maxsize=64)
 def _known(scenario: str, changes: tuple[tuple[str, str], ...]) -> tuple[tuple[dict[str, Any], ...], float]:
-    """The faults that a scenario has itself, and the length of its frames (s): many schedules have one."""
+    """The faults that a scenario has itself, and its longest quiet time (s): many schedules have one."""
     own = load(scenario, changes)
-    return tuple(table.model_dump(mode="json", exclude_none=True) for table in own.fault), frame_s(own)
+    n_frames = max(SETTLE_FRAMES, math.ceil(ROUNDS / _heard_both_ways(own)))
+    return tuple(table.model_dump(mode="json", exclude_none=True) for table in own.fault), n_frames * frame_s(own)
+
+
+def _heard_both_ways(scenario: Scenario) -> float:
+    """Least probability, of all pairs of vehicles, that a packet and its answer are heard; at least 1 %.
+
+    Only the matrix channel has a rate for each link; of the others the mean is taken.
+    """
+    settings, deployment = scenario.channel.settings(), deployment_of(scenario)
+    if not isinstance(settings, MatrixChannel):
+        return max(0.01, (1.0 - settings.mean_per(deployment)) ** 2)
+    listed = {(one.sender, one.receiver): one.per for one in settings.link}
+    names = sorted(deployment.nodes)
+    heard = {(a, b): 1.0 - listed.get((a, b), settings.per) for a in names for b in names if a != b}
+    return max(0.01, min((heard[a, b] * heard[b, a] for a, b in heard), default=1.0))
 
 
 def excludes(fault: StressFault, other: StressFault) -> bool:
