@@ -93,9 +93,14 @@ class Borders:
     moment = Moment.TICK
     not_under = frozenset[str]()
 
+    def __init__(self) -> None:
+        self._is_carried: bool | None = None
+
     def broken(self, scene: Scene) -> str | None:
         """Look at where vehicles are; a current may carry one that is off away."""
-        if has_current(scene):
+        if self._is_carried is None:
+            self._is_carried = has_current(scene)
+        if self._is_carried:
             return None
         x_min, y_min, x_max, y_max = scene.setup.bounds_m
         for vehicle in scene.fleet.vehicles:
@@ -154,13 +159,16 @@ class Speed:
         self._at: dict[str, tuple[float, float, float]] = {}
         self._way: dict[str, tuple[float, tuple[float, float]]] = {}
         self._was_alive: set[str] = set()
+        self._water: Water | None = None
+        self._flow_mps = 0.0
 
     def broken(self, scene: Scene) -> str | None:
         """Compare with the tick before: its way through the water, and what the water carried it."""
         if scene.finished is not None:
             return None
-        table = water_of(scene)
-        flows_mps = [(table.east_mps, table.north_mps), *((one.east_mps, one.north_mps) for one in table.surge)]
+        if (table := self._water) is None:
+            table = self._water = water_of(scene)
+            self._flow_mps = math.fsum(math.hypot(one.east_mps, one.north_mps) for one in (table, *table.surge))
         alive = {one.name for one in scene.fleet.vehicles if one.is_alive}
         for vehicle in scene.fleet.vehicles:
             m, data = vehicle.functional.motion, vehicle.functional.data
@@ -169,8 +177,7 @@ class Speed:
                 dt_s, (speed_mps, ahead) = now_s - before[0], self._way[vehicle.name]
                 top_mps = max(data.transit_speed_mps, data.survey_speed_mps)
                 gone_m = math.hypot(x_m - before[1], y_m - before[2])
-                most_mps = top_mps + math.fsum(math.hypot(*one) for one in flows_mps)
-                if gone_m > most_mps * dt_s * 1.001 + ROUNDING_M:
+                if gone_m > (top_mps + self._flow_mps) * dt_s * 1.001 + ROUNDING_M:
                     return f"{vehicle.name} went {gone_m:.2f} m from {before[0]:g} s to {now_s:g} s"
                 if vehicle.name in alive & self._was_alive and not table.surge:
                     (east_mps, north_mps), off_mps = carried(table, data.depth_m, before[0])
