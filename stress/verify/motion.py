@@ -63,12 +63,14 @@ def _check_start(data: dict[str, Any], name: str, track: Track, report: CheckRep
         report.add("start", "trajectories", track.time_s[0], name, stated, f"({x_m:g}, {y_m:g})")
 
 
-def water_mps(record: Record, depth_m: float, times_s: Array) -> tuple[Array, Array] | None:
-    """Velocity of the water at a depth (east, north); None where draws of the seed decide it."""
+def water_mps(record: Record, depth_m: Array, times_s: Array) -> tuple[Array, Array] | None:
+    """Velocity of the water at depths (east, north); None where draws of the seed decide it."""
     current = record.of("current")
     if current.get("surge"):
         return None
-    share = max(0.0, 1.0 - depth_m / current["shear_depth_m"]) if "shear_depth_m" in current else 1.0
+    share = np.ones(len(times_s))
+    if "shear_depth_m" in current:
+        share = np.maximum(0.0, 1.0 - depth_m / current["shear_depth_m"])
     turns = times_s / (3600.0 * current["tide_period_h"]) if "tide_period_h" in current else np.zeros(len(times_s))
     height = share * np.cos(2.0 * math.pi * (turns + current.get("tide_phase", 0.0)))
     return height * current.get("east_mps", 0.0), height * current.get("north_mps", 0.0)
@@ -77,7 +79,7 @@ def water_mps(record: Record, depth_m: float, times_s: Array) -> tuple[Array, Ar
 def way_through_water(record: Record, name: str, track: Track) -> tuple[Array, Array] | None:
     """Way of each tick through the water (east, north, m); None where the water cannot be told."""
     moving = ~record.during(name, AWAY, track.time_s[1:])
-    water = water_mps(record, float(record.vehicles[name]["depth_m"]), track.time_s[:-1])
+    water = water_mps(record, track.depth_m[:-1], track.time_s[:-1])
     if water is None:
         return None
     dt_s = np.diff(track.time_s)
