@@ -10,7 +10,7 @@ import math
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
-from typing import Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import (
     AfterValidator,
@@ -37,8 +37,10 @@ from remoras.faults import ANY, HEAD_OF, Fault
 from remoras.mission import Mission
 from remoras.organisation import Group
 from remoras.plugins import answer, faults_of, named_object
-from remoras.vehicle import Vehicle
 from worldmodel import suggestion
+
+if TYPE_CHECKING:
+    from remoras.vehicle import Vehicle
 
 KEY = "fault"
 A_TIME = "a number of seconds, 0 or more, or [earliest, latest]"

@@ -286,7 +286,7 @@ def check_free_of_hashes(scenario: Scenario) -> None:
         program = (
             f"import sys; sys.path[:0] = {sys.path!r}\n"
             f"from remoras.plugin_folders import look_in\nlook_in({plugin_folders()!r})\n"
-            f"from stress.conformance.missions import digest\nprint(digest({str(file)!r}))"
+            f"from stress.conformance.missions import mission_digest\nprint(mission_digest({str(file)!r}))"
         )
         started = [
             subprocess.Popen(

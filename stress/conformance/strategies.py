@@ -364,8 +364,8 @@ def check_deterministic(*references: str) -> None:
     program = (
         f"import sys; sys.path[:0] = {sys.path!r}\n"
         f"from remoras.plugin_folders import look_in\nlook_in({plugin_folders()!r})\n"
-        f"from stress.conformance.strategies import digest\n"
-        f"print(*[digest(reference) for reference in {references!r}])"
+        f"from stress.conformance.strategies import strategy_digest\n"
+        f"print(*[strategy_digest(reference) for reference in {references!r}])"
     )
     command = [sys.executable, "-c", program]
     started = [

@@ -25,11 +25,11 @@ Fleet._record = signalling
 """
 WHEN_WRITTEN = """
 from missions.runs import results
-write = results.write
+write = results.write_results
 def signalling(*given):
     write(*given)
     os.kill(os.getpid(), {number})
-results.write = signalling
+results.write_results = signalling
 """
 ENDS = pytest.mark.parametrize(("number", "code", "said"), [(2, 130, "interrupted"), (15, 143, "terminated")])
 

@@ -52,7 +52,7 @@ def state(vehicle: Vehicle) -> tuple[Any, ...]:
         social.present,
         dict(social.objectives),
         dict(social.missions),
-        social.planner.is_due,
+        bool(social.planner.due),
         social.standing.takes_no_jobs,
         social.objectives_of(vehicle.name),
         [group for group in social.organisation.groups if social.leads(group)],

@@ -160,7 +160,7 @@ UNABLE = "vehicle.AUV02.playable_roles=['Performer','Cartographer','RightWinger'
 
 def everything(vehicle: Vehicle) -> tuple[Any, ...]:
     social = vehicle.social
-    return social.organisation, social.present, dict(social.objectives), dict(social.missions), social.planner.is_due
+    return social.organisation, social.present, dict(social.objectives), dict(social.missions), bool(social.planner.due)
 
 
 @pytest.mark.parametrize("act", FORGED)

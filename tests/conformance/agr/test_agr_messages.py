@@ -41,8 +41,8 @@ def test_agr_23_who_is_outside_turns_to_the_head_alone() -> None:
         for vehicle in (head, member):
             (ruling,) = hear(vehicle, block)
             assert ruling.outcome is Outcome.SUCCESS
-        assert head.social.planner.is_due
-        assert not member.social.planner.is_due
+        assert head.social.planner.due
+        assert not member.social.planner.due
 
 
 def test_agr_24_a_vehicle_signals_under_the_roles_that_it_holds() -> None:

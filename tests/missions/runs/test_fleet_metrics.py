@@ -60,8 +60,10 @@ def test_who_joins_late_is_neither_idle_nor_close_before() -> None:
     assert idle_s(finished(faults=joins)) == pytest.approx((1000 + 1000 + 600) / 3, abs=1e-4)
     places_m = {"AUV00": 900.0, "AUV01": 0.0, "AUV02": 0.0, "ASV00": 0.0}
     names = [vehicle.name for vehicle in SCENARIO.vehicle]
-    rows = [(60.0, name, places_m[name], 0.0, 0.0, 0.0, 0.0) for name in names]
-    rows += [(400.0, name, 50.0 if name == "AUV02" else places_m[name], 0.0, 0.0, 0.0, 0.0) for name in names]
+    depth_m = {vehicle.name: vehicle.depth_m for vehicle in SCENARIO.vehicle}
+    rows = [(60.0, name, places_m[name], 0.0, 0.0, 0.0, 0.0, depth_m[name]) for name in names]
+    places_m["AUV02"] = 50.0
+    rows += [(400.0, name, places_m[name], 0.0, 0.0, 0.0, 0.0, depth_m[name]) for name in names]
     assert closest_approach_m(finished(faults=joins, trajectories=rows)) == 50.0
     assert closest_approach_m(finished(trajectories=rows)) == 0.0
 
@@ -71,8 +73,8 @@ def test_only_vehicles_in_one_layer_come_close() -> None:
     names = [vehicle.name for vehicle in SCENARIO.vehicle]
     depth_m = {vehicle.name: vehicle.depth_m for vehicle in SCENARIO.vehicle}
     at_60_m = {"AUV00": (0.0, 0.0), "AUV01": (1.5, 2.0), "AUV02": (900.0, 0.0), "ASV00": (0.0, 1.0)}
-    rows = [(0.0, name, 40.0 * number, 0.0, 0.0, 0.0, 0.0) for number, name in enumerate(names)]
-    rows += [(60.0, name, *at_60_m[name], 0.0, 0.0, 0.0) for name in names]
+    rows = [(0.0, name, 40.0 * number, 0.0, 0.0, 0.0, 0.0, depth_m[name]) for number, name in enumerate(names)]
+    rows += [(60.0, name, *at_60_m[name], 0.0, 0.0, 0.0, depth_m[name]) for name in names]
     assert abs(depth_m["AUV00"] - depth_m["AUV01"]) <= 3.0 < abs(depth_m["AUV00"] - depth_m["ASV00"])
     both, first = finished(trajectories=rows), finished(trajectories=rows[: len(names)])
     assert (closest_approach_m(both), conflicts(both)) == (2.5, 1)

@@ -375,10 +375,10 @@ OTHER_PYTHONS = [Path(name) for name in os.environ.get("REMORAS_OTHER_PYTHONS", 
 def digests(python: Path, hash_seed: str, out: Path) -> dict[str, str]:
     """The tables of one run in a process of its own, by their content."""
     program = (
-        "import sys; from pathlib import Path; from missions.runs.results import write;"
+        "import sys; from pathlib import Path; from missions.runs.results import write_results;"
         "from missions.runs.run import run;"
         "from missions.scenarios import load;"
-        "write(run(load(sys.argv[1], [('--per', 'channel.per=0.4')]), 11), Path(sys.argv[2]))"
+        "write_results(run(load(sys.argv[1], [('--per', 'channel.per=0.4')]), 11), Path(sys.argv[2]))"
     )
     scenario = out.parent / "pond.toml"
     scenario.write_text(SMALL, encoding="utf-8")
