@@ -6,14 +6,16 @@ The strategy declares it as its part, see ``remoras.strategies.oracle``; nothing
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from exchange.packets import Transmission, name_of
 from remoras.beliefs import Fact
 from remoras.events import Joined, Part
 from remoras.radio import Radio
-from remoras.vehicle import Vehicle
 from worldmodel import STATUS, Block, Change
+
+if TYPE_CHECKING:
+    from remoras.vehicle import Vehicle
 
 LEASE_FRAMES = 2.0
 """Who has told nothing for so many TDMA frames has left: all that is told is known."""
