@@ -17,18 +17,19 @@ if TYPE_CHECKING:
 
 
 class ReadOnlyVehicle:
-    """A vehicle as a truth sees it: a ``remoras.mission.VehicleView``.
-
-    Attributes:
-        name: of the vehicle.
-    """
+    """A vehicle as a truth sees it: a ``remoras.mission.VehicleView``."""
 
     def __init__(self, vehicle: Vehicle) -> None:
         self._vehicle = vehicle
-        self.name: str = vehicle.name
+        self._name: str = vehicle.name
         self._social = vehicle.social
         self._decision: Decision | None = None
         self._performed: tuple[str, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """Name of the vehicle."""
+        return self._name
 
     @property
     def position_m(self) -> Point:
