@@ -112,7 +112,7 @@ class Radio:
         self.noted: list[Callable[[Sequence[Change]], None]] = []
         self.communicates = declaration.communicates
         self.influences = declaration.influences
-        self.is_heard = (declaration.communicates or declaration.part is not None)  # others come to know what this vehicle tells
+        self.is_heard = declaration.communicates or declaration.part is not None  # others know what it tells
         self._lacking: set[int] = set()  # instances that blocks are known to wait for
         self._names = names
         self._beliefs = beliefs
