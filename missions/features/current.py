@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic import Field, field_validator
 
 from exchange.acoustics import loss
-from exchange.arithmetic import length
+from exchange.arithmetic import length, sincos
 from missions.errors import ConfigurationFault
 from missions.feature import USUAL_S, Draws, Feature, Joining, Trial
 from missions.scenarios.extending import slower_by
@@ -251,10 +251,10 @@ def _surges(table: Raw) -> tuple[Surge, ...]:
 def drawn(draws: Draws, scenario: Scenario) -> Mapping[str, Any]:
     """A current of any direction; now and then with shear, a tide, a surge."""
     slowest_mps = min((one.survey_speed_mps for one in scenario.vehicle if one.survey_speed_mps), default=1.0)
-    speed_mps, angle_rad = draws.scaled(0.02, 0.45) * slowest_mps, draws.between(0.0, 2.0 * math.pi)
+    speed_mps, (north, east) = draws.scaled(0.02, 0.45) * slowest_mps, sincos(draws.between(0.0, 2.0 * math.pi))
     found: dict[str, Any] = {
-        "current.east_mps": round(speed_mps * math.cos(angle_rad), 3),
-        "current.north_mps": round(speed_mps * math.sin(angle_rad), 3),
+        "current.east_mps": round(speed_mps * east, 3),
+        "current.north_mps": round(speed_mps * north, 3),
     }
     sheared, tidal, surging = draws.uniform() < 0.3, draws.uniform() < 0.3, draws.uniform() < 0.2
     depth_m, period_h, phase = draws.even(10.0, 100.0), draws.scaled(0.1, 12.42), draws.even(0.0, 1.0)
@@ -265,7 +265,7 @@ def drawn(draws: Draws, scenario: Scenario) -> Mapping[str, Any]:
     if surging:
         begins_s = draws.even(0.0, USUAL_S)
         surge = {"between_s": [begins_s, begins_s + 60.0], "lasts_s": draws.even(30.0, 300.0)}
-        found["current.surge"] = [{**surge, "east_mps": round(0.3 * slowest_mps * math.sin(angle_rad), 3)}]
+        found["current.surge"] = [{**surge, "east_mps": round(0.3 * slowest_mps * north, 3)}]
     return found
 
 
