@@ -41,7 +41,7 @@ def sets(draw: Random, least: int, most: int) -> list[ActivitySet]:
     found = []
     for number in range(N_SETS):
         types = draw.sample(list(ActivityType), draw.randint(least, most))
-        activities = tuple(Activity(f"A{number}", one, (), ("sonar",)) for one in types)
+        activities = tuple(Activity(f"A{number}", kind, (), ("sonar",)) for kind in types)
         found.append(ActivitySet(None, ActivityKind.COLLECTIVE, activities, 0.5))
     return found
 

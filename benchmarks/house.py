@@ -79,7 +79,7 @@ def entered(scenario: str, settings: Sequence[str], seed: int) -> tuple[dict[str
         settings: KEY=VALUE of it.
         seed: of the run.
     """
-    own = load(scenario, [("--set", one) for one in settings])
+    own = load(scenario, [("--set", setting) for setting in settings])
     fleet = assemble(resolved(own), seed)
     names = {of.__code__: name for name, (of, _) in EVENTS.items()}
     files: dict[Any, str] = {}

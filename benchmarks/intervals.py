@@ -173,7 +173,7 @@ def draw(found: Sequence[Coverage], errors: Sequence[ErrorRate], path: Path) -> 
         below.plot([at for at, _ in rows_k], told, "o", color=colour, markersize=4, label=f"{k} equal strategies")
     below.axhline(5.0, color="0.6", linewidth=0.8)
     below.set(ylim=(0.0, 15.0), ylabel="somebody told\nfrom the best (%)")
-    ticks = [f"{one.n}, {SHORT[one.shape]}, {100 * one.success:g} %" for one in errors]
+    ticks = [f"{error.n}, {SHORT[error.shape]}, {100 * error.success:g} %" for error in errors]
     below.set_xticks(range(len(errors)), ticks, rotation=90)
     below.set_xlabel("runs, shape of their times, success rate", fontsize=7)
     below.tick_params(labelsize=6)
@@ -196,8 +196,8 @@ def main() -> None:
         print(f"| {row.what} | {row.shape} | {row.n} | {100 * row.share:g} % | {had} | {said[0]} | {said[1]} |")
     errors = list(error_rates(given.studies))
     print("\n| strategies | times | n | success | somebody told from the best |\n|---|---|---|---|---|")
-    for one in errors:
-        print(f"| {one.k} | {one.shape} | {one.n} | {100 * one.success:g} % | {100 * one.told:.1f} % |")
+    for error in errors:
+        print(f"| {error.k} | {error.shape} | {error.n} | {100 * error.success:g} % | {100 * error.told:.1f} % |")
     if given.figure is not None:
         draw(found, errors, given.figure)
 

@@ -83,7 +83,9 @@ def _pace() -> list[dict[str, Any]]:
         browser = play.chromium.launch(executable_path=chromium, args=list(ARGUMENTS))
         for number, (name, scenario, settings, wanted_fps, wanted_kb) in enumerate(CASES):
             folder = Path(scratch) / str(number)
-            write_results(run(load(scenario, [("--set", one) for one in ("channel.per=0.6", *settings)]), 1), folder)
+            write_results(
+                run(load(scenario, [("--set", setting) for setting in ("channel.per=0.6", *settings)]), 1), folder
+            )
             results = Results.read(folder)
             mission = mission_of(results.scenario)
             data = run_data(results, mission.places, mission.jobs.values())

@@ -25,7 +25,7 @@ MISSION_S = 800.0
 
 def mission_s(name: str, settings: tuple[str, ...]) -> float:
     """CPU seconds of the first part of a mission; loading and assembling are not counted."""
-    options = [("--set", one) for one in (*settings, f"scenario.duration_s={MISSION_S}", "channel.per=0.2")]
+    options = [("--set", setting) for setting in (*settings, f"scenario.duration_s={MISSION_S}", "channel.per=0.2")]
     fleet = assemble(resolved(load(name.partition(",")[0], options)), seed=1)
     began = time.process_time()
     fleet.run()

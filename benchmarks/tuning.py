@@ -287,15 +287,16 @@ def swept(tried: Sequence[Point], of: Round, folder: Path, jobs: int) -> Times:
 def table(verdicts: Sequence[Verdict]) -> str:
     """The verdicts as a table of Markdown."""
     lines = ["| strategy | default | best found | s | s | difference, s |", "|---|---|---|---|---|---|"]
-    for one in verdicts:
+    for verdict in verdicts:
         found, difference = "the defaults", ""
-        if one.interval_s is not None:
-            found = str(one.found)
-            low, high = one.interval_s
-            difference = f"{one.found_s - one.default_s:.0f} ({low:.0f} to {high:.0f})"
+        if verdict.interval_s is not None:
+            found = str(verdict.found)
+            low, high = verdict.interval_s
+            difference = f"{verdict.found_s - verdict.default_s:.0f} ({low:.0f} to {high:.0f})"
         lines.append(
-            f"| `{one.default.strategy}` | {one.default} | {found} | {one.default_s:.0f} | {one.found_s:.0f} "
-            f"| {difference}{', better' if one.is_better else ''} |"
+            f"| `{verdict.default.strategy}` | {verdict.default} | {found} | {verdict.default_s:.0f} "
+            f"| {verdict.found_s:.0f} "
+            f"| {difference}{', better' if verdict.is_better else ''} |"
         )
     return "\n".join(lines)
 
@@ -325,7 +326,7 @@ def main(given: Sequence[str] | None = None) -> int:
         return swept(tried, of, arguments.out, arguments.jobs)
 
     verdicts = search(chosen, arguments.points, evaluate)
-    print(json.dumps([one.row() for one in verdicts], indent=2) if arguments.json else table(verdicts))
+    print(json.dumps([verdict.row() for verdict in verdicts], indent=2) if arguments.json else table(verdicts))
     return 0
 
 

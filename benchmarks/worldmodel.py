@@ -137,7 +137,7 @@ class Bench:
     def triples(self, heard: Sequence[Heard]) -> Graph:
         """The observations as six triples each in rdflib's Memory store, as a user of rdflib would write them."""
         graph = Graph()
-        instances = [instance_iri(one.uid) for one in self.instances]
+        instances = [instance_iri(instance.uid) for instance in self.instances]
         add = graph.add
         for n, (subject, attribute, value, time_s, origin) in enumerate(heard):
             fact = URIRef(f"{RUN}fact-{origin}-{n}-0")
@@ -223,7 +223,7 @@ def _latest_in_memory_s(bench: Bench, asked: Sequence[tuple[int, int]]) -> float
     """CPU seconds for the newest value of a slot in a Memory store of all observations."""
     graph = bench.triples(bench.heard)
     terms = [(instance_iri(subject), bench.predicates[attribute]) for subject, attribute in asked]
-    (taken_s,) = best_of(lambda: [_latest_in(graph, *one) for one in terms], repeats=3)
+    (taken_s,) = best_of(lambda: [_latest_in(graph, *term) for term in terms], repeats=3)
     return taken_s / len(terms)
 
 

@@ -75,7 +75,7 @@ LN2, _ = _split(_whole_log_2())
 
 # 2^(j / 32) and its rest; exp has to know only what lies within 1 / 64 of a power of 2 by such a fraction.
 _PARTS = 32
-_ROOTS = tuple(_split(one) for one in _whole_roots_of_2(5))
+_ROOTS = tuple(_split(root) for root in _whole_roots_of_2(5))
 _PER_PART = _PARTS / LN2
 _PART_HIGH, _PART_LOW = _LN2_HIGH / _PARTS, _LN2_LOW / _PARTS
 _LARGEST, _SMALLEST = 709.782712893384, -745.1332191019412

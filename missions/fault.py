@@ -74,7 +74,7 @@ class Drawing:
 @cache
 def kinds() -> dict[str, Any]:
     """The kinds that are there, by name, in the order of their numbers."""
-    names = sorted(one.name for one in pkgutil.iter_modules(importlib.import_module(KINDS_FOLDER).__path__))
+    names = sorted(module.name for module in pkgutil.iter_modules(importlib.import_module(KINDS_FOLDER).__path__))
     found = {name: importlib.import_module(f"{KINDS_FOLDER}.{name}").KIND for name in names}
     return dict(sorted(found.items(), key=lambda one: one[1].number_of(one[0])))
 

@@ -262,7 +262,7 @@ def faults_of_figure(found: Any) -> Iterator[str]:
         yield f"draw = {found.draw!r}: allowed: a function draw(axes, results, style) that returns the caption"
     elif not _takes_three(found.draw):
         yield "draw cannot be called as draw(axes, results, style)"
-    if isinstance(found.needs, str) or not all(isinstance(one, str) for one in found.needs):
+    if isinstance(found.needs, str) or not all(isinstance(need, str) for need in found.needs):
         yield f"needs = {found.needs!r}: allowed: a tuple of names of tables"
 
 

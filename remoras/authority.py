@@ -243,7 +243,7 @@ def _unauthorised(
 def _has_link(asked: Request, organisation: Organisation) -> bool:
     """True if the issuer plays a role that has authority over the one in question, as the specification says."""
     group = organisation.groups[asked.group]
-    held = (group.role(one.role) for one in organisation.roles_of(asked.issuer, asked.group))
+    held = (group.role(role.role) for role in organisation.roles_of(asked.issuer, asked.group))
     return any(role is not None and asked.role in role.authority for role in held)
 
 

@@ -79,7 +79,7 @@ class Beliefs:
         self.rounded: Callable[[Sequence[Stated]], Sequence[Stated]] | None = None
         self._tbox: TBox = model.tbox
         self._uids: dict[str, int] = {}
-        self._names = [one.name for one in model.common_instances]
+        self._names = [instance.name for instance in model.common_instances]
         self._slots: dict[Key, tuple[int, Attribute]] = {}
         self._collected: dict[tuple[int, int], _Collected] = {}  # by subject and attribute, where asked for
         self._by_key: dict[Key, _Collected] = {}  # the same
@@ -212,7 +212,7 @@ class Beliefs:
 
     def instances(self, of_class: str) -> tuple[str, ...]:
         """The names of all that is seen to be of a class, by types or by what follows from facts."""
-        return tuple(one.name for one in self.model.instances_of(self._tbox.class_named(of_class).uid))
+        return tuple(instance.name for instance in self.model.instances_of(self._tbox.class_named(of_class).uid))
 
     def linked(self, key: Key) -> tuple[str, ...]:
         """The names of all that an instance links to: by the latest value, by what all know, and by what follows."""
@@ -332,7 +332,7 @@ def _nearest(model: WorldModel, observation: Observation, class_uid: int) -> int
     near: list[tuple[float, int]] = []
     for uid in model.instance_uids():
         if model.class_mask(uid) >> class_uid & 1:
-            last = {one.origin: cast(Point, one.value) for one in model.facts_of(uid, attribute)}
+            last = {fact.origin: cast(Point, fact.value) for fact in model.facts_of(uid, attribute)}
             near += [(distance(known_m, at_m), uid) for known_m in last.values()]
     way_m, nearest = min(near, default=(math.inf, -1))
     return nearest if way_m <= observation.within_m else None

@@ -92,7 +92,7 @@ class AtOnce:
         now_s = self._fleet.shown_s(vehicle)
         vehicle.take_in(_radio(vehicle).learn(emitter, blocks, now_s), now_s)
         model = vehicle.beliefs.model
-        early = [(emitter, one) for one in blocks if not (one.is_status or model.has_arrived(one.guid))]
+        early = [(emitter, block) for block in blocks if not (block.is_status or model.has_arrived(block.guid))]
         if early:
             self._early.setdefault(vehicle.name, []).extend(early)
 

@@ -219,7 +219,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
     def restart(self, before: Vehicle, remembers: bool) -> Vehicle:
         """The vehicle that begins anew and takes the place of what it was before; False if its memory is lost."""
         anew = self.makers.anew(self, before, remembers)
-        self.vehicles = tuple(anew if one is before else one for one in self.vehicles)
+        self.vehicles = tuple(anew if vehicle is before else vehicle for vehicle in self.vehicles)
         self.separation.vehicles = self.vehicles
         self.view = ReadOnlyFleet.of(self.vehicles)
         before.remove()

@@ -59,7 +59,7 @@ class Jumps:
 
     def suspected(self, block: Block) -> Jump | None:
         """The jump that a status makes of a vehicle, if it is one that no vehicle makes; it is to be set aside."""
-        fact = next((one for one in block.facts if one.attribute == self._position), None)
+        fact = next((fact for fact in block.facts if fact.attribute == self._position), None)
         if fact is None or fact.subject != block.origin or fact.subject not in self._top_speeds_mps:
             return None
         now = PositionReport(block.time_s, *fact.value)  # type: ignore[misc]

@@ -121,7 +121,7 @@ class Navigation:
             way_m: that it has gone in the tick; dt_s: its length.
         """
         constants, (x_m, y_m) = self.constants, self.error_m
-        self.has_fix = self.depth_m <= SURFACE_M or any(one.reaches(position_m) for one in constants.beacons)
+        self.has_fix = self.depth_m <= SURFACE_M or any(beacon.reaches(position_m) for beacon in constants.beacons)
         if self.has_fix:
             left = exp(-dt_s / constants.fix_s)
             self.error_m = left * x_m, left * y_m

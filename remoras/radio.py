@@ -249,7 +249,7 @@ class Radio:
         self._peers.heard_s[emitter] = now_s
         changes = self._merged(self._likely(reception.blocks, now_s), now_s)
         known = self._signalling
-        signals = tuple([(known[one.role], one.value) for one in reception.signals if one.role in known])
+        signals = tuple([(known[signal.role], signal.value) for signal in reception.signals if signal.role in known])
         return HeardPacket(reception, emitter, changes, signals)
 
     def _likely(self, blocks: Iterable[Block], now_s: float) -> list[Block]:

@@ -44,22 +44,32 @@ class RunLog:
 
     def roles(self, now_s: float, roles: Iterable[RoleAssignment], event: str) -> None:
         """The vehicle itself has taken or left roles."""
-        self._recorder.roles.extend((now_s, self._me, one.group, one.role, event) for one in roles)
+        self._recorder.roles.extend((now_s, self._me, role.group, role.role, event) for role in roles)
 
     def own_roles(self, now_s: float, rulings: Iterable[Ruling]) -> None:
         """The vehicle itself has taken and left roles by these rulings, in their order: it may take one anew."""
-        for one in rulings:
-            if one.event in ("assigned", "left") and one.asked.assignee == self._me:
-                self.roles(now_s, [RoleAssignment(one.asked.group, one.asked.role, self._me)], one.event)
+        for ruling in rulings:
+            if ruling.event in ("assigned", "left") and ruling.asked.assignee == self._me:
+                self.roles(now_s, [RoleAssignment(ruling.asked.group, ruling.asked.role, self._me)], ruling.event)
 
     def founded(self, organisation: Organisation, objectives: Iterable[Objective], began_s: float) -> None:
         """What was agreed before the mission, by nobody in particular; it counts for the vehicle since it began."""
         self.roles(began_s, organisation.roles_of(self._me), "assigned")
-        roles = sorted(organisation.assignments, key=lambda one: (one.group, one.role, self._node[one.vehicle]))
-        asked = [Request("", Act.ASSIGN, one.group, one.role, one.vehicle) for one in roles]
+        roles = sorted(
+            organisation.assignments,
+            key=lambda assignment: (assignment.group, assignment.role, self._node[assignment.vehicle]),
+        )
+        asked = [Request("", Act.ASSIGN, role.group, role.role, role.vehicle) for role in roles]
         asked += [
-            Request("", Act.OBJECTIVE, one.group, one.role, objective=one.name, argument=one.argument)
-            for one in objectives
+            Request(
+                "",
+                Act.OBJECTIVE,
+                objective.group,
+                objective.role,
+                objective=objective.name,
+                argument=objective.argument,
+            )
+            for objective in objectives
         ]
         self.rulings(began_s, [Ruling(one, Outcome.SUCCESS) for one in asked])
 
@@ -108,17 +118,17 @@ class RunLog:
         before, self._driving = self._driving, driving
         for roles, event in ((before - driving, "inactive"), (driving - before, "active")):
             self._recorder.roles.extend((now_s, self._me, *role, event) for role in sorted(roles))
-        for one in candidates:
-            if one.chosen:
-                role = one.of.objective.role if one.of.objective is not None else ""
+        for candidate in candidates:
+            if candidate.chosen:
+                role = candidate.of.objective.role if candidate.of.objective is not None else ""
                 self._recorder.activities.extend(
-                    (now_s, self._me, activity.type.name.lower(), activity.name, role, one.motivation)
-                    for activity in one.of.effective
+                    (now_s, self._me, activity.type.name.lower(), activity.name, role, candidate.motivation)
+                    for activity in candidate.of.effective
                 )
 
     def weighs(self, now_s: float, candidates: Sequence[WeighedSet]) -> None:
         """The vehicle has weighed what it could do; written if other sets stand to choice, or others are chosen."""
-        names = [tuple(activity.name for activity in one.of.effective) for one in candidates]
+        names = [tuple(activity.name for activity in candidate.of.effective) for candidate in candidates]
         weighed = [(one.of.objective, of, one.chosen) for one, of in zip(candidates, names, strict=True)]
         if weighed == self._weighed:
             return

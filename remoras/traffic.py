@@ -266,7 +266,11 @@ class Traffic:
         if sender.condition.is_mute:
             return []
         now_s, names = self._heap.now_s, [vehicle.name for vehicle in vehicles]
-        return [one for one in arrivals if hears_throughout(self._faults, names[one.receiver], now_s, one.time_s)]
+        return [
+            arrival
+            for arrival in arrivals
+            if hears_throughout(self._faults, names[arrival.receiver], now_s, arrival.time_s)
+        ]
 
 
 def sends_s(schedule: TdmaSchedule, slot: int, node: int, seed: int) -> float:

@@ -171,7 +171,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
 
     def _note_events(self, perceptions: Sequence[Perception], now_s: float) -> Sequence[Perception]:
         """Record what activities have found out, done or failed at; return what is perceived then."""
-        if not any(one.done or one.failed or one.concludes for one in perceptions):
+        if not any(perception.done or perception.failed or perception.concludes for perception in perceptions):
             self._uneventful = perceptions
             return perceptions
         functional, executive = self.functional, self.executive
@@ -194,11 +194,11 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
 
     def _cope(self, objective: Objective, failed: ActivitySet, now_s: float) -> bool:
         """An activity cannot be done: go another way, or give its objective up. True if something has changed."""
-        if self.social.pursuit.fail(objective, [one.name for one in failed.activities], self.social.facts):
+        if self.social.pursuit.fail(objective, [activity.name for activity in failed.activities], self.social.facts):
             self._run_log.fault(now_s, "failed step", f"{failed.name} of {objective}")
             self._adopt()
             return True
-        blind = any(one.sensors for one in failed.activities)
+        blind = any(activity.sensors for activity in failed.activities)
         if facts := self.social.standing.give_up(objective, blind):
             self._run_log.fault(now_s, "cannot", str(objective))
             self.conclude(facts, now_s)

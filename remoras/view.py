@@ -76,7 +76,7 @@ class ReadOnlyVehicle:
             return None
         if not condition.dead_for_good:
             return self.data
-        working = tuple(one for one in self.data.sensors if one.name not in condition.dead_for_good)
+        working = tuple(sensor for sensor in self.data.sensors if sensor.name not in condition.dead_for_good)
         return replace(self.data, sensors=working)
 
     @property

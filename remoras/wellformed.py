@@ -58,11 +58,11 @@ def _of_group(organisation: Organisation, group: Group) -> Iterator[Malformed]:
     for role in group.roles:
         yield from _of_role(organisation, group, role)
     within = [other for other in organisation.groups.values() if other.within == group.name] if group.subgroups else ()
-    for one in group.subgroups:
-        names = [other.name for other in within if one.template in other.templates]
-        if len(names) < one.minimum or (one.maximum is not None and len(names) > one.maximum):
-            most = "any number" if one.maximum is None else one.maximum
-            allowed = f"{one.minimum} to {most} of {one.template}"
+    for subgroup in group.subgroups:
+        names = [other.name for other in within if subgroup.template in other.templates]
+        if len(names) < subgroup.minimum or (subgroup.maximum is not None and len(names) > subgroup.maximum):
+            most = "any number" if subgroup.maximum is None else subgroup.maximum
+            allowed = f"{subgroup.minimum} to {most} of {subgroup.template}"
             yield Malformed(Defect.SUBGROUPS, group.name, "", ", ".join(names) or "none", allowed)
 
 

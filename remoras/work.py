@@ -209,7 +209,7 @@ class Work:
         What the goal spares may stay undone: its vehicle is free to answer calls.
         """
         return not self.is_enough and any(
-            self.holders(role) or any(self._may_do(one, role) for one in self.workers) for role in self.unfinished
+            self.holders(role) or any(self._may_do(worker, role) for worker in self.workers) for role in self.unfinished
         )
 
     @property

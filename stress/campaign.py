@@ -56,33 +56,33 @@ class Report:
     @property
     def broken(self) -> list[Outcome]:
         """Outcomes with a breach."""
-        return [one for one in self.outcomes if one.broken is not None]
+        return [outcome for outcome in self.outcomes if outcome.broken is not None]
 
     @property
     def happened(self) -> Counter[str]:
         """Events of each kind in all runs."""
-        return sum((Counter(one.happened) for one in self.outcomes), Counter())
+        return sum((Counter(outcome.happened) for outcome in self.outcomes), Counter())
 
     @property
     def recovered(self) -> Counter[str]:
         """Ways of recovery in all runs."""
-        return sum((Counter(one.recovered) for one in self.outcomes), Counter())
+        return sum((Counter(outcome.recovered) for outcome in self.outcomes), Counter())
 
     def table(self) -> dict[tuple[str, str], InvariantTally]:
         """Tallys by invariant and kind; a tally that is not there was not exercised."""
         found: dict[tuple[str, str], InvariantTally] = {}
-        for one in self.outcomes:
-            if one.broken is None:
-                for name in one.judged:
-                    for kind in kinds_of(one):
+        for outcome in self.outcomes:
+            if outcome.broken is None:
+                for name in outcome.judged:
+                    for kind in kinds_of(outcome):
                         found.setdefault((name, kind), InvariantTally()).held += 1
             else:
-                name = one.broken.invariant
+                name = outcome.broken.invariant
                 small = self.shrunk.get(name)
-                is_own = small is not None and small.schedule.stress.seed == one.seed
-                kinds = small.schedule.kinds if small is not None and is_own else kinds_of(one)
+                is_own = small is not None and small.schedule.stress.seed == outcome.seed
+                kinds = small.schedule.kinds if small is not None and is_own else kinds_of(outcome)
                 for kind in kinds:
-                    found.setdefault((name, kind), InvariantTally()).broken.append(one.seed)
+                    found.setdefault((name, kind), InvariantTally()).broken.append(outcome.seed)
         return found
 
 
@@ -139,7 +139,10 @@ def campaign(
     if limit_s is not None and limit_s < LONGER * plan.cost_s:
         allowed = f"one seed takes up to {LONGER * plan.cost_s:.1f} s here: give more"
         raise ConfigurationError("remoras stress", [ConfigurationFault("--time", f"{limit_s:g} s", allowed)])
-    names = [one.name for one in invariants_of(load(plan.scenario, overrides(plan.strategy, plan.settings)), added)]
+    names = [
+        invariant.name
+        for invariant in invariants_of(load(plan.scenario, overrides(plan.strategy, plan.settings)), added)
+    ]
     report = Report(plan, tuple(str(name) for name in names), [])
 
     def begun_in_time() -> Iterator[int]:
@@ -152,7 +155,7 @@ def campaign(
         report.outcomes.append(outcome)
         if progress is not None:
             progress(len(report.outcomes))
-    report.outcomes.sort(key=lambda one: one.seed)
+    report.outcomes.sort(key=lambda outcome: outcome.seed)
     for outcome in report.broken:
         broken = outcome.broken
         if broken is not None and broken.invariant not in report.shrunk:

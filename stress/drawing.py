@@ -104,7 +104,7 @@ def plan_of(
     """
     drawn = settings_named(draws, settings, strategy)
     named = [kind.name for kind in ALL if kind.family.value in kinds]
-    found = kinds_named([*named, *(one for one in kinds if one not in list(Family))])
+    found = kinds_named([*named, *(kind for kind in kinds if kind not in list(Family))])
     own = load(scenario, overrides(strategy, settings))
     usual = run(own, seed=1)
     possible = tuple(name for name in found if _is_possible(kind_of(name), own))
@@ -132,7 +132,7 @@ def plan_of(
 
 def of_scenario(plan: Plan, own: Scenario) -> Plan:
     """The plan with what follows from the tables of a scenario alone."""
-    sensing = {one.name for one in own.vehicle if one.sensor}
+    sensing = {vehicle.name for vehicle in own.vehicle if vehicle.sensor}
     protection = own.communication.crc_bits or (CRC_BITS if own.communication.key_file else 0)
     return replace(
         plan,
@@ -173,7 +173,7 @@ def schedule_of(plan: Plan, seed: int) -> Schedule:
         heal_s, faults = steered(plan.instants, seed, heal_s, faults, plan.sensing)
     bound_s = plan.usual_s
     if plan.completes or plan.must_end:
-        factor = min((one.speed_left for one in faults if one.is_permanent), default=1.0)
+        factor = min((fault.speed_left for fault in faults if fault.is_permanent), default=1.0)
         bound_s = round(heal_s + SLACK * plan.usual_s / factor + plan.wait_s + plan.grace_s, 1)
     about = StressTable(
         version=VERSION,
@@ -187,7 +187,7 @@ def schedule_of(plan: Plan, seed: int) -> Schedule:
         must_finish=plan.completes,
         must_end=plan.must_end,
     )
-    ordered = sorted(faults, key=lambda one: (one.at_s, one.kind, one.vehicle))
+    ordered = sorted(faults, key=lambda fault: (fault.at_s, fault.kind, fault.vehicle))
     return Schedule(stress=about, settings=dict(plan.drawn), fault=tuple(ordered))
 
 

@@ -38,4 +38,4 @@ class Follows:
         report = CheckReport()
         verify_run(Record(written, run.seed, json.loads(json.dumps(scene.summary)), tables, profile), report)
         untold = set[str]().union(*(UNTOLD[kind] for kind in scene.schedule.kinds & UNTOLD.keys()))
-        return next((str(one) for one in report.findings if one.check not in untold), None)
+        return next((str(finding) for finding in report.findings if finding.check not in untold), None)

@@ -60,7 +60,7 @@ def _forged(packet: Packet, draw: int, model: WorldModel) -> Packet:
                 facts = tuple(other if one is fact else one for one in fragments[at].facts)
                 fragments[at] = _with(fragments[at], facts, fragments[at].time_s)
                 return replace(packet, fragments=tuple(fragments))
-    return replace(packet, signals=tuple(replace(one, value=-128) for one in packet.signals))
+    return replace(packet, signals=tuple(replace(signal, value=-128) for signal in packet.signals))
 
 
 def _with(one: Fragment, facts: tuple[PropertyValue, ...], time_s: float) -> Fragment:

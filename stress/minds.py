@@ -71,7 +71,11 @@ def _forged_objective(vehicle: Vehicle, witness: Witness, founded: Organisation)
     """
     organisation, beliefs = vehicle.social.organisation, vehicle.beliefs
     tbox = beliefs.model.tbox
-    attributes = {one.uid for one in tbox.attributes if one.name.startswith(OBJECTIVE) and one.name != OBJECTIVE}
+    attributes = {
+        attribute.uid
+        for attribute in tbox.attributes
+        if attribute.name.startswith(OBJECTIVE) and attribute.name != OBJECTIVE
+    }
     given = [
         fact for _, blocks in sorted(witness.recorded.items()) for block in blocks for fact in block.facts
         if fact.attribute in attributes

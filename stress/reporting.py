@@ -28,7 +28,7 @@ def as_value(report: Report) -> dict[str, Any]:
         "completes_without_faults": plan.completes,
         "n_runs": len(report.outcomes),
         "n_broken": len(report.broken),
-        "seeds": [one.seed for one in report.outcomes],
+        "seeds": [outcome.seed for outcome in report.outcomes],
         "invariants": list(report.invariants),
         "table": [
             {"invariant": name, "kind": kind, "held": tally.held, "broken": tally.broken}
@@ -53,7 +53,7 @@ def as_value(report: Report) -> dict[str, Any]:
 
 def _drawn(report: Report) -> dict[str, int]:
     """In how many schedules each setting was drawn, where any may be."""
-    drawn = Counter(name for one in report.outcomes for name in one.schedule.settings)
+    drawn = Counter(name for outcome in report.outcomes for name in outcome.schedule.settings)
     return {name: drawn[name] for name in report.plan.draws}
 
 

@@ -19,7 +19,7 @@ def choice_of(key: str, *values: Any) -> Sample:
 
 
 def _vehicle(draws: Draws, scenario: Scenario) -> VehicleTable:
-    return draws.one_of(sorted(scenario.vehicle, key=lambda one: one.slot))
+    return draws.one_of(sorted(scenario.vehicle, key=lambda vehicle: vehicle.slot))
 
 
 def channel(draws: Draws, scenario: Scenario) -> Drawn:
@@ -43,7 +43,9 @@ def channel(draws: Draws, scenario: Scenario) -> Drawn:
                 "channel.fading": draws.one_of(("bit", "frame", "packet", "none")),
             }
         case "matrix":
-            pairs = [(one, other) for one in scenario.names_by_slot for other in scenario.names_by_slot if one != other]
+            pairs = [
+                (name, other) for name in scenario.names_by_slot for other in scenario.names_by_slot if name != other
+            ]
             links = [
                 {"sender": one, "receiver": other, "per": draws.even(0.0, 0.9)}
                 for one, other in draws.some_of(pairs, 1 + int(draws.uniform() * len(pairs)))
@@ -64,7 +66,7 @@ def blackout(draws: Draws, scenario: Scenario) -> Drawn:
 def size(draws: Draws, scenario: Scenario) -> Drawn:
     """Copies of a vehicle."""
     found: dict[str, Any] = {"fleet.size": len(scenario.vehicle) + 1 + int(draws.uniform() * 4)}
-    copied = [one.name for one in scenario.vehicle if one.sensor] or scenario.names_by_slot
+    copied = [vehicle.name for vehicle in scenario.vehicle if vehicle.sensor] or scenario.names_by_slot
     return {**found, "fleet.copies_of": draws.one_of(copied), "fleet.layers": draws.uniform() < 0.7}
 
 
@@ -88,7 +90,7 @@ def steering(draws: Draws, scenario: Scenario) -> Drawn:
 
 def sensors(draws: Draws, scenario: Scenario) -> Drawn:
     """A vehicle without its sensors, if others have some."""
-    able = [one.name for one in scenario.vehicle if one.sensor]
+    able = [vehicle.name for vehicle in scenario.vehicle if vehicle.sensor]
     return {f"vehicle.{draws.one_of(able)}.sensor": []} if len(able) > 1 else {}
 
 

@@ -154,7 +154,7 @@ class Schedule(Section):
         """
         about = self.stress
         fleet = fleet_of(load(about.scenario, overrides(about.strategy, about.settings, settings)))
-        faults = tuple(one for one in self.fault if {one.vehicle, one.peer} <= {*fleet, ""})
+        faults = tuple(fault for fault in self.fault if {fault.vehicle, fault.peer} <= {*fleet, ""})
         about = about.model_copy(update={"vehicles": fleet})
         return self.model_copy(update={"stress": about, "settings": dict(settings), "fault": faults})
 
@@ -173,7 +173,7 @@ class Schedule(Section):
         mine = [("schedule", f"{key}={toml_value(value)}") for key, value in given.items()]
         if told:
             mine.append(("schedule", f"fault={toml_value(told)}"))
-        others = [one for one in self.overrides if _key(one[1]) not in given]
+        others = [override for override in self.overrides if _key(override[1]) not in given]
         if not any(key.startswith("vehicle.") for key in given) or FLEET_SIZE not in map(_key_of, others):
             return load(about.scenario, [*others, *mine])
         whole = load(about.scenario, others).model_dump(mode="json", exclude_none=True)  # copies have tables here
@@ -182,11 +182,15 @@ class Schedule(Section):
     def as_scenario(self) -> str:
         """The run as a scenario file: with its settings, and those of its faults that a scenario may declare."""
         about = self.stress
-        others = [one for one in self.fault if not kind_of(one.kind).is_of_scenario and one.kind != "clock"]
+        others = [fault for fault in self.fault if not kind_of(fault.kind).is_of_scenario and fault.kind != "clock"]
         head = [
             f"A run of {about.scenario} under stress, alone: remoras run FILE --seed {about.seed}",
             *(f"not in it: {toml_value(fault.said())}" for fault in others),
-            *(f"not in it: a jump of the clock, {toml_value(one.said())}" for one in self.fault if one.kind == "clock"),
+            *(
+                f"not in it: a jump of the clock, {toml_value(fault.said())}"
+                for fault in self.fault
+                if fault.kind == "clock"
+            ),
         ]
         tables = self.scenario().model_dump(mode="json", exclude_none=True)
         return "".join(f"# {line}\n" for line in head) + tomli_w.dumps(tables)
@@ -205,8 +209,8 @@ def overrides(
 ) -> list[tuple[str, str]]:
     """What changes a scenario, with the option that each comes from; what was drawn goes over what was given."""
     named = [("--strategy", f"strategy.name={strategy}")] if strategy else []
-    given = named + [("--set", one) for one in settings]
-    over = {_key(one): ("--settings", one) for lines in (drawn or {}).values() for one in lines}
+    given = named + [("--set", setting) for setting in settings]
+    over = {_key(line): ("--settings", line) for lines in (drawn or {}).values() for line in lines}
     return [*(one for one in given if _key(one[1]) not in over), *over.values()]
 
 

@@ -51,7 +51,7 @@ class RoughSea:
     ) -> list[Arrival]:
         """Arrivals as the channel of the scenario has them, after what befalls each."""
         arrivals = self._calm.transmit(slot, sender, data, now_s, positions_m)
-        holding = [] if self.is_calm else [one for one in self._faults if one[1].holds(now_s)]
+        holding = [] if self.is_calm else [fault for fault in self._faults if fault[1].holds(now_s)]
         for number, fault, vehicle, peer in holding:
             if fault.kind == "echo":
                 if sender == vehicle and befalls(self._seed, number, slot, sender, fault.share):
@@ -60,15 +60,15 @@ class RoughSea:
                     arrivals.append(Arrival(sender, now_s + self._slots.packet_s + late_s, data))
                 continue
             changed: list[Arrival] = []
-            for one in arrivals:
-                if _is_meant(fault, sender, one.receiver, vehicle, peer):
-                    found = self._befallen(number, fault, slot, one)
-                    self._happened[fault.kind] += found != [one]
+            for arrival in arrivals:
+                if _is_meant(fault, sender, arrival.receiver, vehicle, peer):
+                    found = self._befallen(number, fault, slot, arrival)
+                    self._happened[fault.kind] += found != [arrival]
                     changed += found
                 else:
-                    changed.append(one)
+                    changed.append(arrival)
             arrivals = changed
-        return sorted(arrivals, key=lambda one: (one.receiver, one.time_s))
+        return sorted(arrivals, key=lambda arrival: (arrival.receiver, arrival.time_s))
 
     def _befallen(self, number: int, fault: StressFault, slot: int, one: Arrival) -> list[Arrival]:
         """What a fault makes of one arrival."""

@@ -132,9 +132,9 @@ CORE = (
 CATALOGUE = (
     *CORE,
     *(
-        Setting(one.name, one.text, one.keys, one.draw, one.p)
+        Setting(trial.name, trial.text, trial.keys, trial.draw, trial.p)
         for feature in features().values()
-        for one in feature.trials
+        for trial in feature.trials
     ),
 )
 """Settings in the order in which they are applied and tables show them: those of features come last."""
@@ -159,7 +159,7 @@ def settings_named(asked: str, given: Sequence[str], strategy: str = "") -> tupl
     free = [one.name for one in CATALOGUE if not one.is_fixed_by(fixed)]
     if asked in (NONE, EVERY):
         return tuple(free) if asked == EVERY else ()
-    named = [one.strip() for one in asked.split(",") if one.strip()]
+    named = [part.strip() for part in asked.split(",") if part.strip()]
     for name in named:
         if name not in SETTINGS:
             known = [NONE, EVERY, *SETTINGS]

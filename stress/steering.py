@@ -38,14 +38,14 @@ class Instant(NamedTuple):
 def instants_of(recorder: Recorder, milestones: Sequence[Milestone], ended_s: float) -> tuple[Instant, ...]:
     """Instants of a run, in time order, at most six of a sort."""
     kept: dict[str, list[Instant]] = {}
-    for one in sorted({*_instants(recorder, milestones, ended_s)}):
-        kept.setdefault(one.sort, []).append(one)
+    for instant in sorted({*_instants(recorder, milestones, ended_s)}):
+        kept.setdefault(instant.sort, []).append(instant)
     return tuple(sorted(one for found in kept.values() for one in _spread(found)))
 
 
 def _instants(recorder: Recorder, milestones: Sequence[Milestone], ended_s: float) -> Iterator[Instant]:
-    for one in milestones:
-        yield Instant(one.time_s, one.name, one.vehicle or "")
+    for milestone in milestones:
+        yield Instant(milestone.time_s, milestone.name, milestone.vehicle or "")
     for time_s, vehicle, _, _, event in recorder.roles:
         if time_s > 0.0 and event in ("assigned", "left"):
             yield Instant(time_s, f"role {event}", vehicle)
@@ -82,8 +82,8 @@ def steered(
     draws = Draws(seed, 0, STEERING)
     if draws.uniform() >= P_FOCUS:
         return heal_s, list(faults)
-    sort = draws.one_of(sorted({one.sort for one in instants}))
-    focus = draws.one_of([one for one in instants if one.sort == sort])
+    sort = draws.one_of(sorted({instant.sort for instant in instants}))
+    focus = draws.one_of([instant for instant in instants if instant.sort == sort])
     heal_s = round(max(heal_s, focus.at_s + HEAL_AFTER_S), 1)
     found: list[StressFault] = []
     for number, fault in enumerate(faults, 1):

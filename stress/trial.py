@@ -119,15 +119,17 @@ class _Trial:
         self.scene = Scene(setup, self.schedule, fleet, Witness(), {}, effective)
         about = self.schedule.stress
         left_out = {*(() if about.must_finish else (Finishes.name,)), *(() if about.must_end else (Ends.name,))}
-        asked = [one for one in self.invariants if one.name not in left_out]
+        asked = [invariant for invariant in self.invariants if invariant.name not in left_out]
         promised = [one for one in asked if one.not_under.isdisjoint(effective)]
         self.of = {moment: [one for one in promised if one.moment == moment] for moment in Moment}
         self.rigging = Rigging(self.scene, self._listen, self.happened)
-        self.sudden = sorted(_moments(self.schedule), key=lambda one: one[0])
+        self.sudden = sorted(_moments(self.schedule), key=lambda moment: moment[0])
         with rare_collections():
             self._sail()
         outcome = self._outcome([one.name for one in promised if one.name != SameDigest.name], began)
-        names = [one.name for one in self.invariants if one.name not in (*outcome.judged, SameDigest.name)]
+        names = [
+            invariant.name for invariant in self.invariants if invariant.name not in (*outcome.judged, SameDigest.name)
+        ]
         return replace(outcome, not_promised=tuple(names))
 
     def _sail(self) -> None:
@@ -193,7 +195,7 @@ class _Trial:
     def _let_happen(self, fault: StressFault, by_s: float) -> None:
         """Let a sudden fault befall its vehicle; a clock jumps by so much."""
         fleet, scene = self.fleet, self.scene
-        vehicle = next(one for one in fleet.vehicles if one.name == fault.vehicle)
+        vehicle = next(vehicle for vehicle in fleet.vehicles if vehicle.name == fault.vehicle)
         if fault.kind == "clock":
             fleet.clocks[vehicle.data.node].set_by(by_s)
             fleet.traffic.await_slot(vehicle.data.node)  # as after any setting of a clock
@@ -237,7 +239,7 @@ def run_trial(schedule: Schedule, invariants: Sequence[type[Invariant]]) -> Outc
     Raises:
         ConfigurationError: the schedule contradicts its scenario, or an invariant raises.
     """
-    outcome = _Trial(schedule, [one() for one in invariants]).run()
+    outcome = _Trial(schedule, [invariant() for invariant in invariants]).run()
     if outcome.broken is None or outcome.broken.invariant != Finishes.name or not schedule.fault:
         return outcome
     alone = _Trial(schedule.with_faults(()), [Finishes()]).run()
@@ -277,7 +279,7 @@ def effective_kinds(schedule: Schedule, setup: Setup) -> frozenset[str]:
         kinds -= {"bits", "cut"}
     if is_found_out(setup.mission.jobs.values(), setup.strategy.declaration):
         kinds -= {"forged-done"}
-    return frozenset(kinds | {one + FOR_GOOD for one in dangers_of(fault.kind for fault in schedule.permanent)})
+    return frozenset(kinds | {danger + FOR_GOOD for danger in dangers_of(fault.kind for fault in schedule.permanent)})
 
 
 def dangers_of(kinds: Iterable[str]) -> Iterator[str]:
@@ -313,7 +315,7 @@ def last_events(recorder: Recorder, until_s: float) -> Iterator[str]:
         rows += [(row[0], f"{table}: " + " ".join(map(str, row[1:]))) for row in recorder.rows(table)[-EVENTS_SHOWN:]]
     for row in recorder.packets[-EVENTS_SHOWN:]:
         rows.append((row[1], f"packet: {row[2]} in slot {row[0]} to {', '.join(row[6]) or 'nobody'}"))
-    shown = sorted(one for one in rows if one[0] <= until_s)[-EVENTS_SHOWN:]
+    shown = sorted(row for row in rows if row[0] <= until_s)[-EVENTS_SHOWN:]
     return (f"{time_s:.1f} s {text}" for time_s, text in shown)
 
 

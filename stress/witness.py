@@ -81,7 +81,7 @@ class Witness:
     def note_taken(self, life: Life, aired: Aired) -> None:
         """A vehicle has taken a sound packet."""
         life.take(aired.fragments)
-        own = [one for one in aired.fragments if one.origin == aired.sender.node and one.count == 1]
+        own = [fragment for fragment in aired.fragments if fragment.origin == aired.sender.node and fragment.count == 1]
         life.told.update((one.block.guid, one.block) for one in own)
         known = life.heard.get(aired.sender.node)
         if known is None or known.number <= aired.sender.number:

@@ -85,7 +85,7 @@ def reach_contents(reaches: Sequence[ModemReach], sea: str, format: str) -> list
         (f"{NAME}.{format}", style.rendered(reach_figure(reaches), format)),
         (f"{NAME}.txt", f"{reach_caption(reaches, sea)}\n".encode()),
         (f"{NAME}.csv", reach_csv(reaches)),
-        *([(f"{NAME}-drawn.csv", drawn_as_csv(reaches))] if any(one.drawn for one in reaches) else []),
+        *([(f"{NAME}-drawn.csv", drawn_as_csv(reaches))] if any(reach.drawn for reach in reaches) else []),
     ]
 
 
@@ -103,9 +103,9 @@ def reach_figure(reaches: Sequence[ModemReach]) -> Figure:
             Line2D([], [], color=look.colour, marker=look.marker, label=one.modem)
             for one, look in zip(reaches, looks, strict=True)
         ]
-        if any(one.n_frames > 1 for one in reaches):
+        if any(reach.n_frames > 1 for reach in reaches):
             entries.append(Line2D([], [], color=style.BLACK, linestyle=BY_FRAME, label="frame by frame"))
-        if any(one.drawn for one in reaches):
+        if any(reach.drawn for reach in reaches):
             entries.append(Line2D([], [], color=style.BLACK, **DRAWN, label="drawn, 95 %"))
         entries.append(Line2D([], [], color=style.BLACK, marker="*", markersize=9, linestyle="", label=NOMINAL))
         legend = Legend(tuple(entries), style.PAGE_IN)
@@ -127,7 +127,7 @@ def reach_figure(reaches: Sequence[ModemReach]) -> Figure:
             if ranges_km[0] <= nominal_km <= ranges_km[-1]:
                 there = float(np.interp(nominal_km, ranges_km, whole))
                 axes.plot(nominal_km, there, color=look.colour, marker="*", markersize=9, markeredgecolor=style.BLACK)
-        axes.set_xlim(0.0, max(point.range_m for one in reaches for point in one.points) / 1000.0)
+        axes.set_xlim(0.0, max(point.range_m for reach in reaches for point in reach.points) / 1000.0)
         axes.set_ylim(0.0, 1.06)
         axes.set_xlabel(words.axis("range", "km"), labelpad=2)
         axes.set_ylabel("delivery ratio", labelpad=3)
@@ -140,14 +140,14 @@ def reach_caption(reaches: Sequence[ModemReach], sea: str) -> str:
     several = (
         " Dashed: share of frames, if each is delivered for itself." if any(r.n_frames > 1 for r in reaches) else ""
     )
-    n_packets = max((point.n_packets for one in reaches for point in one.drawn), default=0)
+    n_packets = max((point.n_packets for reach in reaches for point in reach.drawn), default=0)
     measured = (
         f" Bars: shares of {n_packets} packets for each modem and range that were drawn one by one, and their 95 % "
         "intervals (Wilson), most of which are smaller than the bar." if n_packets else " Nothing is drawn."
     )  # fmt: skip
     return (
-        f"Share of full packets that arrive whole, against range, for {words.listed([one.modem for one in reaches])}; "
-        f"lines are computed from the link budget.{measured}{several} Stars: the {NOMINAL} of a profile. {sea}"
+        f"Share of full packets that arrive whole, against range, "
+        f"for {words.listed([reach.modem for reach in reaches])}; lines are computed from the link budget.{measured}{several} Stars: the {NOMINAL} of a profile. {sea}"
     )
 
 
@@ -156,10 +156,10 @@ def drawn_as_csv(reaches: Sequence[ModemReach]) -> bytes:
     text = io.StringIO()
     lines = csv.writer(text, lineterminator="\n")
     lines.writerow(("modem", *DrawnPackets._fields, "delivered", "low", "high"))
-    for one in reaches:
-        for point in one.drawn:
+    for reach in reaches:
+        for point in reach.drawn:
             shares = (f"{share:.6g}" for share in (point.delivered, *point.interval))
-            lines.writerow((one.modem, f"{point.range_m:g}", point.n_packets, point.n_arrived, *shares))
+            lines.writerow((reach.modem, f"{point.range_m:g}", point.n_packets, point.n_arrived, *shares))
     return text.getvalue().encode()
 
 
@@ -168,5 +168,5 @@ def reach_csv(reaches: Sequence[ModemReach]) -> bytes:
     text = io.StringIO()
     lines = csv.writer(text, lineterminator="\n")
     lines.writerow(("modem", *Point._fields))
-    lines.writerows((one.modem, *(f"{value:.6g}" for value in point)) for one in reaches for point in one.points)
+    lines.writerows((reach.modem, *(f"{value:.6g}" for value in point)) for reach in reaches for point in reach.points)
     return text.getvalue().encode()

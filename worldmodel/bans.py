@@ -30,7 +30,7 @@ BANNED_FROM = "bannedFrom"
 
 def deciding(tbox: TBox) -> frozenset[int]:
     """Return the uids of the attributes whose values decide who is believed; they are never pruned."""
-    return frozenset(one.uid for one in tbox.attributes if one.name == BANNED_FROM)
+    return frozenset(attribute.uid for attribute in tbox.attributes if attribute.name == BANNED_FROM)
 
 
 class BanFact(NamedTuple):

@@ -40,7 +40,9 @@ CLOCK_TOLERANCE_S = 1.0
 def prunable(tbox: TBox) -> tuple[Attribute, ...]:
     """Return the attributes whose old values may be dropped: not types, nor what decides who is believed."""
     deciding = compiled_attributes(tbox).deciding
-    return tuple(one for one in tbox.attributes if one.uid != TYPE_UID and one.uid not in deciding)
+    return tuple(
+        attribute for attribute in tbox.attributes if attribute.uid != TYPE_UID and attribute.uid not in deciding
+    )
 
 
 class PruneRule(NamedTuple):

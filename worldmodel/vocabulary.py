@@ -52,7 +52,7 @@ def terms_of(tbox: TBox) -> tuple[Term, ...]:
     order = {name: place for place, name in enumerate(files)}
     return (
         *sorted(classes, key=lambda one: (order[one.file], one.name)),
-        *sorted(attributes, key=lambda one: (order[one.file], one.name)),
+        *sorted(attributes, key=lambda attribute: (order[attribute.file], attribute.name)),
     )
 
 

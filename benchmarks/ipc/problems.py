@@ -108,8 +108,8 @@ def rover(number: int) -> str:
                "objective": ["o1", "o2"], "mode": ["m1", "m2"], "lander": ["l1"]}  # fmt: skip
     tasks: list[Fact] = [*(("soil_data", one) for one in soil), *(("rock_data", one) for one in rock)]
     goal: list[Fact] = [*(("told_soil", one) for one in soil), *(("told_rock", one) for one in rock)]
-    tasks += [("image_data", *one) for one in images]
-    goal += [("told_image", *one) for one in images]
+    tasks += [("image_data", *image) for image in images]
+    goal += [("told_image", *image) for image in images]
     return _text("rover", objects, facts, tasks, goal)
 
 
@@ -125,11 +125,11 @@ def childsnack(number: int) -> str:
         facts += [("waits", child, tables[place % 3]), ("allergic" if is_allergic[place] else "tolerant", child)]
         if is_allergic[place]:
             facts += [("pure_bread", breads[place]), ("pure_filling", fillings[place])]
-    facts += [("unmade", one) for one in sandwiches]
+    facts += [("unmade", sandwich) for sandwich in sandwiches]
     objects = {"child": children, "bread": breads, "filling": fillings, "sandwich": sandwiches, "tray": trays,
                "place": tables}  # fmt: skip
-    goal = [("served", one) for one in children]
-    return _text("childsnack", objects, facts, [("serve", one) for one in children], goal)
+    goal = [("served", child) for child in children]
+    return _text("childsnack", objects, facts, [("serve", child) for child in children], goal)
 
 
 KINDS: Mapping[str, Callable[[int], str]] = {

@@ -54,10 +54,10 @@ class Held:
 
     def note(self, facts: Known, now_s: float) -> None:
         """Note what was heard since the last look."""
-        for one in self._others:
-            target_m = facts.get((TARGET, one))
-            if target_m is not None and (one not in self._since_s or self._since_s[one][0] != target_m):
-                self._since_s[one] = target_m, now_s
+        for other in self._others:
+            target_m = facts.get((TARGET, other))
+            if target_m is not None and (other not in self._since_s or self._since_s[other][0] != target_m):
+                self._since_s[other] = target_m, now_s
 
     def ways(self, positions_m: Mapping[str, Point], now_s: float) -> list[Way]:
         """From where each was last heard to be, or from where it goes, to there."""

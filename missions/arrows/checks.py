@@ -50,7 +50,7 @@ def _grid(raw: Raw) -> CellGrid | None:
     sides_m, cell_m = [point_of(search, key) for key in ("x_m", "y_m")], search.get("cell_m", CELL_M)
     if not all(sides_m) or not _is_number(cell_m) or cell_m < 5.0:
         return None
-    (west_m, east_m), (south_m, north_m) = (one[0] for one in sides_m)
+    (west_m, east_m), (south_m, north_m) = (side[0] for side in sides_m)
     if not all(map(math.isfinite, (west_m, east_m, south_m, north_m))) or not (west_m < east_m and south_m < north_m):
         return None
     return grid_over((west_m, east_m), (south_m, north_m), float(cell_m))
@@ -115,8 +115,8 @@ def _expected(raw: Raw, grid: CellGrid) -> dict[str, Array]:
         spread_m, even = kind.get("spread_m", SPREAD_M), kind.get("uniform_share", UNIFORM_SHARE)
         if not all(map(_is_number, (expected, spread_m, even))) or not (spread_m > 0.0 and 0.0 <= even <= 1.0):
             continue
-        finds = (one for one in entries(raw, "historic_find") if one.get("kind") == name)
-        finds_m = [at_m for one in finds for at_m in point_of(one, "position_m")]
+        finds = (entry for entry in entries(raw, "historic_find") if entry.get("kind") == name)
+        finds_m = [at_m for find in finds for at_m in point_of(find, "position_m")]
         given = kind.get("map")
         shares = np.array(given).reshape(-1) if given else share_map(grid, finds_m, spread_m, even)
         found[name] = float(expected or 0.0) * shares
@@ -157,7 +157,7 @@ def _crew(raw: Raw) -> Iterator[ConfigurationFault]:
     sensors = [
         one for vehicle in entries(raw, "vehicle") for one in list_of(vehicle, "sensor") if isinstance(one, dict)
     ]
-    carried = {str(one.get("type", DETECTORS[0])) for one in sensors}
+    carried = {str(sensor.get("type", DETECTORS[0])) for sensor in sensors}
     if entries(raw, "vehicle") and carried.isdisjoint(DETECTORS):
         allowed = f"nobody searches: some vehicle needs a [[vehicle.sensor]] of type {' or '.join(DETECTORS)}"
         yield ConfigurationFault("vehicle.sensor", "", allowed)

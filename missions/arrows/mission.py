@@ -180,7 +180,7 @@ class ArrowsMission(JobMission):
         together = ("gatheredAt", objective.group)
         if facts.get(together) is not None or not _can(data, objective.name):
             return (), frozenset({together})
-        sensors = tuple(one.name for one in data.sensors)
+        sensors = tuple(sensor.name for sensor in data.sensors)
         directs = objective.name == DIRECTING
         doing = Activity(objective.name, ActivityType.PLANNING if directs else ActivityType.GUIDANCE, (AREA,), sensors)
         kind = ActivityKind.COLLECTIVE if directs else ActivityKind.INDIVIDUAL
@@ -229,7 +229,7 @@ class ArrowsMission(JobMission):
 
 def _numbers(data: VehicleData) -> tuple[int, ...]:
     """Numbers of the detectors that a vehicle carries."""
-    return tuple(sorted({one.NUMBER for one in data.sensors if isinstance(one, DetectorSettings)}))
+    return tuple(sorted({sensor.NUMBER for sensor in data.sensors if isinstance(sensor, DetectorSettings)}))
 
 
 def _can(data: VehicleData, objective: str) -> bool:

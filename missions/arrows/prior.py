@@ -71,5 +71,8 @@ def rates_of(scenario: ArrowsScenario) -> Array:
     """Rate of contacts by detector and kind: shape (detectors, 1 + kinds), the first column is nothing."""
     detectors: list[DetectorTable] = [getattr(scenario.detector, name) for name in DETECTORS]
     return np.array(
-        [[one.p_false, *(one.p_detect.get(kind.name, one.p_false) for kind in scenario.kinds)] for one in detectors]
+        [
+            [detector.p_false, *(detector.p_detect.get(kind.name, detector.p_false) for kind in scenario.kinds)]
+            for detector in detectors
+        ]
     )

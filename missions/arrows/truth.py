@@ -95,7 +95,7 @@ class ArrowsTruth(JobTruth):
 
     def reachable_fraction(self, fleet: FleetView) -> float:
         """With all sites identified that are found, or may be by a detector left, if a camera is left."""
-        carried = [one for _, data in left(fleet) for one in data.sensors]
+        carried = [sensor for _, data in left(fleet) for sensor in data.sensors]
         if not any(isinstance(one, ClassifyingCameraSettings) for one in carried):
             return self.goal_fraction
         is_searched = any(isinstance(one, DetectorSettings) for one in carried)
@@ -119,7 +119,7 @@ class ArrowsTruth(JobTruth):
         self._n_contacts = len(self._contacts)
         for item in self._items[self._n_items :]:
             if item[5] == "location":
-                x_m, y_m = (float(one) for one in item[6].removeprefix("POINT (").removesuffix(")").split())
+                x_m, y_m = (float(part) for part in item[6].removeprefix("POINT (").removesuffix(")").split())
                 self._places_m[item[4]] = x_m, y_m
             elif item[5] == "identity" and item[4] in self._places_m:
                 self._note_identity(item[3], item[1], item[4], item[6], float(item[8] or 0.0))

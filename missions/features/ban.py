@@ -86,10 +86,10 @@ def part_of(joining: Joining) -> Part | None:
     tables: tuple[BanTable, ...] = joining.scenario.of_feature(KEY)
 
     def begin(host: Host) -> None:
-        for one in tables:
-            until_s, unsaid = math.inf if one.until_s is None else one.until_s, ("ban not said", one.vehicle)
-            say_at(host, one.at_s, Says(one.issuer, stated(one.vehicle, one.from_s), unsaid))
-            say_at(host, until_s, Says(one.issuer, stated(one.vehicle, None), unsaid))
+        for table in tables:
+            until_s, unsaid = math.inf if table.until_s is None else table.until_s, ("ban not said", table.vehicle)
+            say_at(host, table.at_s, Says(table.issuer, stated(table.vehicle, table.from_s), unsaid))
+            say_at(host, until_s, Says(table.issuer, stated(table.vehicle, None), unsaid))
 
     return Part(begin) if tables else None
 

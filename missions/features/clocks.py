@@ -273,7 +273,9 @@ def _spread(scenario: Scenario) -> ClocksTable:
 
 def _own(scenario: Scenario) -> dict[int, VehicleClockTable]:
     """What is given of single clocks, by node."""
-    return {one.slot: given for one in scenario.vehicle if (given := one.of_feature(OF_VEHICLE)) is not None}
+    return {
+        vehicle.slot: given for vehicle in scenario.vehicle if (given := vehicle.of_feature(OF_VEHICLE)) is not None
+    }
 
 
 def most_ahead_s(scenario: Scenario) -> float:
@@ -295,7 +297,7 @@ def clocks_of(scenario: Scenario, seed: int) -> dict[int, OwnClock]:
         seed: root of all draws.
     """
     spread, own, clocks = _spread(scenario), _own(scenario), {}
-    for table in sorted(scenario.vehicle, key=lambda one: one.slot):
+    for table in sorted(scenario.vehicle, key=lambda vehicle: vehicle.slot):
         given = own.get(table.slot, VehicleClockTable())
         clocks[table.slot] = OwnClock(
             _drawn(seed, table.slot, OFFSET, spread.offset_s) if given.offset_s is None else given.offset_s,

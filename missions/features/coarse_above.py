@@ -37,7 +37,7 @@ class Detail:
     """
 
     def __init__(self, tbox: TBox, n_waiting: Callable[[], int], above: int) -> None:
-        self._coarse = {one.uid: one for one in tbox.attributes if one.coarse}
+        self._coarse = {attribute.uid: attribute for attribute in tbox.attributes if attribute.coarse}
         self._n_waiting = n_waiting
         self._above = above
 

@@ -62,7 +62,7 @@ def least_priority(tables: Iterable[CovertTable], now_s: float) -> float:
     >>> [least_priority(tables, now_s) for now_s in (5.0, 10.0, 25.0, 30.0)]
     [0, 50, inf, 50]
     """
-    holding = [one for one in tables if one.from_s <= now_s and (one.until_s is None or now_s < one.until_s)]
+    holding = [table for table in tables if table.from_s <= now_s and (table.until_s is None or now_s < table.until_s)]
     return max((math.inf if one.above is None else one.above for one in holding), default=0)
 
 
@@ -71,7 +71,7 @@ def part_of(joining: Joining) -> Part | None:
     tables: tuple[CovertTable, ...] = joining.scenario.of_feature(KEY)
 
     def equip(vehicle: Vehicle) -> None:
-        if own := [one for one in tables if one.vehicle == vehicle.name]:
+        if own := [table for table in tables if table.vehicle == vehicle.name]:
             vehicle.radio.limits.append(lambda now_s: least_priority(own, now_s))
 
     return Part(equip=equip) if tables else None

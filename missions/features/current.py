@@ -170,7 +170,7 @@ class GuidanceInCurrent(Guidance):
     def walls(self, position_m: Point) -> Sequence[HalfPlane]:
         """As in still water, less what the water moves by itself."""
         east_mps, north_mps = self.flow_mps
-        return [one._replace(x=one.x - east_mps, y=one.y - north_mps) for one in super().walls(position_m)]
+        return [wall._replace(x=wall.x - east_mps, y=wall.y - north_mps) for wall in super().walls(position_m)]
 
     def posed(self, pose: Pose) -> Pose:
         """A pose with the velocity of the water."""
@@ -240,9 +240,9 @@ def _late_surges(raw: Raw) -> Iterator[ConfigurationFault]:
 def _surges(table: Raw) -> tuple[Surge, ...]:
     """What surges add, from the earliest time to the latest that they may last to; malformed ones are passed over."""
     found = []
-    for one in entries(table, "surge"):
-        added, lasts_s = [one.get(key, 0.0) for key in ("east_mps", "north_mps")], one.get("lasts_s")
-        if all(map(is_number, [*added, lasts_s])) and (spans := point_of(one, "between_s")):
+    for entry in entries(table, "surge"):
+        added, lasts_s = [entry.get(key, 0.0) for key in ("east_mps", "north_mps")], entry.get("lasts_s")
+        if all(map(is_number, [*added, lasts_s])) and (spans := point_of(entry, "between_s")):
             earliest_s, latest_s = spans[0]
             found.append(Surge(earliest_s, latest_s + float(lasts_s), *added))  # type: ignore[arg-type]
     return tuple(found)
@@ -250,7 +250,9 @@ def _surges(table: Raw) -> tuple[Surge, ...]:
 
 def drawn(draws: Draws, scenario: Scenario) -> Mapping[str, Any]:
     """A current of any direction; now and then with shear, a tide, a surge."""
-    slowest_mps = min((one.survey_speed_mps for one in scenario.vehicle if one.survey_speed_mps), default=1.0)
+    slowest_mps = min(
+        (vehicle.survey_speed_mps for vehicle in scenario.vehicle if vehicle.survey_speed_mps), default=1.0
+    )
     speed_mps, (north, east) = draws.scaled(0.02, 0.45) * slowest_mps, sincos(draws.between(0.0, 2.0 * math.pi))
     found: dict[str, Any] = {
         "current.east_mps": round(speed_mps * east, 3),

@@ -107,7 +107,9 @@ def beacon_faults(raw: Raw, mission: type[Mission] | None) -> Iterator[Configura
     """Beacons that neither stand somewhere nor are carried, or both; carried by nobody, or by what nobody has."""
     vehicles, beacons = entries(raw, "vehicle"), entries(raw, BEACON)
     stand = [
-        (f"{BEACON}.{one.get('name')}.position_m", at_m) for one in beacons for at_m in point_of(one, "position_m")
+        (f"{BEACON}.{beacon.get('name')}.position_m", at_m)
+        for beacon in beacons
+        for at_m in point_of(beacon, "position_m")
     ]
     yield from outside_faults(raw, stand)
     for beacon in beacons:
@@ -118,7 +120,7 @@ def beacon_faults(raw: Raw, mission: type[Mission] | None) -> Iterator[Configura
             yield ConfigurationFault(key, "", allowed.replace("neither position_m and", "neither position_m nor"))
         yield from one_of(f"{key}.vehicle", carrier, names_of(raw, "vehicle"))
         if "sensor" in beacon and carrier is not None:
-            own = [table for one in vehicles if one.get("name") == carrier for table in sensor_tables(one)]
+            own = [table for vehicle in vehicles if vehicle.get("name") == carrier for table in sensor_tables(vehicle)]
             names = [str(table.get("name") or table.get("type")) for table in own]
             yield from one_of(f"{key}.sensor", beacon["sensor"], names)
 
@@ -134,14 +136,14 @@ def place_error_m(scenario: Scenario, vehicles: Sequence[VehicleData]) -> float 
         return None
     table = scenario.of_feature(KEY)
     constants = NavigationConstants(table.drift, table.fix_s, vertical_speed_mps=table.vertical_speed_mps)
-    ways_m = [one.survey_speed_mps * takes_s(constants, one.depth_m) for one in vehicles]
+    ways_m = [vehicle.survey_speed_mps * takes_s(constants, vehicle.depth_m) for vehicle in vehicles]
     return float(table.drift * max(ways_m, default=0.0))
 
 
 def locating(scenario: Scenario) -> tuple[str, ...]:
     """Vehicles that carry a beacon, so that others near them learn where they are."""
     beacons: tuple[BeaconTable, ...] = scenario.of_feature(BEACON)
-    return tuple(one.vehicle for one in beacons if one.vehicle)
+    return tuple(beacon.vehicle for beacon in beacons if beacon.vehicle)
 
 
 # What a vehicle does ------------------------------------------------------------------------------
@@ -290,7 +292,7 @@ class Adrift:
     def went(self, neighbours: Sequence[Neighbour], dt_s: float) -> None:
         """Account for a tick; the depth changes only while nobody is too near, of those above and below either."""
         motion, separation_m = self._layer.motion, self._layer.guidance.constants.separation_m
-        if all(length(one.dx_m, one.dy_m) >= separation_m for one in neighbours):
+        if all(length(neighbour.dx_m, neighbour.dy_m) >= separation_m for neighbour in neighbours):
             self.navigation.go_to_depth(self.fixing.depth_m, dt_s)
         self.navigation.go(motion.position_m, motion.speed_mps * dt_s, dt_s)
         self._reckon()
@@ -379,12 +381,12 @@ def part_of(joining: Joining) -> Part | None:
     def heard_by(vehicle: str) -> tuple[Beacon, ...]:
         return tuple(
             Beacon(
-                one.position_m or partial(carriers.position_m, one.vehicle or "", one.sensor),
-                one.range_m,
-                one.vehicle or "",
+                beacon.position_m or partial(carriers.position_m, beacon.vehicle or "", beacon.sensor),
+                beacon.range_m,
+                beacon.vehicle or "",
             )
-            for one in beacons
-            if one.vehicle != vehicle
+            for beacon in beacons
+            if beacon.vehicle != vehicle
         )
 
     def body(layer: FunctionalLayer) -> None:

@@ -314,7 +314,7 @@ def on_demand(scenario: Scenario) -> Sequence[str]:
 def stated_needs(scenario: Scenario, tbox: TBox, instances: Sequence[Instance]) -> tuple[StatedNeed, ...]:
     """The needs of ``[[need]]``, vehicle by vehicle; the n-th table is the n-th need of each."""
     tables: tuple[NeedTable, ...] = scenario.of_feature(KEY)
-    uids = {one.name: one.uid for one in instances}
+    uids = {instance.name: instance.uid for instance in instances}
     classes = {one.name: one.uid for one in tbox.classes}
     found = []
     for number, table in enumerate(tables, 1):
@@ -337,7 +337,7 @@ def need_faults(raw: Raw, mission: type[Mission] | None) -> Iterator[Configurati
         tbox = words_of(raw, mission)
     except (OntologyError, OSError):
         return  # reported where the ontology is checked
-    attributes = [one.name for one in tbox.attributes]
+    attributes = [attribute.name for attribute in tbox.attributes]
     for number, table in enumerate(entries(raw, KEY), 1):
         key = f"need.{number}"
         yield from one_of(f"{key}.attribute", table.get("attribute"), attributes)
@@ -402,7 +402,7 @@ def _idle_term_faults(raw: Raw, key: str, table: Raw) -> Iterator[ConfigurationF
 def n_expired(run: MeasuredRun) -> int | Absent:
     """How often a vehicle let go of an item or status that was too old or had no room; only if a need says how."""
     tables: tuple[NeedTable, ...] = run.scenario.of_feature(KEY)
-    if not any(one.ttl_s is not None or one.queue_limit is not None for one in tables):
+    if not any(table.ttl_s is not None or table.queue_limit is not None for table in tables):
         return NOT_APPLICABLE
     lost = (Expired.TIME_TO_LIVE.value, Expired.OVERFLOW.value)
     return sum(1 for row in run.recorder.rows(DELIVERIES.name) if row[3] == "expired" and row[4] in lost)
@@ -414,7 +414,7 @@ def part_of(joining: Joining) -> Part | None:
     if not states_needs(scenario):
         return None
     stated = stated_needs(scenario, joining.tbox, joining.instances)
-    uids, database = {one.name: one.uid for one in joining.instances}, joining.database
+    uids, database = {instance.name: instance.uid for instance in joining.instances}, joining.database
     agreed = {
         uids[need_name(one.vehicle, one.number)]: (database[one.vehicle].node, one.need)
         for one in stated

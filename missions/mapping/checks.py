@@ -58,7 +58,7 @@ def _of_tables(raw: Raw, missions: Sequence[str]) -> Iterator[ConfigurationFault
 
 
 def _names(raw: Raw, missions: Sequence[str]) -> Iterator[ConfigurationFault]:
-    forms_groups = any("formed_by" in one for one in entries(raw, "group"))
+    forms_groups = any("formed_by" in entry for entry in entries(raw, "group"))
     for kind in ("vehicle", "group", "rally_point", "area") if forms_groups else ():
         if INSPECTION in names_of(raw, kind):
             yield ConfigurationFault(f"{kind}.{INSPECTION}.name", f'"{INSPECTION}"', "is the name of a mission")
@@ -225,7 +225,7 @@ def _is_able_to_map(raw: Raw, area: str) -> bool:
         for role in entries(group, "role")
         if area in (role.get("job"), role.get("area"))
     ]
-    depth_m = next((one.get("depth_m", 0.0) for one in entries(raw, "area") if one.get("name") == area), 0.0)
+    depth_m = next((entry.get("depth_m", 0.0) for entry in entries(raw, "area") if entry.get("name") == area), 0.0)
     able = (vehicle for role in roles for vehicle in able_to_play(raw, *role) if vehicle.get("sensor"))
     return any(_stands(vehicle, depth_m) for vehicle in able)
 

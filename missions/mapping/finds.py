@@ -191,7 +191,7 @@ def _with_needs(raw: dict[str, Any]) -> dict[str, Any]:
     """Vehicles need to hear of finds as urgently as of anything, unless the scenario says otherwise."""
     communication = table_of(raw, "communication")
     needs = communication.get("needs")
-    if not isinstance(needs, dict) or not needs or not all(type(one) is int for one in needs.values()):
+    if not isinstance(needs, dict) or not needs or not all(type(need) is int for need in needs.values()):
         return raw
     stated = {**dict.fromkeys(NEEDED, max(needs.values())), **needs}
     return {**raw, "communication": {**communication, "needs": stated}}

@@ -33,12 +33,12 @@ class TrueCoverage:
             if not vehicle.is_alive or not layer.sensing:
                 continue
             motion, data = layer.motion, layer.data
-            for one in data.sensors:
-                if isinstance(one, SwathSettings) and one.name in layer.sensing and one.name not in dead:
-                    limit_mps = data.speed_factor * one.speed_limit_mps * LIMIT_TOLERANCE
+            for sensor in data.sensors:
+                if isinstance(sensor, SwathSettings) and sensor.name in layer.sensing and sensor.name not in dead:
+                    limit_mps = data.speed_factor * sensor.speed_limit_mps * LIMIT_TOLERANCE
                     if motion.speed_mps <= limit_mps:
                         looked = self._looked.setdefault(vehicle.name, set())
-                        looked.add((motion.x_m, motion.y_m, one.swath_m / 2.0))
+                        looked.add((motion.x_m, motion.y_m, sensor.swath_m / 2.0))
         return None
 
     def _judged(self, scene: Any) -> str | None:

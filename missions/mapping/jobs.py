@@ -137,7 +137,7 @@ def swaths_of(
         depths_m: of all areas, by name.
     """
     found: dict[str, dict[str, float]] = {area: {} for area in depths_m}
-    for group, role in ((one, role) for one in groups for role in one.roles):
+    for group, role in ((declared, role) for declared in groups for role in declared.roles):
         for data in database.able_to_play(group.name, role.name) if role.job in found else ():
             if swath_m(data) > 0.0 and data.depth_limit_m >= depths_m[role.job or ""]:
                 found[role.job or ""][data.name] = swath_m(data)

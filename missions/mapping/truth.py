@@ -162,9 +162,9 @@ class MappingTruth(MeetingTruth):
         if swaths is None:
             data = vehicle.data
             swaths = self._swaths[vehicle.name] = tuple(
-                Swath(one.name, one.swath_m / 2.0, data.speed_factor * one.speed_limit_mps * LIMIT_TOLERANCE)
-                for one in data.sensors
-                if isinstance(one, SwathSettings)
+                Swath(sensor.name, sensor.swath_m / 2.0, data.speed_factor * sensor.speed_limit_mps * LIMIT_TOLERANCE)
+                for sensor in data.sensors
+                if isinstance(sensor, SwathSettings)
             )
         return swaths
 

@@ -30,10 +30,14 @@ class TrueMeeting:
         run, meeting = scene.finished, scene.setup.mission.meeting
         if run is None:
             return None
-        for met in (one for one in run.milestones if one.name == "gathered"):
+        for met in (milestone for milestone in run.milestones if milestone.name == "gathered"):
             x_m, y_m = meeting.rally_points_m[meeting.groups[met.group].rally_point]
             radius_m = meeting.arrival_radius_m + ROUNDING_M
-            known = {one.vehicle for one in run.milestones if (one.name, one.group) == ("missed_meeting", met.group)}
+            known = {
+                milestone.vehicle
+                for milestone in run.milestones
+                if (milestone.name, milestone.group) == ("missed_meeting", met.group)
+            }
             for time_s, vehicle, at_x_m, at_y_m, *_ in run.recorder.trajectories:
                 if time_s <= met.time_s + ROUNDING_S and length(at_x_m - x_m, at_y_m - y_m) <= radius_m:
                     known.add(vehicle)

@@ -97,7 +97,9 @@ class MeetingTruth:
 
     def _is_hopeless(self, fleet: FleetView) -> bool:
         """True if all who are alive are home or have met, and nobody left is able to bring the goal nearer."""
-        if self.goal_fraction >= 1.0 or not all(self._is_at_rest(one) for one in fleet.vehicles if one.is_alive):
+        if self.goal_fraction >= 1.0 or not all(
+            self._is_at_rest(vehicle) for vehicle in fleet.vehicles if vehicle.is_alive
+        ):
             return False
         return self.reachable_fraction(fleet) <= self.goal_fraction
 

@@ -183,7 +183,7 @@ def swarm(
         processes.begin()
         begun(processes.pids)
         vehicles = processes.outcomes()
-        alive = [one for one in vehicles if one["is_alive"]]
+        alive = [vehicle for vehicle in vehicles if vehicle["is_alive"]]
         return Swarm(scenario, vehicles, processes.ended, len({one["state_hash"] for one in alive}) == 1)
 
 

@@ -53,7 +53,7 @@ def _points(raw: Raw) -> Iterator[tuple[str, str, list[PointM]]]:
     for kind in KINDS:
         for part in entries(raw, kind):
             points = part.get("points_m")
-            of_chain = [p for one in points for p in point_of({"p": one}, "p")] if isinstance(points, list) else []
+            of_chain = [p for point in points for p in point_of({"p": point}, "p")] if isinstance(points, list) else []
             yield kind, str(part.get("name")), of_chain if kind == "chain" else point_of(part, "position_m")
 
 
@@ -90,8 +90,8 @@ def _overlaps(raw: Raw) -> Iterator[ConfigurationFault]:
 def _moved_out(raw: Raw, key: str, distance_m: object, part: object) -> Iterator[ConfigurationFault]:
     """A distance by which a valve, in whichever direction, would leave the world."""
     bounds = bounds_of(raw)
-    valves = [one for one in entries(raw, "valve") if part in (ANY, one.get("name"))]
-    places_m = [at_m for one in valves for at_m in point_of(one, "position_m")]
+    valves = [entry for entry in entries(raw, "valve") if part in (ANY, entry.get("name"))]
+    places_m = [at_m for valve in valves for at_m in point_of(valve, "position_m")]
     if bounds is None or not places_m or isinstance(distance_m, bool) or not isinstance(distance_m, int | float):
         return
     west_m, south_m, east_m, north_m = bounds

@@ -67,7 +67,7 @@ def time_to_detect_s(run: MeasuredRun) -> float | Absent | None:
 def n_false_alarms(run: MeasuredRun) -> int:
     """Findings without a cause."""
     events = events_of(run)
-    return sum(not any(is_of(one, event) for event in events) for one in findings_of(run))
+    return sum(not any(is_of(finding, event) for event in events) for finding in findings_of(run))
 
 
 def n_repairs(run: MeasuredRun) -> int:
@@ -82,9 +82,9 @@ def n_lost(run: MeasuredRun) -> int:
     at_m = {row[1]: (row[2], row[3]) for row in run.recorder.rows("trajectories")[-len(scenario.vehicle) :]}
     homes_m = [point.position_m for point in scenario.rally_point]
     return sum(
-        all(distance(at_m[one.name], home_m) > HOME_M for home_m in (one.start_m, *homes_m))
-        for one in scenario.vehicle
-        if one.name in empty
+        all(distance(at_m[vehicle.name], home_m) > HOME_M for home_m in (vehicle.start_m, *homes_m))
+        for vehicle in scenario.vehicle
+        if vehicle.name in empty
     )
 
 

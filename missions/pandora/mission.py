@@ -219,7 +219,7 @@ class PandoraMission(JobMission):
         sets = []
         for task in (task for together in steps for task in together):
             kinds = ACTIONS[task.name][1]
-            sensors = tuple(one.name for one in data.sensors if isinstance(one, kinds))
+            sensors = tuple(sensor.name for sensor in data.sensors if isinstance(sensor, kinds))
             activity = Activity(task.name, ActivityType.GUIDANCE, (objective.argument,), sensors)
             sets.append(ActivitySet(objective, ActivityKind.INDIVIDUAL, (activity,), importance))
         return tuple(sets), frozenset({("gatheredAt", objective.group)})
@@ -240,4 +240,4 @@ class PandoraMission(JobMission):
 def _sensors_of(tables: Sequence[Mapping[str, Any]], kind: type[Any]) -> list[Any]:
     """Settings of the sensors of one kind among the tables of a vehicle; what is malformed is reported elsewhere."""
     wanted = {"camera": CameraSettings, "log": LogSettings}
-    return [kind(**one) for one in tables if wanted.get(str(one.get("type"))) is kind]
+    return [kind(**table) for table in tables if wanted.get(str(table.get("type"))) is kind]

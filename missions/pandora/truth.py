@@ -44,11 +44,13 @@ class PandoraTruth(JobTruth):
         self._serviced_rows, self._met_rows = recorder.rows(SERVICED.name), recorder.rows(MET.name)
         self._n_looks = self._n_turns = 0
         self._left: dict[str, set[int]] = {
-            one.name: set(range(len(one.points_m))) for one in structure.things if one.kind in ("Panel", "Chain")
+            thing.name: set(range(len(thing.points_m)))
+            for thing in structure.things
+            if thing.kind in ("Panel", "Chain")
         }
         self._parts, self._serviced = {part.of: part for part in parts.values()}, set[str]()
-        self._states = {one.name: one.state for one in structure.things if one.kind == "Valve"}
-        self._to_meet = {one.name: one for one in structure.things if one.upset}
+        self._states = {thing.name: thing.state for thing in structure.things if thing.kind == "Valve"}
+        self._to_meet = {thing.name: thing for thing in structure.things if thing.upset}
 
     @property
     def goal_fraction(self) -> float:
@@ -106,7 +108,9 @@ class PandoraTruth(JobTruth):
             at_m, upset = self._parts[name].place_m, self._to_meet[name].upset
             for vehicle in fleet.vehicles:
                 near = distance(vehicle.position_m, at_m) <= MET_M and vehicle.sensing
-                if near and any(one.argument == self._parts[name].name for one in vehicle.objectives_of(vehicle.name)):
+                if near and any(
+                    objective.argument == self._parts[name].name for objective in vehicle.objectives_of(vehicle.name)
+                ):
                     del self._to_meet[name]
                     self._met_rows.append((now_s, vehicle.name, name, upset))
                     self.milestones.append(Milestone(now_s, f"met_{upset}", vehicle.name))

@@ -214,7 +214,7 @@ class Memory:
         if not isinstance(at_s, Real) or not 0.0 <= at_s <= self._end_s:
             given = at_s if isinstance(at_s, Real) else repr(at_s)
             raise OutputError(f"at_s is {given}; allowed: 0 to {self._end_s}, the end of the run")
-        life = next(one for one in reversed(self._lives[vehicle]) if one.from_s <= at_s)
+        life = next(life for life in reversed(self._lives[vehicle]) if life.from_s <= at_s)
         model = world_model(setup, setup.database[vehicle].node, life.epoch)
         held = [one for one in self._known_s[vehicle] if one.until_s > at_s]
         known = ((one.since_s, one.block) for one in held)

@@ -65,7 +65,7 @@ def subjects_of(
     if scenario.communication.needs_follow != BY_GROUPS:
         return None
     groups = agreement.groups
-    uid = {one.name: one.uid for one in instances}
+    uid = {instance.name: instance.uid for instance in instances}
     paths = {group.path(role.name): (group.name, role.name) for group in groups for role in group.roles}
     own = {name: _of_job(name, mission, groups) for _, name in mission.instances}
     for_all = {name for feature in features().values() for name in feature.for_all}
@@ -78,7 +78,7 @@ def subjects_of(
         [(superior, name) for superior, inferiors in agreement.meets_after.items() for name in inferiors],
         frozenset(group.name for group in scenario.group if group.information == HELD),
         agreement.at_sea,
-        frozenset(one.uid for one in tbox.attributes if one.name in for_all),
+        frozenset(attribute.uid for attribute in tbox.attributes if attribute.name in for_all),
     )
 
 

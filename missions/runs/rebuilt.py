@@ -40,7 +40,7 @@ class RebuiltLife(NamedTuple):
 def lives_of(faults: Iterable[Row], vehicle: str) -> list[RebuiltLife]:
     """The lives of a vehicle, by the table ``faults``."""
     lives, remembers = [RebuiltLife(0.0, 0, False)], dict[str, bool]()
-    for row in (one for one in faults if one["vehicle"] == vehicle):
+    for row in (fault for fault in faults if fault["vehicle"] == vehicle):
         kind = row["kind"]
         if row["detail"] == OVER and kind in remembers:
             lives.append(RebuiltLife(row["time_s"], len(lives), remembers[kind]))
@@ -99,7 +99,7 @@ def fill(
     times_s = [(time_s, True) for time_s in given_up_s]
     if model.pruning:
         times_s += [(time_s, False) for time_s in frame_ends_s]
-    for time_s, with_it in sorted(one for one in times_s if one[0] <= at_s):
+    for time_s, with_it in sorted(time for time in times_s if time[0] <= at_s):
         while rest and (rest[0][0] <= time_s if with_it else rest[0][0] < time_s):
             since_s, block = rest.popleft()
             merge(model, [block], since_s)

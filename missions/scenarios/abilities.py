@@ -60,9 +60,9 @@ def with_abilities(raw: Raw, gear: Gear) -> Raw:
     if not isinstance(vehicles, list) or not roles:
         return raw
     demanding = any("requires" in role for _, role in roles)
-    if not demanding and all(isinstance(one, dict) and PLAYABLE in one for one in vehicles):
+    if not demanding and all(isinstance(vehicle, dict) and PLAYABLE in vehicle for vehicle in vehicles):
         return raw
-    return {**raw, "vehicle": [_with_abilities(one, roles, gear) for one in vehicles]}
+    return {**raw, "vehicle": [_with_abilities(vehicle, roles, gear) for vehicle in vehicles]}
 
 
 def _with_abilities(vehicle: Any, roles: list[tuple[str, Raw]], gear: Gear) -> Any:

@@ -91,7 +91,7 @@ def equipment_of(vehicle: Raw, modem: object, kinds: Mapping[str, type[SensorSet
 def capabilities_of(tbox: TBox, vehicle_type: str, parts: tuple[str, ...]) -> frozenset[str]:
     """Names of all classes that a vehicle is of by its type and the classes of its parts, as far as these are known."""
     named = {one.name: one.uid for one in tbox.classes}
-    links = [one.uid for one in tbox.attributes if one.name == HAS_PART]
+    links = [attribute.uid for attribute in tbox.attributes if attribute.name == HAS_PART]
     if vehicle_type not in named or not links:
         return frozenset()
     classes = [named[vehicle_type], *(named[part] for part in parts if part in named)]
@@ -154,7 +154,7 @@ def common_equipment(
     facts: list[PropertyValue] = []
     has_part = tbox.attribute_named(HAS_PART).uid
     tables = scenario.model_dump(include={"vehicle"}, mode="json")["vehicle"]
-    for vehicle in sorted(tables, key=lambda one: one["slot"]):
+    for vehicle in sorted(tables, key=lambda table: table["slot"]):
         for part in equipment_of(vehicle, scenario.communication.modem, kinds):
             uid = len(instances) + len(found)
             found.append(Instance(uid, tbox.class_named(part.of_class).uid, f"{vehicle['name']}.{part.name}"))

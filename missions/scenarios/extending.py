@@ -22,7 +22,7 @@ Table = TypeVar("Table", bound=Sparse)
 @cache
 def features() -> dict[str, Any]:
     """The features that are there, by name, in the order of their names."""
-    names = sorted(one.name for one in pkgutil.iter_modules(importlib.import_module(FOLDER).__path__))
+    names = sorted(module.name for module in pkgutil.iter_modules(importlib.import_module(FOLDER).__path__))
     return {name: importlib.import_module(f"{FOLDER}.{name}").FEATURE for name in names}
 
 
@@ -32,9 +32,13 @@ def named_in(raw: Raw) -> list[Any]:
     def has(place: str, key: str) -> bool:
         table = raw.get(place) if place else raw
         tables = table if isinstance(table, list) else [table]
-        return any(isinstance(one, dict) and key in one for one in tables)
+        return any(isinstance(table, dict) and key in table for table in tables)
 
-    return [one for one in features().values() if any(has(place, key) for place in one.keys for key in one.keys[place])]
+    return [
+        feature
+        for feature in features().values()
+        if any(has(place, key) for place in feature.keys for key in feature.keys[place])
+    ]
 
 
 def used_in(scenario: Sparse) -> tuple[Any, ...]:
@@ -47,7 +51,7 @@ def used_in(scenario: Sparse) -> tuple[Any, ...]:
     def says(place: str, key: str) -> bool:
         table = getattr(scenario, place) if place else scenario
         tables = table if isinstance(table, list | tuple) else [table]
-        return any(getattr(one, key) != type(one).model_fields[key].default for one in tables)
+        return any(getattr(table, key) != type(table).model_fields[key].default for table in tables)
 
     found = features().values()
     return tuple(one for one in found if any(says(place, key) for place in one.keys for key in one.keys[place]))
@@ -69,7 +73,7 @@ def place_error_m(scenario: Sparse, vehicles: Sequence[Any]) -> float | None:
         None where vehicles know where they are.
     """
     errors_m = (feature.place_error_m(scenario, vehicles) for feature in used_in(scenario))
-    return max((one for one in errors_m if one is not None), default=None)
+    return max((error for error in errors_m if error is not None), default=None)
 
 
 def locating(scenario: Sparse) -> frozenset[str]:

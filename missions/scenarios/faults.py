@@ -312,11 +312,13 @@ class FaultOfSensors(DeclaredFault):
     ) -> Iterator[ConfigurationFault]:
         """A sensor that no vehicle which is meant has."""
         vehicle = table.get("vehicle")
-        named = [one for one in entries(raw, "vehicle") if one.get("name") == vehicle]
+        named = [entry for entry in entries(raw, "vehicle") if entry.get("name") == vehicle]
         meant = named or entries(raw, "vehicle")
         if not named and isinstance(vehicle, str) and vehicle.startswith(HEAD_OF):
             group = vehicle.removeprefix(HEAD_OF)
-            roles = [role for one in entries(raw, "group") if one.get("name") == group for role in entries(one, "role")]
+            roles = [
+                role for entry in entries(raw, "group") if entry.get("name") == group for role in entries(entry, "role")
+            ]
             heads = [role.get("name") for role in roles if role.get("head") is True]
             meant = [one for one in meant if any(can_play(one, group, head) for head in heads)]
             if not heads:
@@ -446,7 +448,7 @@ def draw_faults(
             continue
         if fault.vehicle == ANY and ANY not in database:
             whom = (ANY, fault.kind, fault.sensor_meant)
-            alike = [one for one in faults[:number] if (one.vehicle, one.kind, one.sensor_meant) == whom]
+            alike = [fault for fault in faults[:number] if (fault.vehicle, fault.kind, fault.sensor_meant) == whom]
             if len(alike) > len(able):
                 allowed = f"the {len(alike)} of kind {fault.kind} befall different vehicles, but those with"
                 allowed = f"{allowed} {fault.BEFALLS} are {', '.join(able) or 'none'}"

@@ -21,8 +21,8 @@ def formation_faults(raw: Raw, mission: type[Mission]) -> Iterator[Configuration
         raw: the tables as TOML has them.
         mission: class of the mission.
     """
-    formers = {str(one.get("name")): one["formed_by"] for one in entries(raw, "group") if "formed_by" in one}
-    missions = {str(one.get("name")): one.get("mission") for one in entries(raw, "group")}
+    formers = {str(entry.get("name")): entry["formed_by"] for entry in entries(raw, "group") if "formed_by" in entry}
+    missions = {str(entry.get("name")): entry.get("mission") for entry in entries(raw, "group")}
     for group, former in formers.items():
         key = f"group.{group}.formed_by"
         unknown = list(one_of(key, former, [name for name in names_of(raw, "group") if name != group]))

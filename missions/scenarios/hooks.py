@@ -94,4 +94,6 @@ def _allowed_domain() -> str:
 
 
 def _is_domain(found: Any) -> bool:
-    return isinstance(found, Domain) and all(one.handled_by in ELEMENTARY_TASKS for one in found.operators.values())
+    return isinstance(found, Domain) and all(
+        operator.handled_by in ELEMENTARY_TASKS for operator in found.operators.values()
+    )

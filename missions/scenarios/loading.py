@@ -69,7 +69,7 @@ def scenario_from(document: Document, overrides: Sequence[tuple[str, str]] = ())
         raise document.error(faults, options)
     raw = document.raw
     own_channel = dict(table_of(raw, "channel"))
-    others = (one for one in overrides if one not in chosen)
+    others = (override for override in overrides if override not in chosen)
     faults += [fault for option, text in others if (fault := _override(raw, option, text)) is not None]
     faults += leave_aside(own_channel, raw, options)
     raw = with_trace_found(raw, Path() if {"channel.file", "channel"} & options.keys() else Path(document.path).parent)

@@ -123,7 +123,7 @@ def with_figures(
             raise PluginError(f"{where}: {error}") from None
         own: Declared = found
         if isinstance(own, Figure) and own not in figures:
-            known = [*taken, *(one.name for one in figures if isinstance(one, Figure))]
+            known = [*taken, *(figure.name for figure in figures if isinstance(figure, Figure))]
             if own.name in known:
                 raise PluginError(
                     f"{where}: its name {own.name!r} is that of another; rename it, none of {', '.join(known)}"
@@ -163,11 +163,11 @@ def with_kinds_found(raw: dict[str, Any], folder: Path) -> dict[str, Any]:
         folder: that the paths of files start from.
     """
     tables = list_of(raw, "fault")
-    if not any(isinstance(one, dict) and ":" in str(one.get("kind")) for one in tables):
+    if not any(isinstance(table, dict) and ":" in str(table.get("kind")) for table in tables):
         return raw
     found = [
-        {**one, "kind": _found(one["kind"], folder)} if isinstance(one, dict) and "kind" in one else one
-        for one in tables
+        {**table, "kind": _found(table["kind"], folder)} if isinstance(table, dict) and "kind" in table else table
+        for table in tables
     ]
     return {**raw, "fault": found}
 

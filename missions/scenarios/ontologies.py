@@ -75,6 +75,6 @@ def ontology_faults(raw: Raw, mission: type[Mission]) -> Iterator[ConfigurationF
         words_of(raw, mission)
     except OntologyError as error:
         for fault in error.faults:
-            name = next((one for one in texts if fault.startswith(f"{one}: ")), None)
+            name = next((text for text in texts if fault.startswith(f"{text}: ")), None)
             given = "" if name is None else shown(name)
             yield ConfigurationFault(KEY, given, fault if name is None else fault.removeprefix(f"{name}: "))

@@ -71,7 +71,7 @@ class Specification:
             layers = self.layers.get(whole, ())
             if len(parts) < length or not layers or (length == 2 and rest[:1] == [ROLE] and len(rest) > 1):
                 continue
-            layer = next((one for one in layers if rest and rest[0] in one.table), layers[0])
+            layer = next((layer for layer in layers if rest and rest[0] in layer.table), layers[0])
             source = ".".join([layer.key, *rest])
             return source, "" if source == key else ".".join(parts[1:length:2])
         return key, ""
@@ -143,9 +143,9 @@ class _Writer:
             else:
                 levels += self._ancestry(self._templates[template], self._templates.get, [], list(self._templates))
         self.layers[key] = tuple(levels)
-        found = _joined([{k: v for k, v in one.table.items() if k != ROLE} for one in levels])
-        if any(ROLE in one.table for one in levels):
-            lists = [one.table[ROLE] for one in levels if ROLE in one.table]
+        found = _joined([{k: v for k, v in level.table.items() if k != ROLE} for level in levels])
+        if any(ROLE in level.table for level in levels):
+            lists = [level.table[ROLE] for level in levels if ROLE in level.table]
             malformed = next((one for one in lists if not isinstance(one, list)), None)
             found[ROLE] = self._roles(key, levels) if malformed is None else malformed
         return {**found, **{k: table[k] for k in ("name", "template") if k in table}}

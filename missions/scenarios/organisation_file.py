@@ -84,7 +84,7 @@ def checked(document: Document) -> Specification:
         ConfigurationError: with every fault of the file.
     """
     raw = document.raw
-    unused = set(names_of(raw, TEMPLATE)).difference(str(one.get("template")) for one in entries(raw, GROUP))
+    unused = set(names_of(raw, TEMPLATE)).difference(str(entry.get("template")) for entry in entries(raw, GROUP))
     pretended = [
         {"rally_point": "", "name": f"{name} without a group", "template": name}
         for name in names_of(raw, TEMPLATE)

@@ -290,4 +290,4 @@ class Scenario(Sparse):
     @property
     def names_by_slot(self) -> list[str]:
         """Names of the vehicles in the order of their nodes."""
-        return [one.name for one in sorted(self.vehicle, key=lambda one: one.slot)]
+        return [vehicle.name for vehicle in sorted(self.vehicle, key=lambda vehicle: vehicle.slot)]

@@ -154,7 +154,7 @@ def _choreography(raw: Raw, tbox: TBox) -> Iterator[ConfigurationFault]:
     for name, count in Counter(states).items():
         if count > 1:
             yield ConfigurationFault(f"choreography.state.{name}", "", f"listed {count} times; allowed: once")
-    attributes = {one.name: one for one in tbox.attributes}
+    attributes = {attribute.name: attribute for attribute in tbox.attributes}
     needs = list(table_of(table_of(raw, "communication"), "needs"))
     is_whole = True
     for number, one in enumerate(messages, 1):
@@ -169,8 +169,8 @@ def _choreography(raw: Raw, tbox: TBox) -> Iterator[ConfigurationFault]:
         is_whole = is_whole and not found
         yield from found
     if states and is_whole:
-        final = [str(one.get("name")) for one in entries(table, "state") if one.get("final") is True]
-        arrows = [(str(one.get("state")), str(one.get("to"))) for one in messages]
+        final = [str(entry.get("name")) for entry in entries(table, "state") if entry.get("final") is True]
+        arrows = [(str(message.get("state")), str(message.get("to"))) for message in messages]
         for state, wrong in unsound(states, final, arrows):
             yield ConfigurationFault(f"choreography.state.{state}", "", wrong)
 

@@ -94,7 +94,7 @@ class RecoveryJob:
 
     def is_able(self, data: VehicleData) -> bool:
         """True for a vehicle that has modules to hold on and to handle."""
-        does: Collection[str] = {one.does for one in data.sensors if isinstance(one, EffectorSettings)}
+        does: Collection[str] = {sensor.does for sensor in data.sensors if isinstance(sensor, EffectorSettings)}
         return len(does) == 2
 
     def after(self, outlook: Outlook, data: VehicleData) -> Outlook | None:

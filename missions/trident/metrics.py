@@ -71,7 +71,7 @@ def navigation_error_m(run: MeasuredRun) -> float | Absent:
         if before < 0:
             continue
         share, (_, x_m, y_m), (_, to_x_m, to_y_m) = place - before, way[before], way[before + 1]
-        east, north = (float(one) for one in item[6].removeprefix("POINT (").removesuffix(")").split())
+        east, north = (float(part) for part in item[6].removeprefix("POINT (").removesuffix(")").split())
         dx_m, dy_m = x_m + share * (to_x_m - x_m) - east, y_m + share * (to_y_m - y_m) - north
         worst_m = max(worst_m or 0.0, math.sqrt(dx_m * dx_m + dy_m * dy_m))
     return NOT_APPLICABLE if worst_m is None else round(worst_m, 3)

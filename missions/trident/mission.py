@@ -226,7 +226,7 @@ class TridentMission(JobMission):
         if objective.name != SERVING:
             return super().activity_sets(objective, data, facts, position_m)
         importance, sets = self.meeting.importance["Work"], []
-        own = [one for one in self.matching.services.values() if one.vehicle == data.name]
+        own = [service for service in self.matching.services.values() if service.vehicle == data.name]
         for service in own if self.matching.response == "matching" else ():
             if not isinstance(service.settings, SurveyorSettings):
                 continue

@@ -51,10 +51,10 @@ class Service:
 def services_of(vehicles: Iterable[VehicleData]) -> dict[str, Service]:
     """The services of all vehicles by name."""
     return {
-        (name := f"{data.name} {one.name}"): Service(name, data.name, one)
+        (name := f"{data.name} {sensor.name}"): Service(name, data.name, sensor)
         for data in vehicles
-        for one in data.sensors
-        if isinstance(one, ModuleSettings)
+        for sensor in data.sensors
+        if isinstance(sensor, ModuleSettings)
     }
 
 

@@ -150,7 +150,7 @@ def _drawn_m(blocks: Sequence[SeabedBlock], number: int, seed: int, others: Sequ
         width_m, height_m = (max(0.0, side - 2.0 * RIM_M) for side in _sides_m(block))
         x_m, y_m = block.centre_m
         at_m = x_m + (east - 0.5) * width_m, y_m + (north - 0.5) * height_m
-        if all(distance(at_m, one.position_m) >= APART_M for one in others):
+        if all(distance(at_m, other.position_m) >= APART_M for other in others):
             break
     return at_m
 

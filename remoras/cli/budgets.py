@@ -71,7 +71,7 @@ def link_budget(
     _refuse_other_channels(settings or ())
     overrides = [("link-budget", "channel.name=acoustic"), *(("--set", setting) for setting in settings or ())]
     chosen = (
-        [[]] if modem is None else [[("--modem", f"communication.modem={one.strip()}")] for one in modem.split(",")]
+        [[]] if modem is None else [[("--modem", f"communication.modem={part.strip()}")] for part in modem.split(",")]
     )
     scenarios = [load(name, [*overrides, *more]) for more in chosen]
     reaches = [_reach(scenario, ranges_m) for scenario in scenarios]
@@ -83,7 +83,7 @@ def link_budget(
     if out is not None:
         _draw(scenarios, reaches, ranges_m[-1], out, file_format.value, as_json)
     if as_json:
-        show_json([_as_json(one, number) for one in reaches for number in range(len(one.points))])
+        show_json([_as_json(reach, number) for reach in reaches for number in range(len(reach.points))])
     else:
         _print(reaches)
 
@@ -177,11 +177,11 @@ def _share(drawn: DrawnPackets) -> tuple[str, str]:
 def _print(reaches: Sequence[ModemReach]) -> None:
     """A line for every modem and range."""
     rows = [
-        (one.modem, f"{p.range_m:g}", f"{p.transmission_loss_db:.1f}", f"{p.snr_db:.1f}", f"{p.ebn0_db:.1f}",
-         f"{p.delivered:.3f}", f"{p.frames_delivered:.3f}", *(_share(one.drawn[n]) if one.drawn else ()))
-        for one in reaches for n, p in enumerate(one.points)
+        (reach.modem, f"{p.range_m:g}", f"{p.transmission_loss_db:.1f}", f"{p.snr_db:.1f}", f"{p.ebn0_db:.1f}",
+         f"{p.delivered:.3f}", f"{p.frames_delivered:.3f}", *(_share(reach.drawn[n]) if reach.drawn else ()))
+        for reach in reaches for n, p in enumerate(reach.points)
     ]  # fmt: skip
-    columns = (*COLUMNS, *(DRAWN_COLUMNS if any(one.drawn for one in reaches) else ()))
+    columns = (*COLUMNS, *(DRAWN_COLUMNS if any(reach.drawn for reach in reaches) else ()))
     if on_terminal():
         show_table(columns, rows, "full packets that arrive whole, and frame by frame", columns[1:])
         return

@@ -56,7 +56,9 @@ class OrderedGroup(TyperGroup):
     def format_epilog(self, ctx: Any, formatter: Any) -> None:
         """An example of every command, as one types it."""
         commands = [self.get_command(ctx, name) for name in self.list_commands(ctx)]
-        _write_lines(formatter, "Examples", [one.epilog for one in commands if one is not None and one.epilog])
+        _write_lines(
+            formatter, "Examples", [command.epilog for command in commands if command is not None and command.epilog]
+        )
 
 
 def _write_lines(formatter: Any, heading: str, lines: list[str]) -> None:

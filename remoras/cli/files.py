@@ -112,7 +112,7 @@ def validate(
                 "frame_s": schedule.frame_s,
                 "founding": [{"vehicle": a.vehicle, "group": a.group, "role": a.role} for a in founded],
                 "reserves": reserves,
-                "warnings": [asdict(one) for one in warnings],
+                "warnings": [asdict(warning) for warning in warnings],
             }
         )
         return
@@ -125,8 +125,8 @@ def validate(
         print(f"  founding: {assignment.vehicle} plays {assignment.role} of {assignment.group}")
     for name in reserves:
         print(f"  reserve: {name} plays no role from the start")
-    for one in warnings:
-        print(f"  warning: {one}")
+    for warning in warnings:
+        print(f"  warning: {warning}")
 
 
 def _validate_organisation(file: str, as_json: bool) -> bool:

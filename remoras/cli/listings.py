@@ -36,7 +36,7 @@ def _of_strategy(name: str) -> dict[str, Any]:
     return {
         "source": strategy.declaration.source,
         "messages": dict(strategy.declaration.messages),
-        "authorities": sorted(one.value for one in strategy.declaration.authorities),
+        "authorities": sorted(authority.value for authority in strategy.declaration.authorities),
         "parameters": [asdict(parameter) for parameter in parameters(strategy)],
     }
 

@@ -156,7 +156,7 @@ def swarm(
     if as_json:
         show_json(found.as_json())
     else:
-        _print_outcomes([NodeOutcome(**one) for one in found.vehicles])
+        _print_outcomes([NodeOutcome(**vehicle) for vehicle in found.vehicles])
         print("all who are there know the same" if found.equal else "they do not know the same; let --settle be longer")
     for name, why in found.ended.items():
         print(f"remoras: {name}: {why}", file=sys.stderr)
@@ -228,16 +228,16 @@ def _peers(text: str, vehicle: str, names: list[str]) -> list[Address]:
     found: dict[str, Address] = {}
     for given in filter(None, text.split(",")):
         name, _, address = given.partition("=")
-        check_known("--peers", name, [one for one in names if one != vehicle])
+        check_known("--peers", name, [name for name in names if name != vehicle])
         found[name] = address_of(address, f"--peers {name}")
     return list(found.values())
 
 
 def _print_outcomes(outcomes: list[NodeOutcome]) -> None:
     print("vehicle       sent  heard   lost  twice refused  items   open  state             behind by")
-    for one in outcomes:
+    for outcome in outcomes:
         print(
-            f"{one.vehicle:<12} {one.packets_sent:>5} {one.packets_heard:>6} {one.packets_lost:>6} "
-            f"{one.packets_doubled:>6} {one.packets_refused:>7} {one.items:>6} {one.open:>6}  {one.state_hash[:16]}  "
-            f"{one.late_s:>6.1f} s"
+            f"{outcome.vehicle:<12} {outcome.packets_sent:>5} {outcome.packets_heard:>6} {outcome.packets_lost:>6} "
+            f"{outcome.packets_doubled:>6} {outcome.packets_refused:>7} {outcome.items:>6} {outcome.open:>6}  "
+            f"{outcome.state_hash[:16]}  {outcome.late_s:>6.1f} s"
         )

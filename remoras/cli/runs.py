@@ -224,8 +224,8 @@ def _glyphs_noted() -> Iterator[None]:
     if len(others) < len(caught):
         text = "the font of figures lacks some characters of the names; they are drawn as boxes"
         print(f"remoras: {text}", file=sys.stderr)
-    for one in others:
-        warnings.showwarning(one.message, one.category, one.filename, one.lineno)
+    for other in others:
+        warnings.showwarning(other.message, other.category, other.filename, other.lineno)
 
 
 def _plot(

@@ -95,7 +95,7 @@ def stress(
 
     if out is not None:
         check_output(out, force)
-    kinds = [one.strip() for one in faults.split(",") if one.strip()]
+    kinds = [part.strip() for part in faults.split(",") if part.strip()]
     strategy = importable(strategy) if strategy else ""
     invariants_of(load(scenario, overrides(strategy, settings or ())), added)  # before a long run
     plan = plan_of(scenario, strategy, settings or (), kinds, drawn)

@@ -30,7 +30,7 @@ REFERENCE = "None, or a Reference with a finite target_m and a speed_mps of 0 or
 
 def _answering(data: VehicleData, dead: Collection[str]) -> tuple[str, ...]:
     """Names of the sensors that tell their state, but for the dead."""
-    return tuple(one.name for one in data.sensors if one.tells_state and one.name not in dead)
+    return tuple(sensor.name for sensor in data.sensors if sensor.tells_state and sensor.name not in dead)
 
 
 def _reserve_per_m(data: VehicleData, speed_mps: float) -> float:
@@ -230,7 +230,9 @@ class FunctionalLayer:
         body.reserve = math.sqrt(dx_m * dx_m + dy_m * dy_m) * self._reserve_per_m
         x_min, y_min, x_max, y_max = self._bounds_m
         body.outside_m = max(x_min - motion.x_m, motion.x_m - x_max, y_min - motion.y_m, motion.y_m - y_max, 0.0)
-        body.contacts_m = tuple([(motion.x_m + one.dx_m, motion.y_m + one.dy_m) for one in neighbours])
+        body.contacts_m = tuple(
+            [(motion.x_m + neighbour.dx_m, motion.y_m + neighbour.dy_m) for neighbour in neighbours]
+        )
         dx_m, dy_m = motion.x_m - self._settled_m[0], motion.y_m - self._settled_m[1]
         if dx_m * dx_m + dy_m * dy_m > NEAR_M * NEAR_M:
             self._settled_m, body.settled_s = motion.position_m, now_s

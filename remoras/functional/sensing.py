@@ -97,9 +97,9 @@ class Sensing:
                 observations = tuple(found)
             except Exception as error:
                 raise broken_promise(self._where(name), "sense", OBSERVATIONS, error) from error
-            if not all(isinstance(one, Observation) for one in observations):
+            if not all(isinstance(observation, Observation) for observation in observations):
                 raise broken_promise(self._where(name), "sense", OBSERVATIONS, observations)
-            sensed += [Sensed(name, sensor.table, one) for one in observations]
+            sensed += [Sensed(name, sensor.table, observation) for observation in observations]
         return sensed
 
     def _where(self, name: str) -> str:

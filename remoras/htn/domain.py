@@ -61,7 +61,7 @@ class Method:
     @classmethod
     def fixed(cls, name: str, *subtasks: Task | str, applicable: Callable[..., bool] = always) -> Method:
         """A method whose tasks do not depend on facts or arguments; a task without arguments may be given by name."""
-        tasks = [Task(one) if isinstance(one, str) else one for one in subtasks]
+        tasks = [Task(subtask) if isinstance(subtask, str) else subtask for subtask in subtasks]
         return cls(name, lambda facts, *args: tasks, applicable, tuple(task.name for task in tasks))
 
 
@@ -154,8 +154,8 @@ class Domain:
     def recursive(self) -> frozenset[str]:
         """Names of the tasks that may come up below themselves; a method that declares nothing may lead to any task."""
         below = {
-            name: self.methods.keys() if any(one.uses is None for one in methods) else {
-                used for one in methods for used in one.uses or () if used in self.methods
+            name: self.methods.keys() if any(method.uses is None for method in methods) else {
+                used for method in methods for used in method.uses or () if used in self.methods
             }
             for name, methods in self.methods.items()
         }  # fmt: skip
@@ -220,7 +220,7 @@ def _rings(domain: Domain) -> Iterator[tuple[str, ...]]:
         name = start
         while name in left and name not in chain and name not in told:
             chain.append(name)
-            name = next((one for one in left[name][0].uses or () if one not in ends), "")
+            name = next((use for use in left[name][0].uses or () if use not in ends), "")
         if name in chain:
             yield (*chain[chain.index(name) :], name)
         told.update(chain)

@@ -14,8 +14,8 @@ MAX_CHAIN = 8
 
 def wrong_subtasks(method: Method, task: Task, subtasks: Any) -> PlanningError:
     """The error of a method that gave ``subtasks``, which are none or are not declared."""
-    if isinstance(subtasks, list | tuple) and all(isinstance(one, Task) for one in subtasks):
-        undeclared = sorted({one.name for one in subtasks} - set(method.uses or ()))
+    if isinstance(subtasks, list | tuple) and all(isinstance(subtask, Task) for subtask in subtasks):
+        undeclared = sorted({subtask.name for subtask in subtasks} - set(method.uses or ()))
         return PlanningError(
             f"method {method.name!r} of task {task} uses {', '.join(undeclared)}, and declares only: "
             f"{', '.join(method.uses or ()) or 'nothing'}"

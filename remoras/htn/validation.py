@@ -136,7 +136,7 @@ def _unlike(methods: Sequence[Method], name: str, task: Task, below: Sequence[Ta
     """Why the tasks ``below`` are no decomposition of ``task`` by method ``name``; empty if they are one."""
     named = [method for method in methods if method.name == name]
     if not named:
-        return f"{task} has no method {name!r}, it has: {', '.join(repr(one.name) for one in methods) or 'none'}"
+        return f"{task} has no method {name!r}, it has: {', '.join(repr(method.name) for method in methods) or 'none'}"
     possible = [method for method in named if method.applicable(state, *task.args)]
     if not possible:
         return f"method {name!r} of {task} is not possible where it stands"

@@ -71,7 +71,7 @@ class Agreed:
             founding: those agreed before the mission, which stay.
         """
         kept = {key: one for key, one in before.items() if one.group not in self.renewed or one in founding}
-        return kept | {(one.group, one.role, one.name): one for one in self.objectives}
+        return kept | {(objective.group, objective.role, objective.name): objective for objective in self.objectives}
 
     def assign(self, asked: Request, yielding: frozenset[str] = NOBODY) -> Outcome:
         """Let a vehicle play a role; where there is no room, in the place of holders that all are absent or yield."""
@@ -107,8 +107,8 @@ class Agreed:
     def dissolve(self, asked: Request) -> None:
         """Let all members leave a group, and the group be no more."""
         for name in self.organisation.members(asked.group):
-            for one in self.organisation.roles_of(name, asked.group):
-                self.leave(Request(asked.issuer, Act.RELEASE, one.group, one.role, one.vehicle))
+            for role in self.organisation.roles_of(name, asked.group):
+                self.leave(Request(asked.issuer, Act.RELEASE, role.group, role.role, role.vehicle))
         self.organisation, outcome = self.organisation.dissolve(asked.group)
         self.dissolved.append(asked.group)
         self.note(asked, outcome)

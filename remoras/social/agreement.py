@@ -101,7 +101,7 @@ def agree(
                 elif handler == ALLOCATE_ROLES:
                     jobs, done = jobs_left(mission.jobs, NOTHING_KNOWN)
                     work = works(organisation, database, jobs, done, starts, energy_j=energy_j)[name]
-                    for one in adapt_roles(strategy, work):
-                        organisation, _ = organisation.assign(one.vehicle, one.group, one.role)
+                    for role in adapt_roles(strategy, work):
+                        organisation, _ = organisation.assign(role.vehicle, role.group, role.role)
     given = {group.name: replace(group, mission=missions.get(group.name)) for group in groups}
     return Agreement(replace(organisation, groups=given), tuple(objectives), plans, before, supervisors, at_sea)

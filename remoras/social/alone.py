@@ -31,8 +31,8 @@ class Alone:
     def forget(self, group: str) -> None:
         """A group was formed or dissolved at sea: there is nothing to undo in it."""
         for roles in (self._taken, self._displaced):
-            for one in [one for one in roles if one.group == group]:
-                del roles[one]
+            for role in [role for role in roles if role.group == group]:
+                del roles[role]
 
     def come_back(self, me: str, organisation: Organisation) -> Agreed:
         """The vehicle is cut off no longer: it leaves what it took on alone, and others hold again what they held.

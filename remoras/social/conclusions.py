@@ -111,4 +111,4 @@ class Conclusions:
         return self._facts_of(found)
 
     def _facts_of(self, findings: Iterable[Finding]) -> list[Fact]:
-        return [self._beliefs.fact(one.subject, one.attribute, one.value) for one in findings]
+        return [self._beliefs.fact(finding.subject, finding.attribute, finding.value) for finding in findings]

@@ -231,11 +231,11 @@ class Consultation:
     def _hold(self, asked: Request, age: Age, agreed: Agreed) -> None:
         """Settle who holds a role of limited size."""
         follows, refused = self._tenures.settle(asked, age, agreed.organisation, agreed.absent)
-        for one in follows:
-            done = agreed.assign(one) if one.act is Act.ASSIGN else agreed.leave(one)
-            is_head = one.role == self._groups[one.group].head_role
-            if done is Outcome.SUCCESS and is_head and one.about == asked.about:
-                self._reigns.change(one.group, one.assignee, one.act is Act.ASSIGN, age)
+        for follow in follows:
+            done = agreed.assign(follow) if follow.act is Act.ASSIGN else agreed.leave(follow)
+            is_head = follow.role == self._groups[follow.group].head_role
+            if done is Outcome.SUCCESS and is_head and follow.about == asked.about:
+                self._reigns.change(follow.group, follow.assignee, follow.act is Act.ASSIGN, age)
         if refused is not None:
             agreed.note(asked, refused)
         elif not follows and not agreed.organisation.is_member(asked.assignee, asked.group):

@@ -138,12 +138,14 @@ class SocialLayer:
         self._mission_name = f"mission {type(mission).__name__}"
         self._picture = picture
         picture.facts = beliefs
-        self.objectives = {(one.group, one.role, one.name): one for one in agreement.objectives}
+        self.objectives = {
+            (objective.group, objective.role, objective.name): objective for objective in agreement.objectives
+        }
         self._founding = frozenset(agreement.objectives)
         self._jobs = mission.jobs
         self.pursuit = Pursuit(database[me], mission, self._mission_name)
         self.conclusions = Conclusions(me, mission, self._mission_name, beliefs)
-        self._gatherings = Gatherings(beliefs, [one.name for one in agreement.groups], agreement.meets_after)
+        self._gatherings = Gatherings(beliefs, [group.name for group in agreement.groups], agreement.meets_after)
         rules = Rules(database, strategy.declaration.authorities, self._jobs, agreement.supervisors, agreement.at_sea)
         self.standing = Standing(me, rules, beliefs, agreement.organisation, lease_s, picture.frame_s, until_s)
         self._workload = Workload(me, rules, mission, beliefs, self.standing.reports)
@@ -155,7 +157,7 @@ class SocialLayer:
         self._negotiation = Negotiation(me, strategy, self.organisation, beliefs, rally_points_m, rules)
         noted = self.standing.attributes | self._negotiation.attributes
         self._attributes: set[int | None] = {self._gatherings.attribute, *noted}
-        self._attribute_uids = {one.name: one.uid for one in beliefs.model.tbox.attributes}
+        self._attribute_uids = {attribute.name: attribute.uid for attribute in beliefs.model.tbox.attributes}
         self._await_facts(self.planner.rests_on)
         if strategy.declaration.meets and not self._negotiation.takes_part:
             self._negotiation.expect_away(self._work().values())
@@ -183,8 +185,8 @@ class SocialLayer:
 
     def objectives_of(self, vehicle: str) -> tuple[Objective, ...]:
         """Objectives of all roles that ``vehicle`` plays."""
-        played = {(one.group, one.role) for one in self.present.roles_of(vehicle)}
-        return tuple(one for one in self.objectives.values() if (one.group, one.role) in played)
+        played = {(role.group, role.role) for role in self.present.roles_of(vehicle)}
+        return tuple(objective for objective in self.objectives.values() if (objective.group, objective.role) in played)
 
     def leads(self, group: str) -> bool:
         """True if this vehicle is a head of ``group`` and has the social layer to lead it."""
@@ -254,11 +256,11 @@ class SocialLayer:
         self._picture.groups.returned_s |= dict.fromkeys(seen.changes.present, now_s)
         events = tuple((event, peer) for event, peers in seen.changes._asdict().items() for peer in peers)
         moved = {peer for _, peer in events}
-        roles = [one for one in self.organisation.assignments if one.vehicle in moved]
-        keys = {("members", f"{one.group}.{one.role}") for one in [*roles, *seen.undone.assigned, *seen.undone.left]}
+        roles = [assignment for assignment in self.organisation.assignments if assignment.vehicle in moved]
+        keys = {("members", f"{role.group}.{role.role}") for role in [*roles, *seen.undone.assigned, *seen.undone.left]}
         stale = self.pursuit.let_go(keys | self._gatherings.concluded_alone)
         self._renew_leads()
-        led = [one for one in roles if one.group in self._led]
+        led = [role for role in roles if role.group in self._led]
         self.planner.lose((one for one in led if one.vehicle in seen.changes.absent), self.present)
         self.planner.plan_again({one.group for one in led if one.vehicle in seen.changes.present})
         assigned, left = seen.undone.of(self.me)
@@ -289,7 +291,7 @@ class SocialLayer:
         """End of a round: what was said in it of roles and objectives counts from now on."""
         agreed = self.standing.agree()
         self._negotiation.disregard(agreed.unlawful)
-        rulings = [one for one in agreed.rulings if not one.repeats(self.objectives)]
+        rulings = [ruling for ruling in agreed.rulings if not ruling.repeats(self.objectives)]
         for group in agreed.renewed:
             self.planner.forget(group)
             self._negotiation.begin(group)

@@ -73,10 +73,10 @@ def acted_on(
     """
     seen = organisation.without(absent)
     if is_cut_off and leads_alone:
-        for one in seen.roles_of(me):
-            head_role = seen.groups[one.group].head_role
+        for role in seen.roles_of(me):
+            head_role = seen.groups[role.group].head_role
             if head_role is not None:
-                seen, _ = seen.assign(me, one.group, head_role)
+                seen, _ = seen.assign(me, role.group, head_role)
     return seen
 
 

@@ -66,7 +66,7 @@ class Orders:
     def forget(self, group: str) -> None:
         """A group was formed or dissolved at sea: what was said of it before is over."""
         self.issued = {one for one in self.issued if one.group != group}
-        self.issued_objectives = {one for one in self.issued_objectives if one.group != group}
+        self.issued_objectives = {objective for objective in self.issued_objectives if objective.group != group}
         self._awaited = {one: job for one, job in self._awaited.items() if one.group != group}
 
     # Steps ---------------------------------------------------------------------------------------

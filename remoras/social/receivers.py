@@ -82,7 +82,9 @@ def aims(
     if not roles:
         return []
     return [
-        beliefs.fact(f"{one.group}.{one.role}", OBJECTIVE_PREFIX + one.name, one.argument)
-        for one in objectives
-        if one not in founding and f"{one.group}.{one.role}" in roles and mission.is_individual(one)
+        beliefs.fact(f"{objective.group}.{objective.role}", OBJECTIVE_PREFIX + objective.name, objective.argument)
+        for objective in objectives
+        if objective not in founding
+        and f"{objective.group}.{objective.role}" in roles
+        and mission.is_individual(objective)
     ]

@@ -34,12 +34,16 @@ class Requests:
         self._groups = groups
         self._attributes = tbox.attributes
         self._organisational = frozenset(
-            one.uid for one in self._attributes if one.name in ROLE_ATTRIBUTES or one.name.startswith(OBJECTIVE_PREFIX)
+            attribute.uid
+            for attribute in self._attributes
+            if attribute.name in ROLE_ATTRIBUTES or attribute.name.startswith(OBJECTIVE_PREFIX)
         )
         self._headed_by, self._head_term, self._has_mission = (
             tbox.attribute_named(name).uid for name in (HEADED_BY, HEAD_TERM, HAS_MISSION)
         )
-        uids = {one.name: one.uid for one in self._attributes}  # words for groups at sea may not be there
+        uids = {
+            attribute.name: attribute.uid for attribute in self._attributes
+        }  # words for groups at sea may not be there
         self._formed_under, self._formation, self._dissolved = (uids.get(name) for name in FORMATION_ATTRIBUTES)
         self._acts = frozenset({self._headed_by, self._formed_under, self._dissolved} - {None})
         self.attributes = self._organisational | self._acts | {self._has_mission}

@@ -227,17 +227,17 @@ class Standing:
         self._given_up.add(objective)
         if blind and self._takes_sensors(objective.group, objective.role):
             left = [
-                one
-                for one in self.organisation.roles_of(self._me)
-                if (one.group, one.role) == (objective.group, objective.role)
-                or self._takes_sensors(one.group, one.role)
+                role
+                for role in self.organisation.roles_of(self._me)
+                if (role.group, role.role) == (objective.group, objective.role)
+                or self._takes_sensors(role.group, role.role)
             ]
             dead = self._beliefs.fact(self._me, SENSORS_WORK, False)
             return [*self._statements.leaving_roles(left), dead]
         self._is_out_of_reach = False
         with_job = {(g.name, role.name) for g in self.organisation.groups.values() for role in g.roles if role.job}
         with_job.add((objective.group, objective.role))
-        roles = [one for one in self.organisation.roles_of(self._me) if (one.group, one.role) in with_job]
+        roles = [role for role in self.organisation.roles_of(self._me) if (role.group, role.role) in with_job]
         return self._statements.leaving(roles)
 
     def _takes_sensors(self, group: str, role: str) -> bool:

@@ -37,7 +37,7 @@ class Statements:
 
     def leaving_roles(self, roles: Iterable[RoleAssignment]) -> list[Fact]:
         """This vehicle leaves these roles."""
-        return [self._beliefs.fact(self._me, "leftRole", f"{one.group}.{one.role}") for one in roles]
+        return [self._beliefs.fact(self._me, "leftRole", f"{role.group}.{role.role}") for role in roles]
 
     def stepping_down(self, organisation: Organisation) -> list[Fact]:
         """This vehicle leads no longer: where others may succeed it, it takes a role of theirs.

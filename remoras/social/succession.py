@@ -125,7 +125,7 @@ def role_after(database: AUVDatabase, vehicle: str, group: Group, organisation: 
         organisation: after it has left the head's role.
     """
     founding = {role.name for role in group.roles if role.founding}
-    if any(one.role in founding for one in organisation.roles_of(vehicle, group.name)):
+    if any(role.role in founding for role in organisation.roles_of(vehicle, group.name)):
         return None
     for name in group.succession:
         role = group.role(name)

@@ -54,7 +54,7 @@ def holders_after(
                 waiting[let_in[0]] = given[let_in[0]]
                 holders[name] = False
             elif since is not None and all(
-                given[one] < since or is_of_earlier_life(given[one], age) for one in holders
+                given[holder] < since or is_of_earlier_life(given[holder], age) for holder in holders
             ):
                 holders = {name: False}
             else:
@@ -99,11 +99,11 @@ class Tenures:
         self._said: dict[tuple[str, str], dict[Word, Request]] = {}
         self._held: dict[tuple[str, str], set[str]] = {}
         self._crowded: set[tuple[str, str]] = set()  # where somebody waits
-        for one in organisation.assignments:
-            place = one.group, one.role
-            asked = Request("", Act.ASSIGN, *place, one.vehicle)
-            self._said.setdefault(place, {})[Word(AGREED_BEFORE, True, one.vehicle)] = asked
-            self._held.setdefault(place, set()).add(one.vehicle)
+        for assignment in organisation.assignments:
+            place = assignment.group, assignment.role
+            asked = Request("", Act.ASSIGN, *place, assignment.vehicle)
+            self._said.setdefault(place, {})[Word(AGREED_BEFORE, True, assignment.vehicle)] = asked
+            self._held.setdefault(place, set()).add(assignment.vehicle)
 
     def forget(self, group: str) -> None:
         """The group is formed or dissolved."""

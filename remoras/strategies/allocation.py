@@ -271,7 +271,7 @@ def all_jobs(work: Work, help_s: float = math.inf) -> tuple[RoleAssignment, ...]
     Who is expected to end last comes first: where roles are told at sea, the others can wait.
     """
     plan = job_plan(work)
-    given = tuple(sorted(assignments(work, plan), key=lambda one: -plan.ends_s[one.vehicle]))
+    given = tuple(sorted(assignments(work, plan), key=lambda assignment: -plan.ends_s[assignment.vehicle]))
     ends_s = {}
     for name, roles in plan.roles.items():
         if roles:

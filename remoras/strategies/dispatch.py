@@ -86,7 +86,7 @@ class Dispatcher:
             return []
         self._was_led = False
         given = []
-        for role in (one for one in self._group.roles if not one.head):
+        for role in (role for role in self._group.roles if not role.head):
             path, is_job = self._group.path(role.name), role.job is not None
             for name in work.holders(role) if not is_job or role in work.unfinished else ():
                 if name != self._me:
@@ -116,7 +116,7 @@ class Dispatcher:
         name, attribute, _ = fact
         if attribute != "playsRole":
             return []
-        lacking = [one for one in common_roles(work, {name}) if one.vehicle == name]
+        lacking = [role for role in common_roles(work, {name}) if role.vehicle == name]
         return [(name, "playsRole", self._group.path(one.role)) for one in lacking]
 
     def _holds(self, engaged: Mapping[str, Engagement], situation: Situation) -> bool:

@@ -162,12 +162,12 @@ class Search:
         held = [0] * len(self._free)
         vacant = list(range(len(self._roles)))
         while vacant:
-            now_s = min(one.free_s for one in outlooks)
+            now_s = min(outlook.free_s for outlook in outlooks)
             legs = [
                 self._legs_at(vehicle, one) if one.free_s or held[vehicle] else self._first_legs[vehicle]
                 for vehicle, one in enumerate(outlooks)
             ]
-            then = [[one[role] for one in legs] for role in vacant]
+            then = [[leg[role] for leg in legs] for role in vacant]
             costs = [[None if one is None else round(1000.0 * (one.free_s - now_s)) for one in row] for row in then]
             pairs = assignment(costs)
             if not pairs:

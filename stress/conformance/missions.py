@@ -157,7 +157,7 @@ class InitialFacts:
         if key[0] == "instances":
             tbox = self._setup.tbox
             wanted = tbox.class_named(key[1]).uid
-            return tuple(one.name for one in self._setup.instances if tbox.is_a(one.class_uid, wanted))
+            return tuple(instance.name for instance in self._setup.instances if tbox.is_a(instance.class_uid, wanted))
         return self._organisation.members(*key[1].split(".")) if key[0] == "members" else default
 
 

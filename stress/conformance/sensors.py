@@ -108,7 +108,7 @@ def _checked_table(sensor: Sensor) -> Table | None:
         return None
     assert isinstance(table, Table), f"table is {table!r}, expected a Table or None"
     assert table.columns[:2] == (TIME, VEHICLE), f"table {table.name}: its first columns must be TIME and VEHICLE"
-    assert table.name not in {one.name for one in TABLES}, f"table {table.name}: the name of a table of every run"
+    assert table.name not in {table.name for table in TABLES}, f"table {table.name}: the name of a table of every run"
     kinds = [column.kind for column in table.columns]
     assert set(kinds) <= KINDS.keys(), f"table {table.name}: kinds are {kinds}, allowed: {', '.join(KINDS)}"
     return table

@@ -215,8 +215,8 @@ class Team:
             return []
         member.planned_on = needed
         told = []
-        for one in adapt_roles(self._strategy, self._work(name, member)):
-            fact = one.vehicle, "playsRole", self.group.path(one.role)
+        for role in adapt_roles(self._strategy, self._work(name, member)):
+            fact = role.vehicle, "playsRole", self.group.path(role.role)
             self._take(member, fact)
             told.append(Heard(name, now_s, (fact,)))
         return told

@@ -152,8 +152,10 @@ def check_allocates_within_the_group(strategy: Strategy) -> None:
         database = data.draw(fleets())
         formed = strategy.form(database, GROUPS)
         assert strategy.form(database, GROUPS) == formed, "forms another organisation when asked again"
-        for one in formed.assignments:
-            assert database[one.vehicle].can_play(one.group, one.role), f"{one} founds what it cannot play"
+        for assignment in formed.assignments:
+            assert database[assignment.vehicle].can_play(assignment.group, assignment.role), (
+                f"{assignment} founds what it cannot play"
+            )
         for group in GROUPS:
             work = data.draw(works_of(group, formed, database, jobs))
             found = strategy.adapt(work)

@@ -83,8 +83,8 @@ def _share_below(ordered: list[float], share: float) -> float:
 
 def _is_unheard_of(scene: Scene) -> bool:
     """True where somebody does nothing any more, and nobody hears of it: the strategy lets none speak."""
-    is_heard = any(one.radio.is_heard for one in scene.fleet.vehicles)
-    return not is_heard and not all(one.is_alive for one in scene.fleet.vehicles)
+    is_heard = any(vehicle.radio.is_heard for vehicle in scene.fleet.vehicles)
+    return not is_heard and not all(vehicle.is_alive for vehicle in scene.fleet.vehicles)
 
 
 class TrueVerdict:
@@ -102,7 +102,7 @@ class TrueVerdict:
         run, summary = scene.finished, scene.summary
         if run is None:
             return None
-        noted_s = [one.time_s for one in run.milestones if one.name == "mission_complete"]
+        noted_s = [milestone.time_s for milestone in run.milestones if milestone.name == "mission_complete"]
         if run.completed and (run.goal_fraction < 1.0 or run.reason):
             return f"completed with {run.goal_fraction:g} of the goal, reason {run.reason!r}"
         ended_s, tick_s = scene.fleet.ended_s, scene.fleet.tick_s
@@ -159,7 +159,7 @@ class SummaryOfTables:
             return f"bits are {by_content} by their contents; the tables say {n_bits} in all"
         if not has_current(scene) and abs(scene.summary["distance_m"] - distance_m) > 1.0:
             return f"distance_m is {scene.summary['distance_m']}; the tracks are {distance_m:.3f} m long"
-        times = [one.time_s for one in run.milestones]
+        times = [milestone.time_s for milestone in run.milestones]
         if times != sorted(times) or (times and times[-1] > rows[-1][0] + CLOSE):
             return f"milestones at {times}, the last row is of {rows[-1][0]:g} s"
         return None

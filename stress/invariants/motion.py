@@ -37,7 +37,7 @@ class Water:
 def water_of(scene: Scene) -> Water:
     """How the water moves, as the scenario says."""
     table = scene.setup.scenario.of_feature("current")
-    return Water() if table is None else Water(**{one.name: getattr(table, one.name) for one in fields(Water)})
+    return Water() if table is None else Water(**{field.name: getattr(table, field.name) for field in fields(Water)})
 
 
 def has_current(scene: Scene) -> bool:
@@ -168,8 +168,8 @@ class Speed:
             return None
         if (table := self._water) is None:
             table = self._water = water_of(scene)
-            self._flow_mps = math.fsum(math.hypot(one.east_mps, one.north_mps) for one in (table, *table.surge))
-        alive = {one.name for one in scene.fleet.vehicles if one.is_alive}
+            self._flow_mps = math.fsum(math.hypot(surge.east_mps, surge.north_mps) for surge in (table, *table.surge))
+        alive = {vehicle.name for vehicle in scene.fleet.vehicles if vehicle.is_alive}
         for vehicle in scene.fleet.vehicles:
             m, data = vehicle.functional.motion, vehicle.functional.data
             now_s, x_m, y_m = scene.now_s, m.x_m, m.y_m

@@ -56,16 +56,16 @@ class Cardinality:
         if scene.is_silent or ended_s < scene.schedule.stress.heal_s + quiet_s or _is_doubted(scene, ended_s - quiet_s):
             return None
         own = [
-            one
+            role
             for vehicle in scene.in_contact()
-            for one in vehicle.social.organisation.roles_of(vehicle.name)
-            if f"{one.group}.{one.role}" not in _kept_to_itself(vehicle)
+            for role in vehicle.social.organisation.roles_of(vehicle.name)
+            if f"{role.group}.{role.role}" not in _kept_to_itself(vehicle)
         ]
         groups = tuple(scene.setup.agreement.organisation.groups.values())
         wrong = (Defect.TOO_MANY, Defect.PLAYED_BY, Defect.INCOMPATIBLE)
-        for one in specification_faults(Organisation.of(groups, own)):
-            if one.defect in wrong:
-                return f"{one.key}: {one.given}; allowed: {one.allowed}"
+        for fault in specification_faults(Organisation.of(groups, own)):
+            if fault.defect in wrong:
+                return f"{fault.key}: {fault.given}; allowed: {fault.allowed}"
         return None
 
 

@@ -98,6 +98,6 @@ def _roles(scene: Scene) -> Iterator[str]:
                 told.add((group, role))
             elif event == "left":
                 told.discard((group, role))
-        plays = {(one.group, one.role) for one in vehicle.social.organisation.roles_of(vehicle.name)}
+        plays = {(role.group, role.role) for role in vehicle.social.organisation.roles_of(vehicle.name)}
         if told != plays:
             yield f"roles comes to {sorted(told)} of {vehicle.name}, which plays {sorted(plays)}"

@@ -71,7 +71,7 @@ def storm_machine(  # noqa: C901
 
         @rule(fates=st.lists(st.sampled_from(USUAL_FATES + DAMAGED_FATES), min_size=1, max_size=60))
         def let_time_pass(self, fates: list[Fate]) -> None:
-            fates = [one for one in fates if not (self.storm.tolerates_damage and one in DAMAGED_FATES)]
+            fates = [fate for fate in fates if not (self.storm.tolerates_damage and fate in DAMAGED_FATES)]
             self.storm.run(-(-len(fates) // (self.storm.n_nodes - 1)), fates)
 
         @rule(pick=PICKS)

@@ -29,7 +29,7 @@ def _check_faults(record: Record, report: CheckReport) -> None:
     """What is declared with vehicle and time befell it then; nothing else of these kinds did."""
     declared = record.scenario.get("fault", [])
     kinds = {*KINDS, *(fault["kind"] for fault in declared)}  # rows of others are of what went wrong by itself
-    begun = [one for one in record.spells if one.kind in kinds]
+    begun = [spell for spell in record.spells if spell.kind in kinds]
     left = list(begun)
     for fault in declared:
         report.look("faults")
@@ -87,7 +87,7 @@ def _is_of(spell: Spell, fault: dict[str, Any]) -> bool:
 
 def _check_batteries(record: Record, report: CheckReport) -> None:
     """Who is without energy has used all of it, and there is a row of it."""
-    empty = {one.vehicle for one in record.spells if one.kind == ENERGY}
+    empty = {spell.vehicle for spell in record.spells if spell.kind == ENERGY}
     for name, track in record.tracks.items():
         report.look("batteries")
         has_used = bool(track.energy_j[-1] >= float(record.vehicles[name]["energy_j"]) - 0.5)
@@ -109,13 +109,15 @@ def _check_milestones(record: Record, report: CheckReport) -> None:
         if after["time_s"] < before["time_s"]:
             stated = f"milestone {after['name']} behind {before['name']} at {before['time_s']:g} s"
             report.add("milestones", "summary", after["time_s"], after["vehicle"], stated, "the order of time")
-    for one in stones:
-        if not 0.0 <= one["time_s"] <= record.end_s + ROUNDED_S:
+    for stone in stones:
+        if not 0.0 <= stone["time_s"] <= record.end_s + ROUNDED_S:
             follows = f"0 to {record.end_s:g} s, the end of the run"
-            report.add("milestones", "summary", one["time_s"], one["vehicle"], f"milestone {one['name']}", follows)
-        for why in _reasons_against(record, one):
-            where = f"milestone {one['name']} {one['group']}".rstrip()
-            report.add("milestones", "summary", one["time_s"], one["vehicle"], where, why)
+            report.add(
+                "milestones", "summary", stone["time_s"], stone["vehicle"], f"milestone {stone['name']}", follows
+            )
+        for why in _reasons_against(record, stone):
+            where = f"milestone {stone['name']} {stone['group']}".rstrip()
+            report.add("milestones", "summary", stone["time_s"], stone["vehicle"], where, why)
 
 
 def _reasons_against(record: Record, stone: dict[str, Any]) -> Iterator[str]:
@@ -165,7 +167,9 @@ def _against_gathering(record: Record, group: str, time_s: float) -> Iterator[st
         yield f"none: there is no group {group} with a rally point"
         return
     radius_m = float(record.of("mission").get("arrival_radius_m", math.inf)) + PLACE_STEP_M
-    missing = {one["vehicle"] for one in _milestones(record, "missed_meeting") if one["group"] == group}
+    missing = {
+        milestone["vehicle"] for milestone in _milestones(record, "missed_meeting") if milestone["group"] == group
+    }
     members = _members(record, group, time_s)
     for name in members:
         track = record.tracks[name]
@@ -211,7 +215,7 @@ def _check_verdict(record: Record, report: CheckReport) -> None:
     if ended and not -ROUNDED_S <= record.end_s - ended[-1]["time_s"] <= record.tick_s + ROUNDED_S:
         follows = f"{record.end_s:g} s, when the run ended"
         report.add("verdict", "summary", ended[-1]["time_s"], "", "milestone mission_complete", follows)
-    met = {one["group"] for one in _milestones(record, "gathered")}
+    met = {milestone["group"] for milestone in _milestones(record, "gathered")}
     for group in record.scenario["group"]:
         if group.get("rally_point") and not group.get("formed_by") and group["name"] not in met:
             report.add("verdict", "summary", None, "", f"completed without {group['name']}", "its milestone gathered")

@@ -173,7 +173,7 @@ def _of_work(record: Record, report: CheckReport) -> dict[str, tuple[Any, float]
     able = [name for name, data in record.vehicles.items() if names & set(data.get("playable_roles", []))]
     idle_s = []
     for name in able:
-        own = [one for one in record.spells if one.vehicle == name]
+        own = [spell for spell in record.spells if spell.vehicle == name]
         lost = [one.from_s for one in own if kind_of(one.kind).is_lost]
         away = [one.until_s for one in own if kind_of(one.kind).is_late]
         until_s = min([end_s, *lost])
@@ -217,7 +217,7 @@ def _of_mapping(record: Record, report: CheckReport) -> dict[str, tuple[Any, flo
     held = record["roles"].rows("vehicle", "group", "role")
     holders = {vehicle for vehicle, group, role in held if (group, role) in exploring}
     n_first = Counter(vehicle for _, vehicle in first.values())
-    least = min(n_first[one] for one in holders) / len(first) if holders and first else None
+    least = min(n_first[holder] for holder in holders) / len(first) if holders and first else None
     found["least_mapped_fraction"] = least, 1e-9
     stopped = next((one for one in record.summary["milestones"] if one["name"] == "mapping_stopped"), None)
     found["given_up_s"] = (None if stopped is None else stopped["time_s"]), 1e-3

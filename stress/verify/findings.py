@@ -89,7 +89,7 @@ class CheckReport:
         """All of it as one JSON value."""
         return {
             "ok": not self.findings,
-            "findings": [asdict(one) for one in self.findings],
+            "findings": [asdict(finding) for finding in self.findings],
             "n_findings": dict(sorted(self.n_findings.items())),
             "checked": dict(sorted(self.checked.items())),
             "not_checked": dict(sorted(self.not_checked.items())),

@@ -86,9 +86,9 @@ def sensor_was_on(record: Record, name: str, times_s: Array) -> tuple[Array, Arr
         perhaps[time_s] |= is_on
     if last_s in surely:
         surely[last_s] &= is_on
-    for one in record.spells:
-        if one.vehicle == name and kind_of(one.kind).begins_anew:
-            perhaps[one.from_s] = surely[one.from_s] = False
+    for spell in record.spells:
+        if spell.vehicle == name and kind_of(spell.kind).begins_anew:
+            perhaps[spell.from_s] = surely[spell.from_s] = False
     when = np.array(sorted(perhaps))
     certain = np.array([False, *(surely[one] for one in when)])
     at = np.searchsorted(when, times_s, side="left")
@@ -100,9 +100,9 @@ def sensor_was_on(record: Record, name: str, times_s: Array) -> tuple[Array, Arr
 def sensor_was_dead(spells: Iterable[Spell], name: str, sensor: str, times_s: Array) -> Array:
     """Whether a fault had killed a sensor at each of some times."""
     found = np.zeros(len(times_s), dtype=bool)
-    for one in spells:
-        if one.vehicle == name and sensor in dead_sensors(one.kind, one.detail):
-            found |= (times_s >= one.from_s) & (times_s < one.until_s)
+    for spell in spells:
+        if spell.vehicle == name and sensor in dead_sensors(spell.kind, spell.detail):
+            found |= (times_s >= spell.from_s) & (times_s < spell.until_s)
     return found
 
 
@@ -201,9 +201,9 @@ def find_weight(record: Record) -> float:
     """Cells that a find counts for: those mapped on average in the mean stay."""
     finds, size_m = record.of("finds"), float(record.of("world")["cell_m"])
     cell_s = [
-        size_m * size_m / (2.0 * one.reach_m * min(data["survey_speed_mps"], one.limit_mps))
+        size_m * size_m / (2.0 * swath.reach_m * min(data["survey_speed_mps"], swath.limit_mps))
         for data in record.vehicles.values()
-        for one in mapping_swaths(data)[:1]
+        for swath in mapping_swaths(data)[:1]
     ]
     stay_s = (finds["shortest_stay_s"] + finds["longest_stay_s"]) / 2.0
     return stay_s * len(cell_s) / math.fsum(cell_s) if cell_s else 1.0
@@ -216,7 +216,7 @@ def _check_goal(record: Record, cells: dict[tuple[int, int], str], report: Check
     whole = len(cells) + weight * n_finds
     if not whole:
         return
-    if "reachable_fraction" not in record.summary and any(one.kind in AWAY for one in record.spells):
+    if "reachable_fraction" not in record.summary and any(spell.kind in AWAY for spell in record.spells):
         report.skip("goal", "the version that wrote this judged over the vehicles that were left")
         return
     first: dict[tuple[int, int], float] = {}

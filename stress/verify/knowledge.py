@@ -98,7 +98,7 @@ def _check_events(
         elif event in ("received", "set aside"):
             times_s = heard.get(key, [])
             was_aside = event == "received" and key in aside
-            if not was_aside and not any(abs(one - time_s) <= CLOSE_S for one in times_s):
+            if not was_aside and not any(abs(time - time_s) <= CLOSE_S for time in times_s):
                 wrong("none: no packet with it arrived then")
             elif event == "received" and held.get(key, time_s) < time_s and not _let_go(record, *key, held, time_s):
                 wrong(f"none: it has held it since {held[key]:g} s")
@@ -146,7 +146,7 @@ def _check_acknowledged(
     if not record.all_need_all:
         report.skip("acknowledged", "needs differ between vehicles: the tables do not say whose were met when")
         return
-    if any(kind_of(one.kind).begins_anew for one in record.spells):
+    if any(kind_of(spell.kind).begins_anew for spell in record.spells):
         report.skip("acknowledged", "a vehicle began anew: what it held before is not in the tables of its new life")
         return
     out = _out_of_count(record)

@@ -196,9 +196,9 @@ def _check_energy(record: Record, name: str, data: dict[str, Any], track: Track,
     drained = record.during(name, (ENERGY,), time_s)
     runs = ~record.during(name, AWAY, time_s[1:])
     drained_w = np.zeros(len(dt_s))
-    for one in record.spells:
-        if one.vehicle == name and (power_w := lost_w(one.kind, one.detail)):
-            drained_w += power_w * ((time_s[1:] >= one.from_s) & (time_s[1:] < one.until_s))
+    for spell in record.spells:
+        if spell.vehicle == name and (power_w := lost_w(spell.kind, spell.detail)):
+            drained_w += power_w * ((time_s[1:] >= spell.from_s) & (time_s[1:] < spell.until_s))
     due_j = runs * dt_s * (data["hotel_w"] + listening + drained_w + data["drag_w_per_mps3"] * speed**3) + sent_j[1:]
     step_j = dt_s * data["drag_w_per_mps3"] * 3.0 * speed**2 * 0.6 * SPEED_STEP_MPS
     used_j = np.diff(track.energy_j.astype(float))

@@ -38,7 +38,7 @@ def sound_mps(record: Record) -> float | None:
     t, s = channel.get("temperature_c"), channel.get("salinity_psu")
     if t is None or s is None:
         return None
-    z = sum(float(one["depth_m"]) for one in record.vehicles.values()) / len(record.vehicles)
+    z = sum(float(vehicle["depth_m"]) for vehicle in record.vehicles.values()) / len(record.vehicles)
     return float(
         1448.96 + 4.591 * t - 5.304e-2 * t**2 + 2.374e-4 * t**3 + 1.340 * (s - 35.0) + 1.630e-2 * z
         + 1.675e-7 * z**2 - 1.025e-2 * t * (s - 35.0) - 7.139e-13 * t * z**3
@@ -138,11 +138,11 @@ def _check_fates(record: Record, report: CheckReport) -> None:
 
 def _why_not_heard(record: Record, sender: str, name: str, time_s: float, arrival_s: float) -> str:
     """Why a vehicle cannot have heard a packet; empty if it can."""
-    for one in record.spells:
-        if one.vehicle == sender and kind_of(one.kind).is_mute and one.from_s <= time_s < one.until_s:
+    for spell in record.spells:
+        if spell.vehicle == sender and kind_of(spell.kind).is_mute and spell.from_s <= time_s < spell.until_s:
             return f"{sender} is mute"
-        is_out = one.vehicle == name and one.kind in NOT_HEARING
-        if is_out and one.from_s <= arrival_s and time_s < one.until_s:
+        is_out = spell.vehicle == name and spell.kind in NOT_HEARING
+        if is_out and spell.from_s <= arrival_s and time_s < spell.until_s:
             return f"{name} is not able to hear from its start to its end"
     for blackout in record.of("channel").get("blackout", []):
         is_about = blackout.get("vehicle") in (None, "", "all", sender, name)

@@ -40,7 +40,7 @@ class TableColumns:
     def rows(self, *names: str) -> zip[Any]:
         """Rows of some columns, as plain values."""
         columns = (self[name] for name in names)
-        return zip(*(one.tolist() if isinstance(one, np.ndarray) else one for one in columns), strict=True)
+        return zip(*(column.tolist() if isinstance(column, np.ndarray) else column for column in columns), strict=True)
 
 
 @dataclass(frozen=True)
@@ -152,15 +152,16 @@ class Record:
         """Whether a fault of some kinds holds for a vehicle at each of some times."""
         times_s = np.asarray(times_s, dtype=float)
         found = np.zeros(times_s.shape, dtype=bool)
-        for one in self.spells:
-            if one.vehicle == vehicle and one.kind in kinds:
-                found |= (times_s >= one.from_s) & (times_s < one.until_s)
+        for spell in self.spells:
+            if spell.vehicle == vehicle and spell.kind in kinds:
+                found |= (times_s >= spell.from_s) & (times_s < spell.until_s)
         return found
 
     def is_away(self, vehicle: str, at_s: float) -> bool:
         """True if a vehicle is lost, off, not there yet, or without energy at a time."""
         return any(
-            one.vehicle == vehicle and one.kind in AWAY and one.from_s <= at_s < one.until_s for one in self.spells
+            spell.vehicle == vehicle and spell.kind in AWAY and spell.from_s <= at_s < spell.until_s
+            for spell in self.spells
         )
 
     @cached_property
@@ -168,9 +169,9 @@ class Record:
         """Vehicles that a fault befell of which nobody here knows what it does, and from when on (s)."""
         declared = {str(one.get("kind")) for one in self.scenario.get("fault", [])} - set(KINDS)
         found: dict[str, float] = {}
-        for one in self.spells:
-            if one.kind in declared:
-                found[one.vehicle] = min(one.from_s, found.get(one.vehicle, math.inf))
+        for spell in self.spells:
+            if spell.kind in declared:
+                found[spell.vehicle] = min(spell.from_s, found.get(spell.vehicle, math.inf))
         return found
 
     @cached_property
@@ -188,7 +189,9 @@ class Record:
     @cached_property
     def has_exact_clocks(self) -> bool:
         """True unless a vehicle has a clock of its own."""
-        return "clocks" not in self.of("communication") and not any("clock" in one for one in self.vehicles.values())
+        return "clocks" not in self.of("communication") and not any(
+            "clock" in vehicle for vehicle in self.vehicles.values()
+        )
 
     @cached_property
     def all_need_all(self) -> bool:

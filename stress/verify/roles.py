@@ -35,7 +35,7 @@ def _check_sequences(record: Record, report: CheckReport) -> None:
     declared = declared_roles(record)
     has: set[tuple[str, Role]] = set()
     drives: set[tuple[str, Role]] = set()
-    restarts = sorted((one.until_s, one.vehicle) for one in record.spells if kind_of(one.kind).begins_anew)
+    restarts = sorted((spell.until_s, spell.vehicle) for spell in record.spells if kind_of(spell.kind).begins_anew)
     rows = list(record["roles"].rows("time_s", "vehicle", "group", "role", "event"))
     absences = sorted(record["membership"].rows("time_s", "vehicle", "peer", "event"))
     absent: defaultdict[str, set[str]] = defaultdict(set)
@@ -43,7 +43,7 @@ def _check_sequences(record: Record, report: CheckReport) -> None:
         report.look("roles")
         while restarts and restarts[0][0] <= time_s:
             began = restarts.pop(0)[1]
-            has, drives = {one for one in has if one[0] != began}, {one for one in drives if one[0] != began}
+            has, drives = {one for one in has if one[0] != began}, {drive for drive in drives if drive[0] != began}
         while absences and absences[0][0] <= time_s:
             _, viewer, peer, event_of_peer = absences.pop(0)
             (absent[viewer].add if event_of_peer == "absent" else absent[viewer].discard)(peer)
@@ -114,7 +114,7 @@ def views_with_durations(record: Record, end_s: float) -> Iterator[tuple[float, 
     for time_s, *row in record["organisation"].rows(*names):
         if row[4] in ("assigned", "left"):
             changes.append((time_s, 1, row))
-    changes.sort(key=lambda one: one[:2])
+    changes.sort(key=lambda change: change[:2])
     views, before_s = Views(record), 0.0
     for time_s, order, change in changes:
         if time_s >= end_s:

@@ -96,7 +96,7 @@ def _events(voyage: Voyage, vehicle: str) -> Iterator[LogLine]:
         else:
             outline = ":".join([*points, points[0]])
             lines.append(LogLine(0.0, "VIEW_SEGLIST", f"pts={{{outline}}},label={word(place.name)}"))
-    lines += [LogLine(one.time_s, "ROLE", one.text) for one in voyage.states if one.vehicle == vehicle]
+    lines += [LogLine(state.time_s, "ROLE", state.text) for state in voyage.states if state.vehicle == vehicle]
     for packet in voyage.packets:
         what = f"slot={packet.slot},sender={word(packet.sender)},bits={packet.size_bits}"
         if packet.sender == vehicle:

@@ -27,7 +27,7 @@ def write(voyage: Voyage, target: Path) -> Counts:
     about = {name: text for name, text in voyage.about.items() if name != "scenario_toml"}
     whole = {"type": "FeatureCollection", "features": features, "remoras": about}
     target.write_text(json.dumps(whole, ensure_ascii=False, allow_nan=False) + "\n", encoding="utf-8")
-    kinds = [one["properties"]["kind"] for one in features]
+    kinds = [feature["properties"]["kind"] for feature in features]
     return {kind: kinds.count(kind) for kind in (TRACK, PLACE, MILESTONE)}
 
 

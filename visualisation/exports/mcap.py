@@ -87,7 +87,7 @@ class Foxglove:
     def scene(self, time_ns: int, shapes: Sequence[Shape]) -> tuple[str, Any]:
         """See ``stream.Dialect``."""
         stamp = self._stamp(time_ns)
-        return f"{PACKAGE}SceneUpdate", self._of["SceneUpdate"]([], [self._entity(stamp, one) for one in shapes])
+        return f"{PACKAGE}SceneUpdate", self._of["SceneUpdate"]([], [self._entity(stamp, shape) for shape in shapes])
 
     def log(self, time_ns: int, entry: Entry) -> tuple[str, Any]:
         """See ``stream.Dialect``."""

@@ -97,7 +97,7 @@ class Ros2:
     def scene(self, time_ns: int, shapes: Sequence[Shape]) -> tuple[str, Any]:
         """See ``stream.Dialect``."""
         kind = "visualization_msgs/msg/MarkerArray"
-        made = [self._marker(time_ns, one) for one in shapes if one.points_m]
+        made = [self._marker(time_ns, shape) for shape in shapes if shape.points_m]
         return kind, self._types[kind](made)
 
     def log(self, time_ns: int, entry: Entry) -> tuple[str, Any]:

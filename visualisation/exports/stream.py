@@ -232,7 +232,7 @@ def _vehicles(voyage: Voyage, names: dict[str, str]) -> Iterator[Shape]:
 def _links(where: Mapping[str, PointM], packet: SentPacket, name: str) -> list[Shape]:
     """Lines from the sender to all who heard the packet, and half-way to those who lost it."""
     start = where[packet.sender]
-    ends = [where[one] for one in packet.receivers if one in where]
+    ends = [where[receiver] for receiver in packet.receivers if receiver in where]
     broken = [where[one] for one in packet.lost_by if one in where]
     halves = [((start[0] + x) / 2.0, (start[1] + y) / 2.0, (start[2] + z) / 2.0) for x, y, z in broken]
     return [

@@ -51,8 +51,8 @@ def page_text(title: str, payloads: Sequence[bytes]) -> str:
         payloads: of one run, or of two side by side.
     """
     data = "\n".join(
-        f'<script type="application/octet-stream;base64" class="run">{base64.b64encode(one).decode()}</script>'
-        for one in payloads
+        f'<script type="application/octet-stream;base64" class="run">{base64.b64encode(payload).decode()}</script>'
+        for payload in payloads
     )
     return _text(title, POLICY, STYLES, data, SCRIPTS)
 
@@ -87,7 +87,7 @@ def _text(title: str, policy: str, styles: Sequence[str], data: str, scripts: Se
 
 def title_of(summaries: Sequence[Mapping[str, Any]]) -> str:
     """Title of the page of one run, or of two side by side, by their summaries."""
-    titles = [f"{one['scenario']}, {one['strategy']}, seed {one['seed']}" for one in summaries]
+    titles = [f"{summary['scenario']}, {summary['strategy']}, seed {summary['seed']}" for summary in summaries]
     return f"{' beside '.join(titles)} - replay"
 
 

@@ -121,8 +121,8 @@ class Payload:
                 of_run.add_events(columns, names, table, name, kinds)
                 about["events"].append(name)
         about["groups"] = [
-            {"name": one.name, "above": one.above, "is_founded": one.is_founded, "roles": one.roles}
-            for one in group_nodes(scenario)
+            {"name": node.name, "above": node.above, "is_founded": node.is_founded, "roles": node.roles}
+            for node in group_nodes(scenario)
         ]
         self._add_said(columns, tables)
         about["header"] = _header(results, scenario, self._said.slot_s)

@@ -159,10 +159,11 @@ class BoxChart:
 
     def _chips(self, group: GroupNode, role: str, minimum: int) -> list[Chip]:
         holders = [one for one in self._view.holdings.get((group.name, role), ()) if one.holds(self._at_s)]
-        present = {one.vehicle for one in holders if one.is_present(self._at_s)}
+        present = {holder.vehicle for holder in holders if holder.is_present(self._at_s)}
         order = list(self._looks)
         names = sorted(
-            dict.fromkeys(one.vehicle for one in holders), key=lambda name: order.index(name) if name in order else -1
+            dict.fromkeys(holder.vehicle for holder in holders),
+            key=lambda name: order.index(name) if name in order else -1,
         )
         chips = self._named(names, set(names) - present)
         lacking = minimum - len(present)
@@ -200,7 +201,7 @@ def _columns(lines: Sequence[RoleLine], n_columns: int) -> list[list[RoleLine]]:
     most = -(-sum(line.n_lines for line in lines) // n_columns)
     columns: list[list[RoleLine]] = [[]]
     for line in lines:
-        deep = sum(one.n_lines for one in columns[-1])
+        deep = sum(column.n_lines for column in columns[-1])
         if columns[-1] and deep + line.n_lines > most and len(columns) < n_columns:
             columns.append([])
         columns[-1].append(line)

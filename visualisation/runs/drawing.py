@@ -83,8 +83,8 @@ def run_picture(
     if kind == "trajectories":
         from visualisation.runs import trajectories
 
-        layers = [one for one in figures if isinstance(one, Layer)]
-        marks = [one for one in figures if isinstance(one, Mark)]
+        layers = [figure for figure in figures if isinstance(figure, Layer)]
+        marks = [figure for figure in figures if isinstance(figure, Mark)]
         return trajectories.picture(results, places, layers, marks, width_in)
     if kind == ORGANISATION:
         from visualisation.runs import organisation
@@ -167,21 +167,21 @@ def _moving(
 def _own(figures: Sequence[Declared]) -> dict[str, Figure]:
     """Figures of the mission by name, each declared rightly and once."""
     found: dict[str, Figure] = {}
-    for one in figures:
-        if not isinstance(one, Figure | Layer | Mark):
+    for figure in figures:
+        if not isinstance(figure, Figure | Layer | Mark):
             raise DrawingError(
-                f"the mission lists {one!r} as a figure, which is a {type(one).__name__}; "
+                f"the mission lists {figure!r} as a figure, which is a {type(figure).__name__}; "
                 "allowed: Figure, Layer and Mark of missions.figure"
             )
-        if isinstance(one, Figure):
-            if not one.name or one.name.startswith(".") or "/" in one.name or "\\" in one.name:
+        if isinstance(figure, Figure):
+            if not figure.name or figure.name.startswith(".") or "/" in figure.name or "\\" in figure.name:
                 raise DrawingError(
-                    f"the mission declares a figure {one.name!r}, which is no name of a file: rename it, without / "
+                    f"the mission declares a figure {figure.name!r}, which is no name of a file: rename it, without / "
                     "and without a dot in front"
                 )
-            if one.name in (*KINDS, *SWEEP_KINDS, *found):
-                raise DrawingError(f"the mission declares a figure {one.name!r}, a name that is taken; rename it")
-            found[one.name] = one
+            if figure.name in (*KINDS, *SWEEP_KINDS, *found):
+                raise DrawingError(f"the mission declares a figure {figure.name!r}, a name that is taken; rename it")
+            found[figure.name] = figure
     return found
 
 

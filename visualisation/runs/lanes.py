@@ -43,15 +43,19 @@ def one_each(tenures: Tenures) -> list[VehicleLane]:
 
 def same_roles(tenures: Tenures) -> list[VehicleLane]:
     """A lane for all vehicles that held the same roles."""
-    return _folded(tenures, lambda vehicle: frozenset((one.group, one.role) for one in tenures[vehicle]))
+    return _folded(tenures, lambda vehicle: frozenset((tenure.group, tenure.role) for tenure in tenures[vehicle]))
 
 
 def same_beginning(tenures: Tenures) -> list[VehicleLane]:
     """A lane for all vehicles that began with the same roles."""
 
     def first(vehicle: str) -> Hashable:
-        began = min((span.start_s for one in tenures[vehicle] for span in one.held), default=0.0)
-        return frozenset((one.group, one.role) for one in tenures[vehicle] if one.held and one.held[0].start_s == began)
+        began = min((span.start_s for tenure in tenures[vehicle] for span in tenure.held), default=0.0)
+        return frozenset(
+            (tenure.group, tenure.role)
+            for tenure in tenures[vehicle]
+            if tenure.held and tenure.held[0].start_s == began
+        )
 
     return _folded(tenures, first)
 
@@ -70,8 +74,8 @@ def _folded(tenures: Tenures, alike: Callable[[str], Hashable]) -> list[VehicleL
 def _rows(tenures: Tenures, vehicles: Sequence[str]) -> tuple[LaneRole, ...]:
     found: dict[RoleKey, list[Tenure]] = {}
     for vehicle in vehicles:
-        for one in tenures[vehicle]:
-            found.setdefault((one.group, one.role), []).append(one)
+        for tenure in tenures[vehicle]:
+            found.setdefault((tenure.group, tenure.role), []).append(tenure)
     return tuple(
         LaneRole(*key, tuple(one.held for one in own), tuple(one.active for one in own)) for key, own in found.items()
     )

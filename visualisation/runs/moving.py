@@ -174,8 +174,8 @@ def _gif(pictures: Sequence[Image.Image], comment: str) -> bytes:
     known = (style.BLACK, style.GREY, style.YELLOW, *style.VEHICLES)
     tints = [style.tint(colour, (step + 1) / TINTS) for colour in known for step in range(TINTS)]
     palette = Image.new("P", (1, 1))
-    palette.putpalette([round(255 * part) for one in ((1.0, 1.0, 1.0), *tints) for part in one])
-    reduced = [one.quantize(palette=palette, dither=Image.Dither.NONE) for one in pictures]
+    palette.putpalette([round(255 * part) for tint in ((1.0, 1.0, 1.0), *tints) for part in tint])
+    reduced = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures]
     file = io.BytesIO()
     reduced[0].save(
         file, format="GIF", save_all=True, append_images=reduced[1:], loop=0, optimize=True, comment=comment.encode(),

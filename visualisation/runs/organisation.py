@@ -298,7 +298,7 @@ def _lanes(holdings: Sequence[Holding]) -> list[list[Holding]]:
 def _legend(view: View, rows: dict[str, list[RoleRow]], has_counts: bool) -> list[Artist]:
     all_rows = [row for own in rows.values() for row in own]
     holdings = [one for row in all_rows for lane in row.lanes for one in lane]
-    is_away = any(one.present != (one.span,) for one in holdings)
+    is_away = any(holding.present != (holding.span,) for holding in holdings)
     away = "taken for absent" if view.viewer else "out of the mission"
     marks = [kind for kind in MARKS if any(mark.kind == kind for mark in view.marks)]
     chips: list[Artist] = [Patch(facecolor=style.GREY, linewidth=0, label="holds the role (colour: vehicle)")]

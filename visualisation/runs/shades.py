@@ -26,7 +26,7 @@ MOST_NUMBERS = 8
 
 def names_in(names: Sequence[str]) -> float:
     """Width of the longest name, cut where it has no room."""
-    cut = (style.fitted(one, NAME_ROOM_IN, style.TINY_PT) for one in names)
+    cut = (style.fitted(name, NAME_ROOM_IN, style.TINY_PT) for name in names)
     return max((style.width_in(one, style.TINY_PT) for one in cut), default=0.0)
 
 

@@ -107,7 +107,7 @@ class _Timeline:
             band_in, row_in = self.band_in(lane), self.height_in(lane)
             for axes in self.page.panels if number % 2 == 0 else ():
                 axes.axhspan(top_in, top_in + band_in, color=style.PALE, linewidth=0, zorder=0)
-            own = [one for one in faults if lane.vehicles == (one.vehicle,)]
+            own = [fault for fault in faults if lane.vehicles == (fault.vehicle,)]
             _faults(self.page.panels, own, top_in, band_in)
             self._name(lane, name, top_in, band_in)
             for at, row in enumerate(lane.rows):

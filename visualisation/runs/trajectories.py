@@ -199,7 +199,7 @@ def _scene(results: RunResults, places: Sequence[Place], layers: Sequence[Layer]
         for mark, (marker, size_pt) in zip(marks, cycle(MARKS), strict=False)
     }
     tracks = reading.tracks(results)
-    faults = [TrackEvent(one.vehicle, one.span.start_s, FAULT) for one in reading.vehicle_faults(results)]
+    faults = [TrackEvent(fault.vehicle, fault.span.start_s, FAULT) for fault in reading.vehicle_faults(results)]
     return MapContents(
         tracks=tracks,
         looks=declared.Kit(results).looks,
@@ -207,9 +207,9 @@ def _scene(results: RunResults, places: Sequence[Place], layers: Sequence[Layer]
         outlines=outlines,
         layers=list(layers),
         events=[
-            TrackEvent(one.vehicle, one.time_s, symbols[one.name])
-            for one in reading.milestones(results)
-            if one.name in symbols and one.vehicle in tracks
+            TrackEvent(milestone.vehicle, milestone.time_s, symbols[milestone.name])
+            for milestone in reading.milestones(results)
+            if milestone.name in symbols and milestone.vehicle in tracks
         ]
         + [event for event in faults if event.vehicle in tracks],
         end_s=reading.end_s(results),

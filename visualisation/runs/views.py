@@ -105,7 +105,9 @@ def view_of(results: RunResults, viewer: str = "") -> View:
     groups = group_nodes(reading.scenario(results), [(row["group"], row["role"]) for row in rows])
     away = _absences(results, viewer) if viewer else outages(results)
     marks = _marks(rows, viewer)
-    return View(viewer, groups, _holdings(told, away), {one.name: _existence(one, marks) for one in groups}, marks)
+    return View(
+        viewer, groups, _holdings(told, away), {group.name: _existence(group, marks) for group in groups}, marks
+    )
 
 
 def checked_time_s(at_s: float | None, view: View, end_s: float) -> float:
@@ -183,7 +185,7 @@ def _existence(group: GroupNode, marks: Iterable[ActMark]) -> list[Span]:
 
 
 def _lacking(holdings: Sequence[Holding], minimum: int, within_s: Span) -> list[tuple[Span, int]]:
-    present = [span for one in holdings for span in one.present]
+    present = [span for holding in holdings for span in holding.present]
     times_s = {within_s.start_s, within_s.end_s, *(time_s for span in present for time_s in span)}
     cuts_s = sorted(time_s for time_s in times_s if within_s.start_s <= time_s <= within_s.end_s)
     found: list[tuple[Span, int]] = []

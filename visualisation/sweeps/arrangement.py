@@ -140,10 +140,10 @@ def arranged(rows: Sequence[Comparison], bounds: Collection[str] = ()) -> Arrang
     follows = frozenset({axis}) if cases else _following(rows, axis)
     combinations = list(dict.fromkeys(_combination(row, follows) for row in rows))
     merged = {
-        one for one in combinations
-        if axis == PER and any(other.channel != PERFECT and _completes(one, other) for other in combinations)
+        combination for combination in combinations
+        if axis == PER and any(other.channel != PERFECT and _completes(combination, other) for other in combinations)
     }  # fmt: skip
-    kept = [one for one in combinations if one not in merged]
+    kept = [combination for combination in combinations if combination not in merged]
     places = {(_combination(row, follows), _place_of(row, axis)) for row in rows}
     if len(kept) > 4 and len(places) <= len(kept):
         raise DrawingError(
@@ -248,10 +248,15 @@ def policy_place(policy: str) -> tuple[int, str]:
 
 def _titles(combinations: Sequence[PanelSettings]) -> list[str]:
     """What tells combinations apart: only what differs among them."""
-    keys = dict.fromkeys(key for one in combinations for key, _ in one.settings)
+    keys = dict.fromkeys(key for combination in combinations for key, _ in combination.settings)
     parts = [
-        [one.unforeseen, one.scenario, one.channel, *(dict(one.settings).get(key, "") for key in keys)]
-        for one in combinations
+        [
+            combination.unforeseen,
+            combination.scenario,
+            combination.channel,
+            *(dict(combination.settings).get(key, "") for key in keys),
+        ]
+        for combination in combinations
     ]
     names = ["", "", "", *(f"{WORDS.get(key, key)} = " for key in keys)]
     varied = [at for at in range(len(names)) if len({own[at] for own in parts}) > 1]

@@ -91,7 +91,7 @@ def metric(
     """One metric along the axis, a panel for each combination."""
     with style.paper():
         page, panels = _page(arrangement, [arrangement.titles[c] for c in combinations], BODY_IN, width_in, rows=rows)
-        shown = [arrangement.of(one, rows) for one in combinations]
+        shown = [arrangement.of(combination, rows) for combination in combinations]
         for axes, own in zip(panels, shown, strict=True):
             _curves(axes, arrangement, own, measure)
         _scale(panels, [row for own in shown for row in own], measure, "y")
@@ -149,11 +149,14 @@ def trade_off(
         rows: of all combinations, by the names of the metrics.
         width_in: of the page.
     """
-    shown = [[arrangement.of(one, rows[measure.metric.name]) for measure in (across, up)] for one in combinations]
+    shown = [
+        [arrangement.of(combination, rows[measure.metric.name]) for measure in (across, up)]
+        for combination in combinations
+    ]
     places = sorted({arrangement.x(row) for pair in shown for own in pair for row in own})
     sizes = dict(zip(places, _sizes(len(places)), strict=True))
     with style.paper():
-        titles = [arrangement.titles[one] for one in combinations]
+        titles = [arrangement.titles[combination] for combination in combinations]
         page, panels = _page(arrangement, titles, TRADE_OFF_BODY_IN, width_in, across.label, SIZE_KEY_IN)
         ends = [_crosses(axes, arrangement, own, (across, up), sizes) for axes, own in zip(panels, shown, strict=True)]
         for number, (measure, along) in enumerate(((across, "x"), (up, "y"))):

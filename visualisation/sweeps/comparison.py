@@ -261,7 +261,7 @@ def _charts(kind: str, numbers: Numbers) -> Iterator[SweepChart]:
     arrangement = numbers.arrangement
     combinations = list(arrangement.titles)
     together = len(combinations) <= MOST_PANELS and kind not in ("ranking", "overview")
-    for group in [combinations] if together else [[one] for one in combinations]:
+    for group in [combinations] if together else [[combination] for combination in combinations]:
         title = "" if len(group) == len(combinations) else arrangement.titles[group[0]]
         chart = _ranking(title, group[0], numbers) if kind == "ranking" else _chart(kind, title, group, numbers)
         if chart.rows:

@@ -60,7 +60,7 @@ class RunForm:
             raise AskedWrongly(f"{', '.join(map(shown, strange))}: no field of the form; allowed: {', '.join(KEYS)}")
         given = {name: value for name, value in {**self._given, **fields}.items() if value is not None}
         own = [(name, f"{KEYS[name]}={self._value(name, value)}") for name, value in given.items()]
-        kept = [one for one in self._overrides if not any(_sets(one[1], KEYS[name]) for name in given)]
+        kept = [override for override in self._overrides if not any(_sets(override[1], KEYS[name]) for name in given)]
         return load(self._scenario, [*kept, *own]), given
 
     def keep(self, given: dict[str, Any]) -> None:

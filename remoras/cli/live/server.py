@@ -62,7 +62,7 @@ class Guard:
         allowed = ", ".join(sorted(self._hosts))
         if host not in self._hosts:
             return f"host {shown(host)} is not served; allowed: {allowed}"
-        if origin is not None and origin not in {f"http://{one}" for one in self._hosts}:
+        if origin is not None and origin not in {f"http://{host}" for host in self._hosts}:
             return f"a page of {shown(origin)} may not ask; allowed: pages of {allowed}"
         return ""
 

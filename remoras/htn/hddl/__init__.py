@@ -70,7 +70,7 @@ def parse(domain: str, problem: str, *, domain_file: str = "domain", problem_fil
     spec = read_domain(domain, domain_file)
     given = read_problem(problem, problem_file, spec)
     objects = ObjectsByType(spec, list(given.objects.values()))
-    tasks = tuple(Task(one.name, one.terms) for one in given.tasks)
+    tasks = tuple(Task(task.name, task.terms) for task in given.tasks)
     if given.parameters:
         whole = MethodSpec(WHOLE, given.parameters, Subtask(WHOLE, ()), given.constraints, given.tasks)
         spec = replace(spec, tasks={**spec.tasks, WHOLE: ()}, methods=[*spec.methods, whole])

@@ -81,9 +81,9 @@ class Code:
     def every(self, parameters: Sequence[TypedParameter]) -> str:
         """The clause that goes through the values of quantified variables; from now on their names hide outer ones."""
         clauses = []
-        for one in parameters:
-            self.names[one.name] = self.fresh()
-            clauses.append(f"for {self.names[one.name]} in {self.constant(self._objects(one.types))}")
+        for parameter in parameters:
+            self.names[parameter.name] = self.fresh()
+            clauses.append(f"for {self.names[parameter.name]} in {self.constant(self._objects(parameter.types))}")
         return " ".join(clauses)
 
 

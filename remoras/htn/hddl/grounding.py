@@ -48,25 +48,25 @@ def ground(spec: DomainSpec, objects: ObjectsByType) -> Domain:
     """The domain, for the objects of one problem."""
     needs = needs_of_methods(spec, objects.frozen)
     methods: dict[str, list[Method]] = {name: [] for name in spec.tasks}
-    for one in spec.methods:
-        methods[one.task.name].append(_Binding(one, needs[one.name], objects).method())
+    for method in spec.methods:
+        methods[method.task.name].append(_Binding(method, needs[method.name], objects).method())
     return Domain.of([_operator(action, objects) for action in spec.actions.values()], methods)
 
 
 def _operator(action: Action, objects: ObjectsByType) -> Operator:
     applicable, effects = Code(action.parameters, objects), Code(action.parameters, objects)
     arguments = list(applicable.names.values())
-    tests = [f"{applicable.names[one.name]} in {applicable.constant(objects.frozen(one.types))}"
-             for one in action.parameters]  # fmt: skip
-    tests += [applicable.test(one) for one in conjuncts(action.precondition)]
+    tests = [f"{applicable.names[parameter.name]} in {applicable.constant(objects.frozen(parameter.types))}"
+             for parameter in action.parameters]  # fmt: skip
+    tests += [applicable.test(conjunct) for conjunct in conjuncts(action.precondition)]
     always_made: list[str] = []
     made: list[str] = []
-    for one in sorted(action.effects, key=lambda one: one.is_added):  # what is added stays, where both is said
+    for effect in sorted(action.effects, key=lambda effect: effect.is_added):  # what is added stays, where both is said
         outer = dict(effects.names)
-        every = effects.every(one.parameters) if one.parameters else "for _ in (0,)"
-        fact = f"{effects.key(one.atom)}: {True if one.is_added else None}"
-        tests_here = [effects.test(each) for each in conjuncts(one.condition)]
-        if not one.parameters and not tests_here and not made:
+        every = effects.every(effect.parameters) if effect.parameters else "for _ in (0,)"
+        fact = f"{effects.key(effect.atom)}: {True if effect.is_added else None}"
+        tests_here = [effects.test(each) for each in conjuncts(effect.condition)]
+        if not effect.parameters and not tests_here and not made:
             always_made.append(fact)
         else:
             made.append(f"found.update({{{fact} {every} {' '.join(f'if {test}' for test in tests_here)}}})")
@@ -100,7 +100,7 @@ class _Binding:
         self._spec = spec
         self._objects = objects
         self._code = Code(spec.parameters, objects)
-        self._kinds = {one.name: objects.frozen(one.types) for one in spec.parameters}
+        self._kinds = {parameter.name: objects.frozen(parameter.types) for parameter in spec.parameters}
         found = dict.fromkeys(conjuncts(spec.precondition))
         for predicate, terms, is_true in sorted(needs):
             atom = Atom(predicate, tuple(map(str, terms)))
@@ -123,13 +123,13 @@ class _Binding:
         tests += now
         tasks = f"[{', '.join(map(self._task, spec.subtasks))}]"
         if clauses:
-            free = {term for one in spec.subtasks for term in one.terms if term.startswith("?")}
+            free = {term for subtask in spec.subtasks for term in subtask.terms if term.startswith("?")}
             found = f"({tasks} {' '.join(one for clause in clauses for one in clause)})"
             is_witnessed_once = free.issuperset(self._kinds.keys() - head.keys())
             tasks = found if is_witnessed_once else f"{code.constant(_once)}{found}"
         applicable = code.compiled(arguments, [f"return {' and '.join(tests)}"]) if tests else always
         subtasks = code.compiled(arguments, [f"return {tasks}"])
-        return Method(spec.name, subtasks, applicable, tuple(dict.fromkeys(one.name for one in spec.subtasks)))
+        return Method(spec.name, subtasks, applicable, tuple(dict.fromkeys(subtask.name for subtask in spec.subtasks)))
 
     def _task(self, subtask: Subtask) -> str:
         """The code that makes a task."""
@@ -150,11 +150,13 @@ class _Binding:
             left = [one for one in left if not self._free(one) <= bound]
             atoms = [one for one in left if isinstance(one, Atom) and one.predicate != EQUAL]
             if atoms:
-                atom = min(atoms, key=lambda one: len(self._free(one) - bound))
+                atom = min(atoms, key=lambda atom: len(self._free(atom) - bound))
                 clause = [self._match(atom, bound)]
                 left = [one for one in left if one is not atom]
                 bound = bound | self._free(atom)
-            elif (missing := next((one for one in self._spec.parameters if one.name not in bound), None)) is not None:
+            elif (
+                missing := next((parameter for parameter in self._spec.parameters if parameter.name not in bound), None)
+            ) is not None:
                 clause = [f"for {code.names[missing.name]} in {code.constant(self._objects(missing.types))}"]
                 bound = bound | {missing.name}
             else:
@@ -190,4 +192,4 @@ def _terms(formula: Formula) -> set[str]:
         case Several(formulas, _):
             return {term for one in formulas for term in _terms(one)}
         case _:
-            return _terms(formula.formula) - {one.name for one in formula.parameters}
+            return _terms(formula.formula) - {parameter.name for parameter in formula.parameters}

@@ -40,10 +40,10 @@ Objects = Callable[[tuple[str, ...]], frozenset[str]]
 
 def literals(formula: Formula) -> Iterable[Literal]:
     """The literals among the conjuncts of ``formula``, without equalities."""
-    for one in conjuncts(formula):
-        atom = one.formula if isinstance(one, Not) else one
+    for conjunct in conjuncts(formula):
+        atom = conjunct.formula if isinstance(conjunct, Not) else conjunct
         if isinstance(atom, Atom) and atom.predicate != EQUAL:
-            yield Literal(atom.predicate, atom.terms, isinstance(one, Atom))
+            yield Literal(atom.predicate, atom.terms, isinstance(conjunct, Atom))
 
 
 class _Change(NamedTuple):
@@ -56,7 +56,7 @@ class _Change(NamedTuple):
 
 def _changes(action: Action, objects: Objects) -> Iterable[_Change]:
     for effect in action.effects:
-        kinds = {one.name: objects(one.types) for one in (*action.parameters, *effect.parameters)}
+        kinds = {parameter.name: objects(parameter.types) for parameter in (*action.parameters, *effect.parameters)}
         which = tuple(kinds.get(term, frozenset({term})) for term in effect.atom.terms)
         yield _Change(effect.atom.predicate, which, effect.is_added)
 
@@ -113,7 +113,7 @@ def _needs(
     objects: Objects,
 ) -> Needs | None:
     """What a method needs, by what its subtasks need; None if no way to end one of them is known yet."""
-    kinds = {one.name: objects(one.types) for one in method.parameters}
+    kinds = {parameter.name: objects(parameter.types) for parameter in method.parameters}
     found = set(literals(method.precondition))
     before: set[_Change] = set()
     for subtask, needs in zip(method.subtasks, subtasks, strict=True):
@@ -131,7 +131,7 @@ def _possible(
     method: MethodSpec, domain: DomainSpec, reach: Mapping[str, frozenset[_Change]], objects: Objects
 ) -> Iterator[tuple[str, ...]]:
     """For every subtask the names of its methods that may be taken where it stands; none of an action."""
-    kinds = {one.name: objects(one.types) for one in method.parameters}
+    kinds = {parameter.name: objects(parameter.types) for parameter in method.parameters}
     certain = set(literals(method.precondition))
     for subtask in method.subtasks:
         yield tuple(
@@ -156,7 +156,7 @@ def _possible(
 def _certain(action: Action, objects: Objects) -> Needs:
     """What holds after an action whatever its arguments; where it may add and delete one atom, the atom is added."""
     places: dict[str, str | int] = {one.name: place for place, one in enumerate(action.parameters)}
-    kinds = {one.name: objects(one.types) for one in action.parameters}
+    kinds = {parameter.name: objects(parameter.types) for parameter in action.parameters}
     added = [change for change in _changes(action, objects) if change.is_true]
     found = []
     for effect in action.effects:

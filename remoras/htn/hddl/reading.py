@@ -63,11 +63,11 @@ class _Reader:
             item = rest.pop(0)
             if isinstance(item, Token) and item.text == "-" and rest:
                 kind = rest.pop(0)
-                words = [kind] if isinstance(kind, Token) else [self.word(one) for one in kind.items[1:]]
+                words = [kind] if isinstance(kind, Token) else [self.word(item) for item in kind.items[1:]]
                 if checks_types:
-                    for one in words:
-                        self.known("type", one, {*self.domain.types, OBJECT})
-                found += [TypedParameter(name.text, tuple(one.text for one in words)) for name in names]
+                    for word in words:
+                        self.known("type", word, {*self.domain.types, OBJECT})
+                found += [TypedParameter(name.text, tuple(word.text for word in words)) for name in names]
                 names = []
             else:
                 names.append(self.word(item))
@@ -121,7 +121,7 @@ class _Reader:
         if item.head == "imply":
             return Several((Not(self.formula(inner[0], variables)), self.formula(inner[1], variables)), False)
         parameters = self.parameters(inner[0])
-        bound = {*variables, *(one.name for one in parameters)}
+        bound = {*variables, *(parameter.name for parameter in parameters)}
         return Quantified(parameters, self.formula(inner[1], bound), item.head == "forall")
 
     def effects(self, item: Parenthesised | Token | None, variables: Collection[str]) -> tuple[Effect, ...]:
@@ -136,16 +136,16 @@ class _Reader:
             return tuple(effect for one in inner for effect in self.effects(one, variables))
         if item.head == "forall" and len(inner) == 2:
             parameters = self.parameters(inner[0])
-            bound = {*variables, *(one.name for one in parameters)}
+            bound = {*variables, *(parameter.name for parameter in parameters)}
             return tuple(
-                Effect((*parameters, *one.parameters), one.condition, one.atom, one.is_added)
-                for one in self.effects(inner[1], bound)
+                Effect((*parameters, *effect.parameters), effect.condition, effect.atom, effect.is_added)
+                for effect in self.effects(inner[1], bound)
             )
         if item.head == "when" and len(inner) == 2:
             condition = self.formula(inner[0], variables)
             return tuple(
-                Effect(one.parameters, Several((condition, one.condition), True), one.atom, one.is_added)
-                for one in self.effects(inner[1], variables)
+                Effect(effect.parameters, Several((condition, effect.condition), True), effect.atom, effect.is_added)
+                for effect in self.effects(inner[1], variables)
             )
         is_added = item.head != "not"
         form = item if is_added else inner[0] if inner else item
@@ -201,11 +201,11 @@ class _Reader:
             pairs = list(ordering.items[1:]) if ordering.head == "and" else [ordering] if ordering.items else []
         before: dict[str, set[str]] = {label: set() for label in labels}
         for pair in pairs:
-            words = [self.word(one) for one in pair.items] if isinstance(pair, Parenthesised) else []
+            words = [self.word(item) for item in pair.items] if isinstance(pair, Parenthesised) else []
             if len(words) != 3 or words[0].text != "<":
                 self.faults.add(pair.line, f"expected (< LABEL LABEL), not {item_text(pair)}")
                 continue
-            first, second = (self.known("label", one, before) for one in words[1:])
+            first, second = (self.known("label", word, before) for word in words[1:])
             before.setdefault(second, set()).add(first)
         found: list[int] = []
         while len(found) < len(labels):
@@ -250,7 +250,7 @@ def read_domain(text: str, file: str) -> DomainSpec:
     for section in by_kind[":action"]:
         given = keywords(section, 2, (":parameters", ":precondition", ":effect"), faults)
         parameters = reader.parameters(given.get(":parameters"))
-        names = [one.name for one in parameters]
+        names = [parameter.name for parameter in parameters]
         name = _name(reader, section, {*domain.tasks, *domain.actions})
         domain.actions[name] = Action(
             name,
@@ -259,7 +259,7 @@ def read_domain(text: str, file: str) -> DomainSpec:
             reader.effects(given.get(":effect"), names),
         )
     for section in by_kind[":method"]:
-        domain.methods.append(_method(reader, section, [one.name for one in domain.methods]))
+        domain.methods.append(_method(reader, section, [method.name for method in domain.methods]))
     faults.end()
     return domain
 
@@ -274,7 +274,7 @@ def _name(reader: _Reader, section: Parenthesised, taken: Collection[str]) -> st
 def _method(reader: _Reader, section: Parenthesised, taken: Collection[str]) -> MethodSpec:
     given = keywords(section, 2, (":parameters", ":task", ":precondition", *NETWORK), reader.faults)
     parameters = reader.parameters(given.get(":parameters"))
-    names = [one.name for one in parameters]
+    names = [parameter.name for parameter in parameters]
     task = reader.subtask(given.get(":task", section), names, reader.domain.tasks)
     conditions = tuple(reader.formula(given.get(one), names) for one in (":precondition", ":constraints"))
     network = reader.network(given, names)
@@ -294,13 +294,13 @@ def read_problem(text: str, file: str, domain: DomainSpec) -> ProblemSpec:
             faults.add(section.line, f"{section.head} is not known; allowed: {', '.join(PROBLEM_SECTIONS)}")
     for section in found:
         if section.head == ":init":
-            problem.facts += [reader.atom(one, ()) for one in section.items[1:] if isinstance(one, Parenthesised)]
+            problem.facts += [reader.atom(item, ()) for item in section.items[1:] if isinstance(item, Parenthesised)]
         elif section.head == ":goal" and len(section.items) > 1:
             problem.goal = reader.formula(section.items[1], ())
         elif section.head == ":htn":
             given = keywords(section, 1, (":parameters", *NETWORK), faults)
             problem.parameters = reader.parameters(given.get(":parameters"))
-            names = [one.name for one in problem.parameters]
+            names = [parameter.name for parameter in problem.parameters]
             problem.tasks = reader.network(given, names)
             problem.constraints = reader.formula(given.get(":constraints"), names)
     faults.end()
