@@ -152,7 +152,7 @@ def rows(
     n_shared = len(shared_names())
     made.append(_row("names in two modules or more", n_shared, "names", MOST_SHARED_NAMES, n_shared))
     if against is not None:
-        pairs = [[cpu_s(one) for one in (ROOT, against)] for _ in range(TRIES)]
+        pairs = [[cpu_s(path) for path in (ROOT, against)] for _ in range(TRIES)]
         own_s, other_s = (min(column) for column in zip(*pairs, strict=True))
         made.append(_row("CPU of the run over the other's", own_s / other_s, "x", 1.5, other_s))
     return made

@@ -90,7 +90,7 @@ def coverage(what: str, shape: str, n: int, share: float, n_studies: int, seed: 
             luck = own(draws, n)  # of the losses that both meet
             sides = [_timed(draws, luck * draws.lognormal(-0.02, 0.2, n), share) for _ in range(2)]
             found.append(restricted_difference_interval(*sides))
-    intervals = [one for one in found if not isinstance(one, NoInterval)]
+    intervals = [interval for interval in found if not isinstance(interval, NoInterval)]
     if not intervals:
         return Coverage(what, shape, n, share, n_studies, 0, None, None)
     covered = sum(low <= truth <= high for low, high in intervals) / len(intervals)

@@ -194,14 +194,14 @@ def points_of(strategy: Strategy, n_points: int) -> list[Point]:
         {
             "study": {"name": "points", "scenario": "any", "repeats": 1, "seed": HYPERCUBE_SEED, "sampling": "latin"}
             | {"samples": n_points - 1},
-            "latin": {one.name: range_of(strategy.name, one.name) for one in declared},
+            "latin": {parameter.name: range_of(strategy.name, parameter.name) for parameter in declared},
         }
     )
     drawn = [
         tuple((one.name, type(one.default)(setting.value)) for one, setting in zip(declared, point, strict=True))
         for point in points(file)
     ]
-    default = tuple((one.name, one.default) for one in declared)
+    default = tuple((parameter.name, parameter.default) for parameter in declared)
     return [Point(strategy.name, values) for values in (default, *drawn)]
 
 
@@ -223,7 +223,7 @@ def search(chosen: Sequence[Strategy], n_points: int, evaluate: Evaluate) -> lis
     times = evaluate([point for of_one in kept.values() for point in of_one], second)
     best = {name: min(of_one, key=lambda point: _mean_s(times, point)) for name, of_one in kept.items()}
     rivals = {name: point for name, point in best.items() if point != tried[name][0]}
-    compared = evaluate([one for name, point in rivals.items() for one in (tried[name][0], point)], last)
+    compared = evaluate([pair for name, point in rivals.items() for pair in (tried[name][0], point)], last)
     return [_verdict(tried[name][0], point, compared if name in rivals else times) for name, point in best.items()]
 
 

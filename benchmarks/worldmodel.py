@@ -242,7 +242,7 @@ def latest(bench: Bench) -> list[dict[str, Any]]:
         return ask
 
     small, large = (bench.recorded(bench.heard[:size]) for size in (SIZES[0], SIZES[-1]))
-    small_s, large_s = (one / (20 * N_ASKED) for one in best_of(asking(small), asking(large), repeats=9))
+    small_s, large_s = (total_s / (20 * N_ASKED) for total_s in best_of(asking(small), asking(large), repeats=9))
     graph_s = _latest_in_memory_s(bench, asked[:100])
     rows = [
         _row("latest, 100000", large_s * 1e6, "us", "rdflib Memory", graph_s * 1e6, graph_s / large_s, ">= 300"),
@@ -256,7 +256,7 @@ def latest(bench: Bench) -> list[dict[str, Any]]:
         newest = models[1].latest(subject, attribute)
         if newest is None or newest.origin != 1:
             raise AssertionError(f"latest of {subject}, {attribute} is {newest}: origin 2 is banned")
-    small_s, large_s = (one / (20 * N_ASKED) for one in best_of(*map(asking, models), repeats=9))
+    small_s, large_s = (total_s / (20 * N_ASKED) for total_s in best_of(*map(asking, models), repeats=9))
     rows.append(
         _row("latest with a ban, growth", large_s * 1e6, "us", "at 2000", small_s * 1e6, large_s / small_s, "<= 1.3")
     )

@@ -76,7 +76,7 @@ def kinds() -> dict[str, Any]:
     """The kinds that are there, by name, in the order of their numbers."""
     names = sorted(module.name for module in pkgutil.iter_modules(importlib.import_module(KINDS_FOLDER).__path__))
     found = {name: importlib.import_module(f"{KINDS_FOLDER}.{name}").KIND for name in names}
-    return dict(sorted(found.items(), key=lambda one: one[1].number_of(one[0])))
+    return dict(sorted(found.items(), key=lambda named: named[1].number_of(named[0])))
 
 
 def kind_of_row(kind: str) -> Any:

@@ -316,14 +316,16 @@ def collected(source: str, metrics: Iterable[Metric]) -> dict[str, Metric]:
     faults: list[ConfigurationFault] = []
     for metric in metrics:
         wrong = faults_of_metric(metric)
-        faults += [ConfigurationFault(f"metric {metric.name}, {one.part}", one.given, one.allowed) for one in wrong]
+        faults += [
+            ConfigurationFault(f"metric {metric.name}, {fault.part}", fault.given, fault.allowed) for fault in wrong
+        ]
         if metric.name in TAKEN:
             allowed = "a field that results have already; give the metric another name"
             faults.append(ConfigurationFault(f"metric {metric.name}", "", allowed))
         if metric.name in found:
             allowed = "declared twice; give one of the two metrics another name"
             faults.append(ConfigurationFault(f"metric {metric.name}", "", allowed))
-        namesake = next((one for one in found.values() if _alike(one.label, metric.label)), None)
+        namesake = next((other for other in found.values() if _alike(other.label, metric.label)), None)
         if namesake is not None and namesake.name != metric.name:
             allowed = f"is also the label of {namesake.name}, and charts go by it; give one of the two another label"
             faults.append(ConfigurationFault(f"metric {metric.name}, label", repr(metric.label), allowed))

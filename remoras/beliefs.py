@@ -143,7 +143,11 @@ class Beliefs:
 
     def _all(self, slot: tuple[int, int], attribute: Attribute) -> set[Any]:
         from_s = self._from_s.get(slot, -math.inf)
-        return {self._plain(attribute, one.value) for one in self.model.history(*slot) if one.time_s >= from_s}
+        return {
+            self._plain(attribute, observation.value)
+            for observation in self.model.history(*slot)
+            if observation.time_s >= from_s
+        }
 
     def note(self) -> None:
         """Bring ``values`` up to date with what was recorded or merged."""

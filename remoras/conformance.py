@@ -50,7 +50,7 @@ def check_metric(metric: Metric, runs: Sequence[face.Run] = ()) -> None:
     with _read_back(runs or _short_runs()) as pairs:
         for run, written in pairs:
             with _named(f"metric {metric.name} of {run!r}"):
-                first, again, of_folder = (one.metric(metric) for one in (run, run, written))
+                first, again, of_folder = (tried.metric(metric) for tried in (run, run, written))
                 _expect_same(metric.name, first, again, "asked of the same run again")
                 _expect_same(metric.name, first, of_folder, "asked of its folder")
 
@@ -77,7 +77,7 @@ def check_figure(figure: Declared, runs: Sequence[face.Run] = ()) -> None:
                     f"{run!r} has no table {', '.join(lacking)}; pass runs of a mission that writes it"
                 )
             with _named(f"figure of {run!r}"):
-                captions = [_caption(one, figure) for one in (run, run, written)]
+                captions = [_caption(tried, figure) for tried in (run, run, written)]
                 _expect_same("its caption", captions[0], captions[1], "drawn of the same run again")
                 _expect_same("its caption", captions[0], captions[2], "drawn of its folder")
 

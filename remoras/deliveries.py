@@ -54,9 +54,9 @@ def note_expired(recorder: Recorder, vehicle: str, expired: Iterable[Expiry], no
         now_s: the time (s).
     """
     rows = recorder.rows(DELIVERIES.name)
-    for one in expired:
-        event = "postponed" if one.comes_back else "expired"
-        rows.append((now_s, vehicle, str(one.uid), event, one.reason.value, one.latency_s))
+    for expiry in expired:
+        event = "postponed" if expiry.comes_back else "expired"
+        rows.append((now_s, vehicle, str(expiry.uid), event, expiry.reason.value, expiry.latency_s))
 
 
 def note_slot(recorder: Recorder, vehicle: str, queue: Queue, slot: int, now_s: float) -> None:

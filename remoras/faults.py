@@ -122,15 +122,15 @@ def condition_under(faults: Iterable[Fault]) -> Condition:
     out_of_contact = [fault for fault in holding if not fault.leaves.is_in_contact]
     for_good = [fault.leaves for fault in holding if math.isinf(fault.until_s)]
     return Condition(
-        is_there=all(one.is_there for one in left),
-        is_running=all(one.is_running for one in left),
-        is_mute=any(one.is_mute for one in left),
-        is_deaf=any(one.is_deaf for one in left),
-        speed_factor=math.prod(one.speed_factor for one in left),
-        dead_sensors=frozenset(name for one in left for name in one.dead_sensors),
-        lost_for_good=not all(one.is_alive for one in for_good),
+        is_there=all(condition.is_there for condition in left),
+        is_running=all(condition.is_running for condition in left),
+        is_mute=any(condition.is_mute for condition in left),
+        is_deaf=any(condition.is_deaf for condition in left),
+        speed_factor=math.prod(condition.speed_factor for condition in left),
+        dead_sensors=frozenset(name for condition in left for name in condition.dead_sensors),
+        lost_for_good=not all(condition.is_alive for condition in for_good),
         will_return=bool(out_of_contact) and all(math.isfinite(fault.until_s) for fault in out_of_contact),
-        dead_for_good=frozenset(name for one in for_good for name in one.dead_sensors),
+        dead_for_good=frozenset(name for condition in for_good for name in condition.dead_sensors),
     )
 
 
@@ -176,7 +176,7 @@ def drawn(
         fault = one.befalling(data, at_s)
         if fault.from_s < min(duration_s, fault.until_s):
             found.append(((fault.from_s, data.node, one.number, at_s), fault))
-    return tuple(fault for _, fault in sorted(found, key=lambda one: one[0]))
+    return tuple(fault for _, fault in sorted(found, key=lambda dated: dated[0]))
 
 
 def _selector(vehicle: str, database: AUVDatabase, organisation: Organisation) -> int:

@@ -202,7 +202,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
 
     def named(self, vehicle: str) -> Vehicle:
         """The vehicle of that name, as it is now."""
-        return next(one for one in self.vehicles if one.name == vehicle)
+        return next(candidate for candidate in self.vehicles if candidate.name == vehicle)
 
     def shown_s(self, vehicle: Vehicle) -> float:
         """What the clock of a vehicle shows now (s)."""

@@ -46,11 +46,11 @@ def meets_after(groups: Iterable[Group]) -> dict[str, tuple[str, ...]]:
 
     def below(group: str, seen: frozenset[str]) -> set[str]:
         nearest = [name for name in supervised[group] if name not in seen]
-        return {*nearest, *(name for one in nearest for name in below(one, seen | {*nearest}))}
+        return {*nearest, *(name for below_it in nearest for name in below(below_it, seen | {*nearest}))}
 
     meeting = {group.name for group in listed if group.rally_point is not None}
     return {
-        name: tuple(one.name for one in listed if one.name in below(name, frozenset({name})) & meeting)
+        name: tuple(group.name for group in listed if group.name in below(name, frozenset({name})) & meeting)
         for name in supervised
     }
 

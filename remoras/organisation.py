@@ -204,11 +204,11 @@ class Organisation:
         held = self._index.roles.get(vehicle, {})
         if group is not None:
             return held.get(group, ())
-        return tuple(one for name in sorted(held) for one in held[name])
+        return tuple(role for name in sorted(held) for role in held[name])
 
     def plays(self, vehicle: str, group: str, role: str) -> bool:
         """True if ``vehicle`` plays ``role`` in ``group``."""
-        return any(one.role == role for one in self.roles_of(vehicle, group))
+        return any(assignment.role == role for assignment in self.roles_of(vehicle, group))
 
     def is_member(self, vehicle: str, group: str) -> bool:
         """True if ``vehicle`` plays some role in ``group``."""

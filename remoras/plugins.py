@@ -72,7 +72,7 @@ def faults_of(found: Any, seam: type, compulsory: tuple[str, ...]) -> Iterator[s
     missing += sorted(getattr(found, "__abstractmethods__", frozenset()) - set(missing))
     lacking: dict[type, list[str]] = {}
     for name in missing:
-        asks = [one for one in getattr(found, "__mro__", ()) if name in vars(one) and one not in seam.__mro__]
+        asks = [base for base in getattr(found, "__mro__", ()) if name in vars(base) and base not in seam.__mro__]
         lacking.setdefault(asks[0] if asks else seam, []).append(name)
     for asking, names in lacking.items():
         yield f"lacks {', '.join(names)} of {asking.__module__}.{asking.__qualname__}"

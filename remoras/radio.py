@@ -70,7 +70,7 @@ class HeardPacket(NamedTuple):
 
 def _news_attributes(tbox: TBox) -> frozenset[int]:
     """Attributes of jobs: a fact of these is news of the mission."""
-    job = next((one.uid for one in tbox.classes if one.name == JOB), None)
+    job = next((ontology_class.uid for ontology_class in tbox.classes if ontology_class.name == JOB), None)
     return frozenset(a.uid for a in tbox.attributes if job is not None and tbox.is_a(a.domain, job))
 
 
@@ -144,7 +144,7 @@ class Radio:
             self.manager.give_up([fault.guid])
         if not model.arrivals.waiting and not self._lacking:
             return
-        lacking = {one.uid: one for one in model.lacking(now_s)}
+        lacking = {lacking.uid: lacking for lacking in model.lacking(now_s)}
         for uid in sorted(lacking.keys() - self._lacking):
             one = lacking[uid]
             whose = "" if one.origin is None else f" of {self._names[one.origin]}"
@@ -189,9 +189,9 @@ class Radio:
         roles, addressed, values = [], [], []
         for signal in sent.signals:
             group, role, to = self._signalling[signal.role]
-            for one in to or ("",):
+            for receiver in to or ("",):
                 roles.append(f"{group}.{role}")
-                addressed.append(one and f"{group}.{one}")
+                addressed.append(receiver and f"{group}.{receiver}")
                 values.append(signal.value)
         return roles, addressed, values
 

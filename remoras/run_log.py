@@ -71,7 +71,7 @@ class RunLog:
             )
             for objective in objectives
         ]
-        self.rulings(began_s, [Ruling(one, Outcome.SUCCESS) for one in asked])
+        self.rulings(began_s, [Ruling(request, Outcome.SUCCESS) for request in asked])
 
     def rulings(self, now_s: float, rulings: Iterable[Ruling]) -> None:
         """What became of requests to change the organisation, in the view of the vehicle; refusals are faults too."""
@@ -129,7 +129,9 @@ class RunLog:
     def weighs(self, now_s: float, candidates: Sequence[WeighedSet]) -> None:
         """The vehicle has weighed what it could do; written if other sets stand to choice, or others are chosen."""
         names = [tuple(activity.name for activity in candidate.of.effective) for candidate in candidates]
-        weighed = [(one.of.objective, of, one.chosen) for one, of in zip(candidates, names, strict=True)]
+        weighed = [
+            (candidate.of.objective, of, candidate.chosen) for candidate, of in zip(candidates, names, strict=True)
+        ]
         if weighed == self._weighed:
             return
         self._weighed = weighed

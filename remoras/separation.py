@@ -119,7 +119,7 @@ class Separation:
                 near += [(one, other) for other in own[number + 1 :]]
             for right, up in _HALF:
                 if others := squares.get((column + right, row + up)):
-                    near += [(one, other) if one < other else (other, one) for one in own for other in others]
+                    near += [(mine, other) if mine < other else (other, mine) for mine in own for other in others]
         for one, other in sorted(near):
             a, b = motions[one], motions[other]
             dx_m, dy_m = b.x_m - a.x_m, b.y_m - a.y_m

@@ -236,11 +236,11 @@ def adapt_roles(strategy: Strategy, work: Work) -> tuple[RoleAssignment, ...]:
     if not any(role.incompatible for role in work.group.roles):
         return found
     allowed, organisation = list[RoleAssignment](), work.organisation
-    for one in found:
-        role = work.group.role(one.role)
-        if role is None or not organisation.is_excluded(one.vehicle, role):
-            allowed.append(one)
-            organisation, _ = organisation.assign(one.vehicle, one.group, one.role)
+    for assignment in found:
+        role = work.group.role(assignment.role)
+        if role is None or not organisation.is_excluded(assignment.vehicle, role):
+            allowed.append(assignment)
+            organisation, _ = organisation.assign(assignment.vehicle, assignment.group, assignment.role)
     return tuple(allowed)
 
 
@@ -262,7 +262,7 @@ def ask(strategy: str, negotiator: Negotiator, situation: Situation) -> Move:
 
 
 def _are_assignments(found: Any) -> bool:
-    return isinstance(found, tuple) and all(isinstance(one, RoleAssignment) for one in found)
+    return isinstance(found, tuple) and all(isinstance(assignment, RoleAssignment) for assignment in found)
 
 
 def _is_move(found: Any) -> bool:

@@ -288,8 +288,8 @@ def sends_s(schedule: TdmaSchedule, slot: int, node: int, seed: int) -> float:
 
 def _note_collisions(lost: Iterable[Hearing], names: Sequence[str], recorder: Recorder) -> None:
     """Take those who lost a packet to another out of its receivers; rows of packets still on their way may change."""
-    for one in lost:
-        slot, sender, receiver = one.slot, names[one.sender], names[one.arrival.receiver]
+    for hearing in lost:
+        slot, sender, receiver = hearing.slot, names[hearing.sender], names[hearing.arrival.receiver]
         row = next(row for row in reversed(recorder.packets) if (row[SLOT], row[SENDER]) == (slot, sender))
         if receiver in row[RECEIVERS]:
             at = row[RECEIVERS].index(receiver)

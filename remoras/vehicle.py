@@ -285,8 +285,8 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         organisation = self.social.organisation
         for (group, role, addressed), value in signals:
             if organisation.is_member(self.name, group) and organisation.is_member(emitter, group):
-                for one in addressed:
-                    self.executive.hear((group, one), emitter, role, value, now_s, reception.slot)
+                for message in addressed:
+                    self.executive.hear((group, message), emitter, role, value, now_s, reception.slot)
         if self.social.planner.due:
             self.think(now_s, 0.0)
         return reception

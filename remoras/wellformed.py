@@ -51,7 +51,7 @@ class Malformed:
 
 def specification_faults(organisation: Organisation) -> tuple[Malformed, ...]:
     """All that does not hold of an organisation's specification, in the order of its groups and roles."""
-    return tuple(one for group in organisation.groups.values() for one in _of_group(organisation, group))
+    return tuple(problem for group in organisation.groups.values() for problem in _of_group(organisation, group))
 
 
 def _of_group(organisation: Organisation, group: Group) -> Iterator[Malformed]:

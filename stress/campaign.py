@@ -192,8 +192,8 @@ def _outcomes(plan: Plan, seeds: Iterator[int], added: tuple[str, ...], jobs: in
                 while len(under_way) < 2 * jobs and (schedule := work.next()) is not None:
                     begin(schedule)
                 done, _ = wait(under_way, return_when=FIRST_COMPLETED)
-                for one in sorted(done, key=lambda one: under_way[one].stress.seed):
-                    yield from work.told(_result(one, under_way.pop(one)))
+                for future in sorted(done, key=lambda future: under_way[future].stress.seed):
+                    yield from work.told(_result(future, under_way.pop(future)))
         except BaseException:
             pool.shutdown(cancel_futures=True)
             raise

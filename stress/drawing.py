@@ -75,14 +75,16 @@ def kinds_named(names: Sequence[str]) -> tuple[str, ...]:
     Raises:
         ConfigurationError: there is none of a name.
     """
-    for one in (name for name in names if name not in KINDS):
+    for unknown in (name for name in names if name not in KINDS):
         try:
-            kind_of(one)
+            kind_of(unknown)
         except PluginError as error:
             families = [family.value for family in Family]
-            known = f"allowed: {', '.join(KINDS)}; or {', '.join(families)}{suggestion(one, [*KINDS, *families])}"
-            allowed = str(error) if ":" in one else known
-            raise ConfigurationError("remoras stress", [ConfigurationFault("--faults", f'"{one}"', allowed)]) from None
+            known = f"allowed: {', '.join(KINDS)}; or {', '.join(families)}{suggestion(unknown, [*KINDS, *families])}"
+            allowed = str(error) if ":" in unknown else known
+            raise ConfigurationError(
+                "remoras stress", [ConfigurationFault("--faults", f'"{unknown}"', allowed)]
+            ) from None
     others = dict.fromkeys(name for name in names if name not in KINDS)
     return (*(kind.name for kind in ALL if (kind.name in names if names else kind.name not in SELDOM)), *others)
 

@@ -57,7 +57,7 @@ def _forged(packet: Packet, draw: int, model: WorldModel) -> Packet:
         fact = fragments[at].facts[draw % len(fragments[at].facts)]
         for other in _others(fact, draw):
             if other != fact and model.may_record(other):
-                facts = tuple(other if one is fact else one for one in fragments[at].facts)
+                facts = tuple(other if told is fact else told for told in fragments[at].facts)
                 fragments[at] = _with(fragments[at], facts, fragments[at].time_s)
                 return replace(packet, fragments=tuple(fragments))
     return replace(packet, signals=tuple(replace(signal, value=-128) for signal in packet.signals))

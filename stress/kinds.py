@@ -128,7 +128,9 @@ def _declared(name: str, declared: type[DeclaredFault]) -> Kind:
     )
 
 
-ALL = tuple(sorted([*UNDECLARED, *(_declared(name, one) for name, one in kinds().items())], key=lambda one: one.place))
+ALL = tuple(
+    sorted([*UNDECLARED, *(_declared(name, kind) for name, kind in kinds().items())], key=lambda kind: kind.place)
+)
 """Kinds in the order in which tables show them."""
 KINDS: dict[str, Kind] = {kind.name: kind for kind in ALL}
 ENDING = frozenset({"raises", "malformed"})

@@ -81,7 +81,7 @@ def _forged_objective(vehicle: Vehicle, witness: Witness, founded: Organisation)
         if fact.attribute in attributes
     ]  # fmt: skip
     for group in organisation.groups.values():
-        is_member = any(one.is_member(vehicle.name, group.name) for one in (organisation, founded))
+        is_member = any(known.is_member(vehicle.name, group.name) for known in (organisation, founded))
         if given and not is_member and group.roles:
             path = group.path(group.roles[0].name)
             fact: PropertyValue = given[0]
@@ -132,7 +132,7 @@ def is_found_out(jobs: Collection[Job], declaration: Declaration) -> bool:
     """True if a false word is: of every job it shows in other facts how much is left, and vehicles tell each other."""
     said = _Said(frozenset(job.done for job in jobs))
     left = [getattr(job, "left", lambda _: None)(said) for job in jobs]
-    return declaration.tells and all(one is not None and share_left(one) == 1.0 for one in left)
+    return declaration.tells and all(state is not None and share_left(state) == 1.0 for state in left)
 
 
 class BrokenStrategy:

@@ -42,7 +42,7 @@ def as_value(report: Report) -> dict[str, Any]:
         ],
         "happened": dict(sorted(report.happened.items())),
         "recovered": dict(sorted(report.recovered.items())),
-        "broken": [_broken(one, one.broken) for one in report.broken if one.broken is not None],
+        "broken": [_broken(outcome, outcome.broken) for outcome in report.broken if outcome.broken is not None],
         "shrunk": [
             {**_small(small), "toml": small.schedule.as_toml(), "scenario": small.schedule.as_scenario()}
             for small in report.shrunk.values()
@@ -122,7 +122,7 @@ def lines(report: Report) -> Iterator[str]:
 
 def _before(broken: Broken) -> Iterator[str]:
     yield "last events before it:"
-    yield from (f"  {one}" for one in broken.before)
+    yield from (f"  {line}" for line in broken.before)
 
 
 def replay_lines(outcome: Outcome) -> Iterator[str]:
@@ -164,8 +164,8 @@ def write_report(report: Report, draft: Path) -> None:
 
     (draft / "report.json").write_text(json.dumps(as_value(report), indent=2) + "\n", encoding="utf-8")
     (draft / "report.txt").write_text("\n".join(lines(report)) + "\n", encoding="utf-8")
-    for one in report.broken:
-        (draft / f"seed-{one.seed}.toml").write_text(one.schedule.as_toml(), encoding="utf-8")
+    for outcome in report.broken:
+        (draft / f"seed-{outcome.seed}.toml").write_text(outcome.schedule.as_toml(), encoding="utf-8")
     for name, small in report.shrunk.items():
         (draft / f"shrunk-{name}.toml").write_text(small.schedule.as_toml(), encoding="utf-8")
         (draft / f"shrunk-{name}.scenario.toml").write_text(small.schedule.as_scenario(), encoding="utf-8")

@@ -117,7 +117,7 @@ def social(draws: Draws, scenario: Scenario) -> Drawn:
 def draw_priorities(draws: Draws, scenario: Scenario) -> Drawn:
     """Other priorities of three attributes."""
     names = sorted(scenario.communication.needs)
-    return {f"communication.needs.{one}": 1 + int(draws.uniform() * 60) for one in draws.some_of(names, 3)}
+    return {f"communication.needs.{name}": 1 + int(draws.uniform() * 60) for name in draws.some_of(names, 3)}
 
 
 def information(draws: Draws, scenario: Scenario) -> Drawn:
@@ -159,7 +159,7 @@ def of_mission(key: str, low: float, high: float) -> Sample:
 def parameter(draws: Draws, scenario: Scenario) -> Drawn:
     """One number of the strategy, half or twice as much."""
     own = strategies().get(scenario.strategy.name)
-    numbers = [(one.name, one.default) for one in parameters(own)] if own is not None else []
+    numbers = [(declared.name, declared.default) for declared in parameters(own)] if own is not None else []
     numbers = [(name, value) for name, value in numbers if type(value) in (int, float)]
     if not numbers:
         return {}

@@ -211,7 +211,7 @@ def overrides(
     named = [("--strategy", f"strategy.name={strategy}")] if strategy else []
     given = named + [("--set", setting) for setting in settings]
     over = {_key(line): ("--settings", line) for lines in (drawn or {}).values() for line in lines}
-    return [*(one for one in given if _key(one[1]) not in over), *over.values()]
+    return [*(setting for setting in given if _key(setting[1]) not in over), *over.values()]
 
 
 def _key(override: str) -> str:
@@ -245,7 +245,7 @@ def _heard_both_ways(scenario: Scenario) -> float:
     settings, deployment = scenario.channel.settings(), deployment_of(scenario)
     if not isinstance(settings, MatrixChannel):
         return max(0.01, (1.0 - settings.mean_per(deployment)) ** 2)
-    listed = {(one.sender, one.receiver): one.per for one in settings.link}
+    listed = {(link.sender, link.receiver): link.per for link in settings.link}
     names = sorted(deployment.nodes)
     heard = {(a, b): 1.0 - listed.get((a, b), settings.per) for a in names for b in names if a != b}
     return max(0.01, min((heard[a, b] * heard[b, a] for a, b in heard), default=1.0))

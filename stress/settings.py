@@ -53,8 +53,8 @@ class Setting:
 
     def is_fixed_by(self, given: Sequence[str]) -> bool:
         """True if the user has set any of its keys, or a table around one."""
-        fixed = [one.partition("=")[0].strip().split(".") for one in given]
-        return any(_overlap(key.split("."), one) for key in self.keys for one in fixed)
+        fixed = [setting.partition("=")[0].strip().split(".") for setting in given]
+        return any(_overlap(key.split("."), path) for key in self.keys for path in fixed)
 
 
 def _overlap(key: Sequence[str], given: Sequence[str]) -> bool:
@@ -138,7 +138,7 @@ CATALOGUE = (
     ),
 )
 """Settings in the order in which they are applied and tables show them: those of features come last."""
-SETTINGS: dict[str, Setting] = {one.name: one for one in CATALOGUE}
+SETTINGS: dict[str, Setting] = {setting.name: setting for setting in CATALOGUE}
 
 
 def settings_named(asked: str, given: Sequence[str], strategy: str = "") -> tuple[str, ...]:
@@ -156,7 +156,7 @@ def settings_named(asked: str, given: Sequence[str], strategy: str = "") -> tupl
     missions.errors.ConfigurationError: remoras stress: --settings = "mac": --set fixes communication.mac; leave one out
     """
     fixed = [*given, *([f"strategy.name={strategy}"] if strategy else [])]
-    free = [one.name for one in CATALOGUE if not one.is_fixed_by(fixed)]
+    free = [setting.name for setting in CATALOGUE if not setting.is_fixed_by(fixed)]
     if asked in (NONE, EVERY):
         return tuple(free) if asked == EVERY else ()
     named = [part.strip() for part in asked.split(",") if part.strip()]

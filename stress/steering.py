@@ -40,7 +40,7 @@ def instants_of(recorder: Recorder, milestones: Sequence[Milestone], ended_s: fl
     kept: dict[str, list[Instant]] = {}
     for instant in sorted({*_instants(recorder, milestones, ended_s)}):
         kept.setdefault(instant.sort, []).append(instant)
-    return tuple(sorted(one for found in kept.values() for one in _spread(found)))
+    return tuple(sorted(instant for found in kept.values() for instant in _spread(found)))
 
 
 def _instants(recorder: Recorder, milestones: Sequence[Milestone], ended_s: float) -> Iterator[Instant]:
@@ -95,7 +95,7 @@ def steered(
             changed = _moved(fault, max(1.0, round(focus.at_s + after_s, 1)), heal_s, is_long)
         if is_near and is_concerned and _may_befall(changed, focus.vehicle, sensing):
             changed = changed.model_copy(update={"vehicle": focus.vehicle})
-        found += [one for one in (changed, fault) if not any(excludes(one, other) for other in found)][:1]
+        found += [added for added in (changed, fault) if not any(excludes(added, other) for other in found)][:1]
     return heal_s, found
 
 

@@ -120,13 +120,13 @@ class _Trial:
         about = self.schedule.stress
         left_out = {*(() if about.must_finish else (Finishes.name,)), *(() if about.must_end else (Ends.name,))}
         asked = [invariant for invariant in self.invariants if invariant.name not in left_out]
-        promised = [one for one in asked if one.not_under.isdisjoint(effective)]
-        self.of = {moment: [one for one in promised if one.moment == moment] for moment in Moment}
+        promised = [promise for promise in asked if promise.not_under.isdisjoint(effective)]
+        self.of = {moment: [promise for promise in promised if promise.moment == moment] for moment in Moment}
         self.rigging = Rigging(self.scene, self._listen, self.happened)
         self.sudden = sorted(_moments(self.schedule), key=lambda moment: moment[0])
         with rare_collections():
             self._sail()
-        outcome = self._outcome([one.name for one in promised if one.name != SameDigest.name], began)
+        outcome = self._outcome([promise.name for promise in promised if promise.name != SameDigest.name], began)
         names = [
             invariant.name for invariant in self.invariants if invariant.name not in (*outcome.judged, SameDigest.name)
         ]
@@ -172,17 +172,18 @@ class _Trial:
 
     def _look(self, moment: Moment) -> None:
         """Ask the invariants of a moment."""
-        for one in self.of[moment]:
+        for promise in self.of[moment]:
             if self.broken is not None:
                 return
             try:
-                text = one.broken(self.scene)
+                text = promise.broken(self.scene)
             except Exception as error:  # it may be somebody else's
                 raise ConfigurationError(
-                    "remoras stress", [ConfigurationFault("--invariant", one.name, f"its broken raised {_said(error)}")]
+                    "remoras stress",
+                    [ConfigurationFault("--invariant", promise.name, f"its broken raised {_said(error)}")],
                 ) from error
             if text is not None:
-                self._break(one.name, text)
+                self._break(promise.name, text)
 
     def _listen(self, heard: Heard) -> None:
         self.scene.heard = heard

@@ -82,7 +82,7 @@ class Witness:
         """A vehicle has taken a sound packet."""
         life.take(aired.fragments)
         own = [fragment for fragment in aired.fragments if fragment.origin == aired.sender.node and fragment.count == 1]
-        life.told.update((one.block.guid, one.block) for one in own)
+        life.told.update((fragment.block.guid, fragment.block) for fragment in own)
         known = life.heard.get(aired.sender.node)
         if known is None or known.number <= aired.sender.number:
             life.heard[aired.sender.node] = aired.sender
@@ -200,7 +200,7 @@ class Witness:
             of_all: also items whose origin lives no more; else those whose origin could say them.
         """
         alive = list(alive)
-        origins = {(one.node, one.epoch) for one in alive}
+        origins = {(life.node, life.epoch) for life in alive}
         for life in alive:
             for other in alive:
                 missing = [
@@ -217,7 +217,7 @@ class Witness:
     def restless(self, alive: Iterable[Life]) -> Iterator[Flaw]:
         """Who still has something to say, waits, or has half a block of one of them, after a quiet time."""
         alive = list(alive)
-        lives = {(one.node, one.epoch) for one in alive}
+        lives = {(life.node, life.epoch) for life in alive}
         for life in alive:
             if life.manager.n_open:
                 yield Flaw(Breach.RESTLESS, f"{life.name} has {life.manager.n_open} items open")

@@ -100,8 +100,8 @@ def reach_figure(reaches: Sequence[ModemReach]) -> Figure:
     with style.paper():
         looks = [style.look(number) for number in range(len(reaches))]
         entries = [
-            Line2D([], [], color=look.colour, marker=look.marker, label=one.modem)
-            for one, look in zip(reaches, looks, strict=True)
+            Line2D([], [], color=look.colour, marker=look.marker, label=reach.modem)
+            for reach, look in zip(reaches, looks, strict=True)
         ]
         if any(reach.n_frames > 1 for reach in reaches):
             entries.append(Line2D([], [], color=style.BLACK, linestyle=BY_FRAME, label="frame by frame"))
@@ -147,7 +147,8 @@ def reach_caption(reaches: Sequence[ModemReach], sea: str) -> str:
     )  # fmt: skip
     return (
         f"Share of full packets that arrive whole, against range, "
-        f"for {words.listed([reach.modem for reach in reaches])}; lines are computed from the link budget.{measured}{several} Stars: the {NOMINAL} of a profile. {sea}"
+        f"for {words.listed([reach.modem for reach in reaches])}; lines are computed from the link "
+        f"budget.{measured}{several} Stars: the {NOMINAL} of a profile. {sea}"
     )
 
 

@@ -58,7 +58,7 @@ def group_nodes(scenario: Mapping[str, Any], met: Iterable[RoleKey] = ()) -> lis
         found[group["name"]] = GroupNode(group["name"], above, roles, not group.get("formed_by"))
     for name, role in met:
         group = found.get(name, GroupNode(name, "", ()))
-        if role and all(role != one.name for one in group.roles):
+        if role and all(role != other.name for other in group.roles):
             group = group._replace(roles=(*group.roles, RoleDemand(role)))
         found[name] = group
     return [group._replace(above=group.above if group.above in found else "") for group in found.values()]

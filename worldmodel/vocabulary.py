@@ -51,7 +51,7 @@ def terms_of(tbox: TBox) -> tuple[Term, ...]:
     files = list(dict.fromkeys(Path(source.path).stem for source in tbox.sources))
     order = {name: place for place, name in enumerate(files)}
     return (
-        *sorted(classes, key=lambda one: (order[one.file], one.name)),
+        *sorted(classes, key=lambda term: (order[term.file], term.name)),
         *sorted(attributes, key=lambda attribute: (order[attribute.file], attribute.name)),
     )
 

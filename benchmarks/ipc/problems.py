@@ -29,7 +29,7 @@ def _text(
     goal: Iterable[Fact] = (),
 ) -> str:
     def forms(found: Iterable[Fact]) -> str:
-        return " ".join(f"({' '.join(one)})" for one in found)
+        return " ".join(f"({' '.join(atom)})" for atom in found)
 
     typed = " ".join(f"{' '.join(ones)} - {kind}" for kind, ones in objects.items())
     return (
@@ -62,8 +62,8 @@ def transport(number: int) -> str:
     facts += [("at", parcel, places[2 * place + 1]) for place, parcel in enumerate(parcels)]
     wanted = [(parcel, places[-1 - 2 * place]) for place, parcel in enumerate(parcels)]
     objects = {"vehicle": vehicles, "parcel": parcels, "place": places, "room": ["n0", "n1", "n2"]}
-    goal = [("at", *one) for one in wanted]
-    return _text("transport", objects, facts, [("deliver", *one) for one in wanted], goal)
+    goal = [("at", *goal_of) for goal_of in wanted]
+    return _text("transport", objects, facts, [("deliver", *delivery) for delivery in wanted], goal)
 
 
 def satellite(number: int) -> str:
@@ -73,16 +73,16 @@ def satellite(number: int) -> str:
     facts: list[Fact] = []
     for place, one in enumerate(satellites):
         facts += [("power", one), ("facing", one, directions[place])]
-    for place, one in enumerate(instruments):
-        facts += [("aboard", one, satellites[place // 2]), ("takes", one, modes[place % 3])]
-        facts.append(("target", one, directions[(2 * place + 3) % len(directions)]))
+    for place, instrument in enumerate(instruments):
+        facts += [("aboard", instrument, satellites[place // 2]), ("takes", instrument, modes[place % 3])]
+        facts.append(("target", instrument, directions[(2 * place + 3) % len(directions)]))
     wanted = [
         (directions[image % len(directions)], modes[(image + image // len(directions)) % 3])
         for image in range(4 * len(satellites))
     ]
     objects = {"satellite": satellites, "direction": directions, "instrument": instruments, "mode": modes}
-    goal = [("image", *one) for one in wanted]
-    return _text("satellite", objects, facts, [("observe", *one) for one in wanted], goal)
+    goal = [("image", *image) for image in wanted]
+    return _text("satellite", objects, facts, [("observe", *image) for image in wanted], goal)
 
 
 def rover(number: int) -> str:
@@ -102,12 +102,12 @@ def rover(number: int) -> str:
     facts += [("for_soil", rovers[0]), ("for_rock", rovers[1]), ("stands", "l1", waypoints[4])]
     facts += [("seen_from", "o1", waypoints[3]), ("seen_from", "o2", waypoints[-2])]
     soil, rock = waypoints[2::4], waypoints[1::4]
-    facts += [*(("soil", one) for one in soil), *(("rock", one) for one in rock)]
+    facts += [*(("soil", place) for place in soil), *(("rock", place) for place in rock)]
     images = [("o1", "m1"), ("o2", "m2")]
     objects = {"rover": rovers, "waypoint": waypoints, "store": ["s1", "s2"], "camera": ["c1", "c2"],
                "objective": ["o1", "o2"], "mode": ["m1", "m2"], "lander": ["l1"]}  # fmt: skip
-    tasks: list[Fact] = [*(("soil_data", one) for one in soil), *(("rock_data", one) for one in rock)]
-    goal: list[Fact] = [*(("told_soil", one) for one in soil), *(("told_rock", one) for one in rock)]
+    tasks: list[Fact] = [*(("soil_data", place) for place in soil), *(("rock_data", place) for place in rock)]
+    goal: list[Fact] = [*(("told_soil", place) for place in soil), *(("told_rock", place) for place in rock)]
     tasks += [("image_data", *image) for image in images]
     goal += [("told_image", *image) for image in images]
     return _text("rover", objects, facts, tasks, goal)

@@ -306,25 +306,25 @@ def childsnack(gtpyhop: Any, problem: Problem) -> tuple[Any, Todo]:  # noqa: C90
         return _give(state, s, c, t, p) if c in state.allergic and s in state.pure else None
 
     def _first(found: Any, wanted: Callable[[str], bool]) -> Any:
-        return next((one for one in found if wanted(one)), None)
+        return next((item for item in found if wanted(item)), None)
 
     def without_gluten(state: Any, c: str) -> Any:
         if c not in state.allergic:
             return None
-        b = _first(state.bread_left, lambda one: one in state.pure_bread)
-        f = _first(state.filling_left, lambda one: one in state.pure_filling)
+        b = _first(state.bread_left, lambda bread: bread in state.pure_bread)
+        f = _first(state.filling_left, lambda filling: filling in state.pure_filling)
         return _served(state, c, "_pure", b, f)
 
     def with_gluten(state: Any, c: str) -> Any:
         if c not in state.tolerant:
             return None
-        b = _first(state.bread_left, lambda one: one not in state.pure_bread)
-        f = _first(state.filling_left, lambda one: one not in state.pure_filling)
+        b = _first(state.bread_left, lambda bread: bread not in state.pure_bread)
+        f = _first(state.filling_left, lambda filling: filling not in state.pure_filling)
         return _served(state, c, "", b, f)
 
     def _served(state: Any, c: str, how: str, b: Any, f: Any) -> Any:
         s, p = next(iter(state.unmade), None), state.waits[c]
-        t = _first(state.at, lambda one: state.at[one] == "kitchen")
+        t = _first(state.at, lambda tray: state.at[tray] == "kitchen")
         if None in (s, b, f, t):
             return None
         return [(f"make{how}", s, b, f), ("put", s, t), ("move", t, "kitchen", p), (f"give{how}", s, c, t, p),

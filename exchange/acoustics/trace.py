@@ -124,7 +124,7 @@ class TraceChannel(ChannelModel):
     def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
         """Links of the file's vehicles."""
         trace, nodes = trace_of(self.file, self.sha256), deployment.nodes
-        series = {(nodes[sender], nodes[receiver]): one for (sender, receiver), one in trace.links.items()}
+        series = {(nodes[sender], nodes[receiver]): link for (sender, receiver), link in trace.links.items()}
         return TraceLinks(series, trace.until_s, self.repeat)
 
     def mean_per(self, deployment: Deployment) -> float:

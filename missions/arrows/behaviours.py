@@ -325,7 +325,7 @@ class Identifying(Behaviour):
             stay_s = 2.0 * self._optical.look_s + self._settings.picture_s
             way_s = distance_m(motion, place_m) / self._data.transit_speed_mps
             found.append((bits / (way_s + stay_s), name))
-        return max(found, key=lambda one: (one[0], one[1]))[1] if found else None
+        return max(found, key=lambda weighed: (weighed[0], weighed[1]))[1] if found else None
 
     def _shares(self, anomaly: str, facts: Known) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
         """What an anomaly is: by the map where it lies, and by what images of it show; shape (1 + kinds,)."""

@@ -87,15 +87,15 @@ def _kinds(raw: Raw) -> Iterator[ConfigurationFault]:
     grid = _grid(raw)
     if grid is None or grid.n_cells > MOST_CELLS:
         return
-    faults = [one for kind in entries(raw, "kind") if "map" in kind for one in _map(kind, grid)]
+    faults = [fault for kind in entries(raw, "kind") if "map" in kind for fault in _map(kind, grid)]
     yield from faults
     expected = {} if faults or not _are_numbers(raw) else _expected(raw, grid)
     if expected:
         together = np.zeros(grid.n_cells)
-        for one in expected.values():
-            together += one
+        for chances in expected.values():
+            together += chances
         fullest = float(together.max())
-        name = max(expected, key=lambda one: float(expected[one].max()))
+        name = max(expected, key=lambda name: float(expected[name].max()))
         if fullest > 1.0:
             allowed = "at most 1 of all kinds together: expect fewer, spread them farther, or take smaller cells"
             yield ConfigurationFault(f"kind.{name}.expected", f"{fullest:.3g} things in one cell", allowed)
@@ -104,7 +104,7 @@ def _kinds(raw: Raw) -> Iterator[ConfigurationFault]:
 def _are_numbers(raw: Raw) -> bool:
     """True if all maps are; others are reported elsewhere."""
     maps = [kind["map"] for kind in entries(raw, "kind") if "map" in kind]
-    return all(_is_number(one) for rows in maps for row in rows for one in row)
+    return all(_is_number(number) for rows in maps for row in rows for number in row)
 
 
 def _expected(raw: Raw, grid: CellGrid) -> dict[str, Array]:
@@ -128,18 +128,18 @@ def _map(kind: Raw, grid: CellGrid) -> Iterator[ConfigurationFault]:
     key, given = f"kind.{kind.get('name')}.map", kind["map"]
     rows = given if isinstance(given, list) and all(isinstance(row, list) for row in given) else []
     if len(rows) != grid.n_rows or any(len(row) != grid.n_columns for row in rows):
-        sizes = " or ".join(str(one) for one in sorted({len(row) for row in rows}))
+        sizes = " or ".join(str(size) for size in sorted({len(row) for row in rows}))
         allowed = f"{grid.n_rows} rows of {grid.n_columns} numbers: one for each cell, from the south-west"
         yield ConfigurationFault(key, f"{len(rows)} rows of {sizes or 0}", allowed)
         return
-    if not all(_is_number(one) for row in rows for one in row):
+    if not all(_is_number(number) for row in rows for number in row):
         return
     for number, row in enumerate(rows, 1):
         for place, one in enumerate(row, 1):
             if one < 0.0:
                 yield ConfigurationFault(f"{key}.{number}.{place}", f"{one:g}", "a number from 0 on")
                 return
-    total = math.fsum(one for row in rows for one in row)
+    total = math.fsum(number for row in rows for number in row)
     if abs(total - 1.0) > SUM_TOLERANCE:
         yield ConfigurationFault(key, f"sums to {total:.6g}", "shares of all cells sum to 1")
 

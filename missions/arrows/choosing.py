@@ -48,7 +48,7 @@ class Trail:
 
     def __init__(self, choosing: Choosing, grid: CellGrid) -> None:
         self._choosing, self._grid = choosing, grid
-        self._passed_s = {one: np.full(grid.n_cells, -math.inf) for one in choosing.ranges_m}
+        self._passed_s = {range_m: np.full(grid.n_cells, -math.inf) for range_m in choosing.ranges_m}
 
     def note(self, at_m: Point, now_s: float) -> None:
         """It is here now."""

@@ -118,7 +118,7 @@ class Detector:
             found += self._look(cell, claimed, pose.error_m, world, now_s, settings.sigma_m)
             self._n_looks[cell] += 1
         over = [tile for tile, (_, last_s) in self._empty.items() if now_s - last_s > TOLD_AFTER_S]
-        return [*found, *(one for tile in over for one in self._tell(tile))]
+        return [*found, *(observation for tile in over for observation in self._tell(tile))]
 
     def _look(
         self, cell: int, claimed: int | None, error_m: Point, world: Seafloor, now_s: float, sigma_m: float
@@ -196,7 +196,7 @@ class ClassifyingCamera:
             for cell in world.grid.near(at_m, settings.range_m + world.grid.cell_m)
             if cell in world.things
         )
-        thing = min(around, key=lambda one: distance(one.position_m, at_m), default=None)
+        thing = min(around, key=lambda thing: distance(thing.position_m, at_m), default=None)
         if thing is not None and distance(thing.position_m, at_m) > settings.range_m:
             thing = None
         right, which, east, north = (loss.uniform(world.seed, loss.MISSES, number, self._node, n) for n in range(4))

@@ -31,7 +31,7 @@ def draw_sites(axes: Axes, results: RunResults, style: Style) -> str:
         if row["kind"] in SITES:
             found.setdefault(row["cell"], row["time_s"])
     right = [row for row in _rows(results, IDENTIFIED.name) if row["identity"] == row["kind"]]
-    sites, others = ([row["time_s"] for row in right if (row["kind"] in SITES) is one] for one in (True, False))
+    sites, others = ([row["time_s"] for row in right if (row["kind"] in SITES) is is_site] for is_site in (True, False))
     lines = (
         ("sites found", sorted(found.values()), "-", style.black),
         ("sites identified", sites, "--", style.black),
@@ -82,7 +82,7 @@ def draw_apart(axes: Axes, results: RunResults, style: Style) -> str:
 def draw_anomalies(axes: Axes, results: RunResults, style: Style) -> str:
     """Contacts, by what they really were, and historic finds."""
     scenario = tables_of(results.manifest["scenario"], "manifest.json")
-    historic = [one["position_m"] for one in scenario.get("historic_find", [])]
+    historic = [find["position_m"] for find in scenario.get("historic_find", [])]
     if historic:
         east_m, north_m = zip(*historic, strict=True)
         axes.scatter(east_m, north_m, marker="+", s=20, color=style.grey, linewidths=0.8, label="historic find")

@@ -57,7 +57,7 @@ def identified_at_s(run: MeasuredRun) -> dict[int, float]:
         near = (
             cell for cell in grid.near((x_m, y_m), 2.0 * grid.cell_m) if cell in things and things[cell].name == kind
         )
-        cell = min(near, key=lambda one: _squared_m(things[one].position_m, (x_m, y_m)), default=None)
+        cell = min(near, key=lambda name: _squared_m(things[name].position_m, (x_m, y_m)), default=None)
         if cell is not None:
             first.setdefault(cell, time_s)
     return first
@@ -140,7 +140,7 @@ def alone_of(run: MeasuredRun) -> dict[str, tuple[float, float]]:
     found = {}
     for name, of in heard.items():
         until_s = min(search_s_of(run), last_s[name])
-        times_s = [*(one for one in sorted(of) if one < until_s), until_s]
+        times_s = [*(time_s for time_s in sorted(of) if time_s < until_s), until_s]
         gaps_s = [after - before for before, after in pairwise(times_s)]
         alone_s = [gap_s - SILENCE_S for gap_s in gaps_s if gap_s > SILENCE_S]
         found[name] = math.fsum(alone_s), max(alone_s, default=0.0)

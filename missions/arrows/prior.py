@@ -63,7 +63,7 @@ def prior_of(scenario: ArrowsScenario) -> Array:
 def _shares(grid: CellGrid, kind: KindTable, scenario: ArrowsScenario) -> Array:
     if kind.map:
         return np.array(kind.map, dtype=float).reshape(-1)
-    finds_m = [one.position_m for one in scenario.historic_find if one.kind == kind.name]
+    finds_m = [historic.position_m for historic in scenario.historic_find if historic.kind == kind.name]
     return share_map(grid, finds_m, kind.spread_m, kind.uniform_share)
 
 

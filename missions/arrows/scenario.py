@@ -115,4 +115,4 @@ class ArrowsScenario(JobScenario):
     @property
     def kinds(self) -> tuple[KindTable, ...]:
         """What may lie in a cell, numbered from 1 on in an order that is not that of the file."""
-        return tuple(sorted(self.kind, key=lambda one: KINDS.index(one.name)))
+        return tuple(sorted(self.kind, key=lambda kind: KINDS.index(kind.name)))

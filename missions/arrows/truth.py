@@ -96,9 +96,9 @@ class ArrowsTruth(JobTruth):
     def reachable_fraction(self, fleet: FleetView) -> float:
         """With all sites identified that are found, or may be by a detector left, if a camera is left."""
         carried = [sensor for _, data in left(fleet) for sensor in data.sensors]
-        if not any(isinstance(one, ClassifyingCameraSettings) for one in carried):
+        if not any(isinstance(settings, ClassifyingCameraSettings) for settings in carried):
             return self.goal_fraction
-        is_searched = any(isinstance(one, DetectorSettings) for one in carried)
+        is_searched = any(isinstance(settings, DetectorSettings) for settings in carried)
         return self._share(len(self._sites if is_searched else self._found | self._identified))
 
     def out_of_reach(self, fleet: FleetView) -> Sequence[str]:

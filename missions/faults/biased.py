@@ -101,7 +101,7 @@ class Biased(FaultOfSensors):
 
     def detail(self, data: VehicleData, how_long: str) -> str:
         """Which readings, and by how much."""
-        off = ", ".join(f"{one:g}" for one in self.by)
+        off = ", ".join(f"{offset:g}" for offset in self.by)
         return f"{', '.join(self.of(data))}: {self.attribute} off by {off}, {how_long}"
 
     def begin(self, vehicle: Vehicle) -> None:

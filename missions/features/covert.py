@@ -63,7 +63,7 @@ def least_priority(tables: Iterable[CovertTable], now_s: float) -> float:
     [0, 50, inf, 50]
     """
     holding = [table for table in tables if table.from_s <= now_s and (table.until_s is None or now_s < table.until_s)]
-    return max((math.inf if one.above is None else one.above for one in holding), default=0)
+    return max((math.inf if covert.above is None else covert.above for covert in holding), default=0)
 
 
 def part_of(joining: Joining) -> Part | None:

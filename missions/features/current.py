@@ -91,7 +91,7 @@ class CurrentTable(Sparse):
 
     def surges(self, seed: int) -> tuple[Surge, ...]:
         """The surges of the run with that seed."""
-        return tuple(one.drawn(seed, number) for number, one in enumerate(self.surge))
+        return tuple(surge.drawn(seed, number) for number, surge in enumerate(self.surge))
 
     def water(self, seed: int) -> Current | None:
         """The current of the run with that seed; None where the water stands."""
@@ -202,7 +202,7 @@ def current_faults(raw: Raw, mission: type[Mission] | None) -> Iterator[Configur
     shear_depth_m = table.get("shear_depth_m", math.inf)
     is_depth = type(shear_depth_m) in (int, float) and shear_depth_m > 0.0
     spread, why = slower_by(raw)
-    if not all(is_number(one) for one in (*given.values(), spread)) or not is_depth:
+    if not all(is_number(number) for number in (*given.values(), spread)) or not is_depth:
         return
     yield from _late_surges(raw)
     current = Current(**given, shear_depth_m=shear_depth_m, surges=_surges(table))

@@ -315,7 +315,7 @@ def stated_needs(scenario: Scenario, tbox: TBox, instances: Sequence[Instance]) 
     """The needs of ``[[need]]``, vehicle by vehicle; the n-th table is the n-th need of each."""
     tables: tuple[NeedTable, ...] = scenario.of_feature(KEY)
     uids = {instance.name: instance.uid for instance in instances}
-    classes = {one.name: one.uid for one in tbox.classes}
+    classes = {ontology_class.name: ontology_class.uid for ontology_class in tbox.classes}
     found = []
     for number, table in enumerate(tables, 1):
         attribute = tbox.attribute_named(table.attribute)
@@ -360,7 +360,7 @@ def of_faults(scenario: Scenario, made: Mission) -> Iterator[ConfigurationFault]
     if not any(table.of for table in tables):
         return
     texts = {TABLE: {TEXTS: scenario.worldmodel.ontology_text}}
-    classes = [one.name for one in words_of(texts, type(made)).classes]
+    classes = [ontology_class.name for ontology_class in words_of(texts, type(made)).classes]
     named = [group.name for group in scenario.group]
     named += [f"{group.name}.{role.name}" for group in scenario.group for role in group.role]
     named += [vehicle.name for vehicle in scenario.vehicle] + [rally.name for rally in scenario.rally_point]
@@ -416,9 +416,9 @@ def part_of(joining: Joining) -> Part | None:
     stated = stated_needs(scenario, joining.tbox, joining.instances)
     uids, database = {instance.name: instance.uid for instance in joining.instances}, joining.database
     agreed = {
-        uids[need_name(one.vehicle, one.number)]: (database[one.vehicle].node, one.need)
-        for one in stated
-        if one.from_s == 0.0
+        uids[need_name(need.vehicle, need.number)]: (database[need.vehicle].node, need.need)
+        for need in stated
+        if need.from_s == 0.0
     }
     kept = [joining.tbox.attribute_named(name).uid for name in on_demand(scenario)]
 

@@ -107,9 +107,9 @@ class Obligations:
         """Let all heads judge; a row for every state that is new."""
         self._recorder.declare(OBLIGATIONS)
         for vehicle in vehicles:
-            for one in self._declared if vehicle.is_alive else ():
-                if vehicle.social.leads(one.group):
-                    self._judge(vehicle, one, now_s)
+            for obligation in self._declared if vehicle.is_alive else ():
+                if vehicle.social.leads(obligation.group):
+                    self._judge(vehicle, obligation, now_s)
 
     def _judge(self, head: Vehicle, one: Obligation, now_s: float) -> None:
         key = head.name, one
@@ -173,11 +173,11 @@ def obligation_faults(raw: Raw, mission: type[Mission] | None) -> Iterator[Confi
     known = _objectives(raw, mission)
     for group in groups:
         said: dict[tuple[str, str], int] = {}
-        for number, one in enumerate(entries(group, KEY), 1):
+        for number, entry in enumerate(entries(group, KEY), 1):
             key = f"group.{group.get('name')}.obligation.{number}"
-            yield from one_of(f"{key}.role", one.get("role"), names_of(group, "role"))
-            yield from one_of(f"{key}.objective", one.get("objective"), known)
-            about = str(one.get("role")), str(one.get("objective"))
+            yield from one_of(f"{key}.role", entry.get("role"), names_of(group, "role"))
+            yield from one_of(f"{key}.objective", entry.get("objective"), known)
+            about = str(entry.get("role")), str(entry.get("objective"))
             if said.setdefault(about, number) != number:
                 allowed = f"{about[0]} has an obligation for {about[1]} already, number {said[about]}: leave one out"
                 yield ConfigurationFault(f"{key}.objective", f'"{about[1]}"', allowed)
@@ -205,9 +205,9 @@ def n_violated_obligations(run: MeasuredRun) -> int | Absent:
     for row in run.recorder.rows(OBLIGATIONS.name):
         states.setdefault(row[2:5], set()).add(row[5])
     n_violated = 0
-    for one in declared:
-        known = states.get((one.group, one.role, one.objective), set())
-        is_over = one.deadline_s < run.end_s or State.VIOLATED.value in known
+    for obligation in declared:
+        known = states.get((obligation.group, obligation.role, obligation.objective), set())
+        is_over = obligation.deadline_s < run.end_s or State.VIOLATED.value in known
         n_violated += is_over and State.FULFILLED.value not in known
     return n_violated
 

@@ -276,7 +276,7 @@ class ZigzagExploring(Behaviour):
         found = [index for index in range(missed.bit_length()) if missed >> index & 1]
         if not found:
             return None
-        index = min(found, key=lambda one: distance_m(motion, self._job.on.centre_m(one)))
+        index = min(found, key=lambda cell: distance_m(motion, self._job.on.centre_m(cell)))
         row = next(number for number, row in enumerate(self._survey.rows) if row.cells >> index & 1)
         centre_m = self._job.on.centre_m(index)
         self._approach = Approach(self._speed_mps)

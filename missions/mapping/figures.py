@@ -72,10 +72,10 @@ def draw_objects(axes: Axes, results: RunResults, style: Style) -> str:
     if not objects:
         return ""
     seen = results.table(SIGHTINGS.name).to_pylist() if results.has(SIGHTINGS.name) else []  # no classifier on board
-    seen_m = [one["x_m"] for one in seen], [one["y_m"] for one in seen]
+    seen_m = [row["x_m"] for row in seen], [row["y_m"] for row in seen]
     axes.scatter(*seen_m, s=5, color=style.black, marker="x", alpha=0.4, linewidths=0.5)
     axes.scatter([], [], s=12, color=style.black, marker="x", label="seen there")
-    east_m, north_m = zip(*(one["position_m"] for one in objects), strict=True)
+    east_m, north_m = zip(*(thing["position_m"] for thing in objects), strict=True)
     axes.scatter(east_m, north_m, s=40, marker="D", facecolors="none", edgecolors=style.black, label="object")
     for one in objects:
         axes.annotate(

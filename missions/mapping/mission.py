@@ -191,7 +191,7 @@ class MappingMission(Mission):
             finds,
             weight_in_cells(finds, scenario.world.cell_m, mappers),
             depths_m,
-            [one.lying() for one in scenario.object],
+            [thing.lying() for thing in scenario.object],
             place_error_m(scenario, mappers) or 0.0,
         )
 
@@ -229,7 +229,7 @@ class MappingMission(Mission):
     def vocabulary_used(self) -> tuple[Path, ...]:
         """Without the words for finds where there is nothing to be found, and those for groups where none is formed."""
         used = {FINDS_WORDS: self._inspections, FORMATION_WORDS: _forms(self.groups)}
-        return tuple(one for one in self.vocabulary if used.get(one, True))
+        return tuple(path for path in self.vocabulary if used.get(path, True))
 
     @property
     def instances_found_per_vehicle(self) -> int:
@@ -336,10 +336,10 @@ class MappingMission(Mission):
         absent and an area is not done, it waits, but not beyond the deadline. A group that was formed to inspect does
         not meet. After a meeting see ``given_anew``.
         """
-        of = [one for one in self.groups.values() if group.name in (one.name, one.formed_by)]
+        of = [other for other in self.groups.values() if group.name in (other.name, other.formed_by)]
         again = is_open_again(group, self._surveys, beliefs)
         again = again or is_alone_with_work(group, organisation, self._surveys, beliefs)
-        is_left = again or any(waiting(beliefs, one, self._inspections) for one in of)
+        is_left = again or any(waiting(beliefs, other, self._inspections) for other in of)
         if group.formed_by is not None or (is_left and not self.meeting.is_overdue(group, beliefs, picture)):
             return ()
         found = self.meeting.findings(group, organisation, beliefs, picture, motion)

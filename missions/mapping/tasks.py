@@ -98,7 +98,7 @@ def mapping_methods(by_name: Mapping[str, Group], finds: Collection[str]) -> lis
         return any(to_do)
 
     def inspected(group: str) -> list[Task]:
-        return [Task(HAVE_INSPECTED, (one.name,)) for one in by_name.values() if one.formed_by == group]
+        return [Task(HAVE_INSPECTED, (formed.name,)) for formed in by_name.values() if formed.formed_by == group]
 
     def together(facts: FactsLike, group: str) -> bool:
         return facts.get(("gatheredAt", group)) is not None
@@ -112,7 +112,7 @@ def mapping_methods(by_name: Mapping[str, Group], finds: Collection[str]) -> lis
         ]
         return [Task(ALLOCATE_ROLES, (group,)), *explored, *mapped, *inspected(group), Task(MEET, (group,))]
 
-    forming = (HAVE_INSPECTED,) if any(one.formed_by is not None for one in by_name.values()) else ()
+    forming = (HAVE_INSPECTED,) if any(group.formed_by is not None for group in by_name.values()) else ()
     return [
         Method("stay together", lambda facts, group: inspected(group), together, forming),
         Method("explore, then meet", explore, has_work, (ALLOCATE_ROLES, EXPLORE, ASSIGN_OBJECTIVE, MEET, *forming)),

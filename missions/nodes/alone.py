@@ -73,7 +73,7 @@ class NodePlan:
         Raises:
             ConfigurationError: no such vehicle, or a time beyond that of the scenario.
         """
-        names, duration_s = [one.name for one in scenario.vehicle], scenario.scenario.duration_s
+        names, duration_s = [table.name for table in scenario.vehicle], scenario.scenario.duration_s
         name = scenario.scenario.name
         if vehicle not in names:
             allowed = f"one of {', '.join(names)}{suggestion(vehicle, names)}"

@@ -184,7 +184,7 @@ def swarm(
         begun(processes.pids)
         vehicles = processes.outcomes()
         alive = [vehicle for vehicle in vehicles if vehicle["is_alive"]]
-        return Swarm(scenario, vehicles, processes.ended, len({one["state_hash"] for one in alive}) == 1)
+        return Swarm(scenario, vehicles, processes.ended, len({node["state_hash"] for node in alive}) == 1)
 
 
 def plans_of(first: NodePlan, names: Sequence[str]) -> list[NodePlan]:

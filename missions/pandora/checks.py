@@ -72,13 +72,13 @@ def _names(raw: Raw) -> Iterator[ConfigurationFault]:
 def _overlaps(raw: Raw) -> Iterator[ConfigurationFault]:
     """What a tool works on too near to another such part, and points that are looked at too near to each other."""
     placed = [(kind, name, point_m) for kind, name, points_m in _points(raw) for point_m in points_m]
-    worked = [one for one in placed if one[0] in ("valve", "anode")]
+    worked = [place for place in placed if place[0] in ("valve", "anode")]
     for number, (kind, name, at_m) in enumerate(worked):
         for _, other, other_m in worked[:number]:
             if distance(at_m, other_m) < APART_M:
                 allowed = f"{distance(at_m, other_m):.3g} m from {other}; allowed: {APART_M:g} m or more"
                 yield ConfigurationFault(f"{kind}.{name}.position_m", str(list(at_m)), allowed)
-    looked = [one for one in placed if one[0] in ("panel", "chain")]
+    looked = [place for place in placed if place[0] in ("panel", "chain")]
     for number, (kind, name, at_m) in enumerate(looked):
         for _, other, other_m in looked[:number]:
             if distance(at_m, other_m) < SEEN_APART_M:

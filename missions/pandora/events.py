@@ -96,5 +96,5 @@ def is_of(found: Found, event: SiteEvent) -> bool:
 
 def detected_s(event: SiteEvent, found: list[Found]) -> float | None:
     """How long after its begin an event was first found; None if it was not."""
-    first = next((one for one in found if is_of(one, event)), None)
+    first = next((row for row in found if is_of(row, event)), None)
     return None if first is None else first.time_s - event.from_s

@@ -108,7 +108,7 @@ class PandoraMission(JobMission):
     @property
     def instances(self) -> Sequence[tuple[str, str]]:
         """The parts, each of its kind, and the tasks of servicing them."""
-        return [one for part in self._parts.values() for one in ((part.kind, part.of), (self.kind, part.name))]
+        return [key for part in self._parts.values() for key in ((part.kind, part.of), (self.kind, part.name))]
 
     @property
     def places(self) -> Sequence[Place]:

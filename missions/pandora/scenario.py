@@ -145,11 +145,11 @@ def with_roles(raw: Raw) -> Raw:
         for part in parts
         if job_of(part) not in listed
     ]
-    names = [str(one["name"]) for one in new]
+    names = [str(table["name"]) for table in new]
     found: dict[str, Any] = {**raw, "group": list(raw["group"])}
     found["group"][found["group"].index(groups[0])] = {**groups[0], "role": [*groups[0]["role"], *new]}
     if isinstance(raw.get("vehicle"), list):
-        found["vehicle"] = [_able(one, names) for one in raw["vehicle"]]
+        found["vehicle"] = [_able(vehicle, names) for vehicle in raw["vehicle"]]
     communication = table_of(raw, "communication")
     if isinstance(needs := communication.get("needs"), dict):
         stated = {**dict.fromkeys(TOLD, URGENCY), **needs}

@@ -202,7 +202,7 @@ class Tool:
         near = [one for _, one, _ in world.near(at_m, self._reach_m) if one.kind in ("Valve", "Anode")]
         if not near:
             return []
-        thing = min(near, key=lambda one: distance(at_m, one.points_m[0]))
+        thing = min(near, key=lambda part: distance(at_m, part.points_m[0]))
         since_s, self._last_s = now_s - self._last_s, now_s
         if thing.name != self._part or since_s > TOUCH_GAP_S:
             self._part, self._touched_s, self._felt, self._is_over, self._felt_s = thing.name, 0.0, 0.0, False, now_s

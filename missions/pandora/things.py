@@ -66,4 +66,4 @@ class Structure:
             for one in self._buckets.get((column, row), ())
             if distance(at_m, one[1].points_m[one[2]]) <= within_m
         ]
-        return sorted(found, key=lambda one: (one[0], one[2]))
+        return sorted(found, key=lambda placed: (placed[0], placed[2]))

@@ -216,8 +216,8 @@ class Memory:
             raise OutputError(f"at_s is {given}; allowed: 0 to {self._end_s}, the end of the run")
         life = next(life for life in reversed(self._lives[vehicle]) if life.from_s <= at_s)
         model = world_model(setup, setup.database[vehicle].node, life.epoch)
-        held = [one for one in self._known_s[vehicle] if one.until_s > at_s]
-        known = ((one.since_s, one.block) for one in held)
+        held = [holding for holding in self._known_s[vehicle] if holding.until_s > at_s]
+        known = ((holding.since_s, holding.block) for holding in held)
         frame_ends_s = tidied_s(self._faults, vehicle, setup.schedule, self._mission_s) if model.pruning else []
         fill(model, known, at_s, gave_up_s(self._faults, vehicle), frame_ends_s)
         past = {

@@ -174,7 +174,7 @@ CORE_METRICS = (
     Metric("modem_energy_j", "J", LOWER, "modem energy", modem_energy_j),
     Metric("n_packets", "", LOWER, "packets", lambda run: len(run.recorder.rows("packets"))),
     Metric("n_bytes", "B", LOWER, "bytes", lambda run: n_bits(run) // 8, headline=True),
-    *(Metric(f"bits_{one.value}", "bit", LOWER, f"{one.value} sent", bits_of(one)) for one in Content),
+    *(Metric(f"bits_{content.value}", "bit", LOWER, f"{content.value} sent", bits_of(content)) for content in Content),
     Metric("delivery_ratio", "", HIGHER, "delivery ratio", delivery_ratio),
     Metric(
         "observations_per_min", "1/min", HIGHER, "observations received", observations_per_min,

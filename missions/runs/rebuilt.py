@@ -95,7 +95,7 @@ def fill(
         given_up_s: when it forgot blocks (s).
         frame_ends_s: when it tidied, before it recorded anything at that time (s).
     """
-    rest = deque(sorted((one for one in known if one[0] <= at_s), key=itemgetter(0)))
+    rest = deque(sorted((arrival for arrival in known if arrival[0] <= at_s), key=itemgetter(0)))
     times_s = [(time_s, True) for time_s in given_up_s]
     if model.pruning:
         times_s += [(time_s, False) for time_s in frame_ends_s]
@@ -153,7 +153,7 @@ def formed(agreement: Agreement, changes: Iterable[Row]) -> tuple[dict[str, Grou
         name = row["group"]
         if row["event"] in ("formed", "dissolved"):
             groups.pop(name, None)
-            given = [one for one in given if one["group"] != name or not one["issuer"]]
+            given = [row for row in given if row["group"] != name or not row["issuer"]]
             if row["event"] == "formed":
                 groups[name] = agreement.at_sea[name]
         elif row["event"] == "given":

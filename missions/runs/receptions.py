@@ -25,5 +25,5 @@ class Senders:
 
     def sender(self, vehicle: str, uids: Iterable[str], by_s: float) -> str | None:
         """The sender of the last packet with one of these items that ``vehicle`` heard until then; None if none."""
-        heard = [one for uid in uids for one in self._heard.get((vehicle, uid), ()) if one[0] <= by_s]
-        return max(heard, key=lambda one: one[0])[1] if heard else None
+        heard = [reception for uid in uids for reception in self._heard.get((vehicle, uid), ()) if reception[0] <= by_s]
+        return max(heard, key=lambda reception: reception[0])[1] if heard else None

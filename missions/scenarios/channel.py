@@ -257,7 +257,7 @@ def _setting_faults(name: str, model: type[ChannelModel], channel: Raw, raw: Raw
         found = list(model.faults(given))
         if not found and deployment is not None and not any(_value_faults(model, given)):
             found += _settings(model, given).misfits(deployment)
-        if wrong := [one for one in found if not isinstance(one, SettingFault)]:
+        if wrong := [fault for fault in found if not isinstance(fault, SettingFault)]:
             raise TypeError(f"expected SettingFaults, not {wrong[0]!r}")
         for key, value, allowed in found:
             yield ConfigurationFault(f"channel.{key}", value, allowed)

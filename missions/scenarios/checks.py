@@ -103,7 +103,7 @@ def _own_faults(raw: Raw, mission: type[Mission]) -> list[ConfigurationFault]:
         reference = table_of(raw, "scenario").get("mission")
         allowed = f"its check must pass malformed values over, but raised {type(error).__name__}: {error}"
         return [ConfigurationFault("scenario.mission", f'"{reference}"', allowed)]
-    if all(isinstance(one, ConfigurationFault) for one in found):
+    if all(isinstance(fault, ConfigurationFault) for fault in found):
         return found
     reference = table_of(raw, "scenario").get("mission")
     allowed = f"its check must give missions.errors.ConfigurationFault values, but gave {found!r}"

@@ -52,7 +52,7 @@ def gear_of(raw: Raw, mission: type[Mission] | None) -> Gear:
 
     def is_class(name: str) -> bool:
         tbox = tbox_of()
-        return tbox is not None and any(one.name == name for one in tbox.classes)
+        return tbox is not None and any(ontology_class.name == name for ontology_class in tbox.classes)
 
     return Gear(next(iter(kinds), ""), capabilities, is_class, _listening_w(table_of(raw, "communication")))
 
@@ -90,7 +90,7 @@ def equipment_of(vehicle: Raw, modem: object, kinds: Mapping[str, type[SensorSet
 @lru_cache(maxsize=256)
 def capabilities_of(tbox: TBox, vehicle_type: str, parts: tuple[str, ...]) -> frozenset[str]:
     """Names of all classes that a vehicle is of by its type and the classes of its parts, as far as these are known."""
-    named = {one.name: one.uid for one in tbox.classes}
+    named = {ontology_class.name: ontology_class.uid for ontology_class in tbox.classes}
     links = [attribute.uid for attribute in tbox.attributes if attribute.name == HAS_PART]
     if vehicle_type not in named or not links:
         return frozenset()
@@ -101,7 +101,7 @@ def capabilities_of(tbox: TBox, vehicle_type: str, parts: tuple[str, ...]) -> fr
         tbox, 0, instances, n_origins=1, run_time_instances_per_origin=0, keeping=Keeping(common_facts=facts)
     )
     seen = model.inference.classes(0)
-    return frozenset(one.name for one in tbox.classes if seen >> one.uid & 1)
+    return frozenset(ontology_class.name for ontology_class in tbox.classes if seen >> ontology_class.uid & 1)
 
 
 def equipment_faults(raw: Raw, mission: type[Mission]) -> Iterator[ConfigurationFault]:
@@ -109,7 +109,7 @@ def equipment_faults(raw: Raw, mission: type[Mission]) -> Iterator[Configuration
     tbox = _tbox_of(raw, mission)
     if tbox is None:
         return  # reported where needs are checked
-    named = {one.name: one.uid for one in tbox.classes}
+    named = {ontology_class.name: ontology_class.uid for ontology_class in tbox.classes}
     for group in entries(raw, "group"):
         for role in entries(group, "role"):
             asked = table_of(role, "requires").get("capability")
@@ -126,7 +126,7 @@ def equipment_faults(raw: Raw, mission: type[Mission]) -> Iterator[Configuration
 
 def _below(tbox: TBox, name: str) -> list[str]:
     """Names of the classes below one, if there is such a class."""
-    found = [one.uid for one in tbox.classes if one.name == name]
+    found = [ontology_class.uid for ontology_class in tbox.classes if ontology_class.name == name]
     return [tbox.classes[uid].name for above in found for uid in tbox.subclasses(above) if uid != above]
 
 

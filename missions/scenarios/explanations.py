@@ -77,7 +77,7 @@ def _in_words(annotation: Any) -> str:
     if origin is dict:
         return "table" if arguments[1] is Any else f"table of {_plural(_in_words(arguments[1]))}"
     if isinstance(annotation, type) and issubclass(annotation, Enum):
-        return f"one of {', '.join(toml_value(one.value) for one in annotation)}"
+        return f"one of {', '.join(toml_value(member.value) for member in annotation)}"
     return WORDS.get(annotation, "value")
 
 

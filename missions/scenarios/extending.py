@@ -54,7 +54,9 @@ def used_in(scenario: Sparse) -> tuple[Any, ...]:
         return any(getattr(table, key) != type(table).model_fields[key].default for table in tables)
 
     found = features().values()
-    return tuple(one for one in found if any(says(place, key) for place in one.keys for key in one.keys[place]))
+    return tuple(
+        feature for feature in found if any(says(place, key) for place in feature.keys for key in feature.keys[place])
+    )
 
 
 def slower_by(raw: Raw) -> tuple[Any, str]:

@@ -393,7 +393,7 @@ def fault_table_faults(raw: Raw, mission: type[Mission] | None) -> Iterator[Conf
         mission: class of the mission; None if it cannot be had.
     """
     tables = raw.get(KEY)
-    numbered = [(f"{KEY}.{n}", one) for n, one in enumerate(tables if isinstance(tables, list) else [], 1)]
+    numbered = [(f"{KEY}.{n}", table) for n, table in enumerate(tables if isinstance(tables, list) else [], 1)]
     told = [(key, one) for key, one in numbered if isinstance(one, dict)]
     for position, (key, table) in enumerate(told):
         kind = fitting(table)
@@ -403,7 +403,7 @@ def fault_table_faults(raw: Raw, mission: type[Mission] | None) -> Iterator[Conf
         yield from _useless(key, table, kind)
         yield from _lacking(key, table, kind)
         whom = table.get("kind"), table.get("vehicle")
-        before = [one for one in told[:position] if (one[1].get("kind"), one[1].get("vehicle")) == whom]
+        before = [earlier for earlier in told[:position] if (earlier[1].get("kind"), earlier[1].get("vehicle")) == whom]
         yield from _own_faults(kind, key, table, raw, mission, before)
 
 
@@ -421,7 +421,7 @@ def _own_faults(
     except Exception as error:  # it may be somebody else's class
         allowed = f"its checks must pass malformed values over, but raised {type(error).__name__}: {error}"
         return [ConfigurationFault(f"{key}.kind", shown(table.get("kind")), allowed)]
-    if all(isinstance(one, ConfigurationFault) for one in found):
+    if all(isinstance(fault, ConfigurationFault) for fault in found):
         return found
     allowed = f"its checks must give missions.errors.ConfigurationFault values, but gave {found!r}"
     return [ConfigurationFault(f"{key}.kind", shown(table.get("kind")), allowed)]

@@ -33,19 +33,19 @@ def hook_faults(reference: str, made: Mission) -> Iterator[ConfigurationFault]:
         (
             "founding_objectives",
             "a list of Objective",
-            lambda found: all(isinstance(one, Objective) for one in found),
+            lambda found: all(isinstance(objective, Objective) for objective in found),
             made.founding_objectives,
         ),
         (
             "figures",
             "a tuple of Figure, Layer and Mark of missions.figure",
-            lambda found: all(isinstance(one, Figure | Layer | Mark) for one in found),
+            lambda found: all(isinstance(mark, Figure | Layer | Mark) for mark in found),
             lambda: made.figures,
         ),
         (
             "places",
             "a list of missions.figure.Place",
-            lambda found: all(isinstance(one, Place) for one in found),
+            lambda found: all(isinstance(place, Place) for place in found),
             lambda: made.places,
         ),
         ("instances", "a list of (class, name), both texts", _are_instances, lambda: made.instances),

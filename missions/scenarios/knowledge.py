@@ -68,8 +68,8 @@ def knowledge_faults(raw: Raw, mission: type[Mission]) -> Iterator[Configuration
         tbox = words_of(raw, mission)
     except (OntologyError, OSError):
         return  # reported elsewhere
-    classes = [one.name for one in tbox.classes]
-    attributes = [one.name for one in prunable(tbox) if not one.latest_only]
+    classes = [ontology_class.name for ontology_class in tbox.classes]
+    attributes = [attribute.name for attribute in prunable(tbox) if not attribute.latest_only]
     for number, rule in enumerate(rules, 1):
         yield from one_of(f"worldmodel.prune.{number}.class", rule.get("class"), classes)
         yield from one_of(f"worldmodel.prune.{number}.attribute", rule.get("attribute"), attributes)

@@ -144,7 +144,7 @@ def with_metrics_found(raw: dict[str, Any], folder: Path) -> dict[str, Any]:
     given = list_of(table, "metrics")
     if not given:
         return raw
-    return {**raw, "scenario": {**table, "metrics": [_found(one, folder) for one in given]}}
+    return {**raw, "scenario": {**table, "metrics": [_found(metric, folder) for metric in given]}}
 
 
 def _found(given: Any, folder: Path) -> Any:

@@ -146,7 +146,7 @@ class _Writer:
         found = _joined([{k: v for k, v in level.table.items() if k != ROLE} for level in levels])
         if any(ROLE in level.table for level in levels):
             lists = [level.table[ROLE] for level in levels if ROLE in level.table]
-            malformed = next((one for one in lists if not isinstance(one, list)), None)
+            malformed = next((listed for listed in lists if not isinstance(listed, list)), None)
             found[ROLE] = self._roles(key, levels) if malformed is None else malformed
         return {**found, **{k: table[k] for k in ("name", "template") if k in table}}
 
@@ -159,7 +159,7 @@ class _Writer:
             for number, role in enumerate(tables, 1):
                 name = role.get("name") if isinstance(role, dict) else None
                 layer = TableLayer(f"{level.key}.{ROLE}.{name if isinstance(name, str) else number}", role)
-                if not isinstance(name, str) or any(one.key == layer.key for one in own.get(name, ())):
+                if not isinstance(name, str) or any(other.key == layer.key for other in own.get(name, ())):
                     others.append(role)  # reported as what it is
                 else:
                     own.setdefault(name, []).insert(0, layer)
@@ -220,14 +220,14 @@ class _Writer:
 
     def _parents(self, key: str, given: Any, known: Sequence[str]) -> list[str]:
         """Names of parents that there are; the others are faults."""
-        if not isinstance(given, list) or not all(isinstance(one, str) for one in given):
+        if not isinstance(given, list) or not all(isinstance(name, str) for name in given):
             self._fault(key, given, f"a list of names, of {', '.join(known)}")
             return []
-        for fault in (fault for one in given for fault in one_of(key, one, known)):
+        for fault in (fault for name in given for fault in one_of(key, name, known)):
             if (text := f"{key} {fault.given}") not in self._said:
                 self._said.add(text)
                 self.faults.append(fault)
-        return [one for one in given if one in known]
+        return [name for name in given if name in known]
 
     def _cycle(self, key: str, given: Any, names: Sequence[str]) -> None:
         allowed = f"a cycle: {' extends '.join(names)}; allowed: parents that do not extend it themselves"

@@ -73,7 +73,7 @@ def _names_of_roles(raw: Raw) -> Iterator[ConfigurationFault]:
                 for other in list_of(role, word):
                     yield from one_of(f"{key}.{word}", other, allowed)
             own = role.get("name"), f"{group.get('name')}.{role.get('name')}"
-            for other in (one for one in list_of(role, "incompatible") if one in own):
+            for other in (name for name in list_of(role, "incompatible") if name in own):
                 yield ConfigurationFault(f"{key}.incompatible", shown(other), "allowed: other roles than itself")
 
 
@@ -155,7 +155,9 @@ def _nesting(raw: Raw) -> Iterator[ConfigurationFault]:
     templates = names_of(raw, "group_template")
     for name, group in groups.items():
         within = [one for one, outer in above.items() if outer == name]
-        yield from _subgroups(f"group.{name}.subgroup", group, {one: groups[one] for one in within}, templates, raw)
+        yield from _subgroups(
+            f"group.{name}.subgroup", group, {subgroup: groups[subgroup] for subgroup in within}, templates, raw
+        )
 
 
 def _subgroups(
@@ -237,7 +239,7 @@ def _players_of_both(raw: Raw) -> Iterator[ConfigurationFault]:
         if not isinstance(other, str) or "." not in other:
             continue
         both = [path.split(".", 1), other.split(".", 1)]
-        if not any(all(can_play(v, *one) for one in both) for v in entries(raw, "vehicle")):
+        if not any(all(can_play(v, *role) for role in both) for v in entries(raw, "vehicle")):
             yield ConfigurationFault(f"{_key(path)}.played_by", f'"{other}"', "no vehicle is able to play both roles")
 
 

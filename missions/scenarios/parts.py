@@ -66,7 +66,7 @@ def _wrongly_held(mission: type[Mission]) -> Iterator[str]:
         if isinstance(given, str) or not isinstance(given, Sequence):
             yield f"{name} is {type(given).__name__}; {wanted}"
         else:
-            yield from (f"{name} holds {one!r}; {wanted}" for one in given if not isinstance(one, kinds))
+            yield from (f"{name} holds {part!r}; {wanted}" for part in given if not isinstance(part, kinds))
 
 
 def _wrong_sensors(sensors: Any) -> Iterator[str]:
@@ -227,7 +227,7 @@ def _group(table: GroupTable, excluded: Mapping[tuple[str, ...], set[str]], temp
         )
         for role in table.role
     )
-    subgroups = tuple(Subgroups(one.template, one.minimum, one.maximum) for one in table.subgroup)
+    subgroups = tuple(Subgroups(subgroup.template, subgroup.minimum, subgroup.maximum) for subgroup in table.subgroup)
     place = table.within, templates, subgroups, table.formed_by
     return Group(table.name, roles, table.rally_point, table.mission, table.succession, *place)
 

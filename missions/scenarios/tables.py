@@ -52,7 +52,7 @@ def unless(key: str, *needed: str) -> Callable[[dict[str, Any]], None]:
     """Let a JSON Schema of a table do without keys where another one is there, which brings them."""
 
     def either(schema: dict[str, Any]) -> None:
-        schema["required"] = [one for one in schema.get("required", []) if one not in needed]
+        schema["required"] = [key for key in schema.get("required", []) if key not in needed]
         schema["anyOf"] = [{"required": list(needed)}, {"required": [key]}]
 
     return either

@@ -126,7 +126,7 @@ class SweepResults:
         for reference, metric in metrics.items():
             if MetricRecord.of(metric) == known.get(metric.name) or metric in (*self.measured.values(), *new.values()):
                 continue
-            if metric.name in (*self.metrics, *TAKEN, *(one.name for one in new.values())):
+            if metric.name in (*self.metrics, *TAKEN, *(own.name for own in new.values())):
                 allowed = "there is another field of that name; give the metric another one"
                 raise OutputError(f"{reference}: metric {metric.name}: {allowed}")
             new[reference] = metric

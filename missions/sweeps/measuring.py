@@ -45,7 +45,7 @@ def with_values(
     for key, line in lines.items():
         if line["status"] == DONE and line["tables"]:
             run = KeptRun(line["summary"], partial(_own_rows, read, key), _scenario(key, label_of))
-            values = {one.name: value_of(one, run, f"{of}, run {key}") for of, one in metrics.items()}
+            values = {metric.name: value_of(metric, run, f"{of}, run {key}") for of, metric in metrics.items()}
             kept = {name: value for name, value in values.items() if value is not NOT_APPLICABLE}
             changed[key] = {**line, "summary": {**line["summary"], **kept}}
     return changed

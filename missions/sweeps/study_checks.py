@@ -88,15 +88,18 @@ def _bounds_faults(file: StudyFile) -> Iterator[ConfigurationFault]:
 def _conflicts(file: StudyFile) -> Iterator[ConfigurationFault]:
     """Keys of the scenario that two tables of the study set."""
     places: dict[str, str] = {}
-    own_faults = any(one.fault for one in file.unforeseen)
+    own_faults = any(unforeseen.fault for unforeseen in file.unforeseen)
     set_by = [(f"study.{name}", key) for name, key in LISTS.items() if getattr(file.study, name) is not None]
     set_by += [(f"channel.{key}", f"channel.{key}") for table in file.channel for key in table]
     for table, given in (("set", [file.set]), ("grid", [file.grid]), ("point", file.point), ("latin", [file.latin])):
-        set_by += [(f"{table}.{key}", key) for one in given for key, _ in flattened(one)]
+        set_by += [(f"{table}.{key}", key) for setting in given for key, _ in flattened(setting)]
     for place, key in set_by:
         if own_faults and key.partition(".")[0] == "fault":
             yield ConfigurationFault(place, "", "[[unforeseen.fault]] sets all faults of its runs; set them there")
-    set_by += [("unforeseen.set", key) for key in {key for one in file.unforeseen for key, _ in flattened(one.set)}]
+    set_by += [
+        ("unforeseen.set", key)
+        for key in {key for unforeseen in file.unforeseen for key, _ in flattened(unforeseen.set)}
+    ]
     for place, key in dict.fromkeys(set_by):
         if key in places:
             yield ConfigurationFault(place, "", f"is set by {places[key]} too; set it in one place")

@@ -125,7 +125,7 @@ class Surveying(Behaviour):
             ways = self._both_ways
             if ways:
                 self._lane = min(ways, key=lambda way: distance_m(motion, way.begin_m))
-                self._left = [one for one in self._left if one.tiles != self._lane.tiles]
+                self._left = [lane for lane in self._left if lane.tiles != self._lane.tiles]
         if self._lane is not None and distance_m(motion, self._lane.begin_m) <= CAPTURE_M:
             self._is_on_lane = True
 

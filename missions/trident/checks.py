@@ -89,7 +89,7 @@ def _modules(raw: Raw) -> dict[str, tuple[Raw, Raw]]:
 
 def _services(raw: Raw, tbox: TBox) -> Iterator[ConfigurationFault]:
     """Capabilities that are none, activities for which nobody offers a service, and services that nobody has."""
-    modules, named = _modules(raw), {one.name: one.uid for one in tbox.classes}
+    modules, named = _modules(raw), {ontology_class.name: ontology_class.uid for ontology_class in tbox.classes}
     kinds = sorted(tbox.classes[uid].name for uid in tbox.subclasses(named[SERVICE]))
     for name, (vehicle, table) in modules.items():
         module = name.removeprefix(f"{vehicle.get('name')} ")
@@ -125,13 +125,13 @@ def _named(key: str, table: Raw, able: Collection[str]) -> Iterator[Configuratio
         return
     if "service" not in table:
         yield ConfigurationFault(f"{key}.service", "", f"is missing; allowed: {', '.join(able)}")
-    for where, given in [("service", table.get("service")), *(("spare", one) for one in list_of(table, "spare"))]:
+    for where, given in [("service", table.get("service")), *(("spare", spare) for spare in list_of(table, "spare"))]:
         yield from one_of(f"{key}.{where}", given, sorted(able))
 
 
 def _concluded(tbox: TBox, vehicle: Raw, table: Raw) -> frozenset[str]:
     """Classes that a service is of: as it is advertised, and as follows from who provides it and that it works."""
-    named = {one.name: one.uid for one in tbox.classes}
+    named = {ontology_class.name: ontology_class.uid for ontology_class in tbox.classes}
     of_class, kind = named.get(str(table.get("capability"))), named.get(str(vehicle.get("vehicle_type")))
     if of_class is None or kind is None:
         return frozenset()
@@ -141,7 +141,11 @@ def _concluded(tbox: TBox, vehicle: Raw, table: Raw) -> frozenset[str]:
         tbox, 0, instances, n_origins=1, run_time_instances_per_origin=0, keeping=Keeping(common_facts=[provided])
     )
     seen, above = model.inference.classes(1), named[SERVICE]
-    return frozenset(one.name for one in tbox.classes if seen >> one.uid & 1 and one.uid != above)
+    return frozenset(
+        ontology_class.name
+        for ontology_class in tbox.classes
+        if seen >> ontology_class.uid & 1 and ontology_class.uid != above
+    )
 
 
 # The choreography

@@ -63,7 +63,7 @@ def unsound(
     for state, to in arrows:
         ahead[state].append(to)
         back[to].append(state)
-    ends = [one for one in final if one in states]
+    ends = [state for state in final if state in states]
     there, out = reachable(ahead, states[:1]), reachable(back, ends)
     for state in states:
         if state not in there:
@@ -84,7 +84,7 @@ class Monitor:
     """
 
     def __init__(self, pattern: ChoreographyTable, recorder: Recorder) -> None:
-        self._states = {one.name: one for one in pattern.state}
+        self._states = {state.name: state for state in pattern.state}
         self._allowed: dict[str, list[MessageTable]] = defaultdict(list)
         for message in pattern.message:
             self._allowed[message.state].append(message)
@@ -122,10 +122,10 @@ class Monitor:
 
     def _move(self, said: StatedFact) -> None:
         allowed = self._allowed[self.state]
-        fitting = [one for one in allowed if _fits(one, said)]
+        fitting = [message for message in allowed if _fits(message, said)]
         said_row = said.time_s, said.vehicle, self.state, said.attribute, said.subject, said.value
         if not fitting:
-            expected = "; ".join(_shown(one) for one in allowed) or "nothing"
+            expected = "; ".join(_shown(message) for message in allowed) or "nothing"
             self._rows.append((*said_row, self.state, f"not allowed in state {self.state}; allowed: {expected}"))
             return
         self._rows.append((*said_row, fitting[0].to, ""))
@@ -136,7 +136,7 @@ class Monitor:
         if within_s is None or self._is_overdue or now_s - self._since_s <= within_s:
             return
         self._is_overdue = True
-        expected = "; ".join(_shown(one) for one in self._allowed[self.state])
+        expected = "; ".join(_shown(message) for message in self._allowed[self.state])
         late = f"overdue: nothing said in state {self.state} for {within_s:g} s; expected: {expected}"
         self._rows.append((self._since_s + within_s, "", self.state, "", "", "", self.state, late))
 

@@ -132,7 +132,7 @@ class Concluding:
         likely = [(_likeness(beliefs, name), name) for name in beliefs.instances(CANDIDATE) if _is_open(beliefs, name)]
         if not likely:
             return []
-        name = min(likely, key=lambda one: (-one[0], one[1]))[1]
+        name = min(likely, key=lambda weighed: (-weighed[0], weighed[1]))[1]
         place = beliefs.fused(("location", name))
         at_m: Point | None = None if place is None else place.value
         if at_m is None:
@@ -152,7 +152,7 @@ class Concluding:
             known = [name for name, verdict in verdicts.items() if verdict == "target" and name != chosen]
             return beliefs.observed_s(("verdict", known[0])) if known and verdicts[chosen] is None else None
         surveyed_s = [beliefs.observed_s(("surveyedBy", block)) for block in self.blocks]
-        known_s = [one for one in surveyed_s if one is not None]
+        known_s = [time_s for time_s in surveyed_s if time_s is not None]
         return max(known_s) if len(known_s) == len(surveyed_s) else None
 
     def _absent(self, me: str, organisation: Organisation, beliefs: Beliefs, now_s: float) -> list[Finding]:

@@ -42,7 +42,7 @@ def uses(results: RunResults, services: Any) -> list[tuple[str, str, float, floa
             of, from_s = running.pop(key)
             found.append((row["vehicle"], of, from_s, row["time_s"]))
     found += [(key[0], of, from_s, end_s) for key, (of, from_s) in running.items()]
-    return sorted(found, key=lambda one: one[2])
+    return sorted(found, key=lambda mark: mark[2])
 
 
 def draw_services(axes: Axes, results: RunResults, style: Style) -> str:

@@ -102,8 +102,10 @@ class TridentMission(JobMission):
         self._database = database_of(scenario, type(self))
         self.matching = Matching.of(scenario, self._database.values())
         self.blocks = {
-            one.name: SeabedBlock(one.name, one.x_m[0], one.y_m[0], one.x_m[1], one.y_m[1], scenario.mission.tile_m)
-            for one in scenario.block
+            block.name: SeabedBlock(
+                block.name, block.x_m[0], block.y_m[0], block.x_m[1], block.y_m[1], scenario.mission.tile_m
+            )
+            for block in scenario.block
         }
         super().__init__(scenario)
         recovery = scenario.recovery.name
@@ -132,7 +134,7 @@ class TridentMission(JobMission):
     @property
     def instances(self) -> Sequence[tuple[str, str]]:
         """Blocks, the recovery, and services of the classes that they are advertised as."""
-        services = [(one.settings.capability, name) for name, one in self.matching.services.items()]
+        services = [(service.settings.capability, name) for name, service in self.matching.services.items()]
         return [
             *(("SurveyBlock", name) for name in self.blocks),
             ("Recovery", self.scenario.recovery.name),
@@ -208,7 +210,7 @@ class TridentMission(JobMission):
         do but to wait."""
         rests_on = {*self.matching.rests_on(), self._jobs[objective.argument].done, ("gatheredAt", objective.group)}
         rests_on.add(("chosen", self.scenario.recovery.name))
-        sets = [self._set(objective, one, data) for together in steps for one in together]
+        sets = [self._set(objective, task, data) for together in steps for task in together]
         return tuple(sets), frozenset(rests_on)
 
     def _set(self, objective: Objective, step: Task, data: VehicleData) -> ActivitySet:

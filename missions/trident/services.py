@@ -120,16 +120,18 @@ class Matching:
             listed = (of.service, *(of.spare if self.response == "repair" else ()))
             return tuple(name for name in listed if name in self.services)
         fitting = self._fitting(of.requires, me, facts)
-        able = [one for name, one in self.services.items() if name in fitting and one.vehicle in there]
-        able.sort(key=lambda one: (one.settings.cost_s + HANDING_OVER_S * (one.vehicle != me), one.name))
-        return tuple(one.name for one in able)
+        able = [service for name, service in self.services.items() if name in fitting and service.vehicle in there]
+        able.sort(
+            key=lambda service: (service.settings.cost_s + HANDING_OVER_S * (service.vehicle != me), service.name)
+        )
+        return tuple(service.name for service in able)
 
     def _fitting(self, requires: str, me: str, facts: FactsLike) -> Collection[str]:
         """Names of the services that are of the class and work; each status is looked up, since plans rest on it."""
         statuses = {name: facts.get(("serviceStatus", name)) for name in self.services}
-        unsaid = {name for name, one in self.services.items() if one.vehicle == me and statuses[name] is None}
+        unsaid = {name for name, service in self.services.items() if service.vehicle == me and statuses[name] is None}
         if not self.inference:
-            told = {name for name, one in self.services.items() if one.settings.capability == requires}
+            told = {name for name, service in self.services.items() if service.settings.capability == requires}
             return told & (unsaid | {name for name, status in statuses.items() if status == AVAILABLE})
         working = {*(facts.get(("instances", AVAILABLE_SERVICE)) or ()), *unsaid}
         return working.intersection(facts.get(("instances", requires)) or ())

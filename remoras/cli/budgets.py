@@ -77,8 +77,8 @@ def link_budget(
     reaches = [_reach(scenario, ranges_m) for scenario in scenarios]
     if draws:
         reaches = [
-            one._replace(drawn=_drawn(scenario, ranges_m, draws, seed))
-            for one, scenario in zip(reaches, scenarios, strict=True)
+            reach._replace(drawn=_drawn(scenario, ranges_m, draws, seed))
+            for reach, scenario in zip(reaches, scenarios, strict=True)
         ]
     if out is not None:
         _draw(scenarios, reaches, ranges_m[-1], out, file_format.value, as_json)
@@ -163,7 +163,8 @@ def _draw(
         f"fading: {channel.fading}."
     )
     lines = [
-        _reach(scenario, lines_m)._replace(drawn=one.drawn) for scenario, one in zip(scenarios, reaches, strict=True)
+        _reach(scenario, lines_m)._replace(drawn=reach.drawn)
+        for scenario, reach in zip(scenarios, reaches, strict=True)
     ]
     drawn = reach_contents(lines, sea, file_format)
     print(*files.write_folder(out, drawn), sep="\n", file=sys.stderr if as_json else sys.stdout)

@@ -118,11 +118,11 @@ def _number(value: Any) -> float | None:
 
 
 def _texts(value: Any) -> list[str] | None:
-    return list(value) if isinstance(value, list | tuple) and all(isinstance(one, str) for one in value) else None
+    return list(value) if isinstance(value, list | tuple) and all(isinstance(item, str) for item in value) else None
 
 
 def _a_member_of(kind: type[Enum]) -> Callable[[Any], Enum | None]:
-    return lambda value: next((one for one in kind if value in (one, one.value)), None)
+    return lambda value: next((member for member in kind if value in (member, member.value)), None)
 
 
 TAKEN: dict[Any, Callable[[Any], Any]] = {

@@ -130,7 +130,7 @@ def _vehicles(ctx: typer.Context) -> Iterable[str]:
     """Vehicles of the run in the folder that has been named."""
     from missions.runs.results import Results
 
-    return [one.name for one in Results.read(_folder(ctx)).scenario.vehicle]
+    return [table.name for table in Results.read(_folder(ctx)).scenario.vehicle]
 
 
 TOML = (".toml",)

@@ -79,7 +79,7 @@ def node(
         fail(f"--start {start:g}: allowed is a time by time.monotonic(), within a year of {now_by_machine():.0f}")
     loaded, plan = _plan(scenario, vehicle, settings, seed, until, settle)
     plan = replace(plan, epoch=epoch)
-    others = _peers(peers, vehicle, [one.name for one in loaded.vehicle])
+    others = _peers(peers, vehicle, [table.name for table in loaded.vehicle])
     own = alone(plan)
     port = Socket(address_of(bind, "--bind"))
     host, number = port.address

@@ -144,7 +144,8 @@ def _print_summary(report: dict[str, Any]) -> None:
         figures = [(key, _figure(value)) for key, value in report.items() if key != "milestones" and value != ""]
         show_table(("figure", "value"), figures)
         milestones = [
-            (f"{one['time_s']:.1f} s", one["name"], one["vehicle"] or one["group"]) for one in report["milestones"]
+            (f"{milestone['time_s']:.1f} s", milestone["name"], milestone["vehicle"] or milestone["group"])
+            for milestone in report["milestones"]
         ]
         show_table(("time", "milestone", "who"), milestones, numbers=("time",))
         return
@@ -220,7 +221,7 @@ def _glyphs_noted() -> Iterator[None]:
     """Say in one line that names have characters that the font of figures lacks; other warnings go their way."""
     with warnings.catch_warnings(record=True) as caught:
         yield
-    others = [one for one in caught if "missing from font" not in str(one.message)]
+    others = [warning for warning in caught if "missing from font" not in str(warning.message)]
     if len(others) < len(caught):
         text = "the font of figures lacks some characters of the names; they are drawn as boxes"
         print(f"remoras: {text}", file=sys.stderr)

@@ -40,17 +40,17 @@ class Choice:
     """
 
     def __init__(self, sets: Sequence[ActivitySet]) -> None:
-        needed = sorted({one.needs for one in sets if one.needs is not None})
+        needed = sorted({activities.needs for activities in sets if activities.needs is not None})
         self._n_needed = len(needed)
-        self._sizes = [len(one.effective) for one in sets]
+        self._sizes = [len(activities.effective) for activities in sets]
         self._bits: list[int] = []
-        for one in sets:
-            names = {activity.name for activity in one.activities}
+        for activities in sets:
+            names = {activity.name for activity in activities.activities}
             provided = sum(1 << bit for bit, name in enumerate(needed) if name in names)
-            asked = 0 if one.needs is None else 1 << needed.index(one.needs)
-            self._bits.append(one.types | (provided | asked << self._n_needed) << 8)
-        self._vital = [index for index, one in enumerate(sets) if one.kind is ActivityKind.VITAL]
-        self._others = [index for index, one in enumerate(sets) if one.kind is not ActivityKind.VITAL]
+            asked = 0 if activities.needs is None else 1 << needed.index(activities.needs)
+            self._bits.append(activities.types | (provided | asked << self._n_needed) << 8)
+        self._vital = [index for index, activities in enumerate(sets) if activities.kind is ActivityKind.VITAL]
+        self._others = [index for index, activities in enumerate(sets) if activities.kind is not ActivityKind.VITAL]
         self._asked: list[float] = []
         self._best: tuple[int, ...] = ()
 
@@ -143,7 +143,7 @@ class Choice:
 
     def _takes_more(self, state: int, fit: Sequence[int]) -> bool:
         """True if one more set could be added to ``state``."""
-        return any(not state & self._bits[one] & _TYPES and self._is_met(state | self._bits[one]) for one in fit)
+        return any(not state & self._bits[index] & _TYPES and self._is_met(state | self._bits[index]) for index in fit)
 
 
 def _keep(states: dict[int, Sum], state: int, total: float, chosen: tuple[int, ...]) -> None:

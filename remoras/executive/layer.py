@@ -97,7 +97,7 @@ class ExecutiveLayer:
         }
         self.satisfaction = {role: self.satisfaction.get(role, 0.0) for role in roles}
         self._heard = {role: heard for role, heard in self._heard.items() if role in self.satisfaction}
-        self._calling = {one for one in self._calling if one[0] in self.satisfaction}
+        self._calling = {caller for caller in self._calling if caller[0] in self.satisfaction}
         self._at_rest = None
         self.motivations = [0.0] * len(sets)
         self._stimuli, self._external = [0.0] * len(sets), [0.0] * len(sets)
@@ -210,7 +210,7 @@ class ExecutiveLayer:
 
     def pulls(self, now_s: float) -> Pulls:
         """How signals pull at the vehicle while it does what it has decided; see ``remoras.attraction``."""
-        guiding = next((one for one in self.decision.chosen if self.sets[one].types & _GUIDING), None)
+        guiding = next((index for index in self.decision.chosen if self.sets[index].types & _GUIDING), None)
         role = None if guiding is None else self._role_of[guiding]
         heard = {} if role is None else self._heard.get(role, {})
         if guiding is None or role is None or not heard:

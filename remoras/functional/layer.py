@@ -190,7 +190,10 @@ class FunctionalLayer:
             _refuse_unfit(activity_set, self._where(activity_set), self.data.name, self.sensors.names)
         self._sets = (*VITAL_SETS, *sets, *self.needs)
         known = self._of_set
-        self._of_set = {one: known[one] if one in known else _behaviour(self, one) for one in self._sets}
+        self._of_set = {
+            activities: known[activities] if activities in known else _behaviour(self, activities)
+            for activities in self._sets
+        }
         self._behaviours = [self._of_set[activity_set] for activity_set in self._sets]
         self.perform(())
         return self._sets
@@ -338,9 +341,13 @@ def _behaviour(layer: FunctionalLayer, activity_set: ActivitySet) -> Behaviour:
 def _unsound(perceptions: Sequence[Perception]) -> tuple[int, object]:
     """Number and value of the first answer that is no Perception with a stimulus of 0..1."""
     return next(
-        (index, one)
-        for index, one in enumerate(perceptions)
-        if not (isinstance(one, Perception) and isinstance(one.stimulus, float | int) and 0.0 <= one.stimulus <= 1.0)
+        (index, perception)
+        for index, perception in enumerate(perceptions)
+        if not (
+            isinstance(perception, Perception)
+            and isinstance(perception.stimulus, float | int)
+            and 0.0 <= perception.stimulus <= 1.0
+        )
     )
 
 

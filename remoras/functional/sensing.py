@@ -86,7 +86,7 @@ class Sensing:
         """
         working, self.looking = self._working, self._working_names
         for misses in self.misses:
-            working = [one for one in working if not misses(one[0], now_s)]
+            working = [named for named in working if not misses(named[0], now_s)]
             self.looking = tuple(name for name, _ in working)
         sensed: list[Sensed] = []
         for name, sensor in working:

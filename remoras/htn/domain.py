@@ -164,10 +164,10 @@ class Domain:
             met: set[str] = set()
             due = [name]
             while due and name not in met:
-                for one in below[due.pop()]:
-                    if one not in met:
-                        met.add(one)
-                        due.append(one)
+                for successor in below[due.pop()]:
+                    if successor not in met:
+                        met.add(successor)
+                        due.append(successor)
             if name in met:
                 found.add(name)
         return frozenset(found)

@@ -46,8 +46,8 @@ class Agreed:
 
     def of(self, vehicle: str) -> tuple[list[RoleAssignment], list[RoleAssignment]]:
         """Roles that one vehicle took, and those that it left."""
-        taken = [one for one in self.assigned if one.vehicle == vehicle]
-        return taken, [one for one in self.left if one.vehicle == vehicle]
+        taken = [assignment for assignment in self.assigned if assignment.vehicle == vehicle]
+        return taken, [assignment for assignment in self.left if assignment.vehicle == vehicle]
 
     @property
     def renewed(self) -> tuple[str, ...]:

@@ -21,11 +21,11 @@ class Alone:
 
     def note(self, agreed: Agreed, n_assigned: int, n_left: int) -> None:
         """Note what was agreed alone, behind so many roles that were assigned and left before."""
-        for one in agreed.left[n_left:]:
-            if one in self._taken:
-                del self._taken[one]
+        for assignment in agreed.left[n_left:]:
+            if assignment in self._taken:
+                del self._taken[assignment]
             else:
-                self._displaced[one] = None
+                self._displaced[assignment] = None
         self._taken.update(dict.fromkeys(agreed.assigned[n_assigned:]))
 
     def forget(self, group: str) -> None:
@@ -42,10 +42,10 @@ class Alone:
             organisation: that counted so far.
         """
         agreed = Agreed(organisation)
-        for one in self._taken:
-            agreed.leave(Request(me, Act.RELEASE, one.group, one.role, one.vehicle))
-        for one in self._displaced:
-            agreed.assign(Request(me, Act.ASSIGN, one.group, one.role, one.vehicle))
+        for assignment in self._taken:
+            agreed.leave(Request(me, Act.RELEASE, assignment.group, assignment.role, assignment.vehicle))
+        for assignment in self._displaced:
+            agreed.assign(Request(me, Act.ASSIGN, assignment.group, assignment.role, assignment.vehicle))
         self._taken.clear()
         self._displaced.clear()
         return agreed

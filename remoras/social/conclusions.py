@@ -43,7 +43,7 @@ class Conclusions:
 
     def _ends(self, objective: Objective) -> set[Key]:
         """Facts of which it is known that all has been done for ``objective``; often none."""
-        return {(one.attribute, one.subject) for one in self._completing(objective)}
+        return {(finding.attribute, finding.subject) for finding in self._completing(objective)}
 
     def taken_back(
         self, given: Iterable[Objective], gatherings: Gatherings, workload: Workload, negotiation: Negotiation
@@ -58,7 +58,7 @@ class Conclusions:
             gatherings, workload, negotiation: of the vehicle; they take note of it.
         """
         over: set[Key] = set()
-        met_s = {one: self._beliefs.observed_s((GATHERED_AT, one.group)) for one in given}
+        met_s = {objective: self._beliefs.observed_s((GATHERED_AT, objective.group)) for objective in given}
         for one, before_s in met_s.items():
             said_s = self._beliefs.observed_s((OBJECTIVE_PREFIX + one.name, f"{one.group}.{one.role}"))
             if before_s is not None and said_s is not None and before_s < said_s and (ends := self._ends(one)):
@@ -95,7 +95,7 @@ class Conclusions:
             )
         except Exception as error:
             raise broken_promise(self._mission_name, "findings", expected, error) from error
-        if found and not all(isinstance(one, Finding) for one in found):
+        if found and not all(isinstance(finding, Finding) for finding in found):
             raise broken_promise(self._mission_name, "findings", expected, found)
         return self._facts_of(found)
 
@@ -105,7 +105,7 @@ class Conclusions:
             self._mission_name,
             "conclusions",
             "a list of Finding",
-            lambda given: all(isinstance(one, Finding) for one in given),
+            lambda given: all(isinstance(finding, Finding) for finding in given),
             lambda: tuple(self._mission.conclusions(data, organisation, self._beliefs, picture, motion)),
         )
         return self._facts_of(found)

@@ -177,7 +177,9 @@ class Consultation:
         organisation = agreed.organisation
         if asked.act is Act.SUCCEED:
             succession = self._groups[asked.group].succession
-            left = [one for one in succession if self._newest.at(asked.group, one, asked.issuer) > age]
+            left = [
+                successor for successor in succession if self._newest.at(asked.group, successor, asked.issuer) > age
+            ]
             if not left and self._reigns.has_led(asked.issuer, asked.group, age):
                 left = [self._groups[asked.group].head_role or ""]
             organisation = playing(organisation, asked.issuer, asked.group, left)
@@ -198,7 +200,7 @@ class Consultation:
         """A group was formed or dissolved: what was said of it before is over, what was said since is asked anew."""
         self._newest.forget(group)
         self._about[group] = {said: one for said, one in self._about[group].items() if said > age}
-        others = [one for one in self._waiting if _age(one) not in self._about[group]]
+        others = [observation for observation in self._waiting if _age(observation) not in self._about[group]]
         self._waiting = [*others, *self._about[group].values()]
         self.headship.forget(group)
         self.missions.pop(group, None)
@@ -222,7 +224,9 @@ class Consultation:
             agreed.give(asked)
             if asked.act is Act.MISSION:
                 given, of = {*self.missions.get(asked.group, ()), asked.argument}, asked.group
-                self.missions[of] = tuple(sorted(given, key=lambda one: self._newest.at(of, "mission", one)))
+                self.missions[of] = tuple(
+                    sorted(given, key=lambda objective: self._newest.at(of, "mission", objective))
+                )
         else:
             done = agreed.assign(asked, yielding) if asked.act is Act.ASSIGN else agreed.leave(asked)
             if done is Outcome.SUCCESS and asked.role == self._groups[asked.group].head_role:
@@ -271,14 +275,14 @@ class Consultation:
             then = role_after(self._rules.database, name, group, agreed.organisation)
             if then is not None and self._newest.take((then.group, then.role, then.vehicle), age):
                 agreed.assign(Request(vehicle, Act.ASSIGN, then.group, then.role, then.vehicle))
-        for one in excluded_by_leading(group, vehicle, agreed.organisation):
-            if self._newest.take((one.group, one.role, one.vehicle), age):
-                agreed.leave(Request(vehicle, Act.RELEASE, one.group, one.role, vehicle))
+        for assignment in excluded_by_leading(group, vehicle, agreed.organisation):
+            if self._newest.take((assignment.group, assignment.role, assignment.vehicle), age):
+                agreed.leave(Request(vehicle, Act.RELEASE, assignment.group, assignment.role, vehicle))
 
     def _renew(self, group: str, issuer: str, agreed: Agreed) -> None:
         """Let who holds the jobs of a group follow from all that was said of them, now that more is known."""
-        for one in self._tenures.renew(group, issuer, agreed.organisation):
-            (agreed.assign if one.act is Act.ASSIGN else agreed.leave)(one)
+        for request in self._tenures.renew(group, issuer, agreed.organisation):
+            (agreed.assign if request.act is Act.ASSIGN else agreed.leave)(request)
 
     def _hand_over(self, to: Request, holders: list[str] | tuple[str, ...], age: Age, agreed: Agreed) -> None:
         """Let holders leave a role for another, unless a newer word says something else of one of them."""

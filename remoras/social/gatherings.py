@@ -33,7 +33,7 @@ class Gatherings:
     def begin(self, group: str, from_s: float) -> frozenset[Key]:
         """A group begins anew: its meetings before do not count, nor do those that follow them. Return their keys."""
         follow = (other for other, before in self._meets_after.items() if group in before)
-        found = frozenset((GATHERED_AT, one) for one in (group, *follow))
+        found = frozenset((GATHERED_AT, met) for met in (group, *follow))
         for key in found:
             self._beliefs.count_from(key, from_s)
         return found

@@ -229,7 +229,7 @@ class SocialLayer:
         Args:
             rested_on: their keys, and patterns of keys.
         """
-        kinds = {one[0] if isinstance(one, tuple) else one for one in rested_on}
+        kinds = {key[0] if isinstance(key, tuple) else key for key in rested_on}
         uids = self._attribute_uids
         self._attributes.update(uids.values() if ANY in kinds else [uids[kind] for kind in kinds if kind in uids])
 
@@ -261,8 +261,8 @@ class SocialLayer:
         stale = self.pursuit.let_go(keys | self._gatherings.concluded_alone)
         self._renew_leads()
         led = [role for role in roles if role.group in self._led]
-        self.planner.lose((one for one in led if one.vehicle in seen.changes.absent), self.present)
-        self.planner.plan_again({one.group for one in led if one.vehicle in seen.changes.present})
+        self.planner.lose((assignment for assignment in led if assignment.vehicle in seen.changes.absent), self.present)
+        self.planner.plan_again({assignment.group for assignment in led if assignment.vehicle in seen.changes.present})
         assigned, left = seen.undone.of(self.me)
         passed_on = [] if self.standing.is_cut_off else self._workload.told_by(seen.changes.absent)
         is_due = stale or before.roles_of(self.me) != self.present.roles_of(self.me)
@@ -278,7 +278,9 @@ class SocialLayer:
         before, self._led = self._led, self.standing.led
         if before != self._led:
             self._negotiation.hold(set(self._led).difference(before))
-            self.planner.lead(self._led, [one for one in self._led if one not in before and one in self.missions])
+            self.planner.lead(
+                self._led, [group for group in self._led if group not in before and group in self.missions]
+            )
 
     # The end of a round --------------------------------------------------------------------------
 
@@ -302,8 +304,10 @@ class SocialLayer:
         self._renew_leads()
         self.planner.end_round(agreed.left, self.facts)
         self.planner.reconsider(agreed.keys | over, self._led, self.facts)
-        self.planner.lose((one for one in agreed.left if one.group in self._led), self.present)
-        members = {("members", f"{one.group}.{one.role}") for one in [*agreed.assigned, *agreed.left]}
+        self.planner.lose((assignment for assignment in agreed.left if assignment.group in self._led), self.present)
+        members = {
+            ("members", f"{assignment.group}.{assignment.role}") for assignment in [*agreed.assigned, *agreed.left]
+        }
         stale = self.pursuit.let_go(members | over)
         own = agreed.of(self.me)
         return Consulted(*own, rulings, bool(agreed.objectives or stale or any(own)))
@@ -321,7 +325,7 @@ class SocialLayer:
         peers = self._picture.peers
         work = self._work({**peers.positions_m, self.me: motion.position_m}, self._beliefs.model.quantise_time(now_s))
         if self.strategy.declaration.influences:
-            self._picture.groups.awaited = {name: one.awaited(self.me, now_s) for name, one in work.items()}
+            self._picture.groups.awaited = {name: of_group.awaited(self.me, now_s) for name, of_group in work.items()}
         unheard = {name: roles for name, roles in peers.unheard.items() if name not in self.standing.absent}
         for said in self._negotiation.negotiate(now_s, work, peers.heard_s, unheard, calls, self.missions, peers.links):
             is_order = any(attribute in ROLE_ATTRIBUTES for _, attribute, _ in said.facts)

@@ -151,7 +151,9 @@ class Negotiation:
     def note_added(self, now_s: float, left: Iterable[Fact]) -> None:
         """Let the strategy hear in the next round which roles this vehicle said to be left, beside what it stated."""
         name = self._beliefs.name
-        facts = tuple((name(one[0]), LEFT_ROLE, name(one[2])) for one in left if one[1] in self.attributes)
+        facts = tuple(
+            (name(subject[0]), LEFT_ROLE, name(subject[2])) for subject in left if subject[1] in self.attributes
+        )
         if facts:
             self._added.append(Heard(self._me, self._beliefs.model.quantise_time(now_s), facts))
 

@@ -48,26 +48,28 @@ class Orders:
         if self._awaited:
             issuer = self._beliefs.name(change.block.origin)
             jobs = {self._beliefs.name(fact.subject) for fact in change.block.facts}
-            heard = [one for one, job in self._awaited.items() if one.vehicle == issuer and job in jobs]
-            for one in heard:
-                del self._awaited[one]
+            heard = [
+                assignment for assignment, job in self._awaited.items() if assignment.vehicle == issuer and job in jobs
+            ]
+            for assignment in heard:
+                del self._awaited[assignment]
 
     def waits_for(self, peers: Collection[str], done: Collection[str]) -> bool:
         """True while one of ``peers`` was given a job that is not done and of which nothing has come back."""
-        return any(one.vehicle in peers and job not in done for one, job in self._awaited.items())
+        return any(assignment.vehicle in peers and job not in done for assignment, job in self._awaited.items())
 
     def end_round(self, left: Iterable[RoleAssignment]) -> None:
         """What was proposed in this round has been said; roles that vehicles have ``left`` are given out no longer."""
         self._proposed.clear()
-        for one in left:
-            self.issued.discard(one)
-            self._awaited.pop(one, None)
+        for assignment in left:
+            self.issued.discard(assignment)
+            self._awaited.pop(assignment, None)
 
     def forget(self, group: str) -> None:
         """A group was formed or dissolved at sea: what was said of it before is over."""
-        self.issued = {one for one in self.issued if one.group != group}
+        self.issued = {assignment for assignment in self.issued if assignment.group != group}
         self.issued_objectives = {objective for objective in self.issued_objectives if objective.group != group}
-        self._awaited = {one: job for one, job in self._awaited.items() if one.group != group}
+        self._awaited = {assignment: job for assignment, job in self._awaited.items() if assignment.group != group}
 
     # Steps ---------------------------------------------------------------------------------------
 
@@ -121,17 +123,23 @@ class Orders:
         A group that is formed at sea recruits first, see ``recruits``.
         """
         expected = work.organisation
-        for one in self._proposed:
-            if isinstance(one, RoleAssignment):
-                expected, _ = expected.assign(one.vehicle, one.group, one.role)
+        for assignment in self._proposed:
+            if isinstance(assignment, RoleAssignment):
+                expected, _ = expected.assign(assignment.vehicle, assignment.group, assignment.role)
         recruited = recruits(replace(work, organisation=expected))
-        for one in recruited:
-            expected, _ = expected.assign(one.vehicle, one.group, one.role)
+        for assignment in recruited:
+            expected, _ = expected.assign(assignment.vehicle, assignment.group, assignment.role)
         allocated = adapt_roles(self._strategy, replace(work, organisation=expected))
-        allowed = [*recruited, *(one for one in allocated if expected.is_member(one.vehicle, one.group))]
+        allowed = [
+            *recruited,
+            *(assignment for assignment in allocated if expected.is_member(assignment.vehicle, assignment.group)),
+        ]
         self.issued.update(allowed)
         jobs = {role.name: role.job for role in work.group.roles}
-        given = {one: job for one in allowed if (job := jobs.get(one.role))}
-        self._awaited |= {one: job for one, job in given.items() if one.vehicle != self._me}
+        given = {assignment: job for assignment in allowed if (job := jobs.get(assignment.role))}
+        self._awaited |= {assignment: job for assignment, job in given.items() if assignment.vehicle != self._me}
         self._proposed.update(dict.fromkeys(allowed))
-        return [self._beliefs.fact(one.vehicle, "playsRole", f"{one.group}.{one.role}") for one in allowed]
+        return [
+            self._beliefs.fact(assignment.vehicle, "playsRole", f"{assignment.group}.{assignment.role}")
+            for assignment in allowed
+        ]

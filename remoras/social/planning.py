@@ -168,14 +168,14 @@ class MissionPlanner:
             left: roles and vehicles, of groups that this vehicle leads.
             present: who plays what now.
         """
-        for one in left:
-            if self.has_planned(one.group):
-                path = f"{one.group}.{one.role}"
-                self.lost[path] = (*self.lost.get(path, ()), one.vehicle)
-                vacant = self._vacant.setdefault(one.group, set())
-                if not present.members(one.group, one.role):
-                    vacant.add((one.group, one.role))
-                self.due.add(one.group)
+        for assignment in left:
+            if self.has_planned(assignment.group):
+                path = f"{assignment.group}.{assignment.role}"
+                self.lost[path] = (*self.lost.get(path, ()), assignment.vehicle)
+                vacant = self._vacant.setdefault(assignment.group, set())
+                if not present.members(assignment.group, assignment.role):
+                    vacant.add((assignment.group, assignment.role))
+                self.due.add(assignment.group)
 
     def forget(self, group: str) -> None:
         """A group was formed or dissolved at sea: its plan is over, and what was said of it before."""
@@ -228,7 +228,10 @@ class MissionPlanner:
         facts: list[Fact] = []
         impossible: list[NoPlan] = []
         for group in sorted(self.due):
-            tasks, vacant = [Task(one, (group,)) for one in missions.get(group, ())], self._vacant.pop(group, None)
+            tasks, vacant = (
+                [Task(objective, (group,)) for objective in missions.get(group, ())],
+                self._vacant.pop(group, None),
+            )
             if not tasks:
                 continue
             if group in self._anew or (vacant is not None and not self._mend(group, vacant, known)):
@@ -258,10 +261,10 @@ class MissionPlanner:
         execution, found = self.executions.get(group), plan(self._domain, known, tasks)
         if isinstance(found, NoPlan) and len(tasks) > 1:
             alone = {task: plan(self._domain, known, task) for task in tasks}
-            lacking = [one for one in alone.values() if isinstance(one, NoPlan)]
+            lacking = [failure for failure in alone.values() if isinstance(failure, NoPlan)]
             possible = [task for task, one in alone.items() if isinstance(one, Plan)]
             found = plan(self._domain, known, possible) if possible and lacking else found
-        rests_on = found.rests_on.union(precedence(work.group, work.jobs), *(one.rests_on for one in lacking))
+        rests_on = found.rests_on.union(precedence(work.group, work.jobs), *(failure.rests_on for failure in lacking))
         found = replace(found, rests_on=rests_on)
         if isinstance(found, NoPlan):
             self._impossible[group] = found

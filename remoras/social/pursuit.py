@@ -63,10 +63,13 @@ class Pursuit:
             position_m: where the vehicle is.
         """
         ordered = sorted(objectives, key=lambda o: (o.group, o.role, o.name, o.argument))
-        for one in self._means.keys() - set(ordered):
-            if one in self.executions:
-                self.executions[one].abandon()
-        self._means = {one: self._means.get(one) or self._means_to(one, facts, position_m) for one in ordered}
+        for objective in self._means.keys() - set(ordered):
+            if objective in self.executions:
+                self.executions[objective].abandon()
+        self._means = {
+            objective: self._means.get(objective) or self._means_to(objective, facts, position_m)
+            for objective in ordered
+        }
         self.rests_on = frozenset().union(*(rests_on for _, rests_on in self._means.values()))
         return tuple(activity_set for sets, _ in self._means.values() for activity_set in sets)
 
@@ -140,4 +143,4 @@ class Pursuit:
 
 def _are_means(found: Any) -> bool:
     sets, rests_on = found
-    return all(isinstance(one, ActivitySet) for one in sets) and isinstance(rests_on, frozenset)
+    return all(isinstance(activities, ActivitySet) for activities in sets) and isinstance(rests_on, frozenset)

@@ -49,7 +49,7 @@ class Reigns:
 
     def is_claim(self, age: Age) -> bool:
         """True if what was said at ``age`` is a claim to lead a group."""
-        return any(age == one.since for of in self._claimed.values() for one in of)
+        return any(age == claim.since for of in self._claimed.values() for claim in of)
 
     def change(self, group: str, vehicle: str, leads: bool, age: Age) -> None:
         """A vehicle was given the role of the head at ``age``, or has left it."""
@@ -73,14 +73,14 @@ class Reigns:
     def has_led(self, vehicle: str, group: str, at: Age) -> bool:
         """True if the vehicle has led the group at any time before ``at``."""
         began = list(self._began.get((group, vehicle), ()))
-        began += [one.since for one in self._claimed.get(group, ()) if one.vehicle == vehicle]
+        began += [claim.since for claim in self._claimed.get(group, ()) if claim.vehicle == vehicle]
         return any(age < at for age in began)
 
     def since(self, vehicle: str, group: str, at: Age) -> Age | None:
         """Since when the vehicle led the group at ``at``; None if it did not."""
         began, ended = (list(ages.get((group, vehicle), ())) for ages in (self._began, self._ended))
         greatest: Claim | None = None
-        for claim, since, name in sorted(self._claimed.get(group, ()), key=lambda one: one.since):
+        for claim, since, name in sorted(self._claimed.get(group, ()), key=lambda claim: claim.since):
             if greatest is None or claim > greatest:
                 greatest = claim
                 (began if name == vehicle else ended).append(since)

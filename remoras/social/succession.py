@@ -164,7 +164,7 @@ def excluded_by_leading(group: Group, vehicle: str, organisation: Organisation) 
     if head is None or not head.incompatible:
         return ()
     held = organisation.roles_of(vehicle, group.name)
-    return tuple(one for one in held if (one.group, one.role) in head.incompatible)
+    return tuple(assignment for assignment in held if (assignment.group, assignment.role) in head.incompatible)
 
 
 def playing(organisation: Organisation, vehicle: str, group: str, roles: Iterable[str]) -> Organisation:

@@ -60,10 +60,10 @@ def holders_after(
             else:
                 waiting[name] = age
         elif holders.pop(name, None) is not None and waiting:
-            newest = max(waiting, key=lambda one: waiting[one])
+            newest = max(waiting, key=lambda vehicle: waiting[vehicle])
             del waiting[newest]
             holders[newest] = True
-    return set(holders), sorted(waiting, key=lambda one: waiting[one], reverse=True)
+    return set(holders), sorted(waiting, key=lambda vehicle: waiting[vehicle], reverse=True)
 
 
 def is_of_earlier_life(one: Age, other: Age) -> bool:

@@ -150,9 +150,9 @@ def _within_energy(
     """
     kept = {data.name: work.affordable(outlooks[data.name], data, ordered[data.name]) for data in free}
     over = [role for data in free for role in ordered[data.name] if role not in kept[data.name]]
-    for role in sorted(over, key=lambda one: one.job or ""):
+    for role in sorted(over, key=lambda role: role.job or ""):
         ends: list[tuple[float, int, str, Roles]] = []
-        for data in (one for one in free if work.able(one, role)):
+        for data in (vehicle for vehicle in free if work.able(vehicle, role)):
             meant = work.in_order(outlooks[data.name], data, [*kept[data.name], role])
             if work.affordable(outlooks[data.name], data, meant) == meant:
                 end_s = work.after_all(outlooks[data.name], data, meant).free_s

@@ -138,7 +138,7 @@ class Bidder:
         said: list[Statement] = []
         held = situation.work.held_by(self._me)
         begun = claims.made_before(situation.round, self._me, BEGUN)  # some, while it was cut off, only for itself
-        gone = [one.name for one in situation.work.unfinished if one.name in begun and one not in held]
+        gone = [role.name for role in situation.work.unfinished if role.name in begun and role not in held]
         self._release(gone, situation.round, claims)
         for role in held:
             if claims.winner(role.name) != self._me:

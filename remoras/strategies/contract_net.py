@@ -184,7 +184,7 @@ class Contractor:
             return []
         self._auctions = {role: auction for role, auction in self._auctions.items() if role not in over}
         said: list[Statable] = []
-        n_held = {name: len(one.begun) + len(one.queued) for name, one in engaged.items()}
+        n_held = {name: len(engagement.begun) + len(engagement.queued) for name, engagement in engaged.items()}
         for role, vehicle in self._chosen(over, engaged, n_held, situation):
             winner = claims.winner(role)
             if winner is not None and not (over[role].is_handed_over and winner == self._me):
@@ -249,13 +249,15 @@ class Contractor:
         self._unclaimed_since = {name: since.get(name, situation.round) for name in vacant}
         if self._auctions:
             return
-        with_room = [v for v, one in engaged.items() if len(one.begun) + len(one.queued) < self._with.queue]
+        with_room = [
+            v for v, engagement in engaged.items() if len(engagement.begun) + len(engagement.queued) < self._with.queue
+        ]
         if me not in work.heads:
             patience = self._with.initiative_rounds * (1 + work.database[me].node)
             vacant = [n for n in vacant if situation.round - self._unclaimed_since[n] >= patience]
-        held = {v: (one.begun, one.queued) for v, one in engaged.items()}
+        held = {v: (engagement.begun, engagement.queued) for v, engagement in engaged.items()}
         announced_on = tuple(vacant), work.done, held
-        is_due = announced_on != self._announced_on or not any(one.begun for one in engaged.values())
+        is_due = announced_on != self._announced_on or not any(engagement.begun for engagement in engaged.values())
         if vacant and with_room and is_due:
             self._announced_on = announced_on
             self._auctions = {name: self._auction(situation) for name in vacant}

@@ -117,7 +117,7 @@ class Dispatcher:
         if attribute != "playsRole":
             return []
         lacking = [role for role in common_roles(work, {name}) if role.vehicle == name]
-        return [(name, "playsRole", self._group.path(one.role)) for one in lacking]
+        return [(name, "playsRole", self._group.path(assignment.role)) for assignment in lacking]
 
     def _holds(self, engaged: Mapping[str, Engagement], situation: Situation) -> bool:
         """True while the group has work left; where members may give way, while a job is vacant or still to be begun.
@@ -152,9 +152,11 @@ class Dispatcher:
     def _is_due(self, engaged: Mapping[str, Engagement], late: Collection[object], situation: Situation) -> bool:
         """True if something has changed since the last plan and, with ``on_call``, somebody calls for work."""
         work = situation.work
-        idle = {name for name, one in engaged.items() if not one.begun}
+        idle = {name for name, engagement in engaged.items() if not engagement.begun}
         short = frozenset(
-            name for name, one in engaged.items() if affordable(work, work.database[name], one) != one.queued
+            name
+            for name, engagement in engaged.items()
+            if affordable(work, work.database[name], engagement) != engagement.queued
         )
         if self._with.on_call:
             calling = {name for name in idle if name == self._me or situation.calls.get(name, 0.0) > 0.0}
@@ -180,7 +182,11 @@ class Dispatcher:
     ) -> list[Statable]:
         """Roles that change hands, by the plan of now."""
         work, path = situation.work, self._group.path
-        held = {(name, role.name) for name, one in engaged.items() for role in (*one.begun, *one.queued)}
+        held = {
+            (name, role.name)
+            for name, engagement in engaged.items()
+            for role in (*engagement.begun, *engagement.queued)
+        }
         taken = [(name, role) for name, role in sorted(late) if (name, role) in held]
         deaf = {name for name, _ in late}
         free = [data for data in work.workers if data.name not in deaf]
@@ -190,10 +196,10 @@ class Dispatcher:
         said: list[Statable] = [(name, "leftRole", path(role)) for name, role in taken]
         given: list[Statable] = []
         for data in free:
-            one = engaged[data.name]
-            meant = plan.roles[data.name][: max(0, self._with.queue - len(one.begun))]
-            said += [(data.name, "leftRole", path(role.name)) for role in one.queued if role not in meant]
-            given += [(data.name, "playsRole", path(role.name)) for role in meant if role not in one.queued]
+            engagement = engaged[data.name]
+            meant = plan.roles[data.name][: max(0, self._with.queue - len(engagement.begun))]
+            said += [(data.name, "leftRole", path(role.name)) for role in engagement.queued if role not in meant]
+            given += [(data.name, "playsRole", path(role.name)) for role in meant if role not in engagement.queued]
         return [*said, *given, *self._help(engaged, plan, deaf, situation)]
 
     def _help(
@@ -201,9 +207,9 @@ class Dispatcher:
     ) -> list[Statable]:
         work = situation.work
         idle = [d for d in work.workers if d.name not in deaf and not engaged[d.name].begun and not plan.roles[d.name]]
-        ends_s = {role.name: one.outlook.free_s for one in engaged.values() for role in one.begun}
+        ends_s = {role.name: engagement.outlook.free_s for engagement in engaged.values() for role in engagement.begun}
         found = helped(work, idle, ends_s, situation.now_s, self._with.help_s)
-        return [(one.vehicle, "playsRole", self._group.path(one.role)) for one in found]
+        return [(assignment.vehicle, "playsRole", self._group.path(assignment.role)) for assignment in found]
 
     def _unacknowledged(self, situation: Situation) -> set[tuple[str, str]]:
         """(vehicle, role) that this vehicle stated too long ago without an acknowledgement."""

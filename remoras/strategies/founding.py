@@ -55,14 +55,14 @@ class _Founders:
         for group, role in self._founding:
             for data in self._able(found, group, role)[: _n_needed(role)]:
                 found, _ = found.assign(data.name, group.name, role.name)
-        if all(self._is_filled(found, *one) for one in self._founding) and not self._n_doubled(found):
+        if all(self._is_filled(found, *place) for place in self._founding) and not self._n_doubled(found):
             return found
         able = [[data.name for data in self._eligible[role]] for role in self._keys]
         best = Seats(self._founding, [_n_needed(role) for _, role in self._founding], able, self._apart).filled()
         if best is None:
             return found
         exact = Organisation.of(self._groups, best)
-        is_as_good = all(self._is_filled(found, *one) for one in self._founding)
+        is_as_good = all(self._is_filled(found, *place) for place in self._founding)
         return found if is_as_good and self._n_doubled(found) <= self._n_doubled(exact) else exact
 
     def all_others(self, organisation: Organisation) -> Organisation:
@@ -75,7 +75,7 @@ class _Founders:
             ]
             if not room:
                 return organisation
-            _, _, group, role, data = min(room, key=lambda one: one[:2])
+            _, _, group, role, data = min(room, key=lambda seat: seat[:2])
             organisation, _ = organisation.assign(data.name, group.name, role.name)
 
     def _left(self, organisation: Organisation, group: Group, role: RoleSpecification) -> list[VehicleData]:

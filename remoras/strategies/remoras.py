@@ -55,7 +55,7 @@ class Remoras:
         given = all_jobs(work, self.help_s)
         if self.declaration.planned_before or not work.roles:
             return common_roles(work) + given
-        return given + common_roles(work, {one.vehicle for one in given})
+        return given + common_roles(work, {assignment.vehicle for assignment in given})
 
     def negotiator(self, me: str, group: Group) -> Dispatcher:
         """The optimiser of the head, for each member."""

@@ -80,7 +80,9 @@ class Search:
             for other in role.incompatible & paths.keys()
         ]
         self._alike = _alike(self._free)
-        self._first_legs = [self._legs_at(v, Outlook(0.0, one.position_m)) for v, one in enumerate(self._outlooks)]
+        self._first_legs = [
+            self._legs_at(v, Outlook(0.0, outlook.position_m)) for v, outlook in enumerate(self._outlooks)
+        ]
         self._legs: dict[tuple[int, int, Point], Outlook | None] = {}  # behind the first
         self._sums: dict[tuple[int, int], list[int]] = {}
         self._nearest: dict[Point, list[int]] = {}  # roles by how near to a place they are
@@ -164,11 +166,11 @@ class Search:
         while vacant:
             now_s = min(outlook.free_s for outlook in outlooks)
             legs = [
-                self._legs_at(vehicle, one) if one.free_s or held[vehicle] else self._first_legs[vehicle]
-                for vehicle, one in enumerate(outlooks)
+                self._legs_at(vehicle, outlook) if outlook.free_s or held[vehicle] else self._first_legs[vehicle]
+                for vehicle, outlook in enumerate(outlooks)
             ]
             then = [[leg[role] for leg in legs] for role in vacant]
-            costs = [[None if one is None else round(1000.0 * (one.free_s - now_s)) for one in row] for row in then]
+            costs = [[None if leg is None else round(1000.0 * (leg.free_s - now_s)) for leg in row] for row in then]
             pairs = assignment(costs)
             if not pairs:
                 break

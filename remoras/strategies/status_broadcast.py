@@ -183,7 +183,7 @@ class Broadcaster:
             ends_s[role] = min(ends_s.get(role, math.inf), outlooks[name].free_s)
             n_holders[role] = n_holders.get(role, 0) + 1
         found = helped(work, idle, ends_s, situation.now_s, self._with.help_s, n_holders)
-        return next((one.role for one in found if one.vehicle == self._me), None)
+        return next((assignment.role for assignment in found if assignment.vehicle == self._me), None)
 
     # Saying
 

@@ -84,9 +84,9 @@ def check_probabilities(model: Model) -> None:
     assert _is_probability(mean), f"mean_per is {mean!r}, no number from 0 to 1"
     link = links(model, 1)
     empty = Question(Transmission(1, 1, SLOT_S, 0), 0, 100.0)
-    for one in [*questions(N_ASKED), question(0, 0, 1, 0.0), question(10**6, 1, 0, 1e6), empty]:
-        answer = link.p_loss(*one)
-        assert _is_probability(answer), f"{one}: {answer!r} is no number from 0 to 1"
+    for asked in [*questions(N_ASKED), question(0, 0, 1, 0.0), question(10**6, 1, 0, 1e6), empty]:
+        answer = link.p_loss(*asked)
+        assert _is_probability(answer), f"{asked}: {answer!r} is no number from 0 to 1"
 
 
 def _is_probability(value: object) -> bool:

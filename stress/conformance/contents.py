@@ -15,9 +15,9 @@ def picture_of(value: Any, seen: dict[int, int] | None = None) -> Any:
     if value is None or isinstance(value, str | int | float | bool | bytes | type):
         return value
     if isinstance(value, list | tuple):
-        return [picture_of(one, seen) for one in value]
+        return [picture_of(item, seen) for item in value]
     if isinstance(value, set | frozenset):
-        return sorted(repr(one) for one in value)
+        return sorted(repr(item) for item in value)
     is_mapping = isinstance(value, Mapping)
     if not is_mapping and (callable(value) or not hasattr(value, "__dict__")):
         return type(value).__name__
@@ -25,7 +25,7 @@ def picture_of(value: Any, seen: dict[int, int] | None = None) -> Any:
         return f"object {seen[id(value)]}"
     seen[id(value)] = len(seen)
     parts = {repr(key): one for key, one in value.items()} if is_mapping else vars(value)
-    return {name: picture_of(one, seen) for name, one in parts.items()}
+    return {name: picture_of(part, seen) for name, part in parts.items()}
 
 
 def difference(before: Any, after: Any, path: str) -> str:

@@ -31,7 +31,7 @@ def _setup(*tables: Mapping[str, Any]) -> Setup:
     """A short mission with these faults; raises AssertionError if it is refused."""
     given = [f"fault={toml_value(list(tables))}", f"scenario.duration_s={END_S}", "channel.per=0.3"]
     try:
-        return resolved(load(SCENARIO, [("--set", one) for one in given]))
+        return resolved(load(SCENARIO, [("--set", setting) for setting in given]))
     except ConfigurationError as error:
         raise AssertionError(f"a scenario with {toml_value(dict(tables[0]))} is refused: {error}") from None
 

@@ -167,18 +167,20 @@ def check_activities(setup: Setup) -> None:
     for objective in objectives(setup):
         players = [data for data in setup.database.values() if data.can_play(objective.group, objective.role)]
         pursuits = [Pursuit(data, mission, "the mission") for data in players]
-        pursued = [one.sets([objective], knowledge, data.start_m) for one, data in zip(pursuits, players, strict=True)]
+        pursued = [
+            pursuit.sets([objective], knowledge, data.start_m) for pursuit, data in zip(pursuits, players, strict=True)
+        ]
         assert any(pursued), f"objective {objective}: no vehicle has an activity for it"
         for data, sets in zip(players, pursued, strict=True):
-            for one in sets:
-                types = [activity.type for activity in one.activities]
-                assert len(set(types)) == len(types), f"{objective}, {one.name}: two activities of one type"
+            for activities in sets:
+                types = [activity.type for activity in activities.activities]
+                assert len(set(types)) == len(types), f"{objective}, {activities.name}: two activities of one type"
                 others = tuple(name for name in setup.database.names if name != data.name)
                 groups = tuple(setup.agreement.organisation.groups)
                 try:
-                    check_behaviour(partial(_behaviour, mission, one.activities[0], data), data, others, groups)
+                    check_behaviour(partial(_behaviour, mission, activities.activities[0], data), data, others, groups)
                 except AssertionError as error:
-                    raise AssertionError(f"{objective}, activity {one.name} of {data.name}: {error}") from error
+                    raise AssertionError(f"{objective}, activity {activities.name} of {data.name}: {error}") from error
 
 
 def _behaviour(mission: Mission, activity: Activity, data: VehicleData) -> Any:

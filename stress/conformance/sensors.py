@@ -82,9 +82,9 @@ def check(
     answers: list[list[Observation]] = []
     for pose, now_s in ticks:
         given = _sensed(first, pose, world, now_s)
-        for one in given:
-            _check_row(one, table, now_s)
-            _check_facts(one, beliefs, now_s)
+        for observation in given:
+            _check_row(observation, table, now_s)
+            _check_facts(observation, beliefs, now_s)
         answers.append(given)
     for (pose, now_s), answer in zip(ticks, answers, strict=True):
         other = _sensed(second, pose, world, now_s)
@@ -116,7 +116,7 @@ def _checked_table(sensor: Sensor) -> Table | None:
 
 def _sensed(sensor: Sensor, pose: Pose, world: Any, now_s: float) -> list[Observation]:
     found = sensor.sense(pose, world, now_s)
-    is_list = isinstance(found, Sequence) and all(isinstance(one, Observation) for one in found)
+    is_list = isinstance(found, Sequence) and all(isinstance(observation, Observation) for observation in found)
     assert is_list, f"t = {now_s} s: sense returned {found!r}, expected a list of Observation"
     return list(found)
 
@@ -163,7 +163,7 @@ def _check_is_silent_while_off(settings: SensorSettings, data: VehicleData, tick
     fresh = _made(settings, data)
     for pose, now_s in ticks[half:]:
         _move(layer, pose)
-        found = [one.observation for one in layer.sense(now_s, ())]
+        found = [sensed.observation for sensed in layer.sense(now_s, ())]
         expected = _sensed(fresh, pose, world, now_s)
         assert found == expected, f"t = {now_s} s: after having been off it answers {found}, a new one {expected}"
 

@@ -142,8 +142,8 @@ class Team:
         """Jobs that somebody began before what they need was done."""
         self._strategy, self._lost, self._round = strategy, lost, 0
         organisation = strategy.form(self.database, [self.group])
-        for one in strategy.adapt(Work(self.group, organisation, self.database, self.jobs)):
-            organisation, _ = organisation.assign(one.vehicle, one.group, one.role)
+        for assignment in strategy.adapt(Work(self.group, organisation, self.database, self.jobs)):
+            organisation, _ = organisation.assign(assignment.vehicle, assignment.group, assignment.role)
         self.members = {
             name: Member(strategy.negotiator(name, self.group), organisation, data.start_m)
             for name, data in self.database.items()

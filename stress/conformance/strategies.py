@@ -161,20 +161,20 @@ def check_allocates_within_the_group(strategy: Strategy) -> None:
             found = strategy.adapt(work)
             assert strategy.adapt(work) == found, "allocates otherwise when asked again"
             held: Counter[str] = Counter()
-            for one in found:
-                role = group.role(one.role)
-                assert one.group == group.name, f"{one} is in another group than {group.name}"
-                assert role is not None, f"{one} is of a role that the group does not have"
-                assert formed.is_member(one.vehicle, group.name), f"{one} is given to no member of {group.name}"
-                assert database[one.vehicle].can_play(one.group, one.role), (
-                    f"{one} is given to a vehicle that cannot play it"
+            for entry in found:
+                role = group.role(entry.role)
+                assert entry.group == group.name, f"{entry} is in another group than {group.name}"
+                assert role is not None, f"{entry} is of a role that the group does not have"
+                assert formed.is_member(entry.vehicle, group.name), f"{entry} is given to no member of {group.name}"
+                assert database[entry.vehicle].can_play(entry.group, entry.role), (
+                    f"{entry} is given to a vehicle that cannot play it"
                 )
-                assert not formed.plays(one.vehicle, one.group, one.role), f"{one} is held already"
+                assert not formed.plays(entry.vehicle, entry.group, entry.role), f"{entry} is held already"
                 if role.job is not None:
                     held[role.job] += 1
-                    assert role.job not in work.done, f"{one}: its job is done"
-                    assert role in work.open, f"{one}: its job needs others that are not done"
-                    assert work.able(database[one.vehicle], role), f"{one} is given to a vehicle that is not able"
+                    assert role.job not in work.done, f"{entry}: its job is done"
+                    assert role in work.open, f"{entry}: its job needs others that are not done"
+                    assert work.able(database[entry.vehicle], role), f"{entry} is given to a vehicle that is not able"
             assert all(n == 1 for n in held.values()), f"a job is given to several vehicles: {dict(held)}"
 
     holds()
@@ -260,7 +260,7 @@ def _assert_lawful(situation: Situation, me: str, rules: Rules, statements: Any)
             said = f"{me} states that {subject} {attribute} {value}"
             assert ruling not in UNLAWFUL, (
                 f"{said}: {ruling.value}; it leads no group, so the declaration has to name an authority "
-                f"({', '.join(str(one) for one in Authority)}) that allows it"
+                f"({', '.join(str(authority) for authority in Authority)}) that allows it"
             )
             change = organisation.assign if act is Act.ASSIGN else organisation.leave_role
             organisation, _ = change(subject, of_group, role)
@@ -376,7 +376,7 @@ def check_deterministic(*references: str) -> None:
     ]
     digests = [process.communicate()[0].split() for process in started]
     assert all(process.returncode == 0 for process in started), "cannot be run in another process"
-    differing = [name for name, one, other in zip(references, *digests, strict=True) if one != other]
+    differing = [name for name, digest, other in zip(references, *digests, strict=True) if digest != other]
     assert not differing, f"results depend on the order of a set or on a hash: {', '.join(differing)}"
 
 

@@ -154,7 +154,10 @@ class SummaryOfTables:
             is_close = math.isclose(value or 0.0, given or 0.0, rel_tol=CLOSE, abs_tol=CLOSE)
             if (value is None) != (given is None) or not is_close:
                 return f"{name} is {given}; the tables say {value}"
-        n_bits, by_content = sum(row[3] for row in packets), [scene.summary[f"bits_{one.value}"] for one in Content]
+        n_bits, by_content = (
+            sum(row[3] for row in packets),
+            [scene.summary[f"bits_{content.value}"] for content in Content],
+        )
         if sum(by_content) != n_bits or min(by_content) < 0:
             return f"bits are {by_content} by their contents; the tables say {n_bits} in all"
         if not has_current(scene) and abs(scene.summary["distance_m"] - distance_m) > 1.0:

@@ -102,7 +102,9 @@ class Scene:
     def in_contact(self) -> list[Vehicle]:
         """Vehicles that are alive, hear and are heard."""
         fleet = self.fleet
-        return [one for one, seen in zip(fleet.vehicles, fleet.view.vehicles, strict=True) if seen.is_in_contact]
+        return [
+            vehicle for vehicle, seen in zip(fleet.vehicles, fleet.view.vehicles, strict=True) if seen.is_in_contact
+        ]
 
 
 class Invariant(Protocol):

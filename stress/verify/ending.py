@@ -38,7 +38,7 @@ def _check_faults(record: Record, report: CheckReport) -> None:
         from_s, until_s = _span_s(fault)
         if from_s > record.end_s:
             continue
-        match = next((one for one in left if _is_of(one, fault) and abs(one.from_s - from_s) <= CLOSE_S), None)
+        match = next((spell for spell in left if _is_of(spell, fault) and abs(spell.from_s - from_s) <= CLOSE_S), None)
         if match is None:
             if from_s < record.end_s:
                 follows = f"{fault['kind']} from {from_s:g} s, as declared"
@@ -65,7 +65,7 @@ def _check_faults(record: Record, report: CheckReport) -> None:
     for time_s, vehicle, kind, detail in record["faults"].rows("time_s", "vehicle", "kind", "detail"):
         if detail == "over" and kind in kinds:
             report.look("faults")
-            if not any((one.vehicle, one.kind, one.until_s) == (vehicle, kind, time_s) for one in begun):
+            if not any((spell.vehicle, spell.kind, spell.until_s) == (vehicle, kind, time_s) for spell in begun):
                 report.add("faults", "faults", time_s, vehicle, f"{kind} over", "none: none was to end then")
 
 
@@ -98,7 +98,7 @@ def _check_batteries(record: Record, report: CheckReport) -> None:
 
 
 def _milestones(record: Record, name: str) -> list[dict[str, Any]]:
-    return [one for one in record.summary["milestones"] if one["name"] == name]
+    return [milestone for milestone in record.summary["milestones"] if milestone["name"] == name]
 
 
 def _check_milestones(record: Record, report: CheckReport) -> None:
@@ -159,9 +159,9 @@ def _is_known_then(record: Record, vehicle: str, time_s: float) -> bool:
 
 def _against_gathering(record: Record, group: str, time_s: float) -> Iterator[str]:
     """Who of a group that has met had not been at its rally point by then, and is not named as missing."""
-    table = next((one for one in record.scenario["group"] if one["name"] == group), None)
+    table = next((table for table in record.scenario["group"] if table["name"] == group), None)
     place = None if table is None else next(
-        (one for one in record.scenario.get("rally_point", []) if one["name"] == table.get("rally_point")), None
+        (point for point in record.scenario.get("rally_point", []) if point["name"] == table.get("rally_point")), None
     )  # fmt: skip
     if table is None or place is None:
         yield f"none: there is no group {group} with a rally point"

@@ -148,7 +148,7 @@ def _of_knowledge(record: Record, report: CheckReport) -> dict[str, tuple[Any, f
             last_s[item] = time_s
     whole = [item for item in observed if n_lacking[item] >= len(record.vehicles) - 1]
     found["consistent_fraction"] = len(whole) / len(observed) if observed else None, 1e-6
-    wait_s = math.fsum(last_s[one] - observed[one] for one in whole) / len(whole) if whole else None
+    wait_s = math.fsum(last_s[guid] - observed[guid] for guid in whole) / len(whole) if whole else None
     found["consistency_time_s"] = wait_s, LATENCY_S
     return found
 
@@ -174,8 +174,8 @@ def _of_work(record: Record, report: CheckReport) -> dict[str, tuple[Any, float]
     idle_s = []
     for name in able:
         own = [spell for spell in record.spells if spell.vehicle == name]
-        lost = [one.from_s for one in own if kind_of(one.kind).is_lost]
-        away = [one.until_s for one in own if kind_of(one.kind).is_late]
+        lost = [spell.from_s for spell in own if kind_of(spell.kind).is_lost]
+        away = [spell.until_s for spell in own if kind_of(spell.kind).is_late]
         until_s = min([end_s, *lost])
         idle_s.append(max(0.0, until_s - (away[0] if away else 0.0) - _working_s(record, name, work, until_s)))
     within = 1e-3 + CLOSE_S * math.sqrt(len(record["roles"]) + 1.0)
@@ -219,10 +219,12 @@ def _of_mapping(record: Record, report: CheckReport) -> dict[str, tuple[Any, flo
     n_first = Counter(vehicle for _, vehicle in first.values())
     least = min(n_first[holder] for holder in holders) / len(first) if holders and first else None
     found["least_mapped_fraction"] = least, 1e-9
-    stopped = next((one for one in record.summary["milestones"] if one["name"] == "mapping_stopped"), None)
+    stopped = next(
+        (milestone for milestone in record.summary["milestones"] if milestone["name"] == "mapping_stopped"), None
+    )
     found["given_up_s"] = (None if stopped is None else stopped["time_s"]), 1e-3
     if n_inspected := int(record.of("finds").get("number", 0)):
-        inspected = sum(one["name"] == "inspected" for one in record.summary["milestones"])
+        inspected = sum(milestone["name"] == "inspected" for milestone in record.summary["milestones"])
         found["finds_inspected_fraction"] = inspected / n_inspected, 1e-9
     if stopped is not None:
         found["left_when_given_up"] = _left(record, stopped, cells, first), 1e-4

@@ -90,11 +90,11 @@ def sensor_was_on(record: Record, name: str, times_s: Array) -> tuple[Array, Arr
         if spell.vehicle == name and kind_of(spell.kind).begins_anew:
             perhaps[spell.from_s] = surely[spell.from_s] = False
     when = np.array(sorted(perhaps))
-    certain = np.array([False, *(surely[one] for one in when)])
+    certain = np.array([False, *(surely[index] for index in when)])
     at = np.searchsorted(when, times_s, side="left")
     until = np.searchsorted(when, times_s + float(record.of("decision")["period_s"]), side="right")
     n_off = np.concatenate(([0], np.cumsum(~certain)))  # decisions that are off among the first so many
-    return np.array([False, *(perhaps[one] for one in when)])[at], n_off[until + 1] == n_off[at]
+    return np.array([False, *(perhaps[index] for index in when)])[at], n_off[until + 1] == n_off[at]
 
 
 def sensor_was_dead(spells: Iterable[Spell], name: str, sensor: str, times_s: Array) -> Array:
@@ -223,7 +223,9 @@ def _check_goal(record: Record, cells: dict[tuple[int, int], str], report: Check
     for time_s, x, y in record["coverage"].rows("time_s", "cell_x", "cell_y"):
         first.setdefault((x, y), time_s)
     gains = [(time_s, 1.0) for time_s in first.values()]
-    gains += [(one["time_s"], weight) for one in record.summary["milestones"] if one["name"] == "inspected"]
+    gains += [
+        (milestone["time_s"], weight) for milestone in record.summary["milestones"] if milestone["name"] == "inspected"
+    ]
     gains.sort()
     when, done = np.array([one for one, _ in gains]), np.cumsum([one for _, one in gains])
     goal = float(record.of("mission")["goal"])

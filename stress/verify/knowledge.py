@@ -204,7 +204,7 @@ def _check_that_all_is_received(
         is_excused |= bool(
             record.during(vehicle, ("energy",), [at_s]).any()
         )  # its battery ended while it was on the way
-        if is_excused or any(abs(one - at_s) <= CLOSE_S for one in refused[vehicle]):
+        if is_excused or any(abs(time_s - at_s) <= CLOSE_S for time_s in refused[vehicle]):
             continue
         report.add("received", "knowledge", at_s, vehicle, f"no row of {uid} received", "one: a packet with it arrived")
 

@@ -95,7 +95,7 @@ class Record:
     @cached_property
     def vehicles(self) -> dict[str, dict[str, Any]]:
         """Vehicles of the scenario by name, in its order."""
-        return {one["name"]: one for one in self.scenario["vehicle"]}
+        return {vehicle["name"]: vehicle for vehicle in self.scenario["vehicle"]}
 
     @cached_property
     def by_slot(self) -> list[str]:
@@ -167,7 +167,7 @@ class Record:
     @cached_property
     def strange(self) -> dict[str, float]:
         """Vehicles that a fault befell of which nobody here knows what it does, and from when on (s)."""
-        declared = {str(one.get("kind")) for one in self.scenario.get("fault", [])} - set(KINDS)
+        declared = {str(fault.get("kind")) for fault in self.scenario.get("fault", [])} - set(KINDS)
         found: dict[str, float] = {}
         for spell in self.spells:
             if spell.kind in declared:

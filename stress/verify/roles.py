@@ -43,7 +43,10 @@ def _check_sequences(record: Record, report: CheckReport) -> None:
         report.look("roles")
         while restarts and restarts[0][0] <= time_s:
             began = restarts.pop(0)[1]
-            has, drives = {one for one in has if one[0] != began}, {drive for drive in drives if drive[0] != began}
+            has, drives = (
+                {drive for drive in has if drive[0] != began},
+                {drive for drive in drives if drive[0] != began},
+            )
         while absences and absences[0][0] <= time_s:
             _, viewer, peer, event_of_peer = absences.pop(0)
             (absent[viewer].add if event_of_peer == "absent" else absent[viewer].discard)(peer)

@@ -125,7 +125,7 @@ def scenario_of(study: dict[str, Any], line: dict[str, Any]) -> dict[str, Any] |
         *above, last = path.split(".")
         for part in above:
             at = (
-                next((one for one in at if one.get("name") == part), None)
+                next((table for table in at if table.get("name") == part), None)
                 if isinstance(at, list)
                 else at.setdefault(part, {})
             )
@@ -139,4 +139,4 @@ def _without_none(value: Any) -> Any:
     """Tables as TOML would have them: what is absent is left out."""
     if isinstance(value, dict):
         return {key: _without_none(one) for key, one in value.items() if one is not None}
-    return [_without_none(one) for one in value] if isinstance(value, list) else value
+    return [_without_none(item) for item in value] if isinstance(value, list) else value

@@ -69,12 +69,19 @@ def _places(voyage: Voyage, datum: Datum) -> Iterator[dict[str, Any]]:
 
 
 def _milestones(voyage: Voyage, datum: Datum) -> Iterator[dict[str, Any]]:
-    for one in voyage.results.summary["milestones"]:
-        if (track := voyage.tracks.get(one["vehicle"])) is not None:
-            ((x_m, y_m, depth_m),) = track.at([one["time_s"]])
+    for milestone in voyage.results.summary["milestones"]:
+        if (track := voyage.tracks.get(milestone["vehicle"])) is not None:
+            ((x_m, y_m, depth_m),) = track.at([milestone["time_s"]])
             latitude, longitude = datum.degrees(x_m, y_m)
             point = [float(longitude), float(latitude), 0.0 - depth_m]
-            yield _feature(MILESTONE, "Point", point, name=one["name"], vehicle=one["vehicle"], time_s=one["time_s"])
+            yield _feature(
+                MILESTONE,
+                "Point",
+                point,
+                name=milestone["name"],
+                vehicle=milestone["vehicle"],
+                time_s=milestone["time_s"],
+            )
 
 
 def _doubled_size_m2(corners: list[tuple[float, float]]) -> float:

@@ -71,7 +71,7 @@ def _places(voyage: Voyage, datum: Datum, folder: Any) -> int:
 
 
 def _milestones(voyage: Voyage, datum: Datum, folder: Any) -> int:
-    found = [one for one in voyage.results.summary["milestones"] if one["vehicle"] in voyage.tracks]
+    found = [milestone for milestone in voyage.results.summary["milestones"] if milestone["vehicle"] in voyage.tracks]
     for one in found:
         ((x_m, y_m, _),) = voyage.tracks[one["vehicle"]].at([one["time_s"]])
         latitude, longitude = datum.degrees(x_m, y_m)

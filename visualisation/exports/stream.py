@@ -236,6 +236,6 @@ def _links(where: Mapping[str, PointM], packet: SentPacket, name: str) -> list[S
     broken = [where[one] for one in packet.lost_by if one in where]
     halves = [((start[0] + x) / 2.0, (start[1] + y) / 2.0, (start[2] + z) / 2.0) for x, y, z in broken]
     return [
-        Shape(f"{name} {what}", MAP, "pairs", [one for end in ends for one in (start, end)], colour, "", LINK_S)
+        Shape(f"{name} {what}", MAP, "pairs", [point for end in ends for point in (start, end)], colour, "", LINK_S)
         for what, ends, colour in (("heard", ends, HEARD), ("lost", halves, LOST))
     ]

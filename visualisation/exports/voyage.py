@@ -130,7 +130,7 @@ class Voyage:
     @cached_property
     def vehicles(self) -> dict[str, str]:
         """Type of every vehicle by its name, in the order of the scenario."""
-        return {one["name"]: one.get("vehicle_type", "AUV") for one in self.scenario.get("vehicle", ())}
+        return {table["name"]: table.get("vehicle_type", "AUV") for table in self.scenario.get("vehicle", ())}
 
     @cached_property
     def datum(self) -> Datum | None:
@@ -150,7 +150,7 @@ class Voyage:
             return {}
         table = self.results.table("trajectories")
         names = np.asarray(table["vehicle"].to_pylist(), dtype=str)
-        depths_m = {one["name"]: float(one.get("depth_m", 0.0)) for one in self.scenario.get("vehicle", ())}
+        depths_m = {table["name"]: float(table.get("depth_m", 0.0)) for table in self.scenario.get("vehicle", ())}
         found = {}
         for vehicle in self.vehicles:
             rows = np.flatnonzero(names == vehicle)
@@ -180,10 +180,10 @@ class Voyage:
             found[time_s, vehicle] = RoleState(time_s, vehicle, tuple(dict.fromkeys(name for name, _ in sorted(own))))
         for vehicle, spells in outages(self.results).items():
             for start_s, end_s in spells:
-                before = [one for one in found.values() if one.vehicle == vehicle and one.time_s <= end_s]
-                inside = [one for one in before if start_s <= one.time_s]
-                for one in inside:
-                    del found[one.time_s, vehicle]
+                before = [pose for pose in found.values() if pose.vehicle == vehicle and pose.time_s <= end_s]
+                inside = [pose for pose in before if start_s <= pose.time_s]
+                for pose in inside:
+                    del found[pose.time_s, vehicle]
                 found[start_s, vehicle] = RoleState(start_s, vehicle, (), is_out=True)
                 if before and end_s <= self.end_s:
                     last = max(before, key=lambda state: state.time_s)
@@ -208,8 +208,13 @@ class Voyage:
         return sorted([*self._milestones(), *self._events()], key=lambda entry: entry.time_s)
 
     def _milestones(self) -> Iterator[Entry]:
-        for one in self.results.summary["milestones"]:
-            yield Entry(float(one["time_s"]), False, one["vehicle"] or one["group"], one["name"].replace("_", " "))
+        for milestone in self.results.summary["milestones"]:
+            yield Entry(
+                float(milestone["time_s"]),
+                False,
+                milestone["vehicle"] or milestone["group"],
+                milestone["name"].replace("_", " "),
+            )
 
     def _events(self) -> Iterator[Entry]:
         for row in self._rows("roles"):

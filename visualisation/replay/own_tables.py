@@ -70,5 +70,5 @@ def _bits(numbers: Floats) -> Ints:
 
 def _said(value: Any) -> str:
     if isinstance(value, list):
-        return " ".join(_said(one) for one in value)
+        return " ".join(_said(part) for part in value)
     return f"{value:.4g}" if isinstance(value, float) and np.isfinite(value) else "" if value is None else str(value)

@@ -129,8 +129,8 @@ class Payload:
         about["world"] = self._world(columns, tables, scenario)
         about["by_packets"] = self._by_packets
         about["milestones"] = [
-            [one["name"], names.vehicle(one["vehicle"]), one["group"], one["time_s"]]
-            for one in results.summary["milestones"]
+            [milestone["name"], names.vehicle(milestone["vehicle"]), milestone["group"], milestone["time_s"]]
+            for milestone in results.summary["milestones"]
         ]
         about["texts"] = list(names.texts)[self._n_texts :]
         self._n_texts = len(names.texts)
@@ -258,7 +258,7 @@ def _settings(value: Any, key: str = "") -> Iterator[tuple[str, str]]:
     """The scenario as settings, key and value as one gives them to ``--set``."""
     if isinstance(value, Mapping):
         parts: Iterable[tuple[str, Any]] = value.items()
-    elif isinstance(value, list) and any(isinstance(one, Mapping) for one in value):
+    elif isinstance(value, list) and any(isinstance(item, Mapping) for item in value):
         parts = ((str(one.get("name", number)), one) for number, one in enumerate(value))
     else:
         yield key, value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)

@@ -151,14 +151,14 @@ class BoxChart:
         columns = _columns(lines, n_columns)
         deepest = max((sum(line.n_lines for line in column) for column in columns), default=0)
         box_in = TITLE_IN + LINE_IN * deepest + (PAD_IN / 2 if lines else 0.0)
-        supervised = [one for one in below.get(group.name, ()) if one.name not in seen]
+        supervised = [node for node in below.get(group.name, ()) if node.name not in seen]
         blocks, deep_in = self._side_by_side(supervised, below, width_in - INDENT_IN, seen)
         under = [(INDENT_IN + left_in, box_in + DROP_IN + down_in, block) for left_in, down_in, block in blocks]
         title = style.fitted(group.name, width_in - 2 * PAD_IN, style.SMALL_PT, "bold")
         return BoxTree(title, columns, under, width_in, box_in, box_in + (DROP_IN + deep_in if under else 0.0))
 
     def _chips(self, group: GroupNode, role: str, minimum: int) -> list[Chip]:
-        holders = [one for one in self._view.holdings.get((group.name, role), ()) if one.holds(self._at_s)]
+        holders = [holding for holding in self._view.holdings.get((group.name, role), ()) if holding.holds(self._at_s)]
         present = {holder.vehicle for holder in holders if holder.is_present(self._at_s)}
         order = list(self._looks)
         names = sorted(
@@ -173,7 +173,7 @@ class BoxChart:
 
     def _reserve(self) -> list[Chip]:
         """Vehicles without a role."""
-        busy = {one.vehicle for own in self._view.holdings.values() for one in own if one.holds(self._at_s)}
+        busy = {holding.vehicle for own in self._view.holdings.values() for holding in own if holding.holds(self._at_s)}
         return self._named([name for name in self._looks if name not in busy], set())
 
     def _named(self, names: Sequence[str], away: Iterable[str]) -> list[Chip]:

@@ -77,7 +77,8 @@ def _rows(tenures: Tenures, vehicles: Sequence[str]) -> tuple[LaneRole, ...]:
         for tenure in tenures[vehicle]:
             found.setdefault((tenure.group, tenure.role), []).append(tenure)
     return tuple(
-        LaneRole(*key, tuple(one.held for one in own), tuple(one.active for one in own)) for key, own in found.items()
+        LaneRole(*key, tuple(tenure.held for tenure in own), tuple(tenure.active for tenure in own))
+        for key, own in found.items()
     )
 
 

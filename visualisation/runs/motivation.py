@@ -44,12 +44,12 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
         width_in: of the page.
     """
     found = contested(results)
-    closest = sorted(found, key=lambda one: one.margin)[:MOMENTS]
+    closest = sorted(found, key=lambda weighed: weighed.margin)[:MOMENTS]
     columns = max(1, min(int(width_in / COLUMN_IN), len(closest)))
     n_bars = max((len(moment.rows) for moment in closest), default=1)
     body_in = BAR_IN * (n_bars + 0.4)
     n_rows = int((HIGHEST_IN - 0.5) / (TITLE_IN + body_in + AXIS_IN))
-    shown = sorted(closest[: columns * n_rows], key=lambda one: (one.time_s, one.vehicle))
+    shown = sorted(closest[: columns * n_rows], key=lambda weighed: (weighed.time_s, weighed.vehicle))
     colours = {vehicle: look.colour for vehicle, look in Kit(results).looks.items()}
     names_in = NAME_SHARE * width_in / columns
     n = max(1, len(shown))
@@ -77,7 +77,7 @@ def contested(results: RunResults) -> list[Weighed]:
     weighed: dict[tuple[float, str], list[dict[str, Any]]] = defaultdict(list)
     for row in results.table("decisions").to_pylist():
         own = weighed[row["time_s"], row["vehicle"]]
-        if any(all(row[name] == one[name] for name in CANDIDATE) for one in own):
+        if any(all(row[name] == other[name] for name in CANDIDATE) for other in own):
             own.clear()  # it has decided anew at the same time
         own.append(row)
     found = []

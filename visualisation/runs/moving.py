@@ -103,9 +103,9 @@ class _Stage:
         if len(self.names) <= MOST_NAMED:
             for line, name in zip(self.lines, self.names, strict=True):
                 line.set_color(looks[name].colour)
-        self.moving = [*(one for mover in self.movers.values() for one in mover), self.clock, *self.lines]
-        for one in self.moving:
-            one.set_animated(True)
+        self.moving = [*(d for mover in self.movers.values() for d in mover), self.clock, *self.lines]
+        for artist in self.moving:
+            artist.set_animated(True)
         self.canvas.draw()
         self.background = self.canvas.copy_from_bbox(self.page.figure.bbox)
 
@@ -122,8 +122,8 @@ class _Stage:
         _say(self.lines, self.names, tenures, time_s)
         canvas = self.canvas
         canvas.restore_region(self.background)
-        for one in self.moving:
-            self.page.figure.draw_artist(one)
+        for artist in self.moving:
+            self.page.figure.draw_artist(artist)
         return Image.frombuffer("RGBA", canvas.get_width_height(), canvas.buffer_rgba()).convert("RGB")
 
 
@@ -162,9 +162,9 @@ def _say(lines: Sequence[Text], names: Sequence[str], tenures: Mapping[str, Sequ
 
 def _state(own: Sequence[Tenure], time_s: float) -> str:
     driving = [
-        one.role
-        for one in own
-        if any(span.start_s <= time_s < span.end_s or time_s == span.end_s for span in one.active)
+        tenure.role
+        for tenure in own
+        if any(span.start_s <= time_s < span.end_s or time_s == span.end_s for span in tenure.active)
     ]
     return ", ".join(dict.fromkeys(driving)) or (WAITING if own else "")
 

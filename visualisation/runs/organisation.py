@@ -247,7 +247,7 @@ class _Drawing:
 
     def _count(self, axes: Axes, row: RoleRow, top_in: float) -> None:
         """Share of the most holders that the role ever had."""
-        present = [one.present for lane in row.lanes for one in lane]
+        present = [holding.present for lane in row.lanes for holding in lane]
         for span, share in shares(present, len(row.lanes)):
             bar = [(span.start_s, min(span.end_s, self.end_s) - span.start_s)]
             high_in = share * (COUNT_IN - 0.03)
@@ -297,7 +297,7 @@ def _lanes(holdings: Sequence[Holding]) -> list[list[Holding]]:
 
 def _legend(view: View, rows: dict[str, list[RoleRow]], has_counts: bool) -> list[Artist]:
     all_rows = [row for own in rows.values() for row in own]
-    holdings = [one for row in all_rows for lane in row.lanes for one in lane]
+    holdings = [holding for row in all_rows for lane in row.lanes for holding in lane]
     is_away = any(holding.present != (holding.span,) for holding in holdings)
     away = "taken for absent" if view.viewer else "out of the mission"
     marks = [kind for kind in MARKS if any(mark.kind == kind for mark in view.marks)]

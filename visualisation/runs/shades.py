@@ -27,7 +27,7 @@ MOST_NUMBERS = 8
 def names_in(names: Sequence[str]) -> float:
     """Width of the longest name, cut where it has no room."""
     cut = (style.fitted(name, NAME_ROOM_IN, style.TINY_PT) for name in names)
-    return max((style.width_in(one, style.TINY_PT) for one in cut), default=0.0)
+    return max((style.width_in(text, style.TINY_PT) for text in cut), default=0.0)
 
 
 def draw_shades(

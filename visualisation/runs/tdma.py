@@ -168,7 +168,7 @@ def _legend(traffic: RunPackets) -> tuple[Line2D | Patch, ...]:
     shown = [TICKS[name] for name, flags in _fates(traffic).items() if name in ALWAYS or flags.any()]
     return (
         Line2D([], [], marker="D", linestyle="none", color=style.GREY, markersize=3.5, label="sent"),
-        *(Patch(facecolor=one.face, edgecolor=one.edge, linewidth=0.5, label=one.label) for one in shown),
+        *(Patch(facecolor=tick.face, edgecolor=tick.edge, linewidth=0.5, label=tick.label) for tick in shown),
     )
 
 

@@ -78,7 +78,7 @@ class View(NamedTuple):
     def busiest_s(self, end_s: float) -> float:
         """The last time at which the most roles are held; the end of the run if that is one."""
         steps: Counter[float] = Counter()
-        for span in (one.span for own in self.holdings.values() for one in own):
+        for span in (holding.span for own in self.holdings.values() for holding in own):
             steps[span.start_s] += 1
             steps[span.end_s] -= 1
         counts = [*zip(sorted(steps), accumulate(steps[time_s] for time_s in sorted(steps)), strict=True)]
@@ -139,7 +139,7 @@ def _holdings(rows: Iterable[dict[str, Any]], away: Mapping[str, list[Outage]]) 
             hold(*key, Span(since.pop(key), row["time_s"]))
     for key, start_s in since.items():
         hold(*key, Span(start_s, math.inf))
-    return {key: sorted(own, key=lambda one: one.span.start_s) for key, own in found.items()}
+    return {key: sorted(own, key=lambda holding: holding.span.start_s) for key, own in found.items()}
 
 
 def _absences(results: RunResults, viewer: str) -> dict[str, list[Outage]]:

@@ -148,17 +148,17 @@ def sweep_conditions(results: SweepResults, arrangement: Arrangement, rows: Iter
     """Numbers of runs, seed, what was compared where, which of it is a bound, and the version."""
     rows = list(rows)
     present = {(row.strategy, row.policy) for row in rows}
-    series = [one for one in arrangement.series if one[:2] in present]
+    series = [series for series in arrangement.series if series[:2] in present]
     study, status = results.file.study, results.status()
     n = _counts(arrangement, rows)
     unfinished = f", {status.remaining} not made yet" if status.remaining else ""
-    bounds = sorted({one.strategy for one in arrangement.series} & results.bounds)
+    bounds = sorted({series.strategy for series in arrangement.series} & results.bounds)
     unranked = f"Not ranked, as a bound: {', '.join(bounds)}. " if bounds else ""
     return (
         f"{n}, master seed {study.seed} (the same losses in the same repeat of all points). "
         f"{words.named_all('Scenario', [row.scenario for row in rows])}, "
-        f"{words.named_all('strategy', [one.strategy for one in series], 'strategies')}, "
-        f"{words.named_all('policy', [one.policy for one in series], 'policies')}, "
+        f"{words.named_all('strategy', [drawn.strategy for drawn in series], 'strategies')}, "
+        f"{words.named_all('policy', [drawn.policy for drawn in series], 'policies')}, "
         f"{words.named_all('channel', [row.channel for row in rows])}. {unranked}"
         f"Study {study.name}: {status.done} of {status.planned} runs done, {status.censored} of them not completed "
         f"(censored), {status.failed} failed (not completed){unfinished}; remoras {results.schedule.version}."
@@ -202,7 +202,7 @@ def _of_certainty(rows: Sequence[Comparison]) -> str:
 
 def _without_values(arrangement: Arrangement, rows: Sequence[Comparison]) -> str:
     present = {(row.strategy, row.policy) for row in rows}
-    lacking = [one.label for one in arrangement.series if one[:2] not in present]
+    lacking = [series.label for series in arrangement.series if series[:2] not in present]
     return f"Without values: {', '.join(lacking)}." if lacking else ""
 
 
@@ -211,5 +211,8 @@ def _spacing(arrangement: Arrangement, rows: Sequence[Comparison]) -> str:
 
 
 def _panels(arrangement: Arrangement, combinations: Sequence[PanelSettings]) -> str:
-    listed = [f"({letter}) {arrangement.titles[one]}" for letter, one in zip("abcdef", combinations, strict=False)]
+    listed = [
+        f"({letter}) {arrangement.titles[combination]}"
+        for letter, combination in zip("abcdef", combinations, strict=False)
+    ]
     return f"Panels: {'; '.join(listed)}." if len(combinations) > 1 else ""

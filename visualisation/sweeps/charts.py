@@ -51,23 +51,23 @@ SIZES_PT = (2.0, 6.0)
 
 def looks(series: Sequence[Series]) -> dict[Series, dict[str, Any]]:
     """How each series is drawn; names that are not known take the looks that are left, in their order."""
-    strategies = list(dict.fromkeys(one.strategy for one in series))
-    policies = sorted({one.policy for one in series}, key=policy_place)
+    strategies = list(dict.fromkeys(key.strategy for key in series))
+    policies = sorted({key.policy for key in series}, key=policy_place)
     bases = list(dict.fromkeys(policy.removesuffix(REPEAT) for policy in policies))
     of_strategy, of_base = _numbers(strategies, STRATEGIES), _numbers(bases, POLICIES)
     found = {}
-    for one in series:
-        repeats = one.policy.endswith(REPEAT)
+    for key in series:
+        repeats = key.policy.endswith(REPEAT)
         if len(strategies) == 1 and len(policies) > 1:
-            number = of_base[one.policy.removesuffix(REPEAT)]
+            number = of_base[key.policy.removesuffix(REPEAT)]
             line, hollow = style.LINES[repeats], repeats
         else:
-            number = of_strategy[one.strategy]
+            number = of_strategy[key.strategy]
             line, hollow = style.look(number).line, number in HOLLOW or number >= len(style.COLOURS)
             if len(policies) > 1:
-                line, hollow = style.LINES[policies.index(one.policy) % len(style.LINES)], repeats
+                line, hollow = style.LINES[policies.index(key.policy) % len(style.LINES)], repeats
         colour, marker = style.look(number).colour, style.look(number).marker
-        found[one] = {
+        found[key] = {
             "color": colour, "marker": marker, "linestyle": line, "markeredgewidth": 0.7,
             "markerfacecolor": "white" if hollow else colour, "markersize": 4.3 if marker in "PX" else 3.4,
         }  # fmt: skip

@@ -282,7 +282,7 @@ def _chart(kind: str, title: str, group: Sequence[PanelSettings], numbers: Numbe
 
     arrangement, rows, measures = numbers.arrangement, numbers.rows, numbers.measures
     drawn = [measures[name] for name in numbers.drawn_by(kind)]
-    found = (row for one in drawn for c in group for row in arrangement.of(c, rows[one.metric.name]))
+    found = (row for shown in drawn for c in group for row in arrangement.of(c, rows[shown.metric.name]))
     own = list({id(row): row for row in found}.values())
     if kind == "overview":
         text = captions.overview_caption(arrangement, own, drawn)

@@ -34,7 +34,7 @@ def ordered(arrangement: Arrangement, shown: Sequence[Rank]) -> list[tuple[Serie
     means = mean_ranks(shown)
     named = {series[:2]: series for series in arrangement.series}
     found = [(named[pair], mean) for pair, mean in means.items()]
-    return sorted(found, key=lambda one: (one[1] is None, one[1] or 0.0, arrangement.series.index(one[0])))
+    return sorted(found, key=lambda ranked: (ranked[1] is None, ranked[1] or 0.0, arrangement.series.index(ranked[0])))
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,7 @@ class Code:
     """
 
     def __init__(self, parameters: Sequence[TypedParameter], objects: Objects) -> None:
-        self.names = {one.name: f"v{number}" for number, one in enumerate(parameters)}
+        self.names = {parameter.name: f"v{number}" for number, parameter in enumerate(parameters)}
         self._objects = objects
         self._values: dict[str, Any] = {"ANY": ANY}
 
@@ -69,7 +69,7 @@ class Code:
             case Not(inner):
                 return f"not ({self.test(inner)})"
             case Several(formulas, is_all):
-                tests = [self.test(one) for one in formulas]
+                tests = [self.test(inner) for inner in formulas]
                 return f"({(' and ' if is_all else ' or ').join(tests)})" if tests else str(is_all)
             case Quantified(parameters, inner, is_all):
                 outer = dict(self.names)

@@ -124,5 +124,5 @@ def item_text(item: Parenthesised | Token) -> str:
     """The item as it is written, cut after a few words."""
     if isinstance(item, Token):
         return item.text
-    inner = " ".join(item_text(one) if isinstance(one, Token) else "(...)" for one in item.items[:4])
+    inner = " ".join(item_text(inner) if isinstance(inner, Token) else "(...)" for inner in item.items[:4])
     return f"({inner}{' ...' if len(item.items) > 4 else ''})"

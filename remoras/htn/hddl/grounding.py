@@ -29,15 +29,15 @@ class ObjectsByType:
 
     def __init__(self, domain: DomainSpec, objects: Sequence[TypedParameter]) -> None:
         self._found: dict[str, dict[str, None]] = {}
-        for one in objects:
-            for name in {OBJECT, *(up for kind in one.types for up in above(domain.types, kind))}:
-                self._found.setdefault(name, {})[one.name] = None
+        for parameter in objects:
+            for name in {OBJECT, *(up for kind in parameter.types for up in above(domain.types, kind))}:
+                self._found.setdefault(name, {})[parameter.name] = None
 
     def __call__(self, types: tuple[str, ...]) -> tuple[str, ...]:
         """Objects of one of these types."""
         if len(types) == 1:
             return tuple(self._found.get(types[0], ()))
-        return tuple(dict.fromkeys(one for kind in types for one in self._found.get(kind, ())))
+        return tuple(dict.fromkeys(name for kind in types for name in self._found.get(kind, ())))
 
     def frozen(self, types: tuple[str, ...]) -> frozenset[str]:
         """The same as a set."""
@@ -124,7 +124,7 @@ class _Binding:
         tasks = f"[{', '.join(map(self._task, spec.subtasks))}]"
         if clauses:
             free = {term for subtask in spec.subtasks for term in subtask.terms if term.startswith("?")}
-            found = f"({tasks} {' '.join(one for clause in clauses for one in clause)})"
+            found = f"({tasks} {' '.join(clause_text for clause in clauses for clause_text in clause)})"
             is_witnessed_once = free.issuperset(self._kinds.keys() - head.keys())
             tasks = found if is_witnessed_once else f"{code.constant(_once)}{found}"
         applicable = code.compiled(arguments, [f"return {' and '.join(tests)}"]) if tests else always
@@ -145,14 +145,14 @@ class _Binding:
         left = conditions
         clause: list[str] = []
         while True:
-            tests = [code.test(one) for one in left if self._free(one) <= bound]
+            tests = [code.test(formula) for formula in left if self._free(formula) <= bound]
             yield [*clause, *(f"if {test}" for test in tests)] if clause else tests
-            left = [one for one in left if not self._free(one) <= bound]
-            atoms = [one for one in left if isinstance(one, Atom) and one.predicate != EQUAL]
+            left = [formula for formula in left if not self._free(formula) <= bound]
+            atoms = [atom for atom in left if isinstance(atom, Atom) and atom.predicate != EQUAL]
             if atoms:
                 atom = min(atoms, key=lambda atom: len(self._free(atom) - bound))
                 clause = [self._match(atom, bound)]
-                left = [one for one in left if one is not atom]
+                left = [formula for formula in left if formula is not atom]
                 bound = bound | self._free(atom)
             elif (
                 missing := next((parameter for parameter in self._spec.parameters if parameter.name not in bound), None)
@@ -190,6 +190,6 @@ def _terms(formula: Formula) -> set[str]:
         case Not(inner):
             return _terms(inner)
         case Several(formulas, _):
-            return {term for one in formulas for term in _terms(one)}
+            return {term for inner in formulas for term in _terms(inner)}
         case _:
             return _terms(formula.formula) - {parameter.name for parameter in formula.parameters}

@@ -120,7 +120,7 @@ class ProblemSpec:
 def conjuncts(formula: Formula) -> tuple[Formula, ...]:
     """The formulas that must all be true."""
     if isinstance(formula, Several) and formula.is_all:
-        return tuple(inner for one in formula.formulas for inner in conjuncts(one))
+        return tuple(inner for part in formula.formulas for inner in conjuncts(part))
     return (formula,)
 
 

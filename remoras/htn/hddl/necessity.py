@@ -81,7 +81,7 @@ def needs_of_methods(domain: DomainSpec, objects: Objects) -> dict[str, Needs]:
     reach = _reach(domain, objects)
     actions = {}
     for name, action in domain.actions.items():
-        places: dict[str, str | int] = {one.name: place for place, one in enumerate(action.parameters)}
+        places: dict[str, str | int] = {parameter.name: place for place, parameter in enumerate(action.parameters)}
         actions[name] = _over(literals(action.precondition), places)
     possible = {method.name: tuple(_possible(method, domain, reach, objects)) for method in domain.methods}
     methods: dict[str, Needs] = {}
@@ -155,7 +155,7 @@ def _possible(
 
 def _certain(action: Action, objects: Objects) -> Needs:
     """What holds after an action whatever its arguments; where it may add and delete one atom, the atom is added."""
-    places: dict[str, str | int] = {one.name: place for place, one in enumerate(action.parameters)}
+    places: dict[str, str | int] = {parameter.name: place for place, parameter in enumerate(action.parameters)}
     kinds = {parameter.name: objects(parameter.types) for parameter in action.parameters}
     added = [change for change in _changes(action, objects) if change.is_true]
     found = []

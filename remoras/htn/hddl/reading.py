@@ -112,7 +112,7 @@ class _Reader:
             return self.atom(item, variables)
         inner = item.items[1:]
         if item.head in ("and", "or"):
-            return Several(tuple(self.formula(one, variables) for one in inner), item.head == "and")
+            return Several(tuple(self.formula(element, variables) for element in inner), item.head == "and")
         if len(inner) != (1 if item.head == "not" else 2):
             self.faults.add(item.line, f"{item_text(item)} has {len(inner)} parts")
             return TRUE
@@ -133,7 +133,7 @@ class _Reader:
             return ()
         inner = item.items[1:]
         if item.head == "and":
-            return tuple(effect for one in inner for effect in self.effects(one, variables))
+            return tuple(effect for element in inner for effect in self.effects(element, variables))
         if item.head == "forall" and len(inner) == 2:
             parameters = self.parameters(inner[0])
             bound = {*variables, *(parameter.name for parameter in parameters)}
@@ -169,8 +169,8 @@ class _Reader:
 
     def network(self, given: Mapping[str, Parenthesised | Token], variables: Collection[str]) -> tuple[Subtask, ...]:
         """Subtasks in their order, which must be total."""
-        kinds = {**self.domain.tasks, **{name: one.parameters for name, one in self.domain.actions.items()}}
-        keyword = next((one for one in (*ORDERED, *UNORDERED) if one in given), None)
+        kinds = {**self.domain.tasks, **{name: action.parameters for name, action in self.domain.actions.items()}}
+        keyword = next((key for key in (*ORDERED, *UNORDERED) if key in given), None)
         if keyword is None:
             return ()
         whole = given[keyword]
@@ -232,12 +232,12 @@ def read_domain(text: str, file: str) -> DomainSpec:
         else:
             faults.add(section.line, f"{section.head} is not known; allowed: {', '.join(DOMAIN_SECTIONS)}")
     for section in by_kind[":types"]:
-        for one in reader.typed(section.items[1:], checks_types=False):
-            domain.types[one.name] = (*domain.types.get(one.name, ()), *one.types)
+        for typed in reader.typed(section.items[1:], checks_types=False):
+            domain.types[typed.name] = (*domain.types.get(typed.name, ()), *typed.types)
     for name in [parent for parents in domain.types.values() for parent in parents]:
         domain.types.setdefault(name, (OBJECT,))
     for section in by_kind[":constants"]:
-        domain.constants.update({one.name: one for one in reader.typed(section.items[1:])})
+        domain.constants.update({parameter.name: parameter for parameter in reader.typed(section.items[1:])})
     for section in by_kind[":predicates"]:
         for form in section.items[1:]:
             if isinstance(form, Parenthesised) and form.head:
@@ -276,7 +276,7 @@ def _method(reader: _Reader, section: Parenthesised, taken: Collection[str]) -> 
     parameters = reader.parameters(given.get(":parameters"))
     names = [parameter.name for parameter in parameters]
     task = reader.subtask(given.get(":task", section), names, reader.domain.tasks)
-    conditions = tuple(reader.formula(given.get(one), names) for one in (":precondition", ":constraints"))
+    conditions = tuple(reader.formula(given.get(key), names) for key in (":precondition", ":constraints"))
     network = reader.network(given, names)
     return MethodSpec(_name(reader, section, taken), parameters, task, Several(conditions, True), network)
 
@@ -289,7 +289,7 @@ def read_problem(text: str, file: str, domain: DomainSpec) -> ProblemSpec:
     found = list(sections(read_forms(text, faults), "problem", faults))
     for section in found:
         if section.head == ":objects":
-            problem.objects.update({one.name: one for one in reader.typed(section.items[1:])})
+            problem.objects.update({parameter.name: parameter for parameter in reader.typed(section.items[1:])})
         elif section.head not in PROBLEM_SECTIONS:
             faults.add(section.line, f"{section.head} is not known; allowed: {', '.join(PROBLEM_SECTIONS)}")
     for section in found:
