@@ -10,7 +10,7 @@ from __future__ import annotations
 from remoras.authority import Request, Rules
 from remoras.beliefs import Beliefs
 from remoras.organisation import Group
-from remoras.social.reigns import Age
+from remoras.social.leadership import Age
 from remoras.social.reports import SENSORS_WORK, takes_sensors
 from remoras.social.statements import AVAILABLE
 from worldmodel import Change

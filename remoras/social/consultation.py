@@ -5,12 +5,12 @@ together, and none acts on half a discussion. What was said counts in the world 
 order in which it was heard, and only if ``remoras.authority`` grants it to its issuer. For the role of a vehicle, for
 an objective of a role and for the mission of a group the newest statement counts. Refused for now is what rests on news
 that may still come: that the issuer led the group, or that the assignee is a member. Who holds a job, or a role with
-room for few, follows from all that was said of it, see ``remoras.social.tenures``; of a head's role holders that are
-absent make room. Of claims to lead a group the greatest counts, see ``remoras.social.succession``. The mission of a
+room for few, follows from all that was said of it, see ``remoras.social.role_holders``; of a head's role absent holders
+make room. Of claims to lead a group the greatest counts, see ``remoras.social.succession``. The mission of a
 group counts at once: to plan it takes the rest of the frame. Of what is said of a group formed at sea its newest
 formation counts, see ``remoras.social.formations``.
 
-What a vehicle states while it is cut off counts for itself alone; ``remoras.social.alone`` undoes it.
+What a vehicle states while it is cut off counts for itself alone; ``remoras.social.isolated`` undoes it.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from remoras.authority import NOBODY, Act, Request, Rules, may_assign
 from remoras.beliefs import Beliefs
 from remoras.organisation import Group, Organisation, Outcome
 from remoras.social.agreed import UNCHANGED, Agreed
-from remoras.social.alone import Alone
 from remoras.social.availability import Availability
 from remoras.social.formations import Formations
+from remoras.social.isolated import IsolatedChanges
+from remoras.social.leadership import Age, LeadershipHistory
 from remoras.social.newest import Newest
-from remoras.social.reigns import Age, Reigns
 from remoras.social.requests import Requests
+from remoras.social.role_holders import RoleHolders
 from remoras.social.succession import Headship, excluded_by_leading, playing, role_after, yielding_above
-from remoras.social.tenures import Tenures
 from worldmodel import Change, Observation
 
 MAY_COME = frozenset(
@@ -73,10 +73,12 @@ class Consultation:
         self._newest = Newest()
         self._waiting: list[Observation] = []  # refused for now
         self._about: dict[str, dict[Age, Observation]] = {group: {} for group in rules.at_sea}  # heard of each
-        self.alone = Alone()
-        self._reigns = Reigns(organisation)
-        self._tenures = Tenures(rules, self._groups, organisation, self._newest, self._reigns, availability)
-        self.formations = Formations(rules, self._reigns)
+        self.isolated = IsolatedChanges()
+        self._leadership = LeadershipHistory(organisation)
+        self._role_holders = RoleHolders(
+            rules, self._groups, organisation, self._newest, self._leadership, availability
+        )
+        self.formations = Formations(rules, self._leadership)
         self.headship = Headship()
         self.missions: dict[str, tuple[str, ...]] = {}
         """Missions that groups were given, by their names, in the order in which they were given last."""
@@ -102,7 +104,7 @@ class Consultation:
     def end(self, agreed: Agreed) -> Agreed:
         """End of the round: what was said in it is added to what is ``agreed``, unless something newer counts."""
         organisation = agreed.organisation
-        n_changes = self._reigns.n_changes
+        n_changes = self._leadership.n_changes
         pending, self._pending = sorted(self._pending, key=_age), []
         for observation in pending:
             self._count(observation, agreed)
@@ -110,15 +112,15 @@ class Consultation:
             for group in agreed.organisation.groups:
                 self._renew(group, name, agreed)
         self._availability.news.clear()
-        is_due = agreed.organisation is not organisation or self._reigns.n_changes != n_changes
+        is_due = agreed.organisation is not organisation or self._leadership.n_changes != n_changes
         while is_due:
             n_renewed = len(agreed.formed) + len(agreed.dissolved)
             waiting, self._waiting = sorted(self._waiting, key=_age), []
             for observation in waiting:
                 self._count(observation, agreed, again=True)
             is_due = len(agreed.formed) + len(agreed.dissolved) != n_renewed
-        if not self.alone.has_changes:
-            for asked in self._tenures.waiting(agreed.organisation):
+        if not self.isolated.has_changes:
+            for asked in self._role_holders.waiting(agreed.organisation):
                 agreed.assign(asked)
         alone, self._pending_alone = sorted(self._pending_alone, key=_age), []
         if alone:
@@ -165,22 +167,22 @@ class Consultation:
         if asked.group in self._about:
             self._about[asked.group].setdefault(age, observation)
         is_old = asked.act is not Act.SUCCEED and not alone and self._newest.get(asked.about, age) > age
-        is_tenure = not alone and self._tenures.is_about(asked)
-        if is_old and not is_tenure:
+        is_limited = not alone and self._role_holders.is_about(asked)
+        if is_old and not is_limited:
             return
 
         def led(vehicle: str, group: str) -> bool:
-            return agreed.organisation.is_member(vehicle, group) if alone else self._reigns.led(vehicle, group, age)
+            return agreed.organisation.is_member(vehicle, group) if alone else self._leadership.led(vehicle, group, age)
 
-        yielding = agreed.absent | self._tenures.yielding(asked, age, agreed.organisation)
-        unavailable = NOBODY if is_tenure else agreed.unavailable  # tenures know who took jobs when
+        yielding = agreed.absent | self._role_holders.yielding(asked, age, agreed.organisation)
+        unavailable = NOBODY if is_limited else agreed.unavailable  # role holders know who took jobs when
         organisation = agreed.organisation
         if asked.act is Act.SUCCEED:
             succession = self._groups[asked.group].succession
             left = [
                 successor for successor in succession if self._newest.at(asked.group, successor, asked.issuer) > age
             ]
-            if not left and self._reigns.has_led(asked.issuer, asked.group, age):
+            if not left and self._leadership.has_led(asked.issuer, asked.group, age):
                 left = [self._groups[asked.group].head_role or ""]
             organisation = playing(organisation, asked.issuer, asked.group, left)
         outcome = may_assign(asked, organisation, self._rules, led, yielding, unavailable)
@@ -189,11 +191,11 @@ class Consultation:
         elif asked.act is Act.SUCCEED:
             self._succeed(asked, observation, agreed)
         else:
-            if is_tenure and outcome in TENABLE:
+            if is_limited and outcome in TENABLE:
                 self._hold(asked, age, agreed)
             if not alone and not is_old:
                 self._newest[asked.about] = age
-            if not is_old and not (is_tenure and outcome in TENABLE):
+            if not is_old and not (is_limited and outcome in TENABLE):
                 self._take(asked, outcome, age, agreed, yielding)
 
     def _begin(self, group: str, age: Age) -> None:
@@ -204,8 +206,8 @@ class Consultation:
         self._waiting = [*others, *self._about[group].values()]
         self.headship.forget(group)
         self.missions.pop(group, None)
-        self.alone.forget(group)
-        self._tenures.forget(group)
+        self.isolated.forget(group)
+        self._role_holders.forget(group)
 
     def _refuse(self, asked: Request, why: Outcome, said: Observation, agreed: Agreed, wait: bool, again: bool) -> None:
         """Reject a statement, temporarily if ``wait``; noted unless it is rejected ``again``."""
@@ -230,16 +232,16 @@ class Consultation:
         else:
             done = agreed.assign(asked, yielding) if asked.act is Act.ASSIGN else agreed.leave(asked)
             if done is Outcome.SUCCESS and asked.role == self._groups[asked.group].head_role:
-                self._reigns.change(asked.group, asked.assignee, asked.act is Act.ASSIGN, age)
+                self._leadership.change(asked.group, asked.assignee, asked.act is Act.ASSIGN, age)
 
     def _hold(self, asked: Request, age: Age, agreed: Agreed) -> None:
         """Settle who holds a role of limited size."""
-        follows, refused = self._tenures.settle(asked, age, agreed.organisation, agreed.absent)
+        follows, refused = self._role_holders.settle(asked, age, agreed.organisation, agreed.absent)
         for follow in follows:
             done = agreed.assign(follow) if follow.act is Act.ASSIGN else agreed.leave(follow)
             is_head = follow.role == self._groups[follow.group].head_role
             if done is Outcome.SUCCESS and is_head and follow.about == asked.about:
-                self._reigns.change(follow.group, follow.assignee, follow.act is Act.ASSIGN, age)
+                self._leadership.change(follow.group, follow.assignee, follow.act is Act.ASSIGN, age)
         if refused is not None:
             agreed.note(asked, refused)
         elif not follows and not agreed.organisation.is_member(asked.assignee, asked.group):
@@ -254,7 +256,7 @@ class Consultation:
             agreed.refuse(asked, Outcome.NO_AUTHORITY, observation)
             return
         group, vehicle, age = self._groups[asked.group], asked.assignee, _age(observation)
-        self._reigns.claim(group.name, vehicle, claim, age)
+        self._leadership.claim(group.name, vehicle, claim, age)
         if self.headship.take(group.name, claim):
             self._enthrone(asked, group, age, agreed)
         self._renew(group.name, vehicle, agreed)
@@ -268,7 +270,7 @@ class Consultation:
         if role is not None and role.played_by is not None:
             of_group, other = role.played_by
             if self._rules.database[vehicle].can_play(of_group, other):
-                led = [name for name in self._rules.database.names if self._reigns.has_led(name, group.name, age)]
+                led = [name for name in self._rules.database.names if self._leadership.has_led(name, group.name, age)]
                 holders = yielding_above(self._groups[of_group], other, {*before, *led}, agreed.organisation)
                 self._hand_over(Request(vehicle, Act.SUCCEED, of_group, other, vehicle), holders, age, agreed)
         for name in before:
@@ -281,13 +283,13 @@ class Consultation:
 
     def _renew(self, group: str, issuer: str, agreed: Agreed) -> None:
         """Let who holds the jobs of a group follow from all that was said of them, now that more is known."""
-        for request in self._tenures.renew(group, issuer, agreed.organisation):
+        for request in self._role_holders.renew(group, issuer, agreed.organisation):
             (agreed.assign if request.act is Act.ASSIGN else agreed.leave)(request)
 
     def _hand_over(self, to: Request, holders: list[str] | tuple[str, ...], age: Age, agreed: Agreed) -> None:
         """Let holders leave a role for another, unless a newer word says something else of one of them."""
         for name in (*holders, to.assignee):
-            if self._reigns.is_claim(self._newest.at(to.group, to.role, name)):
+            if self._leadership.is_claim(self._newest.at(to.group, to.role, name)):
                 self._newest[to.group, to.role, name] = age  # it has or lacks the role by a lesser claim
         for name in holders:
             if name != to.assignee and self._newest.take((to.group, to.role, name), age):
@@ -303,4 +305,4 @@ class Consultation:
         for observation in pending:
             if self.requests.of(observation).act not in FOR_ALL:
                 self._count(observation, agreed, alone=True)
-        self.alone.note(agreed, n_assigned, n_left)
+        self.isolated.note(agreed, n_assigned, n_left)

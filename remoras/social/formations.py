@@ -15,7 +15,7 @@ from typing import NamedTuple
 from remoras.authority import Act, Request, Rules, may_assign
 from remoras.organisation import Outcome
 from remoras.social.agreed import Agreed
-from remoras.social.reigns import AGREED_BEFORE, Age, Reigns
+from remoras.social.leadership import AGREED_BEFORE, Age, LeadershipHistory
 
 FORMED_UNDER, FORMATION, DISSOLVED = FORMATION_ATTRIBUTES = ("formedUnder", "formation", "dissolved")
 LAST_FORMATION = 255
@@ -44,12 +44,12 @@ class Formations:
 
     Args:
         rules: of who may change what, with these groups.
-        reigns: when who led; that of a group begins with each formation anew.
+        leadership: when who led; that of a group begins with each formation anew.
     """
 
-    def __init__(self, rules: Rules, reigns: Reigns) -> None:
+    def __init__(self, rules: Rules, leadership: LeadershipHistory) -> None:
         self._rules = rules
-        self._reigns = reigns
+        self._leadership = leadership
         self._newest: dict[str, tuple[Formation, Age]] = {}
 
     def number(self, group: str) -> int:
@@ -85,11 +85,11 @@ class Formations:
             return None
         if not is_over and asked.group in self._rules.at_sea:
             there = there.without_group(asked.group)
-        outcome = may_assign(asked, there, self._rules, lambda who, group: self._reigns.led(who, group, age))
+        outcome = may_assign(asked, there, self._rules, lambda who, group: self._leadership.led(who, group, age))
         if outcome is not Outcome.SUCCESS or number is None:
             return Outcome.NO_AUTHORITY if number is None else outcome
         self._newest[asked.group] = said, age
-        self._reigns.begin(asked.group, None if is_over else asked.assignee, age)
+        self._leadership.begin(asked.group, None if is_over else asked.assignee, age)
         if asked.group in agreed.organisation.groups:
             agreed.dissolve(replace(asked, act=Act.DISSOLVE))
         if not is_over:

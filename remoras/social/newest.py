@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from remoras.social.reigns import AGREED_BEFORE, Age
+from remoras.social.leadership import AGREED_BEFORE, Age
 
 
 class Newest(dict[tuple[str, ...], Age]):

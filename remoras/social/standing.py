@@ -154,7 +154,7 @@ class Standing:
                 self._is_out_of_reach = True
                 facts.append(self._statements.available(False))
         elif was_cut_off and not self.is_cut_off:
-            undone = self.consultation.alone.come_back(self._me, self.organisation)
+            undone = self.consultation.isolated.come_back(self._me, self.organisation)
             if self._is_out_of_reach:
                 self._is_out_of_reach = False
                 facts = [self._statements.available(True)]

@@ -21,8 +21,8 @@ from remoras.activities import Objective
 from remoras.fleet import Fleet
 from remoras.organisation import Outcome, RoleAssignment
 from remoras.social.layer import SocialLayer
+from remoras.social.role_holders import Instruction, holders_after
 from remoras.social.succession import HEAD_TERM, HEADED_BY
-from remoras.social.tenures import Word, holders_after
 from remoras.vehicle import Vehicle
 from worldmodel import Block, merge
 
@@ -251,7 +251,7 @@ WORDS = {
 def test_an_assignment_finds_room_or_waits(name: str) -> None:
     said, holders, waiting = WORDS[name]
     words = [
-        Word((float(number), 0, 0, number, 0), word[0] != "-", word.removeprefix("-"))
+        Instruction((float(number), 0, 0, number, 0), word[0] != "-", word.removeprefix("-"))
         for number, word in enumerate(said)
     ]
     assert holders_after(words, 1) == (set(holders), waiting)

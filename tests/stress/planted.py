@@ -40,7 +40,7 @@ from remoras.run_log import RunLog
 from remoras.separation import Separation
 from remoras.social import consultation
 from remoras.social.consultation import Consultation
-from remoras.social.reigns import Reigns
+from remoras.social.leadership import LeadershipHistory
 from remoras.social.standing import Standing
 from remoras.testing import Outcome, Plan, judge, schedule_of
 from stress.configurations import baseline
@@ -330,7 +330,7 @@ def keep_count_between_runs(patch: Patch) -> None:
 
 def count_the_first_claim_alone(patch: Patch) -> None:
     patch.setattr(consultation, "playing", lambda organisation, *rest: organisation)
-    patch.setattr(Reigns, "is_claim", lambda self, age: False)
+    patch.setattr(LeadershipHistory, "is_claim", lambda self, age: False)
 
 
 def wait_for_who_is_elsewhere(patch: Patch) -> None:

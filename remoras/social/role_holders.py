@@ -1,4 +1,4 @@
-"""Tenures: who holds a role with a job or with room for few, by all that was said of it, whatever was heard first.
+"""Role holders: who holds a role with a job or with room for few, by all that was said of it, whatever was heard first.
 
 An assignment finds room or waits. When a holder leaves, the newest of those that wait is let in, for want of newer
 word: what is said later takes the room from it, and it waits again. Where heads alone give out jobs, holders that have
@@ -15,11 +15,11 @@ from typing import NamedTuple
 from remoras.authority import NOBODY, Act, Request, Rules
 from remoras.organisation import Group, Organisation, Outcome
 from remoras.social.availability import Availability
+from remoras.social.leadership import AGREED_BEFORE, Age, LeadershipHistory
 from remoras.social.newest import Newest
-from remoras.social.reigns import AGREED_BEFORE, Age, Reigns
 
 
-class Word(NamedTuple):
+class Instruction(NamedTuple):
     """When a role was given to a vehicle or taken from it; what was said at one time takes it before it gives it."""
 
     age: Age
@@ -28,23 +28,25 @@ class Word(NamedTuple):
 
 
 def holders_after(
-    words: Iterable[Word], room: float, led_since: Callable[[Word], Age | None] = lambda word: None
+    instructions: Iterable[Instruction],
+    room: float,
+    led_since: Callable[[Instruction], Age | None] = lambda instruction: None,
 ) -> tuple[set[str], list[str]]:
     """Who of at most ``room`` hold a role after all that was said of it, and who waits for room, the newest first.
 
     Args:
-        words: in any order.
+        instructions: in any order.
         room: for so many.
-        led_since: since when the head that said a word has led: who holds the role from before makes room; or None.
+        led_since: since when the head that gave it has led: who holds the role from before makes room; or None.
     """
     holders: dict[str, bool] = {}  # with whether it was let in
     waiting: dict[str, Age] = {}
     given: dict[str, Age] = {}
-    for word in sorted(words):
-        age, gives, name = word
+    for instruction in sorted(instructions):
+        age, gives, name = instruction
         waiting.pop(name, None)
         if gives:
-            since = led_since(word)
+            since = led_since(instruction)
             given[name] = age
             let_in = [one for one, was_let_in in holders.items() if was_let_in and one != name]
             if name in holders or len(holders) < room:
@@ -71,14 +73,14 @@ def is_of_earlier_life(one: Age, other: Age) -> bool:
     return one[1] == other[1] and one[2] < other[2]
 
 
-class Tenures:
+class RoleHolders:
     """What was said of the holders of roles with room for few, as one vehicle knows it.
 
     Args:
         rules: of who may change what.
         groups: specifications by name.
         organisation: as agreed before the mission.
-        newest: when the newest word of a role of a vehicle was said; reigns: who led when.
+        newest: when the newest statement about a role of a vehicle was said; leadership: who led when.
         availability: who takes jobs. All three are read only.
     """
 
@@ -88,21 +90,21 @@ class Tenures:
         groups: Mapping[str, Group],
         organisation: Organisation,
         newest: Newest,
-        reigns: Reigns,
+        leadership: LeadershipHistory,
         availability: Availability,
     ) -> None:
         self._availability = availability
         self._rules = rules
         self._groups = groups
         self._newest = newest
-        self._reigns = reigns
-        self._said: dict[tuple[str, str], dict[Word, Request]] = {}
+        self._leadership = leadership
+        self._said: dict[tuple[str, str], dict[Instruction, Request]] = {}
         self._held: dict[tuple[str, str], set[str]] = {}
         self._crowded: set[tuple[str, str]] = set()  # where somebody waits
         for assignment in organisation.assignments:
             place = assignment.group, assignment.role
             asked = Request("", Act.ASSIGN, *place, assignment.vehicle)
-            self._said.setdefault(place, {})[Word(AGREED_BEFORE, True, assignment.vehicle)] = asked
+            self._said.setdefault(place, {})[Instruction(AGREED_BEFORE, True, assignment.vehicle)] = asked
             self._held.setdefault(place, set()).add(assignment.vehicle)
 
     def forget(self, group: str) -> None:
@@ -150,8 +152,8 @@ class Tenures:
         refused = None if self._counts(asked, age) else Outcome.UNAVAILABLE
         if gives and refused is None and len(held) >= self._room(*place) and asked.assignee not in held:
             yielding = absent if self._rules.authorities else NOBODY
-            said |= {Word(age, False, name): _release(asked, name) for name in held if held <= yielding}
-        said[Word(age, gives, asked.assignee)] = asked
+            said |= {Instruction(age, False, name): _release(asked, name) for name in held if held <= yielding}
+        said[Instruction(age, gives, asked.assignee)] = asked
         follows = self._follow(place, said, asked.issuer)
         return follows, Outcome.NO_ROOM if asked.assignee in self._after(place, said)[1] else refused
 
@@ -162,7 +164,7 @@ class Tenures:
             found += self._follow(place, self._reconciled(place, organisation), issuer)
         return found
 
-    def _follow(self, place: tuple[str, str], said: Mapping[Word, Request], issuer: str) -> list[Request]:
+    def _follow(self, place: tuple[str, str], said: Mapping[Instruction, Request], issuer: str) -> list[Request]:
         """Releases and assignments by which those hold a role that are to, after all that was said of it."""
         held, (holders, waiting) = self._held[place], self._after(place, said)
         self._held[place] = holders
@@ -183,21 +185,21 @@ class Tenures:
             found += [_last_given(said, name) for number, name in enumerate(waiting) if number < n_free]
         return found
 
-    def _after(self, place: tuple[str, str], said: Mapping[Word, Request]) -> tuple[set[str], list[str]]:
+    def _after(self, place: tuple[str, str], said: Mapping[Instruction, Request]) -> tuple[set[str], list[str]]:
         """Who holds a role and who waits for room after all that counts of what was said of it."""
-        words = [word for word, asked in said.items() if self._counts(asked, word.age)]
-        return holders_after(words, self._room(*place), lambda word: self._led_since(said[word], word.age))
+        counting = [instruction for instruction, asked in said.items() if self._counts(asked, instruction.age)]
+        return holders_after(counting, self._room(*place), lambda given: self._led_since(said[given], given.age))
 
     def _counts(self, asked: Request, age: Age) -> bool:
         """True unless the issuer, as is known now, led no more by then, or the assignee took no jobs."""
-        if self._is_for_heads(asked) and not self._reigns.led(asked.issuer, asked.group, age):
+        if self._is_for_heads(asked) and not self._leadership.led(asked.issuer, asked.group, age):
             return False
         return asked.act is not Act.ASSIGN or self._availability.takes(asked, self._groups[asked.group], age)
 
     def _led_since(self, asked: Request, age: Age) -> Age | None:
         """Since when the issuer of an assignment has led, where heads alone give out the role; else None."""
         is_order = asked.act is Act.ASSIGN and self._is_for_heads(asked)
-        return self._reigns.since(asked.issuer, asked.group, age) if is_order else None
+        return self._leadership.since(asked.issuer, asked.group, age) if is_order else None
 
     def _is_for_heads(self, asked: Request) -> bool:
         """True if heads alone may ask it: it gives out or takes back a role with a job that is another's."""
@@ -209,16 +211,16 @@ class Tenures:
         of = self._groups[group].role(role)
         return math.inf if of is None or of.maximum is None else of.maximum
 
-    def _reconciled(self, place: tuple[str, str], organisation: Organisation) -> dict[Word, Request]:
+    def _reconciled(self, place: tuple[str, str], organisation: Organisation) -> dict[Instruction, Request]:
         """What was said of a role, with what has become of it by other ways, such as a claim to lead the group."""
         said = self._said.setdefault(place, {})
         held, now = self._held.get(place, set()), set(organisation.members(*place))
         for name in held ^ now:
             age = self._newest.at(*place, name)
-            if name in held and said.pop(Word(age, True, name), None) is None:
-                said[Word(age, False, name)] = Request("", Act.RELEASE, *place, name)
+            if name in held and said.pop(Instruction(age, True, name), None) is None:
+                said[Instruction(age, False, name)] = Request("", Act.RELEASE, *place, name)
             elif name in now:
-                said.setdefault(Word(age, True, name), Request("", Act.ASSIGN, *place, name))
+                said.setdefault(Instruction(age, True, name), Request("", Act.ASSIGN, *place, name))
         self._held[place] = now
         return said
 
@@ -227,5 +229,5 @@ def _release(asked: Request, name: str) -> Request:
     return Request(asked.issuer, Act.RELEASE, asked.group, asked.role, name)
 
 
-def _last_given(said: Mapping[Word, Request], name: str) -> Request:
-    return said[max(word for word in said if word.gives and word.vehicle == name)]
+def _last_given(said: Mapping[Instruction, Request], name: str) -> Request:
+    return said[max(given for given in said if given.gives and given.vehicle == name)]

@@ -1,4 +1,4 @@
-"""Alone: what a vehicle that is cut off has changed for itself, to be undone when it comes back."""
+"""Isolated changes: what a vehicle that is cut off has changed for itself, to be undone when it comes back."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from remoras.organisation import Organisation, RoleAssignment
 from remoras.social.agreed import Agreed
 
 
-class Alone:
+class IsolatedChanges:
     """Roles that a vehicle took and gave up while it was cut off."""
 
     def __init__(self) -> None:

@@ -1,4 +1,4 @@
-"""Reigns: who led a group when, as one vehicle knows it.
+"""Leadership history: who led a group when, as one vehicle knows it.
 
 An order counts by who led when it was given, whatever is heard first: the order, or that its issuer leads. So this is a
 function of what was heard and of no order. Before all claims lead those that founded the group. Of the claims made by a
@@ -24,7 +24,7 @@ class _Claimed(NamedTuple):
     vehicle: str
 
 
-class Reigns:
+class LeadershipHistory:
     """When which vehicles led.
 
     Args:
