@@ -195,6 +195,11 @@ class Organisation:
     def _index(self) -> _Index:
         return _Index.of(self.assignments)
 
+    @cached_property
+    def _heads(self) -> dict[str, tuple[str, ...]]:
+        heads = {name: group.head_role for name, group in self.groups.items()}
+        return {group: self.members(group, role) for group, role in heads.items() if role is not None}
+
     def members(self, group: str, role: str | None = None) -> tuple[str, ...]:
         """Vehicles in ``group`` (playing ``role``), by name, without duplicates."""
         return self._index.players.get((group, role), ())
@@ -208,16 +213,16 @@ class Organisation:
 
     def plays(self, vehicle: str, group: str, role: str) -> bool:
         """True if ``vehicle`` plays ``role`` in ``group``."""
-        return any(assignment.role == role for assignment in self.roles_of(vehicle, group))
+        return vehicle in self._index.players.get((group, role), ())
 
     def is_member(self, vehicle: str, group: str) -> bool:
         """True if ``vehicle`` plays some role in ``group``."""
-        return bool(self.roles_of(vehicle, group))
+        held = self._index.roles.get(vehicle)
+        return held is not None and group in held
 
     def heads(self, group: str) -> tuple[str, ...]:
         """Vehicles that supervise ``group``."""
-        head = self.groups[group].head_role if group in self.groups else None
-        return self.members(group, head) if head else ()
+        return self._heads.get(group, ())
 
     def assign(self, vehicle: str, group: str, role: str) -> tuple[Organisation, Outcome]:
         """Let ``vehicle`` play ``role`` in ``group``; refused where the role has its maximum of holders."""
