@@ -4,8 +4,8 @@
     python -m benchmarks.calls write "what the change buys"
 
 The count is the same in every run and under every Python: of the functions of the program, without libraries, and
-without comprehensions, which only some versions call. ``calls.toml`` is the ledger: an entry for each change after which
-a mission takes 1 % more calls, or 1 % fewer, with what that buys. A test compares the last entry with what is counted.
+without comprehensions, which only some versions call. ``calls.toml`` is the ledger: an entry for each change after
+which a mission takes 1 % more calls, or 1 % fewer, with what that buys. A test compares the last with what is counted.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ def calls_of_a_step(name: str) -> float:
         fleet.run()
     finally:
         sys.setprofile(None)
-    n_steps = len(fleet.vehicles) * fleet.steps
+    n_steps: int = len(fleet.vehicles) * fleet.steps
     fleet.close()
     return n_calls / n_steps
 
@@ -91,12 +91,11 @@ def rows() -> list[dict[str, Any]]:
     found = []
     for name in MISSIONS:
         n_calls = calls_of_a_step(name)
-        found.append(
-            {
-                "name": f"calls of a vehicle-step, {name}", "value": n_calls, "unit": "calls",
-                "reference": "the first of the ledger", "reference_value": first[name], "ratio": n_calls / first[name],
-            }  # fmt: skip
-        )
+        row = {
+            "name": f"calls of a vehicle-step, {name}", "value": n_calls, "unit": "calls",
+            "reference": "the first of the ledger", "reference_value": first[name], "ratio": n_calls / first[name],
+        }  # fmt: skip
+        found.append(row)
     return found
 
 

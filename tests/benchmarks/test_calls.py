@@ -1,6 +1,7 @@
 """A vehicle's step costs what the ledger says."""
 
 import pytest
+
 from benchmarks.calls import MISSIONS, TOLERANCE, calls_of_a_step, ledger
 
 
