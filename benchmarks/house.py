@@ -45,7 +45,7 @@ FEATURES = {
     "operator bans": r"bans\b|\bBan\b|ban_", "emission control": r"[Cc]overt", "clocks": r"OwnClock|[Tt]imekeep",
     "slot lists": r"NewSlots|SlotList|slot_list", "obligations": r"[Oo]bligation",
     "coarse values": r"coarse_above|Detail\(",
-    "current": r'\bCurrent\b|CurrentTable|through_water|of(_feature)?\("current"',
+    "current": r'\bCurrent\b|CurrentTable|\bthrough_water|of(_feature)?\("current"',
     "navigation error": r'\bNavigation\b|Navigation[TC]|Adrift|FixingPosition|of(_feature)?\("navigation"',
     "terms of needs": r"blackout_s|newest_first|time_to_live", "beacons": r"[Bb]eacon", "parking": r"parking|parked",
     "bound strategy": r"is_bound|Bound\(|remoras\.bound|RadioAtOnce",
@@ -59,7 +59,8 @@ FEATURES = {
     "kind of fault lost": r"FaultKind\.LOST|``lost``|[kK]ind = .lost\b., |.lost.: \w*Kind|" + _BESIDE.format("lost"),
     "kind of fault sensor": r"FaultKind\.SENSOR|``sensor``|[kK]ind = .sensor\b.|" + _BESIDE.format("sensor"),
 }  # fmt: skip
-"""Words by which a file shows that it knows of a feature."""
+"""Words by which a file shows that it knows of a feature. ``way_through_water`` of the checker is no
+``through_water``: it is the way that any vehicle goes, whether the water moves or not."""
 MOST_FILES, MOST_SHARED_NAMES = 3, 60
 TIMED = """
 import sys

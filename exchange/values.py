@@ -13,17 +13,14 @@ and the chance that it is still lacking) and `deadline` (least time left first, 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Hashable
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 from exchange.arithmetic import power
 from exchange.packets import Fragment, ItemUid, StatusUid
-from worldmodel import Terms
+from worldmodel import PLAIN, Terms
 
-DEFAULT_TIME_TO_LIVE_S = 1800.0
-"""Time to live that rules take where a need names none; Goby's default."""
 STATUS_COLUMN = -1
 """A status has no column: nobody acknowledges it."""
 LACKED = 0.5
@@ -51,7 +48,7 @@ class Waiting:
         since_slot: own slots of the vehicle until then.
         credit: weight gained before that and not used up; of the additive rule.
         n_said: how often it has been said.
-        time_to_live_s: of the need, infinite if it names none (s).
+        terms: of the need, for rules that go by them.
     """
 
     priority: int
@@ -60,7 +57,7 @@ class Waiting:
     since_slot: int = 0
     credit: int = 0
     n_said: int = 0
-    time_to_live_s: float = math.inf
+    terms: Terms = PLAIN
 
     def halt(self, n_slots: int) -> None:
         """Keep what has been gained so far: the priority changes now, or it does not wait any more."""
@@ -75,11 +72,6 @@ class Waiting:
         """It has been said: what it gained is used up."""
         self.credit, self.since_slot, self.since_s = 0, moment.n_slots, moment.now_s
         self.n_said += 1
-
-    @property
-    def rated_time_to_live_s(self) -> float:
-        """The time to live, or the default of rules that need one (s)."""
-        return self.time_to_live_s if math.isfinite(self.time_to_live_s) else DEFAULT_TIME_TO_LIVE_S
 
 
 @dataclass(slots=True, eq=False)
@@ -183,24 +175,6 @@ class Additive:
         return waiting.credit + waiting.priority * (moment.n_slots - waiting.since_slot)
 
 
-class Goby:
-    """P(t) = base * (t - t_last_send) / ttl, with the priority as base (Goby3, dynamic buffer)."""
-
-    name = "goby"
-
-    def place(self, waiting: Waiting) -> QueuePlace:
-        """One group for each rate of growth."""
-        return QueuePlace(waiting.priority / waiting.rated_time_to_live_s, -waiting.since_s)
-
-    def value(self, waiting: Waiting, moment: Moment) -> float:
-        """Grows from 0, when it was taken or last said, to the priority after a time to live, and beyond.
-
-        >>> Goby().value(Waiting(priority=10, since_s=100.0, time_to_live_s=60.0), Moment(130.0, 1))
-        5.0
-        """
-        return waiting.priority * (moment.now_s - waiting.since_s) / waiting.rated_time_to_live_s
-
-
 class Age:
     """Priority times age of the information, times the chance that it is still lacking."""
 
@@ -220,28 +194,4 @@ class Age:
         return waiting.priority * (moment.now_s - waiting.observed_s) * lacked
 
 
-class Deadline:
-    """Priority over the time left until the value is of no use, times the chance that it is still lacking."""
-
-    name = "deadline"
-
-    def place(self, waiting: Waiting) -> QueuePlace:
-        """One group for each priority and number of times that it was said; the earliest deadline first."""
-        return QueuePlace((waiting.priority, min(waiting.n_said, MOST_SAID)), -self._deadline_s(waiting))
-
-    def value(self, waiting: Waiting, moment: Moment) -> float:
-        """The time left counts as a second at least.
-
-        >>> Deadline().value(Waiting(priority=20, observed_s=0.0, time_to_live_s=60.0), Moment(50.0, 1))
-        2.0
-        """
-        lacked = LACKED_AFTER[min(waiting.n_said, MOST_SAID)]
-        return waiting.priority * lacked / max(1.0, self._deadline_s(waiting) - moment.now_s)
-
-    def _deadline_s(self, waiting: Waiting) -> float:
-        return waiting.observed_s + waiting.rated_time_to_live_s
-
-
 ADDITIVE = Additive()
-VALUE_RULES: dict[str, ValueRule] = {rule.name: rule for rule in (ADDITIVE, Goby(), Age(), Deadline())}
-"""The rules that are shipped, by name."""

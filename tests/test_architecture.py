@@ -104,7 +104,12 @@ DOORS: dict[str, set[str]] = {
     "missions.trident": {"exchange.acoustics.loss"},
     "missions.pandora": {"exchange.acoustics.loss"},
     "missions.arrows": {"exchange.acoustics.loss", "exchange.acoustics.link"},
-    "missions.scenarios": {"remoras.executive.satisfaction", "exchange.peering.turns", "exchange.wire.sealing"},
+    "missions.scenarios": {
+        "remoras.executive.satisfaction",
+        "exchange.peering.turns",
+        "exchange.queueing.limits",
+        "exchange.wire.sealing",
+    },
     "missions.runs": {"exchange.queueing.reasons", "exchange.wire.codec"},
     "missions.nodes": {"exchange.wire.codec", "exchange.wire.introductions", "exchange.wire.sealing"},
     "stress": {"exchange.wire.codec"},

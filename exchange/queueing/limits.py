@@ -17,8 +17,11 @@ from heapq import heappop, heappush
 
 from exchange.packets import ItemUid
 from exchange.queueing.reasons import Unsaid
-from exchange.values import Candidate, Waiting
+from exchange.values import LACKED_AFTER, MOST_SAID, Candidate, Moment, QueuePlace, Waiting
 from worldmodel import Terms
+
+DEFAULT_TIME_TO_LIVE_S = 1800.0
+"""Time to live that rules take where a need names none; Goby's default."""
 
 
 class QueueLimits:
@@ -137,7 +140,7 @@ class QueueLimits:
 
     def set_deadline(self, candidate: Candidate) -> None:
         """A candidate comes in that may wait only for some time."""
-        candidate.waiting.time_to_live_s = candidate.terms.time_to_live_s
+        candidate.waiting.terms = candidate.terms
         if math.isfinite(candidate.terms.time_to_live_s):
             self._n_deadlines += 1
             heappush(self._deadlines, (_deadline_s(candidate), self._n_deadlines, candidate))
@@ -176,7 +179,7 @@ class LinesOnTerms:
         if terms.newest_first:
             key, rank = (waiting.priority, "newest", about[1]), waiting.observed_s
             shared = Waiting(waiting.priority, waiting.observed_s, waiting.since_s, n_slots)
-            shared.time_to_live_s = terms.time_to_live_s
+            shared.terms = terms
         if terms.blackout_s:
             blackout = about, terms.blackout_s
             key = blackout, key
@@ -193,3 +196,52 @@ class LinesOnTerms:
         for candidate in chosen:
             if candidate.terms.blackout_s:
                 self._said_s[candidate.about] = now_s
+
+
+# Rules by the time to live -------------------------------------------------------------------------
+
+
+def _rated_s(waiting: Waiting) -> float:
+    """The time to live, or the default of rules that need one (s)."""
+    time_to_live_s = waiting.terms.time_to_live_s
+    return time_to_live_s if math.isfinite(time_to_live_s) else DEFAULT_TIME_TO_LIVE_S
+
+
+class Goby:
+    """P(t) = base * (t - t_last_send) / ttl, with the priority as base (Goby3, dynamic buffer)."""
+
+    name = "goby"
+
+    def place(self, waiting: Waiting) -> QueuePlace:
+        """One group for each rate of growth."""
+        return QueuePlace(waiting.priority / _rated_s(waiting), -waiting.since_s)
+
+    def value(self, waiting: Waiting, moment: Moment) -> float:
+        """Grows from 0, when it was taken or last said, to the priority after a time to live, and beyond.
+
+        >>> Goby().value(Waiting(priority=10, since_s=100.0, terms=Terms(time_to_live_s=60.0)), Moment(130.0, 1))
+        5.0
+        """
+        return waiting.priority * (moment.now_s - waiting.since_s) / _rated_s(waiting)
+
+
+class Deadline:
+    """Priority over the time left until the value is of no use, times the chance that it is still lacking."""
+
+    name = "deadline"
+
+    def place(self, waiting: Waiting) -> QueuePlace:
+        """One group for each priority and number of times that it was said; the earliest deadline first."""
+        return QueuePlace((waiting.priority, min(waiting.n_said, MOST_SAID)), -self._deadline_s(waiting))
+
+    def value(self, waiting: Waiting, moment: Moment) -> float:
+        """The time left counts as a second at least.
+
+        >>> Deadline().value(Waiting(priority=20, observed_s=0.0, terms=Terms(time_to_live_s=60.0)), Moment(50.0, 1))
+        2.0
+        """
+        lacked = LACKED_AFTER[min(waiting.n_said, MOST_SAID)]
+        return waiting.priority * lacked / max(1.0, self._deadline_s(waiting) - moment.now_s)
+
+    def _deadline_s(self, waiting: Waiting) -> float:
+        return waiting.observed_s + _rated_s(waiting)

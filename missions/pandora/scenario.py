@@ -9,6 +9,7 @@ from pydantic import Field, field_validator
 
 from missions.meeting.job_mission import JobScenario, JobSettings
 from missions.pandora.sequential import threshold
+from missions.scenarios.extending import water
 from missions.scenarios.tables import Name, PointM, Positive, Raw, Section, Sparse, entries, names_of, table_of
 
 if TYPE_CHECKING:
@@ -110,14 +111,14 @@ class PandoraScenario(JobScenario):
     @property
     def foretold(self) -> Flow | None:
         """How the water moves by the plan, which knows of no surges; None where it is to stand."""
-        table = self.of_feature("current")
-        water = None if table is None else table.foretold()
-        return None if water is None else water.at
+        moving = water(self)
+        planned = None if moving is None else moving.foretold()
+        return None if planned is None else planned.at
 
     def surges(self, seed: int) -> tuple[Surge, ...]:
         """What the current does in the run with that seed that no plan knows of."""
-        table = self.of_feature("current")
-        return () if table is None else table.surges(seed)
+        moving = water(self)
+        return () if moving is None else moving.surges(seed)
 
 
 def job_of(part: str) -> str:

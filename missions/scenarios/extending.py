@@ -83,6 +83,19 @@ def locating(scenario: Sparse) -> frozenset[str]:
     return frozenset(name for feature in used_in(scenario) for name in feature.locating(scenario))
 
 
+def water(scenario: Sparse) -> Any:
+    """How the water moves; None where it stands.
+
+    Args:
+        scenario: the whole input.
+
+    Returns:
+        The table of the feature by which it does: ``foretold()`` is None or has ``at(depth_m, now_s)``, the velocity by
+        the plan (m/s, east and north); ``surges(seed)`` what no plan knows of.
+    """
+    return next((found for feature in used_in(scenario) if (found := feature.water(scenario)) is not None), None)
+
+
 def with_features(table: str) -> Callable[[type[Table]], type[Table]]:
     """Let a table take in what features bring to it: a decorator of its class.
 

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from exchange.values import VALUE_RULES, ValueRule
+from exchange.queueing.limits import Deadline, Goby
+from exchange.values import ADDITIVE, Age, ValueRule
 from missions.errors import ConfigurationFault
 from missions.scenarios.tables import Raw, table_of
 from remoras.errors import PluginError
 from remoras.plugins import faults_of, named_object
 from worldmodel import suggestion
+
+VALUE_RULES: dict[str, ValueRule] = {rule.name: rule for rule in (ADDITIVE, Goby(), Age(), Deadline())}
+"""The rules that are shipped, by name."""
 
 
 def value_rule_of(name: str) -> ValueRule:

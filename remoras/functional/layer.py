@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence, Set
 from typing import Any
 
 from remoras.activities import ActivitySet, ActivityType
@@ -38,21 +38,24 @@ def _reserve_per_m(data: VehicleData, speed_mps: float) -> float:
     return HOME_MARGIN * (data.power_w(speed_mps) / speed_mps) / data.energy_j
 
 
-def _refuse_unfit(activity_set: ActivitySet, where: str, vehicle: str, sensors: Collection[str]) -> None:
+def _refuse_unfit(
+    activity_set: ActivitySet, where: str, vehicle: str, sensors: Collection[str], vital: Set[str]
+) -> None:
     """Raise PluginError for a set that no vehicle, or not this one, is able to perform.
 
     Args:
         activity_set: of the mission.
         where: what messages call it.
         vehicle: name of the vehicle; sensors: names of those that it has.
+        vital: names of activities of the vehicle itself.
     """
     if not 0.0 <= activity_set.importance <= 1.0:
         raise PluginError(f"{where}: importance is {activity_set.importance}; allowed: 0 to 1")
     for activity in activity_set.activities:
-        if activity.name in VITAL_NAMES:
+        if activity.name in vital:
             raise PluginError(
                 f"{where}: {activity.name!r} is the name of an activity of the vehicle itself; "
-                f"give it another name, none of {', '.join(sorted(VITAL_NAMES))}"
+                f"give it another name, none of {', '.join(sorted(vital))}"
             )
         for name in activity.sensors:
             if name not in sensors:
@@ -186,8 +189,9 @@ class FunctionalLayer:
             PluginError: a set has a vital name, outweighs survival or asks for a sensor that the vehicle does not
                 have; or its behaviour cannot be made.
         """
+        vital = VITAL_NAMES | {need.name for need in self.needs}
         for activity_set in sets:
-            _refuse_unfit(activity_set, self._where(activity_set), self.data.name, self.sensors.names)
+            _refuse_unfit(activity_set, self._where(activity_set), self.data.name, self.sensors.names, vital)
         self._sets = (*VITAL_SETS, *sets, *self.needs)
         known = self._of_set
         self._of_set = {

@@ -77,8 +77,8 @@ VITAL_SETS = (
 )
 """What every vehicle considers, in this order, before the activities of its objectives."""
 
-VITAL_NAMES = frozenset({*(activity_set.name for activity_set in VITAL_SETS), "FixingPosition"})
-"""Names that no activity of a mission may have; the last is of a need that a feature adds."""
+VITAL_NAMES = frozenset(activity_set.name for activity_set in VITAL_SETS)
+"""Names that no activity of a mission may have, beside those of the needs that features add."""
 
 
 def vital_behaviour(activity: Activity, data: VehicleData, bounds_m: Bounds) -> Behaviour:

@@ -9,6 +9,7 @@ import random
 from itertools import pairwise
 
 from exchange.values import Moment, QueuePlace, ValueRule, Waiting
+from worldmodel import Terms
 
 FRAME_S = 20.0
 N_CANDIDATES = 60
@@ -29,7 +30,7 @@ def candidates(draw: random.Random, moment: Moment) -> list[Waiting]:
                 since_slot=max(0, moment.n_slots - slots_ago),
                 credit=draw.choice([0, 0, 7, 300]),
                 n_said=draw.choice([0, 0, 1, 2, 30]),
-                time_to_live_s=draw.choice([math.inf, 30.0, 900.0]),
+                terms=Terms(draw.choice([math.inf, 30.0, 900.0])),
             )
         )
     return found

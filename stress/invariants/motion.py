@@ -8,6 +8,7 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 from missions.fault import Danger
+from missions.scenarios.extending import water
 from remoras.recorder import PACKETS
 from remoras.separation import SAME_DEPTH_M
 from stress.invariants.seam import Moment, Scene
@@ -36,7 +37,7 @@ class Water:
 
 def water_of(scene: Scene) -> Water:
     """How the water moves, as the scenario says."""
-    table = scene.setup.scenario.of_feature("current")
+    table = water(scene.setup.scenario)
     return Water() if table is None else Water(**{field.name: getattr(table, field.name) for field in fields(Water)})
 
 

@@ -17,6 +17,8 @@ from stress.verify.record import TIME_STEP_S, Record
 CLOSE_S = 2.0 * TIME_STEP_S
 NAME = re.compile(r"(\d+)(?:\.e\d+)?[-@]")
 """How a name of an item or a status begins: with the number of its origin."""
+THERE = frozenset({"present", "heard again", "begins anew", "slot conflict"})
+"""Events of a peer that is there; all others say why it is not waited for."""
 Heard = dict[tuple[str, str], list[float]]
 
 
@@ -129,11 +131,11 @@ def _let_go(record: Record, vehicle: str, uid: str, held: dict[tuple[str, str], 
 
 
 def _out_of_count(record: Record) -> dict[tuple[str, str], list[tuple[float, bool]]]:
-    """When a vehicle began and ceased not to wait for a peer: parked, or taken for absent."""
+    """When a vehicle began and ceased not to wait for a peer: which events say."""
     found: dict[tuple[str, str], list[tuple[float, bool]]] = defaultdict(list)
     for table in ("peers", "membership"):
         for time_s, vehicle, peer, event in record[table].rows("time_s", "vehicle", "peer", "event"):
-            found[vehicle, peer].append((time_s, event in ("parked", "absent")))
+            found[vehicle, peer].append((time_s, event not in THERE))
     for events in found.values():
         events.sort()
     return found

@@ -3,7 +3,8 @@
 import pytest
 from nonconforming_values import Counting, Disordered, Endless, Meddling, Nameless, Overtaking
 
-from exchange.values import VALUE_RULES, Moment, ValueRule, Waiting
+from exchange.values import Moment, ValueRule, Waiting
+from missions.scenarios.values import VALUE_RULES
 from stress.conformance.values import check
 
 

@@ -10,7 +10,8 @@ from exchange.packets import Fragment, StatusUid
 from exchange.queueing.queue import Queue
 from exchange.queueing.reasons import Expired, Unsaid
 from exchange.study.selection import select
-from exchange.values import VALUE_RULES, Waiting
+from exchange.values import Waiting
+from missions.scenarios.values import VALUE_RULES
 from worldmodel import STATUS, PropertyValue, Terms
 
 SIZE_BITS = 60

@@ -13,6 +13,7 @@ from remoras.activities import Activity, ActivityType
 from remoras.avoidance import Neighbour
 from remoras.behaviours import DUE, Behaviour, Perception, Reference
 from remoras.database import VehicleData
+from remoras.errors import PluginError
 from remoras.functional.layer import FunctionalLayer
 from remoras.functional.vital import VITAL_SETS
 from remoras.motion import Motion
@@ -73,6 +74,15 @@ class Voyage:
     @property
     def is_fixing(self) -> bool:
         return self.performed == (FIX,)
+
+
+def test_a_mission_cannot_override_the_need_of_who_errs() -> None:
+    """Who knows its place has no such need, and a mission may call an activity so."""
+    own = [activity_set((FIXING.name, ActivityType.GUIDANCE))]
+    with pytest.raises(PluginError, match=f"'{FIXING.name}' is the name of an activity of the vehicle itself"):
+        Voyage().layer.prepare(own)
+    sets = FunctionalLayer(auv(), East(), None, {}, BOUNDS_M, Picture()).prepare(own)
+    assert [of.name for of in sets].count(FIXING.name) == 1
 
 
 @given(st.lists(st.tuples(st.floats(0.0, 400.0), st.floats(0.0, 60.0)), max_size=30), st.floats(0.0, 0.2))

@@ -64,4 +64,4 @@ def test_every_vital_need_guides() -> None:
     sending, *needs = VITAL_SETS
     assert sending.types == 1 << ActivityType.COMMUNICATION
     assert {1 << ActivityType.GUIDANCE} == {one.types for one in needs}
-    assert {"SendingInfluenceSignals", "ReturningHome", "ReturningToArea", "FixingPosition"} == VITAL_NAMES
+    assert {"SendingInfluenceSignals", "ReturningHome", "ReturningToArea"} == VITAL_NAMES

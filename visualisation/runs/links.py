@@ -20,8 +20,8 @@ POINTS = 400
 """Times at which the shades are computed."""
 INCOMING, OUTGOING = "incoming", "outgoing"
 """Directions of a link in the table ``links``: from the peer to the vehicle, and from the vehicle to the peer."""
-PARKED, THERE = "parked", ("heard again", "begins anew")
-"""Events in the table ``peers``: a vehicle does without a peer from now on, or no longer."""
+THERE, SLOT_CONFLICT = ("heard again", "begins anew"), "slot conflict"
+"""Events in the table ``peers``: a peer is there, or two speak as one; all others say why it is done without."""
 
 
 class LinkEstimates(NamedTuple):
@@ -32,14 +32,14 @@ class LinkEstimates(NamedTuple):
         at_s: times.
         incoming: estimated loss by receiver (rows), sender (columns) and time (third axis), as the receiver sees it.
         outgoing: the same, as the sender sees it; the last estimates alone.
-        parked: share of the others that do without a vehicle (rows), at each time (columns).
+        without: share of the others that do without a vehicle (rows), at each time (columns).
     """
 
     vehicles: tuple[str, ...]
     at_s: Floats
     incoming: Floats
     outgoing: Floats
-    parked: Floats
+    without: Floats
 
 
 def link_estimates(results: RunResults) -> LinkEstimates:
@@ -57,14 +57,14 @@ def link_estimates(results: RunResults) -> LinkEstimates:
             incoming[vehicle, peer, np.searchsorted(at_s, row["time_s"]) :] = estimate
         else:
             outgoing[peer, vehicle] = estimate
-    parked = np.zeros((n, POINTS))
-    for (_, name), spans in spans_parked(results, end_s).items():
+    without = np.zeros((n, POINTS))
+    for (_, name), spans in spans_without(results, end_s).items():
         for span in spans if name in number else ():
-            parked[number[name]] += (span.start_s <= at_s) & (at_s < span.end_s)
-    return LinkEstimates(vehicles, at_s, incoming, outgoing, parked / max(1, n - 1))
+            without[number[name]] += (span.start_s <= at_s) & (at_s < span.end_s)
+    return LinkEstimates(vehicles, at_s, incoming, outgoing, without / max(1, n - 1))
 
 
-def spans_parked(results: RunResults, end_s: float) -> dict[tuple[str, str], list[Span]]:
+def spans_without(results: RunResults, end_s: float) -> dict[tuple[str, str], list[Span]]:
     """When a vehicle did without a peer, by vehicle and peer."""
     rows = results.table("peers").to_pylist() if results.has("peers") else []
     return _spans(rows, end_s)
@@ -75,10 +75,11 @@ def _spans(rows: Iterable[Mapping[str, Any]], end_s: float) -> dict[tuple[str, s
     found: dict[tuple[str, str], list[Span]] = {}
     for row in rows:
         pair = row["vehicle"], row["peer"]
-        if row["event"] == PARKED:
+        if row["event"] in THERE:
+            if pair in since_s:
+                found.setdefault(pair, []).append(Span(since_s.pop(pair), row["time_s"]))
+        elif row["event"] != SLOT_CONFLICT:
             since_s.setdefault(pair, row["time_s"])
-        elif row["event"] in THERE and pair in since_s:
-            found.setdefault(pair, []).append(Span(since_s.pop(pair), row["time_s"]))
     for pair, start_s in since_s.items():
         found.setdefault(pair, []).append(Span(start_s, end_s))
     return found
@@ -103,7 +104,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
     square_in = TOP_IN + side_in + shades.names_in(names) + 0.06 + LABEL_IN + 0.06
     strips = (
         ("(a) receivers: estimated loss of what is sent to them", _mean(found.incoming)),
-        ("(b) peers: share of the others that do without them", found.parked),
+        ("(b) peers: share of the others that do without them", found.without),
     )
     squares = (
         ("(c) last estimates of the receivers", found.incoming[:, :, -1]),

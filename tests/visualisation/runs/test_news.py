@@ -152,9 +152,9 @@ def test_estimates_are_those_of_the_table(collisions: Results) -> None:
 def test_a_peer_is_parked_until_it_is_heard_again(collisions: Results) -> None:
     """Of three others A parks D from 200 to 600 s, B from 250 s on, C from 900 s on."""
     found = links.link_estimates(collisions)
-    shares = {time_s: found.parked[3, np.searchsorted(found.at_s, time_s)] for time_s in (190, 210, 300, 700, 950)}
+    shares = {time_s: found.without[3, np.searchsorted(found.at_s, time_s)] for time_s in (190, 210, 300, 700, 950)}
     assert shares == pytest.approx({190: 0.0, 210: 1 / 3, 300: 2 / 3, 700: 1 / 3, 950: 2 / 3})
-    assert not found.parked[:3].any()
+    assert not found.without[:3].any()
 
 
 def test_the_figure_of_links_says_what_it_shows(collisions: Results) -> None:

@@ -4,8 +4,8 @@
 globalThis.R = globalThis.R || {};
 
 (function () {
-  const PARKED = "parked", HEARD_AGAIN = "heard again", ANEW = "begins anew"; // a vehicle does without a silent peer, or no longer
-  const CONFLICT = "slot conflict";
+  const HEARD_AGAIN = "heard again", ANEW = "begins anew", CONFLICT = "slot conflict";
+  const OTHERS = [HEARD_AGAIN, ANEW, CONFLICT]; // what else is noticed of a peer says why a vehicle does without it
 
   // Adds to a run: refusals, rows {time_s, vehicle, sender, slot, reason}; contacts, rows {time_s, vehicle, peer, event, text};
   // parked; and what the methods below answer from.
@@ -35,7 +35,7 @@ globalThis.R = globalThis.R || {};
   // What a vehicle notes of a peer, in words.
   function textOf(run, { peer, event }) {
     const name = peer >= 0 ? run.vehicles[peer].name : "?";
-    if (event === PARKED) return "does without " + name;
+    if (!OTHERS.includes(event)) return "does without " + name;
     if (event === HEARD_AGAIN) return "hears " + name + " again";
     return event === CONFLICT ? "two speak as " + name : name + " " + event;
   }
@@ -45,7 +45,7 @@ globalThis.R = globalThis.R || {};
     const spells = [], open = new Map();
     for (const { event, vehicle, peer, time_s } of run.contacts) {
       const key = [vehicle, peer].join();
-      if (event === PARKED && !open.has(key)) {
+      if (!OTHERS.includes(event) && !open.has(key)) {
         open.set(key, { v: vehicle, peer, from_s: time_s, to_s: Infinity });
         spells.push(open.get(key));
       } else if ((event === HEARD_AGAIN || event === ANEW) && open.has(key)) {
