@@ -11,6 +11,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
+from pydantic import Field
+
 from missions.errors import ConfigurationFault
 
 if TYPE_CHECKING:
@@ -167,3 +169,19 @@ class Feature:
     locating: Callable[[Scenario], Iterable[str]] = lambda scenario: ()
     water: Callable[[Scenario], Any] = lambda scenario: None
     for_all: Sequence[str] = ()
+
+
+def on_unless_off(key: str, description: str, part: Callable[[Joining], Part]) -> Feature:
+    """What vehicles have unless a scenario says ``communication.KEY = false``.
+
+    Args:
+        key: of the table ``communication``.
+        description: of the key.
+        part: takes it out of the vehicles of a run that does without.
+    """
+    off = f"communication.{key}"
+    return Feature(
+        {"communication": {key: (bool, Field(True, description=description))}},
+        part,
+        trials=(Trial(key, f"no {key}", (off,), lambda draws, scenario: {off: False}),),
+    )

@@ -3,43 +3,12 @@
 Exchange managers have summaries unless they are told otherwise, see ``exchange.peering.summaries``.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from pydantic import Field
-
-from missions.feature import Feature, Joining, Trial
+from missions.feature import on_unless_off
 from remoras.events import Part
 
-if TYPE_CHECKING:
-    from remoras.vehicle import Vehicle
-
-KEY, OFF = "summaries", "communication.summaries"
-
-
-def part_of(joining: Joining) -> Part:
-    """Take it out of every vehicle."""
-
-    def equip(vehicle: Vehicle) -> None:
-        vehicle.radio.manager.summaries.clear()
-
-    return Part(equip=equip)
-
-
-FEATURE = Feature(
-    {
-        "communication": {
-            KEY: (
-                bool,
-                Field(
-                    True,
-                    description="vehicles tell, where a packet has room or a peer needs to catch up, up to which "
-                    "number they hold the items of each",
-                ),
-            )
-        }
-    },
-    part_of,
-    trials=(Trial(KEY, f"no {KEY}", (OFF,), lambda draws, scenario: {OFF: False}),),
+FEATURE = on_unless_off(
+    "summaries",
+    "vehicles tell, where a packet has room or a peer needs to catch up, up to which number they hold the items of "
+    "each",
+    lambda joining: Part(equip=lambda vehicle: vehicle.radio.manager.summaries.clear()),
 )
