@@ -61,9 +61,9 @@ def name_of(block: Block) -> str:
     >>> [name_of(Block(2, sequence, 1.5, (PropertyValue(7, 3, True),))) for sequence in (17, STATUS, STATUS - 1)]
     ['2-17', '2@1.5:7.3', '2-p1']
     """
-    if block.is_item:
+    if block.sequence >= 0:
         return str(ItemUid(block.origin, block.sequence, 0, block.epoch))
-    if block.is_status:
+    if block.sequence == STATUS:
         return str(StatusUid(block.origin, block.time_s, block.facts[0].subject, block.facts[0].attribute))
     return f"{_origin(block.origin, block.epoch)}-p{STATUS - block.sequence}"
 

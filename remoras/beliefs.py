@@ -29,7 +29,7 @@ from worldmodel import (
 )
 from worldmodel.abox import Stated
 from worldmodel.facts import Observation as Latest
-from worldmodel.snapshot import as_text
+from worldmodel.snapshot import stored_as_text
 
 Key = tuple[str, str]
 Point = tuple[float, float]
@@ -83,7 +83,8 @@ class Beliefs:
         self._slots: dict[Key, tuple[int, Attribute]] = {}
         self._collected: dict[tuple[int, int], _Collected] = {}  # by subject and attribute, where asked for
         self._by_key: dict[Key, _Collected] = {}  # the same
-        self._banned = model.banned
+        self._trust = model.index.trust
+        self._banned = self._trust.from_s
         self._n_noted = 0
         self._from_s: dict[tuple[int, int], float] = {}  # by subject and attribute, where not all counts
         self.n_told = 0
@@ -151,8 +152,8 @@ class Beliefs:
 
     def note(self) -> None:
         """Bring ``values`` up to date with what was recorded or merged."""
-        if self._banned is not self.model.banned:
-            self._banned = self.model.banned
+        if self._banned is not self._trust.from_s:
+            self._banned = self._trust.from_s
             for slot, one in self._collected.items():
                 self.model.news(one.news)
                 one.values = self._all(slot, one.attribute)
@@ -260,10 +261,10 @@ class Beliefs:
         return self.name(fact.subject), attribute.name, self._plain(attribute, fact.value)
 
     def as_text(self, fact: PropertyValue) -> tuple[str, str, str]:
-        """A fact by names: (subject, attribute, value as text that can be read back exactly)."""
+        """A fact that is held, by names: (subject, attribute, value as text that can be read back exactly)."""
         attribute = self._tbox.attributes[fact.attribute]
         linked = attribute.kind is ValueKind.LINK
-        value = self.name(fact.target) if linked else as_text(self.model, attribute, fact.value)
+        value = self.name(fact.target) if linked else stored_as_text(self.model, attribute, fact.value)
         return self.name(fact.subject), attribute.name, value
 
     def _plain(self, attribute: Attribute, value: Any) -> Any:

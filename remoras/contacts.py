@@ -48,9 +48,12 @@ class Contacts:
 
     Attributes:
         links: what the links from and to each peer lose, by its name.
+        period, due_from: in slots that are, modulo the one, not below the other, ``sent`` writes how the links are.
     """
 
     def __init__(self, names: Sequence[str], me: int, manager: ExchangeManager) -> None:
+        self.period = LINK_FRAMES * len(names)
+        self.due_from = self.period - len(names)
         self._names = names
         self._me = me
         self.links = Links(names, me, manager)
@@ -60,7 +63,7 @@ class Contacts:
         me = self._names[self._me]
         for node, event in sent.noticed:
             recorder.peers.append((now_s, me, self._names[node], event))
-        if sent.slot // len(self._names) % LINK_FRAMES == LINK_FRAMES - 1:
+        if sent.slot % self.period >= self.due_from:
             for name, links in self.links.items():
                 for direction, link in links._asdict().items():
                     if link.n:

@@ -220,6 +220,11 @@ class Organisation:
         held = self._index.roles.get(vehicle)
         return held is not None and group in held
 
+    def shared_groups(self, one: str, other: str) -> frozenset[str]:
+        """Groups in which both vehicles play some role."""
+        roles = self._index.roles
+        return frozenset(roles.get(one, {}).keys() & roles.get(other, {}).keys())
+
     def heads(self, group: str) -> tuple[str, ...]:
         """Vehicles that supervise ``group``."""
         return self._heads.get(group, ())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 
 from exchange.arithmetic import length
@@ -42,12 +42,38 @@ class Body:
     n_fixes: int = 0
 
 
+class Headings(Mapping[str, Point]):
+    """Unit vectors along which vehicles have moved last, by name: (x east, y north).
+
+    Args:
+        positions_m, before_m: as ``Peers`` has them.
+    """
+
+    def __init__(self, positions_m: Mapping[str, Point], before_m: Mapping[str, Point]) -> None:
+        self._positions_m = positions_m
+        self._before_m = before_m
+
+    def __getitem__(self, name: str) -> Point:
+        before_m, position_m = self._before_m[name], self._positions_m[name]
+        east_m, north_m = position_m[0] - before_m[0], position_m[1] - before_m[1]
+        way_m = length(east_m, north_m)
+        return east_m / way_m, north_m / way_m
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._before_m)
+
+    def __len__(self) -> int:
+        return len(self._before_m)
+
+
 @dataclass(slots=True)
 class Peers:
     """The other vehicles, as far as heard; owned by the radio.
 
     Attributes:
-        positions_m: last position known of each vehicle, by name; headings: unit vectors, from the last two of them.
+        positions_m: last position known of each vehicle, by name.
+        before_m: another one where it was before that; who was never seen to move is missing.
+        headings: unit vectors, from the one to the other.
         heard_s: when a packet of each was last heard; who was never heard is missing.
         last_news_s: when a contribution to the mission was last heard of.
         links: what the links from and to each peer lose, as far as it can be told.
@@ -55,20 +81,15 @@ class Peers:
     """
 
     positions_m: dict[str, Point] = field(default_factory=dict)
-    headings: dict[str, Point] = field(default_factory=dict)
+    before_m: dict[str, Point] = field(default_factory=dict)
+    headings: Headings = field(init=False, compare=False)
     heard_s: dict[str, float] = field(default_factory=dict)
     last_news_s: float = -math.inf
     links: Mapping[str, PeerLinks] = field(default_factory=dict)
     unheard: Mapping[str, Collection[str]] = field(default_factory=dict)
 
-    def saw(self, name: str, position_m: Point) -> None:
-        """Note a newer position of a vehicle."""
-        before = self.positions_m.get(name)
-        if before is not None and before != position_m:
-            east_m, north_m = position_m[0] - before[0], position_m[1] - before[1]
-            way_m = length(east_m, north_m)
-            self.headings[name] = east_m / way_m, north_m / way_m
-        self.positions_m[name] = position_m
+    def __post_init__(self) -> None:
+        self.headings = Headings(self.positions_m, self.before_m)
 
 
 @dataclass(slots=True)

@@ -15,13 +15,14 @@ from exchange.manager import ExchangeManager
 from exchange.packets import Fragment, InfluenceSignal, ItemUid, Reception, Transmission, name_of
 from remoras.beliefs import Beliefs, Fact
 from remoras.contacts import EVENTS, Contacts
-from remoras.contents import BitCount
+from remoras.contents import Content, content_of
 from remoras.deliveries import note_acknowledged, note_expired, note_slot
 from remoras.jumps import Jumps
 from remoras.organisation import Group, Organisation
 from remoras.picture import Peers
 from remoras.recorder import Recorder
 from remoras.strategy import Declaration
+from remoras.work import Point
 from worldmodel import STATUS, Block, Change, FaultCode, Needs, PropertyValue, TBox, merge, tidy
 from worldmodel.snapshot import uncertainty_as_text
 
@@ -74,6 +75,20 @@ def _news_attributes(tbox: TBox) -> frozenset[int]:
     return frozenset(a.uid for a in tbox.attributes if job is not None and tbox.is_a(a.domain, job))
 
 
+def note_position(peers: Peers, name: str, position_m: Point) -> None:
+    """Note a newer position of a vehicle, and where it was before, if it has moved.
+
+    Args:
+        peers: the part of the picture that has them.
+        name: of the vehicle.
+        position_m: where it is.
+    """
+    before_m = peers.positions_m.get(name)
+    if before_m is not None and before_m != position_m:
+        peers.before_m[name] = before_m
+    peers.positions_m[name] = position_m
+
+
 class Radio:
     """Sends and receives for one vehicle.
 
@@ -123,7 +138,8 @@ class Radio:
         self._position = beliefs.model.tbox.attribute_named("position").uid
         self._jumps = Jumps(self._position, top_speeds_mps)
         self._news = _news_attributes(beliefs.model.tbox)
-        self._bits = BitCount(beliefs.model.tbox, declaration.messages, recorder.bits)
+        self._contents = tuple(content_of(kind, declaration.messages) for kind in beliefs.model.tbox.attributes)
+        self._bits = recorder.bits
         self._signalling = {
             beliefs.uid(group.path(role.name)): Signalling(group.name, role.name, role.influences)
             for group in groups
@@ -173,9 +189,9 @@ class Radio:
         if block.sequence < STATUS:
             self._record_facts(block, name_of(block), "kept", now_s)
             return
-        if block.is_status:
+        if block.sequence == STATUS:
             self._record_facts(block, name_of(block), "status", now_s)
-        addressed = {} if block.is_status else who(change)
+        addressed = {} if block.sequence == STATUS else who(change)
         for fragment in self.manager.offer([change], [self._names.index(name) for name in addressed]):
             uid = fragment.uid
             self._record_facts(fragment, str(uid), "told", now_s)
@@ -208,11 +224,27 @@ class Radio:
         if offered and above == 0:
             self.manager.offer_signals(offered)
         sent = self.manager.packet_to_send(now_s, above)
-        self._bits.add(sent)
+        self._count_bits(sent)
         if queue.unsaid or queue.expired:
             note_slot(self._recorder, self._me, queue, sent.slot, now_s)
-        self._contacts.sent(sent, now_s, self._recorder)
+        contacts = self._contacts
+        if sent.noticed or sent.slot % contacts.period >= contacts.due_from:
+            contacts.sent(sent, now_s, self._recorder)
         return sent
+
+    def _count_bits(self, sent: Transmission) -> None:
+        """Count the bits of a packet by their contents.
+
+        A fragment counts as what its first fact is, with the bits that delimit and name it. Headers are the rest: those
+        of packets, with the acknowledgements, and what fills the last byte.
+        """
+        counts = self._bits
+        rest = sent.size_bits - sent.signals_bits
+        counts[Content.SIGNALS] += sent.signals_bits
+        for attribute, size_bits in sent.fragments:
+            counts[self._contents[attribute]] += size_bits
+            rest -= size_bits
+        counts[Content.HEADERS] += rest
 
     def least_priority(self, now_s: float) -> float:
         """Priority above which things may be sent at a time (s): 0 for all, infinite for nothing."""
@@ -256,7 +288,7 @@ class Radio:
         """The blocks without those by which a peer has jumped; these are told of, and set aside."""
         likely: list[Block] = []
         for block in blocks:
-            jump = self._jumps.suspected(block) if block.is_status else None
+            jump = self._jumps.suspected(block) if block.sequence == STATUS else None
             if jump is None:
                 likely.append(block)
             else:
@@ -276,7 +308,7 @@ class Radio:
         return self._merged(renewal.blocks, now_s)
 
     def _merged(self, blocks: Sequence[Block], now_s: float) -> tuple[Change, ...]:
-        merged = merge(self._beliefs.model, blocks, now_s)
+        merged = merge(self._beliefs.model, blocks, now_s, judged=True)  # by the codec
         for fault in merged.faults:
             self._record_fault(now_s, f"refused block: {fault.code}", fault.detail)
             if fault.code in GIVEN_UP:
@@ -297,7 +329,7 @@ class Radio:
         for change in changes:
             for fact in change.new_latest:
                 if fact.attribute == self._position:
-                    self._peers.saw(self._beliefs.name(fact.subject), fact.value)  # type: ignore[arg-type]
+                    note_position(self._peers, self._beliefs.name(fact.subject), fact.value)  # type: ignore[arg-type]
 
     def _note_unheard(self) -> None:
         unheard: dict[str, set[str]] = {}

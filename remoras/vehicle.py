@@ -12,7 +12,7 @@ and the executive layer. Every step returns a value; nothing calls back up.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 
 import mesa
@@ -95,6 +95,8 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         self._may_have_replanned = True  # since the rows of plans were written last
         self._weighed: tuple[ActivitySet, ...] = ()
         self._uneventful: Sequence[Perception] = ()  # perceived last, if nothing was to be made known of it
+        self._organisation = self.social.organisation
+        self._shared: dict[str, frozenset[str]] = {}  # by peer: groups that both are members of
         self._run_log.founded(self.social.organisation, self.social.objectives.values(), began_s)
         self._adopt()
 
@@ -210,9 +212,10 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         """End of a TDMA frame: what was heard in it counts, and what is made of it. True if something changed here."""
         if not self.is_alive:
             return False
-        self._may_have_replanned = True
         self.radio.tidy(now_s)
-        changed = self._look_around(now_s) | self._take_effect(now_s)
+        changed = self._look_around(now_s)
+        self._may_have_replanned |= self.social.consultation_due
+        changed |= self._take_effect(now_s)
         calls = self.executive.calls(now_s) if self.radio.influences else {}
         for facts, told in self.social.negotiate(now_s, self.functional.believed, calls):
             self.conclude(facts, now_s, told)
@@ -226,6 +229,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         seen = self.social.look_around(now_s)
         if seen is None:
             return False
+        self._may_have_replanned = True
         self._run_log.peers(now_s, seen.events)
         self.conclude(seen.facts, now_s)
         for fact in seen.passed_on:
@@ -282,14 +286,25 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         self._consider(changes, now_s)
         for tell in self.heard:
             tell(reception, 8 * len(data), now_s)
-        organisation = self.social.organisation
+        shared = self._shared_with(emitter) if signals else ()
         for (group, role, addressed), value in signals:
-            if organisation.is_member(self.name, group) and organisation.is_member(emitter, group):
+            if group in shared:
                 for message in addressed:
                     self.executive.hear((group, message), emitter, role, value, now_s, reception.slot)
         if self.social.planner.due:
             self.think(now_s, 0.0)
         return reception
+
+    def _shared_with(self, peer: str) -> Collection[str]:
+        """Groups that this vehicle and a peer are members of; kept until the organisation is another."""
+        organisation = self.social.organisation
+        if organisation is not self._organisation:
+            self._organisation = organisation
+            self._shared.clear()
+        shared = self._shared.get(peer)
+        if shared is None:
+            shared = self._shared[peer] = organisation.shared_groups(self.name, peer)
+        return shared
 
     def take_in(self, changes: Sequence[Change], now_s: float) -> None:
         """Act on what has changed in the world model otherwise than by a packet heard or something found out."""
@@ -314,7 +329,8 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         if considered is NOTHING_CONSIDERED and not self._may_have_replanned:
             return
         self._may_have_replanned = False
-        self._run_log.rulings(now_s, considered.rulings)
+        if considered.rulings:
+            self._run_log.rulings(now_s, considered.rulings)
         if considered.activities_due:
             self._adopt()
         self._run_log.plans(now_s, self.social.planner.executions, self.social.pursuit.executions)

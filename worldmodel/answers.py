@@ -108,8 +108,11 @@ class Answers(StoredItems):
 
     def value(self, subject: int, attribute: int, default: Value | None = None) -> Value | None:
         """Return the latest value of a slot, or ``default`` when there is none."""
-        observation = self.latest(subject, attribute)
-        return default if observation is None else observation.value
+        entries = self.index.slots.get((subject, attribute))
+        if entries is None:
+            return default
+        newest = entries[-1]
+        return newest.facts[0].value if isinstance(newest, Block) else newest.value
 
     def statuses(self) -> Iterator[Block]:
         """Yield the statuses that are held, the newest of each slot and origin, each as a block of one fact."""

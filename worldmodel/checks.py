@@ -16,7 +16,6 @@ clash, whether the two classes are declared disjoint or not. Facts of one block 
 """
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 from worldmodel.facts import EPOCHS, MOST_ITEMS, STATUS, Block, Fault, FaultCode, PropertyValue
@@ -33,37 +32,6 @@ class CheckResult:
 
 
 _SOUND = CheckResult()
-_NEVER_S = math.inf
-
-
-def soundness(store: Store) -> Callable[[Block], bool]:
-    """Return a quick check of items and statuses of other vehicles: True if both checks pass, False if in doubt."""
-    n_origins, owner, step_s = store.n_origins, store.owner, store.time_resolution_s
-    numerator, denominator = store.time_ratio
-    row_of, mask_of = store.tables.unpacked.get, store.index.masks.get
-    latest_only = store.tables.latest_only
-
-    def is_sound(block: Block) -> bool:
-        origin, sequence, time_s, facts, epoch = block
-        if not (0 <= origin < n_origins and STATUS <= sequence < MOST_ITEMS and 0 <= epoch < EPOCHS and facts):
-            return False
-        if origin == owner or not 0 <= time_s < _NEVER_S:
-            return False
-        if round(time_s / step_s) * numerator / denominator != time_s:
-            return False
-        for subject, attribute, value, uncertainty in facts:
-            row = row_of(attribute)
-            if row is None or uncertainty is not None or (sequence == STATUS and attribute not in latest_only):
-                return False
-            quantise, domain, range_class = row
-            stored = quantise(value)
-            if stored is None or stored != value or not mask_of(subject, 0) >> domain & 1:
-                return False
-            if range_class >= 0 and not mask_of(stored, 0) >> range_class & 1:
-                return False
-        return True
-
-    return is_sound
 
 
 def check_form(store: Store, block: Block) -> tuple[Fault, ...]:

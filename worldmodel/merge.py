@@ -29,17 +29,19 @@ would hide the truth until that time comes. It has not arrived, so a sound copy 
 
 import math
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 from worldmodel.arrivals import NOTHING
-from worldmodel.checks import check_fit, check_form, soundness
-from worldmodel.facts import STATUS, Block, Change, Fault, FaultCode, Merged
+from worldmodel.checks import check_fit, check_form
+from worldmodel.facts import EPOCHS, MOST_ITEMS, STATUS, Block, Change, Fault, FaultCode, Merged
 from worldmodel.revision import Revision
 from worldmodel.store import Store
 from worldmodel.tbox import TYPE_UID
 
+_NEVER_S = math.inf
 
-def merge(store: Store, blocks: Iterable[Block], now_s: float | None = None) -> Merged:
+
+def merge(store: Store, blocks: Iterable[Block], now_s: float | None = None, judged: bool = False) -> Merged:
     """Add ``blocks``, local or received, in whatever order; those already known are passed over.
 
     Args:
@@ -47,6 +49,7 @@ def merge(store: Store, blocks: Iterable[Block], now_s: float | None = None) -> 
         blocks: the blocks; nothing that a block contains raises an error.
         now_s: when they arrived (s); without it no block is of the future, and a block that waits is taken to have
             come when it was recorded.
+        judged: True if all values are known to be as their attributes have them: who decoded them has said so.
 
     Returns:
         The blocks that went in, with those that an earlier ``record`` set free, and the faults found.
@@ -55,7 +58,7 @@ def merge(store: Store, blocks: Iterable[Block], now_s: float | None = None) -> 
     changes, faults = list(arrivals.unreported.changes), list(arrivals.unreported.faults)
     arrivals.unreported = NOTHING
     arrivals.now_s = now_s
-    is_sound = soundness(store)
+    is_sound = _soundness(store, judged)
     latest_s = math.inf if now_s is None else now_s
     for block in blocks:
         if block.time_s > latest_s and now_s is not None:
@@ -74,6 +77,39 @@ def merge(store: Store, blocks: Iterable[Block], now_s: float | None = None) -> 
         changes += went_in
         faults += refused
     return Merged(tuple(changes), tuple(faults))
+
+
+def _soundness(store: Store, judged: bool) -> Callable[[Block], bool]:
+    """Return a quick check of items and statuses of other vehicles: True if both checks pass, False if in doubt."""
+    n_origins, owner, step_s = store.n_origins, store.owner, store.time_resolution_s
+    numerator, denominator = store.time_ratio
+    row_of, mask_of = store.tables.unpacked.get, store.index.masks.get
+    latest_only = store.tables.latest_only
+
+    def is_sound(block: Block) -> bool:
+        origin, sequence, time_s, facts, epoch = block
+        if not (0 <= origin < n_origins and STATUS <= sequence < MOST_ITEMS and 0 <= epoch < EPOCHS and facts):
+            return False
+        if origin == owner or not 0 <= time_s < _NEVER_S:
+            return False
+        if round(time_s / step_s) * numerator / denominator != time_s:
+            return False
+        for subject, attribute, value, uncertainty in facts:
+            row = row_of(attribute)
+            if row is None or uncertainty is not None or (sequence == STATUS and attribute not in latest_only):
+                return False
+            quantise, domain, range_class = row
+            if not judged:
+                stored = quantise(value)
+                if stored is None or stored != value:
+                    return False
+            if not mask_of(subject, 0) >> domain & 1:
+                return False
+            if range_class >= 0 and not mask_of(value, 0) >> range_class & 1:  # type: ignore[arg-type]  # a link
+                return False
+        return True
+
+    return is_sound
 
 
 def expire(store: Store, now_s: float) -> tuple[Fault, ...]:

@@ -266,6 +266,11 @@ def as_text(model: Store, attribute: Attribute, value: Value) -> str:
     stored = None if row is None else row.quantise(value)
     if stored is None:
         stored = attribute.quantise(value)  # says what is wrong
+    return stored_as_text(model, attribute, stored)
+
+
+def stored_as_text(model: Store, attribute: Attribute, stored: Value) -> str:
+    """The same of a value that a world model holds."""
     match attribute.kind:
         case ValueKind.TYPE:
             return model.tbox.classes[cast(int, stored)].name

@@ -234,8 +234,8 @@ class PeerStates:
         self._me = me
         self._n_nodes = n_nodes
         self._states = states
-        self._answers = kind.carries
-        self._period_frames = kind.period_frames
+        frames, nodes = range(kind.period_frames), range(n_nodes)
+        self._answering = [[kind.carries(n_nodes, frame, node, node, me) for node in nodes] for frame in frames]
         self.epochs = [0] * n_nodes
         """The newest epoch heard of each node."""
         self.away = 0
@@ -345,9 +345,8 @@ class PeerStates:
         for node in range(self._n_nodes):
             if own >> node & 1 and (about is None or self._begun_frame[node] <= about):
                 self._informed[node] |= 1 << sender
-        if lasting >> self._me & 1 and self._answers(
-            self._n_nodes, frame % self._period_frames, sender, sender, self._me
-        ):
+        answering = self._answering
+        if lasting >> self._me & 1 and answering[frame % len(answering)][sender]:
             self._count_answer(sender, bool(own >> self._me & 1), is_asked)
         heeded = 1 << sender
         if frame > max(self._doubted_until):

@@ -456,7 +456,7 @@ class Codec:
         for fragment in packet.fragments:
             for fact in fragment.facts:
                 row = self._rows.get(fact.attribute)
-                if row is not None and row.quantise(fact.value) is None:
+                if row is not None and ((stored := row.quantise(fact.value)) is None or stored != fact.value):
                     name = self._facts.attribute(fact.attribute).name
                     return packet, f"{name} is {fact.value}, out of its range"
         return packet, None

@@ -13,6 +13,7 @@ from remoras.behaviours import Behaviour, Perception, Reference
 from remoras.database import VehicleData
 from remoras.motion import Motion
 from remoras.picture import Body, Groups, Picture
+from remoras.radio import note_position
 from remoras.sensor import Observation
 
 N_MOMENTS = 150
@@ -49,7 +50,7 @@ def story(data: VehicleData, peers: Sequence[str], groups: Sequence[str], seed: 
         )
         if number > N_MOMENTS // 10:
             for name in peers:
-                picture.peers.saw(name, (draw.uniform(-FIELD_M, FIELD_M), draw.uniform(-FIELD_M, FIELD_M)))
+                note_position(picture.peers, name, (draw.uniform(-FIELD_M, FIELD_M), draw.uniform(-FIELD_M, FIELD_M)))
                 picture.peers.heard_s[name] = picture.body.now_s
             if draw.random() < 0.1:
                 picture.peers.last_news_s = picture.body.last_yield_s = picture.body.now_s

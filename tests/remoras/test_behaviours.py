@@ -20,6 +20,7 @@ from remoras.behaviours import (
 )
 from remoras.motion import Motion
 from remoras.picture import Picture
+from remoras.radio import note_position
 
 
 def at(x_m: float, y_m: float = 0.0) -> Motion:
@@ -61,12 +62,12 @@ def test_following_keeps_up_with_the_leader() -> None:
     following, picture = FollowingLeader(("AUV01", "AUV00"), 40.0, AUV), Picture()
     assert following.perceive(at(0.0), picture, False) == IDLE  # nobody has been heard
     assert following.reference(at(0.0), picture) is None
-    picture.peers.saw("AUV00", (100.0, 0.0))
+    note_position(picture.peers, "AUV00", (100.0, 0.0))
     assert following.perceive(at(0.0), picture, True) == DUE
     assert following.reference(at(0.0), picture) == Reference((100.0, 0.0), 2.0)
     picture.body.now_s = 1.0
     assert following.perceive(at(2.0), picture, True) == ADVANCING
-    picture.peers.saw("AUV00", (110.0, 0.0))
+    note_position(picture.peers, "AUV00", (110.0, 0.0))
     picture.body.now_s = 2.0
     assert following.perceive(at(4.0), picture, True) == STANDING  # a leader that leads on is no setback
     assert following.perceive(at(70.0), picture, True) == IDLE
@@ -74,7 +75,7 @@ def test_following_keeps_up_with_the_leader() -> None:
 
 def test_a_leader_waits_for_who_falls_behind() -> None:
     leading, picture = LeadingFollowers(("AUV01", "AUV02"), "Operational", 80.0), Picture()
-    picture.peers.saw("AUV01", (0.0, 100.0))
+    note_position(picture.peers, "AUV01", (0.0, 100.0))
     assert leading.perceive(at(0.0), picture, False) == IDLE  # they are not moving together yet
     picture.groups.gathered.add("Operational")
     assert leading.perceive(at(0.0), picture, False) == IDLE  # it has never come
@@ -92,9 +93,9 @@ def test_places_in_the_formation_turn_with_the_leader(offset: tuple[float, float
     """The leader goes north: to its left is west."""
     positioning, picture = Positioning(("AUV00",), "Operational", offset, AUV), Picture()
     picture.groups.gathered.add("Operational")
-    picture.peers.saw("AUV00", (100.0, -10.0))
+    note_position(picture.peers, "AUV00", (100.0, -10.0))
     assert positioning.perceive(at(0.0), picture, False) == IDLE  # its course is not known yet
-    picture.peers.saw("AUV00", (100.0, 0.0))
+    note_position(picture.peers, "AUV00", (100.0, 0.0))
     assert positioning.perceive(at(0.0), picture, False) == DUE
     reference = positioning.reference(at(0.0), picture)
     assert reference is not None
@@ -106,20 +107,20 @@ def test_places_in_the_formation_turn_with_the_leader(offset: tuple[float, float
 
 def test_a_formation_is_taken_when_the_group_is_together() -> None:
     positioning, picture = Positioning(("AUV00",), "Operational", (0.0, 15.0), AUV), Picture()
-    picture.peers.saw("AUV00", (0.0, 0.0))
-    picture.peers.saw("AUV00", (10.0, 0.0))
+    note_position(picture.peers, "AUV00", (0.0, 0.0))
+    note_position(picture.peers, "AUV00", (10.0, 0.0))
     assert positioning.perceive(at(0.0), picture, False) == IDLE
     assert positioning.reference(at(0.0), picture) is None
 
 
 def test_a_heading_comes_from_two_different_positions() -> None:
     picture = Picture()
-    picture.peers.saw("AUV00", (0.0, 0.0))
-    picture.peers.saw("AUV00", (0.0, 0.0))
+    note_position(picture.peers, "AUV00", (0.0, 0.0))
+    note_position(picture.peers, "AUV00", (0.0, 0.0))
     assert picture.peers.headings == {}
-    picture.peers.saw("AUV00", (-5.0, 0.0))
+    note_position(picture.peers, "AUV00", (-5.0, 0.0))
     assert picture.peers.headings == {"AUV00": (-1.0, 0.0)}
-    picture.peers.saw("AUV00", (-5.0, 0.0))
+    note_position(picture.peers, "AUV00", (-5.0, 0.0))
     assert picture.peers.headings == {"AUV00": (-1.0, 0.0)}
 
 

@@ -26,7 +26,7 @@ from missions.meeting.meeting import Meeting
 from missions.meeting.truth import MeetingTruth
 from missions.runs import assembly, metrics
 from remoras import authority, motion, radio, traffic, vehicle
-from remoras.contents import BitCount, Content
+from remoras.contents import Content
 from remoras.current import Current
 from remoras.database import VehicleData
 from remoras.fault_events import FaultChanges
@@ -118,16 +118,16 @@ def believe_that_all_hold_what_is_new_here(patch: Patch) -> None:
 
 
 def shift_what_is_merged(patch: Patch) -> None:
-    def merge(model: Any, blocks: Any, now_s: float) -> Merged:
+    def merge(model: Any, blocks: Any, now_s: float, judged: bool) -> Merged:
         shifted = [one._replace(time_s=max(0.0, one.time_s - 0.1)) if now_s > 100.0 else one for one in blocks]
-        return REAL_MERGE(model, shifted, now_s)
+        return REAL_MERGE(model, shifted, now_s, judged)
 
     patch.setattr(radio, "merge", merge)
 
 
 def merge_all_facts_but_the_last(patch: Patch) -> None:
-    def merge(model: Any, blocks: Any, now_s: float) -> Merged:
-        return REAL_MERGE(model, [one._replace(facts=one.facts[:-1] or one.facts) for one in blocks], now_s)
+    def merge(model: Any, blocks: Any, now_s: float, judged: bool) -> Merged:
+        return REAL_MERGE(model, [one._replace(facts=one.facts[:-1] or one.facts) for one in blocks], now_s, judged)
 
     patch.setattr(radio, "merge", merge)
 
@@ -275,13 +275,13 @@ def leave_out_the_longest_wait(patch: Patch) -> None:
 
 
 def count_a_byte_less_of_headers(patch: Patch) -> None:
-    sound = BitCount.add
+    sound = radio.Radio._count_bits
 
-    def add(self: BitCount, sent: Any) -> None:
+    def count(self: radio.Radio, sent: Any) -> None:
         sound(self, sent)
-        self._counts[Content.HEADERS] -= 8
+        self._bits[Content.HEADERS] -= 8
 
-    patch.setattr(BitCount, "add", add)
+    patch.setattr(radio.Radio, "_count_bits", count)
 
 
 def see_nobody(patch: Patch) -> None:

@@ -42,6 +42,7 @@ from worldmodel import (
     FactError,
     Keeping,
     Lacking,
+    PropertyValue,
     WorldModel,
     core_ontology_paths,
     expire,
@@ -49,6 +50,7 @@ from worldmodel import (
     read_tbox,
 )
 from worldmodel.checks import CheckResult
+from worldmodel.tables import compiled_attributes
 
 NEW = first_uid_of(1)
 
@@ -93,6 +95,21 @@ def test_what_is_in_passes_the_checks_and_what_is_not_does_not(blocks: list[Bloc
     assert all(check(model, b).faults for b in model.arrivals.refused.values())
     assert all(check(model, b) != CheckResult() for b in model.arrivals.waiting.values())
     assert {b.guid for b in everything(model)} == {b.guid for b in blocks}
+
+
+@settings(max_examples=60, deadline=None)
+@given(any_blocks)
+def test_blocks_whose_values_are_judged_already_come_to_the_same(blocks: list[Block]) -> None:
+    """All else is looked at: origins, times, classes of subjects and targets, what is known under the same name."""
+    rows = compiled_attributes(TBOX).rows
+
+    def is_right(fact: PropertyValue) -> bool:
+        return fact.attribute not in rows or rows[fact.attribute].quantise(fact.value) == fact.value is not None
+
+    right = [of for of in blocks if all(map(is_right, of.facts))]
+    model = fleet_model()
+    merge(model, right, judged=True)
+    assert picture(model) == picture(merged(right))
 
 
 @settings(max_examples=60, deadline=None)
