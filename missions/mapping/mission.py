@@ -27,7 +27,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property, partial
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, ClassVar, Self
 
 from missions.errors import ConfigurationFault
@@ -140,12 +139,12 @@ class MappingMission(Mission):
         rally_points_m: Mapping[str, Point],
         cell_m: float,
         swaths_m: Mapping[str, Mapping[str, float]],
-        places: Sequence[Place] = (),
-        finds: FindsTable = NO_FINDS,
-        find_weight: float = 1.0,
-        depths_m: Mapping[str, float] = MappingProxyType({}),
-        objects: Sequence[SeaObject] = (),
-        fix_m: float = 0.0,
+        places: Sequence[Place],
+        finds: FindsTable,
+        find_weight: float,
+        depths_m: Mapping[str, float],
+        objects: Sequence[SeaObject],
+        fix_m: float,
     ) -> None:
         self.settings = settings
         self.groups = {group.name: group for group in groups}

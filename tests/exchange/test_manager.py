@@ -3,6 +3,7 @@
 import random
 
 import pytest
+from exchange_lives import Sea
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -93,6 +94,18 @@ def test_what_those_hold_to_whom_it_is_addressed_gives_way_to_what_they_lack():
         fleet.managers[0].offer([model.record([cells(3, 9)[cell][:3]], 0.0)], [peer])
     fleet.pass_frames(2)
     assert [entry.priority for entry in fleet.managers[0]._ledger.entries] == [5, 50]
+
+
+def test_what_nobody_waited_for_but_its_addressee_is_as_urgent_once_it_has_lost_it():
+    """Node 2 confirms its role behind node 1, by which it is settled; then node 2 begins anew without it."""
+    sea = Sea(3, "ack")
+    sea.managers[0].offer([sea.models[0].record([(2, PLAYS_ROLE, role(3))], 0.0)], [2])
+    sea.pass_frames(2)
+    assert sea.n_open == 0
+    sea.restart(2, keeps=False)
+    sea.pass_frames(1)
+    assert sea.n_open == 1
+    assert [entry.priority for entry in sea.managers[0]._ledger.entries] == [50]
 
 
 def test_with_repeat_a_peer_passes_on_what_its_origin_cannot_deliver():

@@ -46,7 +46,7 @@ def outlooks(vehicles: AUVDatabase) -> dict[str, Outlook]:
     return {name: Outlook(0.0, (60.0 * n, 0.0)) for n, name in enumerate(vehicles)}
 
 
-@pytest.mark.parametrize("apart", [{}, {0: 3, 1: 4}])
+@pytest.mark.parametrize("apart", [{}, {0: 3, 1: 4}, {2: 0}])
 def test_no_division_of_six_jobs_among_three_ends_earlier(apart: dict[int, int]) -> None:
     """All 3^6 = 729 divisions are tried, but for those that give to one vehicle what no vehicle may do together."""
     vehicles = fleet()

@@ -140,6 +140,18 @@ def test_nobody_has_two_roles_of_a_group_that_two_could_have() -> None:
     assert formed.members("Team", "Eye") == ("AUV00",)
 
 
+def test_incompatible_roles_are_both_held_where_one_after_the_other_would_leave_one_open() -> None:
+    """AUV00 comes first for both roles, and AUV01 is able to hold the Hand alone."""
+    apart = [frozenset({("Team", name)}) for name in ("Eye", "Hand")]
+    roles = [
+        RoleSpecification(n, 1, 1, founding=True, incompatible=a) for n, a in zip(("Hand", "Eye"), apart, strict=True)
+    ]
+    both = ("Hand", "Eye")
+    fleet = database(auv("AUV00", playable_roles=both, energy_j=9.0e6), auv("AUV01", playable_roles=("Hand",)))
+    formed = founded(fleet, (Group("Team", tuple(roles)),))
+    assert [formed.members("Team", name) for name in both] == [("AUV01",), ("AUV00",)]
+
+
 def test_teams_within_one_group_share_the_vehicles() -> None:
     """Each team has a Tactician of its own as its head, and the other vehicles in turns."""
     fleet_group = Group("Fleet", (RoleSpecification("Tactician", 1, 3, founding=True),))

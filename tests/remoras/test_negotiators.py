@@ -192,6 +192,21 @@ def test_a_job_that_changes_hands_is_left_and_taken_in_one_block() -> None:
     assert moved == [(("AUV01", "leftRole", role), ("AUV02", "playsRole", role))]
 
 
+@pytest.mark.parametrize("is_able", [True, False])
+def test_a_queued_job_is_offered_only_to_who_is_able_to_do_it(is_able: bool) -> None:
+    """AUV01 has both jobs and takes days; AUV02 would have done the right one, to which it turns last, earlier."""
+    slow = auv("AUV01", playable_roles=("Hand", *ABLE), transit_speed_mps=0.0005)
+    idle = auv("AUV02", playable_roles=("Hand", *(ABLE if is_able else ABLE[:1])))
+    fleet = database(TWO_HANDS["AUV00"], slow, idle)
+    organisation = ContractNet().form(fleet, [PAIR])
+    for role in ABLE:
+        organisation, _ = organisation.assign("AUV01", "Pair", role)
+    given = Heard("AUV00", ROUND_S, tuple(("AUV01", "playsRole", f"Pair.{role}") for role in ABLE))
+    hand = ContractNet().negotiator("AUV01", PAIR)
+    said = [what for _, what, _ in stated(hand.negotiate(situation(1, Work(PAIR, organisation, fleet, JOBS), given)))]
+    assert ("auctionEnds" in said) is is_able
+
+
 @pytest.mark.parametrize("is_heard", [True, False])
 def test_a_job_that_is_not_acknowledged_goes_to_another(is_heard: bool) -> None:
     work = two_hands(Central(), ("Left", "AUV01"), ("Right", "AUV02"))

@@ -460,3 +460,13 @@ def test_what_is_left_is_the_same_with_positions_and_without(fleet: Fleet) -> No
     hear(heard, say(named(fleet, "AUV02"), ("left", "areaDone", "AUV02")))
     for positions_m in ({}, None):
         assert "left" in heard.social._work(positions_m)["Operational"].done
+
+
+def test_a_head_that_waits_for_work_to_be_done_has_still_to_give_it_out(fleet: Fleet) -> None:
+    """So it does not count its wait for the others as overdue, in whatever round it is asked."""
+    _, said = planned(fleet)
+    coordinator = named(fleet, "AUV00")
+    say(coordinator, *said)
+    for now_s in (10.0, 20.0, 30.0):
+        coordinator.consult(now_s)
+        assert coordinator.social.gives_out("Operational")
