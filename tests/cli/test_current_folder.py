@@ -63,6 +63,28 @@ def study(folder: Path) -> None:
     (folder / "study.toml").write_text(text, encoding="utf-8")
 
 
+def test_a_finder_serves_names_that_are_asked_for_and_what_came_from_its_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    finder = PluginFolders()
+    monkeypatch.setattr(plugin_folders, "_finder", finder)
+    monkeypatch.setattr(sys, "meta_path", [*sys.meta_path])
+    for name in ("planted_part", "planted_other"):
+        (tmp_path / f"{name}.py").write_text("value = 1\n", encoding="utf-8")
+    (tmp_path / "planted_whole.py").write_text("import planted_part\n", encoding="utf-8")
+    try:
+        assert importable(f"{tmp_path}/planted_whole.py:planted_part") == "planted_whole:planted_part"
+        with pytest.raises(ModuleNotFoundError):
+            __import__("planted_other")
+        assert named_object("planted_whole:planted_part").value == 1
+        with pytest.raises(ModuleNotFoundError):
+            __import__("planted_other")
+        assert str(tmp_path) not in sys.path
+    finally:
+        for name in ("planted_whole", "planted_part", "planted_other"):
+            sys.modules.pop(name, None)
+
+
 def test_no_command_executes_what_a_library_would_like_to_import(tmp_path: Path) -> None:
     plant(tmp_path, *OPTIONAL, "numpy", "pyarrow")
     study(tmp_path)
@@ -108,25 +130,3 @@ def test_workers_of_a_sweep_find_it_too(tmp_path: Path) -> None:
     assert '"failed": 0' in done.stdout, done.stdout
     assert sung(tmp_path) == []
     assert sung(inner) == ["helper", "later", "mine"]
-
-
-def test_a_finder_serves_names_that_are_asked_for_and_what_came_from_its_folder(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    finder = PluginFolders()
-    monkeypatch.setattr(plugin_folders, "_finder", finder)
-    monkeypatch.setattr(sys, "meta_path", [*sys.meta_path])
-    for name in ("planted_part", "planted_other"):
-        (tmp_path / f"{name}.py").write_text("value = 1\n", encoding="utf-8")
-    (tmp_path / "planted_whole.py").write_text("import planted_part\n", encoding="utf-8")
-    try:
-        assert importable(f"{tmp_path}/planted_whole.py:planted_part") == "planted_whole:planted_part"
-        with pytest.raises(ModuleNotFoundError):
-            __import__("planted_other")
-        assert named_object("planted_whole:planted_part").value == 1
-        with pytest.raises(ModuleNotFoundError):
-            __import__("planted_other")
-        assert str(tmp_path) not in sys.path
-    finally:
-        for name in ("planted_whole", "planted_part", "planted_other"):
-            sys.modules.pop(name, None)

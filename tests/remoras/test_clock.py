@@ -1,5 +1,6 @@
 """The event queue: one order, whatever order events are put in."""
 
+import math
 from typing import NamedTuple
 
 import pytest
@@ -33,6 +34,14 @@ def test_by_time_then_priority_then_order_of_arrival(scheduled: list[tuple[float
         clock.schedule(time_s, priority, Note(number, object()))
     expected = sorted(range(len(scheduled)), key=lambda number: (*scheduled[number], number))
     assert drained(clock, 100.0) == [(scheduled[number][0], number) for number in expected]
+
+
+def test_the_next_time_is_that_of_the_earliest() -> None:
+    clock: Clock[Note] = Clock()
+    assert clock.next_s == math.inf
+    for number, time_s in enumerate((7.1, 3.5)):
+        clock.schedule(time_s, Priority.SLOT, Note(number, object()))
+    assert clock.next_s == 3.5
 
 
 @given(events, TIMES)

@@ -20,6 +20,7 @@ from missions.scenarios import load
 from remoras.activities import Objective
 from remoras.fleet import Fleet
 from remoras.organisation import Outcome, RoleAssignment
+from remoras.social.gatherings import Gatherings
 from remoras.social.layer import SocialLayer
 from remoras.social.role_holders import Instruction, holders_after
 from remoras.social.succession import HEAD_TERM, HEADED_BY
@@ -470,3 +471,14 @@ def test_a_head_that_waits_for_work_to_be_done_has_still_to_give_it_out(fleet: F
     for now_s in (10.0, 20.0, 30.0):
         coordinator.consult(now_s)
         assert coordinator.social.gives_out("Operational")
+
+
+def test_a_meeting_that_was_concluded_alone_counts_only_while_the_vehicle_is_cut_off(fleet: Fleet) -> None:
+    beliefs, key = named(fleet, "AUV00").beliefs, ("gatheredAt", "Operational")
+    gatherings = Gatherings(beliefs, ["Operational", "Coordination"], {})
+    for group in ("Operational", "Coordination"):
+        say(named(fleet, "AUV00"), (group, "gatheredAt", f"{group.lower()} rally"), now_s=10.0)
+    gatherings.note_alone([key, ("areaDone", "left")], 10.0)
+    assert gatherings.believed(cut_off=True) == {"Operational", "Coordination"}
+    assert gatherings.believed(cut_off=False) == {"Coordination"}
+    assert gatherings.concluded_alone == {key}

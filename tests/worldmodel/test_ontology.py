@@ -1,6 +1,8 @@
 """The shipped ontology itself: its terms are defined and aligned, and its other forms say the same."""
 
 import re
+import runpy
+import sys
 from itertools import chain
 from pathlib import Path
 from xml.etree import ElementTree
@@ -13,7 +15,7 @@ from rdflib.term import Node
 
 import remoras
 from exchange.acoustics import modems
-from worldmodel import OntologyError, ValueKind, core_ontology_paths, read_tbox
+from worldmodel import OntologyError, ValueKind, core_ontology_paths, rdfxml, read_tbox
 from worldmodel.annotations import RM
 from worldmodel.owl import ONTOLOGY_FOLDER
 from worldmodel.rdfxml import CATALOGUE, main, rdf_xml, write_rdfxml
@@ -171,6 +173,17 @@ def test_a_users_own_ontology_is_written_too(tmp_path: Path, capsys: pytest.Capt
     (tmp_path / "bad.ttl").write_text("no Turtle")
     assert main([str(tmp_path)]) == 2
     assert re.search(r"bad\.ttl: cannot be written as RDF/XML: .*; allowed: Turtle with one", capsys.readouterr().err)
+
+
+def test_every_folder_that_a_command_names_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folders = [tmp_path / name for name in ("first", "second")]
+    for folder in folders:
+        folder.mkdir()
+        (folder / "own.ttl").write_text((MISSIONS / "mapping" / "finds.ttl").read_text())
+    monkeypatch.setattr(sys, "argv", ["rdfxml", *map(str, folders)])
+    with pytest.raises(SystemExit, match="0"):
+        runpy.run_path(rdfxml.__file__, run_name="__main__")
+    assert all((folder / CATALOGUE).exists() for folder in folders)
 
 
 def test_a_node_that_is_used_twice_has_no_place_in_rdf_xml(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 import math
 from itertools import pairwise
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -10,9 +11,14 @@ from surveying import CORNERS_M, JOB, Facts, Surveyor, mapper, survey
 
 from missions.mapping.behaviours import WORTH_FINISHING, MappingAlong, WorkLeft, ZigzagExploring, due
 from missions.mapping.survey import zigzag
+from missions.runs.setup import resolved
+from missions.scenarios import load
+from remoras.activities import Objective
 from remoras.behaviours import ADVANCING, DONE, Reference
+from remoras.htn import Task
 from remoras.motion import Motion
 from remoras.picture import Picture
+from remoras.work import Point
 
 ALL = range(100)
 
@@ -51,6 +57,15 @@ def test_transit_to_the_first_point_then_as_fast_as_the_sensor_maps() -> None:
     assert zigzagging.perceive(at(117.0, 112.5), picture, True) == ADVANCING  # 2.5 m in 2 s are 1.25 m/s
     picture.body.now_s = 6.0
     assert zigzagging.perceive(at(118.25, 112.5), picture, True).advance == pytest.approx(0.5)
+
+
+def test_where_it_begins_is_chosen_by_where_it_is_until_it_goes_there() -> None:
+    zigzagging, picture = exploring()
+    begins_m = []
+    for place in (at(0.0), at(500.0, 500.0)):
+        zigzagging.perceive(place, picture, False)
+        begins_m.append(zigzagging.reference(place, picture).target_m)
+    assert begins_m == [(112.5, 112.5), (337.5, 337.5)]
 
 
 def test_of_areas_not_begun_the_nearest_attracts_most() -> None:
@@ -143,6 +158,28 @@ def test_two_at_one_area_meet_in_the_middle() -> None:
     assert min(len(first.covered), len(second.covered)) >= 40
     assert len(first.covered & second.covered) <= 3
     assert both_s < 0.6 * alone_s
+
+
+@pytest.mark.parametrize(
+    ("name", "positions_m", "before"),
+    [
+        ("AUV00", {}, ()),
+        ("AUV01", {}, ("AUV00",)),
+        ("AUV00", {"AUV01": (99.0, 50.0)}, ("AUV01",)),
+        ("AUV01", {"AUV00": (0.0, -50.0), "AUV01": (100.0, 50.0)}, ()),
+    ],
+)
+def test_who_is_at_an_area_is_there_before_others_else_who_is_listed(
+    name: str, positions_m: dict[str, Point], before: tuple[str, ...]
+) -> None:
+    """The first section of the corridor is 50 to 250 m east; both hold its role."""
+    setup = resolved(load("mapping-corridor"))
+    facts: Any = {("position", one): at_m for one, at_m in positions_m.items()}
+    facts["members", "Operational.Section1"] = ("AUV00", "AUV01")
+    aim = Objective("Operational", "Section1", "Exploring", "section 1")
+    step, at_m = Task("ZigzagExploring"), positions_m.get(name, (0.0, 0.0))
+    ((chosen,), _) = setup.mission.activities([[step]], aim, setup.database[name], facts, at_m)
+    assert chosen.activities[0].parameters == ("section 1", "Operational", before)
 
 
 # Sensors that do not work -------------------------------------------------------------------------

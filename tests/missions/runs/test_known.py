@@ -123,6 +123,124 @@ def compare(loaded: Scenario, seed: int, folder: Path | None = None, channel: Ch
     return finished
 
 
+# What is asked ------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = tmp_path_factory.mktemp("known") / "run"
+    write_results(run(scenario(*LOSS, "scenario.duration_s=120"), 3), made)
+    return made
+
+
+def test_values_and_beliefs_are_by_name(folder: Path) -> None:
+    results = Results.read(folder)
+    first, last = results.known("AUV01", 0.0), results.known("AUV01", 120.0)
+    assert first.value("AUV01", "playsRole") is None
+    assert last.value("AUV01", "playsRole") == "Operational.Cartographer"
+    told = next(one for one in last.beliefs if one[:2] == ("Operational", "hasMission"))
+    assert told == Belief("Operational", "hasMission", "AreaMapping", 0.0, "ASV00")
+    heard_s = [one.time_s for one in last.beliefs if one[:2] == ("AUV02", "position")]
+    assert len(heard_s) == 1
+    assert heard_s[0] <= 120.0
+
+
+def test_numbers_that_can_only_be_whole_have_no_point(folder: Path) -> None:
+    """Cells are numbered, and so are seconds; the share of a battery and places are not whole."""
+    known = Results.read(folder).known("AUV01", 120.0)
+    cells = [one for one in known.beliefs if one.attribute == "mappedCell"]
+    assert cells
+    assert all(one.value.isdecimal() for one in cells)
+    found = known.value(cells[0].subject, "mappedCell")
+    assert (type(found), str(found)) == (int, cells[0].value)
+    battery = next(one.value for one in known.beliefs if one.attribute == "batteryFraction")
+    assert "." in battery
+    assert type(known.value("AUV01", "batteryFraction")) is float
+
+
+def test_who_and_when_are_checked(folder: Path) -> None:
+    results = Results.read(folder)
+    with pytest.raises(OutputError, match=r"no vehicle 'AUV1'; there are .*; did you mean 'AUV0"):
+        results.known("AUV1", 10.0)
+    for at_s in (-1.0, 120.5, float("nan")):
+        with pytest.raises(OutputError, match=rf"at_s is {at_s}; allowed: 0 to 120\.0, the end of the run"):
+            results.known("AUV01", at_s)
+    for wrong in ("x", None, [1.0], 1 + 0j):
+        with pytest.raises(OutputError, match=rf"at_s is {re.escape(repr(wrong))}; allowed: 0 to 120\.0, the end"):
+            results.known("AUV01", wrong)  # type: ignore[arg-type]
+    with pytest.raises(OutputError, match=r"no vehicle 3; there are"):
+        results.known(3, 10.0)  # type: ignore[arg-type]
+    assert repr(results.known("AUV01", np.int64(10))) == "<Known to AUV01 at 10 s>"
+
+
+def test_what_a_vehicle_has_pruned_is_not_known_any_more() -> None:
+    attributes = ("location", "classification")
+    prune = [f"{{class='ObjectOfInterest',attribute='{name}',older_than_s=10}}" for name in attributes]
+    settings = [("--set", one) for one in (f"worldmodel.prune=[{','.join(prune)}]", "scenario.duration_s=1000")]
+    finished = run(load("mapping-objects", settings), 3)
+    early, late = (MemoryResults(finished).known("AUV01", at_s).model for at_s in (0.0, finished.end_s))
+    assert sum(n for _, n in early.pruned()) == 0
+    assert sum(n for _, n in late.pruned()) > 0
+
+
+def test_an_older_folder_is_read_and_says_that_it_cannot_tell(folder: Path, tmp_path: Path) -> None:
+    """Without the newer tables, and with the tables and columns that it had."""
+    older = tmp_path / "older"
+    older.mkdir()
+    for path in folder.iterdir():
+        if path.stem in ("items", "decisions", "organisation"):
+            continue
+        if path.stem == "packets":
+            pq.write_table(pq.read_table(path).select(range(8)), older / path.name)
+        elif path.stem == "trajectories":
+            pq.write_table(pq.read_table(path).select(range(7)), older / path.name)
+        else:
+            (older / path.name).write_bytes(path.read_bytes())
+    results = Results.read(older)
+    assert results.table("packets").num_rows > 0
+    assert results.table("trajectories").column_names[-1] == "energy_j"
+    with pytest.raises(OutputError, match=r"older version wrote it \(lacking or older: items, organisation\)"):
+        results.known("AUV01", 10.0)
+    for name in ("items", "organisation"):
+        (older / f"{name}.parquet").write_bytes((folder / f"{name}.parquet").read_bytes())
+    with pytest.raises(OutputError, match=r"lacking or older: packets"):
+        Results.read(older).known("AUV01", 10.0)
+
+
+def test_what_a_vehicle_gave_up_waiting_for_is_not_known_any_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    """At 100 s AUV01 finds an object, keeps that to itself, and tells where it is: the others wait for 30 s. Then it
+    says what it found: they hold that, and no longer what they forgot."""
+    settings = ("worldmodel.waiting_s=30", "communication.needs.location=20", "channel.name='perfect'")
+    loaded = scenario(*settings)
+    monkeypatch.setattr(type(resolved(loaded).mission), "instances_found_per_vehicle", 1)
+    setup = resolved(loaded)
+    fleet, states = assemble(setup, 1), {}
+    finder = next(vehicle for vehicle in fleet.vehicles if vehicle.name == "AUV01")
+    model, tbox = finder.beliefs.model, setup.tbox
+    uid, found = model.new_instance_uid(), tbox.class_named("ObjectOfInterest").uid
+    announced, located = [(uid, TYPE_UID, found)], [(uid, tbox.attribute_named("location").uid, (10.0, 20.0))]
+    while fleet.now_s < 260.0:
+        fleet.step()
+        if fleet.now_s == 100.0:
+            finder.radio.tell(model.record(announced, 100.0, private=True), finder.social.addressed, 100.0)
+            finder.radio.tell(model.record(located, 100.0), finder.social.addressed, 100.0)
+        if fleet.now_s == 200.0:
+            finder.radio.tell(model.record([*announced, *located], 200.0), finder.social.addressed, 200.0)
+        if fleet.now_s in (110.0, 136.0, 165.0, 250.0):
+            states[fleet.now_s] = state_of(fleet)
+    dropped = [row[1] for row in fleet.recorder.faults if row[2].startswith("dropped block")]
+    assert set(dropped) == {"ASV00", "AUV00", "AUV02"}
+    memory = Memory(MemoryResults(result_of(setup, 1, fleet, 0.0)), setup)
+    waiting = {at_s: len(vehicles["AUV00"][0][0][1]) for at_s, vehicles in states.items()}
+    assert waiting == {110.0: 1, 136.0: 0, 165.0: 1, 250.0: 0}  # at 165 s it has come again, and waits anew
+    for at_s, vehicles in states.items():
+        for name, (held, _, _) in vehicles.items():
+            assert held_by(memory.known(name, at_s).model) == held, (name, at_s)
+
+
+# What was known ----------------------------------------------------------------------------------
+
+
 def test_what_is_rebuilt_is_what_was_known(tmp_path: Path) -> None:
     compare(scenario(*LOSS), 3, tmp_path / "run")
 
@@ -204,108 +322,3 @@ def test_facts_of_what_was_found_are_read_back_by_name() -> None:
     ]
     keys = ("subject", "attribute", "value")
     assert tuple(fact_of_row(reader, dict(zip(keys, one, strict=True))) for one in names) == facts
-
-
-# What is asked ------------------------------------------------------------------------------------
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    made = tmp_path_factory.mktemp("known") / "run"
-    write_results(run(scenario(*LOSS, "scenario.duration_s=120"), 3), made)
-    return made
-
-
-def test_values_and_beliefs_are_by_name(folder: Path) -> None:
-    results = Results.read(folder)
-    first, last = results.known("AUV01", 0.0), results.known("AUV01", 120.0)
-    assert first.value("AUV01", "playsRole") is None
-    assert last.value("AUV01", "playsRole") == "Operational.Cartographer"
-    told = next(one for one in last.beliefs if one[:2] == ("Operational", "hasMission"))
-    assert told == Belief("Operational", "hasMission", "AreaMapping", 0.0, "ASV00")
-    heard_s = [one.time_s for one in last.beliefs if one[:2] == ("AUV02", "position")]
-    assert len(heard_s) == 1
-    assert heard_s[0] <= 120.0
-
-
-def test_numbers_that_can_only_be_whole_have_no_point(folder: Path) -> None:
-    """Cells are numbered, and so are seconds; the share of a battery and places are not whole."""
-    known = Results.read(folder).known("AUV01", 120.0)
-    cells = [one for one in known.beliefs if one.attribute == "mappedCell"]
-    assert cells
-    assert all(one.value.isdecimal() for one in cells)
-    found = known.value(cells[0].subject, "mappedCell")
-    assert (type(found), str(found)) == (int, cells[0].value)
-    battery = next(one.value for one in known.beliefs if one.attribute == "batteryFraction")
-    assert "." in battery
-    assert type(known.value("AUV01", "batteryFraction")) is float
-
-
-def test_who_and_when_are_checked(folder: Path) -> None:
-    results = Results.read(folder)
-    with pytest.raises(OutputError, match=r"no vehicle 'AUV1'; there are .*; did you mean 'AUV0"):
-        results.known("AUV1", 10.0)
-    for at_s in (-1.0, 120.5, float("nan")):
-        with pytest.raises(OutputError, match=rf"at_s is {at_s}; allowed: 0 to 120\.0, the end of the run"):
-            results.known("AUV01", at_s)
-    for wrong in ("x", None, [1.0], 1 + 0j):
-        with pytest.raises(OutputError, match=rf"at_s is {re.escape(repr(wrong))}; allowed: 0 to 120\.0, the end"):
-            results.known("AUV01", wrong)  # type: ignore[arg-type]
-    with pytest.raises(OutputError, match=r"no vehicle 3; there are"):
-        results.known(3, 10.0)  # type: ignore[arg-type]
-    assert repr(results.known("AUV01", np.int64(10))) == "<Known to AUV01 at 10 s>"
-
-
-def test_an_older_folder_is_read_and_says_that_it_cannot_tell(folder: Path, tmp_path: Path) -> None:
-    """Without the newer tables, and with the tables and columns that it had."""
-    older = tmp_path / "older"
-    older.mkdir()
-    for path in folder.iterdir():
-        if path.stem in ("items", "decisions", "organisation"):
-            continue
-        if path.stem == "packets":
-            pq.write_table(pq.read_table(path).select(range(8)), older / path.name)
-        elif path.stem == "trajectories":
-            pq.write_table(pq.read_table(path).select(range(7)), older / path.name)
-        else:
-            (older / path.name).write_bytes(path.read_bytes())
-    results = Results.read(older)
-    assert results.table("packets").num_rows > 0
-    assert results.table("trajectories").column_names[-1] == "energy_j"
-    with pytest.raises(OutputError, match=r"older version wrote it \(lacking or older: items, organisation\)"):
-        results.known("AUV01", 10.0)
-    for name in ("items", "organisation"):
-        (older / f"{name}.parquet").write_bytes((folder / f"{name}.parquet").read_bytes())
-    with pytest.raises(OutputError, match=r"lacking or older: packets"):
-        Results.read(older).known("AUV01", 10.0)
-
-
-def test_what_a_vehicle_gave_up_waiting_for_is_not_known_any_more(monkeypatch: pytest.MonkeyPatch) -> None:
-    """At 100 s AUV01 finds an object, keeps that to itself, and tells where it is: the others wait for 30 s. Then it
-    says what it found: they hold that, and no longer what they forgot."""
-    settings = ("worldmodel.waiting_s=30", "communication.needs.location=20", "channel.name='perfect'")
-    loaded = scenario(*settings)
-    monkeypatch.setattr(type(resolved(loaded).mission), "instances_found_per_vehicle", 1)
-    setup = resolved(loaded)
-    fleet, states = assemble(setup, 1), {}
-    finder = next(vehicle for vehicle in fleet.vehicles if vehicle.name == "AUV01")
-    model, tbox = finder.beliefs.model, setup.tbox
-    uid, found = model.new_instance_uid(), tbox.class_named("ObjectOfInterest").uid
-    announced, located = [(uid, TYPE_UID, found)], [(uid, tbox.attribute_named("location").uid, (10.0, 20.0))]
-    while fleet.now_s < 260.0:
-        fleet.step()
-        if fleet.now_s == 100.0:
-            finder.radio.tell(model.record(announced, 100.0, private=True), finder.social.addressed, 100.0)
-            finder.radio.tell(model.record(located, 100.0), finder.social.addressed, 100.0)
-        if fleet.now_s == 200.0:
-            finder.radio.tell(model.record([*announced, *located], 200.0), finder.social.addressed, 200.0)
-        if fleet.now_s in (110.0, 136.0, 165.0, 250.0):
-            states[fleet.now_s] = state_of(fleet)
-    dropped = [row[1] for row in fleet.recorder.faults if row[2].startswith("dropped block")]
-    assert set(dropped) == {"ASV00", "AUV00", "AUV02"}
-    memory = Memory(MemoryResults(result_of(setup, 1, fleet, 0.0)), setup)
-    waiting = {at_s: len(vehicles["AUV00"][0][0][1]) for at_s, vehicles in states.items()}
-    assert waiting == {110.0: 1, 136.0: 0, 165.0: 1, 250.0: 0}  # at 165 s it has come again, and waits anew
-    for at_s, vehicles in states.items():
-        for name, (held, _, _) in vehicles.items():
-            assert held_by(memory.known(name, at_s).model) == held, (name, at_s)

@@ -39,3 +39,9 @@ def test_latencies_of_1_to_101_seconds() -> None:
     assert metrics.mean_latency_s(run) == pytest.approx(51.0)
     assert metrics.p95_latency_s(run) == pytest.approx(96.0)
     assert metrics.p95_latency_s(run_of(200.0, 2, [])) is None
+
+
+@pytest.mark.parametrize("name", ["goal_fraction", "reachable_fraction"])
+def test_shares_of_the_goal_are_given_to_a_millionth(name: str) -> None:
+    metric = next(declared for declared in metrics.CORE_METRICS if declared.name == name)
+    assert metric.of(SimpleNamespace(**{name: 2.0 / 3.0})) == 0.666667
