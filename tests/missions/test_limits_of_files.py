@@ -16,6 +16,7 @@ DEEP = "levels deep; no key needs that"
 DIGITS = "an integer of more than 307 digits; no key needs that"
 TEXTS = {
     "key of 50,000 parts": ("x = 1\na" + ".a" * 50_000 + " = 1\n", 2, DEEP),
+    "key of 101 parts": ("x = 1\na" + ".a" * 100 + " = 1\n", 2, DEEP),
     "quoted parts": ('"a"' + " . 'a'" * 50_000 + " = 1\n", 1, DEEP),
     "header of 50,000 parts": ("\n[a" + ".a" * 50_000 + "]\n", 2, DEEP),
     "inline table": ("x = {a" + ".a" * 50_000 + " = 1}\n", 1, DEEP),

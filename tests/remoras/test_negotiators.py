@@ -15,6 +15,7 @@ from remoras.strategies.cbba import Cbba
 from remoras.strategies.central import Central
 from remoras.strategies.contract_net import ContractNet
 from remoras.strategies.remoras import Remoras
+from remoras.strategies.rendezvous_sync import RendezvousSync
 from remoras.strategies.status_broadcast import StatusBroadcast
 from remoras.strategy import Heard, Move, Situation, Strategy
 from remoras.work import Job, Point, Work
@@ -23,6 +24,7 @@ from stress.conformance.statements import (
     ROUND_S,
     Lost,
     Team,
+    Visit,
     never,
     ordered_visits,
     surveys,
@@ -190,6 +192,19 @@ def test_a_job_that_changes_hands_is_left_and_taken_in_one_block() -> None:
     moved = [statement.facts for statement in move.statements]
     role = next(value for _, attribute, value in moved[0] if attribute == "leftRole")
     assert moved == [(("AUV01", "leftRole", role), ("AUV02", "playsRole", role))]
+
+
+def test_who_is_away_is_expected_until_its_leg_should_be_over() -> None:
+    """A visit takes 100 m at 2 m/s and 60 s, and the way from there to the meeting 100 s; all that times 1.3."""
+    fleet = database(*(auv(f"AUV0{n}", playable_roles=(role, *ABLE)) for n, role in enumerate(("Head", "Hand"))))
+    organisation, _ = RendezvousSync().form(fleet, [PAIR]).assign("AUV01", "Pair", "Left")
+    jobs = {name: Visit(name, (100.0, 0.0)) for name in JOBS}
+    work = Work(PAIR, organisation, fleet, jobs, positions_m={"AUV00": (300.0, 0.0)})
+    head = RendezvousSync().negotiator("AUV00", PAIR)
+    until_s = ROUND_S + 1.3 * 210.0
+    times_s = (ROUND_S, until_s - 0.1, until_s + 0.1)
+    moves = [head.negotiate(Situation(now_s, 1, work, (300.0, 0.0), (), {})) for now_s in times_s]
+    assert ["AUV01" in move.expected for move in moves] == [True, True, False]
 
 
 @pytest.mark.parametrize("is_able", [True, False])
