@@ -161,10 +161,8 @@ def test_a_contract_does_not_go_to_a_bidder_that_cannot_play_the_role() -> None:
     work = Work(PAIR, organisation, fleet, JOBS)
     head = ContractNet().negotiator("AUV00", PAIR)
     opened = stated(head.negotiate(situation(1, work)))
-    assert {(subject, what) for subject, what, _ in opened} == {
-        ("Pair.Left", "auctionEnds"),
-        ("Pair.Right", "auctionEnds"),
-    }
+    ends_s = ROUND_S * (1 + ContractNet().bidding_rounds)
+    assert set(opened) == {(f"Pair.{role}", "auctionEnds", ends_s) for role in ABLE}
     bids = [Heard("AUV01", 15.0, (("Pair.Right", "bid", 1),)), Heard("AUV01", 15.0, (("Pair.Left", "bid", 900),))]
     head.negotiate(situation(2, work, *bids))
     awarded = stated(head.negotiate(situation(4, work)))
@@ -192,6 +190,16 @@ def test_a_job_that_changes_hands_is_left_and_taken_in_one_block() -> None:
     moved = [statement.facts for statement in move.statements]
     role = next(value for _, attribute, value in moved[0] if attribute == "leftRole")
     assert moved == [(("AUV01", "leftRole", role), ("AUV02", "playsRole", role))]
+
+
+def test_a_job_planned_for_another_that_never_claims_it_is_claimed_after_two_repeats() -> None:
+    """AUV01 does the left one, and expects AUV02, which it does not hear, to do the right one."""
+    bidder = Cbba().negotiator("AUV01", PAIR)
+    work = two_hands(Cbba(), ("Left", "AUV01"))
+    rounds = range(1, 4 * Cbba().repeat_rounds)
+    said = [{fact[:2] for fact in stated(bidder.negotiate(situation(number, work)))} for number in rounds]
+    first = next(number for number, facts in zip(rounds, said, strict=True) if ("Pair.Right", "claim") in facts)
+    assert first == 1 + 2 * Cbba().repeat_rounds
 
 
 def test_who_is_away_is_expected_until_its_leg_should_be_over() -> None:

@@ -114,6 +114,16 @@ def test_an_assignment_counts_from_the_end_of_the_round(fleet: Fleet) -> None:
     assert not named(fleet, "AUV02").social.organisation.plays("AUV01", "Operational", "LeftWinger")
 
 
+@pytest.mark.parametrize("work", [True, False])
+def test_who_says_that_its_sensors_are_dead_is_given_no_area(fleet: Fleet, work: bool) -> None:
+    head = named(fleet, "AUV00")
+    hear(head, say(named(fleet, "AUV01"), ("AUV01", "sensorsWork", work)))
+    say(head, LEFT, ("AUV01", "playsRole", "Operational.Cartographer"), now_s=2.0)
+    head.social.consult()
+    plays = [head.social.organisation.plays("AUV01", "Operational", role) for role in ("LeftWinger", "Cartographer")]
+    assert plays == [work, True]
+
+
 def test_a_round_is_over_once(fleet: Fleet) -> None:
     heard = named(fleet, "AUV01")
     hear(heard, say(named(fleet, "AUV00"), LEFT))

@@ -14,7 +14,7 @@ from missions.mapping.survey import zigzag
 from missions.runs.setup import resolved
 from missions.scenarios import load
 from remoras.activities import Objective
-from remoras.behaviours import ADVANCING, DONE, Reference
+from remoras.behaviours import ADVANCING, DONE, Perception, Reference
 from remoras.htn import Task
 from remoras.motion import Motion
 from remoras.picture import Picture
@@ -102,7 +102,7 @@ def test_work_left_is_that_of_the_area_of_which_most_is_left() -> None:
 
 def test_an_area_that_is_known_to_be_mapped_is_done_without_going_there() -> None:
     zigzagging, picture = exploring(Facts(ALL))
-    assert zigzagging.perceive(at(0.0), picture, False) == DONE
+    assert zigzagging.perceive(at(0.0), picture, False) == Perception(0.0, done=True)
     assert zigzagging.reference(at(0.0), picture) is None
 
 
