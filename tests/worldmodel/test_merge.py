@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from small_fleet import (
+    AREAS,
     AUV,
     AUV_0,
     BATTERY,
@@ -25,6 +26,7 @@ from small_fleet import (
     PIPELINE,
     TBOX,
     WRECK,
+    WRECKS,
     any_blocks,
     block,
     check,
@@ -47,6 +49,7 @@ from worldmodel import (
     core_ontology_paths,
     expire,
     merge,
+    ontology_path,
     read_tbox,
 )
 from worldmodel.checks import CheckResult
@@ -145,6 +148,21 @@ def test_a_block_waits_for_instances_whatever_they_wait_for_themselves() -> None
     changes = merge(model, chain[-1:]).changes
     assert [change.block for change in changes] == [chain[i] for i in (3, 2, 1, 0)]
     assert model.value(ECHO, NEAR) == NEW
+
+
+def test_what_may_be_said_of_any_thing_waits_for_the_thing_too(tmp_path: Path) -> None:
+    own = tmp_path / "own.ttl"
+    own.write_text(
+        """@prefix owl: <http://www.w3.org/2002/07/owl#> . @prefix rdfs: <http://www.w3.org/2000/01/rdf-schema#> .
+        <https://example.org/own> a owl:Ontology . <https://example.org/own#seen> a owl:DatatypeProperty ;
+        rdfs:domain owl:Thing ; rdfs:range <http://www.w3.org/2001/XMLSchema#boolean> ."""
+    )
+    tbox = read_tbox(*core_ontology_paths(), ontology_path("bans"), AREAS, WRECKS, own)
+    model = WorldModel(tbox, 0, INSTANCES, n_origins=3, run_time_instances_per_origin=2)
+    seen = tbox.attribute_named("seen").uid
+    assert merge(model, [block(1, 0, 0, (BAY, seen, True))]).changes
+    assert merge(model, [block(2, 0, 0, (NEW, seen, True))]).changes == ()
+    assert len(model.arrivals.waiting) == 1
 
 
 def test_a_block_sets_free_what_waits_for_each_instance_that_it_creates() -> None:
