@@ -75,6 +75,7 @@ def test_quantiles_are_those_of_the_standard_library() -> None:
         (exp, 0.0, 1.0), (exp, math.inf, math.inf), (exp, -math.inf, 0.0), (exp, 800.0, math.inf), (exp, -800.0, 0.0),
         (expm1, 0.0, 0.0), (expm1, -math.inf, -1.0), (expm1, math.inf, math.inf), (expm1, 5e-324, 5e-324),
         (log, 1.0, 0.0), (log, math.inf, math.inf), (log1p, 0.0, 0.0), (log1p, math.inf, math.inf),
+        (log1p, 1.0, log(2.0)),
         (log2, 2.0**-1074, -1074.0), (log2, 1024.0, 10.0), (log10, 1.0, 0.0), (log10, 10.0, 1.0),
         (power_of_10, 0.0, 1.0), (power_of_10, -7.0, 1e-7), (erfc, 0.0, 1.0), (erfc, math.inf, 0.0),
         (erfc, -math.inf, 2.0), (normal_quantile, 0.5, 0.0),
