@@ -200,6 +200,19 @@ def test_without_repair_the_trip_ends_where_the_step_failed(monkeypatch: pytest.
     assert texts(execution)["report()"] == "dropped"
 
 
+def test_a_plan_for_the_whole_goes_no_way_that_has_failed() -> None:
+    ways = [Method.fixed("by boat", "sail"), Method.fixed("on foot", "walk")]
+    steps = [Operator(name, effects=lambda facts: {"at": "B"}) for name in ("sail", "walk")]
+    domain = Domain.of(steps, {"trip": ways, "excursion": ways})
+    execution = begun(domain, {})
+    list(execution.advance({}))
+    assert execution.fail(execution.running[0].place, {})
+    for whole, step in ((TRIP, "walk"), (Task("excursion"), "sail")):
+        again = execution.plan_anew({}, whole)
+        assert isinstance(again, Plan)
+        assert [node.task for node in again.nodes] == [whole, Task(step)]
+
+
 def test_a_plan_for_the_whole_keeps_what_it_shares_with_the_one_before() -> None:
     facts: dict[Any, Any] = {}
     domain = trip(Counter())
