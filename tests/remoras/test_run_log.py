@@ -2,6 +2,7 @@
 
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective, WeighedSet
 from remoras.authority import Act, Request, Ruling
+from remoras.htn import Domain, Execution, Operator, Plan, Task, plan
 from remoras.organisation import Group, Organisation, Outcome, RoleAssignment
 from remoras.recorder import Recorder
 from remoras.run_log import RunLog
@@ -114,3 +115,17 @@ def test_changes_and_refusals_are_written_with_who_asked_for_them() -> None:
     ]
     detail = "AUV01: AUV02 no longer as Coordinator of Operational: issuer without authority"
     assert recorder.faults == [(7.0, "AUV01", "refused assignment", detail)]
+
+
+def test_plans_of_groups_and_of_a_vehicle_are_written_once() -> None:
+    recorder, facts = Recorder(), dict[str, bool]()
+    domain = Domain.of([Operator("dive", effects=lambda facts: {"deep": True})], {})
+    made = plan(domain, facts, Task("dive"))
+    assert isinstance(made, Plan)
+    run_log, execution = RunLog("AUV01", NAMES, recorder), Execution(domain, made)
+    for now_s in (1.0, 2.0):
+        run_log.plans(now_s, {"Operational": execution}, {EXPLORING: execution})
+    assert [row[:6] for row in recorder.plans] == [
+        (1.0, "AUV01", "Operational", "", "", ""),
+        (1.0, "AUV01", "Operational", "LeftWinger", "Exploring", "left"),
+    ]

@@ -124,3 +124,12 @@ def test_what_is_performed_is_the_same_object_until_the_vehicle_decides_anew(fle
     while view.performed is first:
         fleet.step()
     assert fleet.now_s > 0.0
+
+
+def test_every_vehicle_consults_at_the_end_of_every_frame(fleet: Fleet) -> None:
+    schedule, consulted = resolved(load("mapping-rendezvous")).schedule, []
+    fleet.consulted.append(lambda vehicle: consulted.append((fleet.now_s, vehicle.name)))
+    ends_s = [schedule.frame_start_s(frame) for frame in (1, 2, 3)]
+    while fleet.now_s <= ends_s[-1]:
+        fleet.step()
+    assert consulted == [(at_s, vehicle.name) for at_s in ends_s for vehicle in fleet.vehicles]
