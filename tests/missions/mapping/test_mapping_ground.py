@@ -46,6 +46,13 @@ def to_line_m(begin: Point, end: Point, point: Point) -> float:
     return math.dist(point, (begin[0] + part * dx, begin[1] + part * dy))
 
 
+def test_of_a_row_of_which_nothing_is_left_there_is_nothing_to_span() -> None:
+    survey = ground_of(((0.0, 0.0), (400.0, 0.0), (400.0, 100.0), (0.0, 100.0)), 25.0).survey(25.0)
+    row = survey.rows[2]
+    assert survey.span_m(2, row.cells) == (12.5, 387.5)
+    assert survey.span_m(2, survey.reach & ~row.cells) is None
+
+
 @given(grounds(), SWATHS_M, st.data())
 def test_the_rows_cover_all_that_is_left_and_can_be_reached(
     ground: Ground, swath_m: float, draw: st.DataObject
