@@ -7,6 +7,7 @@ the latest in the vehicle's world model; links are given by the name of their ta
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass
 from typing import Any, NamedTuple, cast
@@ -87,6 +88,7 @@ class Beliefs:
         self._banned = self._trust.from_s
         self._n_noted = 0
         self._from_s: dict[tuple[int, int], float] = {}  # by subject and attribute, where not all counts
+        self._n_over = Counter[tuple[int, int]]()
         self.n_told = 0
         """It grows whenever what ``values`` gives changes."""
 
@@ -114,15 +116,16 @@ class Beliefs:
         """Let no value of a fact count that was observed before; what was said of an earlier time is over."""
         subject, attribute = self._slots.get(key) or self._slot(key)
         slot = subject, attribute.uid
+        self._n_over[slot] += from_s > self._from_s.get(slot, -math.inf)
         self._from_s[slot] = from_s
         if slot in self._collected:
             self._collected[slot].values = self._all(slot, attribute)
             self.n_told += 1
 
-    def counts_from_s(self, key: Key) -> float:
-        """From when on values of a fact count; -inf if all do."""
+    def n_over(self, key: Key) -> int:
+        """How often what was said of a fact has been over."""
         subject, attribute = self._slots.get(key) or self._slot(key)
-        return self._from_s.get((subject, attribute.uid), -math.inf)
+        return self._n_over[subject, attribute.uid]
 
     def _slot(self, key: Key) -> tuple[int, Attribute]:
         """Instance and attribute of a key, which stay what they are."""

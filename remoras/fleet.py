@@ -132,7 +132,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
 
     def step(self) -> None:
         """One motion tick, and all that is said and heard before it."""
-        now_s = (self.steps - 1) * self.tick_s
+        now_s, since_s = (self.steps - 1) * self.tick_s, (self.steps - 2) * self.tick_s
         while (event := self.clock.next_before(now_s)) is not None:
             event.act(self)
         self.clock.now_s = now_s
@@ -140,7 +140,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         neighbours = self.separation.look()
         for vehicle in self.vehicles:
             shown_s = self.shown_s(vehicle) if self.clocks else now_s
-            vehicle.step(shown_s, dt_s, neighbours.get(vehicle.data.node, ()) if neighbours else ())
+            vehicle.step(shown_s, dt_s, neighbours.get(vehicle.data.node, ()) if neighbours else (), since_s)
             for tell in self.acted:
                 tell(vehicle)
         self._record(now_s)

@@ -210,7 +210,8 @@ class Solo(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
 
     def tick(self, number: int) -> None:
         """Let the vehicle move for a tick."""
-        self.vehicle.step(self.now_s, self._times.tick_s if number else 0.0, ())
+        tick_s = self._times.tick_s
+        self.vehicle.step(self.now_s, tick_s if number else 0.0, (), (number - 1) * tick_s)
         self.at((number + 1) * self._times.tick_s, Priority.MOTION, _Tick(number + 1))
 
     def begin_frame(self, frame: int) -> None:

@@ -115,11 +115,13 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
 
     # One tick ------------------------------------------------------------------------------------
 
-    def step(self, now_s: float, dt_s: float, neighbours: Sequence[Neighbour]) -> None:
+    def step(self, now_s: float, dt_s: float, neighbours: Sequence[Neighbour], since_s: float = 0.0) -> None:
         """Act for the ``dt_s`` that end now, sense, think.
 
         Args:
+            now_s: what its clock shows.
             neighbours: what the obstacle sonar sees.
+            since_s: true time at which the ``dt_s`` began: the water keeps no clock of a vehicle.
         """
         is_due = now_s >= self._next_decision_s
         if is_due:  # the rhythm goes on while a vehicle is away
@@ -127,7 +129,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         if not self.is_alive:
             return
         if dt_s > 0.0:
-            self.functional.act(dt_s, neighbours, now_s - dt_s)
+            self.functional.act(dt_s, neighbours, since_s)
         self._sense(now_s, neighbours)
         if is_due:
             self.think(now_s, self.executive.period_s if dt_s > 0.0 else 0.0)

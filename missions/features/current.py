@@ -132,12 +132,12 @@ class GuidanceInCurrent(Guidance):
         reference: Reference | None,
         neighbours: Sequence[Neighbour],
         positions_m: Mapping[str, Point],
-        now_s: float,
+        since_s: float,
         dt_s: float,
     ) -> None:
         """Move through the water, and be carried by it; see ``Guidance.move``."""
-        self.flow_mps = self._current.at(self._depth_m(), now_s)
-        super().move(reference, neighbours, positions_m, now_s, dt_s)
+        self.flow_mps = self._current.at(self._depth_m(), since_s)
+        super().move(reference, neighbours, positions_m, since_s, dt_s)
         self.motion.x_m += self.flow_mps[0] * dt_s
         self.motion.y_m += self.flow_mps[1] * dt_s
 

@@ -8,7 +8,6 @@ wait would call others off work that nobody else does.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Iterable, Mapping
 
 from missions.mapping.jobs import SurveyJob
@@ -24,6 +23,8 @@ from remoras.picture import Picture
 
 EXPLORING = "objectiveExploring"
 """The fact that gives a role an area."""
+MOST_ANEW = 3
+"""So often an area is given anew; what is reported in spite of that is believed."""
 
 
 def is_to_be_inspected(facts: FactsLike, find: str) -> bool:
@@ -43,8 +44,8 @@ def given_anew(
 
     Whoever is done with an area knows all its cells, and tells them when it meets the others. So half the patience
     after a meeting that shows the job unfinished the report counts no longer, whoever has heard it; who holds an area
-    and does not do it may know by a report that the head has not heard that it is done. What is reported in spite of
-    that is believed.
+    and does not do it may know by a report that the head has not heard that it is done. After ``MOST_ANEW`` times a
+    report is believed: it may be that some cells cannot be mapped, or be heard of.
 
     Args:
         group: whose head asks; organisation: without the absent.
@@ -63,7 +64,7 @@ def given_anew(
             continue
         if not beliefs.values(job.done) and not organisation.members(group.name, role.name):
             continue
-        if job.left(beliefs).bits and beliefs.counts_from_s(job.done) == -math.inf:
+        if job.left(beliefs).bits and beliefs.n_over(job.done) < MOST_ANEW:
             found.append(Finding(path, EXPLORING, job.name))
     return found
 
@@ -71,7 +72,7 @@ def given_anew(
 def is_open_again(group: Group, surveys: Mapping[str, SurveyJob], beliefs: Beliefs) -> bool:
     """True while an area of a group that was given anew is not known to be done; arguments as of ``given_anew``."""
     jobs = (surveys[role.job] for role in group.roles if role.job is not None and role.job in surveys)
-    again = (job for job in jobs if beliefs.counts_from_s(job.done) > -math.inf)
+    again = (job for job in jobs if beliefs.n_over(job.done))
     return any(not beliefs.values(job.done) and job.left(beliefs).bits for job in again)
 
 

@@ -71,7 +71,7 @@ class Guidance:
         reference: Reference | None,
         neighbours: Sequence[Neighbour],
         positions_m: Mapping[str, Point],
-        now_s: float,
+        since_s: float,
         dt_s: float,
     ) -> None:
         """Move for ``dt_s`` as far as neighbours allow; without a reference, slow down to a stop.
@@ -80,7 +80,7 @@ class Guidance:
             reference: of the activity that guides.
             neighbours: what the obstacle sonar sees.
             positions_m: where others were heard last, by name.
-            now_s: time at which the motion begins; dt_s: for how long.
+            since_s: true time at which the motion begins; dt_s: for how long.
         """
         motion = self.motion
         self.withdraws = False

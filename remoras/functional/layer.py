@@ -290,14 +290,13 @@ class FunctionalLayer:
 
         Args:
             dt_s: for how long.
-            neighbours: what the obstacle sonar sees; since_s: when that begins, for who was off before.
+            neighbours: what the obstacle sonar sees; since_s: true time at which that begins.
 
         Raises:
             PluginError: the behaviour that guides raises, or returns anything but a finite Reference or None.
         """
         reference = None if self._guiding is None else self._reference(self._guiding)
-        peers_m, now_s = self.picture.peers.positions_m, max(self.picture.body.now_s, since_s)
-        self.guidance.move(reference, neighbours, peers_m, now_s, dt_s)
+        self.guidance.move(reference, neighbours, self.picture.peers.positions_m, since_s, dt_s)
         if self.loads_w:
             self.motion.energy_j += math.fsum(self.loads_w) * dt_s
         self._check_energy()
