@@ -31,3 +31,10 @@ def test_an_unknown_name_gets_the_allowed_and_the_nearest() -> None:
         policy_named("mps-ak")
     with pytest.raises(ConfigurationError, match=r"allowed are ack, ack-repeat.* and package\.module:object"):
         policy_named("zzz")
+
+
+def test_a_policy_says_who_repeats() -> None:
+    """In the text by which lists of policies explain it."""
+    repeats = {name: POLICIES[name].title for name in ("ack", "ack-repeat")}
+    assert repeats["ack"].endswith(", only the origin sends an item")
+    assert repeats["ack-repeat"].endswith(", others repeat items")
