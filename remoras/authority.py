@@ -221,7 +221,7 @@ def _unauthorised(
     elif asked.act is Act.DISSOLVE:
         may = forms or (former is not None and led(me, group))
     elif asked.act is Act.MISSION:
-        may = forms or any(led(me, led_by_me) for led_by_me in (group, *rules.supervisors.get(group, ())))
+        may = forms or any(led(me, led_group) for led_group in (group, *rules.supervisors.get(group, ())))
     elif led(me, group) or (forms and asked.act is not Act.SUCCEED):
         may = True
     elif not organisation.is_member(me, group):

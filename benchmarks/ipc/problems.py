@@ -62,7 +62,7 @@ def transport(number: int) -> str:
     facts += [("at", parcel, places[2 * place + 1]) for place, parcel in enumerate(parcels)]
     wanted = [(parcel, places[-1 - 2 * place]) for place, parcel in enumerate(parcels)]
     objects = {"vehicle": vehicles, "parcel": parcels, "place": places, "room": ["n0", "n1", "n2"]}
-    goal = [("at", *goal_of) for goal_of in wanted]
+    goal = [("at", *package) for package in wanted]
     return _text("transport", objects, facts, [("deliver", *delivery) for delivery in wanted], goal)
 
 

@@ -104,4 +104,4 @@ class TridentTruth(JobTruth):
         missing = [] if self.is_recovered else ["the target is not recovered"]
         if self.charted_fraction < self._goal:
             missing.append(f"{self.charted_fraction:.0%} of the site charted of {self._goal:.0%}")
-        return "; ".join(reason_or_part for reason_or_part in (reason, *missing) if reason_or_part)
+        return "; ".join(text for text in (reason, *missing) if text)

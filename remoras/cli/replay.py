@@ -35,7 +35,7 @@ def replay(
     for one in folders:
         if (one / "study.json").is_file():
             fail(f"{one}: holds a sweep; a replay shows one run, or two side by side")
-    runs = [Results.read(of) for of in folders]
+    runs = [Results.read(path) for path in folders]
     check_page_output(target, force)
     for second in runs[1:]:
         _check_pair(runs[0], second)

@@ -237,11 +237,11 @@ class Consultation:
     def _hold(self, asked: Request, age: Age, agreed: Agreed) -> None:
         """Settle who holds a role of limited size."""
         follows, refused = self._role_holders.settle(asked, age, agreed.organisation, agreed.absent)
-        for follow in follows:
-            done = agreed.assign(follow) if follow.act is Act.ASSIGN else agreed.leave(follow)
-            is_head = follow.role == self._groups[follow.group].head_role
-            if done is Outcome.SUCCESS and is_head and follow.about == asked.about:
-                self._leadership.change(follow.group, follow.assignee, follow.act is Act.ASSIGN, age)
+        for request in follows:
+            done = agreed.assign(request) if request.act is Act.ASSIGN else agreed.leave(request)
+            is_head = request.role == self._groups[request.group].head_role
+            if done is Outcome.SUCCESS and is_head and request.about == asked.about:
+                self._leadership.change(request.group, request.assignee, request.act is Act.ASSIGN, age)
         if refused is not None:
             agreed.note(asked, refused)
         elif not follows and not agreed.organisation.is_member(asked.assignee, asked.group):

@@ -152,7 +152,9 @@ class Negotiation:
         """Let the strategy hear in the next round which roles this vehicle said to be left, beside what it stated."""
         name = self._beliefs.name
         facts = tuple(
-            (name(subject[0]), LEFT_ROLE, name(subject[2])) for subject in left if subject[1] in self.attributes
+            (name(vehicle), LEFT_ROLE, name(role))
+            for vehicle, attribute, role, *_ in left
+            if attribute in self.attributes
         )
         if facts:
             self._added.append(Heard(self._me, self._beliefs.model.quantise_time(now_s), facts))

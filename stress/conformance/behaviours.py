@@ -114,7 +114,7 @@ def _check_perception(perceived: object, where: str) -> None:
     assert isinstance(failed, bool), f"{where}: failed is {failed!r}, expected a bool"
     is_share = isinstance(answers, float | int) and 0.0 <= answers <= 1.0
     assert is_share, f"{where}: answers is {answers!r}, expected a number of 0..1"
-    is_list = isinstance(concludes, tuple) and all(isinstance(conclude, Observation) for conclude in concludes)
+    is_list = isinstance(concludes, tuple) and all(isinstance(found, Observation) for found in concludes)
     assert is_list, f"{where}: concludes is {concludes!r}, expected a tuple of Observation"
     assert not (done and stimulus > 0.0), f"{where}: all is done, and yet the stimulus is {stimulus}"
 

@@ -44,8 +44,8 @@ def _check_sequences(record: Record, report: CheckReport) -> None:
         while restarts and restarts[0][0] <= time_s:
             began = restarts.pop(0)[1]
             has, drives = (
-                {drive for drive in has if drive[0] != began},
-                {drive for drive in drives if drive[0] != began},
+                {row for row in has if row[0] != began},
+                {row for row in drives if row[0] != began},
             )
         while absences and absences[0][0] <= time_s:
             _, viewer, peer, event_of_peer = absences.pop(0)

@@ -103,7 +103,7 @@ class _Stage:
         if len(self.names) <= MOST_NAMED:
             for line, name in zip(self.lines, self.names, strict=True):
                 line.set_color(looks[name].colour)
-        self.moving = [*(d for mover in self.movers.values() for d in mover), self.clock, *self.lines]
+        self.moving = [*(artist for mover in self.movers.values() for artist in mover), self.clock, *self.lines]
         for artist in self.moving:
             artist.set_animated(True)
         self.canvas.draw()

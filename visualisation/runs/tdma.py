@@ -168,7 +168,7 @@ def _legend(traffic: RunPackets) -> tuple[Line2D | Patch, ...]:
     shown = [TICKS[name] for name, flags in _fates(traffic).items() if name in ALWAYS or flags.any()]
     return (
         Line2D([], [], marker="D", linestyle="none", color=style.GREY, markersize=3.5, label="sent"),
-        *(Patch(facecolor=tick.face, edgecolor=tick.edge, linewidth=0.5, label=tick.label) for tick in shown),
+        *(Patch(facecolor=mark.face, edgecolor=mark.edge, linewidth=0.5, label=mark.label) for mark in shown),
     )
 
 
