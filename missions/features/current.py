@@ -195,12 +195,6 @@ def part_of(joining: Joining) -> Part | None:
     return None if current is None else Part(body=lambda layer: in_current(layer, current))
 
 
-def water_of(scenario: Scenario) -> CurrentTable:
-    """How the water moves."""
-    table: CurrentTable = scenario.of_feature(KEY)
-    return table
-
-
 def current_faults(raw: Raw, mission: type[Mission] | None) -> Iterator[ConfigurationFault]:
     """A current that is as fast as the slowest vehicle at its depth, or faster; surges that begin after the end."""
     table = table_of(raw, KEY)
@@ -290,5 +284,5 @@ FEATURE = Feature(
             0.2,
         ),
     ),
-    water=water_of,
+    water=lambda scenario: scenario.of_feature(KEY),
 )

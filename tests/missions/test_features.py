@@ -91,6 +91,31 @@ def test_a_feature_that_is_there_is_taken(feature: str, whole: str) -> None:
     assert feature in names
 
 
+IN_STILL_WATER = """
+import re, tempfile
+from pathlib import Path
+from missions.runs.run import run
+from missions.scenarios import load
+text = Path("missions/pandora/inspection.toml").read_text(encoding="utf-8")
+of_current = r"(?m)^ *\\[+current.*\\n(?:(?! *\\[).*\\n)*"
+still, n_tables = re.subn(of_current, "", text)
+assert n_tables > 1, n_tables
+with tempfile.TemporaryDirectory() as folder:
+    file = Path(folder) / "still.toml"
+    file.write_text(still, encoding="utf-8")
+    scenario = load(str(file), [("--set", "scenario.duration_s=30.0"), ("--set", "fault=[]")])
+n_rows = len(run(scenario, 1).recorder.trajectories)
+print(json.dumps([scenario.foretold, list(scenario.surges(1)), n_rows > 0]))
+"""
+
+
+def test_a_mission_that_asks_how_the_water_moves_works_where_nothing_moves_it() -> None:
+    command = [sys.executable, "-c", LEAVING_OUT + IN_STILL_WATER, "current"]
+    made = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, timeout=240)
+    assert made.returncode == 0, made.stderr
+    assert json.loads(made.stdout) == [None, [], True]
+
+
 PROGRAM = """
 from typer.testing import CliRunner
 from missions.errors import ConfigurationError
