@@ -54,8 +54,9 @@ class ReadOnlyVehicle:
     @property
     def is_in_contact(self) -> bool:
         """True while it is alive, hears and is heard; where the strategy uses no modem, whatever that does."""
-        condition, radio = self._vehicle.condition, self._vehicle.radio
-        return self._vehicle.is_alive and not (radio.communicates and (condition.is_mute or condition.is_deaf))
+        vehicle = self._vehicle
+        condition = vehicle.condition
+        return vehicle.is_alive and not ((condition.is_mute or condition.is_deaf) and vehicle.radio.communicates)
 
     @property
     def communicates(self) -> bool:

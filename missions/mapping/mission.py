@@ -335,14 +335,20 @@ class MappingMission(Mission):
         absent and an area is not done, it waits, but not beyond the deadline. A group that was formed to inspect does
         not meet. After a meeting see ``given_anew``.
         """
-        of = [other for other in self.groups.values() if group.name in (other.name, other.formed_by)]
-        again = is_open_again(group, self._surveys, beliefs)
-        again = again or is_alone_with_work(group, organisation, self._surveys, beliefs)
-        is_left = again or any(waiting(beliefs, other, self._inspections) for other in of)
-        if group.formed_by is not None or (is_left and not self.meeting.is_overdue(group, beliefs, picture)):
+        if group.formed_by is not None:
             return ()
-        found = self.meeting.findings(group, organisation, beliefs, picture, motion)
-        return found or given_anew(group, organisation, self._surveys, self.meeting, beliefs, picture)
+        found = self.meeting.findings(group, organisation, beliefs, picture, motion) or given_anew(
+            group, organisation, self._surveys, self.meeting, beliefs, picture
+        )
+        if not found or self.meeting.is_overdue(group, beliefs, picture):
+            return found
+        of = [other for other in self.groups.values() if group.name in (other.name, other.formed_by)]
+        is_left = (
+            is_open_again(group, self._surveys, beliefs)
+            or is_alone_with_work(group, organisation, self._surveys, beliefs)
+            or any(waiting(beliefs, other, self._inspections) for other in of)
+        )
+        return () if is_left else found
 
     def completion(self, objective: Objective, vehicle: str) -> Finding | None:
         """An area that is explored is done."""

@@ -12,7 +12,7 @@ ever found. What the vehicles left are able to map and inspect counts in the rea
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from typing import NamedTuple
 
 from missions.mapping.inspection import FindsWatch
@@ -134,8 +134,7 @@ class MappingTruth(MeetingTruth):
         if changed:
             self._judge(now_s)
         is_complete = super().observe(fleet, now_s)
-        at_work = any(self._is_at_work(vehicle) for vehicle in fleet.vehicles if vehicle.name in there)
-        if self._apart or self._is_open(fleet) or self._is_awaited or at_work:
+        if self._apart or self._is_awaited or self._is_open(fleet) or self._is_anybody_at_work(fleet, there):
             self._met_s = None
         elif self._met_s is None:
             self._met_s = now_s
@@ -153,8 +152,12 @@ class MappingTruth(MeetingTruth):
                 return True
         return False
 
-    def _is_at_work(self, vehicle: VehicleView) -> bool:
-        return self._exploring.get(vehicle.name, False) or "Inspecting" in vehicle.performed
+    def _is_anybody_at_work(self, fleet: FleetView, there: Set[str]) -> bool:
+        return any(
+            self._exploring.get(vehicle.name, False) or "Inspecting" in vehicle.performed
+            for vehicle in fleet.vehicles
+            if vehicle.name in there
+        )
 
     def _swaths_of(self, vehicle: VehicleView) -> tuple[Swath, ...]:
         """What the mapping sensors of a vehicle see, on or off."""

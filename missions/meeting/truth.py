@@ -22,7 +22,7 @@ from remoras.nesting import height
 from remoras.organisation import Group
 from remoras.reach import left, reachable_by_jobs, within_reach
 from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
-from remoras.work import Job, Point
+from remoras.work import Job
 
 JOBS = Table("jobs", (TIME, VEHICLE, Column("job", "str")))
 """When a vehicle had done a job; a job that two vehicles do has two rows."""
@@ -105,8 +105,12 @@ class MeetingTruth:
 
     def _is_at_rest(self, vehicle: VehicleView) -> bool:
         """True for a vehicle that is home, or at a rally point."""
-        places_m = (vehicle.data.start_m, *self._rally_points_m.values())
-        return any(self._is_near(vehicle, at_m) for at_m in places_m)
+        x_m, y_m = vehicle.position_m
+        for at_x_m, at_y_m in (vehicle.data.start_m, *self._rally_points_m.values()):
+            dx_m, dy_m = x_m - at_x_m, y_m - at_y_m
+            if dx_m * dx_m + dy_m * dy_m <= self._radius_m * self._radius_m:
+                return True
+        return False
 
     def _look(self, fleet: FleetView, now_s: float) -> bool:
         survivors = [vehicle for vehicle in fleet.vehicles if vehicle.is_in_contact]
@@ -193,20 +197,14 @@ class MeetingTruth:
         """Survivors that belong to the group, as each sees itself."""
         return [vehicle for vehicle in survivors if vehicle.organisation.is_member(vehicle.name, group.name)]
 
-    def _is_at_rally_point(self, vehicle: VehicleView, group: Group) -> bool:
-        return self._is_near(vehicle, self._rally_points_m[group.rally_point or ""])
-
-    def _is_near(self, vehicle: VehicleView, at_m: Point) -> bool:
-        x_m, y_m = at_m
-        own_x_m, own_y_m = vehicle.position_m
-        dx_m, dy_m = own_x_m - x_m, own_y_m - y_m
-        return dx_m * dx_m + dy_m * dy_m <= self._radius_m * self._radius_m
-
     def _note_who_is_there(self, survivors: Sequence[VehicleView], group: Group, now_s: float) -> None:
         """Who has been at the rally point since when, and who has met there: it believed so and was there."""
+        at_x_m, at_y_m = self._rally_points_m[group.rally_point or ""]
         for vehicle in survivors:
+            x_m, y_m = vehicle.position_m
+            dx_m, dy_m = x_m - at_x_m, y_m - at_y_m
             key = vehicle.name, group.name
-            if not self._is_at_rally_point(vehicle, group):
+            if dx_m * dx_m + dy_m * dy_m > self._radius_m * self._radius_m:
                 self._there_s.pop(key, None)
                 continue
             self._there_s.setdefault(key, now_s)
