@@ -126,7 +126,7 @@ class MeetingTruth:
         for group in list(self._apart) if now_s >= self._opens_s else ():
             if any(other.name in self._meets_after[group.name] for other in self._apart):
                 continue
-            self._note_who_is_there(survivors, group, now_s)
+            self._note_who_is_there(fleet, group, now_s)
             if self.is_worked_off(group) and self._is_together(survivors, group):
                 self._note_meeting(group, survivors, (), now_s)
             elif self._is_overdue(survivors, group, now_s):
@@ -197,10 +197,15 @@ class MeetingTruth:
         """Survivors that belong to the group, as each sees itself."""
         return [vehicle for vehicle in survivors if vehicle.organisation.is_member(vehicle.name, group.name)]
 
-    def _note_who_is_there(self, survivors: Sequence[VehicleView], group: Group, now_s: float) -> None:
-        """Who has been at the rally point since when, and who has met there: it believed so and was there."""
+    def _note_who_is_there(self, fleet: FleetView, group: Group, now_s: float) -> None:
+        """Who has been at the rally point since when, and who has met there: it believed so and was there.
+
+        Who is out of contact for a while may be there, and gone on when it is back.
+        """
         at_x_m, at_y_m = self._rally_points_m[group.rally_point or ""]
-        for vehicle in survivors:
+        for vehicle in fleet.vehicles:
+            if not vehicle.is_alive:
+                continue
             x_m, y_m = vehicle.position_m
             dx_m, dy_m = x_m - at_x_m, y_m - at_y_m
             key = vehicle.name, group.name
