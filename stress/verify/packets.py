@@ -119,13 +119,15 @@ def _check_fates(record: Record, report: CheckReport) -> None:
     for time_s, sender, receivers, lost_by, collided_at, end_s, arrivals_s in table.rows(*names):
         report.look("receivers")
         told = [*receivers, *lost_by, *collided_at]
-        due = [name for name in record.vehicles if name != sender and not record.is_away(name, time_s)]
-        if record.is_away(sender, time_s):
+        before, after = (
+            {name for name in record.vehicles if not record.is_away(name, at_s)}
+            for at_s in (time_s - CLOSE_S, time_s + CLOSE_S)  # who goes or comes just then may be either
+        )
+        due = sorted((before & after) - {sender})
+        if sender not in before | after:
             report.add("receivers", "packets", time_s, sender, "a packet", "none: its sender is away")
-        elif sorted(told) != sorted(due):
-            report.add(
-                "receivers", "packets", time_s, sender, f"fates of {sorted(told)}", f"one of each of {sorted(due)}"
-            )
+        elif len(set(told)) < len(told) or not set(due) <= set(told) <= (before | after) - {sender}:
+            report.add("receivers", "packets", time_s, sender, f"fates of {sorted(told)}", f"one of each of {due}")
         elif len(arrivals_s) != len(receivers):
             report.add("receivers", "packets", time_s, sender, f"{len(arrivals_s)} arrivals", f"{len(receivers)}")
         else:
