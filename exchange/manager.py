@@ -80,12 +80,8 @@ USUAL = Options()
 
 def _refuse_future(packet: Packet, now_s: float, model: WorldModel) -> None:
     """Refuse a packet with a fact that was observed later than it arrives: it was damaged, or a clock is wrong."""
-    newest_s = max([fragment.time_s for fragment in packet.fragments], default=now_s)
-    if newest_s <= now_s:
-        return
-    latest_s = model.latest_time_s(now_s)
     for fragment in packet.fragments:
-        if fragment.time_s > latest_s:
+        if fragment.time_s > now_s and fragment.time_s > model.latest_time_s(now_s):
             raise PeerFault(
                 f"a fact of {fragment.time_s:g} s arrives at {now_s:g} s: from the future, beyond a clock "
                 f"tolerance of {model.clock_tolerance_s:g} s"
@@ -198,7 +194,7 @@ class ExchangeManager:
 
     def is_of_use(self, facts: Iterable[Stated]) -> bool:
         """True if these facts have an attribute that is exchanged, whoever needs it now."""
-        return self._interests.of(PropertyValue(*fact) for fact in facts)[1] > 0
+        return self._interests.of([PropertyValue(*fact) for fact in facts])[1] > 0
 
     def fits(self, facts: Iterable[Stated]) -> bool:
         """True if a block of these facts would go into one packet, beside influence signals."""

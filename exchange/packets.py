@@ -111,8 +111,7 @@ class Fragment:
         return Block(self.origin, self.sequence, self.time_s, self.facts, self.epoch)
 
 
-@dataclass(frozen=True, slots=True)
-class InfluenceSignal:
+class InfluenceSignal(NamedTuple):
     """Personal satisfaction of the sender in one role of one group, -128..127 (REMORAS, section V.A).
 
     ``role`` is the instance uid of the role; a role exists in one group only, so it names the group too.
@@ -173,8 +172,7 @@ class Head(NamedTuple):
     n_turns: int = 1
 
 
-@dataclass(frozen=True, slots=True)
-class Packet:
+class Packet(NamedTuple):
     """Everything one vehicle says in one slot.
 
     ``rows`` holds one bit word per node: bit j of row i says that node i received the packet meant of
@@ -193,8 +191,7 @@ class Packet:
     n_turns: int = 1
 
 
-@dataclass(frozen=True, slots=True)
-class Transmission:
+class Transmission(NamedTuple):
     """What a vehicle says in one slot, and what it decided in doing so.
 
     ``items`` are repeated until they are acknowledged, ``status`` are said this once. ``fragments`` has (attribute of

@@ -12,9 +12,9 @@ from types import MappingProxyType
 from typing import NamedTuple, Protocol
 
 from exchange.manager import ExchangeManager
-from exchange.packets import Fragment, InfluenceSignal, ItemUid, Reception, Transmission, name_of
+from exchange.packets import Fragment, InfluenceSignal, ItemUid, Met, Reception, Transmission, name_of
 from remoras.beliefs import Beliefs, Fact
-from remoras.contacts import EVENTS, Contacts
+from remoras.contacts import Contacts
 from remoras.contents import Content, content_of
 from remoras.deliveries import note_acknowledged, note_expired, note_slot
 from remoras.jumps import Jumps
@@ -145,6 +145,7 @@ class Radio:
             for group in groups
             for role in group.roles
         }
+        self._roles = {(one.group, one.role): uid for uid, one in self._signalling.items()}
         self.limits: list[Callable[[float], float]] = []
         self._unheard: dict[tuple[str, ItemUid], set[str]] = {}  # by vehicle and item: roles given out in the item
 
@@ -218,9 +219,9 @@ class Radio:
             note_slot(self._recorder, self._me, queue, self.manager.keep_silent(now_s), now_s)
             return None
         offered = []
-        for (group, role), value in signals:
-            self._recorder.satisfaction.append((now_s, self._me, group, role, value))
-            offered.append(InfluenceSignal(self._beliefs.uid(f"{group}.{role}"), value))
+        for role, value in signals:
+            self._recorder.satisfaction.append((now_s, self._me, *role, value))
+            offered.append(InfluenceSignal(self._roles[role], value))
         if offered and above == 0:
             self.manager.offer_signals(offered)
         sent = self.manager.packet_to_send(now_s, above)
@@ -255,7 +256,7 @@ class Radio:
     def hear(self, data: bytes, now_s: float) -> HeardPacket:
         """Take in a packet."""
         reception = self.manager.receive(data, now_s)
-        if reception.met in EVENTS or reception.conflict is not None:
+        if reception.met is not Met.USUAL or reception.conflict is not None:
             self._contacts.heard(reception, now_s, self._recorder)
         if reception.fault is not None:
             self._record_fault(now_s, "bad packet", reception.fault)

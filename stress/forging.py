@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
 from exchange.errors import ExchangeError
 from exchange.packets import Fragment, Packet
@@ -51,7 +50,7 @@ def _forged(packet: Packet, draw: int, model: WorldModel) -> Packet:
         one = fragments[at]
         later_s = one.time_s + LATER_S[draw // LATER_EVERY % len(LATER_S)]
         fragments[at] = _with(one, one.facts, later_s)
-        return replace(packet, fragments=tuple(fragments))
+        return packet._replace(fragments=tuple(fragments))
     for index in range(len(fragments)):
         at = (draw + index) % len(fragments)
         fact = fragments[at].facts[draw % len(fragments[at].facts)]
@@ -59,8 +58,8 @@ def _forged(packet: Packet, draw: int, model: WorldModel) -> Packet:
             if other != fact and model.may_record(other):
                 facts = tuple(other if told is fact else told for told in fragments[at].facts)
                 fragments[at] = _with(fragments[at], facts, fragments[at].time_s)
-                return replace(packet, fragments=tuple(fragments))
-    return replace(packet, signals=tuple(replace(signal, value=-128) for signal in packet.signals))
+                return packet._replace(fragments=tuple(fragments))
+    return packet._replace(signals=tuple(signal._replace(value=-128) for signal in packet.signals))
 
 
 def _with(one: Fragment, facts: tuple[PropertyValue, ...], time_s: float) -> Fragment:

@@ -5,15 +5,14 @@ pays for one look-up in a dictionary per fact, and nothing at all while nobody h
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from worldmodel.errors import FactError
 from worldmodel.facts import Observation
 from worldmodel.tbox import TBox
 
 
-@dataclass(frozen=True, slots=True)
-class Subscription:
+class Subscription(NamedTuple):
     """A wish for the news of ``attribute``: of one ``instance``, or of all instances of ``class_uid``.
 
     ``number`` tells two of the same wish apart: each fetches all news.

@@ -92,7 +92,10 @@ class BroadcastChannel:
         x_m, y_m = positions_m[sender]
         packet = Transmission(slot, sender, now_s, 8 * len(data))
         sent_s = now_s + self.modem.packet_s(packet.size_bits)
-        slot_ends_s = now_s + self.modem.packet_s(self.modem.payload_bits) + self.range_m / self.sound_speed_mps
+        reach_m, slot_ends_s = self.range_m, math.inf
+        if self.carries_beyond_range:
+            reach_m = math.inf
+            slot_ends_s = now_s + self.modem.packet_s(self.modem.payload_bits) + self.range_m / self.sound_speed_mps
         draws: int | None = None  # nothing is drawn where nothing can be lost
         arrivals = []
         for receiver, (other_x_m, other_y_m) in enumerate(positions_m):
@@ -102,7 +105,7 @@ class BroadcastChannel:
             if self.depths_m:
                 range_m = length(range_m, self.depths_m[receiver] - self.depths_m[sender])
             time_s = sent_s + range_m / self.sound_speed_mps
-            if time_s > slot_ends_s if self.carries_beyond_range else range_m > self.range_m:
+            if range_m > reach_m or time_s > slot_ends_s:
                 continue
             p_loss = self.link.p_loss(packet, receiver, range_m)
             if p_loss > 0.0:

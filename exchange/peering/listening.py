@@ -133,9 +133,9 @@ class Listener:
             self._catch_up(now_s)
         elif lacked:
             self.reopen(now_s)
-        gained = [state.believes[peer] & ~before[peer] for peer in range(self._n_nodes)]
-        gained[self._me] = 0
-        beliefs = tuple([(peer, uid) for peer, items in enumerate(gained) if items for uid in self._ledger.uids(items)])
+        before[self._me] = -1  # what it holds itself it does not believe
+        gained = [(peer, items) for peer, known in enumerate(before) if (items := state.believes[peer] & ~known)]
+        beliefs = tuple([(peer, uid) for peer, items in gained for uid in self._ledger.uids(items)])
         settled = self.settle() if beliefs else ()
         return Reception(
             slot, sender, tuple(taken.blocks), packet.signals, tuple(taken.items), beliefs, settled, tuple(taken.aside),
@@ -189,26 +189,23 @@ class Listener:
         for summary in packet.summary:
             if summary[:2] == own and summary.beyond(n_told):
                 return True
-        return any(map(self._is_misquote, packet.fragments))
+        return any(map(self._is_misquote, [fragment for fragment in packet.fragments if fragment.origin == self._me]))
 
     def _is_misquote(self, fragment: Fragment) -> bool:
-        """True for an item under the name of this vehicle, in its life, that it never told."""
-        if fragment.origin != self._me or fragment.epoch != self._model.epoch or fragment.sequence == STATUS:
+        """True for a fragment under the name of this vehicle if it is an item of its life that it never told."""
+        if fragment.epoch != self._model.epoch or fragment.sequence == STATUS:
             return False
         return self._ledger.fragment(fragment.uid) != fragment
 
     def _lives_told(self, packet: Packet) -> list[tuple[int, int]]:
         """Nodes that are in another life than was known, by the packet's head and by items that are new here."""
-        told = {packet.sender: packet.epoch}
+        told, epochs = {packet.sender: packet.epoch}, self._peers.epochs
         for fragment in packet.fragments:
-            is_newer = (
-                fragment.origin not in told
-                and fragment.origin != self._me
-                and fragment.epoch > self._peers.epochs[fragment.origin]
-            )
+            origin = fragment.origin
+            is_newer = fragment.epoch > epochs[origin] and origin not in told and origin != self._me
             if is_newer and fragment.sequence != STATUS and fragment.uid not in self._ledger:
-                told[fragment.origin] = fragment.epoch
-        return [(node, epoch) for node, epoch in told.items() if epoch != self._peers.epochs[node]]
+                told[origin] = fragment.epoch
+        return [(node, epoch) for node, epoch in told.items() if epoch != epochs[node]]
 
     def _take_in(self, packet: Packet, now_s: float) -> _Taken:
         """Take in the fragments of a packet."""
@@ -219,7 +216,7 @@ class Listener:
                 continue
             uid, guid = fragment.uid, (fragment.origin, fragment.epoch, fragment.sequence)
             column = self._ledger.column(uid)
-            if self._is_misquote(fragment):
+            if fragment.origin == self._me and self._is_misquote(fragment):
                 taken.is_ambiguous = True
                 continue
             if column is None:

@@ -191,7 +191,7 @@ class BySlots:
 
     def spoken_of(self, slot: int) -> SpokenOf:
         """Of who has had a slot since a packet that comes late, the last packet is another than it speaks of."""
-        lasting = ~sum(1 << slot_heard % self._n_nodes for slot_heard in range(slot + 1, self._next_slot))
+        lasting = ~sum([1 << slot_heard % self._n_nodes for slot_heard in range(slot + 1, self._next_slot)])
         return SpokenOf(lasting, self._sent_slot is not None and 0 < slot - self._sent_slot < self._n_nodes)
 
     def absorb(
@@ -243,7 +243,7 @@ class PeerStates:
         self.awaited = 0
         """Nodes that catch up once they are heard, one bit each."""
         self._absence = absence
-        self._informed = [(1 << n_nodes) - 1] * n_nodes  # who is known to have heard that epoch
+        self._informed_of = [(1 << n_nodes) - 1] * n_nodes  # by peer: nodes whose epoch it is known to have heard
         self._older = [(0, 0)] * n_nodes  # an older epoch heard since, and how often in a row
         self._heard: list[LastPacket | None] = [None] * n_nodes
         self.heard_frame: list[int | None] = [None] * n_nodes
@@ -308,7 +308,8 @@ class PeerStates:
         """A node is in another life: nothing is believed of it."""
         self.epochs[node] = epoch
         self._begun_frame[node] = self._frame
-        self._informed[node] = 1 << node | 1 << self._me
+        for peer, known in enumerate(self._informed_of):
+            self._informed_of[peer] = known | 1 << node if peer in (node, self._me) else known & ~(1 << node)
         self.forget(node)
 
     def is_over(self, origin: int, epoch: int) -> bool:
@@ -341,17 +342,17 @@ class PeerStates:
             is_asked: the packet speaks of the own last packets.
             about: frame that the bits are about, where it is the same for all.
         """
-        sender, own = packet.sender, packet.rows[packet.sender]
-        for node in range(self._n_nodes):
-            if own >> node & 1 and (about is None or self._begun_frame[node] <= about):
-                self._informed[node] |= 1 << sender
+        sender, own, begun = packet.sender, packet.rows[packet.sender], -1
+        if about is not None:
+            begun = sum([1 << node for node, frame_begun in enumerate(self._begun_frame) if frame_begun <= about])
+        self._informed_of[sender] |= own & begun
         answering = self._answering
         if lasting >> self._me & 1 and answering[frame % len(answering)][sender]:
             self._count_answer(sender, bool(own >> self._me & 1), is_asked)
         heeded = 1 << sender
         if frame > max(self._doubted_until):
-            heeded |= sum(1 << node for node, informed in enumerate(self._informed) if informed >> sender & 1)
-        return tuple(row & lasting if heeded >> node & 1 else 0 for node, row in enumerate(packet.rows))
+            heeded |= self._informed_of[sender]
+        return tuple([row & lasting if heeded >> node & 1 else 0 for node, row in enumerate(packet.rows)])
 
     def _count_answer(self, sender: int, is_received: bool, is_asked: bool) -> None:
         """Count whether a peer says that it received the own packet of the frame before its slot."""

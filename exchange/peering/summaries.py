@@ -92,8 +92,8 @@ class Telling:
         told: list[Summary] = []
         for life in self._longest_ago():
             summary = summary_of(life, self._holdings.held.get(life, 0))
-            given_up = self._holdings.given_up.get(life, ())
-            is_asked_for = any(summary.holds(sequence) is False for sequence in given_up)
+            given_up = self._holdings.given_up.get(life)
+            is_asked_for = given_up and any(summary.holds(sequence) is False for sequence in given_up)
             is_known = self._told.get(life) == (summary, TIMES_TOLD) and not is_asked_for
             if life not in self.silenced and not is_known and self._size_bits(summary) <= room_bits:
                 self._take(life, summary, told)
@@ -153,7 +153,8 @@ class Summaries:
         noted, life = self._noted.setdefault(sender, {}), summary[:2]
         known, noted[life] = noted.get(life), summary
         first = known.highest + 1 if known is not None and known.highest <= summary.highest else 0
-        believes, lacked = self._state.believes, list[int]()
+        lacked: list[int] = []
+        believes = self._state.believes
         for sequence in self._ledger.blocks_from(life, first, summary.end):
             guid = (*life, sequence)
             columns = self._ledger.parts_of(guid)

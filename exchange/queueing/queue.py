@@ -151,7 +151,7 @@ class Lines:
             moment: of the own slot.
             above: only what has a higher priority goes.
         """
-        unsaid = Counter[Unsaid]()
+        unsaid: Counter[Unsaid] = Counter()
         heads, n_waiting, n_repeated = self._heads(moment, above, unsaid)
         passed: dict[Hashable, list[tuple[Line, Entry]]] = {}
         n_passed = n_too_large = 0
@@ -177,13 +177,15 @@ class Lines:
         for on_terms in self.on_terms:
             on_terms.note_said(chosen, moment.now_s)
         n_unsaid = n_waiting - len(chosen) - n_too_large
-        n_repeated = min(n_unsaid, n_repeated - sum(candidate.is_repeated for candidate in chosen))
+        n_repeated = min(n_unsaid, n_repeated - sum([candidate.is_repeated for candidate in chosen]))
         counts = (
             (Unsaid.TOO_LARGE, n_too_large),
             (Unsaid.WAITING, n_repeated),
             (Unsaid.LOWER_VALUE, n_unsaid - n_repeated),
         )
-        unsaid.update({reason: n for reason, n in counts if n})
+        for reason, n in counts:
+            if n:
+                unsaid[reason] += n
         return chosen, unsaid
 
     def _heads(self, moment: Moment, above: float, unsaid: Counter[Unsaid]) -> tuple[list[Head], int, int]:

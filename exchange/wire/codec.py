@@ -175,7 +175,7 @@ class AckHeader:
     def n_set(self, sender: int, rows: Sequence[int], frame: int) -> int:
         """Acknowledgements that the header states with these rows."""
         masks = self._masks[frame % len(self._masks)][sender]
-        return sum((row & mask).bit_count() for row, mask in zip(rows, masks, strict=True))
+        return sum([(row & mask).bit_count() for row, mask in zip(rows, masks, strict=True)])
 
 
 class SideCodec:

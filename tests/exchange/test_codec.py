@@ -584,7 +584,7 @@ def test_sizes_added_up_beforehand_are_those_sent(
     )
     assert len(data) == -(-(size_bits + fragments_bits) // 8)
     received = codec.decode(data, frame, start_s)
-    offered = replace(packet, fragments=tuple(packing.fragments))
+    offered = packet._replace(fragments=tuple(packing.fragments))
     assert received.fragments == tuple(quantised(fragment) for fragment in on_the_wire(offered))
 
 

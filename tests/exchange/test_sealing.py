@@ -2,7 +2,6 @@
 
 import random
 import sys
-from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -174,7 +173,7 @@ def test_a_fleet_with_a_key_works_as_one_without():
         fleet.pass_frames(3)
         assert all(fleet.holders(uid) == [0, 1, 2] for uid in uids)
         assert not fleet.false_beliefs
-    plain, sealed = ([replace(said, data=b"", size_bits=0) for said in fleet.said] for fleet in fleets)
+    plain, sealed = ([said._replace(data=b"", size_bits=0) for said in fleet.said] for fleet in fleets)
     assert plain == sealed
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -43,7 +42,7 @@ def test_acknowledgements_change_plans(strategy: str, monkeypatch: pytest.Monkey
     listen = Listener.listen
 
     def without_rows(listener: Listener, packet: Packet, *more: Any) -> Reception:
-        return listen(listener, replace(packet, rows=(0,) * len(packet.rows)), *more)
+        return listen(listener, packet._replace(rows=(0,) * len(packet.rows)), *more)
 
     monkeypatch.setattr(Listener, "listen", without_rows)
     ignoring = of("mapping-patches", strategy, 0.7, "communication.summaries=false")
