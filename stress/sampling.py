@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from missions.feature import USUAL_S, Draws, Sample
+from missions.scenarios.parts import strategy_of
 from missions.scenarios.scenario import Scenario, VehicleTable
 from remoras.strategies import parameters, strategies
 
@@ -110,7 +111,9 @@ def starts(draws: Draws, scenario: Scenario) -> Drawn:
 
 
 def social(draws: Draws, scenario: Scenario) -> Drawn:
-    """A vehicle without the social layer."""
+    """A vehicle without the social layer; not where they tell nothing, so that nobody succeeds a head without it."""
+    if not strategy_of(scenario).declaration.tells:
+        return {}
     return {f"vehicle.{_vehicle(draws, scenario).name}.social_layer": False}
 
 
