@@ -93,7 +93,7 @@ def test_a_scripted_channel_that_alters_nothing_changes_nothing(paper_run: Run) 
 def test_without_influence_signals_auv00_finishes_its_area(paper_run: Run) -> None:
     """Nothing but the signals is cut: assignments, observations and acknowledgements still flow."""
     loaded = scenario()
-    finished = run(loaded, channel=scripted(loaded, lambda packet: replace(packet, signals=())))
+    finished = run(loaded, channel=scripted(loaded, lambda packet: packet._replace(signals=())))
     measured = times_s(finished)
     assert ("mapping_stopped", "AUV00") not in measured
     assert PAPER_S["mapping_stopped", "AUV00"] < measured["mapping_done", "AUV00"] < measured["gathered", "Operational"]
