@@ -16,7 +16,7 @@ NOT_FAST = "slow", "thorough"
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark tests as slow or fast by ``tiers.toml``; those that are neither take a few seconds."""
+    """Mark tests as slow or fast by ``tiers.toml``; those that are neither take a second or two."""
     tiers = tomllib.loads(Path(__file__).with_name("tiers.toml").read_text(encoding="utf-8"))
     tier = {name: key for key, names in tiers.items() for name in names}
     for item in items:

@@ -3,7 +3,7 @@
     python -m pytest -n 2 --durations=0 --durations-min=0 > log.txt
     python -m tests.tools.tiers log.txt
 
-Functions whose cases take more than a second in all are written to ``tests/tiers.toml``; those that take more than five
+Functions whose cases take more than a second in all are written to ``tests/tiers.toml``; those that take more than two
 are slow, as if they were marked so. All others are fast: ``pytest -m fast tests/exchange``. Times are to be measured
 while the machine does nothing else.
 """
@@ -16,7 +16,7 @@ from collections import defaultdict
 from pathlib import Path
 
 FILE = Path(__file__).parents[1] / "tiers.toml"
-MODERATE_S, SLOW_S = 1.0, 5.0
+MODERATE_S, SLOW_S = 1.0, 2.0
 _ROW = re.compile(r"^\s*([\d.]+)s (?:call|setup|teardown)\s+([^\s\[]+)", re.MULTILINE)
 KEPT = ("tests/reference/",)
 """Where tests are asked by whoever asks any, however long they take."""
