@@ -216,7 +216,6 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
             return False
         self.radio.tidy(now_s)
         changed = self._look_around(now_s)
-        self._may_have_replanned |= self.social.consultation_due
         changed |= self._take_effect(now_s)
         calls = self.executive.calls(now_s) if self.radio.influences else {}
         for facts, told in self.social.negotiate(now_s, self.functional.believed, calls):
@@ -243,6 +242,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         """Roles and objectives stated so far count from now on."""
         if not self.social.consultation_due:
             return False
+        self._may_have_replanned = True
         self._take_on(self.social.consult(), now_s)
         return True
 
