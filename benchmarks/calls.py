@@ -11,6 +11,7 @@ which a mission takes 1 % more calls, or 1 % fewer, with what that buys. A test 
 from __future__ import annotations
 
 import argparse
+import json
 import subprocess
 import sys
 import tomllib
@@ -86,7 +87,7 @@ def write(change: str) -> None:
     Args:
         change: what was changed, and what it buys.
     """
-    lines = [f'\n[[entry]]\nversion = "{__version__}"\nchange = "{change}"\n\n[entry.calls]']
+    lines = [f'\n[[entry]]\nversion = "{__version__}"\nchange = {json.dumps(change)}\n\n[entry.calls]']
     lines += [f'"{name}" = {calls_of_a_step(name):.1f}' for name in MISSIONS]
     with LEDGER.open("a", encoding="utf-8") as file:
         file.write("\n".join(lines) + "\n")

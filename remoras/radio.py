@@ -161,7 +161,7 @@ class Radio:
             self.manager.give_up([fault.guid])
         if not model.arrivals.waiting and not self._lacking:
             return
-        lacking = {lacking.uid: lacking for lacking in model.lacking(now_s)}
+        lacking = {instance.uid: instance for instance in model.lacking(now_s)}
         for uid in sorted(lacking.keys() - self._lacking):
             one = lacking[uid]
             whose = "" if one.origin is None else f" of {self._names[one.origin]}"

@@ -218,11 +218,7 @@ class MappingMission(Mission):
     def instances(self) -> Sequence[tuple[str, str]]:
         """The areas, what may be found, and the mission of groups that are formed for it."""
         given = [("Mission", INSPECTION)] if _forms(self.groups) else []
-        return [
-            *(("Area", corner) for corner in self.corners_m),
-            *(("Find", inspection) for inspection in self._inspections),
-            *given,
-        ]
+        return [*(("Area", area) for area in self.corners_m), *(("Find", find) for find in self._inspections), *given]
 
     @property
     def vocabulary_used(self) -> tuple[Path, ...]:

@@ -148,7 +148,7 @@ class MappingTruth(MeetingTruth):
         heads = ((v, group) for v in fleet.vehicles if v.is_alive for group in self._meeting if v.leads(group))
         for head, group in heads:
             awaited = [group, *(self._meeting[group] if head.communicates and head.is_in_contact else ())]
-            if not all(head.has_met(member) for member in awaited):
+            if not all(head.has_met(of) for of in awaited):
                 return True
         return False
 

@@ -99,7 +99,7 @@ def fill(
     times_s = [(time_s, True) for time_s in given_up_s]
     if model.pruning:
         times_s += [(time_s, False) for time_s in frame_ends_s]
-    for time_s, with_it in sorted(time for time in times_s if time[0] <= at_s):
+    for time_s, with_it in sorted(moment for moment in times_s if moment[0] <= at_s):
         while rest and (rest[0][0] <= time_s if with_it else rest[0][0] < time_s):
             since_s, block = rest.popleft()
             merge(model, [block], since_s)

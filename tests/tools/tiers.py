@@ -47,7 +47,11 @@ def main() -> None:
     """Write the file."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("log", type=Path, help="what pytest printed with --durations=0")
-    FILE.write_text(text(times_s(parser.parse_args().log.read_text(encoding="utf-8"))), encoding="utf-8")
+    log = parser.parse_args().log
+    times = times_s(log.read_text(encoding="utf-8"))
+    if not times:
+        parser.error(f"{log} has no times of tests: run pytest with --durations=0")
+    FILE.write_text(text(times), encoding="utf-8")
 
 
 if __name__ == "__main__":
