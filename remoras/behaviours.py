@@ -5,7 +5,8 @@ motion of its vehicle and a ``Picture`` of what the vehicle has heard or worked 
 
 * ``Mission.behaviour_for`` makes a behaviour when the vehicle takes on an activity set, which its first activity names;
 * ``perceive`` is called at every decision for every set, whether the vehicle performs it or not;
-* ``reference`` is called in every motion tick for the set that guides the vehicle, and for no other.
+* ``reference`` is called in every motion tick for the set that guides the vehicle, and for no other, unless its last
+  answer says that it still holds.
 
 A behaviour decides nothing: it never says when the vehicle turns to it. That follows from motivations alone. A runnable
 example, a behaviour that circles a point::
@@ -30,7 +31,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple, Protocol
 
 from exchange.arithmetic import distance
@@ -73,10 +74,16 @@ class Perception(NamedTuple):
 
 
 class Reference(NamedTuple):
-    """What guidance asks of the control: where to go (m) and how fast (m/s, 0 to stay)."""
+    """What guidance asks of the control: where to go (m) and how fast (m/s, 0 to stay).
+
+    Attributes:
+        holds_m: until the next decision the answer stays the same while the vehicle is farther than this from the
+            target; infinite by default, then the behaviour is asked in every motion tick.
+    """
 
     target_m: Point
     speed_mps: float
+    holds_m: float = math.inf
 
 
 class Behaviour(Protocol):
@@ -100,7 +107,7 @@ class Behaviour(Protocol):
         """Target and speed; None for an activity that does not guide, or has nowhere to go.
 
         Called by the functional layer once a motion tick, while the decision holds this set and one of its activities
-        guides. On None the vehicle slows down to a stop. It must not change ``motion`` or ``picture``: the control
+        guides, unless the last answer holds, see ``Reference``. On None the vehicle slows down to a stop. It must not change ``motion`` or ``picture``: the control
         moves the vehicle within its limits.
         """
         ...
@@ -224,6 +231,11 @@ class Working(Standing):
         return ADVANCING if picture.body.now_s - picture.body.last_yield_s <= self._patience_s else STANDING
 
 
+def awaited(group: str, picture: Picture) -> float:
+    """How much of a call to a meeting is settled by coming, 0..1: as far as the group waits for this vehicle alone."""
+    return picture.groups.awaited.get(group, 1.0)
+
+
 class Homing(Behaviour):
     """Goes to a rally point and waits there until the group is together.
 
@@ -234,9 +246,18 @@ class Homing(Behaviour):
         point_m: the rally point; radius_m: a vehicle this near has arrived.
         group: name of the group that meets.
         data: of the vehicle.
+        answers: how much of a call is settled by coming, 0..1, by the group and the picture.
     """
 
-    def __init__(self, point_m: Point, radius_m: float, group: str, data: VehicleData) -> None:
+    def __init__(
+        self,
+        point_m: Point,
+        radius_m: float,
+        group: str,
+        data: VehicleData,
+        answers: Callable[[str, Picture], float] = awaited,
+    ) -> None:
+        self._answers = answers
         self._point_m = point_m
         self._radius_m = radius_m
         self._group = group
@@ -248,7 +269,6 @@ class Homing(Behaviour):
         """Due until the group is together and the vehicle has surely come; it advances while the vehicle comes nearer.
 
         Who was there before, and was away when the group met, comes once more: others may have met without it.
-        It answers calls as far as the group waits for this vehicle and for nobody else.
         """
         to_go_m = distance_m(motion, self._point_m)
         is_gathered = self._group in picture.groups.gathered
@@ -256,13 +276,13 @@ class Homing(Behaviour):
         if self._has_met:
             return IDLE
         advance = self._approach.advance(to_go_m, picture.body.now_s, performed)
-        return Perception(1.0, advance, answers=picture.groups.awaited.get(self._group, 1.0))
+        return Perception(1.0, advance, answers=self._answers(self._group, picture))
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """To the rally point in transit; on arrival stay there, or make room for those who come."""
         to_go_m = distance_m(motion, self._point_m)
         if to_go_m > max(self._radius_m - picture.body.uncertainty_m, min(CAPTURE_M, self._radius_m)):
-            return Reference(self._point_m, self._data.transit_speed_mps)
+            return Reference(self._point_m, self._data.transit_speed_mps, self._radius_m)
         makes_room = to_go_m > CAPTURE_M and any(
             distance(contact_m, self._point_m) > self._radius_m for contact_m in picture.body.contacts_m
         )

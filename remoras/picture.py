@@ -107,7 +107,7 @@ class Groups:
 
     gathered: set[str] = field(default_factory=set)
     planning_due: bool = False
-    awaited: dict[str, float] = field(default_factory=dict)
+    awaited: Mapping[str, float] = field(default_factory=dict)
     idle_since_s: dict[str, float] = field(default_factory=dict)
     returned_s: dict[str, float] = field(default_factory=dict)
 

@@ -60,6 +60,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         began_s: when it began; later than 0 if it begins anew, see ``go_on``.
 
     Attributes:
+        is_alive: True while there is energy left and no fault has taken the vehicle away.
         heard: each is told of a packet that was taken in: what came of it, its bits, and the time by the own clock (s).
         readings: each is given what a sensor has read, with its name, and returns what is recorded of it.
     """
@@ -83,7 +84,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         self.radio = radio
         self.beliefs = beliefs
         self.condition = SOUND
-        self._is_running = True  # as its condition says, which is asked for it all the time
+        self.is_alive = True
         self._recorder = recorder
         self._run_log = RunLog(self.name, self.social.database.names, recorder)
         tbox = beliefs.model.tbox
@@ -100,15 +101,10 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         self._run_log.founded(self.social.organisation, self.social.objectives.values(), began_s)
         self._adopt()
 
-    @property
-    def is_alive(self) -> bool:
-        """True while there is energy left and no fault has taken the vehicle away."""
-        return self._is_running and not self.functional.exhausted
-
     def suffer(self, condition: Condition) -> None:
         """Be in another condition from now on; called by the fleet when a fault begins or is over."""
         self.condition = condition
-        self._is_running = condition.is_alive
+        self.is_alive = condition.is_alive and not self.functional.exhausted
         self.functional.impair(condition.speed_factor, condition.dead_sensors)
         if not condition.is_alive:
             self.functional.stop()
@@ -130,22 +126,21 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
             return
         if dt_s > 0.0:
             self.functional.act(dt_s, neighbours, since_s)
-        self._sense(now_s, neighbours)
+            self.is_alive = not self.functional.exhausted
+        for sensed in self.functional.sense(now_s, neighbours):
+            self._take_note(sensed, now_s)
+        if not self.is_alive:
+            self._run_log.fault(now_s, "energy", "battery exhausted")
         if is_due:
             self.think(now_s, self.executive.period_s if dt_s > 0.0 else 0.0)
 
-    def _sense(self, now_s: float, neighbours: Sequence[Neighbour]) -> None:
-        for sensed in self.functional.sense(now_s, neighbours):
-            observation = sensed.observation
-            if observation.row:
-                self._recorder.rows(sensed.table_of(self.name).name).append((now_s, self.name, *observation.row))
-            if observation.facts or observation.found:
-                self._share(_recorded(sensed, self, now_s), now_s)
-        self._note_exhaustion(now_s)
-
-    def _note_exhaustion(self, now_s: float) -> None:
-        if self.functional.exhausted:
-            self._run_log.fault(now_s, "energy", "battery exhausted")
+    def _take_note(self, sensed: Sensed, now_s: float) -> None:
+        """Record what a sensor yields, and tell it if it is to be told."""
+        observation = sensed.observation
+        if observation.row:
+            self._recorder.rows(sensed.table_of(self.name).name).append((now_s, self.name, *observation.row))
+        if observation.facts or observation.found:
+            self._share(_recorded(sensed, self, now_s), now_s)
 
     def think(self, now_s: float, dt_s: float) -> None:
         """Perceive, decide, and do at once what the decision asks of the social layer."""
@@ -275,7 +270,9 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         sent = self.radio.speak(self.executive.signals() if influences else (), now_s)
         if sent is not None:
             self.functional.transmitted(sent.size_bits)
-            self._note_exhaustion(now_s)
+            if self.functional.exhausted:
+                self.is_alive = False
+                self._run_log.fault(now_s, "energy", "battery exhausted")
         return sent
 
     def hear(self, data: bytes, now_s: float) -> Reception | None:
@@ -393,6 +390,7 @@ def go_on(vehicle: Vehicle, before: Vehicle, now_s: float, remembers: bool) -> N
     """
     vehicle._next_decision_s = before._next_decision_s
     embody(vehicle.functional, before.functional)
+    vehicle.is_alive = vehicle.is_alive and not vehicle.functional.exhausted
     vehicle._adopt()
     if remembers:
         changes = remember(vehicle.beliefs.model, before.beliefs.model, now_s).changes

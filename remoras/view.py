@@ -17,34 +17,34 @@ if TYPE_CHECKING:
 
 
 class ReadOnlyVehicle:
-    """A vehicle as a truth sees it: a ``remoras.mission.VehicleView``."""
+    """A vehicle as a truth sees it: a ``remoras.mission.VehicleView``.
+
+    Attributes:
+        name: of the vehicle.
+    """
 
     def __init__(self, vehicle: Vehicle) -> None:
+        self.name: str = vehicle.name
         self._vehicle = vehicle
-        self._name: str = vehicle.name
-        self._social = vehicle.social
+        self._social, self._functional = vehicle.social, vehicle.functional
         self._decision: Decision | None = None
         self._performed: tuple[str, ...] = ()
 
     @property
-    def name(self) -> str:
-        """Name of the vehicle."""
-        return self._name
-
-    @property
     def position_m(self) -> Point:
         """Where it really is."""
-        return self._vehicle.functional.motion.position_m
+        motion = self._functional.motion
+        return motion.x_m, motion.y_m
 
     @property
     def speed_mps(self) -> float:
         """How fast it really moves."""
-        return self._vehicle.functional.motion.speed_mps
+        return self._functional.motion.speed_mps
 
     @property
     def data(self) -> VehicleData:
         """What it really is in this run."""
-        return self._vehicle.functional.data
+        return self._functional.data
 
     @property
     def is_alive(self) -> bool:
@@ -83,13 +83,13 @@ class ReadOnlyVehicle:
     @property
     def sensing(self) -> tuple[str, ...]:
         """Names of its sensors that were on, and worked, in the last motion tick."""
-        sensing = self._vehicle.functional.sensing
+        sensing = self._functional.sensors.looking
         return sensing if sensing and self._vehicle.is_alive else ()
 
     @property
     def organisation(self) -> Organisation:
         """Groups and roles as the vehicle sees them."""
-        return self._social.organisation
+        return self._social.standing.organisation
 
     @property
     def performed(self) -> tuple[str, ...]:

@@ -7,7 +7,7 @@ is open, and offered to vehicles, only once they are.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from types import MappingProxyType
@@ -353,6 +353,32 @@ class Work:
     def assignment(self, role: RoleSpecification, vehicle: str) -> RoleAssignment:
         """``vehicle`` plays ``role`` of the group."""
         return RoleAssignment(self.group.name, role.name, vehicle)
+
+
+class Awaited(Mapping[str, float]):
+    """By group, how much of the wait for its meeting is for a vehicle, see ``Work.awaited``: worked out when asked for.
+
+    Args:
+        works: of the groups, by name, at one moment.
+        vehicle: its name; now_s: the moment.
+    """
+
+    def __init__(self, works: Mapping[str, Work], vehicle: str, now_s: float) -> None:
+        self._works = works
+        self._vehicle, self._now_s = vehicle, now_s
+        self._known: dict[str, float] = {}
+
+    def __getitem__(self, group: str) -> float:
+        share = self._known.get(group)
+        if share is None:
+            share = self._known[group] = self._works[group].awaited(self._vehicle, self._now_s)
+        return share
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._works)
+
+    def __len__(self) -> int:
+        return len(self._works)
 
 
 ALL_HAVE_ENOUGH: Mapping[str, float] = MappingProxyType({})

@@ -205,10 +205,9 @@ class ZigzagExploring(Behaviour):
         passage = self._passage
         if passage is None:
             return None
-        speed_mps = self._speed_mps
-        if passage.since_s is None and distance_m(motion, passage.begin_m) > self._brake_m(passage):
-            speed_mps = passage.speed_mps
-        return Reference(passage.target_m, speed_mps)
+        if passage.since_s is None and distance_m(motion, passage.begin_m) > (brake_m := self._brake_m(passage)):
+            return Reference(passage.begin_m, passage.speed_mps, max(brake_m, CAPTURE_M))
+        return Reference(passage.target_m, self._speed_mps, CAPTURE_M)
 
     def accuracy_m(self, motion: Motion, picture: Picture) -> float:
         """On a row what its cells leave of half the swath, less how far from a point it counts as reached.

@@ -20,11 +20,6 @@ class FindsWatch:
         self._stays: dict[str, Stays] = {}
         self._finders: dict[str, set[str]] = {}  # vehicles that have found each
         self._inspected: set[str] = set()
-        self._left: Set[str] = frozenset()
-
-    def begin(self, left: Set[str]) -> None:
-        """Begin a look at the fleet, of which these vehicles are alive or will be back."""
-        self._left = left
 
     def is_new(self, cell: Cell, vehicle: str) -> bool:
         """Note that a vehicle has covered a cell; True if a feature lies there that nobody had found."""
@@ -37,8 +32,6 @@ class FindsWatch:
 
     def n_inspected_by(self, vehicle: VehicleView, now_s: float) -> int:
         """How many features a vehicle has inspected with this look that nobody had."""
-        if not self._seabed.features:
-            return 0
         stays = self._stays.setdefault(vehicle.name, Stays())
         over = stays.inspected(self._seabed, vehicle.position_m, vehicle.speed_mps, now_s)
         new = {feature.name for feature in over} - self._inspected
@@ -50,11 +43,10 @@ class FindsWatch:
         """How many features have been inspected."""
         return len(self._inspected)
 
-    @property
-    def has_open(self) -> bool:
-        """True while a vehicle that is alive, or will be back, has found something that nobody has inspected."""
+    def has_open(self, left: Set[str]) -> bool:
+        """True while a vehicle of those that are left has found something that nobody has inspected."""
         return any(
-            not finders.isdisjoint(self._left) for name, finders in self._finders.items() if name not in self._inspected
+            not finders.isdisjoint(left) for name, finders in self._finders.items() if name not in self._inspected
         )
 
     def n_within_reach(self, able: Mapping[str, bool]) -> int:

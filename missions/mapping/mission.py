@@ -63,7 +63,7 @@ from missions.scenarios.formation import FORMATION_WORDS
 from missions.scenarios.parts import database_of, groups_of
 from missions.scenarios.tables import Raw
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
-from remoras.behaviours import Behaviour
+from remoras.behaviours import Behaviour, Homing
 from remoras.beliefs import Beliefs, Key
 from remoras.database import VehicleData
 from remoras.errors import PlanningError
@@ -298,10 +298,11 @@ class MappingMission(Mission):
 
     def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
         """The behaviour that carries out the set which ``activity`` leads."""
-        if (found := self.meeting.behaviour(activity, data)) is not None:
-            return AfterWork(found, self._unfinished(_own(self._surveys, self.swaths_m, data.name)))
         settings, parameters = self.settings, activity.parameters
+        unfinished = self._unfinished(_own(self._surveys, self.swaths_m, data.name))
         match activity.name:
+            case "Homing":
+                return Homing(parameters[0], settings.arrival_radius_m, parameters[1], data, unfinished.answers)
             case "Mapping":
                 return MappingAlong(settings.patience_s, self._work(*parameters), settings.half_left)
             case "ZigzagExploring":
@@ -312,6 +313,8 @@ class MappingMission(Mission):
             case "Positioning":
                 place, leaders, group = parameters
                 return positioning(place, leaders, group, data, settings.formation_spacing_m)
+        if (found := self.meeting.behaviour(activity, data)) is not None:
+            return AfterWork(found, unfinished)
         raise _unknown(activity.name)
 
     def is_enough(self, facts: Known) -> bool:

@@ -122,23 +122,24 @@ class MappingTruth(MeetingTruth):
 
     def observe(self, fleet: FleetView, now_s: float) -> bool:
         """Keep the map, and note what has happened; True once the goal is reached and the last group is together."""
-        self._now_s = now_s
+        self._now_s, self._fleet = now_s, fleet
         changed = False
-        there = {vehicle.name for vehicle in fleet.vehicles if vehicle.is_alive or vehicle.will_return}
-        self._finds.begin(there)
         for vehicle in fleet.vehicles:
-            if (sensing := vehicle.sensing) and self._is_over_ground(vehicle.position_m):
-                swaths = [swath for swath in self._swaths_of(vehicle) if swath.sensor in sensing]
-                changed |= self._cover(vehicle, swaths, now_s)
-                changed |= bool(swaths) and self._inspect(vehicle, now_s)
+            if sensing := vehicle.sensing:
+                changed |= self._look_under(vehicle, sensing, now_s)
         if changed:
             self._judge(now_s)
         is_complete = super().observe(fleet, now_s)
-        if self._apart or self._is_awaited or self._is_open(fleet) or self._is_anybody_at_work(fleet, there):
+        if self._apart or self._is_awaited or self._is_open(fleet) or self._is_anybody_at_work(fleet):
             self._met_s = None
         elif self._met_s is None:
             self._met_s = now_s
         return is_complete
+
+    @property
+    def _there(self) -> set[str]:
+        """Names of the vehicles that are alive or will be back."""
+        return {vehicle.name for vehicle in self._fleet.vehicles if vehicle.is_alive or vehicle.will_return}
 
     def _is_open(self, fleet: FleetView) -> bool:
         """True while a head does not take its group for gathered: it waits for somebody, or has given work anew.
@@ -152,7 +153,8 @@ class MappingTruth(MeetingTruth):
                 return True
         return False
 
-    def _is_anybody_at_work(self, fleet: FleetView, there: Set[str]) -> bool:
+    def _is_anybody_at_work(self, fleet: FleetView) -> bool:
+        there = self._there
         return any(
             self._exploring.get(vehicle.name, False) or "Inspecting" in vehicle.performed
             for vehicle in fleet.vehicles
@@ -161,24 +163,29 @@ class MappingTruth(MeetingTruth):
 
     def _swaths_of(self, vehicle: VehicleView) -> tuple[Swath, ...]:
         """What the mapping sensors of a vehicle see, on or off."""
-        swaths = self._swaths.get(vehicle.name)
-        if swaths is None:
-            data = vehicle.data
-            swaths = self._swaths[vehicle.name] = tuple(
-                Swath(sensor.name, sensor.swath_m / 2.0, data.speed_factor * sensor.speed_limit_mps * LIMIT_TOLERANCE)
-                for sensor in data.sensors
-                if isinstance(sensor, SwathSettings)
-            )
+        data = vehicle.data
+        swaths = self._swaths[vehicle.name] = tuple(
+            Swath(sensor.name, sensor.swath_m / 2.0, data.speed_factor * sensor.speed_limit_mps * LIMIT_TOLERANCE)
+            for sensor in data.sensors
+            if isinstance(sensor, SwathSettings)
+        )
         return swaths
 
-    def _is_over_ground(self, at_m: Point) -> bool:
-        """True if a swath there may reach an area."""
+    def _look_under(self, vehicle: VehicleView, sensing: Sequence[str], now_s: float) -> bool:
+        """Note what the sensors of a vehicle that are on pass; True if the fleet has got on by it."""
+        at_m = x_m, y_m = vehicle.position_m
         x_min, y_min, x_max, y_max = self._beside_m
-        return x_min <= at_m[0] <= x_max and y_min <= at_m[1] <= y_max
+        if not (x_min <= x_m <= x_max and y_min <= y_m <= y_max):  # no swath reaches an area from there
+            return False
+        swaths = [swath for swath in self._swaths.get(vehicle.name) or self._swaths_of(vehicle) if swath.sensor in sensing]
+        changed = self._cover(vehicle, at_m, swaths, now_s)
+        if swaths and self._seabed.features:
+            changed |= self._inspect(vehicle, now_s)
+        return changed
 
-    def _cover(self, vehicle: VehicleView, swaths: Sequence[Swath], now_s: float) -> bool:
+    def _cover(self, vehicle: VehicleView, at_m: Point, swaths: Sequence[Swath], now_s: float) -> bool:
         """Note the cells under the swaths of a vehicle; True if the fleet had not covered one of them."""
-        name, at_m, speed_mps = vehicle.name, vehicle.position_m, vehicle.speed_mps
+        name, speed_mps = vehicle.name, vehicle.speed_mps
         covered = self._covered.setdefault(name, set())
         changed = False
         for swath in swaths:
@@ -206,7 +213,7 @@ class MappingTruth(MeetingTruth):
 
     def is_worked_off(self, group: Group) -> bool:
         """True unless somebody who is left has found something in the group's areas that waits to be inspected."""
-        return not (self._finds.has_open and any(role.job in self._swaths_m for role in group.roles))
+        return not (self._finds.has_open(self._there) and any(role.job in self._swaths_m for role in group.roles))
 
     def _share_of_goal(self, share: float) -> float:
         return min(1.0, share / self._goal + 1e-9)

@@ -12,7 +12,7 @@ from collections.abc import Collection, Iterable, Mapping
 
 from missions.mapping.jobs import SurveyJob
 from missions.meeting.meeting import Meeting
-from remoras.behaviours import Behaviour, Perception, Reference
+from remoras.behaviours import Behaviour, Perception, Reference, awaited
 from remoras.beliefs import Beliefs
 from remoras.htn import FactsLike
 from remoras.known import Known
@@ -111,6 +111,10 @@ class Unfinished:
         if self._n_told != facts.n_told:
             self._n_told, self._holds = facts.n_told, self._is_work_left(facts)
         return self._holds
+
+    def answers(self, group: str, picture: Picture) -> float:
+        """How much of a call to a group's meeting is settled by coming to it: nothing before the goal is reached."""
+        return 0.0 if self.holds(picture.facts) else awaited(group, picture)
 
     def _is_work_left(self, facts: Known) -> bool:
         if any(facts.values(("foundAt", find)) and not facts.values(("inspectedBy", find)) for find in self._finds):

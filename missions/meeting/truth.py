@@ -97,9 +97,9 @@ class MeetingTruth:
 
     def _is_hopeless(self, fleet: FleetView) -> bool:
         """True if all who are alive are home or have met, and nobody left is able to bring the goal nearer."""
-        if self.goal_fraction >= 1.0 or not all(
-            self._is_at_rest(vehicle) for vehicle in fleet.vehicles if vehicle.is_alive
-        ):
+        if not all(self._is_at_rest(vehicle) for vehicle in fleet.vehicles if vehicle.is_alive):
+            return False
+        if self.goal_fraction >= 1.0:
             return False
         return self.reachable_fraction(fleet) <= self.goal_fraction
 
@@ -127,9 +127,9 @@ class MeetingTruth:
             if any(other.name in self._meets_after[group.name] for other in self._apart):
                 continue
             self._note_who_is_there(fleet, group, now_s)
-            if self.is_worked_off(group) and self._is_together(survivors, group):
+            if self._is_together(survivors, group) and self.is_worked_off(group):
                 self._note_meeting(group, survivors, (), now_s)
-            elif self._is_overdue(survivors, group, now_s):
+            elif self._there_s and self._is_overdue(survivors, group, now_s):
                 missing = [v.name for v in self._members(survivors, group) if not self._has_come(v, group)]
                 self._note_meeting(group, survivors, missing, now_s)
         if self._apart or self.goal_fraction < 1.0:
@@ -222,16 +222,17 @@ class MeetingTruth:
 
     def _is_together(self, survivors: Sequence[VehicleView], group: Group) -> bool:
         """True if all members have come to the rally point, no work is left to give out, and roles are filled."""
+        for vehicle in survivors:  # mostly the first is still on its way
+            if not self._has_come(vehicle, group) and vehicle.organisation.is_member(vehicle.name, group.name):
+                return False
         members = self._members(survivors, group)
-        if not all(self._has_come(vehicle, group) for vehicle in members):
-            return False
         if any(vehicle.leads(group.name) and vehicle.gives_out(group.name) for vehicle in members):
             return False
         return not self._lacking(survivors, group)
 
     def _is_overdue(self, survivors: Sequence[VehicleView], group: Group, now_s: float) -> bool:
         """True if a head has waited at the rally point to the deadline and takes the group for gathered."""
-        for vehicle in survivors if self._there_s else ():
+        for vehicle in survivors:
             there_s = self._there_s.get((vehicle.name, group.name), math.inf)
             if now_s - there_s >= self._deadline_s and vehicle.leads(group.name) and vehicle.has_met(group.name):
                 return True

@@ -126,6 +126,7 @@ class FunctionalLayer:
         self._of_set: dict[ActivitySet, Behaviour] = {}
         self._behaviours: list[Behaviour] = []
         self._guiding: int | None = None
+        self._held: Reference | None = None  # the last answer of the behaviour that guides, until the next decision
         self._perceived: list[Perception] = []
         picture.body.answering = _answering(data, ())
         self.loads_w: list[float] = []
@@ -162,13 +163,13 @@ class FunctionalLayer:
     def transmitted(self, size_bits: int) -> None:
         """Account for the energy of a packet."""
         self.motion.energy_j += self.data.transmit_j_per_packet + size_bits * self.data.transmit_j_per_bit
-        self._check_energy()
-
-    def _check_energy(self) -> None:
-        """See whether the battery is empty: nothing more can be taken from it then."""
         if self.motion.energy_j >= self.data.energy_j:
-            self.motion.energy_j = self.data.energy_j
-            self.exhausted = True
+            self._be_exhausted()
+
+    def _be_exhausted(self) -> None:
+        """The battery is empty: nothing more can be taken from it."""
+        self.motion.energy_j = self.data.energy_j
+        self.exhausted = True
 
     @property
     def must_go_home(self) -> bool:
@@ -210,7 +211,7 @@ class FunctionalLayer:
 
     def perform(self, decision: Sequence[int]) -> None:
         """Take on the activities of ``decision``: let one guide, and switch on the sensors that they name."""
-        self._guiding = None
+        self._guiding = self._held = None
         named: set[str] = set()
         for index in decision:
             for activity in self._sets[index].activities:
@@ -263,7 +264,7 @@ class FunctionalLayer:
         Raises:
             PluginError: a behaviour raises, or returns anything but a Perception with a stimulus of 0..1.
         """
-        motion, picture = self.believed, self.picture
+        motion, picture, self._held = self.believed, self.picture, None
         perceptions: list[Perception] = []
         for ask in self.asked:
             ask(None if self._guiding is None else self._behaviours[self._guiding])
@@ -295,13 +296,19 @@ class FunctionalLayer:
         Raises:
             PluginError: the behaviour that guides raises, or returns anything but a finite Reference or None.
         """
-        reference = None if self._guiding is None else self._reference(self._guiding)
+        reference, believed, motion = self._held, self.believed, self.motion
+        if reference is not None:
+            dx_m, dy_m = reference.target_m[0] - believed.x_m, reference.target_m[1] - believed.y_m
+            if math.sqrt(dx_m * dx_m + dy_m * dy_m) <= reference.holds_m:
+                reference = None
+        if reference is None and self._guiding is not None:
+            reference = self._held = self._reference(self._guiding)
         self.guidance.move(reference, neighbours, self.picture.peers.positions_m, since_s, dt_s)
         if self.loads_w:
-            self.motion.energy_j += math.fsum(self.loads_w) * dt_s
-        self._check_energy()
-        if self.exhausted:
-            self.motion.speed_mps = 0.0
+            motion.energy_j += math.fsum(self.loads_w) * dt_s
+        if motion.energy_j >= self.data.energy_j:
+            self._be_exhausted()
+            motion.speed_mps = 0.0
         for tell in self.moved:
             tell(neighbours, dt_s)
 

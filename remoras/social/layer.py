@@ -41,7 +41,7 @@ from remoras.social.requests import HAS_MISSION
 from remoras.social.standing import Standing
 from remoras.social.workload import Workload
 from remoras.strategy import Strategy
-from remoras.work import Point, Work
+from remoras.work import Awaited, Point, Work
 from worldmodel import Change
 
 
@@ -325,7 +325,7 @@ class SocialLayer:
         peers = self._picture.peers
         work = self._work({**peers.positions_m, self.me: motion.position_m}, self._beliefs.model.quantise_time(now_s))
         if self.strategy.declaration.influences:
-            self._picture.groups.awaited = {name: of_group.awaited(self.me, now_s) for name, of_group in work.items()}
+            self._picture.groups.awaited = Awaited(work, self.me, now_s)
         unheard = {name: roles for name, roles in peers.unheard.items() if name not in self.standing.absent}
         for said in self._negotiation.negotiate(now_s, work, peers.heard_s, unheard, calls, self.missions, peers.links):
             is_order = any(attribute in ROLE_ATTRIBUTES for _, attribute, _ in said.facts)
