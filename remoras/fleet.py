@@ -206,7 +206,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
 
     def shown_s(self, vehicle: Vehicle) -> float:
         """What the clock of a vehicle shows now (s)."""
-        return self.medium.shown_s(vehicle.data.node, self.clock.now_s)
+        return self.medium.shown_s(vehicle.data.node, self.clock.now_s) if self.clocks else self.clock.now_s
 
     def let_say(self, vehicle: str, facts: Callable[[Beliefs], Sequence[Fact]]) -> bool:
         """Let a vehicle conclude and tell facts now; False, and nothing is said, if it is not alive."""

@@ -296,7 +296,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
 
     def _shared_with(self, peer: str) -> Collection[str]:
         """Groups that this vehicle and a peer are members of; kept until the organisation is another."""
-        organisation = self.social.organisation
+        organisation = self.social.standing.organisation
         if organisation is not self._organisation:
             self._organisation = organisation
             self._shared.clear()
@@ -354,7 +354,8 @@ def _recorded(sensed: Sensed, vehicle: Vehicle, now_s: float) -> Change:
 def _conclude(vehicle: Vehicle, now_s: float) -> None:
     """Make known what a vehicle concludes as the leader of its groups, and for itself."""
     social, motion, picture = vehicle.social, vehicle.functional.believed, vehicle.functional.picture
-    vehicle.conclude(social.findings(motion), now_s, not social.standing.is_cut_off)
+    if facts := social.findings(motion):
+        vehicle.conclude(facts, now_s, not social.standing.is_cut_off)
     if social.conclusions.are_of_its_own:
         vehicle.conclude(social.conclusions.of_its_own(vehicle.data, social.present, picture, motion), now_s)
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 from exchange.arithmetic import distance
@@ -111,6 +111,7 @@ class _Passage:
         speed_mps: on the way to its begin.
         since_s: when it was begun; None before.
         sensed: True while the sensor was on all the time since.
+        target_m: where the vehicle goes now: to the begin, then to the end.
     """
 
     row: int
@@ -120,11 +121,10 @@ class _Passage:
     speed_mps: float
     since_s: float | None = None
     sensed: bool = True
+    target_m: Point = field(init=False)
 
-    @property
-    def target_m(self) -> Point:
-        """Where the vehicle goes now."""
-        return self.begin_m if self.since_s is None else self.end_m
+    def __post_init__(self) -> None:
+        self.target_m = self.begin_m
 
 
 class ZigzagExploring(Behaviour):
@@ -239,19 +239,17 @@ class ZigzagExploring(Behaviour):
             passage = self._passage
             if passage is None:
                 return
-            if not self._is_on(picture):
+            if not body.sensors_on:
                 passage.sensed = False
             if distance_m(motion, passage.target_m) > CAPTURE_M:
                 return
             self._approach = Approach(self._speed_mps)
             if passage.since_s is None:
-                passage.since_s, passage.sensed, self._begun = body.now_s, self._is_on(picture), True
+                passage.since_s, passage.sensed, self._begun = body.now_s, bool(body.sensors_on), True
+                passage.target_m = passage.end_m
             else:
                 self._note_passed(passage, picture)
                 self._plan(motion, picture)
-
-    def _is_on(self, picture: Picture) -> bool:
-        return bool(picture.body.sensors_on)
 
     def _plan(self, motion: Motion, picture: Picture) -> None:
         """Choose the row to pass next; none if there is none that could yield anything."""
@@ -341,7 +339,7 @@ class ZigzagExploring(Behaviour):
             return
         last_m = span_m[1] if onwards > 0.0 else span_m[0]
         if (last_m - here_m) * onwards > 0.0:
-            passage.end_m = survey.point_m(passage.row, last_m)
+            passage.end_m = passage.target_m = survey.point_m(passage.row, last_m)
         elif (end_m - here_m) * onwards > 0.0:
             self._passage = None
 

@@ -61,7 +61,7 @@ class SurveyJob:
         n = len(self.corners_m)
         return math.fsum(x for x, _ in self.corners_m) / n, math.fsum(y for _, y in self.corners_m) / n
 
-    @property
+    @cached_property
     def done(self) -> Key:
         """Somebody has finished the area."""
         return "areaDone", self.name

@@ -22,7 +22,7 @@ from remoras.nesting import height
 from remoras.organisation import Group
 from remoras.reach import left, reachable_by_jobs, within_reach
 from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
-from remoras.work import Job
+from remoras.work import Job, Point
 
 JOBS = Table("jobs", (TIME, VEHICLE, Column("job", "str")))
 """When a vehicle had done a job; a job that two vehicles do has two rows."""
@@ -43,6 +43,7 @@ class MeetingTruth:
         self._rally_points_m = meeting.rally_points_m
         self._radius_m = meeting.arrival_radius_m
         self._deadline_s, self._opens_s = meeting.deadline_s, meeting.opens_s
+        self._rests_m: dict[str, tuple[Point, ...]] = {}  # by vehicle, where it may be at rest
         self._there_s: dict[tuple[str, str], float] = {}  # vehicle and group
         self._has_met: set[tuple[str, str]] = set()
         self._is_awaited = False
@@ -90,14 +91,18 @@ class MeetingTruth:
 
     def observe(self, fleet: FleetView, now_s: float) -> bool:
         """Note what has happened; True once the last group is together and the goal is reached."""
-        self._is_awaited = any(vehicle.will_return for vehicle in fleet.vehicles)
-        is_complete = self._look(fleet, now_s)
-        self._is_stranded = not (is_complete or self._is_awaited) and self._is_hopeless(fleet)
+        survivors = alive = [vehicle for vehicle in fleet.vehicles if vehicle.is_in_contact]
+        self._is_awaited = False
+        if len(survivors) < len(fleet.vehicles):
+            alive = [vehicle for vehicle in fleet.vehicles if vehicle.is_alive]
+            self._is_awaited = any(vehicle.will_return for vehicle in fleet.vehicles)
+        is_complete = self._look(fleet, survivors, alive, now_s)
+        self._is_stranded = not (is_complete or self._is_awaited) and self._is_hopeless(fleet, alive)
         return is_complete
 
-    def _is_hopeless(self, fleet: FleetView) -> bool:
+    def _is_hopeless(self, fleet: FleetView, alive: Sequence[VehicleView]) -> bool:
         """True if all who are alive are home or have met, and nobody left is able to bring the goal nearer."""
-        if not all(self._is_at_rest(vehicle) for vehicle in fleet.vehicles if vehicle.is_alive):
+        if not all(self._is_at_rest(vehicle) for vehicle in alive):
             return False
         if self.goal_fraction >= 1.0:
             return False
@@ -106,14 +111,18 @@ class MeetingTruth:
     def _is_at_rest(self, vehicle: VehicleView) -> bool:
         """True for a vehicle that is home, or at a rally point."""
         x_m, y_m = vehicle.position_m
-        for at_x_m, at_y_m in (vehicle.data.start_m, *self._rally_points_m.values()):
+        places_m = self._rests_m.get(vehicle.name)
+        if places_m is None:
+            places_m = self._rests_m[vehicle.name] = vehicle.data.start_m, *self._rally_points_m.values()
+        for at_x_m, at_y_m in places_m:
             dx_m, dy_m = x_m - at_x_m, y_m - at_y_m
             if dx_m * dx_m + dy_m * dy_m <= self._radius_m * self._radius_m:
                 return True
         return False
 
-    def _look(self, fleet: FleetView, now_s: float) -> bool:
-        survivors = [vehicle for vehicle in fleet.vehicles if vehicle.is_in_contact]
+    def _look(
+        self, fleet: FleetView, survivors: Sequence[VehicleView], alive: Sequence[VehicleView], now_s: float
+    ) -> bool:
         if not survivors:
             return False
         self._is_planned = self._is_planned or self._have_planned(survivors)
@@ -126,7 +135,7 @@ class MeetingTruth:
         for group in list(self._apart) if now_s >= self._opens_s else ():
             if any(other.name in self._meets_after[group.name] for other in self._apart):
                 continue
-            self._note_who_is_there(fleet, group, now_s)
+            self._note_who_is_there(alive, group, now_s)
             if self._is_together(survivors, group) and self.is_worked_off(group):
                 self._note_meeting(group, survivors, (), now_s)
             elif self._there_s and self._is_overdue(survivors, group, now_s):
@@ -197,15 +206,13 @@ class MeetingTruth:
         """Survivors that belong to the group, as each sees itself."""
         return [vehicle for vehicle in survivors if vehicle.organisation.is_member(vehicle.name, group.name)]
 
-    def _note_who_is_there(self, fleet: FleetView, group: Group, now_s: float) -> None:
+    def _note_who_is_there(self, alive: Sequence[VehicleView], group: Group, now_s: float) -> None:
         """Who has been at the rally point since when, and who has met there: it believed so and was there.
 
         Who is out of contact for a while may be there, and gone on when it is back.
         """
         at_x_m, at_y_m = self._rally_points_m[group.rally_point or ""]
-        for vehicle in fleet.vehicles:
-            if not vehicle.is_alive:
-                continue
+        for vehicle in alive:
             x_m, y_m = vehicle.position_m
             dx_m, dy_m = x_m - at_x_m, y_m - at_y_m
             key = vehicle.name, group.name

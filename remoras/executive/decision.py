@@ -89,13 +89,13 @@ class Choice:
     def _most(self, motivations: Sequence[float], held: int, begun: int, sum_: Sum) -> Sum:
         """The best mean, and its sets, beside vital sets that hold ``held``, and with what makes ``begun`` of it."""
         fit = self._fit(motivations, begun & _TYPES)
-        n_held = (held & _TYPES).bit_count()
+        n_held, above = (held & _TYPES).bit_count(), 8 + self._n_needed
         highest = 0.0
         winner: tuple[int, ...] = ()
         for state, (total, summed) in self._sums(motivations, fit, begun, sum_).items():
             n = (state & _TYPES).bit_count() - n_held
             mean = total / n if n else 0.0
-            if mean >= highest and n and self._is_met(state):
+            if mean >= highest and n and not state >> above & ~(state >> 8):  # what its sets need they provide
                 chosen = tuple(sorted(summed))
                 if (mean > highest or chosen < winner) and not self._takes_more(state, fit):
                     highest, winner = mean, chosen
@@ -127,27 +127,27 @@ class Choice:
         for first, group in sorted(beginning.items()):
             before, states = states, {}
             for state, (total, summed) in before.items():
-                if state & first:
-                    _keep(states, state, total, summed)
-                    continue
-                if not alone & first:
-                    _keep(states, state, total, summed)
-                for index, bits, value in group:
-                    if not state & bits & _TYPES:
-                        _keep(states, state | bits, total + value, (*summed, index))
+                reached = [] if alone & first and not state & first else [(state, total, summed)]
+                if not state & first:
+                    for index, bits, value in group:
+                        if not state & bits & _TYPES:
+                            reached.append((state | bits, total + value, (*summed, index)))
+                for then, most, chosen in reached:  # of each state the best sum is kept, of equals the first
+                    known = states.get(then)
+                    if (
+                        known is None
+                        or most > known[0]
+                        or (most == known[0] and sorted(chosen) < sorted(known[1]))
+                    ):
+                        states[then] = most, chosen
         return states
-
-    def _is_met(self, state: int) -> bool:
-        """True if what the sets of ``state`` need is provided by them."""
-        return not state >> 8 + self._n_needed & ~(state >> 8)
 
     def _takes_more(self, state: int, fit: Sequence[int]) -> bool:
         """True if one more set could be added to ``state``."""
-        return any(not state & self._bits[index] & _TYPES and self._is_met(state | self._bits[index]) for index in fit)
-
-
-def _keep(states: dict[int, Sum], state: int, total: float, chosen: tuple[int, ...]) -> None:
-    """Keep the best sum of a state; of equals the first."""
-    known = states.get(state)
-    if known is None or total > known[0] or (total == known[0] and sorted(chosen) < sorted(known[1])):
-        states[state] = total, chosen
+        above = 8 + self._n_needed
+        for index in fit:
+            if not state & self._bits[index] & _TYPES:
+                more = state | self._bits[index]
+                if not more >> above & ~(more >> 8):
+                    return True
+        return False

@@ -59,11 +59,6 @@ class DecisionConstants:
     signal_memory_s: float = 60.0
 
 
-def clipped(value: float) -> float:
-    """The nearest value within -128..127."""
-    return LOWEST if value < LOWEST else HIGHEST if value > HIGHEST else value
-
-
 def evolved(satisfaction: float, advance: float | None, dt_s: float, constants: DecisionConstants) -> float:
     """Personal satisfaction after ``dt_s``.
 
@@ -85,12 +80,13 @@ def evolved(satisfaction: float, advance: float | None, dt_s: float, constants: 
         return satisfaction - fade if satisfaction > fade else satisfaction + fade if satisfaction < -fade else 0.0
     towards = constants.gain_per_s if advance >= 0.0 else constants.dismay_per_s
     share = abs(advance)
-    return clipped(satisfaction + (share * towards + (1.0 - share) * constants.tedium_per_s) * dt_s)
+    value = satisfaction + (share * towards + (1.0 - share) * constants.tedium_per_s) * dt_s
+    return LOWEST if value < LOWEST else HIGHEST if value > HIGHEST else value
 
 
 def signal_of(satisfaction: float) -> int:
     """The signed byte by which a satisfaction is sent."""
-    return int(clipped(round(satisfaction)))
+    return max(LOWEST, min(HIGHEST, round(satisfaction)))
 
 
 def call(value: int, age_s: float, constants: DecisionConstants) -> float:

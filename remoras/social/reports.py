@@ -86,6 +86,8 @@ class Reports:
 
     def scarce_energy_j(self, now_s: float) -> dict[str, float]:
         """What vehicles have left, of those that may not have enough for the rest of the mission."""
+        if not self._frugal:
+            return {}
         told = {}
         for name in self._frugal:
             share, told_s = self._beliefs.get((BATTERY, name)), self._beliefs.observed_s((BATTERY, name))

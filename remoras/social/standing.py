@@ -70,6 +70,7 @@ class Standing:
     Attributes:
         reports: what is known of the energy and the sensors of all.
         attributes: of the facts that it takes note of.
+        is_cut_off: True while this vehicle has heard nobody at all for a lease: its orders are for itself alone.
     """
 
     def __init__(
@@ -89,6 +90,7 @@ class Standing:
         self._membership = Membership(me, database.names, lease_s, frame_s)
         self._statements = Statements(me, beliefs, database)
         self._availability = Availability(me, beliefs, rules)
+        self.is_cut_off = False
         self._is_out_of_reach = False  # it has said that it takes no jobs, since it is cut off
         self._given_up: set[Objective] = set()
         self.reports = Reports(beliefs, database, until_s)
@@ -104,11 +106,6 @@ class Standing:
     def absent(self) -> frozenset[str]:
         """Peers that are absent."""
         return self._membership.absent
-
-    @property
-    def is_cut_off(self) -> bool:
-        """True while this vehicle has heard nobody at all for a lease: its orders are for itself alone."""
-        return self._membership.cut_off
 
     @property
     def takes_no_jobs(self) -> frozenset[str]:
@@ -142,10 +139,10 @@ class Standing:
             now_s: time of the end of the round.
             heard_s: when a packet of each peer was last heard.
         """
-        was_cut_off = self.is_cut_off
         changes = self._membership.look_around(now_s, heard_s)
-        if changes == NO_CHANGES:
+        if changes is NO_CHANGES:
             return None
+        was_cut_off, self.is_cut_off = self.is_cut_off, self._membership.cut_off
         facts: list[Fact] = []
         undone = Agreed(self.organisation)
         if self.is_cut_off and not was_cut_off:
