@@ -165,8 +165,9 @@ class Beliefs:
         if self._n_noted == self.model.subscriptions.n_noted:
             return
         self._n_noted = self.model.subscriptions.n_noted
+        waiting = self.model.subscriptions.waiting
         for slot, one in self._collected.items():
-            for observation in self.model.news(one.news):
+            for observation in self.model.news(one.news) if one.news in waiting else ():
                 if observation.time_s < self._from_s.get(slot, -math.inf):
                     continue
                 one.values.add(self._plain(one.attribute, observation.value))

@@ -228,7 +228,12 @@ class Work:
 
     def holders(self, role: RoleSpecification) -> tuple[str, ...]:
         """Vehicles that play the role."""
-        return self.organisation.members(self.group.name, role.name)
+        return self._holders[role.name]
+
+    @cached_property
+    def _holders(self) -> dict[str, tuple[str, ...]]:
+        """By role of the group, who plays it."""
+        return {role.name: self.organisation.members(self.group.name, role.name) for role in self.group.roles}
 
     def job(self, role: RoleSpecification) -> Job:
         """The job of a role."""

@@ -32,7 +32,7 @@ class Subscriptions:
         class_mask: classes that an instance is known to belong to, bit c for class c.
     """
 
-    __slots__ = ("_class_mask", "_n", "_news", "_tbox", "n_noted", "watching")
+    __slots__ = ("_class_mask", "_n", "_news", "_tbox", "n_noted", "waiting", "watching")
 
     def __init__(self, tbox: TBox, class_mask: Callable[[int], int]) -> None:
         self._tbox = tbox
@@ -41,6 +41,8 @@ class Subscriptions:
         self._news: dict[Subscription, list[Observation]] = {}
         self.watching: dict[int, list[Subscription]] = {}
         """Subscriptions by attribute; while there is none, nothing need be noted."""
+        self.waiting: set[Subscription] = set()
+        """Those that have news."""
         self.n_noted = 0
         """How often something was kept for somebody: as long as it stays, nobody has news."""
 
@@ -71,6 +73,7 @@ class Subscriptions:
     def remove(self, subscription: Subscription) -> None:
         """Keep no news any more; raises FactError for a subscription that is not one of this store."""
         self._kept(subscription)
+        self.waiting.discard(subscription)
         del self._news[subscription]
         of_attribute = self.watching[subscription.attribute]
         of_attribute.remove(subscription)
@@ -85,6 +88,7 @@ class Subscriptions:
                 subscription.class_uid is not None and self._class_mask(fact.subject) >> subscription.class_uid & 1
             ):
                 self._news[subscription].append(observation)
+                self.waiting.add(subscription)
                 self.n_noted += 1
 
     def fetch(self, subscription: Subscription) -> tuple[Observation, ...]:
@@ -92,6 +96,7 @@ class Subscriptions:
         kept = self._kept(subscription)
         news = tuple(kept)
         kept.clear()
+        self.waiting.discard(subscription)
         return news
 
     def _kept(self, subscription: Subscription) -> list[Observation]:

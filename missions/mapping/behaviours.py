@@ -72,21 +72,23 @@ class WorkLeft:
 
     Args:
         jobs: surveys of the areas of the group.
+        half_left: share of an area at which the stimulus is half.
     """
 
-    def __init__(self, jobs: Sequence[SurveyJob]) -> None:
+    def __init__(self, jobs: Sequence[SurveyJob], half_left: float) -> None:
         self._jobs = list(jobs)
+        self._half_left = half_left
         self._n_told = -1
-        self._share = 0.0
+        self._stimulus = 0.0
 
-    def share(self, facts: Known) -> float:
-        """Greatest share left of any area, 0..1."""
+    def stimulus(self, facts: Known) -> float:
+        """Stimulus of that area, see ``due``."""
         if self._n_told != facts.n_told:
-            self._n_told, self._share = facts.n_told, self._greatest(facts)
-        return self._share
+            self._n_told, self._stimulus = facts.n_told, due(self._greatest(facts), self._half_left)
+        return self._stimulus
 
     def _greatest(self, facts: Known) -> float:
-        """What is done once stays done and is not looked at again."""
+        """Greatest share left of any area, 0..1; what is done once stays done and is not looked at again."""
         most, done = 0.0, []
         for job in self._jobs:
             share = job.left(facts).share_left
@@ -136,7 +138,7 @@ class ZigzagExploring(Behaviour):
         job: the survey of the area.
         data: of the vehicle.
         work: what is left of all areas of the group; of this one alone if None.
-        half_left: share of the area at which the stimulus is half.
+        half_left: share of the area at which the stimulus is half then.
         others: vehicles that are already at it; the vehicle begins as far from them as it can.
     """
 
@@ -149,9 +151,8 @@ class ZigzagExploring(Behaviour):
         others: Sequence[str] = (),
     ) -> None:
         self._job = job
-        self._work = work or WorkLeft([job])
+        self._work = work or WorkLeft([job], half_left)
         self._data = data
-        self._half_left = half_left
         self._others = others
         self._swath_m = swath_m(data)
         self._speed_mps = mapping_speed_mps(data)
@@ -186,7 +187,8 @@ class ZigzagExploring(Behaviour):
             self._passage = None
         self._hear(job.bits, motion, picture.body.now_s)
         if performed:
-            self._note_fixes(picture)
+            if picture.body.n_fixes != self._n_fixes:
+                self._note_fixes(picture)
             self._follow(motion, picture)
         elif self._passage is None:
             self._plan(motion, picture)
@@ -194,7 +196,7 @@ class ZigzagExploring(Behaviour):
             return FAILED
         to_go_m = distance_m(motion, self._passage.target_m)
         advance = self._approach.advance(to_go_m, picture.body.now_s, performed)
-        stimulus = due(self._work.share(picture.facts), self._half_left)
+        stimulus = self._work.stimulus(picture.facts)
         if not self._begun and not performed:
             return Perception(stimulus * attracted(to_go_m).stimulus)
         return Perception(stimulus, None if advance is None else abs(advance))
@@ -295,10 +297,9 @@ class ZigzagExploring(Behaviour):
     def _note_fixes(self, picture: Picture) -> None:
         """Note a fix after which nothing was mapped before the next one: the place is never known well enough."""
         body = picture.body
-        if body.n_fixes != self._n_fixes:
-            is_futile = self._n_fixes > 0 and body.last_yield_s < self._fixed_s
-            self._n_dead = self._n_dead + 1 if is_futile else 0
-            self._n_fixes, self._fixed_s = body.n_fixes, body.now_s
+        is_futile = self._n_fixes > 0 and body.last_yield_s < self._fixed_s
+        self._n_dead = self._n_dead + 1 if is_futile else 0
+        self._n_fixes, self._fixed_s = body.n_fixes, body.now_s
 
     def _note_passed(self, passage: _Passage, picture: Picture) -> None:
         """Note which cells of a row that was passed with the sensor on are still not known to be mapped."""
@@ -360,15 +361,13 @@ class MappingAlong(Working):
     Args:
         patience_s: how long it waits for the next yield.
         work: what is left of the areas of the group.
-        half_left: share of an area at which the stimulus is half.
     """
 
-    def __init__(self, patience_s: float, work: WorkLeft, half_left: float) -> None:
+    def __init__(self, patience_s: float, work: WorkLeft) -> None:
         super().__init__(patience_s)
         self._work = work
-        self._half_left = half_left
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Due as far as work is left; advancing as all productive work is."""
         found = super().perceive(motion, picture, performed)
-        return Perception(due(self._work.share(picture.facts), self._half_left), found.advance)
+        return Perception(self._work.stimulus(picture.facts), found.advance)

@@ -304,10 +304,10 @@ class MappingMission(Mission):
             case "Homing":
                 return Homing(parameters[0], settings.arrival_radius_m, parameters[1], data, unfinished.answers)
             case "Mapping":
-                return MappingAlong(settings.patience_s, self._work(*parameters), settings.half_left)
+                return MappingAlong(settings.patience_s, self._work(*parameters))
             case "ZigzagExploring":
                 area, group, others = parameters
-                return ZigzagExploring(self._surveys[area], data, self._work(group), settings.half_left, others)
+                return ZigzagExploring(self._surveys[area], data, self._work(group), others=others)
             case "Inspecting":
                 return Inspecting(parameters[0], self.finds, data)
             case "Positioning":
@@ -323,7 +323,8 @@ class MappingMission(Mission):
 
     def _work(self, group: str) -> WorkLeft:
         """What is left of the areas of a group."""
-        return WorkLeft([self._surveys[role.job] for role in self.groups[group].roles if role.job in self._surveys])
+        jobs = [self._surveys[role.job] for role in self.groups[group].roles if role.job in self._surveys]
+        return WorkLeft(jobs, self.settings.half_left)
 
     def findings(
         self, group: Group, organisation: Organisation, beliefs: Beliefs, picture: Picture, motion: Motion

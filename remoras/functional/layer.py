@@ -25,7 +25,7 @@ from remoras.work import HOME_MARGIN, Point
 NEAR_M = 30.0
 """A vehicle that stays within this distance of a place has settled there; it gives way to others meanwhile."""
 PERCEPTION = "a Perception, stimulus 0..1"
-REFERENCE = "None, or a Reference with a finite target_m and a speed_mps of 0 or more"
+REFERENCE = "None, or a Reference with a finite target_m and a speed_mps and holds_m of 0 or more"
 
 
 def _answering(data: VehicleData, dead: Collection[str]) -> tuple[str, ...]:
@@ -321,7 +321,7 @@ class FunctionalLayer:
             reference = self._behaviours[index].reference(self.believed, self.picture)
             if reference is None:
                 return None
-            sound = reference.__class__ is Reference and 0.0 <= reference[1] < math.inf
+            sound = reference.__class__ is Reference and 0.0 <= reference[1] < math.inf and reference[2] >= 0.0
             if sound and reference[0] is not self._sound_target_m:  # mostly it is the same from tick to tick
                 x_m, y_m = self._sound_target_m = reference[0]
                 sound = math.isfinite(x_m + y_m)

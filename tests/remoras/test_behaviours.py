@@ -37,7 +37,7 @@ def test_homing_goes_waits_and_ends_when_the_group_is_together() -> None:
         picture.body.now_s = now_s
         perceived.append(homing.perceive(at(x_m), picture, True))
     assert perceived == [DUE, ADVANCING, Perception(1.0, -0.5), STANDING]  # its transit speed is 2 m/s
-    assert homing.reference(at(79.0), picture) == Reference((100.0, 0.0), 2.0)
+    assert homing.reference(at(79.0), picture) == Reference((100.0, 0.0), 2.0, 20.0)
     assert homing.reference(at(80.0), picture) == Reference((100.0, 0.0), 0.0)
     picture.groups.gathered.add("Coordination")
     assert homing.perceive(at(80.0), picture, True).stimulus == 1.0  # another group's meeting is not this one's

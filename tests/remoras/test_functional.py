@@ -255,6 +255,8 @@ def test_a_wrong_perception_is_one_clear_message(perception: Any, says: str) -> 
         ((0.0, 0.0), r"returned \(0.0, 0.0\)"),
         (Reference((math.inf, 0.0), 1.0), "returned Reference"),
         (Reference((0.0, 0.0), -1.0), "returned Reference"),
+        (Reference((0.0, 0.0), 1.0, math.nan), "returned Reference"),
+        (Reference((0.0, 0.0), 1.0, -5.0), "returned Reference"),
         (Reference(None, 1.0), "raised TypeError"),  # type: ignore[arg-type]
         (ZeroDivisionError("no way"), "raised ZeroDivisionError: no way"),
     ],
@@ -264,6 +266,28 @@ def test_a_wrong_reference_is_one_clear_message(reference: Any, says: str) -> No
     perform(functional, 0)
     with pytest.raises(PluginError, match=f"activity Homing: reference {says}.*; expected: None, or a Reference"):
         functional.act(1.0)
+
+
+def test_a_behaviour_is_asked_again_once_its_answer_holds_no_longer() -> None:
+    """At 1 m/s from 10 m away: it is asked at 10 m, and from 4 m on; after a decision at once."""
+    asked_at_m: list[float] = []
+
+    class Going(Saying):
+        def reference(self, motion: Motion, picture: Picture) -> Reference:
+            asked_at_m.append(round(10.0 - motion.x_m, 6))
+            return Reference((10.0, 0.0), 1.0, 4.0)
+
+    functional = layer(HOMING, mission=Answering(Going()))
+    perform(functional, 0)
+    functional.motion.speed_mps = 1.0
+    for _ in range(8):
+        functional.act(1.0)
+    assert asked_at_m == [10.0, 4.0, 3.0]
+    functional.motion.x_m = 0.0
+    functional.act(1.0)
+    functional.perceive((0,))
+    functional.act(1.0)
+    assert asked_at_m[3:] == [9.0]
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from missions.mapping.survey import zigzag
 from missions.runs.setup import resolved
 from missions.scenarios import load
 from remoras.activities import Objective
-from remoras.behaviours import ADVANCING, DONE, Perception, Reference
+from remoras.behaviours import ADVANCING, CAPTURE_M, DONE, Perception, Reference
 from remoras.htn import Task
 from remoras.motion import Motion
 from remoras.picture import Picture
@@ -49,8 +49,8 @@ def test_a_survey_of_an_untouched_area_runs_the_waypoints_of_the_paper() -> None
 def test_transit_to_the_first_point_then_as_fast_as_the_sensor_maps() -> None:
     zigzagging, picture = exploring()
     assert zigzagging.perceive(at(0.0), picture, False).stimulus > 0.95
-    assert zigzagging.reference(at(0.0), picture) == Reference((112.5, 112.5), 2.0)
-    assert zigzagging.reference(at(112.0, 112.5), picture) == Reference((337.5, 112.5), 1.25)
+    assert zigzagging.reference(at(0.0), picture) == Reference((112.5, 112.5), 2.0, CAPTURE_M)
+    assert zigzagging.reference(at(112.0, 112.5), picture) == Reference((337.5, 112.5), 1.25, CAPTURE_M)
     picture.body.now_s = 2.0
     zigzagging.perceive(at(114.5, 112.5), picture, True)
     picture.body.now_s = 4.0
@@ -91,12 +91,12 @@ def test_the_stimulus_falls_with_what_is_left(less: float, more: float, half: fl
 
 def test_work_left_is_that_of_the_area_of_which_most_is_left() -> None:
     facts = Facts(range(80))
-    work = WorkLeft([JOB])
-    assert work.share(facts) == pytest.approx(0.2)
-    mapping = MappingAlong(60.0, WorkLeft([JOB]), 0.2)
+    work = WorkLeft([JOB], 0.2)
+    assert work.stimulus(facts) == due(0.2, 0.2) == pytest.approx(0.71)
+    mapping = MappingAlong(60.0, WorkLeft([JOB], 0.2))
     assert mapping.perceive(at(0.0), Picture(facts=facts), False).stimulus == pytest.approx(0.71)
     facts.cells |= set(map(float, ALL))
-    assert work.share(facts) == 0.0
+    assert work.stimulus(facts) == 0.0
     assert mapping.perceive(at(0.0), Picture(facts=facts), False).stimulus == 0.0
 
 
