@@ -267,6 +267,15 @@ def within_walls(walls: Sequence[HalfPlane], velocity: Velocity, most_mps: float
     return _nearest(walls, most_mps, velocity)[0]
 
 
+def clearance_m(separation_m: float, speed_mps: float, turn_rate_radps: float) -> float:
+    """Distance (m) that a vehicle at a speed keeps from others: the separation, a margin, and room to turn.
+
+    >>> round(clearance_m(5.0, 2.57, 0.5), 2)
+    10.64
+    """
+    return MARGIN * separation_m + speed_mps / turn_rate_radps
+
+
 def clear_velocity(
     preferred: Velocity,
     own: Velocity,
@@ -288,7 +297,7 @@ def clear_velocity(
     Returns:
         None if nobody is in the way, so that guidance is carried out as it is.
     """
-    radius_m = MARGIN * separation_m + length(*own) / turn_rate_radps
+    radius_m = clearance_m(separation_m, length(*own), turn_rate_radps)
     berth_m = BERTHS * separation_m
     planes = [*walls]
     is_in_way = gives_way = False

@@ -48,7 +48,7 @@ from missions.mapping.invariants import TrueCoverage
 from missions.mapping.jobs import SurveyJob, swaths_of
 from missions.mapping.metrics import METRICS
 from missions.mapping.objects import FOUND_PER_OBJECT, MOST_LOOKS, ClassifierSettings
-from missions.mapping.places import formation_of, positioning
+from missions.mapping.places import formation_of, positioning, room_of
 from missions.mapping.scenario import NEEDED_OBJECTIVES, FindsTable, MappingScenario, MappingSettings
 from missions.mapping.sensors import COVERAGE, Seabed, SeaObject, SwathSettings, seabed_of
 from missions.mapping.survey import contains
@@ -108,6 +108,7 @@ class MappingMission(Mission):
         settings: the ``[mission]`` table.
         groups: groups with the demands of their roles.
         formation: place in the formation (row, side) of positional roles, by (group, role).
+        room_m: least distance of such a place from each vehicle, by name.
         corners_m: corners of every area, by name; rally_points_m: rally points by name.
         cell_m: side of a seabed cell.
         swaths_m: of the vehicles that are able to map each area, by name of area and vehicle.
@@ -135,6 +136,7 @@ class MappingMission(Mission):
         settings: MappingSettings,
         groups: Sequence[Group],
         formation: Mapping[tuple[str, str], tuple[str, str]],
+        room_m: Mapping[str, float],
         corners_m: Mapping[str, tuple[Point, ...]],
         rally_points_m: Mapping[str, Point],
         cell_m: float,
@@ -150,7 +152,7 @@ class MappingMission(Mission):
         self.groups = {group.name: group for group in groups}
         self.corners_m = corners_m
         self.rally_points_m = rally_points_m
-        self.formation, self._cell_m = formation, cell_m
+        self.formation, self._room_m, self._cell_m = formation, room_m, cell_m
         self._places, self.swaths_m = places, swaths_m
         grounds = grounds_of(cell_m, tuple(corners_m.items()), fix_m)
         self._surveys = {
@@ -182,6 +184,7 @@ class MappingMission(Mission):
             scenario.mission,
             groups,
             formation_of(scenario),
+            room_of(database.values(), scenario.guidance.separation_m),
             {area.name: area.corners_m for area in scenario.area},
             {rally.name: rally.position_m for rally in scenario.rally_point},
             scenario.world.cell_m,
@@ -312,7 +315,7 @@ class MappingMission(Mission):
                 return Inspecting(parameters[0], self.finds, data)
             case "Positioning":
                 place, leaders, group = parameters
-                return positioning(place, leaders, group, data, settings.formation_spacing_m)
+                return positioning(place, leaders, group, data, settings.formation_spacing_m, self._room_m)
         if (found := self.meeting.behaviour(activity, data)) is not None:
             return AfterWork(found, unfinished)
         raise _unknown(activity.name)

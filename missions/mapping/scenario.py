@@ -21,7 +21,11 @@ class MappingSettings(Section):
 
     arrival_radius_m: float = Field(gt=0.0, description="a vehicle this near to a rally point has arrived")
     follow_distance_m: float = Field(gt=0.0, description="a follower lets its leader get this far ahead")
-    formation_spacing_m: float = Field(gt=0.0, description="distance between places of the formation")
+    formation_spacing_m: float = Field(
+        gt=0.0,
+        description="distance between places of the formation; more where the leader, or the vehicle itself, keeps "
+        "others farther off as it turns",
+    )
     patience_s: float = Field(
         gt=0.0, description="a leader is content if news came in this time, a worker if its work yielded something"
     )
