@@ -177,7 +177,9 @@ class MappingTruth(MeetingTruth):
         x_min, y_min, x_max, y_max = self._beside_m
         if not (x_min <= x_m <= x_max and y_min <= y_m <= y_max):  # no swath reaches an area from there
             return False
-        swaths = [swath for swath in self._swaths.get(vehicle.name) or self._swaths_of(vehicle) if swath.sensor in sensing]
+        swaths = [
+            swath for swath in self._swaths.get(vehicle.name) or self._swaths_of(vehicle) if swath.sensor in sensing
+        ]
         changed = self._cover(vehicle, at_m, swaths, now_s)
         if swaths and self._seabed.features:
             changed |= self._inspect(vehicle, now_s)

@@ -134,11 +134,7 @@ class Choice:
                             reached.append((state | bits, total + value, (*summed, index)))
                 for then, most, chosen in reached:  # of each state the best sum is kept, of equals the first
                     known = states.get(then)
-                    if (
-                        known is None
-                        or most > known[0]
-                        or (most == known[0] and sorted(chosen) < sorted(known[1]))
-                    ):
+                    if known is None or most > known[0] or (most == known[0] and sorted(chosen) < sorted(known[1])):
                         states[then] = most, chosen
         return states
 

@@ -19,8 +19,9 @@ ours: the papers that the strategies follow leave it open.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 from exchange.arithmetic import distance
 from remoras.database import VehicleData
@@ -47,13 +48,24 @@ class AllocationPlan:
         return max(self.ends_s.values(), default=0.0)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Engagement:
-    """What a vehicle holds: the jobs that it has begun, those that it has not, and when and where the former end."""
+    """What a vehicle holds.
+
+    Attributes:
+        begun: the jobs that it has begun.
+        queued: those that it has not.
+        ending: works out when and where the former end; mostly nobody asks.
+    """
 
     begun: Roles
     queued: Roles
-    outlook: Outlook
+    ending: Callable[[], Outlook]
+
+    @cached_property
+    def outlook(self) -> Outlook:
+        """When and where the vehicle will have done what it has begun."""
+        return self.ending()
 
     def end(self, data: VehicleData, work: Work) -> Outlook:
         """When and where the vehicle will have done all that it holds."""
@@ -91,24 +103,30 @@ class Expectations:
         here = Outlook(now_s, work.position_m(data.name))
         if not held:
             self._at.pop(data.name, None)
-            return Engagement((), (), here)
+            return Engagement((), (), lambda: here)
         at = next((role for role in held if role.name == self._at.get(data.name, ("",))[0]), None)
         if at is None or (at.name in unheard and share_left(work.job(at)) == 1.0):
             at = work.in_order(here, data, held)[0]
             then = work.after(here, data, at)
             self._at[data.name] = at.name, now_s if then is None else then.free_s
         begun = [at, *(role for role in held if role is not at and share_left(work.job(role)) < 1.0)]
-        outlook = self._after(at, data, work, now_s, now_s if seen_s is None else seen_s)
-        outlook = work.after_all(outlook, data, begun[1:])
-        return Engagement(tuple(begun), tuple(role for role in held if role not in begun), outlook)
+        due_s, from_s = self._at[data.name][1], now_s if seen_s is None else seen_s
 
-    def _after(self, role: RoleSpecification, data: VehicleData, work: Work, now_s: float, seen_s: float) -> Outlook:
-        due_s = self._at[data.name][1]
-        seen = work.after(Outlook(seen_s, work.position_m(data.name)), data, role)
-        place_m = work.position_m(data.name) if seen is None else seen.position_m
-        if seen is not None and share_left(work.job(role)) < 1.0:
-            due_s = seen.free_s if due_s <= now_s else min(due_s, seen.free_s)
-        return Outlook(max(now_s, due_s), place_m)
+        def ending() -> Outlook:
+            return work.after_all(_after(at, data, work, now_s, from_s, due_s), data, begun[1:])
+
+        return Engagement(tuple(begun), tuple(role for role in held if role not in begun), ending)
+
+
+def _after(
+    role: RoleSpecification, data: VehicleData, work: Work, now_s: float, seen_s: float, due_s: float
+) -> Outlook:
+    """When and where a vehicle has done the job of a role that it should have done by ``due_s``, as seen last."""
+    seen = work.after(Outlook(seen_s, work.position_m(data.name)), data, role)
+    place_m = work.position_m(data.name) if seen is None else seen.position_m
+    if seen is not None and share_left(work.job(role)) < 1.0:
+        due_s = seen.free_s if due_s <= now_s else min(due_s, seen.free_s)
+    return Outlook(max(now_s, due_s), place_m)
 
 
 # Planning ----------------------------------------------------------------------------------------

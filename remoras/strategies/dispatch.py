@@ -131,9 +131,10 @@ class Dispatcher:
         for data in work.workers:
             for role in work.held_by(data.name):
                 key = data.name, role.name
-                new = share_left(work.job(role)), engaged[data.name].end(data, work).free_s
-                is_heard = self._group.path(role.name) not in situation.unheard.get(data.name, ())
-                taken[key] = self._taken.get(key, new) if is_heard else new
+                known = self._taken.get(key)
+                if known is None or self._group.path(role.name) in situation.unheard.get(data.name, ()):
+                    known = share_left(work.job(role)), engaged[data.name].end(data, work).free_s
+                taken[key] = known
         self._taken = taken
         shares = {role.name: share_left(work.job(role)) for role in work.unfinished}
         is_awaited = any(

@@ -118,7 +118,7 @@ def test_what_a_vehicle_holds_and_cannot_finish_any_more_is_not_counted_as_its_o
     far, near = (TEAM.role(name) for name in ("Far", "Near"))
     assert far is not None
     assert near is not None
-    engaged = Engagement((), (near, far), Outlook(0.0, (0.0, 0.0)))
+    engaged = Engagement((), (near, far), lambda: Outlook(0.0, (0.0, 0.0)))
     assert affordable(work({}), FLEET["AUV01"], engaged) == (near, far)
     near_j = needs_j(work({}), "AUV01", "Near")
     assert affordable(work({"AUV01": near_j}), FLEET["AUV01"], engaged) == (near,)

@@ -1,6 +1,7 @@
 """The allocator that all strategies share: plans, revisions, help."""
 
 from collections.abc import Mapping
+from functools import partial
 from itertools import product
 from types import MappingProxyType
 
@@ -80,7 +81,10 @@ def test_what_is_queued_moves_only_if_that_ends_earlier_by_the_margin(margin: fl
     """One vehicle has all six jobs in its queue, the other two are idle."""
     vehicles = fleet()
     of, starts = work(vehicles, group()), outlooks(vehicles)
-    engaged = {name: Engagement((), of.roles if name == "AUV00" else (), starts[name]) for name in vehicles}
+    engaged = {
+        name: Engagement((), of.roles if name == "AUV00" else (), partial(starts.__getitem__, name))
+        for name in vehicles
+    }
     plan = revised(of, [], of.workers, engaged, 0.0, margin)
     assert bool(plan.roles["AUV01"] or plan.roles["AUV02"]) is moved
 
