@@ -60,7 +60,8 @@ class Perception(NamedTuple):
             satisfaction of the role, whether the activity is performed or not.
         done: True once all there was to do has been done; it will not come back.
         failed: True once it is clear that this vehicle cannot do it: a sensor gives nothing, say.
-        answers: 0..1, how much of a call for help would be settled if the vehicle turned to this activity.
+        answers: 0..1, how much of a call for help would be settled if the vehicle turned to this activity; or what
+            works that out, which is asked only while somebody calls.
         concludes: what it has found out by comparing what it expected with what it perceives; recorded and told like
             what a sensor observes, once for each time that it is said.
     """
@@ -69,8 +70,13 @@ class Perception(NamedTuple):
     advance: float | None = None
     done: bool = False
     failed: bool = False
-    answers: float = 1.0
+    answers: float | Callable[[], float] = 1.0
     concludes: tuple[Observation, ...] = ()
+
+    @property
+    def settled(self) -> float:
+        """How much of a call would be settled, 0..1."""
+        return self.answers() if callable(self.answers) else self.answers
 
 
 class Reference(NamedTuple):
@@ -107,8 +113,8 @@ class Behaviour(Protocol):
         """Target and speed; None for an activity that does not guide, or has nowhere to go.
 
         Called by the functional layer once a motion tick, while the decision holds this set and one of its activities
-        guides, unless the last answer holds, see ``Reference``. On None the vehicle slows down to a stop. It must not change ``motion`` or ``picture``: the control
-        moves the vehicle within its limits.
+        guides, unless the last answer holds, see ``Reference``. On None the vehicle slows down to a stop. It must not
+        change ``motion`` or ``picture``: the control moves the vehicle within its limits.
         """
         ...
 
@@ -258,6 +264,7 @@ class Homing(Behaviour):
         answers: Callable[[str, Picture], float] = awaited,
     ) -> None:
         self._answers = answers
+        self._picture: Picture | None = None  # at the last look
         self._point_m = point_m
         self._radius_m = radius_m
         self._group = group
@@ -276,7 +283,11 @@ class Homing(Behaviour):
         if self._has_met:
             return IDLE
         advance = self._approach.advance(to_go_m, picture.body.now_s, performed)
-        return Perception(1.0, advance, answers=self._answers(self._group, picture))
+        self._picture = picture
+        return Perception(1.0, advance, answers=self._settled)
+
+    def _settled(self) -> float:
+        return 1.0 if self._picture is None else self._answers(self._group, self._picture)
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """To the rally point in transit; on arrival stay there, or make room for those who come."""

@@ -12,7 +12,7 @@ ever found. What the vehicles left are able to map and inspect counts in the rea
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from missions.mapping.inspection import FindsWatch

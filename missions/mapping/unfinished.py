@@ -12,10 +12,10 @@ from collections.abc import Collection, Iterable, Mapping
 
 from missions.mapping.jobs import SurveyJob
 from missions.meeting.meeting import Meeting
-from remoras.behaviours import Behaviour, Perception, Reference, awaited
+from remoras.behaviours import IDLE, Behaviour, Perception, Reference, awaited
 from remoras.beliefs import Beliefs
 from remoras.htn import FactsLike
-from remoras.known import Known
+from remoras.known import NOTHING_KNOWN, Known
 from remoras.mission import Finding
 from remoras.motion import Motion
 from remoras.organisation import Group, Organisation
@@ -138,13 +138,18 @@ class AfterWork(Behaviour):
     def __init__(self, meeting: Behaviour, unfinished: Unfinished) -> None:
         self._meeting = meeting
         self._unfinished = unfinished
+        self._found, self._facts = IDLE, NOTHING_KNOWN  # at the last look
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """As the behaviour itself, but for the calls that it answers where it is due."""
         found = self._meeting.perceive(motion, picture, performed)
-        if found.stimulus > 0.0 and found.answers > 0.0 and self._unfinished.holds(picture.facts):
-            return Perception(found.stimulus, found.advance, found.done, found.failed, 0.0)
-        return found
+        if found.stimulus <= 0.0:
+            return found
+        self._found, self._facts = found, picture.facts
+        return Perception(found.stimulus, found.advance, answers=self._settled)
+
+    def _settled(self) -> float:
+        return 0.0 if self._unfinished.holds(self._facts) else self._found.settled
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """As the behaviour itself."""

@@ -148,7 +148,7 @@ class ExecutiveLayer:
             role = self._role_of[index]
             heeded = 0.0
             if calls and role in calls and self._listens[index]:
-                heeded = answered(calls[role], perception.answers, own)
+                heeded = answered(calls[role], perception.settled, own)
             motivations[index] = motivation(
                 self._importance[index],
                 stimulus,

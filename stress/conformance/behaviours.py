@@ -9,7 +9,7 @@ import random
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from remoras.behaviours import Behaviour, Perception, Reference
+from remoras.behaviours import Behaviour, Perception, Reference, distance_m
 from remoras.database import VehicleData
 from remoras.motion import Motion
 from remoras.picture import Body, Groups, Picture
@@ -75,7 +75,8 @@ def check(
 
     Raises:
         AssertionError: a type is wrong, a stimulus is outside 0..1, what was done comes back, motion or picture were
-            changed, a reference leads nowhere, or two behaviours made alike answer differently.
+            changed, a reference leads nowhere or holds shorter than said, or two behaviours made alike
+            answer differently.
     """
     for seed in (1, 2):
         moments = story(data, peers, groups, seed)
@@ -97,21 +98,24 @@ def _answers(behaviour: Behaviour, moments: Sequence[DecisionInputs]) -> list[tu
         reference = behaviour.reference(motion, picture)
         _check_reference(reference, where)
         assert behaviour.reference(motion, picture) == reference, f"{where}: asked again, reference answers differently"
+        if reference is not None:
+            _check_holding(behaviour, reference, motion, picture, where)
         assert motion == moment.motion, f"{where}: the behaviour changed the motion, which only the control may"
         assert picture == moment.picture, f"{where}: the behaviour changed the picture, which only its owners may"
-        answers.append((perceived, reference))
+        answers.append((perceived._replace(answers=perceived.settled), reference))
     return answers
 
 
 def _check_perception(perceived: object, where: str) -> None:
     assert isinstance(perceived, Perception), f"{where}: perceive returned {perceived!r}, expected a Perception"
-    stimulus, advance, done, failed, answers, concludes = perceived
+    stimulus, advance, done, failed, _, concludes = perceived
     is_share = isinstance(stimulus, float | int) and 0.0 <= stimulus <= 1.0
     assert is_share, f"{where}: stimulus is {stimulus!r}, expected a number of 0..1"
     is_degree = advance is None or (isinstance(advance, float | int) and -1.0 <= advance <= 1.0)
     assert is_degree, f"{where}: advance is {advance!r}, expected a number of -1..1 or None"
     assert isinstance(done, bool), f"{where}: done is {done!r}, expected a bool"
     assert isinstance(failed, bool), f"{where}: failed is {failed!r}, expected a bool"
+    answers = perceived.settled
     is_share = isinstance(answers, float | int) and 0.0 <= answers <= 1.0
     assert is_share, f"{where}: answers is {answers!r}, expected a number of 0..1"
     is_list = isinstance(concludes, tuple) and all(isinstance(found, Observation) for found in concludes)
@@ -127,3 +131,16 @@ def _check_reference(reference: object, where: str) -> None:
     assert is_place, f"{where}: target_m is {reference.target_m}, expected two finite numbers"
     is_speed = 0.0 <= reference.speed_mps < math.inf
     assert is_speed, f"{where}: speed_mps is {reference.speed_mps}, expected 0 or more"
+    assert reference.holds_m >= 0.0, f"{where}: holds_m is {reference.holds_m}, expected 0 or more, or infinite"
+
+
+def _check_holding(behaviour: Behaviour, reference: Reference, motion: Motion, picture: Picture, where: str) -> None:
+    """Ask for the reference from half the way on which it is said to hold."""
+    (x_m, y_m), to_go_m = reference.target_m, distance_m(motion, reference.target_m)
+    if not 0.0 < reference.holds_m < to_go_m:
+        return
+    share = 0.5 * (1.0 - reference.holds_m / to_go_m)
+    nearer = copy.deepcopy(motion)
+    nearer.x_m, nearer.y_m = motion.x_m + share * (x_m - motion.x_m), motion.y_m + share * (y_m - motion.y_m)
+    then = behaviour.reference(nearer, picture)
+    assert then == reference, f"{where}: said to hold to {reference.holds_m:g} m, reference answers {then} before"

@@ -82,6 +82,13 @@ class Wavering(Standing):
         return Reference((float(self._n_asked), 0.0), 1.0)
 
 
+class Hasty(Standing):
+    """Says that it holds to the target, and goes slower on the way."""
+
+    def reference(self, motion: Motion, picture: Picture) -> Reference | None:
+        return Reference((1000.0, 0.0), 2.0 if motion.x_m < 300.0 else 1.0, 1.0)
+
+
 class Individual(Standing):
     """Answers by how many of its kind were made before."""
 

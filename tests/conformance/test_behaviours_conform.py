@@ -57,6 +57,7 @@ def test_every_behaviour_conforms(name: str) -> None:
         (broken.Backwards, "speed_mps is -1"),
         (broken.Sketchy, r"reference returned \(0.0, 0.0\)"),
         (broken.Wavering, "asked again"),
+        (broken.Hasty, "said to hold to 1 m, reference answers"),
         (broken.Individual, "two behaviours made alike"),
     ],
     ids=lambda value: value.__name__ if callable(value) else "",

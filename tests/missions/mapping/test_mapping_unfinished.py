@@ -41,7 +41,7 @@ class Facts:
 
 def answers(facts: Facts, goal: float, finds: tuple[str, ...] = ()) -> float:
     meeting = AfterWork(Standing(), Unfinished([WEST, EAST], goal, finds))
-    return meeting.perceive(Motion(0.0, 0.0), Picture(facts=facts), True).answers
+    return meeting.perceive(Motion(0.0, 0.0), Picture(facts=facts), True).settled
 
 
 @pytest.mark.parametrize(
@@ -108,4 +108,4 @@ def test_the_work_of_teams_of_which_a_vehicle_hears_nothing_does_not_keep_it(veh
     assert isinstance(behaviour, AfterWork)
     behaviour._meeting = Standing()
     facts: Any = OwnTeamDone()
-    assert behaviour.perceive(Motion(0.0, 0.0), Picture(facts=facts), True).answers == expected
+    assert behaviour.perceive(Motion(0.0, 0.0), Picture(facts=facts), True).settled == expected
