@@ -161,7 +161,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         if pulls is not self._pulls:
             self._pulls = pulls
             functional.heed(pulls)
-        if functional.must_go_home and not self.has_resigned:
+        if not self.has_resigned and functional.must_go_home:
             self.has_resigned = True
             self.conclude(self.social.standing.resign(), now_s)
         if self.social.planner.due and decision.has(ActivityType.PLANNING):
