@@ -20,6 +20,7 @@ from remoras.cli.runs import Settings, StrategyName
 UNITS_S = {"s": 1.0, "m": 60.0, "h": 3600.0}
 DEFAULT_SEEDS = "1:20"
 MOST_SEEDS = 10_000_000
+ANSWERS_HOLD = "stress.invariants.answers:AnswersHold"
 
 
 def seeds_of(text: str) -> range:
@@ -59,6 +60,9 @@ def stress(
     invariants: Annotated[
         list[str] | None, typer.Option("--invariant", metavar="FILE.py:NAME", help="Add an invariant of your own.")
     ] = None,
+    answers: Annotated[
+        bool, typer.Option("--answers", help="Ask whoever says how long an answer holds every time, and compare.")
+    ] = False,
     settings: Settings = None,
     drawn: Annotated[
         str, typer.Option("--settings", metavar="none|all|NAME,...", help="Settings that are drawn beside the faults.")
@@ -73,7 +77,7 @@ def stress(
     as_json: Json = False,
 ) -> None:
     """Let random faults befall the fleet in random settings, and see what holds all the same; shrink what does not."""
-    added = tuple(invariants or ())
+    added = (*(invariants or ()), *((ANSWERS_HOLD,) if answers else ()))
     if replay is not None:
         _replay(replay, scenario, added, as_json)
         return

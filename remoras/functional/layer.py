@@ -90,6 +90,7 @@ class FunctionalLayer:
             ``act``.
         placed: each is called when a vehicle that begins anew is where it was; called by ``embody``.
         posed: each gives the pose at which sensors look, of that by the others before it; called by ``sense``.
+        held: the last reference of the behaviour that guides, until the next decision.
         loads_w: power that the battery loses beside what the vehicle uses; the reserve does not know of it.
     """
 
@@ -126,7 +127,7 @@ class FunctionalLayer:
         self._of_set: dict[ActivitySet, Behaviour] = {}
         self._behaviours: list[Behaviour] = []
         self._guiding: int | None = None
-        self._held: Reference | None = None  # the last answer of the behaviour that guides, until the next decision
+        self.held: Reference | None = None
         self._perceived: list[Perception] = []
         picture.body.answering = _answering(data, ())
         self.loads_w: list[float] = []
@@ -172,6 +173,11 @@ class FunctionalLayer:
         self.exhausted = True
 
     @property
+    def guiding(self) -> Behaviour | None:
+        """The behaviour that guides, if one does."""
+        return None if self._guiding is None else self._behaviours[self._guiding]
+
+    @property
     def must_go_home(self) -> bool:
         """True while no more energy is left than the way home takes, with a margin."""
         return self.picture.body.battery <= self.picture.body.reserve
@@ -211,7 +217,7 @@ class FunctionalLayer:
 
     def perform(self, decision: Sequence[int]) -> None:
         """Take on the activities of ``decision``: let one guide, and switch on the sensors that they name."""
-        self._guiding = self._held = None
+        self._guiding = self.held = None
         named: set[str] = set()
         for index in decision:
             for activity in self._sets[index].activities:
@@ -264,10 +270,10 @@ class FunctionalLayer:
         Raises:
             PluginError: a behaviour raises, or returns anything but a Perception with a stimulus of 0..1.
         """
-        motion, picture, self._held = self.believed, self.picture, None
+        motion, picture, self.held = self.believed, self.picture, None
         perceptions: list[Perception] = []
         for ask in self.asked:
-            ask(None if self._guiding is None else self._behaviours[self._guiding])
+            ask(self.guiding)
         try:
             for index, behaviour in enumerate(self._behaviours):
                 perceptions.append(behaviour.perceive(motion, picture, index in performed))
@@ -296,13 +302,13 @@ class FunctionalLayer:
         Raises:
             PluginError: the behaviour that guides raises, or returns anything but a finite Reference or None.
         """
-        reference, believed, motion = self._held, self.believed, self.motion
+        reference, believed, motion = self.held, self.believed, self.motion
         if reference is not None:
             dx_m, dy_m = reference.target_m[0] - believed.x_m, reference.target_m[1] - believed.y_m
             if math.sqrt(dx_m * dx_m + dy_m * dy_m) <= reference.holds_m:
                 reference = None
         if reference is None and self._guiding is not None:
-            reference = self._held = self._reference(self._guiding)
+            reference = self.held = self._reference(self._guiding)
         self.guidance.move(reference, neighbours, self.picture.peers.positions_m, since_s, dt_s)
         if self.loads_w:
             motion.energy_j += math.fsum(self.loads_w) * dt_s

@@ -206,7 +206,9 @@ class SocialLayer:
         """
         attributes, instances = self._attributes, self._workload.instances
         if not any(  # most say where somebody is, and plans rest on that seldom
-            fact.attribute in attributes or fact.subject in instances for change in changes for fact in change.block.facts
+            fact.attribute in attributes or fact.subject in instances
+            for change in changes
+            for fact in change.block.facts
         ):
             return NOTHING_CONSIDERED
         alone = self.standing.is_cut_off and not told
