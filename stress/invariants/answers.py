@@ -1,7 +1,7 @@
 """Answers hold as long as they say: asked only where ``remoras stress --answers`` adds it.
 
-Whoever says how long an answer holds is not asked meanwhile. Here it is asked all the same, as it would be without that,
-and has to answer alike.
+Whoever says how long an answer holds is not asked meanwhile. Here it is asked all the same, as it would be without
+that, and has to answer alike.
 """
 
 from __future__ import annotations
