@@ -283,6 +283,8 @@ class Homing(Behaviour):
         if self._has_met:
             return IDLE
         advance = self._approach.advance(to_go_m, picture.body.now_s, performed)
+        if self._answers is awaited and not picture.groups.awaited:
+            return Perception(1.0, advance)
         self._picture = picture
         return Perception(1.0, advance, answers=self._settled)
 
