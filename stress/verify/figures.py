@@ -15,7 +15,7 @@ from stress.verify.ground import cells_of
 from stress.verify.kinds import kind_of
 from stress.verify.knowledge import CLOSE_S
 from stress.verify.motion import PLACE_M, least_distances_m, listening_w, sending_j, way_through_water
-from stress.verify.record import Record
+from stress.verify.record import Record, Track
 from stress.verify.roles import declared_roles, organisation_figures
 
 LATENCY_S = 2e-3
@@ -66,11 +66,23 @@ def check_figures(record: Record, report: CheckReport) -> None:
             report.not_checked.setdefault(name, "no check of this figure from the tables")
 
 
+def way_error_m(track: Track) -> float:
+    """How far the way of a vehicle, worked out from rounded places, may be off (m).
+
+    Errors of different steps are independent, so that of n steps grows as the root of n. One that goes the same round
+    again and again, to keep its station, makes the same errors in each: m equal steps count as m squared.
+    """
+    places = np.column_stack((track.x_m[:-1], track.y_m[:-1], track.x_m[1:], track.y_m[1:], track.heading_rad[1:]))
+    moves = (places[:, 0] != places[:, 2]) | (places[:, 1] != places[:, 3])
+    _, times = np.unique(places[moves], axis=0, return_counts=True)
+    return PLACE_M * math.sqrt(int((~moves).sum()) + int((times.astype(np.int64) ** 2).sum()))
+
+
 def _of_motion(record: Record, report: CheckReport) -> dict[str, tuple[Any, float]]:
     found: dict[str, tuple[Any, float]] = {}
     last_j = [float(track.energy_j[-1]) for track in record.tracks.values()]
     found["energy_j"] = math.fsum(last_j), 0.5 * len(last_j) + 0.01
-    ways, n = [], 0
+    ways, error_m = [], 0.0
     for name, track in record.tracks.items():
         way = way_through_water(record, name, track)
         if way is None:
@@ -78,9 +90,9 @@ def _of_motion(record: Record, report: CheckReport) -> dict[str, tuple[Any, floa
             break
         along_m = way[0] * np.cos(track.heading_rad[1:]) + way[1] * np.sin(track.heading_rad[1:])
         ways.append(float(along_m.sum()))
-        n += len(along_m)
+        error_m = math.hypot(error_m, way_error_m(track))
     else:
-        found["distance_m"] = math.fsum(ways), 0.05 + PLACE_M * math.sqrt(n)
+        found["distance_m"] = math.fsum(ways), 0.05 + error_m
     listening = listening_w(record)
     if listening is not None:
         powered_s = record.tick_s * sum(

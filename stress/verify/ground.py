@@ -14,7 +14,7 @@ import numpy as np
 
 from stress.verify.findings import CheckReport
 from stress.verify.kinds import AWAY, dead_sensors, kind_of
-from stress.verify.record import PLACE_STEP_M, SPEED_STEP_MPS, Array, Record, Spell, Track
+from stress.verify.record import ANGLE_STEP_RAD, PLACE_STEP_M, SPEED_STEP_MPS, Array, Record, Spell, Track
 
 SENSING = {"Mapping", "Inspecting"}
 """Activities while which the sensors of a vehicle are on."""
@@ -168,8 +168,14 @@ def _check_vehicle(
 
 
 def _is_steady(track: Track, at: int, speed_mps: float) -> bool:
-    """True if a vehicle goes at a speed, in this tick and the one before: then it is not on its way to another."""
-    return bool((np.abs(track.speed_mps[max(0, at - 1) : at + 1] - speed_mps) <= SPEED_STEP_MPS / 2.0).all())
+    """True if a vehicle goes straight on at a speed, in this tick and the one before: then it goes no faster.
+
+    One that gains speed, or keeps clear of another, may be faster by less than the table shows; the latter turns.
+    """
+    ticks = slice(max(0, at - 1), at + 1)
+    turned_rad = (np.diff(track.heading_rad[ticks]) + math.pi) % (2.0 * math.pi) - math.pi
+    is_straight = bool((np.abs(turned_rad) <= 2.0 * ANGLE_STEP_RAD).all())
+    return is_straight and bool((np.abs(track.speed_mps[ticks] - speed_mps) <= SPEED_STEP_MPS / 2.0).all())
 
 
 def _below(
