@@ -77,8 +77,14 @@ def water_mps(record: Record, depth_m: Array, times_s: Array) -> tuple[Array, Ar
 
 
 def way_through_water(record: Record, name: str, track: Track) -> tuple[Array, Array] | None:
-    """Way of each tick through the water (east, north, m); None where the water cannot be told."""
+    """Way of each tick through the water (east, north, m); None where the water cannot be told.
+
+    It carries a vehicle also in the tick in which that empties its battery, unless a packet emptied it.
+    """
     moving = ~record.during(name, AWAY, track.time_s[1:])
+    for spell in record.spells:
+        if spell.vehicle == name and spell.kind == ENERGY:
+            moving |= np.abs(track.time_s[1:] - spell.from_s) <= TIME_STEP_S
     water = water_mps(record, track.depth_m[:-1], track.time_s[:-1])
     if water is None:
         return None
