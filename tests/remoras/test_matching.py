@@ -7,8 +7,9 @@ from itertools import permutations
 
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.optimize import linear_sum_assignment
 
-from remoras.strategies.matching import assignment
+from remoras.strategies.matching import MANY, assignment, least
 
 costs = st.integers(0, 12) | st.none()
 
@@ -42,6 +43,31 @@ def test_as_many_as_possible_then_the_dearest_then_the_sum(matrix: list[list[int
     assert len(set(pairs.values())) == len(pairs)
     assert list(pairs) == sorted(pairs)
     assert quality(matrix, pairs) == min(quality(matrix, other) for other in all_assignments(matrix))
+
+
+@given(st.data(), st.integers(1, 7), st.integers(1, 7))
+def test_it_is_what_scipy_finds_ties_and_all(data: st.DataObject, n_rows: int, n_columns: int) -> None:
+    row = st.lists(st.integers(0, data.draw(st.sampled_from((1, 3, 1000)))), min_size=n_columns, max_size=n_columns)
+    costs = data.draw(st.lists(row, min_size=n_rows, max_size=n_rows))
+    rows, columns = linear_sum_assignment(costs)
+    assert list(least(costs).items()) == list(zip(rows.tolist(), columns.tolist(), strict=True))
+
+
+def test_where_there_are_many_pairs_scipy_is_asked() -> None:
+    """30 rows of 30 columns, of which each has one that is cheap."""
+    costs = [[0 if column == 29 - row else 5 for column in range(30)] for row in range(30)]
+    assert MANY < 30 * 30 * 30
+    assert assignment(costs) == {row: 29 - row for row in range(30)}
+
+
+def test_a_small_assignment_loads_neither_scipy_nor_numpy() -> None:
+    program = (
+        "import sys\nfrom remoras.strategies.matching import assignment\n"
+        "assert assignment([[5, 9], [9, 14]]) == {0: 1, 1: 0}\nassert not {'numpy', 'scipy'} & set(sys.modules)"
+    )
+    subprocess.run(
+        [sys.executable, "-c", program], check=True, env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    )
 
 
 def test_the_last_one_finishes_as_early_as_possible() -> None:
