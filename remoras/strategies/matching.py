@@ -8,7 +8,7 @@ SciPy has the same, and is asked where there are many pairs: to load it takes ha
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 TIE_BREAK = 100_000
 """A pair that costs a millisecond more is worse than any fall of ties."""
@@ -76,12 +76,20 @@ def _n_pairs(costs_ms: Sequence[Sequence[int | None]], limit: int) -> int:
                     rows.append(row_of[column])
                     continue
                 rows.clear()
-                while row != begin:
-                    row_of[column], column_of[row], column = row, column, column_of[row]
-                    row = before[column]
-                row_of[column], column_of[row] = row, column
+                _exchange(begin, column, before, column_of, row_of)
                 break
     return len(column_of)
+
+
+def _exchange(
+    begin: int, column: int, before: Mapping[int, int], column_of: dict[int, int], row_of: dict[int, int]
+) -> None:
+    """Give each row on the path from a row to a column the next column on it."""
+    row = -1
+    while row != begin:
+        row = before[column]
+        was = column_of.get(row, -1)
+        row_of[column], column_of[row], column = row, column, was
 
 
 def least(costs: Costs) -> dict[int, int]:
@@ -99,11 +107,11 @@ def least(costs: Costs) -> dict[int, int]:
         turned = least(list(zip(*costs, strict=True)))
         return dict(sorted((row, column) for column, row in turned.items()))
     row_prices, column_prices = [0.0] * n_rows, [0.0] * n_columns
-    column_of: list[int] = [-1] * n_rows
-    row_of: list[int] = [-1] * n_columns
+    column_of: dict[int, int] = {}
+    row_of: dict[int, int] = {}
     for row in range(n_rows):
         _augment(costs, row, row_prices, column_prices, column_of, row_of)
-    return dict(enumerate(column_of))
+    return dict(sorted(column_of.items()))
 
 
 def _augment(
@@ -111,13 +119,13 @@ def _augment(
     begin: int,
     row_prices: list[float],
     column_prices: list[float],
-    column_of: list[int],
-    row_of: list[int],
+    column_of: dict[int, int],
+    row_of: dict[int, int],
 ) -> None:
     """Give a row a column along the shortest path of exchanges: Dijkstra's, over costs less the prices of both ends."""
-    shortest = [math.inf] * len(row_of)
-    before = [-1] * len(row_of)  # the row from which each column is reached
-    open_columns = list(range(len(row_of) - 1, -1, -1))
+    shortest = [math.inf] * len(column_prices)
+    before: dict[int, int] = {}  # the row from which each column is reached
+    open_columns = list(range(len(column_prices) - 1, -1, -1))
     reached_rows, reached_columns = [begin], list[int]()
     row, way, column = begin, 0.0, -1
     while column < 0:
@@ -126,15 +134,14 @@ def _augment(
             then = way + costs[row][other] - row_prices[row] - column_prices[other]
             if then < shortest[other]:
                 shortest[other], before[other] = then, row
-            if shortest[other] < nearest or (
-                shortest[other] == nearest and row_of[other] < 0
-            ):  # the path may end there
+            ends = other not in row_of
+            if shortest[other] < nearest or (ends and shortest[other] == nearest):
                 nearest, found = shortest[other], place
         way, last = nearest, open_columns.pop()
         at = last
         if found < len(open_columns):
             at, open_columns[found] = open_columns[found], last
-        if row_of[at] < 0:
+        if at not in row_of:
             column = at
         else:
             row = row_of[at]
@@ -145,8 +152,4 @@ def _augment(
         row_prices[other] += way - shortest[column_of[other]]
     for other in reached_columns:
         column_prices[other] -= way - shortest[other]
-    while True:
-        row = before[column]
-        row_of[column], column_of[row], column = row, column, column_of[row]
-        if row == begin:
-            return
+    _exchange(begin, column, before, column_of, row_of)
