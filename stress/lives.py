@@ -71,6 +71,8 @@ class Life:
     def is_whole(self, guid: Guid) -> bool:
         """True if it was given all parts of a block; two vehicles of one number make several of one name."""
         parts = self.parts.get(guid, {}).values()
+        if len(parts) == 1:
+            return next(iter(parts)).count == 1
         counts = Counter((part.count, part.time_s) for part in parts)
         return any(n_parts == count for (count, _), n_parts in counts.items())
 
@@ -83,7 +85,9 @@ class Life:
         guid = fragment.block.guid
         if self.is_whole(guid):
             block = self.model.arrived(guid)
-            return block is not None and block.time_s == fragment.time_s and set(fragment.facts) <= set(block.facts)
+            if block is None or block.time_s != fragment.time_s:
+                return False
+            return fragment.facts == block.facts or set(fragment.facts) <= set(block.facts)
         return self.part(fragment) == fragment and self.manager.holds(fragment.uid)
 
     def fragments(self) -> Iterator[Fragment]:

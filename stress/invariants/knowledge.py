@@ -60,18 +60,12 @@ class _Founded:
 
     def broken(self, scene: Scene) -> str | None:
         """Look at what has come in with a packet; at the end at all that is in."""
-        return _said(flaw for flaw in self._flaws(scene) if flaw.breach in self.breaches)
-
-    @staticmethod
-    def _flaws(scene: Scene) -> Iterator[Flaw]:
         witness, heard = scene.witness, scene.heard
         if heard is None:
-            for life in witness.all_alive():
-                yield from witness.unfounded(life)
-            return
-        for change in heard.changes:
-            if (flaw := witness.flaw_of(heard.life, change.block)) is not None:
-                yield flaw
+            flaws = [flaw for life in witness.all_alive() for flaw in witness.unfounded(life)]
+        else:
+            flaws = [flaw for change in heard.changes if (flaw := witness.flaw_of(heard.life, change.block)) is not None]
+        return _said(flaw for flaw in flaws if flaw.breach in self.breaches) if flaws else None
 
 
 class Recorded(_Founded):
