@@ -230,9 +230,7 @@ class MeetingTruth:
     def _is_together(self, survivors: Sequence[VehicleView], group: Group) -> bool:
         """True if all members have come to the rally point, no work is left to give out, and roles are filled."""
         for vehicle in survivors:  # mostly the first is still on its way
-            key = vehicle.name, group.name
-            has_come = key in self._there_s or key in self._has_met
-            if not has_come and vehicle.organisation.is_member(*key):
+            if not self._has_come(vehicle, group) and vehicle.organisation.is_member(vehicle.name, group.name):
                 return False
         members = self._members(survivors, group)
         if any(vehicle.leads(group.name) and vehicle.gives_out(group.name) for vehicle in members):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from itertools import chain
 
 from missions.fault import Danger
@@ -64,7 +64,8 @@ class _Founded:
         if heard is None:
             flaws = [flaw for life in witness.all_alive() for flaw in witness.unfounded(life)]
         else:
-            flaws = [flaw for change in heard.changes if (flaw := witness.flaw_of(heard.life, change.block)) is not None]
+            found = (witness.flaw_of(heard.life, change.block) for change in heard.changes)
+            flaws = [flaw for flaw in found if flaw is not None]
         return _said(flaw for flaw in flaws if flaw.breach in self.breaches) if flaws else None
 
 
