@@ -20,9 +20,8 @@ from types import CodeType, FrameType
 from typing import Any
 
 from benchmarks.house import ROOT
+from benchmarks.measuring import row, setup_of
 from missions.runs.assembly import assemble
-from missions.runs.setup import resolved
-from missions.scenarios import load
 from remoras.version import __version__
 
 LEDGER = Path(__file__).with_name("calls.toml")
@@ -49,8 +48,7 @@ def calls_of_a_step(name: str) -> float:
 def counted(name: str) -> float:
     """The same in this process: fewer, if it has made such a mission before."""
     scenario, duration_s, settings = MISSIONS[name]
-    given = (f"scenario.duration_s={duration_s}", *settings)
-    fleet = assemble(resolved(load(scenario, [("--set", setting) for setting in given])), SEED)
+    fleet = assemble(setup_of(scenario, f"scenario.duration_s={duration_s}", *settings), SEED)
     is_ours: dict[CodeType, bool] = {}
     n_calls = 0
 
@@ -99,11 +97,7 @@ def rows() -> list[dict[str, Any]]:
     found = []
     for name in MISSIONS:
         n_calls = calls_of_a_step(name)
-        row = {
-            "name": f"calls of a vehicle-step, {name}", "value": n_calls, "unit": "calls",
-            "reference": "the first of the ledger", "reference_value": first[name], "ratio": n_calls / first[name],
-        }  # fmt: skip
-        found.append(row)
+        found.append(row(f"calls of a vehicle-step, {name}", n_calls, "calls", "the first of the ledger", first[name]))
     return found
 
 

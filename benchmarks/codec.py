@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.measuring import row
 from exchange.packets import Fragment
 from exchange.policies import POLICIES
 from exchange.wire.batch import Observations, decode_observations, encode_observations
@@ -94,20 +95,6 @@ def round_trips(codec: Codec, packets: Sequence[Sequence[Fragment]]) -> None:
         codec.decode(codec.encode(SENDER, rows, fragments, (), 0, 0, START_S), 0, START_S)
 
 
-def _row(name: str, value_us: float, reference_us: float, goal: float) -> dict[str, Any]:
-    ratio = value_us / reference_us
-    return {
-        "name": name,
-        "value": value_us,
-        "unit": "us",
-        "reference": "bare shifts and masks",
-        "reference_value": reference_us,
-        "ratio": ratio,
-        "goal": f"<= {goal:g} x",
-        "met": ratio <= goal,
-    }
-
-
 def cpu_s(work: Callable[[], object]) -> float:
     """CPU seconds of some work, without garbage collection, as ``timeit`` has it."""
     gc.collect()
@@ -120,18 +107,19 @@ def cpu_s(work: Callable[[], object]) -> float:
         gc.enable()
 
 
-def ratio_row(name: str, work: Callable[[], object], floor: Callable[[], object], goal: float) -> dict[str, Any]:
+def ratio_row(name: str, work: Callable[[], object], floor: Callable[[], object], goal: str) -> dict[str, Any]:
     """The cost of a record in some work against that in a bare loop; the two measured in turn, the best of each."""
     measured = [(cpu_s(work), cpu_s(floor)) for _ in range(REPEATS)]
     value_s, floor_s = (min(column) for column in zip(*measured, strict=True))
-    return _row(name, 1e6 * value_s / N_RECORDS, 1e6 * floor_s / N_RECORDS, goal)
+    value_us, floor_us = (1e6 * seconds / N_RECORDS for seconds in (value_s, floor_s))
+    return row(name, value_us, "us", "bare shifts and masks", floor_us, goal=goal)
 
 
 def speed_rows() -> list[dict[str, Any]]:
     """Encode and decode, a record at a time and seven to a packet."""
     codec, every = reference_codec(), records(N_RECORDS)
     found = []
-    for per_packet, goal in ((1, 10.0), (7, 5.0)):
+    for per_packet, goal in ((1, "<= 10 x"), (7, "<= 5 x")):
         groups = [every[at : at + per_packet] for at in range(0, N_RECORDS, per_packet)]
         packets = [fragments_of(group, 0) for group in groups]
         name = f"encode + decode, {per_packet} a packet, a record"
@@ -150,15 +138,16 @@ def batch_row() -> dict[str, Any]:
     def work() -> None:
         decode_observations(codec, encode_observations(codec, told))
 
-    return ratio_row(f"encode + decode, {N_RECORDS} a table, a record", work, partial(bare, [[r] for r in every]), 2.0)
+    floor = partial(bare, [[record] for record in every])
+    return ratio_row(f"encode + decode, {N_RECORDS} a table, a record", work, floor, "<= 2 x")
 
 
 def size_rows() -> list[dict[str, Any]]:
     """Bits of a head and of an observation, and how many own ones go into a packet; of DCCL as measured before."""
     codec, every = reference_codec(), records(N_RECORDS)
     head_bits = codec.overhead_bits - codec.header.largest_bits
-    found = [_size_row("head and end without acknowledgements, N = 5", head_bits, "bits", 18, 25.0)]
-    for payload_bytes, goal, of_dccl in ((32, 4, 3), (64, 8, 7)):
+    found = [_size_row("head and end without acknowledgements, N = 5", head_bits, "bits", "<= 18", 25.0)]
+    for payload_bytes, goal, of_dccl in ((32, ">= 4", 3), (64, ">= 8", 7)):
         room_bits = 8 * payload_bytes - codec.overhead_bits
         fewest, bits = N_RECORDS, 0.0
         for at in range(0, N_RECORDS - 20, 20):
@@ -166,23 +155,14 @@ def size_rows() -> list[dict[str, Any]]:
             packing = codec.packing(SENDER, 0, START_S, room_bits)
             n_fit = sum(1 for _ in takewhile(packing.add, fragments_of(group, at % 4096)))
             fewest, bits = min(fewest, n_fit), max(bits, (room_bits - packing.left_bits) / n_fit)
-        found.append(_size_row(f"own observations in {payload_bytes} B, fewest", fewest, "items", goal, of_dccl, 1))
-    found.append(_size_row("own observation of 64 B, most", bits, "bits", 60, 68.0))
+        found.append(_size_row(f"own observations in {payload_bytes} B, fewest", fewest, "items", goal, of_dccl))
+    found.append(_size_row("own observation of 64 B, most", bits, "bits", "<= 60", 68.0))
     return found
 
 
-def _size_row(name: str, value: float, unit: str, goal: float, of_dccl: float, sign: int = -1) -> dict[str, Any]:
-    """A row about a size; ``sign`` is 1 where more is better."""
-    return {
-        "name": name,
-        "value": value,
-        "unit": unit,
-        "reference": "DCCL",
-        "reference_value": of_dccl,
-        "ratio": value / of_dccl,
-        "goal": f"{'>=' if sign > 0 else '<='} {goal:g}",
-        "met": sign * value >= sign * goal,
-    }
+def _size_row(name: str, value: float, unit: str, goal: str, of_dccl: float) -> dict[str, Any]:
+    """A row about a size, of which the goal is about the value."""
+    return row(name, value, unit, "DCCL", of_dccl, goal=goal, judged=value)
 
 
 def rows() -> list[dict[str, Any]]:

@@ -11,6 +11,7 @@ from typing import Any
 
 import mesa
 
+from benchmarks.measuring import row
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType
 from remoras.executive.decision import Choice
 
@@ -66,14 +67,5 @@ def rows() -> list[dict[str, Any]]:
     for name, (least, most) in N_TYPES.items():
         pairs = [(decision_s(least, most), empty_step_s()) for _ in range(REPEATS)]
         own_s, empty_s = min(own for own, _ in pairs), min(empty for _, empty in pairs)
-        found.append(
-            {
-                "name": f"decision, {N_SETS} sets, {name}",
-                "value": own_s * 1e6,
-                "unit": "us",
-                "reference": "empty step of Mesa",
-                "reference_value": empty_s * 1e6,
-                "ratio": own_s / empty_s,
-            }
-        )
+        found.append(row(f"decision, {N_SETS} sets, {name}", own_s * 1e6, "us", "empty step of Mesa", empty_s * 1e6))
     return found

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.measuring import row
 from exchange.study.study import ExchangeStudy, StudyRow, run
 
 PER = tuple(step / 20 for step in range(1, 17))
@@ -20,7 +21,7 @@ SCALING_POLICIES = {"ack": 2, "m-ack-repeat": 3, "mps-ack-repeat": 3}
 
 def link_outcomes(rows: list[StudyRow]) -> int:
     """Packets that a receiver heard or lost, over all slots of all trials."""
-    return sum(row.slots_played * (row.nodes - 1) for row in rows)
+    return sum(told.slots_played * (told.nodes - 1) for told in rows)
 
 
 def float32_draws_s(n_draws: int) -> float:
@@ -48,21 +49,15 @@ def figure_row(n_nodes: int) -> dict[str, Any]:
     n_outcomes = link_outcomes(measured[0][1])
     floor_s = min(float32_draws_s(n_outcomes) for _ in range(REPEATS))
     value_s = min(seconds for seconds, _ in measured)
-    return {
-        "name": f"policy study, N = {n_nodes}, 6 policies x 16 PER x 2000",
-        "value": value_s,
-        "unit": "s",
-        "reference": f"{n_outcomes} float32 uniforms",
-        "reference_value": floor_s,
-        "ratio": value_s / floor_s,
-    }
+    name = f"policy study, N = {n_nodes}, 6 policies x 16 PER x 2000"
+    return row(name, value_s, "s", f"{n_outcomes} float32 uniforms", floor_s)
 
 
 def slot_s(policy: str, n_nodes: int) -> float:
     """CPU seconds of a slot; at PER 0.5, where half of the fleet hears each packet."""
     study = ExchangeStudy(nodes=n_nodes, per=(0.5,), trials=40, policies=(policy,))
-    row = min((run(study)[0] for _ in range(REPEATS)), key=lambda row: row.cpu_s)
-    return row.cpu_s / row.slots_played
+    best = min((run(study)[0] for _ in range(REPEATS)), key=lambda told: told.cpu_s)
+    return best.cpu_s / best.slots_played
 
 
 def scaling_rows() -> list[dict[str, Any]]:
@@ -73,16 +68,8 @@ def scaling_rows() -> list[dict[str, Any]]:
         fewest = SCALING_NODES[0]
         for n_nodes in SCALING_NODES[1:]:
             allowed_us = costs_us[fewest] * (n_nodes / fewest) ** power
-            found.append(
-                {
-                    "name": f"slot of {policy}, N = {n_nodes}",
-                    "value": costs_us[n_nodes],
-                    "unit": "us",
-                    "reference": f"slot at N = {fewest}, times ({n_nodes}/{fewest})^{power}",
-                    "reference_value": allowed_us,
-                    "ratio": costs_us[n_nodes] / allowed_us,
-                }
-            )
+            reference = f"slot at N = {fewest}, times ({n_nodes}/{fewest})^{power}"
+            found.append(row(f"slot of {policy}, N = {n_nodes}", costs_us[n_nodes], "us", reference, allowed_us))
     return found
 
 

@@ -9,10 +9,10 @@ freed before.
 from __future__ import annotations
 
 import gc
-import time
 import tracemalloc
 from typing import Any
 
+from benchmarks.measuring import row, run_cpu_s
 from missions.runs.assembly import assemble
 from missions.runs.setup import resolved
 from missions.scenarios import Scenario, load
@@ -31,12 +31,7 @@ def scenario(size: int) -> Scenario:
 
 def vehicle_step_s(of: Scenario) -> float:
     """CPU seconds per vehicle and step of one run; loading and assembling are not counted."""
-    fleet = assemble(resolved(of), seed=1)
-    began = time.process_time()
-    fleet.run()
-    cpu_s = time.process_time() - began
-    fleet.close()
-    n_steps: int = fleet.steps
+    cpu_s, n_steps = run_cpu_s(resolved(of))
     return cpu_s / (n_steps * len(of.vehicle))
 
 
@@ -61,14 +56,7 @@ def rows() -> list[dict[str, Any]]:
     step_us = {size: 1e6 * min(costs[size] for costs in measured) for size in SIZES}
     peak_mb = {size: peak_bytes(of) / 1e6 for size, of in scenarios.items()}
     return [
-        {
-            "name": f"{what}, {size} vehicles",
-            "value": values[size],
-            "unit": unit,
-            "reference": f"{SIZES[0]} vehicles",
-            "reference_value": values[SIZES[0]],
-            "ratio": values[size] / values[SIZES[0]],
-        }
+        row(f"{what}, {size} vehicles", values[size], unit, f"{SIZES[0]} vehicles", values[SIZES[0]])
         for what, unit, values in (("vehicle-step", "us CPU", step_us), ("peak memory per vehicle", "MB", peak_mb))
         for size in SIZES
     ]

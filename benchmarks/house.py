@@ -24,10 +24,9 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
+from benchmarks.measuring import row, setup_of
 from exchange.manager import ExchangeManager
 from missions.runs.assembly import assemble
-from missions.runs.setup import resolved
-from missions.scenarios import load
 from remoras.vehicle import Vehicle
 
 ROOT = Path(__file__).parents[1]
@@ -80,8 +79,7 @@ def entered(scenario: str, settings: Sequence[str], seed: int) -> tuple[dict[str
         settings: KEY=VALUE of it.
         seed: of the run.
     """
-    own = load(scenario, [("--set", setting) for setting in settings])
-    fleet = assemble(resolved(own), seed)
+    fleet = assemble(setup_of(scenario, *settings), seed)
     names = {of.__code__: name for name, (of, _) in EVENTS.items()}
     files: dict[Any, str] = {}
     found: dict[str, list[int]] = defaultdict(list)
@@ -160,11 +158,8 @@ def rows(
 
 
 def _row(name: str, value: float, unit: str, most: float | None, reference: float) -> dict[str, Any]:
-    row = {
-        "name": name, "value": value, "unit": unit, "reference": "the most", "reference_value": reference,
-        "ratio": value / reference if reference else 1.0,
-    }  # fmt: skip
-    return row if most is None else {**row, "goal": f"<= {most:g}", "met": value <= most}
+    ratio = value / reference if reference else 1.0
+    return row(name, value, unit, "the most", reference, ratio, "" if most is None else f"<= {most:g}", value)
 
 
 def main() -> None:
@@ -176,9 +171,9 @@ def main() -> None:
     parser.add_argument("--against", type=Path, help="another checkout, of which the CPU is compared")
     given = parser.parse_args()
     settings = given.set or (SETTINGS if given.scenario == SCENARIO else ())
-    for row in rows(given.scenario, settings, given.seed, given.against):
-        goal = f"   {row['goal']}: {'met' if row['met'] else 'NOT MET'}" if "goal" in row else ""
-        print(f"{row['name']:<36} {row['value']:>8.4g} {row['unit']:<6} at most {row['reference_value']:.4g}{goal}")
+    for told in rows(given.scenario, settings, given.seed, given.against):
+        goal = f"   {told['goal']}: {'met' if told['met'] else 'NOT MET'}" if "goal" in told else ""
+        print(f"{told['name']:<36} {told['value']:>8.4g} {told['unit']:<6} at most {told['reference_value']:.4g}{goal}")
 
 
 if __name__ == "__main__":

@@ -17,10 +17,12 @@ import io
 import time
 import tracemalloc
 from collections.abc import Callable, Iterator
+from functools import partial
 from importlib.util import find_spec
 from typing import Any
 
 from benchmarks.ipc.against import against
+from benchmarks.measuring import least_s, row
 from remoras.htn import ANY, Domain, Execution, FactIndex, FactsLike, Method, Operator, Plan, Task, plan
 
 REPEATS = 7
@@ -199,18 +201,6 @@ def _lengths(found: Any) -> int:
     return len(found.tasks) if isinstance(found, Plan) else len(getattr(found, "plan", found))
 
 
-def _least_s(*ways: Callable[[], Any], calls: int) -> list[float]:
-    """CPU seconds of one call of each, the best of some repeats, in turn."""
-    best = [float("inf")] * len(ways)
-    for _ in range(REPEATS):
-        for number, way in enumerate(ways):
-            began = time.process_time()
-            for _ in range(calls):
-                way()
-            best[number] = min(best[number], (time.process_time() - began) / calls)
-    return best
-
-
 def _against_gtpyhop() -> list[dict[str, Any]]:
     if find_spec("gtpyhop") is None:
         return []
@@ -229,11 +219,8 @@ def _against_gtpyhop() -> list[dict[str, Any]]:
         n_actions = _lengths(ours())
         if _lengths(theirs()) != n_actions:
             raise AssertionError(f"{name}: the plans differ in length")
-        ours_s, theirs_s = _least_s(ours, theirs, calls=calls)
-        found.append({
-            "name": f"htn, {name}", "value": n_actions / ours_s, "unit": "1/s", "reference": "GTPyhop",
-            "reference_value": n_actions / theirs_s, "ratio": theirs_s / ours_s,
-        })  # fmt: skip
+        ours_s, theirs_s = least_s(ours, theirs, repeats=REPEATS, calls=calls)
+        found.append(row(f"htn, {name}", n_actions / ours_s, "1/s", "GTPyhop", n_actions / theirs_s))
     return [*found, *against(gtpyhop)]
 
 
@@ -250,15 +237,13 @@ def _with_more_facts() -> list[dict[str, Any]]:
     trips = [Task("travel", trip) for trip in TRIPS]
     few, many = FactIndex(FACTS), FactIndex({**FACTS, **more})
     for name, domain, tasks in (("keys", by_key, trips), ("patterns", by_pattern, [Task("any")])):
-        few_s, many_s = _least_s(
+        few_s, many_s = least_s(
             lambda domain=domain, tasks=tasks: plan(domain, few, tasks),  # type: ignore[misc]
             lambda domain=domain, tasks=tasks: plan(domain, many, tasks),  # type: ignore[misc]
+            repeats=REPEATS,
             calls=200,
         )
-        found.append({
-            "name": f"htn, {N_FACTS} more facts, {name}", "value": 1e6 * many_s, "unit": "us", "reference": "without",
-            "reference_value": 1e6 * few_s, "ratio": many_s / few_s,
-        })  # fmt: skip
+        found.append(row(f"htn, {N_FACTS} more facts, {name}", 1e6 * many_s, "us", "without", 1e6 * few_s))
     return found
 
 
@@ -276,19 +261,17 @@ def _by_depth() -> list[dict[str, Any]]:
     times, without, peaks = [], [], []
     for levels in LEVELS:
         task = Task("down", (levels,))
-        times.append(1e6 * _least_s(lambda task=task: plan(domain, {}, task), calls=1)[0] / levels)  # type: ignore[misc]
+        plans = partial(plan, domain, {}, task)
+        times.append(1e6 * least_s(plans, repeats=REPEATS)[0] / levels)
         gc.disable()
-        without.append(1e6 * _least_s(lambda task=task: plan(domain, {}, task), calls=1)[0] / levels)  # type: ignore[misc]
+        without.append(1e6 * least_s(plans, repeats=REPEATS)[0] / levels)
         gc.enable()
         tracemalloc.start()
         plan(domain, {}, task)
         peaks.append(tracemalloc.get_traced_memory()[1] / levels)
         tracemalloc.stop()
     return [
-        {
-            "name": f"htn, {LEVELS[1]} levels, {name}", "value": values[1], "unit": unit,
-            "reference": f"{LEVELS[0]} levels", "reference_value": values[0], "ratio": values[1] / values[0],
-        }
+        row(f"htn, {LEVELS[1]} levels, {name}", values[1], unit, f"{LEVELS[0]} levels", values[0])
         for name, unit, values in (
             ("per level", "us", times), ("collector off", "us", without), ("per level", "B", peaks),
         )
@@ -333,10 +316,7 @@ def _repair() -> list[dict[str, Any]]:
         repair_s = min(repair_s, time.process_time() - began)
         if not is_mended:
             raise AssertionError("the leg has another way")
-    return [{
-        "name": f"htn, repair of one of {N_STEPS} steps", "value": 1e6 * repair_s, "unit": "us",
-        "reference": "planning", "reference_value": 1e6 * planning_s, "ratio": repair_s / planning_s,
-    }]  # fmt: skip
+    return [row(f"htn, repair of one of {N_STEPS} steps", 1e6 * repair_s, "us", "planning", 1e6 * planning_s)]
 
 
 def rows() -> list[dict[str, Any]]:

@@ -19,6 +19,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+from benchmarks.measuring import row
+
 SCENARIOS = (
     ("4 vehicles", ("mapping-rendezvous", "--per", "0.6")),
     ("50 vehicles", ("mapping-patches", "--per", "0.6", "--set", "fleet.size=50", "--set", "scenario.duration_s=1200")),
@@ -35,10 +37,7 @@ def rows() -> list[dict[str, Any]]:
         usual_s = _least_s(partial(_run, arguments))
         for who, is_read in (("unwatched", False), ("one reader", True)):
             live_s = _least_s(partial(_live, arguments, is_read))
-            found.append({
-                "name": f"live, {name}, {who}", "value": live_s, "unit": "s CPU", "reference": "run",
-                "reference_value": usual_s, "ratio": live_s / usual_s,
-            })  # fmt: skip
+            found.append(row(f"live, {name}, {who}", live_s, "s CPU", "run", usual_s))
     return found
 
 

@@ -11,14 +11,13 @@ import time
 from collections.abc import Sequence
 from typing import Any
 
+from benchmarks.measuring import row, setup_of
 from exchange.manager import ExchangeManager
 from exchange.policies import POLICIES
 from exchange.schedule import TdmaSchedule
 from exchange.wire.codec import Codec, Widths
 from missions.mapping.mission import MappingMission
 from missions.runs.assembly import assemble
-from missions.runs.setup import resolved
-from missions.scenarios import load
 from remoras.fleet import rare_collections
 from worldmodel import InformationNeed, Instance, NeedsIndex, WorldModel, core_ontology_paths, merge, read_tbox
 
@@ -102,8 +101,8 @@ def settled_s(n_settled: int) -> float:
 
 def vehicle_step_s(n_groups: int) -> float:
     """CPU seconds per vehicle and motion tick of groups side by side."""
-    settings = [f"fleet.size={GROUP}", "channel.per=0.2", f"scenario.duration_s={MISSION_S}"]
-    setup = resolved(load("mapping-rendezvous", [("--set", setting) for setting in settings]))
+    settings = f"fleet.size={GROUP}", "channel.per=0.2", f"scenario.duration_s={MISSION_S}"
+    setup = setup_of("mapping-rendezvous", *settings)
     fleets = [assemble(setup, seed) for seed in range(n_groups)]
     began_s, n_steps = time.process_time(), 0
     with rare_collections():  # as a run has them
@@ -117,20 +116,6 @@ def vehicle_step_s(n_groups: int) -> float:
     return cpu_s / (n_steps * GROUP)
 
 
-def _row(name: str, unit: str, value: float, reference: str, reference_value: float, goal: float) -> dict[str, Any]:
-    ratio = value / reference_value
-    return {
-        "name": name,
-        "value": value,
-        "unit": unit,
-        "reference": reference,
-        "reference_value": reference_value,
-        "ratio": ratio,
-        "goal": f"<= {goal:g}",
-        "met": ratio <= goal,
-    }
-
-
 def _best(few: Sequence[float], many: Sequence[float]) -> tuple[float, float]:
     return 1e6 * min(few), 1e6 * min(many)
 
@@ -138,13 +123,13 @@ def _best(few: Sequence[float], many: Sequence[float]) -> tuple[float, float]:
 def rows() -> list[dict[str, Any]]:
     """Benchmark rows: the best of some repeats, the two of each row measured in turn."""
     found = []
-    for what, measure, goal in (("slot opening", opening_s, 2.0), ("slot", settled_s, 1.25)):
+    for what, measure, goal in (("slot opening", opening_s, "<= 2"), ("slot", settled_s, "<= 1.25")):
         kind = "open" if measure is opening_s else "settled items"
         measured = [(measure(FEW), measure(MANY)) for _ in range(REPEATS)]
         few, many = _best([one for one, _ in measured], [one for _, one in measured])
-        found.append(_row(f"{what}, {MANY} {kind}", "us CPU", many, f"{FEW} {kind}", few, goal))
+        found.append(row(f"{what}, {MANY} {kind}", many, "us CPU", f"{FEW} {kind}", few, goal=goal))
     alone = [vehicle_step_s(1) for _ in range(REPEATS)]
     few, many = _best(alone, [vehicle_step_s(GROUPS)])
     name = f"vehicle-step, {GROUP * GROUPS} vehicles in groups of {GROUP}"
-    found.append(_row(name, "us CPU", many, f"{GROUP} vehicles", few, 1.5))
+    found.append(row(name, many, "us CPU", f"{GROUP} vehicles", few, goal="<= 1.5"))
     return found

@@ -7,9 +7,7 @@ from typing import Any
 
 import mesa
 
-from missions.runs.assembly import assemble
-from missions.runs.setup import resolved
-from missions.scenarios import load
+from benchmarks.measuring import row, run_cpu_s, setup_of
 
 REPEATS = 5
 EMPTY_STEPS = 5000
@@ -42,12 +40,7 @@ def empty_agent_step_s() -> float:
 
 def mission_cpu_s() -> tuple[float, int]:
     """(CPU seconds, steps) of one run of mapping-rendezvous; loading and writing are not counted."""
-    fleet = assemble(resolved(load("mapping-rendezvous", [("--per", f"channel.per={PER}")])), seed=1)
-    began = time.process_time()
-    fleet.run()
-    cpu_s = time.process_time() - began
-    fleet.close()
-    return cpu_s, fleet.steps
+    return run_cpu_s(setup_of("mapping-rendezvous", f"channel.per={PER}"))
 
 
 def rows() -> list[dict[str, Any]]:
@@ -57,20 +50,6 @@ def rows() -> list[dict[str, Any]]:
     empty_s = min(empty for _, empty in pairs)
     per_step_s = cpu_s / (steps * N_VEHICLES)
     return [
-        {
-            "name": f"mission run, PER {PER}",
-            "value": cpu_s,
-            "unit": "s CPU",
-            "reference": "limit",
-            "reference_value": 0.5,
-            "ratio": cpu_s / 0.5,
-        },
-        {
-            "name": "mission, per vehicle and step",
-            "value": 1e6 * per_step_s,
-            "unit": "us CPU",
-            "reference": "empty Mesa agent step",
-            "reference_value": 1e6 * empty_s,
-            "ratio": per_step_s / empty_s,
-        },
+        row(f"mission run, PER {PER}", cpu_s, "s CPU", "limit", 0.5),
+        row("mission, per vehicle and step", 1e6 * per_step_s, "us CPU", "empty Mesa agent step", 1e6 * empty_s),
     ]

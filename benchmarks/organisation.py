@@ -13,6 +13,7 @@ from typing import Any
 
 from benchmarks.dividing import rows as rows_of_dividing
 from benchmarks.dividing import vehicle
+from benchmarks.measuring import row
 from remoras.authority import Act, Request, Rules, may_assign
 from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
@@ -76,13 +77,6 @@ def rows() -> list[dict[str, Any]]:
     best = {key: min(values) for key, values in costs.items()}
     small, large = SIZES
     return [
-        {
-            "name": f"{name}, {large} members",
-            "value": best[name, large],
-            "unit": "us CPU",
-            "reference": f"{small} members",
-            "reference_value": best[name, small],
-            "ratio": best[name, large] / best[name, small],
-        }
+        row(f"{name}, {large} members", best[name, large], "us CPU", f"{small} members", best[name, small])
         for name in asked[small]
     ] + rows_of_dividing()

@@ -10,10 +10,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from missions.runs.assembly import assemble
+from benchmarks.measuring import row, run_cpu_s, setup_of
 from missions.runs.results import write_results
 from missions.runs.run import run
-from missions.runs.setup import Setup, resolved
 from missions.runs.tables import encoded, merge_tables, write_part
 from missions.scenarios import load
 from remoras.executive.layer import ExecutiveLayer
@@ -23,7 +22,7 @@ from remoras.recorder import Recorder
 from remoras.run_log import RunLog
 
 REPEATS = 7
-PER = 0.6
+PER, SEED = 0.6, 3
 SAMPLE = 6
 """Runs of which a sweep keeps tables."""
 SHARE, SIZE_BYTES, SAMPLED_BYTES = 0.10, 2 * 190_274, 61_000
@@ -79,20 +78,10 @@ def no_record() -> Iterator[None]:
             setattr(owner, name, value)
 
 
-def run_cpu_s(setup: Setup) -> float:
-    """CPU seconds of one run, without setting it up."""
-    fleet = assemble(setup, seed=3)
-    began = time.process_time()
-    fleet.run()
-    cpu_s = time.process_time() - began
-    fleet.close()
-    return cpu_s
-
-
 @rare_collections()
 def written() -> tuple[float, int]:
     """(CPU seconds that writing the folder takes, its bytes)."""
-    finished = run(load("mapping-rendezvous", [("--per", f"channel.per={PER}")]), 3)
+    finished = run(load("mapping-rendezvous", [("--per", f"channel.per={PER}")]), SEED)
     times_s, size_bytes = [], 0
     for _ in range(REPEATS):
         with tempfile.TemporaryDirectory() as made:
@@ -117,28 +106,17 @@ def sampled_bytes() -> float:
 
 def rows() -> list[dict[str, Any]]:
     """Benchmark rows: the best of some repeats, with and without a record in turn."""
-    setup = resolved(load("mapping-rendezvous", [("--per", f"channel.per={PER}")]))
+    setup = setup_of("mapping-rendezvous", f"channel.per={PER}")
     with_s, without_s = [], []
     for _ in range(REPEATS):
-        with_s.append(run_cpu_s(setup))
+        with_s.append(run_cpu_s(setup, SEED)[0])
         with no_record():
-            without_s.append(run_cpu_s(setup))
+            without_s.append(run_cpu_s(setup, SEED)[0])
     run_s, bare_s = min(with_s), min(without_s)
     write_s, size_bytes = written()
     return [
-        _row("record of a run, share of its CPU", (run_s - bare_s) / run_s, "1", SHARE),
-        _row("writing a run's folder, share of its CPU", write_s / run_s, "1", SHARE),
-        _row("folder of a run", size_bytes / 1000, "kB", SIZE_BYTES / 1000),
-        _row("tables of a run in a sweep", sampled_bytes() / 1000, "kB", SAMPLED_BYTES / 1000),
+        row("record of a run, share of its CPU", (run_s - bare_s) / run_s, "1", "limit", SHARE),
+        row("writing a run's folder, share of its CPU", write_s / run_s, "1", "limit", SHARE),
+        row("folder of a run", size_bytes / 1000, "kB", "limit", SIZE_BYTES / 1000),
+        row("tables of a run in a sweep", sampled_bytes() / 1000, "kB", "limit", SAMPLED_BYTES / 1000),
     ]
-
-
-def _row(name: str, value: float, unit: str, limit: float) -> dict[str, Any]:
-    return {
-        "name": name,
-        "value": value,
-        "unit": unit,
-        "reference": "limit",
-        "reference_value": limit,
-        "ratio": value / limit,
-    }

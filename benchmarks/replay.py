@@ -12,6 +12,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+from benchmarks.measuring import row
 from missions.runs.results import Results, write_results
 from missions.runs.run import run
 from missions.scenarios import load
@@ -60,7 +61,7 @@ def _cost() -> dict[str, Any]:
             _cpu_s("run", "mapping-rendezvous", "--per", "0.6", "--out", out, "--force") for _ in range(N_TIMES)
         )
         page_s = min(_cpu_s("replay", out, "--force") for _ in range(N_TIMES))
-    return _row("replay, processor time, share of run", page_s / run_s, "1", MOST_OF_RUN)
+    return row("replay, processor time, share of run", page_s / run_s, "1", "wanted", MOST_OF_RUN)
 
 
 def _cpu_s(*arguments: str) -> float:
@@ -95,21 +96,10 @@ def _pace() -> list[dict[str, Any]]:
             page.goto(file.as_uri())
             page.wait_for_function("() => globalThis.R && R.app")
             found += [
-                _row(f"replay data, {name}", len(data) / 1000.0, "kB", wanted_kb),
-                _row(f"replay, first picture, {name}", page.evaluate(FIRST), "ms", FIRST_PICTURE_MS),
-                _row(f"replay, playing, {name}", page.evaluate(PLAY, [PACE, LASTS_MS]), "frame/s", wanted_fps),
+                row(f"replay data, {name}", len(data) / 1000.0, "kB", "wanted", wanted_kb),
+                row(f"replay, first picture, {name}", page.evaluate(FIRST), "ms", "wanted", FIRST_PICTURE_MS),
+                row(f"replay, playing, {name}", page.evaluate(PLAY, [PACE, LASTS_MS]), "frame/s", "wanted", wanted_fps),
             ]
             page.close()
         browser.close()
     return found
-
-
-def _row(name: str, value: float, unit: str, wanted: float) -> dict[str, Any]:
-    return {
-        "name": name,
-        "value": value,
-        "unit": unit,
-        "reference": "wanted",
-        "reference_value": wanted,
-        "ratio": value / wanted,
-    }

@@ -8,11 +8,11 @@ has the median over the seeds.
 from __future__ import annotations
 
 import statistics
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
+from benchmarks.measuring import least_s, row
 from missions.runs.run import run
 from missions.runs.summary import summary
 from missions.scenarios import load
@@ -39,18 +39,6 @@ def trial(schedule: Schedule, invariants: Sequence[type[Invariant]]) -> None:
         raise RuntimeError(f"seed {schedule.stress.seed} breaks {broken.invariant}: {broken.text}")
 
 
-def least_s(*works: Callable[[], None]) -> tuple[float, ...]:
-    """Least CPU seconds of each, all of them tried in turn."""
-    tries: list[list[float]] = []
-    for _ in range(TRIES):
-        tries.append([])
-        for work in works:
-            began = time.process_time()
-            work()
-            tries[-1].append(time.process_time() - began)
-    return tuple(min(column) for column in zip(*tries, strict=True))
-
-
 def rows() -> list[dict[str, Any]]:
     """Benchmark rows: each has the median of the ratios over the seeds, and of the times."""
     plan, invariants = plan_of(SCENARIO), invariants_of(load(SCENARIO))
@@ -58,23 +46,15 @@ def rows() -> list[dict[str, Any]]:
     for seed in SEEDS:
         schedule = schedule_of(plan, seed)
         without = schedule.with_faults(())
-        struck.append(least_s(partial(trial, schedule, invariants), partial(trial, schedule, ())))
-        calm.append(least_s(partial(trial, without, invariants), partial(bare_run, without)))
+        struck.append(least_s(partial(trial, schedule, invariants), partial(trial, schedule, ()), repeats=TRIES))
+        calm.append(least_s(partial(trial, without, invariants), partial(bare_run, without), repeats=TRIES))
     return [
         _row("trial under faults, all invariants", "no invariants", struck),
         _row("trial without faults, all invariants", "bare run", calm),
     ]
 
 
-def _row(name: str, reference: str, pairs: Sequence[tuple[float, ...]]) -> dict[str, Any]:
+def _row(name: str, reference: str, pairs: Sequence[Sequence[float]]) -> dict[str, Any]:
+    value_s, reference_s = (statistics.median(column) for column in zip(*pairs, strict=True))
     ratio = statistics.median(value_s / reference_s for value_s, reference_s in pairs)
-    return {
-        "name": name,
-        "value": statistics.median(value_s for value_s, _ in pairs),
-        "unit": "s CPU",
-        "reference": reference,
-        "reference_value": statistics.median(reference_s for _, reference_s in pairs),
-        "ratio": ratio,
-        "goal": f"<= {GOAL:g} x",
-        "met": ratio <= GOAL,
-    }
+    return row(name, value_s, "s CPU", reference, reference_s, ratio, f"<= {GOAL:g} x")

@@ -13,6 +13,7 @@ from typing import Any
 
 import pyarrow as pa
 
+from benchmarks.measuring import row
 from missions.files import shipped_studies
 from missions.runs.run import run
 from missions.runs.tables import arrow_table, write_runs
@@ -111,7 +112,7 @@ def comparison_rows() -> list[dict[str, Any]]:
         return []
     value_s = mean_run_s(load_study(COMPARISON))
     name = f"run of {COMPARISON}, mean"
-    return [_row(name, value_s, "s CPU", "limit", RUN_LIMIT_S, value_s / RUN_LIMIT_S)]
+    return [row(name, value_s, "s CPU", "limit", RUN_LIMIT_S)]
 
 
 def rows() -> list[dict[str, Any]]:
@@ -122,19 +123,8 @@ def rows() -> list[dict[str, Any]]:
     n_rows, n_bytes = trajectory_bytes(of)
     size_mb = n_bytes / n_rows * STATED_ROWS / 1e6
     return [
-        _row("sweep of 48 missions, 1 process", one_s, "s", "bare loop", bare_s, one_s / bare_s),
-        _row("sweep of 48 missions, 2 processes", two_s, "s", "1 process", one_s, one_s / two_s),
-        _row(f"8 M trajectory rows, from {n_rows / 1e6:.2f} M", size_mb, "MB", "limit", 60.0, size_mb / 60.0),
+        row("sweep of 48 missions, 1 process", one_s, "s", "bare loop", bare_s),
+        row("sweep of 48 missions, 2 processes", two_s, "s", "1 process", one_s, one_s / two_s),
+        row(f"8 M trajectory rows, from {n_rows / 1e6:.2f} M", size_mb, "MB", "limit", 60.0),
         *comparison_rows(),
     ]
-
-
-def _row(name: str, value: float, unit: str, reference: str, reference_value: float, ratio: float) -> dict[str, Any]:
-    return {
-        "name": name,
-        "value": value,
-        "unit": unit,
-        "reference": reference,
-        "reference_value": reference_value,
-        "ratio": ratio,
-    }

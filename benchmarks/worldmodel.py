@@ -20,6 +20,7 @@ from typing import Any, NamedTuple
 from rdflib import RDF, XSD, Graph, Literal, URIRef
 from rdflib.term import Node
 
+from benchmarks.measuring import row
 from worldmodel import Block, Instance, PropertyValue, TBox, WorldModel, core_ontology_paths, merge, read_tbox
 from worldmodel.owl import ontology_path
 from worldmodel.rdf.terms import RUN, instance_iri
@@ -177,22 +178,6 @@ def best_of(*calls: Call, repeats: int = REPEATS, patience_s: float = PATIENCE_S
     return best
 
 
-def _row(
-    name: str, value: float, unit: str, reference: str, reference_value: float, ratio: float, goal: str
-) -> dict[str, Any]:
-    sign, limit = goal.split()
-    return {
-        "name": name,
-        "value": value,
-        "unit": unit,
-        "reference": reference,
-        "reference_value": reference_value,
-        "ratio": ratio,
-        "goal": goal,
-        "met": ratio >= float(limit) if sign == ">=" else ratio <= float(limit),
-    }
-
-
 def recording(bench: Bench) -> list[dict[str, Any]]:
     """Checked recording against rdflib's Memory store and against plain dicts."""
     rows = []
@@ -202,8 +187,8 @@ def recording(bench: Bench) -> list[dict[str, Any]]:
         (graph_s,) = best_of(lambda h=heard: bench.triples(h))  # type: ignore[misc]
         rate, graph_rate, index_rate = size / record_s, size / graph_s, size / index_s
         rows += [
-            _row(f"record, {size}", rate, "1/s", "rdflib Memory", graph_rate, rate / graph_rate, ">= 20"),
-            _row(f"plain dict over record, {size}", rate, "1/s", "plain dict", index_rate, index_rate / rate, "<= 6"),
+            row(f"record, {size}", rate, "1/s", "rdflib Memory", graph_rate, rate / graph_rate, ">= 20"),
+            row(f"plain dict over record, {size}", rate, "1/s", "plain dict", index_rate, index_rate / rate, "<= 6"),
         ]
     return rows
 
@@ -245,8 +230,8 @@ def latest(bench: Bench) -> list[dict[str, Any]]:
     small_s, large_s = (total_s / (20 * N_ASKED) for total_s in best_of(asking(small), asking(large), repeats=9))
     graph_s = _latest_in_memory_s(bench, asked[:100])
     rows = [
-        _row("latest, 100000", large_s * 1e6, "us", "rdflib Memory", graph_s * 1e6, graph_s / large_s, ">= 300"),
-        _row("latest, growth", large_s * 1e6, "us", "at 1000", small_s * 1e6, large_s / small_s, "<= 1.3"),
+        row("latest, 100000", large_s * 1e6, "us", "rdflib Memory", graph_s * 1e6, graph_s / large_s, ">= 300"),
+        row("latest, growth", large_s * 1e6, "us", "at 1000", small_s * 1e6, large_s / small_s, "<= 1.3"),
     ]
     models = []
     for size in (SIZES[0] * 2, SIZES[-1]):
@@ -258,7 +243,7 @@ def latest(bench: Bench) -> list[dict[str, Any]]:
             raise AssertionError(f"latest of {subject}, {attribute} is {newest}: origin 2 is banned")
     small_s, large_s = (total_s / (20 * N_ASKED) for total_s in best_of(*map(asking, models), repeats=9))
     rows.append(
-        _row("latest with a ban, growth", large_s * 1e6, "us", "at 2000", small_s * 1e6, large_s / small_s, "<= 1.3")
+        row("latest with a ban, growth", large_s * 1e6, "us", "at 2000", small_s * 1e6, large_s / small_s, "<= 1.3")
     )
     return rows
 
@@ -275,7 +260,7 @@ def memory(bench: Bench) -> list[dict[str, Any]]:
         per_one = tracemalloc.get_traced_memory()[0] / size
         tracemalloc.stop()
         del model
-        rows.append(_row(f"size of an observation, {size}", per_one, "B", "limit", 400.0, per_one / 400.0, "<= 1"))
+        rows.append(row(f"size of an observation, {size}", per_one, "B", "limit", 400.0, per_one / 400.0, "<= 1"))
     return rows
 
 
@@ -285,14 +270,14 @@ def merging(bench: Bench) -> list[dict[str, Any]]:
     blocks = bench.blocks(heard, (1, 2, 3, 4))
     merge_s, record_s = best_of(lambda: bench.merged(blocks), lambda: bench.recorded(heard))
     per_s = len(heard) / merge_s, len(heard) / record_s
-    return [_row("merge, 10000", per_s[0], "1/s", "record", per_s[1], merge_s / record_s, "<= 1")]
+    return [row("merge, 10000", per_s[0], "1/s", "record", per_s[1], merge_s / record_s, "<= 1")]
 
 
 def digests(bench: Bench) -> list[dict[str, Any]]:
     """The digest of much against that of little."""
     models = [bench.merged(bench.blocks(bench.heard[:size])) for size in (SIZES[0], SIZES[-1])]
     small_s, large_s = best_of(*(lambda m=m: [m.digest() for _ in range(200)] for m in models), repeats=9)
-    return [_row("digest, 100000", large_s * 5e3, "us", "1000", small_s * 5e3, large_s / small_s, "<= 1.2")]
+    return [row("digest, 100000", large_s * 5e3, "us", "1000", small_s * 5e3, large_s / small_s, "<= 1.2")]
 
 
 def queries(origin: Node, since_s: float) -> dict[str, str]:
@@ -328,7 +313,7 @@ def sparql(bench: Bench) -> list[dict[str, Any]]:
         if not answers[0] or answers[0] != answers[1]:
             raise AssertionError(f"SPARQL {name}: {len(answers[0])} rows by the view, {len(answers[1])} by the copy")
         view_s, copy_s = best_of(*asked, repeats=20)
-        rows.append(_row(f"SPARQL {name}", view_s * 1e3, "ms", "Memory", copy_s * 1e3, view_s / copy_s, "<= 1.5"))
+        rows.append(row(f"SPARQL {name}", view_s * 1e3, "ms", "Memory", copy_s * 1e3, view_s / copy_s, "<= 1.5"))
     return rows
 
 
@@ -340,4 +325,4 @@ def rows() -> list[dict[str, Any]]:
     """Benchmark rows."""
     bench = Bench()
     parts = (recording, latest, memory, merging, sparql, digests)
-    return [row for part in parts for row in part(bench)]
+    return [found for part in parts for found in part(bench)]

@@ -5,17 +5,18 @@ from __future__ import annotations
 import contextlib
 import io
 import sys
-import time
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from benchmarks.ipc import rover_translation, translations
 from benchmarks.ipc.problems import KINDS, NUMBERS, problem
+from benchmarks.measuring import least_s, row
 from remoras.htn import Plan, plan
 from remoras.htn.hddl import Problem
 
-REPEATS, CALLS = 4, 3
-"""How often the two take turns, and the plans that each makes in its turn."""
+REPEATS = 12
+"""How often the two take turns."""
 RECURSION = 50_000
 IDLE = frozenset({"skip", "stay"})
 """Actions without effects, which GTPyhop leaves out of its plans; they are not counted for us either."""
@@ -50,18 +51,9 @@ def _one(gtpyhop: Any, kind: str, number: int) -> tuple[int, float, float]:
     theirs = gtpyhop.find_plan(state, todo)
     if list(getattr(theirs, "plan", theirs)) != actions:
         raise AssertionError(f"{kind} {number}: the plans differ")
-    best = [float("inf"), float("inf")]
-    ways: tuple[Callable[[], Any], ...] = (
-        lambda: plan(read.domain, read.facts, read.tasks, goal=read.goal),
-        lambda: gtpyhop.find_plan(state, todo),
-    )
-    for _ in range(REPEATS):
-        for place, way in enumerate(ways):
-            for _ in range(CALLS):
-                began = time.process_time()
-                way()
-                best[place] = min(best[place], time.process_time() - began)
-    return len(actions), best[0], best[1]
+    ours = partial(plan, read.domain, read.facts, read.tasks, goal=read.goal)
+    ours_s, theirs_s = least_s(ours, lambda: gtpyhop.find_plan(state, todo), repeats=REPEATS)
+    return len(actions), ours_s, theirs_s
 
 
 def against(gtpyhop: Any) -> list[dict[str, Any]]:
@@ -71,9 +63,6 @@ def against(gtpyhop: Any) -> list[dict[str, Any]]:
     sys.setrecursionlimit(RECURSION)
     for kind in KINDS:
         n_actions, ours_s, theirs_s = map(sum, zip(*(_one(gtpyhop, kind, number) for number in NUMBERS), strict=True))
-        found.append({
-            "name": f"htn, ipc {kind}", "value": n_actions / ours_s, "unit": "1/s", "reference": "GTPyhop",
-            "reference_value": n_actions / theirs_s, "ratio": theirs_s / ours_s,
-        })  # fmt: skip
+        found.append(row(f"htn, ipc {kind}", n_actions / ours_s, "1/s", "GTPyhop", n_actions / theirs_s))
     sys.setrecursionlimit(limit)
     return found
