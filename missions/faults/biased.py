@@ -5,7 +5,6 @@ Beyond the range of the attribute a reading stays.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
@@ -18,7 +17,7 @@ from missions.fault import Danger, Drawing
 from missions.files import shown
 from missions.scenarios.faults import FaultOfSensors
 from missions.scenarios.ontologies import words_of
-from missions.scenarios.tables import PointM, Raw, one_of
+from missions.scenarios.tables import PointM, Raw, is_number, one_of
 from remoras.sensor import Observation
 from worldmodel import OntologyError, TBox
 
@@ -34,14 +33,9 @@ AN_OFFSET = "a number, or [east, north] for a point"
 def _off(value: Any) -> Any:
     """Refuse what is no offset, in one message whatever is wrong with it."""
     numbers = value if isinstance(value, list | tuple) and len(value) == 2 else [value]
-    if value is not None and not all(map(_is_finite, numbers)):
+    if value is not None and not all(map(is_number, numbers)):
         raise PydanticCustomError("offset", "allowed: " + AN_OFFSET)
     return tuple(value) if isinstance(value, list) else value
-
-
-def _is_finite(value: Any) -> bool:
-    """True for a finite number."""
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
 @dataclass(frozen=True, slots=True)

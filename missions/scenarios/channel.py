@@ -6,10 +6,10 @@ Which settings there are is said by the models themselves: see ``exchange.acoust
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field, SerializationInfo, ValidationError, model_serializer
@@ -25,11 +25,20 @@ from exchange.acoustics.models import (
     OfVehicle,
     SettingFault,
 )
+from exchange.acoustics.modems import modems
 from exchange.acoustics.shipped import CHANNELS
-from exchange.acoustics.trace import TraceChannel, TraceError
+from exchange.acoustics.trace import TraceChannel, TraceError, hash_of
 from missions.errors import ConfigurationError, ConfigurationFault
-from missions.scenarios.deployment import deployment_in
-from missions.scenarios.tables import NotNegative, Raw, Section, entries, names_of, one_of, table_of
+from missions.scenarios.tables import (
+    NotNegative,
+    Raw,
+    Section,
+    entries,
+    is_number,
+    names_of,
+    one_of,
+    table_of,
+)
 from remoras.errors import PluginError
 from remoras.plugins import faults_of, named_object
 from worldmodel import suggestion
@@ -268,6 +277,23 @@ def _setting_faults(name: str, model: type[ChannelModel], channel: Raw, raw: Raw
         yield ConfigurationFault("channel.name", f'"{name}"', allowed)
 
 
+def deployment_in(raw: Raw) -> Deployment | None:
+    """The fleet that transmits, by tables not checked yet; None where they are malformed, as others report."""
+    communication, vehicles = table_of(raw, "communication"), entries(raw, "vehicle")
+    modem = modems().get(str(communication.get("modem")))
+    if not all(type(vehicle.get("slot")) is int for vehicle in vehicles):
+        return None
+    depths_m: dict[int, Any] = {vehicle["slot"]: vehicle.get("depth_m", 0.0) for vehicle in vehicles}
+    numbers = [communication.get("range_m"), table_of(raw, "scenario").get("duration_s"), *depths_m.values()]
+    nodes: dict[str, Any] = {str(vehicle.get("name")): vehicle.get("slot") for vehicle in vehicles}
+    are_slots = sorted(depths_m) == list(range(len(vehicles)))
+    if modem is None or not are_slots or len(nodes) < 2 or not all(map(is_number, numbers)):
+        return None
+    range_m, duration_s = numbers[:2]
+    by_node = dict(sorted(nodes.items(), key=lambda item: int(item[1])))
+    return Deployment(by_node, tuple(depths_m[slot] for slot in range(len(vehicles))), modem, range_m, duration_s)
+
+
 def _settings(model: type[ChannelModel], given: Raw) -> ChannelModel:
     return model.model_validate_json(json.dumps(given, default=str), strict=True)
 
@@ -293,7 +319,7 @@ def _trial_faults(
         if isinstance(per, bool) or not isinstance(per, int | float) or not 0.0 <= per <= 1.0:
             yield ConfigurationFault("channel.name", f'"{name}"', f"mean_per must be a number from 0 to 1, not {per!r}")
         speed_mps = settings.sound_speed_mps(deployment)
-        if speed_mps is not None and not _is_speed(speed_mps):
+        if speed_mps is not None and not (is_number(speed_mps) and speed_mps > 0.0):
             allowed = f"sound_speed_mps must be None or a finite number above 0, not {speed_mps!r}"
             yield ConfigurationFault("channel.name", f'"{name}"', allowed)
         link = settings.link_model(deployment, 0)
@@ -308,11 +334,6 @@ def _trial_faults(
         hooks = "link_model, mean_per and sound_speed_mps"
         allowed = f"{hooks} must take every scenario, but raised {type(error).__name__}: {error}"
         yield ConfigurationFault("channel.name", f'"{name}"', allowed)
-
-
-def _is_speed(speed_mps: Any) -> bool:
-    """True for a finite number above 0."""
-    return isinstance(speed_mps, int | float) and not isinstance(speed_mps, bool) and 0.0 < speed_mps < math.inf
 
 
 def _vehicle_faults(
@@ -332,3 +353,21 @@ def _vehicle_faults(
 def _shown(value: Any) -> str:
     text = json.dumps(value, default=str)
     return text if len(text) <= 60 else text[:57] + "..."
+
+
+def with_trace_found(raw: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """Tables in which the file of a trace has its whole path and its hash, so that results say which it was.
+
+    Args:
+        raw: tables of a scenario.
+        folder: that the path of the trace's file starts from.
+    """
+    channel: Mapping[str, Any] = table_of(raw, "channel")
+    file = channel.get("file")
+    if channel.get("name") != "trace" or not isinstance(file, str) or not file:
+        return raw
+    path = str((folder / file).resolve())
+    found = {"file": path, "sha256": channel.get("sha256")}
+    with suppress(TraceError):  # a check says that it is not there
+        found["sha256"] = found["sha256"] or hash_of(path)
+    return {**raw, "channel": {**channel, **{key: value for key, value in found.items() if value}}}

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 from exchange.arithmetic import distance
 from missions.errors import ConfigurationFault
-from missions.scenarios.tables import PointM, Raw, bounds_of, entries, names_of, one_of, point_of
+from missions.scenarios.tables import PointM, Raw, bounds_of, entries, is_number, names_of, one_of, point_of
 
 MAX_VEHICLES = 64
 SPACING_M = 10.0
@@ -119,7 +119,7 @@ def _next_names(original: str, used: set[str], n_names: int) -> list[str]:
 
 def _depth_m(vehicle: Raw, key: str = "depth_m") -> float:
     depth_m = vehicle.get(key, 0.0)
-    return float(depth_m) if type(depth_m) in (int, float) and math.isfinite(depth_m) else 0.0
+    return float(depth_m) if is_number(depth_m) else 0.0
 
 
 def _shares(vehicle: Raw, layer_m: float) -> bool:

@@ -27,8 +27,8 @@ from pydantic_core import PydanticCustomError
 from missions.errors import ConfigurationFault
 from missions.fault import Absence, Danger, Drawing, kinds
 from missions.files import shown
-from missions.scenarios.abilities import can_play
-from missions.scenarios.tables import PointM, Positive, Raw, Section, entries, names_of, one_of, table_of
+from missions.scenarios.abilities import can_play, sensor_tables
+from missions.scenarios.tables import PointM, Positive, Raw, Section, entries, is_number, names_of, one_of, table_of
 from remoras.condition import SOUND, Condition
 from remoras.database import AUVDatabase, VehicleData
 from remoras.errors import PluginError
@@ -52,8 +52,7 @@ COMPULSORY = ("leaves", "detail", "begin", "end", "able", "checks", "began_anew"
 
 def number(value: Any) -> float | None:
     """A time as a number; None if it is none."""
-    is_finite = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-    return float(value) if is_finite and value >= 0 else None
+    return float(value) if is_number(value) and value >= 0 else None
 
 
 def span_of(value: Any) -> tuple[float, float] | None:
@@ -335,9 +334,7 @@ class FaultOfSensors(DeclaredFault):
 
 
 def _sensor_names(vehicle: Raw, default: str) -> list[str]:
-    given = vehicle.get("sensor")
-    tables = [given] if isinstance(given, dict) else entries(vehicle, "sensor")
-    return [str(table.get("name") or table.get("type") or default) for table in tables]
+    return [str(table.get("name") or table.get("type") or default) for table in sensor_tables(vehicle)]
 
 
 # Kinds ---------------------------------------------------------------------------------------------

@@ -18,10 +18,9 @@ from missions.document import Document, fault_of, index_of, is_deep, key_parts
 from missions.errors import LONGEST_VALUE, ConfigurationFault, cut
 from missions.files import MOST_LEVELS, SCENARIO, TOO_DEEP, LimitError, parsed, shipped
 from missions.scenarios.abilities import with_abilities
-from missions.scenarios.channel import leave_aside
+from missions.scenarios.channel import leave_aside, with_trace_found
 from missions.scenarios.checks import cross_faults, job_faults
 from missions.scenarios.copies import with_copies
-from missions.scenarios.deployment import with_trace_found
 from missions.scenarios.equipment import gear_of
 from missions.scenarios.guard import guard_faults
 from missions.scenarios.named import METRICS, with_kinds_found, with_metrics_found

@@ -13,7 +13,8 @@ from missions.runs.run import run
 from missions.runs.setup import resolved
 from missions.runs.summary import summary
 from missions.scenarios import Scenario, load
-from missions.scenarios.deployment import deployment_in, deployment_of
+from missions.scenarios.channel import deployment_in
+from missions.scenarios.deployment import deployment_of
 from visualisation.exports import export
 
 OWN = '[channel]\nname = "bernoulli"\nper = 0.2\n'

@@ -5,17 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from missions.figure import RunResults
-from visualisation import style, words
+from visualisation import words
 from visualisation.runs import reading
 
 
-def roles(results: RunResults, folded: Sequence[Sequence[str]] = (), width_in: float = style.PAGE_IN) -> str:
+def roles(results: RunResults, folded: Sequence[Sequence[str]] = ()) -> str:
     """Caption of the roles over time.
 
     Args:
         results: of the run.
         folded: vehicles of each lane that stands for several.
-        width_in: of the page.
     """
     lanes = "; ".join(f"{len(vehicles)} vehicles: {', '.join(vehicles)}" for vehicles in folded)
     return words.joined(
@@ -37,7 +36,7 @@ def faults(results: RunResults) -> str:
     return f"Faults: {'; '.join(listed)}." if listed else ""
 
 
-def satisfaction_caption(results: RunResults, width_in: float = style.PAGE_IN) -> str:
+def satisfaction_caption(results: RunResults) -> str:
     """Caption of the personal satisfaction."""
     return " ".join(
         [

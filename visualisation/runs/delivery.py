@@ -36,12 +36,8 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
             row, column = divmod(number, columns)
             left_in = beside_in + column * (beside_in + side_in + GAP_IN)
             down_in = row * each_in + TITLE_IN
-            axes = page.panel(Box(left_in, down_in, side_in, side_in), style.fitted(title, side_in, style.TEXT_PT))
-            shades.matrix(axes, names, values, top, side_in, percent)
-            page.text(left_in - beside_in + 0.1, down_in + side_in / 2, "receiver", rotation="vertical", ha="center",
-                      va="center", fontsize=style.SMALL_PT)  # fmt: skip
-            below_in = down_in + side_in + shades.names_in(names) + 0.06
-            page.text(left_in + side_in / 2, below_in + 0.1, "sender", ha="center", fontsize=style.SMALL_PT)
+            box = Box(left_in, down_in, side_in, side_in)
+            below_in = shades.matrix_panel(page, box, title, names, values, top, percent, beside_in)
             shades.key(page, Box(left_in, below_in + LABEL_IN + 0.03, side_in, 0.0), top, label, percent)
     heard, lost = traffic.outcome.heard.sum(), traffic.outcome.lost.sum()
     text = words.joined(

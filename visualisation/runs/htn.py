@@ -137,21 +137,20 @@ def _draw(page: Sheet, results: RunResults, shown: Sequence[Tree], depth: int, w
         page.note(0.08, 0.15, "no plan was carried out", style.TINY_PT)
     for number, tree in enumerate(shown):
         tasks = [task for task in tree.tasks if task.depth <= depth]
-        for axes in page.panels if number % 2 == 0 else ():
-            axes.axhspan(at_in, at_in + ROW_IN * len(tasks) + GAP_IN, color=style.PALE, linewidth=0, zorder=0)
+        if number % 2 == 0:
+            page.axes.axhspan(at_in, at_in + ROW_IN * len(tasks) + GAP_IN, color=style.PALE, linewidth=0, zorder=0)
         for at, task in enumerate(tasks):
             middle_in = at_in + GAP_IN / 2 + (at + 0.5) * ROW_IN
             weight = "normal" if task.depth else "bold"
             indent_in = INDENT_IN * task.depth
             label = style.fitted(task.label, _names_in(width_in) - indent_in, style.TINY_PT, weight)
             page.note(0.08 + indent_in, middle_in, label, style.TINY_PT, weight=weight)
-            for axes in page.panels:
-                _row(axes, task, middle_in, looks[tree.vehicle].colour, end_s)
+            _row(page.axes, task, middle_in, looks[tree.vehicle].colour, end_s)
         at_in += ROW_IN * len(tasks) + GAP_IN
 
 
 def _row(axes: Axes, task: TaskRow, middle_in: float, colour: str, end_s: float) -> None:
-    """Bars and marks of one task, as far as they lie in the window."""
+    """Bars and marks of one task, as far as they lie in the panel."""
     low_s, high_s = axes.get_xlim()
     shade, before = style.tint(colour, 0.4 if task.depth else 1.0), ""
     for event, after in pairwise((*task.events, TaskStatus(end_s, "", math.inf))):

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from missions.figure import RunResults, axis_end_s
-from visualisation import outages, style, words
+from visualisation import style, words
 from visualisation.page import Box, DrawnPage, Page
 from visualisation.runs import captions, news, shades
+from visualisation.runs.shades import Timespan
 
 TOP_IN, AXIS_IN, GAP_IN, RIGHT_IN = 0.24, 0.36, 0.12, 0.14
 LOWEST_IN, HIGHEST_IN, STRIPS_IN = 0.065, 0.3, 2.9
@@ -39,23 +40,13 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
         ("(a) mean age of the news of the others", ages_s, words.axis("age", "s"), news.worst_age_s(traffic)),
         ("(b) items of the others that the vehicle lacks", lacking, "items", WORST_ITEMS * max(1.0, len(names))),
     )
+    span = Timespan(traffic.end_s, axis_end_s(results), traffic.out)
     with style.paper():
         page = Page(width_in, 2 * each_in)
         for number, (title, values, label, top) in enumerate(panels):
             down_in = number * each_in + TOP_IN
-            box = Box(left_in, down_in, panel_in, body_in)
-            axes = page.panel(box, style.fitted(title, panel_in, style.TEXT_PT))
-            if names:
-                shades.draw_shades(axes, values, top, (0.0, traffic.end_s, len(names) - 0.5, -0.5))
-            axes.set_xlim(0.0, axis_end_s(results))
-            shades.name_rows(axes, names, row_in)
-            shades.part_rows(axes, len(names), row_in)
-            for row, name in enumerate(names):
-                shades.hatched(axes, row, outages.outages_until(traffic.out.get(name, ()), traffic.end_s))
-            axes.set_xlabel(words.axis("time", "s"), labelpad=1)
-            key_in = min(1.6, panel_in)
-            key_left_in = left_in + (panel_in - key_in) / 2
-            shades.key(page, Box(key_left_in, down_in + body_in + AXIS_IN, key_in, 0.0), top, label)
+            shades.strip(page, Box(left_in, down_in, panel_in, body_in), title, names, values, top, span)
+            shades.key_below(page, Box(left_in, down_in + body_in + AXIS_IN, panel_in, 0.0), top, label)
     text = words.joined(
         "Knowledge of the vehicles over mission time, darker is worse.",
         "(a) Time since a peer sent what the vehicle heard of it last, as a mean over its peers.",

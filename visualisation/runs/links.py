@@ -12,6 +12,7 @@ from visualisation import outages, style, words
 from visualisation.page import Box, DrawnPage, Page
 from visualisation.runs import captions, reading, shades
 from visualisation.runs.reading import Floats, Span
+from visualisation.runs.shades import Timespan
 
 TOP_IN, AXIS_IN, RIGHT_IN, LABEL_IN = 0.24, 0.36, 0.14, 0.2
 LOWEST_IN, HIGHEST_IN, STRIPS_IN = 0.055, 0.18, 1.8
@@ -112,31 +113,16 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
     )
     with style.paper():
         page = Page(width_in, 2 * strip_in + shades.KEY_IN + 2 // columns * square_in + 0.05)
-        out = outages.outages(results)
+        span = Timespan(end_s, axis_end_s(results), outages.outages(results))
         for number, (title, values) in enumerate(strips):
-            down_in = number * strip_in + TOP_IN
-            axes = page.panel(Box(left_in, down_in, panel_in, row_in * n), style.fitted(title, panel_in, style.TEXT_PT))
-            if names:
-                shades.draw_shades(axes, values, 1.0, (0.0, end_s, n - 0.5, -0.5))
-            axes.set_xlim(0.0, axis_end_s(results))
-            shades.name_rows(axes, names, row_in)
-            shades.part_rows(axes, n, row_in)
-            for row, name in enumerate(names):
-                shades.hatched(axes, row, outages.outages_until(out.get(name, ()), end_s))
-            axes.set_xlabel(words.axis("time", "s"), labelpad=1)
-        key_in = min(1.6, panel_in)
-        key = Box(left_in + (panel_in - key_in) / 2, 2 * strip_in, key_in, 0.0)
-        shades.key(page, key, 1.0, "estimated loss; share", percent=True)
+            box = Box(left_in, number * strip_in + TOP_IN, panel_in, row_in * n)
+            shades.strip(page, box, title, names, values, 1.0, span)
+        shades.key_below(page, Box(left_in, 2 * strip_in, panel_in, 0.0), 1.0, "estimated loss; share", percent=True)
         for number, (title, values) in enumerate(squares):
             row, column = divmod(number, columns)
-            beside_in = left_in + column * column_in
             down_in = 2 * strip_in + shades.KEY_IN + row * square_in + TOP_IN
-            axes = page.panel(Box(beside_in, down_in, side_in, side_in), style.fitted(title, side_in, style.TEXT_PT))
-            shades.matrix(axes, names, values, 1.0, side_in, percent=True)
-            page.text(beside_in - left_in + 0.1, down_in + side_in / 2, "receiver", rotation="vertical", ha="center",
-                      va="center", fontsize=style.SMALL_PT)  # fmt: skip
-            below_in = down_in + side_in + shades.names_in(names) + 0.06
-            page.text(beside_in + side_in / 2, below_in + 0.1, "sender", ha="center", fontsize=style.SMALL_PT)
+            box = Box(left_in + column * column_in, down_in, side_in, side_in)
+            shades.matrix_panel(page, box, title, names, values, 1.0, True, left_in)
     text = words.joined(
         "What the vehicles take the links to lose, darker is worse.",
         "(a) Estimates of a receiver, from the packets that it missed, as a mean over the senders.",
@@ -144,7 +130,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
         "(c) The same estimates by link, in percent, as they were last.",
         "(d) Those of the senders, from the acknowledgements that they heard.",
         "Crossed: no estimate." if np.isnan(squares[0][1]).sum() + np.isnan(squares[1][1]).sum() > 2 * n else "",
-        "Hatched: the vehicle is out of the mission." if out else "",
+        "Hatched: the vehicle is out of the mission." if span.out else "",
         captions.faults(results),
         captions.run_conditions(results),
     )

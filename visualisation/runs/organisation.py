@@ -6,7 +6,6 @@ from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 from matplotlib.artist import Artist
-from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
@@ -127,7 +126,7 @@ def picture(
             drawing = _Drawing(results, view, shown_s, width_in, detail, shown)
         drawing.draw()
     left_out = len(view.groups) - len(shown)
-    return DrawnPage(drawing.page.figure, _caption(results, drawing, left_out, width_in))
+    return DrawnPage(drawing.page.figure, _caption(results, drawing, left_out))
 
 
 class _Drawing:
@@ -171,8 +170,8 @@ class _Drawing:
         for number, group in enumerate(self.groups):
             rows = self.rows[group.name]
             high_in = HEAD_IN + GAP_IN + sum(row.height_in for row in rows)
-            for axes in self.page.panels if number % 2 == 0 else ():
-                axes.axhspan(at_in, at_in + high_in, color=style.PALE, linewidth=0, zorder=0)
+            if number % 2 == 0:
+                self.page.axes.axhspan(at_in, at_in + high_in, color=style.PALE, linewidth=0, zorder=0)
             name = style.fitted(group.name, self.names_in, style.TINY_PT, "bold")
             self.page.note(0.08, at_in + (HEAD_IN + GAP_IN) / 2, name, style.TINY_PT, weight="bold")
             self._mark(group.name, "", at_in + (HEAD_IN + GAP_IN) / 2)
@@ -183,10 +182,7 @@ class _Drawing:
                 self._row(row, at_in)
                 at_in += row.height_in
             at_in += GAP_IN / 2
-        for axes in self.page.panels:
-            low_s, high_s = axes.get_xlim()
-            if low_s <= self.at_s < high_s or self.at_s == high_s == self.end_s:
-                axes.axvline(self.at_s, color=style.BLACK, linewidth=1.2, zorder=4)
+        self.page.axes.axvline(self.at_s, color=style.BLACK, linewidth=1.2, zorder=4)
 
     def _draw_boxes(self) -> None:
         page = self.page.page
@@ -204,64 +200,57 @@ class _Drawing:
     def _exists(self, group: GroupNode, middle_in: float) -> None:
         """A line while a group that is formed at sea is there."""
         for span in self.view.exists[group.name]:
-            for axes in self.page.panels:
-                times_s = [span.start_s, min(span.end_s, self.end_s)]
-                axes.plot(times_s, [middle_in] * 2, color=style.BLACK, linewidth=1.2, zorder=5)
+            times_s = [span.start_s, min(span.end_s, self.end_s)]
+            self.page.axes.plot(times_s, [middle_in] * 2, color=style.BLACK, linewidth=1.2, zorder=5)
 
     def _row(self, row: RoleRow, top_in: float) -> None:
         size_pt = style.TINY_PT
         label = style.fitted(row.name, self.names_in - 0.08, size_pt)
         self.page.note(0.16, top_in + row.height_in / 2, label, size_pt)
-        for axes in self.page.panels:
-            for span, _ in row.vacant:
-                bar = [(span.start_s, min(span.end_s, self.end_s) - span.start_s)]
-                axes.broken_barh(bar, (top_in + 0.01, row.height_in - 0.02), **HATCH)
-            if row.is_counted:
-                self._count(axes, row, top_in)
+        for span, _ in row.vacant:
+            self.page.axes.broken_barh([self._along(span)], (top_in + 0.01, row.height_in - 0.02), **HATCH)
+        if row.is_counted:
+            self._count(row, top_in)
         for at, lane in enumerate([] if row.is_counted else row.lanes):
             for holding in lane:
                 self._bar(holding, top_in + 0.01 + at * row.lane_in, row.lane_in)
         self._mark(row.group.name, row.role, top_in + row.height_in / 2)
 
     def _bar(self, holding: Holding, top_in: float, lane_in: float) -> None:
-        """A bar, pale while its vehicle is away, with the name in the first window that has room for it."""
+        """A bar, pale while its vehicle is away, with the name if it has room for it."""
         colour = self.looks[holding.vehicle].colour if holding.vehicle in self.looks else style.GREY
         where_in = top_in + 0.008, lane_in - 0.016
-        is_named = lane_in < LABELLED_IN
-        for axes in self.page.panels:
-            for spans, strength in (([holding.span], PALE), (holding.present, 1.0)):
-                bars = [(span.start_s, min(span.end_s, self.end_s) - span.start_s) for span in spans]
-                axes.broken_barh(bars, where_in, facecolor=style.tint(colour, strength), linewidth=0, zorder=2)
-            low_s, high_s = axes.get_xlim()
-            left_s, right_s = max(low_s, holding.span.start_s), min(high_s, holding.span.end_s, self.end_s)
-            inch_s = (high_s - low_s) / (axes.get_position().width * self.page.page.width_in)
-            has_room = style.width_in(holding.vehicle, style.TINY_PT) <= (right_s - left_s) / inch_s - 0.08
-            if has_room and not is_named:
-                is_named = True
-                is_here = any(span.start_s <= left_s < span.end_s for span in holding.present)
-                axes.text(
-                    left_s + 0.04 * inch_s, top_in + lane_in / 2, holding.vehicle.replace("$", r"\$"),
-                    fontsize=style.TINY_PT, va="center_baseline", zorder=3,
-                    color=ink(colour) if is_here else style.BLACK,
-                )  # fmt: skip
+        axes = self.page.axes
+        for spans, strength in (([holding.span], PALE), (holding.present, 1.0)):
+            bars = [self._along(span) for span in spans]
+            axes.broken_barh(bars, where_in, facecolor=style.tint(colour, strength), linewidth=0, zorder=2)
+        left_s, length_s = self._along(holding.span)
+        inch_s = axes.get_xlim()[1] / (axes.get_position().width * self.page.page.width_in)
+        has_room = style.width_in(holding.vehicle, style.TINY_PT) <= length_s / inch_s - 0.08
+        if has_room and lane_in >= LABELLED_IN:
+            is_here = any(span.start_s <= left_s < span.end_s for span in holding.present)
+            axes.text(
+                left_s + 0.04 * inch_s, top_in + lane_in / 2, holding.vehicle.replace("$", r"\$"),
+                fontsize=style.TINY_PT, va="center_baseline", zorder=3,
+                color=ink(colour) if is_here else style.BLACK,
+            )  # fmt: skip
 
-    def _count(self, axes: Axes, row: RoleRow, top_in: float) -> None:
+    def _along(self, span: Span) -> tuple[float, float]:
+        """Where a bar begins, and how long it is."""
+        return span.start_s, min(span.end_s, self.end_s) - span.start_s
+
+    def _count(self, row: RoleRow, top_in: float) -> None:
         """Share of the most holders that the role ever had."""
         present = [holding.present for lane in row.lanes for holding in lane]
         for span, share in shares(present, len(row.lanes)):
-            bar = [(span.start_s, min(span.end_s, self.end_s) - span.start_s)]
             high_in = share * (COUNT_IN - 0.03)
-            axes.broken_barh(bar, (top_in + COUNT_IN - 0.01 - high_in, high_in), facecolor=style.GREY, linewidth=0,
-                             zorder=2)  # fmt: skip
+            where_in = top_in + COUNT_IN - 0.01 - high_in, high_in
+            self.page.axes.broken_barh([self._along(span)], where_in, facecolor=style.GREY, linewidth=0, zorder=2)
 
     def _mark(self, group: str, role: str, middle_in: float) -> None:
         for mark in self.view.marks:
-            if (mark.group, mark.role) != (group, role):
-                continue
-            for axes in self.page.panels:
-                low_s, high_s = axes.get_xlim()
-                if low_s <= mark.time_s < high_s or mark.time_s == high_s == self.end_s:
-                    axes.plot([mark.time_s], [middle_in], **{**MARK, **MARKS[mark.kind][0]})
+            if (mark.group, mark.role) == (group, role):
+                self.page.axes.plot([mark.time_s], [middle_in], **{**MARK, **MARKS[mark.kind][0]})
 
 
 def _rows(view: View, group: GroupNode, detail: DetailLevel) -> Iterator[RoleRow]:
@@ -317,7 +306,7 @@ def _legend(view: View, rows: dict[str, list[RoleRow]], has_counts: bool) -> lis
     ]
 
 
-def _caption(results: RunResults, drawing: _Drawing, left_out: int, width_in: float) -> str:
+def _caption(results: RunResults, drawing: _Drawing, left_out: int) -> str:
     view = drawing.view
     whose = f"in the view of {view.viewer}" if view.viewer else "as every vehicle sees itself"
     is_vacant = any(row.vacant for rows in drawing.rows.values() for row in rows)

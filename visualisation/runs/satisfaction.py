@@ -59,6 +59,8 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
         page = sheet(results, left_in, band_in * len(series), legend, width_in)
         page.note(0.1, band_in * len(series) / 2, "personal satisfaction", style.TEXT_PT, rotation="vertical",
                   horizontalalignment="center", verticalalignment="center")  # fmt: skip
+        axes = page.axes
+        marked_s = MARKED_IN * float(np.ptp(axes.get_xlim())) / (axes.get_window_extent().width / style.DPI)
         for number, (vehicle, of_role) in enumerate(series.items()):
             top_in = number * band_in
             page.note(0.25, top_in + band_in / 2, names[vehicle], style.SMALL_PT, weight="bold")
@@ -66,16 +68,14 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
                 label = f"{value}".replace("-", "\u2212")
                 down_in = _down_in(value, top_in, band_in)
                 page.note(left_in - 0.05, down_in, label, style.TINY_PT, horizontalalignment="right")
-            for axes in page.panels:
-                _ground(axes, top_in, band_in)
-                marked_s = MARKED_IN * float(np.ptp(axes.get_xlim())) / (axes.get_window_extent().width / style.DPI)
-                for at, (key, (times_s, values)) in enumerate(of_role.items()):
-                    look = looks[key]._replace(colour=colours[vehicle])
-                    downs_in = np.array([_down_in(value, top_in, band_in) for value in values])
-                    axes.plot(times_s, downs_in, color=look.colour, linestyle=look.line, linewidth=THIN)
-                    _emphasis(axes, times_s, downs_in, look, tenures.get((vehicle, *key)))
-                    _markers(axes, times_s, downs_in, look, marked_s, (at + 0.5) / len(of_role))
-    return DrawnPage(page.figure, captions.satisfaction_caption(results, width_in))
+            _ground(axes, top_in, band_in)
+            for at, (key, (times_s, values)) in enumerate(of_role.items()):
+                look = looks[key]._replace(colour=colours[vehicle])
+                downs_in = np.array([_down_in(value, top_in, band_in) for value in values])
+                axes.plot(times_s, downs_in, color=look.colour, linestyle=look.line, linewidth=THIN)
+                _emphasis(axes, times_s, downs_in, look, tenures.get((vehicle, *key)))
+                _markers(axes, times_s, downs_in, look, marked_s, (at + 0.5) / len(of_role))
+    return DrawnPage(page.figure, captions.satisfaction_caption(results))
 
 
 def _labels(keys: list[RoleKey]) -> list[str]:

@@ -5,13 +5,15 @@ Colours stand for vehicles in the figures of a run, so what is a number has none
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 
-from visualisation import style
+from visualisation import style, words
+from visualisation.outages import Outage, outages_until
 from visualisation.page import Box, Page
 from visualisation.runs.reading import Floats
 
@@ -22,6 +24,14 @@ LEAST_NAME_IN = 0.095
 KEY_IN, KEY_BAR_IN = 0.36, 0.07
 MOST_NUMBERS = 8
 """Fleets up to this size have numbers in matrices."""
+
+
+class Timespan(NamedTuple):
+    """The time of a run: its end, that of its axis, and when vehicles are out of the mission, by name."""
+
+    end_s: float
+    axis_end_s: float
+    out: Mapping[str, Sequence[Outage]]
 
 
 def names_in(names: Sequence[str]) -> float:
@@ -107,6 +117,41 @@ def matrix(axes: Axes, names: Sequence[str], values: Floats, top: float, side_in
                 axes.text(sender, receiver, text, ha="center", va="center", fontsize=style.SMALL_PT, color=colour)
     axes.set_xlim(-0.5, n - 0.5)
     axes.set_ylim(n - 0.5, -0.5)
+
+
+def strip(page: Page, box: Box, title: str, names: Sequence[str], values: Floats, top: float, span: Timespan) -> Axes:
+    """A row of shades over mission time for each vehicle, from 0 to ``top``, hatched where it is out of the mission."""
+    n = max(1, len(names))
+    axes = page.panel(box, style.fitted(title, box.width_in, style.TEXT_PT))
+    if values.size:
+        draw_shades(axes, values, top, (0.0, span.end_s, n - 0.5, -0.5))
+    axes.set_xlim(0.0, span.axis_end_s)
+    name_rows(axes, names, box.height_in / n)
+    part_rows(axes, n, box.height_in / n)
+    for row, name in enumerate(names):
+        hatched(axes, row, outages_until(span.out.get(name, ()), span.end_s))
+    axes.set_xlabel(words.axis("time", "s"), labelpad=1)
+    return axes
+
+
+def matrix_panel(
+    page: Page, box: Box, title: str, names: Sequence[str], values: Floats, top: float, percent: bool, beside_in: float
+) -> float:
+    """A ``matrix`` in a square, with what its rows and columns are; returns where the room below it begins."""
+    side_in = box.width_in
+    axes = page.panel(box, style.fitted(title, side_in, style.TEXT_PT))
+    matrix(axes, names, values, top, side_in, percent)
+    page.text(box.left_in - beside_in + 0.1, box.top_in + side_in / 2, "receiver", rotation="vertical", ha="center",
+              va="center", fontsize=style.SMALL_PT)  # fmt: skip
+    below_in = box.top_in + side_in + names_in(names) + 0.06
+    page.text(box.left_in + side_in / 2, below_in + 0.1, "sender", ha="center", fontsize=style.SMALL_PT)
+    return below_in
+
+
+def key_below(page: Page, box: Box, top: float, label: str, percent: bool = False) -> None:
+    """What the shades mean, in the middle below a strip that begins and ends where the box does."""
+    width_in = min(1.6, box.width_in)
+    key(page, Box(box.left_in + (box.width_in - width_in) / 2, box.top_in, width_in, 0.0), top, label, percent)
 
 
 def key(page: Page, box: Box, top: float, label: str, percent: bool = False) -> None:

@@ -21,7 +21,7 @@ from missions.figure import RunResults, axis_end_s
 from visualisation import style, words
 from visualisation.page import Box, Legend, Page
 from visualisation.runs import reading
-from visualisation.runs.reading import MilestoneRow, Span
+from visualisation.runs.reading import MilestoneRow
 
 WIDE_IN = 5.0
 """Width from which a page has room for more than a column of text has."""
@@ -44,10 +44,10 @@ class NumberedMark(NamedTuple):
 
 @dataclass(frozen=True)
 class Sheet:
-    """A page over mission time; ``panels`` are its windows, ``top_in`` is where their body begins."""
+    """A page over mission time with one panel; ``top_in`` is where its body begins."""
 
     page: Page
-    panels: tuple[Axes, ...]
+    axes: Axes
     top_in: float
 
     @property
@@ -56,7 +56,7 @@ class Sheet:
         return self.page.figure
 
     def note(self, x_in: float, y_in: float, text: str, size_pt: float, **look: str) -> None:
-        """Text beside the windows: x from the left edge of the figure, y down from the top of the body."""
+        """Text beside the panel: x from the left edge of the figure, y down from the top of the body."""
         self.page.text(x_in, self.top_in + y_in, text, fontsize=size_pt, **look)
 
 
@@ -69,12 +69,12 @@ def sheet(
     above_in: float = 0.0,
     has_key: bool = True,
 ) -> Sheet:
-    """A page with empty windows, flags above, time axis, legend and key below.
+    """A page with an empty panel, flags above, time axis, legend and key below.
 
     Args:
         results: of the run.
-        left_in: room for names left of the windows.
-        body_in: height of the windows.
+        left_in: room for names left of the panel.
+        body_in: height of the panel.
         legend: its entries.
         width_in: of the page.
         above_in: room for something else above all this.
@@ -93,13 +93,13 @@ def sheet(
 
     page = Page(width_in, top_in + body_in + AXIS_IN + legend_in + key_in)
     axes = page.panel(Box(left_in, top_in, room_in, body_in))
-    _time_axis(axes, Span(0.0, axis_end_s(results)), room_in, body_in)
+    _time_axis(axes, axis_end_s(results), room_in, body_in)
     _flags(axes, marks, room_in, n_rows)
     middle_in = left_in + room_in / 2
     page.text(middle_in, top_in + body_in + AXIS_IN - 0.03, words.axis("time", "s"), ha="center", va="bottom")
     page.legend(entries, key_in + 0.12)
     _key(page, key, n_key, key_in)
-    return Sheet(page, (axes,), top_in)
+    return Sheet(page, axes, top_in)
 
 
 def grouped(milestones: Sequence[MilestoneRow]) -> list[NumberedMark]:
@@ -142,17 +142,16 @@ def _n_rows(n_flags: int, width_in: float) -> int:
     return -(-n_flags // per_row)
 
 
-def _time_axis(axes: Axes, part: Span, width_in: float, body_in: float) -> None:
-    axes.set_xlim(part.start_s, part.end_s)
+def _time_axis(axes: Axes, end_s: float, width_in: float, body_in: float) -> None:
+    axes.set_xlim(0.0, end_s)
     axes.set_ylim(body_in, 0.0)
     axes.set_yticks([])
-    length_s = part.end_s - part.start_s
-    ticks = MaxNLocator(max(1, int(width_in / 0.5)), steps=[1, 2, 2.5, 5, 10]).tick_values(*part)
+    ticks = MaxNLocator(max(1, int(width_in / 0.5)), steps=[1, 2, 2.5, 5, 10]).tick_values(0.0, end_s)
     shown = {}
     for tick in ticks:
         label = f"{tick:g}" if tick < 1e6 else f"{tick:.3g}"
         half_in = style.width_in(label, style.SMALL_PT) / 2
-        at_in = (tick - part.start_s) / length_s * width_in
+        at_in = tick / end_s * width_in
         if half_in - GAP_IN / 3 <= at_in <= width_in - half_in + GAP_IN / 3:
             shown[float(tick)] = label
     axes.set_xticks(list(shown), list(shown.values()))
@@ -160,17 +159,15 @@ def _time_axis(axes: Axes, part: Span, width_in: float, body_in: float) -> None:
 
 
 def _flags(axes: Axes, marks: Sequence[NumberedMark], width_in: float, n_rows: int) -> None:
-    start_s, end_s = axes.get_xlim()
-    body_in = axes.get_ylim()[0]
-    scale = (end_s - start_s) / width_in
+    scale, body_in = axes.get_xlim()[1] / width_in, axes.get_ylim()[0]
     line: dict[str, Any] = {"color": style.BLACK, "linewidth": 0.5}
     for row in range(n_rows):
         chosen = marks[row::n_rows]
-        wanted_in = [(mark.time_s - start_s) / scale for mark in chosen]
+        wanted_in = [mark.time_s / scale for mark in chosen]
         places_in = spread(wanted_in, 2 * FLAG_HALF_IN + 0.02, FLAG_HALF_IN, width_in - FLAG_HALF_IN)
         up_in = -(0.06 + FLAG_IN * (row + 0.5))
         for mark, place_in in zip(chosen, places_in, strict=True):
-            x_s = start_s + place_in * scale
+            x_s = place_in * scale
             axes.plot([mark.time_s, mark.time_s], [0, body_in], linestyle=(0, (3, 2)), zorder=3, **line)
             axes.plot([mark.time_s, x_s], [0, up_in], clip_on=False, **line)
             axes.text(

@@ -47,7 +47,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
         "(b) receivers: share of the frame's packets that were lost",
         f"(c) slot by slot, {words.time(stretch.start_s)} to {words.time(stretch.end_s)}",
     )
-    titles = tuple(style.fitted(title, panel_in, style.TEXT_PT) for title in titles)  # type: ignore[assignment]
+    span = shades.Timespan(traffic.end_s, axis_end_s(results), {})
     legend = Legend(_legend(traffic), width_in - 0.1)
     with style.paper():
         bodies_in = (row_in * n, row_in * n, lane_in * n)
@@ -56,21 +56,15 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
         down_in = 0.0
         for number, values in enumerate((by_sender, by_receiver)):
             body_in = bodies_in[number]
-            axes = page.panel(Box(left_in, down_in + TOP_IN, panel_in, body_in), titles[number])
+            box = Box(left_in, down_in + TOP_IN, panel_in, body_in)
+            axes = shades.strip(page, box, titles[number], names, values, 1.0, span)
             if values.size:
                 axes.set_facecolor(UNHEARD)
-                shades.draw_shades(axes, values, 1.0, (0.0, traffic.end_s, n - 0.5, -0.5))
-            axes.set_xlim(0.0, axis_end_s(results))
-            shades.name_rows(axes, names, row_in)
-            shades.part_rows(axes, n, row_in)
-            axes.set_xlabel(words.axis("time", "s"), labelpad=1)
             down_in += TOP_IN + body_in + AXIS_IN
-            if number == 1:
-                key_in = min(1.6, panel_in)
-                box = Box(left_in + (panel_in - key_in) / 2, down_in, key_in, 0.0)
-                shades.key(page, box, 1.0, "share lost", percent=True)
-                down_in += shades.KEY_IN
-        axes = page.panel(Box(left_in, down_in + TOP_IN, panel_in, bodies_in[2]), titles[2])
+        shades.key_below(page, Box(left_in, down_in, panel_in, 0.0), 1.0, "share lost", percent=True)
+        down_in += shades.KEY_IN
+        box = Box(left_in, down_in + TOP_IN, panel_in, bodies_in[2])
+        axes = page.panel(box, style.fitted(titles[2], panel_in, style.TEXT_PT))
         _slots(axes, traffic, stretch, lane_in, panel_in)
         page.legend(legend)
     return DrawnPage(page.figure, _caption(results, traffic))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import product
 from typing import Any
 
@@ -60,7 +60,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
                 break
         timeline.draw(faults)
     folded = [lane.vehicles for lane in timeline.lanes if lane.is_folded]
-    return DrawnPage(timeline.page.figure, captions.roles(results, folded, width_in))
+    return DrawnPage(timeline.page.figure, captions.roles(results, folded))
 
 
 class _Timeline:
@@ -105,24 +105,25 @@ class _Timeline:
         top_in = 0.0
         for number, (lane, name) in enumerate(zip(self.lanes, self.names, strict=True)):
             band_in, row_in = self.band_in(lane), self.height_in(lane)
-            for axes in self.page.panels if number % 2 == 0 else ():
-                axes.axhspan(top_in, top_in + band_in, color=style.PALE, linewidth=0, zorder=0)
-            own = [fault for fault in faults if lane.vehicles == (fault.vehicle,)]
-            _faults(self.page.panels, own, top_in, band_in)
+            if number % 2 == 0:
+                self.page.axes.axhspan(top_in, top_in + band_in, color=style.PALE, linewidth=0, zorder=0)
+            for fault in faults:  # the band of a vehicle is hatched while something has befallen it
+                if lane.vehicles == (fault.vehicle,):
+                    length_s = fault.span.end_s - fault.span.start_s
+                    self.page.axes.broken_barh([(fault.span.start_s, length_s)], (top_in, band_in), **FAULT)
             self._name(lane, name, top_in, band_in)
             for at, row in enumerate(lane.rows):
                 middle_in = top_in + BAND_GAP_IN / 2 + (at + 0.5) * row_in
                 role = self.roles[row.role]
                 self.page.note(self.left_in - 0.06, middle_in, role, self.size_pt, horizontalalignment="right")
-                for axes in self.page.panels:
-                    self._row(axes, lane, row, middle_in)
+                self._row(self.page.axes, lane, row, middle_in)
             top_in += band_in
 
     def _name(self, lane: VehicleLane, name: str, top_in: float, band_in: float) -> None:
-        members = style.fitted(_members(lane), self.names_in + 0.1, style.TINY_PT) if len(lane.rows) > 1 else ""
-        if not lane.is_folded or not members:
+        if not lane.is_folded or len(lane.rows) < 2:
             self.page.note(0.08, top_in + band_in / 2, name, self.size_pt, weight="bold")
             return
+        members = style.fitted(", ".join(lane.vehicles), self.names_in + 0.1, style.TINY_PT)
         self.page.note(0.08, top_in + band_in / 2 - 0.06, name, self.size_pt, weight="bold")
         self.page.note(0.08, top_in + band_in / 2 + 0.06, members, style.TINY_PT)
 
@@ -158,18 +159,6 @@ def _shares(axes: Axes, lane: VehicleLane, row: LaneRole, middle_in: float) -> N
 
 def _name(lane: VehicleLane) -> str:
     return f"{len(lane.vehicles)} vehicles" if lane.is_folded else lane.vehicles[0]
-
-
-def _members(lane: VehicleLane) -> str:
-    return ", ".join(lane.vehicles)
-
-
-def _faults(panels: Iterable[Axes], faults: Iterable[VehicleFault], top_in: float, band_in: float) -> None:
-    """Hatch the band of a vehicle while something has befallen it."""
-    for fault in faults:
-        length_s = fault.span.end_s - fault.span.start_s
-        for axes in panels:
-            axes.broken_barh([(fault.span.start_s, length_s)], (top_in, band_in), **FAULT)
 
 
 def _legend(hatches: Mapping[str, str], with_faults: bool, with_folds: bool) -> list[Artist]:

@@ -309,7 +309,8 @@ def _draw(axes: Axes, scene: MapContents, panel: Panel, box: Box, lowest: bool) 
     lines = scene.lines
     for kind, of_kind in scene.outlines.items():
         for place in of_kind:
-            axes.add_patch(_outline(place.outline_m, lines[kind]))
+            line = {"linestyle": lines[kind], "linewidth": 0.8, "zorder": 1}
+            axes.add_patch(Polygon(place.outline_m, fill=False, edgecolor=style.GREY, **line))
     step_s = reading.marker_step_s(panel.span.end_s - panel.span.start_s)
     for name, track in scene.tracks.items():
         look = scene.looks[name]
@@ -320,10 +321,6 @@ def _draw(axes: Axes, scene: MapContents, panel: Panel, box: Box, lowest: bool) 
         _time_marks(axes, track, look, panel.span, step_s)
     for (x_m, y_m), symbol in _marks(scene, panel.span):
         axes.add_line(symbol.at(x_m, y_m))
-
-
-def _outline(corners_m: Sequence[PointM], line: Any, **look: Any) -> Polygon:
-    return Polygon(corners_m, fill=False, edgecolor=style.GREY, linestyle=line, linewidth=0.8, zorder=1, **look)
 
 
 def _time_marks(axes: Axes, track: PlanTrack, look: style.Look, span: Span, step_s: float) -> None:
