@@ -10,7 +10,6 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any, NamedTuple
 
 from matplotlib.axes import Axes
@@ -22,7 +21,6 @@ from exchange.study.study import KINDS, StudyRow, TrialMean
 from visualisation import style, words
 from visualisation.errors import DrawingError, unknown
 from visualisation.files import check_format
-from visualisation.files import write_folder as write_files
 from visualisation.page import Legend, Page, PanelGrid
 
 LEFT_IN, GAP_IN, RIGHT_IN, TOP_IN, BODY_IN, AXIS_IN = 0.5, 0.62, 0.1, 0.24, 2.3, 0.4
@@ -61,30 +59,14 @@ LOADED = (
 """Panels of the loaded case."""
 
 
-def write_figure(rows: Sequence[StudyRow], kind: str, folder: Path, name: str, format: str = "png") -> list[Path]:
-    """Write a figure, its caption and the numbers behind it.
+def contents(rows: Sequence[StudyRow], kind: str, name: str, format: str) -> list[tuple[str, bytes]]:
+    """Names and contents of the files of a figure: itself, its caption, and the numbers behind it.
 
     Args:
         rows: of one study, or for `loaded` of studies that differ in their rate only.
         kind: `delivered`, `source` or `senders`, or `loaded`.
-        folder: made if it is not there.
         name: of the files, without suffix.
         format: png, svg or pdf.
-
-    Returns:
-        The files written: figure, caption, numbers.
-
-    Raises:
-        DrawingError: the kind or the format is not known, there is nothing to draw, or the files cannot be written.
-    """
-    return write_files(folder, contents(rows, kind, name, format))
-
-
-def contents(rows: Sequence[StudyRow], kind: str, name: str, format: str) -> list[tuple[str, bytes]]:
-    """Names and contents of the files of a figure, as ``write_figure`` writes them.
-
-    Args:
-        rows, kind, name, format: see ``write_figure``.
 
     Raises:
         DrawingError: the kind or the format is not known, or there is nothing to draw.

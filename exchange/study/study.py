@@ -95,12 +95,12 @@ def paper_studies(trials: int = 2000, seed: int = 1) -> list[ExchangeStudy]:
     return [ExchangeStudy(nodes=nodes, per=PAPER_PER, trials=trials, seed=seed) for nodes in (5, 10)]
 
 
-def loaded_studies(nodes: int = 5, per: float = 0.3, trials: int = 100, seed: int = 1) -> list[ExchangeStudy]:
-    """The loaded case: one study for every rate at which items are generated."""
+def loaded_studies(trials: int = 100, seed: int = 1) -> list[ExchangeStudy]:
+    """The loaded case: one study of five nodes, of which 30 % of packets are lost, for every rate of new items."""
     return [
         ExchangeStudy(
-            nodes=nodes,
-            per=(per,),
+            nodes=5,
+            per=(0.3,),
             trials=trials,
             load=StudyLoad(LoadKind.POISSON, rate=rate),
             capacity_bits=LOADED_CAPACITY_BITS,

@@ -33,7 +33,7 @@ def world_model(setup: Setup, node: int, epoch: int = 0) -> WorldModel:
             max(communication.clock_tolerance_s, apart_s),
             kept.waiting_s,
             kept.waiting_blocks,
-            pruning_of(setup.scenario, setup.tbox),
+            pruning_of(kept, setup.tbox),
             setup.common_facts,
         ),
     )

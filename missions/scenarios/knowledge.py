@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, Protocol
+from typing import Any
 
 from pydantic import Field, create_model
 
@@ -45,14 +45,9 @@ class WorldModelTable(Sparse):
     )
 
 
-class _WithKnowledge(Protocol):
-    @property
-    def worldmodel(self) -> WorldModelTable: ...
-
-
-def pruning_of(scenario: _WithKnowledge, tbox: TBox) -> tuple[PruneRule, ...]:
+def pruning_of(table: WorldModelTable, tbox: TBox) -> tuple[PruneRule, ...]:
     """What vehicles drop."""
-    rules = [rule.model_dump() for rule in scenario.worldmodel.prune]
+    rules = [rule.model_dump() for rule in table.prune]
     return tuple(
         PruneRule(tbox.class_named(r["class"]).uid, tbox.attribute_named(r["attribute"]).uid, r["older_than_s"])
         for r in rules

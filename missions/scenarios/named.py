@@ -62,13 +62,13 @@ def importable(given: str, folder: Path | None = None) -> str:
     return f"{path.stem}:{name}"
 
 
-def metric_named(reference: str, folder: Path | None = None) -> Metric:
-    """The metric that a user names; for arguments see ``importable``.
+def metric_named(reference: str) -> Metric:
+    """The metric that a user names, as ``importable`` has it.
 
     Raises:
         PluginError: it cannot be loaded, is no ``remoras.Metric``, or a part of it is none.
     """
-    found: Any = named_object(importable(reference, folder))
+    found: Any = named_object(importable(reference))
     if faults := list(faults_of_metric(found)):
         raise PluginError(f"a metric: {'; '.join(fault.text for fault in faults)}")
     metric: Metric = found

@@ -37,13 +37,12 @@ def modem_of(scenario: dict[str, Any], manifest: dict[str, Any]) -> dict[str, An
     return found if is_whole else None
 
 
-def verify_run(record: Record, report: CheckReport, themes: frozenset[str] = frozenset(THEMES)) -> None:
+def verify_run(record: Record, report: CheckReport) -> None:
     """Run the checks of a run.
 
     Args:
         record: of the run.
         report: takes what they find.
-        themes: names of those that are to be run.
     """
     if not check_tables(record.tables, report) or not check_rows(record, report):
         report.skip("the rest of the run", "tables, columns or vehicles are missing or unknown")
@@ -52,8 +51,7 @@ def verify_run(record: Record, report: CheckReport, themes: frozenset[str] = fro
     for theme, check in THEMES.items():
         if theme == "ground" and not ("coverage" in record.tables and "area" in record.scenario):
             continue
-        if theme in themes:
-            try:
-                check(record, report)
-            except BROKEN as error:
-                report.add("readable", theme, None, "", f"{type(error).__name__}: {error}", "values that can be read")
+        try:
+            check(record, report)
+        except BROKEN as error:
+            report.add("readable", theme, None, "", f"{type(error).__name__}: {error}", "values that can be read")

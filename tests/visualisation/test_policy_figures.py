@@ -9,7 +9,12 @@ import pytest
 from exchange.study.study import ExchangeStudy, StudyLoad, StudyRow, loaded_studies, run
 from visualisation import policies
 from visualisation.errors import DrawingError
-from visualisation.policies import caption, loaded_figure, unloaded_figure, write_figure
+from visualisation.files import write_folder
+from visualisation.policies import caption, contents, loaded_figure, unloaded_figure
+
+
+def write_figure(rows: list[StudyRow], kind: str, folder: Path, name: str, format: str = "png") -> list[Path]:
+    return write_folder(folder, contents(rows, kind, name, format))
 
 
 @pytest.fixture(scope="module")

@@ -38,11 +38,6 @@ def attribute_iri(attribute: Attribute) -> URIRef:
     return SIT.type if attribute.uid == TYPE_UID else URIRef(attribute.iri)
 
 
-def value_predicate(attribute: Attribute) -> URIRef:
-    """Return the property that leads from a fact to its value."""
-    return SIT.linkValue if attribute.kind in {ValueKind.TYPE, ValueKind.LINK} else SIT.dataValue
-
-
 def term_of(tbox: TBox, attribute: Attribute, value: Value) -> Node:
     """Return a stored value as an RDF term: a uid as an IRI, all else as a literal of the attribute's own datatype."""
     stored: Any = attribute.quantise(value)
