@@ -276,20 +276,19 @@ class SweepPlan:
         )
 
     def due(self, summaries: Summaries, busy: Collection[str] = ()) -> Iterator[RunTask]:
-        """Of ``missing`` those of which it is known that they are needed: further repeats wait for the first."""
+        """Of ``missing`` those of which it is known that they are needed: further repeats wait for the first.
+
+        Args:
+            summaries: of the finished runs, by key.
+            busy: keys of the runs that workers have, left out.
+        """
         for number, repeat in self._missing(summaries, busy):
             if self.schedule.is_known(number, repeat, summaries):
                 yield self.task(number, repeat)
 
-    def missing(self, summaries: Summaries, busy: Collection[str] = ()) -> Iterator[RunTask]:
-        """Runs that are needed, neither finished nor busy: the first repeat of every configuration, then the second.
-
-        Args:
-            summaries: of the finished runs, by key.
-            busy: keys of the runs that workers have.
-        """
-        for number, repeat in self._missing(summaries, busy):
-            yield self.task(number, repeat)
+    def missing(self, summaries: Summaries) -> Iterator[RunTask]:
+        """Runs that are needed and not finished: the first repeat of every configuration, then the second."""
+        return (self.task(number, repeat) for number, repeat in self._missing(summaries, ()))
 
     def _missing(self, summaries: Summaries, busy: Collection[str]) -> Iterator[tuple[int, int]]:
         schedule = self.schedule

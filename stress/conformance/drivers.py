@@ -23,11 +23,17 @@ def check(make: Callable[[], Pair]) -> None:
     Args:
         make: makes two drivers that hear each other, and the pace they wait by; called several times.
     """
-    carries_packets_whole(make)
-    does_not_hear_itself(make)
-    does_not_wait_for_a_time_that_is_past(make)
-    waits_no_longer_than_it_is_told(make)
-    is_silent_once_it_is_closed(make)
+    for holds in (
+        carries_packets_whole,
+        does_not_hear_itself,
+        does_not_wait_for_a_time_that_is_past,
+        waits_no_longer_than_it_is_told,
+        is_silent_once_it_is_closed,
+    ):
+        one, other, pace = make()
+        holds(one, other, pace)
+        one.close()
+        other.close()
 
 
 def _soon_s(pace: Pace) -> float:
@@ -35,9 +41,8 @@ def _soon_s(pace: Pace) -> float:
     return pace.now_s + 0.05 if math.isfinite(pace.now_s) else 1.0
 
 
-def carries_packets_whole(make: Callable[[], Pair]) -> None:
+def carries_packets_whole(one: Driver, other: Driver, pace: Pace) -> None:
     """What is heard is what was sent, bit by bit, later than it was sent."""
-    one, other, pace = make()
     for driver in (one, other):
         assert isinstance(driver, Driver), f"{type(driver).__name__} lacks send, receive or close"
     for data in PACKETS:
@@ -53,46 +58,33 @@ def carries_packets_whole(make: Callable[[], Pair]) -> None:
         for packet in heard:
             assert packet.data in PACKETS, f"{packet.data!r} was heard, and nobody sent it"
             assert 0.0 <= packet.time_s < math.inf, f"heard at {packet.time_s} s"
-    one.close()
-    other.close()
 
 
-def does_not_hear_itself(make: Callable[[], Pair]) -> None:
+def does_not_hear_itself(one: Driver, other: Driver, pace: Pace) -> None:
     """A vehicle that heard its own packets would take another for one that speaks as it does."""
-    one, other, pace = make()
     one.send(PACKETS[2], 0.0)
     other.receive(_soon_s(pace))
     assert list(one.receive(_soon_s(pace))) == [], "it hears what it sent"
-    one.close()
-    other.close()
 
 
-def does_not_wait_for_a_time_that_is_past(make: Callable[[], Pair]) -> None:
+def does_not_wait_for_a_time_that_is_past(one: Driver, other: Driver, _: Pace) -> None:
     """A node that is behind asks what there is, and goes on."""
-    one, other, _ = make()
     began_s = time.monotonic()
     assert list(one.receive(-1.0)) == []
     assert time.monotonic() - began_s < PATIENCE_S, "it waits although the time is past"
-    one.close()
-    other.close()
 
 
-def waits_no_longer_than_it_is_told(make: Callable[[], Pair]) -> None:
+def waits_no_longer_than_it_is_told(one: Driver, other: Driver, pace: Pace) -> None:
     """Nobody sends: at the time that was given, the driver gives nothing."""
-    one, other, pace = make()
     began_s = time.monotonic()
     assert list(one.receive(_soon_s(pace))) == []
     assert time.monotonic() - began_s < PATIENCE_S, "it waits longer than it was told"
-    one.close()
-    other.close()
 
 
-def is_silent_once_it_is_closed(make: Callable[[], Pair]) -> None:
+def is_silent_once_it_is_closed(one: Driver, other: Driver, pace: Pace) -> None:
     """Closing twice is no fault, and what comes after it does nothing."""
-    one, other, pace = make()
     one.close()
     one.close()
     one.send(PACKETS[0], 0.0)
     assert list(one.receive(_soon_s(pace))) == []
     assert list(other.receive(_soon_s(pace))) == [], "it sends although it is closed"
-    other.close()
