@@ -106,20 +106,16 @@ def column_ranks(column: Mapping[Treatment, Contender], metric: str, better: Bet
         better: HIGHER or LOWER.
     """
     sign = -1.0 if better is Better.HIGHER else 1.0
-    means = {treatment: plain.fmean(treatment_values.values.values()) for treatment, treatment_values in column.items()}
+    means = {treatment: plain.fmean(own.values.values()) for treatment, own in column.items()}
     behind = of_less_success(column)
-    rates = {treatment: treatment_values.success_rate for treatment, treatment_values in column.items()}
     scores = {
-        treatment_values: (
-            1.0 - rates[treatment_values] if treatment_values in behind else -1.0,
-            sign * means[treatment_values],
-        )
-        for treatment_values in column
+        treatment: (1.0 - own.success_rate if treatment in behind else -1.0, sign * means[treatment])
+        for treatment, own in column.items()
     }
     best = min(scores, key=lambda treatment: scores[treatment])
-    values = {treatment: treatment_values.values for treatment, treatment_values in column.items()}
+    values = {treatment: own.values for treatment, own in column.items()}
     p = _worse_p(column, values, sign, [treatment not in behind for treatment in column])
-    drawn = any(not treatment_values.constant for treatment_values in column.values())
+    drawn = any(not own.constant for own in column.values())
     ranks = []
     for treatment, score in scores.items():
         to_best = None if treatment == best or p is None else min(1.0, p[treatment] / (1.0 - SHARE_OF_SUCCESS))
@@ -129,7 +125,7 @@ def column_ranks(column: Mapping[Treatment, Contender], metric: str, better: Bet
                 **treatment.columns(),
                 metric=metric,
                 n=len(column[treatment].values),
-                success_rate=rates[treatment],
+                success_rate=column[treatment].success_rate,
                 mean=means[treatment],
                 rank=sum(other < score for other in scores.values())
                 + (1 + sum(other == score for other in scores.values())) / 2,
@@ -144,22 +140,15 @@ def column_ranks(column: Mapping[Treatment, Contender], metric: str, better: Bet
 
 def of_less_success(column: Mapping[Treatment, Contender]) -> frozenset[Treatment]:
     """Those of a column whose success rate is told from the highest."""
-    if len({value for treatment_values in column.values() for value in treatment_values.success.values()}) == 1:
+    if len({value for own in column.values() for value in own.success.values()}) == 1:
         return frozenset()
-    p = _worse_p(
-        column,
-        {treatment: treatment_values.success for treatment, treatment_values in column.items()},
-        -1.0,
-        [True] * len(column),
-    )
+    success = {treatment: own.success for treatment, own in column.items()}
+    p = _worse_p(column, success, -1.0, [True] * len(column))
     if p is None:
-        highest = max(treatment_values.success_rate for treatment_values in column.values())
-        drawn = any(not treatment_values.constant for treatment_values in column.values())
-        return (
-            frozenset()
-            if drawn
-            else frozenset(t for t, treatment_values in column.items() if treatment_values.success_rate < highest)
-        )
+        if any(not own.constant for own in column.values()):
+            return frozenset()
+        highest = max(own.success_rate for own in column.values())
+        return frozenset(treatment for treatment, own in column.items() if own.success_rate < highest)
     return frozenset(treatment for treatment in column if p[treatment] / SHARE_OF_SUCCESS < SIGNIFICANT)
 
 
@@ -170,15 +159,13 @@ def _worse_p(
     rivals: Sequence[bool],
 ) -> dict[Treatment, float] | None:
     """See ``worse_p``, over the repeats that all have; None if these are fewer than two, or nothing was drawn."""
-    known = [set(values[treatment]) for treatment, treatment_values in column.items() if not treatment_values.constant]
+    known = [set(values[treatment]) for treatment, own in column.items() if not own.constant]
     shared = sorted(set.intersection(*known)) if known else []
     if len(shared) < 2:
         return None
     across = [
-        list(values[treatment].values()) * len(shared)
-        if treatment_values.constant
-        else [values[treatment][r] for r in shared]
-        for treatment, treatment_values in column.items()
+        list(values[treatment].values()) * len(shared) if own.constant else [values[treatment][r] for r in shared]
+        for treatment, own in column.items()
     ]
     return dict(zip(column, worse_p(sign * np.array(across, dtype=float).T, rivals), strict=True))
 

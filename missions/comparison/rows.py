@@ -11,7 +11,7 @@ from pathlib import Path
 from missions.files import drafted
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Comparison:
     """A row of ``compare``; the names are those of the contract. None where too few runs can say.
 
@@ -47,12 +47,12 @@ class Comparison:
     ci95_low: float | None
     ci95_high: float | None
     median: float
-    diff_to_baseline: float | None
-    diff_ci95_low: float | None
-    diff_ci95_high: float | None
-    p_holm: float | None
-    effect_size: float | None
-    pairing_gain: float | None
+    diff_to_baseline: float | None = None
+    diff_ci95_low: float | None = None
+    diff_ci95_high: float | None = None
+    p_holm: float | None = None
+    effect_size: float | None = None
+    pairing_gain: float | None = None
     success_rate: float
     success_ci95_low: float | None
     success_ci95_high: float | None

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import tomli_w
 
@@ -84,10 +84,6 @@ class NodePlan:
         text = tomli_w.dumps(scenario.model_dump(mode="json", exclude_none=True))
         stop_s = duration_s if until_s is None else until_s
         return cls(text, vehicle, seed, 0, 0.0, stop_s, stop_s + settle_s)
-
-    def as_json(self) -> dict[str, Any]:
-        """The plan as one JSON object."""
-        return asdict(self)
 
     def setup(self) -> Setup:
         """The scenario resolved.

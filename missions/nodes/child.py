@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -57,7 +57,7 @@ def work(job: NodeJob) -> dict[str, Any]:
     pace = Paced(given["start_s"], job.speed)
     driver = UdpDriver(port, [(LOOPBACK, number) for number in given["ports"]], pace, own.setup.modem.packet_s)
     log = NodeLog(Path(job.out), plan) if job.out else None
-    return VehicleNode(own, driver, pace, log, Mishaps(job.p_lost, job.p_doubled)).run().as_json()
+    return asdict(VehicleNode(own, driver, pace, log, Mishaps(job.p_lost, job.p_doubled)).run())
 
 
 def say(value: dict[str, Any]) -> None:

@@ -15,7 +15,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from enum import StrEnum
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -76,7 +76,7 @@ class NodeLog:
             self._file = self.path.open("x", encoding="utf-8")
         except OSError as error:
             raise OutputError(f"{self.path}: cannot be written: {error.strerror}") from None
-        self._line({"log": FORMAT, "version": __version__, "plan": plan.as_json()})
+        self._line({"log": FORMAT, "version": __version__, "plan": asdict(plan)})
 
     def write(self, entry: LogEntry) -> None:
         """Add a packet."""

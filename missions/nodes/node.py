@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 from exchange.acoustics import loss
 from exchange.drivers import Driver, Pace, TimedPacket
@@ -72,10 +71,6 @@ class NodeOutcome:
     state_hash: str
     is_alive: bool
     late_s: float
-
-    def as_json(self) -> dict[str, Any]:
-        """The outcome as one JSON object."""
-        return asdict(self)
 
 
 class VehicleNode:

@@ -9,7 +9,7 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -44,10 +44,6 @@ class Swarm:
     vehicles: list[dict[str, Any]]
     ended: dict[str, str]
     equal: bool
-
-    def as_json(self) -> dict[str, Any]:
-        """The swarm as one JSON object."""
-        return asdict(self)
 
 
 class Processes:
@@ -175,7 +171,7 @@ def swarm(
     folder = "" if out is None else str(out)
     jobs = {
         plan.vehicle: NodeJob(
-            plan.as_json(), first_port and first_port + number, speed, *lost_and_doubled, folder, plugin_folders()
+            asdict(plan), first_port and first_port + number, speed, *lost_and_doubled, folder, plugin_folders()
         )
         for number, plan in enumerate(plans)
     }
@@ -185,13 +181,3 @@ def swarm(
         vehicles = processes.outcomes()
         alive = [vehicle for vehicle in vehicles if vehicle["is_alive"]]
         return Swarm(scenario, vehicles, processes.ended, len({node["state_hash"] for node in alive}) == 1)
-
-
-def plans_of(first: NodePlan, names: Sequence[str]) -> list[NodePlan]:
-    """Plans of vehicles of one scenario that differ in nothing else.
-
-    Args:
-        first: of any of them.
-        names: of all.
-    """
-    return [replace(first, vehicle=name) for name in names]

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from missions.errors import OutputError
+from missions.files import drafted
 from worldmodel import Knowledge
 from worldmodel.rdf.sparql import Engine, engine_of
 from worldmodel.rdf.sparql import query as ask
@@ -101,15 +102,12 @@ def write_knowledge(
         raise OutputError(f"{out}: exists; name another with --out or add --force")
     known = knowledge(results, vehicle, at_s)
     text = canonical_items(knowledge_of.model for knowledge_of in known.values()) if items else written(known, form)
-    draft = out.with_name(f".{out.name}-draft")
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
-        draft.write_text(text, encoding="utf-8", newline="\n")
-        draft.replace(out)
+        with drafted(out) as draft:
+            draft.write_text(text, encoding="utf-8", newline="\n")
     except OSError as error:
         raise OutputError(f"{out}: cannot be written: {error.strerror or error}") from None
-    finally:
-        draft.unlink(missing_ok=True)
     return {
         name: sum(len(block.facts) for block in knowledge_of.model.blocks()) for name, knowledge_of in known.items()
     }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -66,8 +67,6 @@ def node(
 
     Without --start it listens first: if a peer speaks, it joins the mission of that peer, else its own begins.
     """
-    from dataclasses import replace
-
     from exchange.drivers.seam import Paced
     from exchange.drivers.udp import Socket, UdpDriver, address_of
     from missions.nodes.alone import alone
@@ -77,7 +76,7 @@ def node(
     _check(speed, settle, drop, double)
     if start is not None and not abs(start - now_by_machine()) <= MOST_AWAY_S:
         fail(f"--start {start:g}: allowed is a time by time.monotonic(), within a year of {now_by_machine():.0f}")
-    loaded, plan = _plan(scenario, vehicle, settings, seed, until, settle)
+    loaded, (plan,) = _plans(scenario, [vehicle], settings, seed, until, settle)
     plan = replace(plan, epoch=epoch)
     others = _peers(peers, vehicle, [table.name for table in loaded.vehicle])
     own = alone(plan)
@@ -96,7 +95,7 @@ def node(
     driver = UdpDriver(port, others, pace, own.setup.modem.packet_s)
     found = VehicleNode(own, driver, pace, log, Mishaps(drop, double)).run()
     if as_json:
-        show_json(found.as_json())
+        show_json(asdict(found))
         return
     _print_outcomes([found])
 
@@ -130,16 +129,13 @@ def swarm(
     """Run the vehicles of a scenario in processes of their own, and say whether they know the same at the end."""
     from missions.nodes.logs import refuse_written
     from missions.nodes.node import NodeOutcome
-    from missions.nodes.swarm import plans_of
     from missions.nodes.swarm import swarm as run_swarm
 
     _check(speed, settle, drop, double)
     given = [name for name in vehicles.split(",") if name]
     if twice := [name for name in dict.fromkeys(given) if given.count(name) > 1]:
         fail(f"--vehicles {vehicles}: {twice[0]} is named twice; name each vehicle once")
-    loaded, plan = _plan(scenario, given[0] if given else None, settings, seed, until, settle)
-    plans = [_known(loaded, plan, name) for name in given]
-    plans = plans or plans_of(plan, loaded.names_by_slot)
+    loaded, plans = _plans(scenario, given, settings, seed, until, settle)
     if port > MOST_PORT + 1 - len(plans):
         fail(f"--port {port}: allowed is up to {MOST_PORT + 1 - len(plans)}: {len(plans)} vehicles take a port each")
     if out is not None:
@@ -150,11 +146,11 @@ def swarm(
 
     def begun(pids: dict[str, int]) -> None:
         who = ", ".join(f"{name} (process {pid})" for name, pid in pids.items())
-        print(f"remoras: {who}; {plan.end_s / speed:.0f} s to go", file=sys.stderr)
+        print(f"remoras: {who}; {plans[0].end_s / speed:.0f} s to go", file=sys.stderr)
 
     found = run_swarm(loaded.scenario.name, plans, speed, (drop, double), out, port, begun)
     if as_json:
-        show_json(found.as_json())
+        show_json(asdict(found))
     else:
         _print_outcomes([NodeOutcome(**vehicle) for vehicle in found.vehicles])
         print("all who are there know the same" if found.equal else "they do not know the same; let --settle be longer")
@@ -170,8 +166,6 @@ def replay_log(
     as_json: Json = False,
 ) -> None:
     """Let the vehicle of a log hear again what it heard, without sockets, and compare what it says bit by bit."""
-    from dataclasses import asdict
-
     from missions.nodes.logs import play, read_log
 
     found = play(read_log(log))
@@ -199,10 +193,10 @@ def _check(speed: float, settle: float, drop: float, double: float) -> None:
             fail(f"{option} {share:g}: allowed is a share, 0 to 1")
 
 
-def _plan(
-    scenario: str, vehicle: str | None, settings: list[str] | None, seed: int, until: float | None, settle: float
-) -> tuple[Scenario, NodePlan]:
-    """The scenario of a name or file, and the plan of a vehicle of it, by default the first."""
+def _plans(
+    scenario: str, vehicles: list[str], settings: list[str] | None, seed: int, until: float | None, settle: float
+) -> tuple[Scenario, list[NodePlan]]:
+    """The scenario of a name or file, and the plans of vehicles of it, by default of all."""
     from missions.files import SCENARIO, file_of, shipped
 
     file_of(SCENARIO, scenario, shipped())
@@ -210,14 +204,7 @@ def _plan(
     from missions.scenarios import load
 
     loaded = load(scenario, [("--set", setting) for setting in settings or []])
-    return loaded, NodePlan.of(loaded, vehicle or loaded.vehicle[0].name, seed, until, settle)
-
-
-def _known(scenario: Scenario, plan: NodePlan, name: str) -> NodePlan:
-    """The plan of another vehicle of the scenario."""
-    from missions.nodes.alone import NodePlan
-
-    return NodePlan.of(scenario, name, plan.seed, plan.until_s, plan.end_s - plan.until_s)
+    return loaded, [NodePlan.of(loaded, name, seed, until, settle) for name in vehicles or loaded.names_by_slot]
 
 
 def _peers(text: str, vehicle: str, names: list[str]) -> list[Address]:

@@ -17,7 +17,7 @@ import pytest
 from invoked import MAIN, refused, remoras
 
 from missions.nodes.alone import NodePlan
-from missions.nodes.swarm import Swarm, plans_of, swarm
+from missions.nodes.swarm import Swarm, swarm
 from missions.scenarios import load
 
 SCENARIO = "mapping-rendezvous"
@@ -30,8 +30,8 @@ COMMAND_S = 240.0
 
 
 def run(names: list[str], out: Path | None, **more) -> Swarm:
-    plan = NodePlan.of(load(SCENARIO), names[0], 5, UNTIL_S, SETTLE_S)
-    return swarm(SCENARIO, plans_of(plan, names), SPEED, (0.4, 0.1), out, **more)
+    plans = [NodePlan.of(load(SCENARIO), name, 5, UNTIL_S, SETTLE_S) for name in names]
+    return swarm(SCENARIO, plans, SPEED, (0.4, 0.1), out, **more)
 
 
 @pytest.mark.slow

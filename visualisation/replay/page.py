@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import base64
 import html
-import os
-import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -13,6 +11,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+from missions.files import drafted
 from visualisation.errors import DrawingError
 
 MODEL = ("data.js", "model.js", "knowledge.js", "links.js", "work.js", "chain.js", "organisation.js", "plans.js")
@@ -129,18 +128,8 @@ def write_page(out: Path, text: str, force: bool = False) -> None:
         DrawingError: there is a file already, or it cannot be written.
     """
     check_page_output(out, force)
-    draft: Path | None = None
     try:
-        with tempfile.NamedTemporaryFile(
-            "w", encoding="utf-8", dir=out.parent, prefix=f".{out.name}-", delete=False
-        ) as file:
-            draft = Path(file.name)
-            file.write(text)
-        mask = os.umask(0)
-        os.umask(mask)
-        draft.chmod(0o666 & ~mask)
-        draft.replace(out)
+        with drafted(out) as draft:
+            draft.write_text(text, encoding="utf-8")
     except OSError as error:
-        if draft is not None:
-            draft.unlink(missing_ok=True)
         raise DrawingError(f"--out {out}: cannot be written: {error.strerror}") from None
