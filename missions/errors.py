@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import inspect
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 LONGEST_VALUE, LONGEST_KEY = 200, 160
 """Characters of a value, and of a key or a file, that a message shows."""
@@ -16,6 +18,17 @@ def cut(text: str, longest: int) -> str:
     'abc...'
     """
     return text if len(text) <= longest else text[: longest - 3] + "..."
+
+
+def takes(function: Callable[..., Any], n_arguments: int) -> bool:
+    """True if a function can be called with so many arguments, or if Python does not know."""
+    try:
+        inspect.signature(function).bind(*[None] * n_arguments)
+    except TypeError:
+        return False
+    except ValueError:
+        return True
+    return True
 
 
 @dataclass(frozen=True, slots=True)

@@ -37,11 +37,12 @@ a figure of a mission needs no page, no colours and no file of its own::
 
 from __future__ import annotations
 
-import inspect
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
+
+from missions.errors import takes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -260,7 +261,7 @@ def faults_of_figure(found: Any) -> Iterator[str]:
         return
     if not callable(found.draw):
         yield f"draw = {found.draw!r}: allowed: a function draw(axes, results, style) that returns the caption"
-    elif not _takes_three(found.draw):
+    elif not takes(found.draw, 3):
         yield "draw cannot be called as draw(axes, results, style)"
     if isinstance(found.needs, str) or not all(isinstance(need, str) for need in found.needs):
         yield f"needs = {found.needs!r}: allowed: a tuple of names of tables"
@@ -268,14 +269,3 @@ def faults_of_figure(found: Any) -> Iterator[str]:
 
 def _is_file_name(name: str) -> bool:
     return bool(name) and not name.startswith(".") and not {"/", "\\"} & {*name}
-
-
-def _takes_three(function: Callable[..., Any]) -> bool:
-    """True if a function can be called with three arguments, or if Python does not know."""
-    try:
-        inspect.signature(function).bind(None, None, None)
-    except TypeError:
-        return False
-    except ValueError:
-        return True
-    return True

@@ -7,7 +7,6 @@ alike, so a metric can be had of results that exist.
 
 from __future__ import annotations
 
-import inspect
 import json
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -15,7 +14,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
-from missions.errors import ConfigurationError, ConfigurationFault, OutputError
+from missions.errors import ConfigurationError, ConfigurationFault, OutputError, takes
 
 if TYPE_CHECKING:
     from collections import Counter
@@ -278,22 +277,11 @@ def faults_of_metric(found: Any) -> Iterator[PartFault]:
         yield PartFault("note", repr(found.note), "allowed: a text, which captions add")
     if not callable(found.of):
         yield PartFault("of", repr(found.of), "allowed: a function of a finished run")
-    elif not _takes_one(found.of):
+    elif not takes(found.of, 1):
         yield PartFault("of", "", "cannot be called as of(run); allowed: a function of a finished run")
     if found.censored and found.unit != "s":
         allowed = "a censored metric is a time in s, since a run without it counts with its duration"
         yield PartFault("unit", repr(found.unit), allowed)
-
-
-def _takes_one(function: Callable[..., Any]) -> bool:
-    """True if a function can be called with one argument, or if Python does not know."""
-    try:
-        inspect.signature(function).bind(None)
-    except TypeError:
-        return False
-    except ValueError:
-        return True
-    return True
 
 
 def _alike(one: str, other: str) -> bool:

@@ -10,6 +10,7 @@ from missions.fault import kinds
 from missions.files import parsed, shown, toml_value
 from missions.scenarios import load
 from missions.scenarios.scenario import Scenario
+from missions.scenarios.tables import is_number
 from remoras.strategies import strategies
 
 LEAST_SPEED, GREATEST_SPEED = 0.1, 10_000.0
@@ -113,8 +114,7 @@ def speed_of(given: Any) -> float | None:
     """
     if given == "full":
         return None
-    is_number = isinstance(given, int | float) and not isinstance(given, bool)
-    if not is_number or not LEAST_SPEED <= given <= GREATEST_SPEED:
+    if not is_number(given) or not LEAST_SPEED <= given <= GREATEST_SPEED:
         text = f"{LEAST_SPEED:g} to {GREATEST_SPEED:g} times real time, or full"
         raise AskedWrongly(f"speed {shown(given)}: allowed is {text}")
     return float(given)
@@ -126,8 +126,7 @@ def time_within(given: Any, until_s: float) -> float:
     Raises:
         AskedWrongly: it is none, or out of range.
     """
-    is_number = isinstance(given, int | float) and not isinstance(given, bool)
-    if not is_number or not 0.0 <= given <= until_s:
+    if not is_number(given) or not 0.0 <= given <= until_s:
         raise AskedWrongly(f"skip_to_s {shown(given)}: allowed is a time of the mission, 0 to {until_s:g} s")
     return float(given)
 
