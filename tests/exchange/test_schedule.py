@@ -56,3 +56,12 @@ def test_a_packet_of_a_frame_before_or_after_is_of_another_slot_however_wrong_cl
     assert schedule.may_arrive(5, 11.5, tolerance_s)
     assert not schedule.may_arrive(5, 11.5 + schedule.frame_s, tolerance_s)
     assert not schedule.may_arrive(5, 11.5 - schedule.frame_s, tolerance_s)
+
+
+def test_a_packet_may_arrive_from_the_start_of_its_slot_to_its_end_and_as_much_beyond_as_clocks_are_apart():
+    """Slot 5 of slots of 2 s lasts from 10 to 12 s."""
+    schedule = TdmaSchedule(n_nodes=4, packet_s=1.5, guard_s=0.5)
+    assert schedule.may_arrive(5, 9.6, 0.5)
+    assert not schedule.may_arrive(5, 9.4, 0.5)
+    assert schedule.may_arrive(5, 12.4, 0.5)
+    assert not schedule.may_arrive(5, 12.6, 0.5)
