@@ -60,7 +60,6 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         began_s: when it began; later than 0 if it begins anew, see ``go_on``.
 
     Attributes:
-        is_alive: True while there is energy left and no fault has taken the vehicle away.
         heard: each is told of a packet that was taken in: what came of it, its bits, and the time by the own clock (s).
         readings: each is given what a sensor has read, with its name, and returns what is recorded of it.
     """
@@ -84,7 +83,6 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         self.radio = radio
         self.beliefs = beliefs
         self.condition = SOUND
-        self.is_alive = True
         self._recorder = recorder
         self._run_log = RunLog(self.name, self.social.database.names, recorder)
         tbox = beliefs.model.tbox
@@ -101,10 +99,15 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         self._run_log.founded(self.social.organisation, self.social.objectives.values(), began_s)
         self._adopt()
 
+    @property
+    def is_alive(self) -> bool:
+        """True while there is energy left and no fault has taken the vehicle away."""
+        return self.functional.is_on
+
     def suffer(self, condition: Condition) -> None:
         """Be in another condition from now on; called by the fleet when a fault begins or is over."""
         self.condition = condition
-        self.is_alive = condition.is_alive and not self.functional.exhausted
+        self.functional.is_on = condition.is_alive and not self.functional.exhausted
         self.functional.impair(condition.speed_factor, condition.dead_sensors)
         if not condition.is_alive:
             self.functional.stop()
@@ -122,14 +125,13 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         is_due = now_s >= self._next_decision_s
         if is_due:  # the rhythm goes on while a vehicle is away
             self._next_decision_s += self.executive.period_s
-        if not self.is_alive:
+        if not self.functional.is_on:
             return
         if dt_s > 0.0:
             self.functional.act(dt_s, neighbours, since_s)
-            self.is_alive = not self.functional.exhausted
         for sensed in self.functional.sense(now_s, neighbours):
             self._take_note(sensed, now_s)
-        if not self.is_alive:
+        if not self.functional.is_on:
             self._run_log.fault(now_s, "energy", "battery exhausted")
         if is_due:
             self.think(now_s, self.executive.period_s if dt_s > 0.0 else 0.0)
@@ -207,15 +209,16 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
 
     def consult(self, now_s: float) -> bool:
         """End of a TDMA frame: what was heard in it counts, and what is made of it. True if something changed here."""
-        if not self.is_alive:
+        if not self.functional.is_on:
             return False
         self.radio.tidy(now_s)
         changed = self._look_around(now_s)
         changed |= self._take_effect(now_s)
         calls = self.executive.calls(now_s) if self.radio.influences else {}
-        for facts, told in self.social.negotiate(now_s, self.functional.believed, calls):
-            self.conclude(facts, now_s, told)
-        changed |= self._take_effect(now_s)
+        if stated := self.social.negotiate(now_s, self.functional.believed, calls):
+            for facts, told in stated:
+                self.conclude(facts, now_s, told)
+            changed |= self._take_effect(now_s)
         if taken_up := self.radio.regroup(self.social.organisation, now_s):
             self._consider(taken_up, now_s)
         return changed
@@ -259,7 +262,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
 
     def speak(self, now_s: float) -> Transmission | None:
         """The packet for this vehicle's slot, which opens now; None from one not alive, or while it is silent."""
-        if not self.is_alive or self.social.is_silent or not self.radio.is_heard:
+        if not self.functional.is_on or self.social.is_silent or not self.radio.is_heard:
             return None
         node = self.data.node
         self.conclude([(node, self._position, self.functional.believed.position_m)], now_s)
@@ -271,13 +274,12 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         if sent is not None:
             self.functional.transmitted(sent.size_bits)
             if self.functional.exhausted:
-                self.is_alive = False
                 self._run_log.fault(now_s, "energy", "battery exhausted")
         return sent
 
     def hear(self, data: bytes, now_s: float) -> Reception | None:
         """Take in a packet; None at a vehicle that is not alive."""
-        if not self.is_alive:
+        if not self.functional.is_on:
             return None
         reception, emitter, changes, signals = self.radio.hear(data, now_s)
         if reception.fault is not None:
@@ -391,7 +393,6 @@ def go_on(vehicle: Vehicle, before: Vehicle, now_s: float, remembers: bool) -> N
     """
     vehicle._next_decision_s = before._next_decision_s
     embody(vehicle.functional, before.functional)
-    vehicle.is_alive = vehicle.is_alive and not vehicle.functional.exhausted
     vehicle._adopt()
     if remembers:
         changes = remember(vehicle.beliefs.model, before.beliefs.model, now_s).changes

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
 from remoras.activities import Objective
 from remoras.database import VehicleData
@@ -13,22 +13,33 @@ from remoras.organisation import Organisation, RoleAssignment
 from remoras.work import Point
 
 if TYPE_CHECKING:
+    from remoras.functional.layer import FunctionalLayer
+    from remoras.social.layer import SocialLayer
     from remoras.vehicle import Vehicle
 
 
 class ReadOnlyVehicle:
-    """A vehicle as a truth sees it: a ``remoras.mission.VehicleView``.
+    """A vehicle as a truth sees it: a ``remoras.mission.VehicleView``; nothing of it can be set.
 
     Attributes:
         name: of the vehicle.
     """
 
+    name: str
+    _vehicle: Vehicle
+    _social: SocialLayer
+    _functional: FunctionalLayer
+    _decision: Decision | None
+    _performed: tuple[str, ...]
+
     def __init__(self, vehicle: Vehicle) -> None:
-        self.name: str = vehicle.name
-        self._vehicle = vehicle
-        self._social, self._functional = vehicle.social, vehicle.functional
-        self._decision: Decision | None = None
-        self._performed: tuple[str, ...] = ()
+        self.__dict__.update(
+            name=vehicle.name, _vehicle=vehicle, _social=vehicle.social, _functional=vehicle.functional,
+            _decision=None, _performed=(),
+        )  # fmt: skip
+
+    def __setattr__(self, name: str, value: object) -> NoReturn:
+        raise AttributeError(f"{name} of {self.name} is only to be read")
 
     @property
     def position_m(self) -> Point:
@@ -49,14 +60,15 @@ class ReadOnlyVehicle:
     @property
     def is_alive(self) -> bool:
         """True while it has energy and no fault has taken it away."""
-        return self._vehicle.is_alive
+        return self._functional.is_on
 
     @property
     def is_in_contact(self) -> bool:
         """True while it is alive, hears and is heard; where the strategy uses no modem, whatever that does."""
         vehicle = self._vehicle
         condition = vehicle.condition
-        return vehicle.is_alive and not ((condition.is_mute or condition.is_deaf) and vehicle.radio.communicates)
+        is_cut_off = (condition.is_mute or condition.is_deaf) and vehicle.radio.communicates
+        return self._functional.is_on and not is_cut_off
 
     @property
     def communicates(self) -> bool:
@@ -84,7 +96,7 @@ class ReadOnlyVehicle:
     def sensing(self) -> tuple[str, ...]:
         """Names of its sensors that were on, and worked, in the last motion tick."""
         sensing = self._functional.sensors.looking
-        return sensing if sensing and self._vehicle.is_alive else ()
+        return sensing if sensing and self._functional.is_on else ()
 
     @property
     def organisation(self) -> Organisation:
@@ -96,8 +108,8 @@ class ReadOnlyVehicle:
         """Names of the activity sets that it performs; the same object until it decides anew."""
         executive = self._vehicle.executive
         if self._decision is not executive.decision:
-            self._decision = executive.decision
-            self._performed = tuple(executive.sets[index].name for index in executive.decision.chosen)
+            performed = tuple(executive.sets[index].name for index in executive.decision.chosen)
+            self.__dict__.update(_decision=executive.decision, _performed=performed)
         return self._performed
 
     @property

@@ -108,6 +108,8 @@ class FunctionalLayer:
         self.motion = Motion(*data.start_m)
         self.exhausted = False
         """True once the battery is empty: the vehicle does nothing any more."""
+        self.is_on = True
+        """True while there is energy left and no fault has taken the vehicle away."""
         self.believed = self.motion
         self.depth_m = data.depth_m
         self.picture = picture
@@ -170,7 +172,7 @@ class FunctionalLayer:
     def _be_exhausted(self) -> None:
         """The battery is empty: nothing more can be taken from it."""
         self.motion.energy_j = self.data.energy_j
-        self.exhausted = True
+        self.exhausted, self.is_on = True, False
 
     @property
     def guiding(self) -> Behaviour | None:
@@ -372,5 +374,6 @@ def embody(layer: FunctionalLayer, before: FunctionalLayer) -> None:
     for name in Motion.__slots__:
         setattr(layer.motion, name, getattr(before.motion, name))
     layer.exhausted = before.exhausted
+    layer.is_on = layer.is_on and not layer.exhausted
     for tell in layer.placed:
         tell()

@@ -319,11 +319,14 @@ class SocialLayer:
         if not (self._negotiation.takes_part or self.strategy.declaration.influences):
             return stated
         peers = self._picture.peers
-        work = self._work({**peers.positions_m, self.me: motion.position_m}, self._beliefs.model.quantise_time(now_s))
+        told_s = self._beliefs.model.quantise_time(now_s)
+        work = self._work({**peers.positions_m, self.me: motion.position_m}, told_s)
         if self.strategy.declaration.influences:
             self._picture.groups.awaited = Awaited(work, self.me, now_s)
         unheard = {name: roles for name, roles in peers.unheard.items() if name not in self.standing.absent}
-        for said in self._negotiation.negotiate(now_s, work, peers.heard_s, unheard, calls, self.missions, peers.links):
+        for said in self._negotiation.negotiate(
+            told_s, work, peers.heard_s, unheard, calls, self.missions, peers.links
+        ):
             is_order = any(attribute in ROLE_ATTRIBUTES for _, attribute, _ in said.facts)
             facts = self.standing.in_place_of_the_absent(own := [self._beliefs.fact(*fact) for fact in said.facts])
             self._negotiation.note_added(now_s, [fact for fact in facts if fact not in own])

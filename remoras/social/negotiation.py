@@ -195,7 +195,7 @@ class Negotiation:
         """End of a round: what this vehicle states to organise its groups.
 
         Args:
-            now_s: time of the end of the round.
+            now_s: time of the end of the round, as it is told.
             work: of every group, by name, with this vehicle's position as it is.
             heard_s: when a packet of each peer was last heard.
             unheard: peers that have not acknowledged roles they were given, and these roles.
@@ -207,7 +207,6 @@ class Negotiation:
             PluginError: the strategy raises, or answers with something else than a move.
         """
         self._round += 1
-        now_s = self._beliefs.model.quantise_time(now_s)
         heard = self._take_heard()
         statements: list[Statement] = []
         holding = []
