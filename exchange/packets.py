@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
+from functools import cache
 from typing import NamedTuple
 
 from worldmodel import STATUS, Block, PropertyValue
@@ -51,6 +52,7 @@ class StatusUid(NamedTuple):
         return f"{self.origin}@{self.time_s:.15g}:{self.subject}.{self.attribute}"
 
 
+@cache
 def _origin(origin: int, epoch: int) -> str:
     return f"{origin}.e{epoch}" if epoch else str(origin)
 

@@ -228,7 +228,8 @@ class Traffic:
         """
         now_s = self._heap.now_s
         end_s = now_s + self._modem.packet_s(sent.size_bits)
-        positions = [vehicle.functional.motion.position_m for vehicle in vehicles]
+        motions = [vehicle.functional.motion for vehicle in vehicles]
+        positions = [(motion.x_m, motion.y_m) for motion in motions]
         arrivals = self._channel.transmit(slot, sender.data.node, sent.data, now_s, positions)
         if self._faults and recorder is not None:
             arrivals = self._heard(sender, arrivals, vehicles)

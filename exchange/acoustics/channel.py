@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
 from exchange.acoustics import loss
@@ -81,6 +81,7 @@ class BroadcastChannel:
     blackouts: tuple[Blackout, ...] = ()
     depths_m: tuple[float, ...] = ()
     carries_beyond_range: bool = False
+    _trial_key: list[int] = field(default_factory=list, init=False, repr=False, compare=False)  # once it is asked for
 
     def transmit(
         self, slot: int, sender: int, data: bytes, now_s: float, positions_m: Sequence[tuple[float, float]]
@@ -101,7 +102,8 @@ class BroadcastChannel:
         for receiver, (other_x_m, other_y_m) in enumerate(positions_m):
             if receiver == sender or receiver in cut_off:
                 continue
-            range_m = length(other_x_m - x_m, other_y_m - y_m)
+            east_m, north_m = other_x_m - x_m, other_y_m - y_m
+            range_m = math.sqrt(east_m * east_m + north_m * north_m)
             if self.depths_m:
                 range_m = length(range_m, self.depths_m[receiver] - self.depths_m[sender])
             time_s = sent_s + range_m / self.sound_speed_mps
@@ -109,7 +111,10 @@ class BroadcastChannel:
                 continue
             p_loss = self.link.p_loss(packet, receiver, range_m)
             if p_loss > 0.0:
-                draws = draws or loss.slot_key(loss.trial_key(self.seed, self.trial), slot)
+                if draws is None:
+                    if not self._trial_key:
+                        self._trial_key.append(loss.trial_key(self.seed, self.trial))
+                    draws = loss.slot_key(self._trial_key[0], slot)
                 if loss.link_uniform(draws, sender, receiver) < p_loss:
                     continue
             arrivals.append(Arrival(receiver, time_s, data))

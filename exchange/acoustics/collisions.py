@@ -7,6 +7,7 @@ nearer one is lost, too. What does not reach a receiver, or is lost there to noi
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -54,6 +55,7 @@ class Collisions:
     def __init__(self) -> None:
         self._sending: dict[int, tuple[float, float]] = {}
         self._hearings: dict[int, list[Hearing]] = {}
+        self._silent_from_s = -math.inf  # nothing is on its way from then on
 
     def send(
         self, slot: int, sender: int, from_s: float, until_s: float, arrivals: Sequence[Arrival]
@@ -70,21 +72,28 @@ class Collisions:
         Returns:
             Its hearings, and all that are now known to be lost, those of packets before it among them.
         """
+        if from_s >= self._silent_from_s:
+            self._sending.clear()
+            self._hearings.clear()
+        self._silent_from_s = max([self._silent_from_s, until_s, *[arrival.time_s for arrival in arrivals]])
         lost = []
-        for hearing in self._on_their_way(sender, from_s):
+        for hearing in self._on_their_way(sender, from_s) if sender in self._hearings else ():
             if not hearing.collided and _meet(hearing.from_s, hearing.arrival.time_s, from_s, until_s):
                 hearing.collided = True
                 lost.append(hearing)
         self._sending[sender] = from_s, until_s
         hearings = []
         for arrival in arrivals:
-            hearing = Hearing(slot, sender, arrival, arrival.time_s - (until_s - from_s))
-            others = self._on_their_way(arrival.receiver, from_s)
+            hearing, receiver = Hearing(slot, sender, arrival, arrival.time_s - (until_s - from_s)), arrival.receiver
+            if receiver in self._hearings:
+                others = self._on_their_way(receiver, from_s)
+            else:
+                others = self._hearings[receiver] = []
             for other in others:
                 if _meet(other.from_s, other.arrival.time_s, hearing.from_s, arrival.time_s):
                     lost += [] if other.collided else [other]
                     other.collided = hearing.collided = True
-            own = self._sending.get(arrival.receiver)
+            own = self._sending.get(receiver)
             if own is not None and _meet(*own, hearing.from_s, arrival.time_s):
                 hearing.collided = True
             if hearing.collided:
