@@ -59,6 +59,7 @@ FRAME_BITS = 2
 FRAMES = 1 << FRAME_BITS
 END_BITS = (0b111, 3)
 SIGNAL_VALUE_BITS = 8
+FULL_MASK = (1 << MASK_BITS) - 1
 SIGNAL_BITS, SUMMARY_BITS = (0b1100, 4), (0b1101, 4)
 RECENT_S = 30.0
 """Age of an observation up to which it is stated in the fewest bits, unless a codec is told otherwise."""
@@ -188,6 +189,7 @@ class SideCodec:
     def __init__(self, fragments: FragmentCodec) -> None:
         self._fragments = fragments
         self._role_bits = fragments.facts.subject_bits
+        self._role_mask = (1 << self._role_bits) - 1
         self.signal_bits = SIGNAL_BITS[1] + self._role_bits + SIGNAL_VALUE_BITS
         """Bits of one influence signal."""
         self.encode_summary = lru_cache(maxsize=256)(self._encode_summary)
@@ -221,16 +223,23 @@ class SideCodec:
         return (bits << highest_bits | highest) << MASK_BITS | summary.mask, size_bits
 
     def read_signal(self, reader: Reader) -> InfluenceSignal:
-        """The signal that comes next, behind its prefix."""
-        role = reader.take(self._role_bits)
-        value = reader.take(SIGNAL_VALUE_BITS)
-        return InfluenceSignal(role, value - 256 if value > 127 else value)
+        """The signal that comes next."""
+        word = reader.take(self.signal_bits)
+        value = word & 0xFF
+        return InfluenceSignal(word >> SIGNAL_VALUE_BITS & self._role_mask, value - 256 if value > 127 else value)
 
     def read_summary(self, reader: Reader) -> Summary:
-        """The summary that comes next, behind its prefix; raises PeerFault if its origin is no node."""
+        """The summary that comes next; raises PeerFault if its origin is no node."""
+        reader.left -= SUMMARY_BITS[1]
         origin, epoch = self._fragments.read_life(reader)
-        highest = codes.read_natural(reader.take, self._fragments.sequence_bits) - 1
-        return Summary(origin, epoch, highest, reader.take(MASK_BITS))
+        sequence_bits = self._fragments.sequence_bits
+        word = reader.take(sequence_bits + MASK_BITS)  # number and mask at once, unless the number is a longer one
+        number, mask = word >> MASK_BITS, word & FULL_MASK
+        if number == (1 << sequence_bits) - 1:
+            reader.left += MASK_BITS
+            number += codes.read_rest(reader.take)
+            mask = reader.take(MASK_BITS)
+        return Summary(origin, epoch, number - 1, mask)
 
 
 class Codec:
@@ -292,6 +301,11 @@ class Codec:
         """Bits of a packet without sections, with the largest header of acknowledgements."""
         self._hash = zlib.crc32(repr(shape).encode()).to_bytes(HASH_BYTES, "big")
         self._rows = compiled_attributes(tbox).rows
+        self.head = lru_cache(maxsize=32)(self._head)
+        """``head(data) -> Head``: who speaks in a packet, in which of its lives and in which frame modulo 4.
+
+        Raises PeerFault if it is too short, or no node has that number.
+        """
         self.judged = lru_cache(maxsize=32)(self._judged)
         """``judged(data, frame=0, slot_start_s=0.0)``: the packet, and what value in it nobody can have recorded."""
         self.decode = lru_cache(maxsize=32)(self._decode)
@@ -336,6 +350,7 @@ class Codec:
 
     def forget(self) -> None:
         """Forget the bits of facts and the packets that are remembered, so that the next ones cost what new ones do."""
+        self.head.cache_clear()
         self.decode.cache_clear()
         self.judged.cache_clear()
         self._facts.forget()
@@ -431,12 +446,7 @@ class Codec:
 
     # From bits -----------------------------------------------------------------------------------
 
-    def head(self, data: bytes) -> Head:
-        """Who speaks in a packet, in which of its lives and in which frame modulo 4.
-
-        Raises:
-            PeerFault: it is too short, or no node has that number.
-        """
+    def _head(self, data: bytes) -> Head:
         n_bytes, place_bits = self._clear_bytes, self._place_bits
         if len(data) < n_bytes:
             raise PeerFault("packet ends inside a field")
@@ -452,8 +462,8 @@ class Codec:
         return Head(sender, epoch, frame, place, more + 1)
 
     def _judged(self, data: bytes, frame: int = 0, slot_start_s: float = 0.0) -> tuple[Packet, str | None]:
-        packet = self._decode(data, frame, slot_start_s)
-        for fragment in packet.fragments:
+        packet, is_beyond = self._read(data, frame, slot_start_s)
+        for fragment in packet.fragments if is_beyond else ():  # what is in its range is on its grid, too
             for fact in fragment.facts:
                 row = self._rows.get(fact.attribute)
                 if row is not None and ((stored := row.quantise(fact.value)) is None or stored != fact.value):
@@ -462,7 +472,10 @@ class Codec:
         return packet, None
 
     def _decode(self, data: bytes, frame: int = 0, slot_start_s: float = 0.0) -> Packet:
-        """The packet of ``data``.
+        return self._read(data, frame, slot_start_s)[0]
+
+    def _read(self, data: bytes, frame: int, slot_start_s: float) -> tuple[Packet, bool]:
+        """The packet of ``data``, and whether a number in it may lie outside of the range of its attribute.
 
         Args:
             data: as it was heard.
@@ -481,8 +494,7 @@ class Codec:
         for seal in self._seals:
             nonce, clear_bits = nonce_of(*head[:2], frame, slot_start_s, self._hash), 0
             data = seal.opened(head.sender, data[: self._clear_bytes], data[self._clear_bytes :], nonce)
-        reader = Reader(data)
-        reader.left -= clear_bits
+        reader = Reader(data, clear_bits)
         if head.frame != frame % FRAMES:
             raise PeerFault(f"a packet of frame {head.frame} modulo {FRAMES} in frame {frame}")
         rows = self.header.decode(head.sender, frame, reader.take)
@@ -491,21 +503,24 @@ class Codec:
         fragments: list[Fragment] = []
         signals: list[InfluenceSignal] = []
         summary: list[Summary] = []
+        longer = reader.bits << 1  # the end has a bit less than the prefixes have
         while True:
-            if not reader.bit():
+            prefix = longer >> reader.left - END_BITS[1] & 0b1111 if reader.left >= END_BITS[1] else 0
+            if prefix < 0b1000:
                 fragments.append(self.fragments.read_single(reader, own, base, before))
-            elif not reader.take(1):
+            elif prefix < 0b1100:
                 fragments.append(self.fragments.read_other(reader, own, base, before))
-            elif reader.take(1):
-                break
-            elif not reader.take(1):
+            elif prefix == SIGNAL_BITS[0]:
                 signals.append(self._side.read_signal(reader))
-            else:
+            elif prefix == SUMMARY_BITS[0]:
                 summary.append(self._side.read_summary(reader))
+            else:
+                break
+        reader.left -= END_BITS[1]
         if not reader.padding_is_clean():
             raise PeerFault("bits left over behind the packet")
         beside = tuple(signals), head.epoch, frame, tuple(summary), head.n_turns
-        return Packet(head.sender, rows, tuple(fragments), *beside)
+        return Packet(head.sender, rows, tuple(fragments), *beside), reader.is_beyond
 
 
 def renewed(codec: Codec, salt_of: Callable[[int], bytes | None] | None = None) -> Codec:

@@ -27,15 +27,21 @@ FAR_AGE_BITS = 3
 class Reader:
     """Takes fields off a big integer from the most significant end.
 
+    Args:
+        data: the packet.
+        n_read: bits at its beginning that have been read.
+
     Attributes:
         left: bits that have not been read.
+        is_beyond: a number was read that lies outside of the range of its attribute.
     """
 
-    __slots__ = ("bits", "left")
+    __slots__ = ("bits", "is_beyond", "left")
 
-    def __init__(self, data: bytes) -> None:
+    def __init__(self, data: bytes, n_read: int = 0) -> None:
         self.bits = int.from_bytes(data, "big")
-        self.left = 8 * len(data)
+        self.left = 8 * len(data) - n_read
+        self.is_beyond = False
 
     def take(self, size_bits: int) -> int:
         """The next bits as a number; raises PeerFault if there are not so many."""
@@ -53,7 +59,7 @@ class Reader:
 
     def padding_is_clean(self) -> bool:
         """True if what is left is less than a byte, and zero."""
-        return self.left < 8 and self.take(self.left) == 0
+        return self.left < 8 and self.bits & (1 << self.left) - 1 == 0
 
 
 def width(n_values: int) -> int:

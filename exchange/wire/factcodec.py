@@ -193,19 +193,30 @@ class FactCodec:
 
 def _number_reader(fields: Sequence[Field]) -> Callable[[Reader], Value]:
     """``read(reader) -> value`` of a number or a place."""
-    return partial(_read_point, fields[0], fields[1]) if len(fields) == 2 else partial(_read_number, fields[0])
+    return _point_reader(*fields) if len(fields) == 2 else partial(_read_number, fields[0])
 
 
-def _read_point(east: Field, north: Field, reader: Reader) -> tuple[float, float]:
-    """The place that comes next; both numbers at once, unless one stands behind ones."""
-    north_bits = north.size_bits
-    both_bits = east.size_bits + north_bits
-    both, ones = reader.take(both_bits), (1 << north_bits) - 1
-    x, y = both >> north_bits, both & ones
-    if y != ones and x != (1 << east.size_bits) - 1:
-        return (east.grid.value_at(x), north.grid.value_at(y))
-    reader.left += both_bits
-    return (_read_number(east, reader), _read_number(north, reader))
+def _point_reader(east: Field, north: Field) -> Callable[[Reader], Value]:
+    """``read(reader)`` of a place: both numbers at once, unless one stands behind ones or is out of its range."""
+    x_start, x_step, x_denominator = east.grid.whole_numbers
+    y_start, y_step, y_denominator = north.grid.whole_numbers
+    north_bits, both_bits = north.size_bits, east.size_bits + north.size_bits
+    ones, x_end, y_end = (1 << north_bits) - 1, _end_of_short(east), _end_of_short(north)
+
+    def read(reader: Reader) -> tuple[float, float]:
+        both = reader.take(both_bits)
+        x, y = both >> north_bits, both & ones
+        if x < x_end and y < y_end:
+            return (x_start + x * x_step) / x_denominator, (y_start + y * y_step) / y_denominator
+        reader.left += both_bits
+        return (_read_number(east, reader), _read_number(north, reader))
+
+    return read
+
+
+def _end_of_short(field: Field) -> int:
+    """The first number of steps that is out of range or has no short form."""
+    return min(field.n_values, (1 << field.size_bits) - 1)
 
 
 def _numbers(name: str, fields: Sequence[Field], value: Value) -> Bits:
@@ -258,4 +269,6 @@ def _read_number(field: Field, reader: Reader) -> float:
     steps = reader.take(size_bits)
     if steps == (1 << size_bits) - 1:
         steps = read_beyond(reader.take, size_bits)
+    if not 0 <= steps < field.n_values:
+        reader.is_beyond = True
     return field.grid.value_at(steps)

@@ -74,10 +74,10 @@ class FragmentCodec:
         self.sequence_bits = width(n_items)
         self.time = Field(0.0, duration_s, time_resolution_s, "s")
         self._time_bits = self.time.size_bits
-        self._step_s, self._time_at = time_resolution_s, self.time.grid.value_at
+        self._step_s, self._time_ratio = time_resolution_s, self.time.grid.ratio
         self.near_bits = min(self._time_bits, width(max(2, round(recent_s / time_resolution_s) + 1)))
         self._near = 1 << self.near_bits
-        self._single_bits, self._prefix_mask = 1 + self.near_bits + facts.prefix_bits, (1 << facts.prefix_bits) - 1
+        self._single_bits, self._prefix_mask = 2 + self.near_bits + facts.prefix_bits, (1 << facts.prefix_bits) - 1
 
     def base_of(self, slot_start_s: float) -> int:
         """The step of time from which ages count in a slot: nothing that was observed before has a negative age."""
@@ -223,18 +223,22 @@ class FragmentCodec:
 
     def read_life(self, reader: Reader) -> Life:
         """Origin and epoch that come next; raises PeerFault if there is no such node."""
-        origin = reader.take(self.node_bits)
+        word = reader.take(self.node_bits + EPOCH_BITS)
+        origin = word >> EPOCH_BITS
         if origin >= self.n_nodes:
             raise PeerFault(f"origin {origin} is not one of {self.n_nodes} nodes")
-        return origin, reader.take(EPOCH_BITS)
+        return origin, word & EPOCHS - 1
 
     def _read_time(self, reader: Reader, base: int) -> float:
-        return self._time_at(codes.read_age(reader, base, self.near_bits, self._time_bits))
+        numerator, denominator = self._time_ratio
+        return codes.read_age(reader, base, self.near_bits, self._time_bits) * numerator / denominator
 
     def _read_sequence(self, reader: Reader, life: Life, before: Before) -> int:
         last = before.get(life)
         if last is None:
-            sequence = codes.read_natural(reader.take, self.sequence_bits)
+            sequence = reader.take(self.sequence_bits)
+            if sequence == (1 << self.sequence_bits) - 1:  # as ``codes.natural`` has it
+                sequence += codes.read_rest(reader.take)
         elif not reader.bit():
             sequence = last + 1
         else:
@@ -246,18 +250,20 @@ class FragmentCodec:
         """The own fragment that comes next, a whole block of a single fact.
 
         Args:
-            reader: behind the bit that says so.
+            reader: of the packet.
             own: the sender and its epoch.
             base: of the slot.
             before: last sequences; brought up to date.
         """
         facts = self.facts
-        word = reader.take(self._single_bits)  # a near age and the names of subject and attribute at once
-        index = base - (word >> facts.prefix_bits)
-        if base - index < self._near and index >= 0:
-            time_s, fact = self._time_at(index), facts.read_named(reader, word & self._prefix_mask)
+        # at once the bit that says so, a near age, and the names of subject and attribute
+        word = reader.take(self._single_bits)
+        age = word >> facts.prefix_bits
+        if age < self._near and age <= base:
+            numerator, denominator = self._time_ratio
+            time_s, fact = (base - age) * numerator / denominator, facts.read_named(reader, word & self._prefix_mask)
         else:
-            reader.left += self._single_bits
+            reader.left += self._single_bits - 1
             time_s, fact = self._read_time(reader, base), facts.read_one(reader)
         if fact.attribute in facts.latest_only:
             return Fragment(own[0], STATUS, time_s, (fact,), 0, 1, own[1])
@@ -265,7 +271,7 @@ class FragmentCodec:
 
     def read_other(self, reader: Reader, own: Life, base: int, before: Before) -> Fragment:
         """The fragment of any other kind that comes next; the same arguments."""
-        is_relayed = reader.take(1)
+        is_relayed = reader.take(OWN_BITS[1]) & 1
         life = self.read_life(reader) if is_relayed else own
         time_s = self._read_time(reader, base)
         index, count = 0, 1
