@@ -14,9 +14,10 @@ whatever is lost: no node believes that a peer holds an item which that peer lac
 The same functions run interpreted in a vehicle, on lists and on item sets that are single Python integers
 of any width (`n_words` 1), and compiled in the policy study, on arrays of 64-bit words. A set of nodes is
 one word: bit j is node j. A matrix is N words, one per row. All state is flat: one index reaches it.
+A bit with a minus before it is a mask: `items & -bit` are all items if it is set, else none.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import NamedTuple, Protocol
 
 MAX_NODES = 64
@@ -27,6 +28,7 @@ class Words(Protocol):
     """A fixed run of integers: a tuple, a list or a one-dimensional array."""
 
     def __getitem__(self, index: int, /) -> int: ...
+    def __iter__(self) -> Iterator[int]: ...
 
 
 class MutableWords(Words, Protocol):
@@ -269,7 +271,7 @@ def learn_from_row(state: AckState, n_nodes: int, sender: int, row: int) -> None
     for w in range(state.n_words):
         learned = 0
         for j in range(n_nodes):
-            learned |= state.content[j * state.n_words + w] & all_if(row >> j)
+            learned |= state.content[j * state.n_words + w] & -((row >> j) & 1)
         state.believes[sender * state.n_words + w] |= learned
 
 
@@ -284,16 +286,7 @@ def learn_from_matrix(state: AckState, n_nodes: int, sender: int, rows: Words) -
                 continue
             for i in range(n_nodes):
                 items = second_last if packet_meant(i, j, sender, n_nodes) else last
-                state.believes[i * n_words + w] |= items & all_if(rows[i] >> j)
-
-
-def all_if(word: int) -> int:
-    """A mask that keeps all if the lowest bit of the word is set, else nothing.
-
-    >>> 0b1100 & all_if(1), 0b1100 & all_if(2)
-    (12, 0)
-    """
-    return -(word & 1)
+                state.believes[i * n_words + w] |= items & -((rows[i] >> j) & 1)
 
 
 def carried_items(state: AckState, n_nodes: int, j: int) -> bool:

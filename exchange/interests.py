@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 from exchange.ack import Words
-from exchange.ledger import ADDRESSED_SHARE, Ledger, LedgerEntry
+from exchange.ledger import ADDRESSED_SHARE, Ledger, LedgerEntry, columns_of
 from exchange.packets import Fragment, ItemUid
 from exchange.queueing.queue import Queue
 from exchange.queueing.reasons import Expired, Expiry
@@ -176,7 +176,10 @@ class Interests:
         Args:
             believes: item set that each node is believed to hold.
         """
-        settled = list(self._ledger.columns(self._queue.open & done))
+        closed = self._queue.open & done
+        if not closed and not self._addressed:
+            return ()
+        settled = columns_of(closed)
         for column in settled:
             self._queue.drop(column)
             self._addressed.discard(column)
@@ -227,7 +230,7 @@ class Interests:
             done: item set that all who need them are believed to hold.
             now_s: the time (s).
         """
-        for column in self._ledger.columns(self._sendable & ~(done | self._queue.open)):
+        for column in columns_of(self._sendable & ~(done | self._queue.open)):
             self._send(column, now_s)
 
     def postponed(self, believes: Words) -> Iterator[tuple[int, ItemUid]]:
@@ -238,7 +241,7 @@ class Interests:
         """
         for node, unneeded in enumerate(self._ledger.unneeded):
             if self._ledger.away >> node & 1:
-                for column in self._ledger.columns(self._sendable & ~(believes[node] | unneeded)):
+                for column in columns_of(self._sendable & ~(believes[node] | unneeded)):
                     yield node, self._ledger.uid(column)
 
     def _needed_by(self, column: int) -> int:

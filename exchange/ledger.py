@@ -6,7 +6,6 @@ keeps its meaning for good. `Holdings` count whole blocks of each origin and epo
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from exchange.ack import Words
@@ -43,14 +42,17 @@ class Ledger:
     """Item UID <-> column, and the entry of each column."""
 
     def __init__(self, n_nodes: int) -> None:
-        self._column_of: dict[ItemUid, int] = {}
+        self.column_of: dict[ItemUid, int] = {}
+        """Column of each item; without one that this node has never held."""
         self.entries: list[LedgerEntry] = []
         self._uids: list[ItemUid] = []
         self.origins = [0] * n_nodes
         """Item set that each node has recorded in the life that it is in: these it holds."""
         self._epochs = [0] * n_nodes
-        self._parts: dict[Guid, list[int]] = {}  # columns of each block
-        self._ends: dict[tuple[int, int], int] = {}  # of each origin and epoch: behind the highest sequence
+        self.parts: dict[Guid, list[int]] = {}
+        """Columns of the parts of each block, as far as they are known."""
+        self.ends: dict[Life, int] = {}
+        """By origin and epoch, the sequence behind the highest of which anything is known."""
         self.unneeded = [0] * n_nodes
         """Item set, of those that this node may send, that each peer has no need of."""
         self.away = 0
@@ -64,18 +66,14 @@ class Ledger:
         return [-1 if self.away >> node & 1 else items for node, items in enumerate(self.unneeded)]
 
     def __contains__(self, uid: ItemUid) -> bool:
-        return uid in self._column_of
+        return uid in self.column_of
 
     def __len__(self) -> int:
         return len(self.entries)
 
-    def column(self, uid: ItemUid) -> int | None:
-        """Column of an item; None if this node has never held it."""
-        return self._column_of.get(uid)
-
     def fragment(self, uid: ItemUid) -> Fragment | None:
         """The item as this node holds it; None if it never has."""
-        column = self._column_of.get(uid)
+        column = self.column_of.get(uid)
         return None if column is None else self.entries[column].fragment
 
     def uid(self, column: int) -> ItemUid:
@@ -86,12 +84,12 @@ class Ledger:
         """Take in a new item; returns its column."""
         column, fragment = len(self.entries), entry.fragment
         uid = fragment.uid
-        self._column_of[uid] = column
+        self.column_of[uid] = column
         self._uids.append(uid)
         self.entries.append(entry)
         origin, epoch, sequence = guid = fragment.origin, fragment.epoch, fragment.sequence
-        self._parts.setdefault(guid, []).append(column)
-        self._ends[origin, epoch] = max(self._ends.get((origin, epoch), 0), sequence + 1)
+        self.parts.setdefault(guid, []).append(column)
+        self.ends[origin, epoch] = max(self.ends.get((origin, epoch), 0), sequence + 1)
         if epoch == self._epochs[origin]:
             self.origins[origin] |= 1 << column
         return column
@@ -102,25 +100,15 @@ class Ledger:
         uids = enumerate(self._uids)
         self.origins[node] = sum(1 << column for column, uid in uids if (uid.origin, uid.epoch) == (node, epoch))
 
-    def parts_of(self, guid: Guid) -> Sequence[int]:
-        """Columns of the parts of a block, as far as they are known."""
-        return self._parts.get(guid, ())
-
     def is_whole(self, guid: Guid) -> bool:
         """True if every part of a block is known."""
-        parts = self.parts_of(guid)
-        return bool(parts) and len(parts) == self.entries[parts[0]].fragment.count
+        parts = self.parts.get(guid)
+        return parts is not None and len(parts) == self.entries[parts[0]].fragment.count
 
     def block(self, guid: Guid) -> Block:
         """A block of which every part is known."""
-        fragments = [self.entries[column].fragment for column in self.parts_of(guid)]
+        fragments = [self.entries[column].fragment for column in self.parts[guid]]
         return joined_block(sorted(fragments, key=lambda fragment: fragment.index))
-
-    def blocks_from(self, life: tuple[int, int], first: int, end: int) -> Iterator[int]:
-        """The sequences of an origin and epoch, from the first on and before the end, of which anything is known."""
-        for sequence in range(first, min(end, self._ends.get(life, 0))):
-            if (*life, sequence) in self._parts:
-                yield sequence
 
     def ease(self, column: int, believes: Words) -> bool:
         """See whether all peers hold an item to which it is addressed: others need it less. True if so from now on.
@@ -137,16 +125,23 @@ class Ledger:
         entry.priority = max(1, entry.priority // ADDRESSED_SHARE)
         return True
 
-    def columns(self, items: int) -> Iterator[int]:
-        """Columns of an item set, in order."""
-        while items:
-            lowest = items & -items
-            yield lowest.bit_length() - 1
-            items ^= lowest
-
-    def uids(self, items: int) -> Iterator[ItemUid]:
+    def uids(self, items: int) -> list[ItemUid]:
         """UIDs of an item set, by column."""
-        return map(self._uids.__getitem__, self.columns(items))
+        return [self._uids[column] for column in columns_of(items)]
+
+
+def columns_of(items: int) -> list[int]:
+    """Columns of an item set, in order.
+
+    >>> columns_of(0b1011)
+    [0, 1, 3]
+    """
+    columns = []
+    while items:
+        lowest = items & -items
+        columns.append(lowest.bit_length() - 1)
+        items ^= lowest
+    return columns
 
 
 class Holdings:

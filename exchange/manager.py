@@ -220,16 +220,18 @@ class ExchangeManager:
             self.n_faults += 1
             slot = schedule.slot_of_arrival(now_s)
             return Reception(slot, schedule.owner(slot), fault=str(fault))
-        sender, slot = head.sender, schedule.slot_named(schedule.place_of(head), head.frame, now_s)
-        frame = schedule.frame_of(slot)
+        sender, slot = head.sender, schedule.slot_named(head, now_s)
+        frame = slot // schedule.n_slots
         try:
-            packet, wrong = self._codec.judged(data, frame, schedule.base_s(slot))
+            judged = self._codec.judged(data, frame, schedule.base_s(slot))
+            packet = judged.packet
             self._refuse_other_slot(slot, sender, now_s)
             if sender not in self._definitions.trusted:
                 self._definitions.agree(sender, frame)
-            _refuse_future(packet, now_s, self._model)
-            if wrong is not None:  # the world model would never take its block
-                raise PeerFault(wrong)
+            if judged.latest_s > now_s:
+                _refuse_future(packet, now_s, self._model)
+            if judged.wrong is not None:  # the world model would never take its block
+                raise PeerFault(judged.wrong)
             met = self._peers.meet(sender, packet.epoch, frame)
         except PeerFault as fault:
             self.n_faults += 1
@@ -237,9 +239,11 @@ class ExchangeManager:
             is_twin = isinstance(fault, SlotConflict) and self._listener.doubt(sender, frame, now_s)
             return Reception(slot, sender, fault=str(fault), is_stranger=differs, conflict=sender if is_twin else None)
         self._ageing.open(slot)
-        is_unlisted = any(turns.note(packet, slot) for turns in self._turns)
+        is_unlisted = False
+        for turns in self._turns:
+            is_unlisted = turns.note(packet, slot)
         is_second = self._peers.conflicts(sender, slot, data)
-        heard = self._listener.listen(packet, slot, met, is_second, now_s)
+        heard = self._listener.listen(judged, slot, met, is_second, now_s)
         return heard._replace(is_unlisted=True) if is_unlisted else heard
 
     def _refuse_other_slot(self, slot: int, sender: int, now_s: float) -> None:
@@ -344,7 +348,7 @@ class ExchangeManager:
 
     def believes(self, peer: int, uid: ItemUid) -> bool:
         """True if this vehicle believes that ``peer`` holds the item."""
-        column = self._ledger.column(uid)
+        column = self._ledger.column_of.get(uid)
         return column is not None and bool(self._state.believes[peer] >> column & 1)
 
     @property

@@ -143,10 +143,9 @@ class Summary(NamedTuple):
     highest: int
     mask: int
 
-    @property
-    def end(self) -> int:
-        """The first sequence that it says nothing about."""
-        return self.highest + 2 + MASK_BITS
+    def held_from(self, first: int) -> int:
+        """What is held as a word, bit k for the sequence ``first + k``."""
+        return ((1 << self.highest + 1) - 1 | self.mask << self.highest + 2) >> first
 
     def beyond(self, sequence: int) -> bool:
         """True if it names an item of this number or a higher one."""
@@ -156,7 +155,7 @@ class Summary(NamedTuple):
         """True if the item is held, False if it is not; None if the summary does not say."""
         if sequence <= self.highest:
             return True
-        if sequence >= self.end:
+        if sequence >= self.highest + 2 + MASK_BITS:
             return None
         return sequence > self.highest + 1 and bool(self.mask >> (sequence - self.highest - 2) & 1)
 
@@ -191,6 +190,28 @@ class Packet(NamedTuple):
     frame: int = 0
     summary: tuple[Summary, ...] = ()
     n_turns: int = 1
+
+
+class Judged(NamedTuple):
+    """A packet, and what all who hear it have to know of it.
+
+    Attributes:
+        packet: itself.
+        wrong: what value in it nobody can have recorded; None if there is none.
+        latest_s: when the newest of its facts was observed.
+        concerns: nodes, one bit each, of whose items or holdings it tells; all nodes if it has an alarm.
+        relays: True if it tells items or statuses that are not its sender's own.
+        statuses: its statuses, as blocks.
+        has_items: True if it tells items.
+    """
+
+    packet: Packet
+    wrong: str | None
+    latest_s: float
+    concerns: int
+    relays: bool
+    statuses: tuple[Block, ...]
+    has_items: bool
 
 
 class Transmission(NamedTuple):

@@ -67,10 +67,6 @@ class TdmaSchedule:
             return place
         return self.slots[place][0] if self.slots[place] else 0
 
-    def place_of(self, head: Head) -> int:
-        """Which slot of its frame a packet names: by a list it is told, else its sender says it."""
-        return head.place if self.slots else head.sender
-
     def frame_of(self, slot: int) -> int:
         """Number of the frame of a slot."""
         return slot // self.n_slots
@@ -81,7 +77,7 @@ class TdmaSchedule:
 
     def base_s(self, slot: int) -> float:
         """The time from which the ages in a packet of that slot count: its start, or the end of its frame in ALOHA."""
-        return self.frame_start_s(self.frame_of(slot) + 1) if self.is_aloha else self.start_s(slot)
+        return self.frame_start_s(self.frame_of(slot) + 1) if self.is_aloha else slot * self.slot_s
 
     def sends_s(self, slot: int, draw: float) -> float:
         """When a node sends in its slot; by ALOHA at a time drawn evenly, such that the packet ends in the frame.
@@ -101,17 +97,20 @@ class TdmaSchedule:
     def slot_at(self, now_s: float) -> int:
         """The slot that is open at ``now_s``; a slot is open from its start until the next one's start."""
         slot = int(now_s / self.slot_s)
-        if now_s >= self.start_s(slot + 1):  # the division may round either way at a boundary
+        if now_s >= (slot + 1) * self.slot_s:  # the division may round either way at a boundary
             return slot + 1
-        return slot if now_s >= self.start_s(slot) else slot - 1
+        return slot if now_s >= slot * self.slot_s else slot - 1
 
-    def slot_named(self, place: int, frame: int, arrival_s: float) -> int:
-        """The slot with a place in a frame of which only the number modulo 4 is known: that nearest to an arrival.
+    def slot_named(self, head: Head, arrival_s: float) -> int:
+        """The slot that a packet names, which tells its frame modulo 4: that nearest to its arrival.
 
-        >>> TdmaSchedule(4, 1.5, 0.5).slot_named(place=1, frame=2, arrival_s=51.0)
+        By a list it tells which slot of the frame, else its sender says it.
+
+        >>> TdmaSchedule(4, 1.5, 0.5).slot_named(Head(sender=1, epoch=0, frame=2), arrival_s=51.0)
         25
         """
-        first, period = frame % FRAMES_TOLD * self.n_slots + place, FRAMES_TOLD * self.n_slots
+        place = head.place if self.slots else head.sender
+        first, period = head.frame % FRAMES_TOLD * self.n_slots + place, FRAMES_TOLD * self.n_slots
         lap = round((arrival_s / self.slot_s - first - 0.5) / period)
         return first + max(0, lap) * period
 
@@ -124,7 +123,7 @@ class TdmaSchedule:
             start_s, tolerance_s = self.frame_start_s(self.frame_of(slot)), min(tolerance_s, self.frame_s / 2.0)
             return start_s - tolerance_s <= arrival_s <= start_s + self.frame_s + self.guard_s + tolerance_s + GRACE_S
         tolerance_s = min(tolerance_s, (self.frame_s - self.slot_s) / 2.0) + GRACE_S
-        start_s = self.start_s(slot)
+        start_s = slot * self.slot_s
         return start_s - tolerance_s <= arrival_s <= start_s + self.slot_s + tolerance_s
 
     def slot_of_arrival(self, now_s: float) -> int:

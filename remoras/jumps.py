@@ -64,7 +64,12 @@ class Jumps:
             return None
         now = PositionReport(block.time_s, *fact.value)  # type: ignore[misc]
         last, aside = self._last.get(fact.subject), self._aside.pop(fact.subject, None)
-        if last is None or self._fits(fact.subject, last, now) or (aside and self._fits(fact.subject, aside, now)):
+        if (
+            last is None
+            or abs(now.x_m - last.x_m) + abs(now.y_m - last.y_m) <= SLACK_M  # mostly it is near
+            or self._fits(fact.subject, last, now)
+            or (aside and self._fits(fact.subject, aside, now))
+        ):
             self._last[fact.subject] = now
             return None
         self._aside[fact.subject] = now
@@ -74,4 +79,4 @@ class Jumps:
         """True if the vehicle can have made both reports."""
         reach_m = SLACK_M + MARGIN * self._top_speeds_mps[vehicle] * abs(other.time_s - one.time_s)
         east_m, north_m = other.x_m - one.x_m, other.y_m - one.y_m
-        return abs(east_m) + abs(north_m) <= reach_m or length(east_m, north_m) <= reach_m  # mostly it is near
+        return abs(east_m) + abs(north_m) <= reach_m or length(east_m, north_m) <= reach_m

@@ -314,8 +314,7 @@ class Radio:
             self._record_fault(now_s, f"refused block: {fault.code}", fault.detail)
             if fault.code in GIVEN_UP:
                 self.manager.give_up([fault.guid])
-        for change in merged.changes:
-            self._note_news(change.block.facts, now_s)
+        self._note_news([fact for change in merged.changes for fact in change.block.facts], now_s)
         return merged.changes
 
     def _note_news(self, facts: Iterable[PropertyValue], now_s: float) -> None:

@@ -153,31 +153,35 @@ class Index:
         placed = []
         for fact in status.facts:
             single = status if len(status.facts) == 1 else status._replace(facts=(fact,))
-            slot = (fact.subject, fact.attribute, status.origin)
-            held = self.statuses.get(slot)
-            if held is not None:
-                if single.time_s <= held.time_s:
-                    if self._order(single) <= self._order(held):
+            if not self.succeed(single):
+                slot = (fact.subject, fact.attribute, status.origin)
+                held = self.statuses.get(slot)
+                if held is not None:
+                    if single.time_s <= held.time_s and self._order(single) <= self._order(held):
                         continue
-                elif self._succeeds(held, single):
-                    self.statuses[slot] = single
-                    placed.append((fact, single))
-                    continue
-                self.leave(held.facts[0], held)
-            self.statuses[slot] = single
-            self.enter(fact, single)
+                    self.leave(held.facts[0], held)
+                self.statuses[slot] = single
+                self.enter(fact, single)
             placed.append((fact, single))
         return placed
 
-    def _succeeds(self, held: Block, new: Block) -> bool:
-        """Let a later status take the place of the latest of its slot, if nothing follows from either; True if so."""
+    def succeed(self, new: Block) -> bool:
+        """Let a later status of one fact take the place of the latest of its slot, if nothing follows from either.
+
+        Returns:
+            True if so; else nothing has changed.
+        """
         subject, attribute, _, _ = new.facts[0]
+        slot = subject, attribute, new.origin
+        held = self.statuses.get(slot)
+        if held is None or new.time_s <= held.time_s:
+            return False
         if self.trust.from_s or attribute not in self._tables.unlinked or attribute in self.heeded:
             return False
         entries = self.slots[subject, attribute]
         if entries[-1] is not held:
             return False
-        entries[-1] = new
+        entries[-1] = self.statuses[slot] = new
         return True
 
     def _order(self, status: Block) -> tuple[float, int, tuple[int, ...], bool, float]:

@@ -29,7 +29,7 @@ would hide the truth until that time comes. It has not arrived, so a sound copy 
 
 import math
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 
 from worldmodel.arrivals import NOTHING
 from worldmodel.checks import check_fit, check_form
@@ -58,12 +58,11 @@ def merge(store: Store, blocks: Iterable[Block], now_s: float | None = None, jud
     changes, faults = list(arrivals.unreported.changes), list(arrivals.unreported.faults)
     arrivals.unreported = NOTHING
     arrivals.now_s = now_s
-    is_sound = _soundness(store, judged)
     latest_s = math.inf if now_s is None else now_s
     for block in blocks:
         if block.time_s > latest_s and now_s is not None:
             latest_s = store.latest_time_s(now_s)
-        if is_sound(block) and block.time_s <= latest_s:
+        if _is_sound(store, block, judged) and block.time_s <= latest_s:
             if block.sequence == STATUS:
                 version, change = store.version, store.place_status(block)
                 if store.version != version:
@@ -79,37 +78,31 @@ def merge(store: Store, blocks: Iterable[Block], now_s: float | None = None, jud
     return Merged(tuple(changes), tuple(faults))
 
 
-def _soundness(store: Store, judged: bool) -> Callable[[Block], bool]:
-    """Return a quick check of items and statuses of other vehicles: True if both checks pass, False if in doubt."""
-    n_origins, owner, step_s = store.n_origins, store.owner, store.time_resolution_s
+def _is_sound(store: Store, block: Block, judged: bool) -> bool:
+    """Look quickly at an item or status of another vehicle: True if both checks pass, False if in doubt."""
+    origin, sequence, time_s, facts, epoch = block
+    if not (0 <= origin < store.n_origins and STATUS <= sequence < MOST_ITEMS and 0 <= epoch < EPOCHS and facts):
+        return False
+    if origin == store.owner or not 0 <= time_s < _NEVER_S:
+        return False
     numerator, denominator = store.time_ratio
-    row_of, mask_of = store.tables.unpacked.get, store.index.masks.get
-    latest_only = store.tables.latest_only
-
-    def is_sound(block: Block) -> bool:
-        origin, sequence, time_s, facts, epoch = block
-        if not (0 <= origin < n_origins and STATUS <= sequence < MOST_ITEMS and 0 <= epoch < EPOCHS and facts):
+    if round(time_s / store.time_resolution_s) * numerator / denominator != time_s:
+        return False
+    tables, mask_of = store.tables, store.index.masks.get
+    for subject, attribute, value, uncertainty in facts:
+        row = tables.unpacked.get(attribute)
+        if row is None or uncertainty is not None or (sequence == STATUS and attribute not in tables.latest_only):
             return False
-        if origin == owner or not 0 <= time_s < _NEVER_S:
+        quantise, domain, range_class = row
+        if not judged:
+            stored = quantise(value)
+            if stored is None or stored != value:
+                return False
+        if not mask_of(subject, 0) >> domain & 1:
             return False
-        if round(time_s / step_s) * numerator / denominator != time_s:
+        if range_class >= 0 and not mask_of(value, 0) >> range_class & 1:  # type: ignore[arg-type]  # a link
             return False
-        for subject, attribute, value, uncertainty in facts:
-            row = row_of(attribute)
-            if row is None or uncertainty is not None or (sequence == STATUS and attribute not in latest_only):
-                return False
-            quantise, domain, range_class = row
-            if not judged:
-                stored = quantise(value)
-                if stored is None or stored != value:
-                    return False
-            if not mask_of(subject, 0) >> domain & 1:
-                return False
-            if range_class >= 0 and not mask_of(value, 0) >> range_class & 1:  # type: ignore[arg-type]  # a link
-                return False
-        return True
-
-    return is_sound
+    return True
 
 
 def expire(store: Store, now_s: float) -> tuple[Fault, ...]:

@@ -236,9 +236,13 @@ class Store(Answers):
 
     def place_status(self, block: Block) -> Change:
         """Let a status that has passed the checks replace what its origin said before."""
+        facts, watching = block.facts, self.subscriptions.watching
+        if len(facts) == 1 and facts[0].attribute not in watching and self.index.succeed(block):
+            self.version += 1
+            return _new(Change, (block, facts))
         placed = self.index.place(block)
         self.version += bool(placed)
-        watching, slots = self.subscriptions.watching, self.index.slots
+        slots = self.index.slots
         for fact, placed_block in placed if watching else ():
             if fact.attribute in watching:
                 self.subscriptions.note(Observation(placed_block, 0))

@@ -9,7 +9,7 @@ from exchange import ack
 from exchange.blocks import Assembly, fragments_of, joined_block
 from exchange.interests import Interests
 from exchange.ledger import Ledger, LedgerEntry
-from exchange.packets import Fragment, ItemUid, Met, Packet, Reception
+from exchange.packets import Fragment, ItemUid, Judged, Met, Packet, Reception
 from exchange.peering.holders import Holders
 from exchange.peering.peers import Ageing, PeerStates
 from exchange.peering.summaries import Summaries
@@ -19,11 +19,9 @@ from worldmodel.facts import MOST_ITEMS
 
 
 def _contradiction(fragment: Fragment, ledger: Ledger, assembly: Assembly) -> Block | None:
-    """The block by which a known item has other content than before, if it has and the block is whole."""
+    """The block by which an item that is known with other content has another one, if that is whole."""
     known = ledger.fragment(fragment.uid)
-    if known is None or known == fragment:
-        return None
-    if fragment.count != known.count:
+    if known is not None and fragment.count != known.count:
         return assembly.add(fragment)
     fragments = [ledger.fragment(fragment.uid._replace(part=part)) for part in range(fragment.count)]
     fragments[fragment.index] = fragment
@@ -99,48 +97,58 @@ class Listener:
             self._interests.take(column, now_s)
         return column
 
-    def listen(self, packet: Packet, slot: int, met: Met, is_second: bool, now_s: float) -> Reception:
+    def listen(self, judged: Judged, slot: int, met: Met, is_second: bool, now_s: float) -> Reception:
         """Learn from a sound packet what it tells, who holds what, and whether its sender needs to catch up.
 
         Args:
-            packet: heard.
+            judged: what was heard.
             slot: in which it was sent.
             met: what is known of its sender.
             is_second: True if another packet of its sender was heard in the same slot.
             now_s: the time (s).
         """
-        state, frame, sender = self._state, packet.frame, packet.sender
-        conflict = self._twin(packet, is_second, now_s)
-        begun = self._lives_told(packet)
+        packet, state, peers = judged.packet, self._state, self._peers
+        frame, sender = packet.frame, packet.sender
+        is_of_twins = is_second or judged.concerns >> self._me & 1
+        conflict = self._twin(packet, is_second, now_s) if is_of_twins else None
+        is_of_lives = judged.relays or packet.epoch != peers.epochs[sender]
+        begun = self._lives_told(packet) if is_of_lives else ()
         for node, epoch in begun:
             self._holders.begin(node, epoch)
-        before = [state.believes[peer] for peer in range(self._n_nodes)]
-        taken = self._take_in(packet, now_s)
+        before = [*state.believes]
+        taken = self._take_in(packet, now_s) if judged.has_items else _Taken(blocks=[*judged.statuses])
         lacked: list[int] = []
-        if taken.is_ambiguous or self._peers.is_doubted(sender, frame):  # neither acknowledged nor heeded
-            state.believes[self._me] |= taken.content
+        if taken.is_ambiguous or (frame < peers.trusted_from and peers.is_doubted(sender, frame)):
+            state.believes[self._me] |= taken.content  # neither acknowledged nor heeded
         else:
-            heeded, origins = self._peers.heed(packet, frame, *self._ageing.spoken_of(slot)), self._ledger.origins
+            heeded, origins = peers.heed(packet, frame, *self._ageing.spoken_of(slot)), self._ledger.origins
             self._ageing.absorb(packet, slot, heeded, taken.content, self._carrier_evidence, origins)
             for summaries in self._summaries:
                 for summary in packet.summary:
                     if summary[:2] in self._holders.shared:
                         continue
                     lacked += summaries.note(sender, summary)
-                    if not self._repeat and self._peers.is_over(*summary[:2]):
+                    if not self._repeat and peers.is_over(*summary[:2]):
                         self._interests.adopt(self._holders.orphans(summary[:2]), state.believes, now_s)
         if begun or met is Met.BACK:
             self._catch_up(now_s)
         elif lacked:
             self.reopen(now_s)
-        before[self._me] = -1  # what it holds itself it does not believe
-        gained = [(peer, items) for peer, known in enumerate(before) if (items := state.believes[peer] & ~known)]
-        beliefs = tuple([(peer, uid) for peer, items in gained for uid in self._ledger.uids(items)])
-        settled = self.settle() if beliefs else ()
+        beliefs = self._gained(before)
+        settled = self._interests.settle(self._done, state.believes) if beliefs else ()
         return Reception(
             slot, sender, tuple(taken.blocks), packet.signals, tuple(taken.items), beliefs, settled, tuple(taken.aside),
             met=met, conflict=conflict,
         )  # fmt: skip
+
+    def _gained(self, before: list[int]) -> tuple[tuple[int, ItemUid], ...]:
+        """The peers, and items, of which it is believed now that they hold them, and was not before."""
+        beliefs: list[tuple[int, ItemUid]] = []
+        for peer, known in enumerate(before):
+            items = self._state.believes[peer] & ~known
+            if items and peer != self._me:  # what it holds itself it does not believe
+                beliefs += [(peer, uid) for uid in self._ledger.uids(items)]
+        return tuple(beliefs)
 
     def resume(self, room_bits: int, size_bits: Callable[[Fragment], int], now_s: float) -> None:
         """Take up what the world model holds.
@@ -209,20 +217,19 @@ class Listener:
 
     def _take_in(self, packet: Packet, now_s: float) -> _Taken:
         """Take in the fragments of a packet."""
-        taken, shared = _Taken(), self._holders.shared
+        taken, ledger = _Taken(), self._ledger
         for fragment in packet.fragments:
             if fragment.sequence == STATUS:
                 taken.blocks.append(Block(fragment.origin, STATUS, fragment.time_s, fragment.facts, fragment.epoch))
                 continue
             uid, guid = fragment.uid, (fragment.origin, fragment.epoch, fragment.sequence)
-            column = self._ledger.column(uid)
+            column = ledger.column_of.get(uid)
             if fragment.origin == self._me and self._is_misquote(fragment):
                 taken.is_ambiguous = True
                 continue
             if column is None:
                 column = self.register(LedgerEntry(fragment, fragment.facts), now_s)
-                known = [self._ledger.entries[part].fragment for part in self._ledger.parts_of(guid)]
-                block = self.assembly.add(fragment, known)
+                block = self.assembly.add(fragment, [ledger.entries[part].fragment for part in ledger.parts[guid]])
                 if block is not None:
                     self._holders.complete(guid)
                 if block is not None and not self._interests.keeps(block, uid):
@@ -233,16 +240,16 @@ class Listener:
                 if block is not None:
                     taken.blocks.append(block)
                 taken.content |= 1 << column
-            elif guid[:2] in shared and self._ledger.fragment(uid) != fragment:
-                taken.is_ambiguous = True
-            elif (other := _contradiction(fragment, self._ledger, self.assembly)) is not None:
-                is_in = self._model.arrived(other.guid) is not None
-                taken.blocks += [other] if is_in or self._interests.keeps(other, uid) else []
-            elif self._ledger.fragment(uid) == fragment:
+            elif ledger.entries[column].fragment == fragment:
                 taken.content |= 1 << column
                 if self._holders.own.given_up and (again := self._holders.come_again(guid)) is not None:
                     taken.blocks.append(again)
-                    taken.items += [self._ledger.uid(part) for part in self._ledger.parts_of(guid)]
+                    taken.items += [ledger.uid(part) for part in ledger.parts[guid]]
+            elif guid[:2] in self._holders.shared:
+                taken.is_ambiguous = True
+            elif (other := _contradiction(fragment, ledger, self.assembly)) is not None:
+                is_in = self._model.arrived(other.guid) is not None
+                taken.blocks += [other] if is_in or self._interests.keeps(other, uid) else []
         return taken
 
     def _catch_up(self, now_s: float) -> None:

@@ -27,7 +27,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple, Protocol
 
 from exchange import ack
@@ -43,6 +43,8 @@ REPEATED_EPOCHS = 2
 """Packets in a row of an older epoch after which the newer one is taken for damage."""
 
 
+LOST, HEARD = 1.0, 0.0
+"""Samples of a link."""
 KEPT = 1.0 - 1.0 / 64.0
 """What is left of the weight of a sample after the next one."""
 PRIOR_LOSS = 0.5
@@ -83,31 +85,37 @@ class PeerLinks(NamedTuple):
 class LossEstimate:
     """Running estimate of the loss of one directed link.
 
-    >>> estimate = LossEstimate()
-    >>> estimate.add(3, 1)
-    >>> round(estimate.link.p_loss, 2), estimate.n, estimate.longest_silence
+    Attributes:
+        samples: those that nobody has asked about yet; each is `LOST` or `HEARD`.
+
+    >>> estimate = LossEstimate([LOST, LOST, LOST, HEARD])
+    >>> round(estimate.link.p_loss, 2), estimate.link.n, estimate.longest_silence
     (0.74, 4, 17)
     """
 
-    n: int = 0
+    samples: list[float] = field(default_factory=list)
+    _n: int = 0
     _lost: float = 0.0
     _weight: float = 0.0
 
-    def add(self, n_lost: int, n_heard: int) -> None:
-        """Take in so many losses and then so many packets that came through."""
-        for is_lost in (*(1.0,) * n_lost, *(0.0,) * n_heard):
-            self._lost = KEPT * self._lost + is_lost
+    def _count(self) -> None:
+        """Take in the samples: one is taken with every packet, but the estimate is asked for now and then."""
+        for sample in self.samples:
+            self._lost = KEPT * self._lost + sample
             self._weight = KEPT * self._weight + 1.0
-        self.n += n_lost + n_heard
+        self._n += len(self.samples)
+        self.samples.clear()
 
     @property
     def link(self) -> Link:
         """The estimate as a value."""
-        return Link(self._lost / self._weight if self.n else None, self.n)
+        self._count()
+        return Link(self._lost / self._weight if self._n else None, self._n)
 
     @property
     def longest_silence(self) -> int:
         """Frames in a row that loss alone leaves empty with a probability below ``UNLIKELY``."""
+        self._count()
         p_loss = (self._lost + PRIOR_LOSS * PRIOR_WEIGHT) / (self._weight + PRIOR_WEIGHT)
         return max(SHORTEST_SILENCE, math.ceil(LOG_UNLIKELY / log(p_loss)))
 
@@ -191,7 +199,9 @@ class BySlots:
 
     def spoken_of(self, slot: int) -> SpokenOf:
         """Of who has had a slot since a packet that comes late, the last packet is another than it speaks of."""
-        lasting = ~sum([1 << slot_heard % self._n_nodes for slot_heard in range(slot + 1, self._next_slot)])
+        lasting = -1
+        for slot_since in range(slot + 1, self._next_slot):
+            lasting &= ~(1 << slot_since % self._n_nodes)
         return SpokenOf(lasting, self._sent_slot is not None and 0 < slot - self._sent_slot < self._n_nodes)
 
     def absorb(
@@ -243,7 +253,8 @@ class PeerStates:
         self.awaited = 0
         """Nodes that catch up once they are heard, one bit each."""
         self._absence = absence
-        self._informed_of = [(1 << n_nodes) - 1] * n_nodes  # by peer: nodes whose epoch it is known to have heard
+        self._all = (1 << n_nodes) - 1
+        self._informed_of = [self._all] * n_nodes  # by peer: nodes whose epoch it is known to have heard
         self._older = [(0, 0)] * n_nodes  # an older epoch heard since, and how often in a row
         self._heard: list[LastPacket | None] = [None] * n_nodes
         self.heard_frame: list[int | None] = [None] * n_nodes
@@ -252,6 +263,8 @@ class PeerStates:
         self._outgoing = [LossEstimate() for _ in range(n_nodes)]
         self._since_frame: int | None = None
         self._doubted_until = [-1] * n_nodes  # frame
+        self.trusted_from = 0
+        """The first frame, from now on, in which no node is doubted."""
         self._begun_frame = [-1] * n_nodes  # in which that epoch was heard first
         self._frame = -1  # of the packet heard last
 
@@ -299,10 +312,17 @@ class PeerStates:
             if n_now < REPEATED_EPOCHS:
                 raise PeerFault(f"node {sender} in its epoch {epoch}, after its epoch {known}")
         self._older[sender] = 0, 0
-        is_back = self._note_frame(sender, frame)
+        last, self.heard_frame[sender] = self.heard_frame[sender], frame
+        if last is None or frame > last:
+            if last is not None and frame > last + 1:
+                self._note_missed(sender, frame - last - 1)
+            self._incoming[sender].samples.append(HEARD)
+        was_away = self.awaited >> sender & 1
+        for absence in self._absence if was_away else ():
+            absence.end(sender)
         if epoch != known:
             return Met.NEW_LIFE
-        return Met.BACK if is_back else Met.USUAL
+        return Met.BACK if was_away else Met.USUAL
 
     def begin(self, node: int, epoch: int) -> None:
         """A node is in another life: nothing is believed of it."""
@@ -316,19 +336,11 @@ class PeerStates:
         """True if an origin is in another life, or away."""
         return epoch != self.epochs[origin] or bool(self.away >> origin & 1)
 
-    def _note_frame(self, sender: int, frame: int) -> bool:
-        """Count what was missed since the last packet; True if the sender was away."""
-        last, self.heard_frame[sender] = self.heard_frame[sender], frame
+    def _note_missed(self, sender: int, n_missed: int) -> None:
+        """Count what was missed of a peer in a row, unless it was away."""
         incoming = self._incoming[sender]
-        if last is None:
-            incoming.add(0, 1)
-        elif frame > last:
-            n_missed = frame - last - 1
-            incoming.add(n_missed if n_missed == 0 or n_missed <= 2 * incoming.longest_silence else 0, 1)
-        was_away = bool(self.awaited >> sender & 1)
-        for absence in self._absence if was_away else ():
-            absence.end(sender)
-        return was_away
+        if n_missed <= 2 * incoming.longest_silence:
+            incoming.samples += [LOST] * n_missed
 
     def heed(
         self, packet: Packet, frame: int, lasting: int, is_asked: bool, about: int | None = None
@@ -347,17 +359,14 @@ class PeerStates:
             begun = sum([1 << node for node, frame_begun in enumerate(self._begun_frame) if frame_begun <= about])
         self._informed_of[sender] |= own & begun
         answering = self._answering
-        if lasting >> self._me & 1 and answering[frame % len(answering)][sender]:
-            self._count_answer(sender, bool(own >> self._me & 1), is_asked)
+        if is_asked and lasting >> self._me & 1 and answering[frame % len(answering)][sender]:
+            self._outgoing[sender].samples.append(HEARD if own >> self._me & 1 else LOST)
         heeded = 1 << sender
-        if frame > max(self._doubted_until):
+        if frame >= self.trusted_from:
             heeded |= self._informed_of[sender]
+        if heeded == self._all and lasting == -1:
+            return packet.rows
         return tuple([row & lasting if heeded >> node & 1 else 0 for node, row in enumerate(packet.rows)])
-
-    def _count_answer(self, sender: int, is_received: bool, is_asked: bool) -> None:
-        """Count whether a peer says that it received the own packet of the frame before its slot."""
-        if is_asked:
-            self._outgoing[sender].add(*((0, 1) if is_received else (1, 0)))
 
     # Two in one slot -----------------------------------------------------------------------------
 
@@ -374,6 +383,7 @@ class PeerStates:
         """Two vehicles speak under the name of a node; True if it was not doubted before."""
         is_new = not self.is_doubted(node, frame)
         self._doubted_until[node] = frame + DOUBT_FRAMES
+        self.trusted_from = max(self._doubted_until) + 1
         for peer in range(self._n_nodes) if is_new or node == self._me else (node,):
             if peer != self._me:
                 self.forget(peer)

@@ -154,14 +154,18 @@ class Summaries:
         known, noted[life] = noted.get(life), summary
         first = known.highest + 1 if known is not None and known.highest <= summary.highest else 0
         lacked: list[int] = []
-        believes = self._state.believes
-        for sequence in self._ledger.blocks_from(life, first, summary.end):
+        ledger, believes = self._ledger, self._state.believes
+        end = min(summary.highest + 2 + MASK_BITS, ledger.ends.get(life, 0))  # beyond it says nothing
+        held = summary.held_from(first) if first < end else 0
+        for sequence in range(first, end):
             guid = (*life, sequence)
-            columns = self._ledger.parts_of(guid)
+            columns = ledger.parts.get(guid)
+            if columns is None:
+                continue
             items = sum([1 << column for column in columns])
-            if summary.holds(sequence):
+            if held >> sequence - first & 1:
                 believes[sender] |= items
-            elif believes[sender] & items == items and self._ledger.is_whole(guid):
+            elif believes[sender] & items == items and ledger.is_whole(guid):
                 believes[sender] &= ~items
                 lacked += columns
         return lacked

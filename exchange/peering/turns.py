@@ -21,7 +21,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple, cast
 
-from exchange import ack
 from exchange.ack import Acknowledgement, AckState, MutableWords, Words
 from exchange.errors import ConfigurationError, PeerFault
 from exchange.packets import Packet
@@ -188,7 +187,7 @@ class ByFrames:
             return
         whole = coming.heard[0] | 1 << self._me if frame == self._frame + 1 else 0
         for node in range(n_nodes):
-            state.content[node] = state.content[n_nodes + node] = coming.content[node] & ack.all_if(whole >> node)
+            state.content[node] = state.content[n_nodes + node] = coming.content[node] & -(whole >> node & 1)
             coming.content[node] = 0
         for at in range(n_nodes * n_nodes):
             state.held[at] = 0

@@ -30,6 +30,7 @@ higher bits of the frame, so that a packet from another frame has another byte, 
 
 from __future__ import annotations
 
+import math
 import zlib
 from collections.abc import Callable, Collection, Iterable, Sequence
 from copy import copy
@@ -39,7 +40,7 @@ from typing import NamedTuple
 
 from exchange.ack import Acknowledgement
 from exchange.errors import ConfigurationError, DefinitionFault, PeerFault
-from exchange.packets import MASK_BITS, Fragment, Head, InfluenceSignal, Packet, Summary
+from exchange.packets import MASK_BITS, Fragment, Head, InfluenceSignal, Judged, Packet, Summary
 from exchange.policies import AckPolicy
 from exchange.wire import codes
 from exchange.wire.codes import Bits, Reader, width
@@ -47,7 +48,8 @@ from exchange.wire.factcodec import FactCodec
 from exchange.wire.fragmentcodec import EPOCH_BITS, Before, FragmentCodec, Packing, Wired, refuse_epoch
 from exchange.wire.sealing import DAMAGED, UNOPENED, Checksum, Seal, nonce_of
 from exchange.wire.sizes import FieldSize
-from worldmodel import PropertyValue, TBox
+from worldmodel import STATUS, Block, PropertyValue, TBox
+from worldmodel.facts import MOST_ITEMS
 from worldmodel.tables import compiled_attributes
 
 HASH_BITS = 8
@@ -307,7 +309,7 @@ class Codec:
         Raises PeerFault if it is too short, or no node has that number.
         """
         self.judged = lru_cache(maxsize=32)(self._judged)
-        """``judged(data, frame=0, slot_start_s=0.0)``: the packet, and what value in it nobody can have recorded."""
+        """``judged(data, frame=0, slot_start_s=0.0) -> Judged``: the packet, and what all who hear it have to know."""
         self.decode = lru_cache(maxsize=32)(self._decode)
         """``decode(data, frame=0, slot_start_s=0.0) -> Packet``; all receivers of one broadcast decode the same."""
 
@@ -461,15 +463,28 @@ class Codec:
             raise PeerFault(f"slot {place} and {more + 1} packets in a frame of {self._n_slots} slots")
         return Head(sender, epoch, frame, place, more + 1)
 
-    def _judged(self, data: bytes, frame: int = 0, slot_start_s: float = 0.0) -> tuple[Packet, str | None]:
+    def _judged(self, data: bytes, frame: int = 0, slot_start_s: float = 0.0) -> Judged:
         packet, is_beyond = self._read(data, frame, slot_start_s)
-        for fragment in packet.fragments if is_beyond else ():  # what is in its range is on its grid, too
+        wrong = self._out_of_range(packet.fragments) if is_beyond else None
+        latest_s, concerns, relays, statuses = -math.inf, 0, False, []
+        for fragment in packet.fragments:
+            latest_s, concerns = max(latest_s, fragment.time_s), concerns | 1 << fragment.origin
+            relays = relays or fragment.origin != packet.sender
+            if fragment.sequence == STATUS:
+                statuses.append(Block(fragment.origin, STATUS, fragment.time_s, fragment.facts, fragment.epoch))
+        for summary in packet.summary:
+            concerns |= -1 if summary.highest >= MOST_ITEMS else 1 << summary.origin
+        has_items = len(statuses) < len(packet.fragments)
+        return Judged(packet, wrong, latest_s, concerns, relays, tuple(statuses), has_items)
+
+    def _out_of_range(self, fragments: Iterable[Fragment]) -> str | None:
+        """What value nobody can have recorded, if there is one; what is in its range is on its grid, too."""
+        for fragment in fragments:
             for fact in fragment.facts:
                 row = self._rows.get(fact.attribute)
                 if row is not None and ((stored := row.quantise(fact.value)) is None or stored != fact.value):
-                    name = self._facts.attribute(fact.attribute).name
-                    return packet, f"{name} is {fact.value}, out of its range"
-        return packet, None
+                    return f"{self._facts.attribute(fact.attribute).name} is {fact.value}, out of its range"
+        return None
 
     def _decode(self, data: bytes, frame: int = 0, slot_start_s: float = 0.0) -> Packet:
         return self._read(data, frame, slot_start_s)[0]

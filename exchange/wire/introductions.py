@@ -120,7 +120,7 @@ class Introductions:
             head = self._codec.head(data)
         except PeerFault:
             return False
-        slot = self._schedule.slot_named(self._schedule.place_of(head), head.frame, now_s)
+        slot = self._schedule.slot_named(head, now_s)
         is_true = hmac.compare_digest(tag, self._tag(body, slot))
         if not is_true or head.sender == self._me or not self._schedule.may_arrive(slot, now_s, self._tolerance_s):
             return False

@@ -173,7 +173,7 @@ class VehicleNode:
         except PeerFault:
             return 1
         schedule = self._setup.schedule
-        slot = schedule.slot_named(schedule.place_of(head), head.frame, heard.time_s)
+        slot = schedule.slot_named(head, heard.time_s)
         return self._mishaps.copies(self._plan.seed, slot, head.sender, self.solo.vehicle.data.node)
 
     def _advance(self, until_s: float) -> None:

@@ -16,8 +16,8 @@ def test_an_item_has_one_column_and_unknown_items_have_none():
     ledger = Ledger(4)
     first, second = ledger.add(entry(0, 7)), ledger.add(entry(2, 7))
     assert (first, second) == (0, 1)
-    assert ledger.column(ItemUid(0, 7, 0)) == 0
-    assert ledger.column(ItemUid(0, 8, 0)) is None
+    assert ledger.column_of.get(ItemUid(0, 7, 0)) == 0
+    assert ledger.column_of.get(ItemUid(0, 8, 0)) is None
     assert ItemUid(2, 7, 0) in ledger
     assert len(ledger) == 2
 
