@@ -109,12 +109,6 @@ class Candidate:
         """Subject and attribute of its first fact."""
         return self.fragment.facts[0].subject, self.fragment.facts[0].attribute
 
-    @property
-    def is_repeated(self) -> bool:
-        """True if it has been said before."""
-        return self.waiting.n_said > 0
-
-
 class QueuePlace(NamedTuple):
     """Where a candidate stands: in a group, the higher rank first. See `ValueRule.place`."""
 

@@ -45,9 +45,11 @@ class Line:
         key: of the line in its queue.
         priority: of all of them.
         shared: what a line is valued by that waits as one; None if each candidate waits for itself.
+        n_waiting, n_repeated: how many wait in it, and how many of these have been said before.
+        entries: a heap of those that wait, and of stale entries.
     """
 
-    __slots__ = ("_entries", "key", "n_repeated", "n_waiting", "priority", "shared")
+    __slots__ = ("entries", "key", "n_repeated", "n_waiting", "priority", "shared")
 
     def __init__(self, key: Hashable, priority: int, shared: Waiting | None = None) -> None:
         self.key = key
@@ -55,40 +57,7 @@ class Line:
         self.shared = shared
         self.n_waiting = 0
         self.n_repeated = 0
-        self._entries: list[Entry] = []
-
-    def add(self, candidate: Candidate, rank: float) -> None:
-        """Let a candidate wait here, before those of lower rank."""
-        candidate.version += 1
-        candidate.line = self.key
-        self.n_waiting += 1
-        self.n_repeated += candidate.is_repeated
-        heappush(self._entries, (-rank, candidate.tie, candidate.version, candidate))
-
-    def remove(self, candidate: Candidate) -> None:
-        """Take a candidate out, wherever it stands."""
-        candidate.version += 1
-        candidate.line = None
-        self.n_waiting -= 1
-        self.n_repeated -= candidate.is_repeated
-        if len(self._entries) > 2 * self.n_waiting + SLACK:
-            self._entries = [entry for entry in self._entries if entry[2] == entry[3].version]
-            heapify(self._entries)
-
-    def head(self) -> Candidate | None:
-        """The best of those that are not passed over; None if there is none."""
-        entries = self._entries
-        while entries and entries[0][2] != entries[0][3].version:
-            heappop(entries)
-        return entries[0][3] if entries else None
-
-    def pass_over(self) -> Entry:
-        """Look at the next one instead of the head; what is returned is to be put back."""
-        return heappop(self._entries)
-
-    def put_back(self, entry: Entry) -> None:
-        """Look at one again that was passed over."""
-        heappush(self._entries, entry)
+        self.entries: list[Entry] = []
 
 
 class Room(Protocol):
@@ -159,7 +128,7 @@ class Lines:
         while heads:
             _, _, candidate = heappop(heads)
             line = self._lines[candidate.line]
-            entry = line.pass_over()
+            entry = heappop(line.entries)
             if room.add(candidate.fragment):
                 chosen.append(candidate)
                 n_too_large = n_passed
@@ -171,13 +140,15 @@ class Lines:
                 of_line.append((line, entry))
                 if len(of_line) > LOOK_PAST:
                     continue
-            self._compare(heads, line, moment)
-        for line, entry in (entry for of_line in passed.values() for entry in of_line):
-            line.put_back(entry)
+            if line.entries:
+                self._compare(heads, line, moment)
+        for of_line in passed.values():
+            for line, entry in of_line:
+                heappush(line.entries, entry)
         for on_terms in self.on_terms:
             on_terms.note_said(chosen, moment.now_s)
         n_unsaid = n_waiting - len(chosen) - n_too_large
-        n_repeated = min(n_unsaid, n_repeated - sum([candidate.is_repeated for candidate in chosen]))
+        n_repeated = min(n_unsaid, n_repeated - sum([candidate.waiting.n_said > 0 for candidate in chosen]))
         counts = (
             (Unsaid.TOO_LARGE, n_too_large),
             (Unsaid.WAITING, n_repeated),
@@ -196,7 +167,7 @@ class Lines:
             if line.n_waiting == 0:
                 if line.shared is None:
                     del self._lines[line.key]
-            elif (reason := self.bar(line, moment.now_s, above)) is not None:
+            elif (line.priority <= above or self.on_terms) and (reason := self.bar(line, moment.now_s, above)):
                 unsaid[reason] += line.n_waiting
             else:
                 n_waiting += line.n_waiting
@@ -205,18 +176,28 @@ class Lines:
         return heads, n_waiting, n_repeated
 
     def _compare(self, heads: list[Head], line: Line, moment: Moment) -> None:
-        """Let the head of a line compete with the others."""
-        head = line.head()
-        if head is not None:
+        """Let the best of a line that is not passed over compete with the others."""
+        entries = line.entries
+        while entries and entries[0][2] != entries[0][3].version:
+            heappop(entries)
+        if entries:
+            head = entries[0][3]
             value = self._rule.value(line.shared or head.waiting, moment)
             heappush(heads, (-value, head.tie, head))
 
     def remove(self, candidate: Candidate) -> None:
         """Take a candidate out of the line in which it stands."""
-        self._lines[candidate.line].remove(candidate)
+        line = self._lines[candidate.line]
+        candidate.version += 1
+        candidate.line = None
+        line.n_waiting -= 1
+        line.n_repeated -= candidate.waiting.n_said > 0
+        if len(line.entries) > 2 * line.n_waiting + SLACK:
+            line.entries = [entry for entry in line.entries if entry[2] == entry[3].version]
+            heapify(line.entries)
 
     def place(self, candidate: Candidate, n_slots: int) -> None:
-        """Put a candidate where it belongs.
+        """Put a candidate where it belongs, before those of lower rank.
 
         Args:
             candidate: stands in no line.
@@ -234,7 +215,11 @@ class Lines:
         line = self._lines.get(key)
         if line is None:
             line = self._lines[key] = Line(key, waiting.priority, shared)
-        line.add(candidate, rank)
+        candidate.version += 1
+        candidate.line = key
+        line.n_waiting += 1
+        line.n_repeated += waiting.n_said > 0
+        heappush(line.entries, (-rank, candidate.tie, candidate.version, candidate))
 
 
 class Queue:
@@ -368,7 +353,16 @@ class Queue:
         chosen, unsaid = self._lines.choose(room, moment, above)
         self._note_unsaid(unsaid, not chosen)
         for candidate in chosen:
-            self._note_said(candidate, moment)
+            self._lines.remove(candidate)
+            candidate.waiting.note_said(moment)
+            if candidate.column == STATUS_COLUMN:
+                continue
+            if candidate.terms.acknowledged:  # it waits again, from 0
+                self._lines.place(candidate, self._n_slots)
+            else:
+                self._forget(candidate)
+                self._end(candidate)
+                self._tell(candidate, Expired.SAID_ONCE, now_s)
         return chosen
 
     def stays_silent(self, now_s: float, above: float) -> bool:
@@ -416,7 +410,7 @@ class Queue:
         candidate = next((item for item in self._items.values() if item.uid == uid), None)
         if candidate is None or candidate.line is None or candidate.waiting.since_slot == self._n_slots > 0:
             return None
-        plain = Unsaid.WAITING if candidate.is_repeated else Unsaid.LOWER_VALUE
+        plain = Unsaid.WAITING if candidate.waiting.n_said > 0 else Unsaid.LOWER_VALUE
         return self._lines.bar_of(candidate, now_s, above) or plain
 
     # Coming and going ----------------------------------------------------------------------------
@@ -466,10 +460,14 @@ class Queue:
 
     def _let_go(self, candidate: Candidate) -> None:
         """Take an item out of the queue."""
+        self._forget(candidate)
+        self._leave(candidate)
+
+    def _forget(self, candidate: Candidate) -> None:
+        """An item is none of those that wait inside."""
         del self._items[candidate.column]
         for limits in self._limits:
             limits.remove(candidate)
-        self._leave(candidate)
 
     def _leave(self, candidate: Candidate) -> None:
         candidate.waiting.halt(self._n_slots)
@@ -481,21 +479,6 @@ class Queue:
         self.open &= ~(1 << candidate.column)
         for limits in self._limits:
             limits.end(candidate)
-
-    def _note_said(self, candidate: Candidate, moment: Moment) -> None:
-        """It has been said: it waits again from 0, if it is to be acknowledged."""
-        if candidate.column == STATUS_COLUMN:
-            self._lines.remove(candidate)
-            candidate.waiting.note_said(moment)
-        elif candidate.terms.acknowledged:
-            self._lines.remove(candidate)
-            candidate.waiting.note_said(moment)
-            self._lines.place(candidate, self._n_slots)
-        else:
-            self._let_go(candidate)
-            candidate.waiting.note_said(moment)
-            self._end(candidate)
-            self._tell(candidate, Expired.SAID_ONCE, moment.now_s)
 
     # Reasons -------------------------------------------------------------------------------------
 

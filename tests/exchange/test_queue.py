@@ -313,7 +313,7 @@ def test_stale_entries_are_cleared_away() -> None:
     for column in range(1000):
         take(queue, column)
         queue.drop(column)
-    assert sum(len(line._entries) for line in queue._lines._lines.values()) < 40
+    assert sum(len(line.entries) for line in queue._lines._lines.values()) < 40
 
 
 # Reasons ------------------------------------------------------------------------------------------
