@@ -19,7 +19,7 @@ from exchange.packets import Fragment, ItemUid
 from exchange.queueing.queue import Queue
 from exchange.queueing.reasons import Expired, Expiry
 from exchange.values import Waiting
-from worldmodel import PLAIN, Block, Needs, PropertyValue, Terms, ValueKind, WorldModel
+from worldmodel import PLAIN, Block, Needs, PropertyValue, Stated, Terms, ValueKind, WorldModel
 from worldmodel.needs import Wanted
 
 
@@ -87,6 +87,14 @@ class Interests:
             nodes |= word
             priority = max(priority, value)
         return nodes, priority
+
+    def is_of_use(self, facts: Iterable[Stated]) -> bool:
+        """True if these facts have an attribute that is exchanged, whoever needs it now."""
+        block = tuple([PropertyValue(*fact) for fact in facts])
+        for fact in block:
+            if (self._wanted.get((fact.subject, fact.attribute)) or self._ask(fact, block))[1] > 0:
+                return True
+        return False
 
     def _ask(self, fact: PropertyValue, block: tuple[PropertyValue, ...]) -> Wanted:
         """Who needs a fact of a block, and how urgently; kept where that is so for any value, until needs change."""

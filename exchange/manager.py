@@ -136,6 +136,8 @@ class ExchangeManager:
         self.queue = Queue(options.value, options.queue_limit)
         """What waits to be said, why it was not said, and what is said no more."""
         self._interests = Interests(me, model, needs, self._ledger, self.queue, codec.fragment_bits, options.selective)
+        self.is_of_use = self._interests.is_of_use
+        """``is_of_use(facts)``: True if these have an attribute that is exchanged, whoever needs it now."""
         self.parking: list[Parking] = []
         """What it does without peers that are silent for too long: one of them, or none if it is taken out."""
         self._peers = PeerStates(me, self._n_nodes, states, kind, self.parking)
@@ -191,10 +193,6 @@ class ExchangeManager:
         self._interests.adopt(self._holders.orphans(), self._state.believes, now_s)
         for summaries in self.summaries:
             summaries.telling.urge()
-
-    def is_of_use(self, facts: Iterable[Stated]) -> bool:
-        """True if these facts have an attribute that is exchanged, whoever needs it now."""
-        return self._interests.of([PropertyValue(*fact) for fact in facts])[1] > 0
 
     def fits(self, facts: Iterable[Stated]) -> bool:
         """True if a block of these facts would go into one packet, beside influence signals."""
@@ -295,7 +293,7 @@ class ExchangeManager:
         if self._interests.undecided:
             self._interests.decide(self._state.believes, now_s)
         codec, schedule, signals = self._codec, self._schedule, self._signals
-        frame, start_s = schedule.frame_of(slot), schedule.base_s(slot)
+        frame, start_s = slot // schedule.n_slots, schedule.base_s(slot)
         noticed: tuple[tuple[int, str], ...] = ()
         for parking in self.parking:
             if self._peers.silences(frame):
@@ -312,10 +310,12 @@ class ExchangeManager:
             summary = summaries.telling.spare(packing.left_bits)
         content = sum([1 << candidate.column for candidate in chosen if candidate.column != STATUS_COLUMN])
         rows = [0] * self._n_nodes
-        self._ageing.compose(slot, 0 if self._peers.is_doubted(self._me, frame) else content, rows)
+        is_doubted = frame < self._peers.trusted_from and self._peers.is_doubted(self._me, frame)
+        self._ageing.compose(slot, 0 if is_doubted else content, rows)
         place, n_turns = slot % schedule.n_slots, sum([len(turns.slots) for turns in self._turns]) or 1
         head = Head(self._me, self._epoch, frame, place, n_turns)
-        data = codec.assembled(head, start_s, rows, packing.wired(), signals, summary)
+        wired = packing.wired()
+        data = codec.assembled(head, start_s, rows, wired, signals, summary)
         self._signals = ()
         return Transmission(
             slot,
@@ -323,7 +323,7 @@ class ExchangeManager:
             8 * len(data),
             tuple([candidate.uid for candidate in chosen if isinstance(candidate.uid, ItemUid)]),
             codec.header.n_set(self._me, rows, frame),
-            packing.sizes(),
+            tuple([(fragment.facts[0].attribute, size_bits) for fragment, _, size_bits in wired]),
             signals_bits,
             tuple([candidate.uid for candidate in chosen if isinstance(candidate.uid, StatusUid)]),
             signals,

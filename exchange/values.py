@@ -109,6 +109,7 @@ class Candidate:
         """Subject and attribute of its first fact."""
         return self.fragment.facts[0].subject, self.fragment.facts[0].attribute
 
+
 class QueuePlace(NamedTuple):
     """Where a candidate stands: in a group, the higher rank first. See `ValueRule.place`."""
 

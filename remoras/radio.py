@@ -214,7 +214,7 @@ class Radio:
 
     def speak(self, signals: Iterable[tuple[tuple[str, str], int]], now_s: float) -> Transmission | None:
         """The packet for the own slot, with satisfactions -128..127 by (group, role); None while it keeps silent."""
-        above, queue = self.least_priority(now_s), self.manager.queue
+        above, queue = self.least_priority(now_s) if self.limits else 0, self.manager.queue
         if above > 0 and queue.stays_silent(now_s, above):
             note_slot(self._recorder, self._me, queue, self.manager.keep_silent(now_s), now_s)
             return None

@@ -15,7 +15,8 @@ left.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
+from typing import NamedTuple
 
 from exchange.ack import AckState
 from exchange.ledger import Holdings, Ledger, Life
@@ -41,6 +42,18 @@ def summary_of(life: Life, held: int) -> Summary:
     return Summary(*life, n_first - 1, held >> n_first + 1 & FULL_MASK)
 
 
+class _Told(NamedTuple):
+    """What was told of a life the last time: the summary, how often it was told, and what was held then."""
+
+    summary: Summary
+    times: int
+    held: int
+
+
+NEVER = _Told(Summary(-1, 0, -1, 0), 0, 0)
+"""Stands for what was never told."""
+
+
 class Telling:
     """Which summaries one vehicle tells, and when.
 
@@ -53,7 +66,7 @@ class Telling:
         self._holdings = holdings
         self._size_bits = size_bits
         self._due: dict[Life, None] = {}
-        self._told: dict[Life, tuple[Summary, int]] = {}  # and how often
+        self._told: dict[Life, _Told] = {}  # the longest ago first
         self.silenced: set[Life] = set()
         """Lives that two vehicles share; no summary is told of them, but alarms."""
         self._alarms: dict[Life, None] = {}
@@ -81,7 +94,8 @@ class Telling:
             if room_bits < 0 and told:
                 break
             self._alarms.pop(life, None)
-            self._take(life, summary, told)
+            self._take(life, summary)
+            told.append(summary)
         return tuple(told)
 
     def spare(self, room_bits: int) -> tuple[Summary, ...]:
@@ -89,27 +103,25 @@ class Telling:
 
         What says that a block was given up is told until that comes again: whoever is to say it may have missed it.
         """
-        told: list[Summary] = []
-        for life in self._longest_ago():
-            summary = summary_of(life, self._holdings.held.get(life, 0))
-            given_up = self._holdings.given_up.get(life)
+        holdings, told = self._holdings, self._told
+        for life in (*[life for life in sorted(holdings.held) if life not in told], *told):
+            held, given_up, before = holdings.held.get(life, 0), holdings.given_up.get(life), told.get(life, NEVER)
+            is_told = before.times == TIMES_TOLD
+            if life in self.silenced or (is_told and before.held == held and not given_up):
+                continue
+            summary = summary_of(life, held)
             is_asked_for = given_up and any(summary.holds(sequence) is False for sequence in given_up)
-            is_known = self._told.get(life) == (summary, TIMES_TOLD) and not is_asked_for
-            if life not in self.silenced and not is_known and self._size_bits(summary) <= room_bits:
-                self._take(life, summary, told)
-                break
-        return tuple(told)
+            is_known = is_told and before.summary == summary and not is_asked_for
+            if not is_known and self._size_bits(summary) <= room_bits:
+                self._take(life, summary)
+                return (summary,)
+        return ()
 
-    def _longest_ago(self) -> Iterator[Life]:
-        """What is held of, in the order in which it was told: first what never was."""
-        yield from (life for life in sorted(self._holdings.held) if life not in self._told)
-        yield from tuple(self._told)
-
-    def _take(self, life: Life, summary: Summary, told: list[Summary]) -> None:
+    def _take(self, life: Life, summary: Summary) -> None:
         self._due.pop(life, None)
-        before, times = self._told.pop(life, (summary, 0))
-        self._told[life] = summary, min(times + 1, TIMES_TOLD) if before == summary else 1
-        told.append(summary)
+        before = self._told.pop(life, NEVER)
+        times = min(before.times + 1, TIMES_TOLD) if before.summary == summary else 1
+        self._told[life] = _Told(summary, times, self._holdings.held.get(life, 0))
 
 
 class Summaries:

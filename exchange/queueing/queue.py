@@ -295,15 +295,15 @@ class Queue:
         if candidate is None:
             tie, self._n_status = (1, self._n_status), self._n_status + 1
             candidate = Candidate(uid, fragment, STATUS_COLUMN, Waiting(priority), terms, tie, size_bits)
-            candidate.waiting.resume(self._n_slots)
             candidate.waiting.since_s = fragment.time_s
             self._status[about] = candidate
         elif candidate.line is not None:
             self._leave(candidate)
             self._tell(candidate, Expired.SUPERSEDED, fragment.time_s)
         candidate.uid, candidate.fragment, candidate.size_bits, candidate.terms = uid, fragment, size_bits, terms
-        (waiting := candidate.waiting).resume(self._n_slots)
+        waiting = candidate.waiting
         waiting.priority, waiting.observed_s, waiting.n_said = priority, fragment.time_s, 0
+        waiting.since_slot = self._n_slots
         self._place(candidate)
 
     def drop_status(self, about: tuple[int, int], now_s: float) -> None:

@@ -45,7 +45,7 @@ from exchange.policies import AckPolicy
 from exchange.wire import codes
 from exchange.wire.codes import Bits, Reader, width
 from exchange.wire.factcodec import FactCodec
-from exchange.wire.fragmentcodec import EPOCH_BITS, Before, FragmentCodec, Packing, Wired, refuse_epoch
+from exchange.wire.fragmentcodec import EPOCH_BITS, EPOCHS, Before, FragmentCodec, Packing, Wired, refuse_epoch
 from exchange.wire.sealing import DAMAGED, UNOPENED, Checksum, Seal, nonce_of
 from exchange.wire.sizes import FieldSize
 from worldmodel import STATUS, Block, PropertyValue, TBox
@@ -158,12 +158,12 @@ class AckHeader:
         """Size of the header that ``sender`` sends in a TDMA frame."""
         return len(self._fields[frame % len(self._fields)][sender])
 
-    def encode(self, sender: int, rows: Sequence[int], frame: int) -> int:
-        """The bits of the rows that are carried, the first at the most significant end."""
-        bits = 0
-        for i, j in self._fields[frame % len(self._fields)][sender]:
+    def encode(self, sender: int, rows: Sequence[int], frame: int) -> Bits:
+        """``(bits, size_bits)`` of the rows that are carried, the first at the most significant end."""
+        bits, fields = 0, self._fields[frame % len(self._fields)][sender]
+        for i, j in fields:
             bits = bits << 1 | (rows[i] >> j & 1)
-        return bits
+        return bits, len(fields)
 
     def decode(self, sender: int, frame: int, take: Callable[[int], int]) -> tuple[int, ...]:
         """Rows from the wire; ``take(size_bits)`` gives the next bits. What is not carried is zero."""
@@ -194,6 +194,8 @@ class SideCodec:
         self._role_mask = (1 << self._role_bits) - 1
         self.signal_bits = SIGNAL_BITS[1] + self._role_bits + SIGNAL_VALUE_BITS
         """Bits of one influence signal."""
+        self.encode_signal = lru_cache(maxsize=256)(self._encode_signal)
+        """``(bits, size_bits)`` of a signal; raises ConfigurationError if it is no signed byte."""
         self.encode_summary = lru_cache(maxsize=256)(self._encode_summary)
         """``(bits, size_bits)`` of a summary; raises ConfigurationError if its epoch has no name."""
 
@@ -210,8 +212,7 @@ class SideCodec:
             FieldSize("summary", "mask", MASK_BITS, "which of those behind the first gap are held"),
         )
 
-    def encode_signal(self, signal: InfluenceSignal) -> Bits:
-        """``(bits, size_bits)`` of a signal; raises ConfigurationError if it is no signed byte."""
+    def _encode_signal(self, signal: InfluenceSignal) -> Bits:
         if not -128 <= signal.value <= 127:
             raise ConfigurationError(f"influence signal {signal.value}: a signed byte holds -128 to 127")
         bits = (SIGNAL_BITS[0] << self._role_bits | signal.role) << SIGNAL_VALUE_BITS | signal.value & 0xFF
@@ -284,6 +285,8 @@ class Codec:
         self.fragment_bits = self.fragments.most_bits
         """``fragment_bits(fragment, relayed=True)``: the most bits that a fragment takes, in whatever packet."""
         self._side = SideCodec(self.fragments)
+        self.summary_bits = lru_cache(maxsize=256)(self._summary_bits)
+        """``summary_bits(summary)``: bits of a summary."""
         self.signal_bits = self._side.signal_bits
         """Bits of one influence signal."""
         self._node_bits = self.fragments.node_bits
@@ -313,16 +316,15 @@ class Codec:
         self.decode = lru_cache(maxsize=32)(self._decode)
         """``decode(data, frame=0, slot_start_s=0.0) -> Packet``; all receivers of one broadcast decode the same."""
 
+    def _summary_bits(self, summary: Summary) -> int:
+        return self._side.encode_summary(summary)[1]
+
     @property
     def definition(self) -> bytes:
         """The definition hash, 4 bytes: of TBox, fleet, policy and widths."""
         return self._hash
 
     # Sizes ---------------------------------------------------------------------------------------
-
-    def summary_bits(self, summary: Summary) -> int:
-        """Bits of a summary."""
-        return self._side.encode_summary(summary)[1]
 
     def packing(self, sender: int, epoch: int, slot_start_s: float, room_bits: int) -> Packing:
         """The room of a packet for fragments, to be filled."""
@@ -364,7 +366,8 @@ class Codec:
 
     def encode_head(self, head: Head) -> int:
         """The ``head_bits`` bits of the head of a packet, of which the frame is given as a whole number."""
-        refuse_epoch(head.epoch)
+        if not 0 <= head.epoch < EPOCHS:
+            refuse_epoch(head.epoch)
         bits = (self._hash_byte(head.frame) << self._node_bits | head.sender) << EPOCH_BITS | head.epoch
         bits = bits << FRAME_BITS | head.frame % FRAMES
         if self._n_slots:
@@ -428,12 +431,12 @@ class Codec:
             ConfigurationError: a signal that is no signed byte, or an epoch too many.
         """
         sender, frame = head.sender, head.frame
-        size = self.header.size_bits(sender, frame)
-        bits = self.encode_head(head) << size | self.header.encode(sender, rows, frame)
-        size += self.head_bits
+        bits, size = self.header.encode(sender, rows, frame)
+        bits, size = self.encode_head(head) << size | bits, self.head_bits + size
         for _, part, part_bits in wired:
             bits, size = bits << part_bits | part, size + part_bits
-        beside = [*map(self._side.encode_signal, signals), *map(self._side.encode_summary, summary), END_BITS]
+        side = self._side
+        beside = [*map(side.encode_signal, signals), *map(side.encode_summary, summary), END_BITS]
         for part, part_bits in beside:
             bits, size = bits << part_bits | part, size + part_bits
         padding = -size % 8

@@ -74,6 +74,7 @@ class FragmentCodec:
         self.sequence_bits = width(n_items)
         self.time = Field(0.0, duration_s, time_resolution_s, "s")
         self._time_bits = self.time.size_bits
+        self._long_time = (1 << self._time_bits) - 1
         self._step_s, self._time_ratio = time_resolution_s, self.time.grid.ratio
         self.near_bits = min(self._time_bits, width(max(2, round(recent_s / time_resolution_s) + 1)))
         self._near = 1 << self.near_bits
@@ -85,7 +86,8 @@ class FragmentCodec:
 
     def most_bits(self, fragment: Fragment, relayed: bool = True) -> int:
         """The most bits that a fragment takes, by default as a relay has to send it, in whatever packet."""
-        size = 2 + self._natural(round(fragment.time_s / self._step_s), self._time_bits)[1]  # ``Grid.index_of``
+        time = round(fragment.time_s / self._step_s)  # as ``Grid.index_of`` of a grid from 0
+        size = 2 + (self._time_bits if time < self._long_time else codes.natural(time, self._time_bits)[1])
         size += 0 if fragment.sequence == STATUS else 2 + self._natural(fragment.sequence, self.sequence_bits)[1]
         if not relayed and fragment.count == 1 and len(fragment.facts) == 1:
             return 1 + size + self.facts.of_one(fragment.facts[0])[1]
@@ -307,7 +309,6 @@ class Packing:
         self._base = codec.base_of(slot_start_s)
         self.left_bits = room_bits
         self._bodies: list[Wired] = []
-        self._wired: list[Wired] | None = None
         self._sequences: dict[Life, list[int]] = {}
 
     @property
@@ -316,9 +317,7 @@ class Packing:
         return [fragment for fragment, _, _ in self._bodies]
 
     def size_bits(self, fragment: Fragment, body_bits: int) -> int:
-        """Bits by which the packet grows if it takes the fragment, which takes ``body_bits`` without its sequence."""
-        if fragment.sequence == STATUS:
-            return body_bits
+        """Bits by which the packet grows if it takes an item, which takes ``body_bits`` without its sequence."""
         taken, sequence = self._sequences.get((fragment.origin, fragment.epoch), ()), fragment.sequence
         at = bisect_left(taken, sequence)
         before = taken[at - 1] if at else None
@@ -331,25 +330,18 @@ class Packing:
     def add(self, fragment: Fragment) -> bool:
         """Take a fragment; False if it does not fit, and nothing has changed."""
         body = self._codec.encode(fragment, self._sender, self._epoch, self._base, True)
-        size_bits = self.size_bits(fragment, body[1])
+        size_bits = body[1] if fragment.sequence == STATUS else self.size_bits(fragment, body[1])
         if size_bits > self.left_bits:
             return False
         self.left_bits -= size_bits
         self._bodies.append((fragment, *body))
-        self._wired = None
         if fragment.sequence != STATUS:
             insort(self._sequences.setdefault((fragment.origin, fragment.epoch), []), fragment.sequence)
         return True
 
     def wired(self) -> list[Wired]:
         """What was taken, in the order of the wire."""
-        if self._wired is None:
-            self._wired = self._codec.in_sequence(self._bodies, self._sender, self._epoch)
-        return self._wired
-
-    def sizes(self) -> tuple[tuple[int, int], ...]:
-        """(attribute of the first fact, size_bits) of each fragment taken; together they are what the room lost."""
-        return tuple([(fragment.facts[0].attribute, size_bits) for fragment, _, size_bits in self.wired()])
+        return self._codec.in_sequence(self._bodies, self._sender, self._epoch)
 
 
 def _nameless(fragment: Fragment) -> ConfigurationError:

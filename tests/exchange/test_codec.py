@@ -578,7 +578,7 @@ def test_sizes_added_up_beforehand_are_those_sent(
         assert packing.add(fragment)
         most_bits += codec.fragment_bits(fragment, is_relayed(fragment, packet))
     fragments_bits = (1 << 20) - packing.left_bits
-    assert fragments_bits == sum(size for _, size in packing.sizes()) <= most_bits
+    assert fragments_bits == sum(size for _, _, size in packing.wired()) <= most_bits
     data = codec.encode(
         packet.sender, packet.rows, packing.fragments, packet.signals, frame, packet.epoch, start_s, packet.summary
     )
