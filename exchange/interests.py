@@ -195,7 +195,7 @@ class Interests:
             self._addressed.discard(column)
             entry = self._ledger.entries[column]
             self._queue.revalue(column, entry.priority, self.terms_of(entry.about))
-        return tuple(sorted(self._ledger.uid(column) for column in settled))
+        return tuple(sorted(self._ledger.uids[column] for column in settled))
 
     def renew(self, believes: Words, now_s: float) -> Renewal:
         """Judge all items anew: who needs what has changed.
@@ -225,7 +225,7 @@ class Interests:
                 self._queue.drop(column)
                 self._addressed.discard(column)
                 if is_needed:
-                    settled.append(self._ledger.uid(column))
+                    settled.append(self._ledger.uids[column])
                 else:
                     unneeded.append(Expiry(entry.fragment.uid, Expired.NOT_NEEDED, now_s - entry.fragment.time_s))
         blocks, items = self._taken_up()
@@ -250,7 +250,7 @@ class Interests:
         for node, unneeded in enumerate(self._ledger.unneeded):
             if self._ledger.away >> node & 1:
                 for column in columns_of(self._sendable & ~(believes[node] | unneeded)):
-                    yield node, self._ledger.uid(column)
+                    yield node, self._ledger.uids[column]
 
     def _needed_by(self, column: int) -> int:
         """Nodes (bit word) that need an item, by the last judgement."""

@@ -45,7 +45,8 @@ class Ledger:
         self.column_of: dict[ItemUid, int] = {}
         """Column of each item; without one that this node has never held."""
         self.entries: list[LedgerEntry] = []
-        self._uids: list[ItemUid] = []
+        self.uids: list[ItemUid] = []
+        """The item of each column."""
         self.origins = [0] * n_nodes
         """Item set that each node has recorded in the life that it is in: these it holds."""
         self._epochs = [0] * n_nodes
@@ -76,16 +77,12 @@ class Ledger:
         column = self.column_of.get(uid)
         return None if column is None else self.entries[column].fragment
 
-    def uid(self, column: int) -> ItemUid:
-        """The item of a column."""
-        return self._uids[column]
-
     def add(self, entry: LedgerEntry) -> int:
         """Take in a new item; returns its column."""
         column, fragment = len(self.entries), entry.fragment
         uid = fragment.uid
         self.column_of[uid] = column
-        self._uids.append(uid)
+        self.uids.append(uid)
         self.entries.append(entry)
         origin, epoch, sequence = guid = fragment.origin, fragment.epoch, fragment.sequence
         self.parts.setdefault(guid, []).append(column)
@@ -97,7 +94,7 @@ class Ledger:
     def begin(self, node: int, epoch: int) -> None:
         """A node is in another life: it holds the items that it has recorded in this one, as far as is known."""
         self._epochs[node] = epoch
-        uids = enumerate(self._uids)
+        uids = enumerate(self.uids)
         self.origins[node] = sum(1 << column for column, uid in uids if (uid.origin, uid.epoch) == (node, epoch))
 
     def is_whole(self, guid: Guid) -> bool:
@@ -124,10 +121,6 @@ class Ledger:
         entry.addressed, entry.is_eased = 0, True
         entry.priority = max(1, entry.priority // ADDRESSED_SHARE)
         return True
-
-    def uids(self, items: int) -> list[ItemUid]:
-        """UIDs of an item set, by column."""
-        return [self._uids[column] for column in columns_of(items)]
 
 
 def columns_of(items: int) -> list[int]:

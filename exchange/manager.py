@@ -223,7 +223,11 @@ class ExchangeManager:
         try:
             judged = self._codec.judged(data, frame, schedule.base_s(slot))
             packet = judged.packet
-            self._refuse_other_slot(slot, sender, now_s)
+            if not schedule.may_arrive(slot, now_s, self._model.clock_tolerance_s):
+                raise PeerFault(f"a packet of node {sender} of slot {slot} arrives in slot {schedule.slot_at(now_s)}")
+            if sender == self._me:
+                raise SlotConflict("another speaks as this vehicle")
+            self._ageing.refuse(slot, sender, now_s)
             if sender not in self._definitions.trusted:
                 self._definitions.agree(sender, frame)
             if judged.latest_s > now_s:
@@ -243,15 +247,6 @@ class ExchangeManager:
         is_second = self._peers.conflicts(sender, slot, data)
         heard = self._listener.listen(judged, slot, met, is_second, now_s)
         return heard._replace(is_unlisted=True) if is_unlisted else heard
-
-    def _refuse_other_slot(self, slot: int, sender: int, now_s: float) -> None:
-        """Refuse a packet that cannot have been sent in the slot that it names, or can no more be heeded."""
-        schedule = self._schedule
-        if not schedule.may_arrive(slot, now_s, self._model.clock_tolerance_s):
-            raise PeerFault(f"a packet of node {sender} of slot {slot} arrives in slot {schedule.slot_at(now_s)}")
-        if sender == self._me:
-            raise SlotConflict("another speaks as this vehicle")
-        self._ageing.refuse(slot, sender, now_s)
 
     def _own_slot(self, now_s: float) -> int:
         """The slot of this vehicle that opens; raises ConfigurationError if it is that of another."""
@@ -314,15 +309,15 @@ class ExchangeManager:
         self._ageing.compose(slot, 0 if is_doubted else content, rows)
         place, n_turns = slot % schedule.n_slots, sum([len(turns.slots) for turns in self._turns]) or 1
         head = Head(self._me, self._epoch, frame, place, n_turns)
-        wired = packing.wired()
-        data = codec.assembled(head, start_s, rows, wired, signals, summary)
+        acks, wired = codec.header.encode(self._me, rows, frame), packing.wired()
+        data = codec.assembled(head, start_s, acks, wired, signals, summary)
         self._signals = ()
         return Transmission(
             slot,
             data,
             8 * len(data),
             tuple([candidate.uid for candidate in chosen if isinstance(candidate.uid, ItemUid)]),
-            codec.header.n_set(self._me, rows, frame),
+            acks[0].bit_count(),
             tuple([(fragment.facts[0].attribute, size_bits) for fragment, _, size_bits in wired]),
             signals_bits,
             tuple([candidate.uid for candidate in chosen if isinstance(candidate.uid, StatusUid)]),

@@ -17,7 +17,7 @@ from remoras.beliefs import Beliefs, Fact
 from remoras.contacts import Contacts
 from remoras.contents import Content, content_of
 from remoras.deliveries import note_acknowledged, note_expired, note_slot
-from remoras.jumps import Jumps
+from remoras.jumps import Jump, Jumps
 from remoras.organisation import Group, Organisation
 from remoras.picture import Peers
 from remoras.recorder import Recorder
@@ -280,22 +280,20 @@ class Radio:
             note_acknowledged(self._recorder, self._names, self._beliefs.model, reception.settled, now_s)
         emitter = self._names[reception.sender]
         self._peers.heard_s[emitter] = now_s
-        changes = self._merged(self._likely(reception.blocks, now_s), now_s)
+        blocks, suspected = reception.blocks, self._jumps.suspected
+        jumps = [(block, jump) for block in blocks if block.sequence == STATUS and (jump := suspected(block))]
+        changes = self._merged(self._without(jumps, blocks, now_s) if jumps else blocks, now_s)
         known = self._signalling
         signals = tuple([(known[signal.role], signal.value) for signal in reception.signals if signal.role in known])
         return HeardPacket(reception, emitter, changes, signals)
 
-    def _likely(self, blocks: Iterable[Block], now_s: float) -> list[Block]:
+    def _without(self, jumps: Sequence[tuple[Block, Jump]], blocks: Iterable[Block], now_s: float) -> list[Block]:
         """The blocks without those by which a peer has jumped; these are told of, and set aside."""
-        likely: list[Block] = []
-        for block in blocks:
-            jump = self._jumps.suspected(block) if block.sequence == STATUS else None
-            if jump is None:
-                likely.append(block)
-            else:
-                far = f"{jump.distance_m:.0f} m from where it was {jump.after_s:g} s before; {name_of(block)}"
-                self._record_fault(now_s, SUSPECTED, f"{self._names[block.origin]}: {far}")
-        return likely
+        for block, jump in jumps:
+            far = f"{jump.distance_m:.0f} m from where it was {jump.after_s:g} s before; {name_of(block)}"
+            self._record_fault(now_s, SUSPECTED, f"{self._names[block.origin]}: {far}")
+        aside = {id(block) for block, _ in jumps}
+        return [block for block in blocks if id(block) not in aside]
 
     def regroup(self, organisation: Organisation, now_s: float) -> tuple[Change, ...]:
         """Tell and keep what this view of the organisation asks for; what was set aside and is needed now goes in."""

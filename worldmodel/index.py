@@ -75,12 +75,10 @@ class Index:
         entries = slots.get(slot)
         if entries is None:
             slots[slot] = [entry]
+        elif entries[-1].time_s < entry.time_s or sort_key(entries[-1]) <= sort_key(entry):
+            entries.append(entry)
         else:
-            last, block = block_of(entries[-1]), block_of(entry)
-            if last.time_s < block.time_s or sort_key(entries[-1]) <= sort_key(entry):
-                entries.append(entry)
-            else:
-                insort(entries, entry, key=sort_key)
+            insort(entries, entry, key=sort_key)
         if attribute in self.heeded:
             self.touched.add(slot)
         if attribute == TYPE_UID:

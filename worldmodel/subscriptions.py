@@ -82,7 +82,7 @@ class Subscriptions:
 
     def note(self, observation: Observation) -> None:
         """Keep an observation that has come in for whoever watches its attribute and instance."""
-        fact = observation.fact
+        fact = observation.block.facts[observation.position]
         for subscription in self.watching.get(fact.attribute, ()):
             if subscription.instance == fact.subject or (
                 subscription.class_uid is not None and self._class_mask(fact.subject) >> subscription.class_uid & 1

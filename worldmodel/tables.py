@@ -92,7 +92,7 @@ def _quantiser(attribute: Attribute) -> Quantise:
         case ValueKind.NUMBER:
             return _number(attribute.fields[0])
         case ValueKind.POINT:
-            return _point(*map(_number, attribute.fields))
+            return _point(*attribute.fields)
         case ValueKind.BOOLEAN:
             return lambda value: value if value is True or value is False else None
         case ValueKind.SYMBOL:
@@ -146,11 +146,23 @@ def _number(field: Field) -> Quantise:
     return of_few if n_shared else of_many
 
 
-def _point(east: Quantise, north: Quantise) -> Quantise:
+def _point(east: Field, north: Field) -> Quantise:
+    west, x_end, x_step = east.minimum, east.maximum, east.resolution
+    south, y_end, y_step = north.minimum, north.maximum, north.resolution
+    x_first, x_ticks, x_denominator = east.grid.whole_numbers
+    y_first, y_ticks, y_denominator = north.grid.whole_numbers
+
     def quantise(value: Any) -> tuple[float, float] | None:
         if type(value) is not tuple or len(value) != 2:
             return None
-        x, y = east(value[0]), north(value[1])
-        return None if x is None or y is None else (x, y)
+        x, y = value
+        if (type(x) is not float and type(x) is not int) or (type(y) is not float and type(y) is not int):
+            return None
+        if not (west <= x <= x_end and south <= y <= y_end):
+            return None
+        return (
+            (x_first + round((x - west) / x_step) * x_ticks) / x_denominator,
+            (y_first + round((y - south) / y_step) * y_ticks) / y_denominator,
+        )
 
     return quantise

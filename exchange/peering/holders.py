@@ -47,7 +47,7 @@ class Holders:
         """An item is new to this vehicle."""
         self._state.believes[self._me] |= 1 << column
         for summaries in self._summaries:
-            summaries.take(self._ledger.uid(column), column)
+            summaries.take(self._ledger.uids[column], column)
 
     def complete(self, guid: Guid) -> None:
         """A block is whole here."""
@@ -116,7 +116,7 @@ class Holders:
         """
         ledger, away, columns = self._ledger, self._peers.away, list[int]()
         for column in range(len(ledger)):
-            uid = ledger.uid(column)
+            uid = ledger.uids[column]
             if not self._peers.is_over(uid.origin, uid.epoch) or (life is not None and life != (uid.origin, uid.epoch)):
                 continue
             if not any(self._state.believes[node] >> column & 1 and not away >> node & 1 for node in range(self._me)):

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from exchange import ack
 from exchange.blocks import Assembly, fragments_of, joined_block
 from exchange.interests import Interests
-from exchange.ledger import Ledger, LedgerEntry
+from exchange.ledger import Ledger, LedgerEntry, columns_of
 from exchange.packets import Fragment, ItemUid, Judged, Met, Packet, Reception
 from exchange.peering.holders import Holders
 from exchange.peering.peers import Ageing, PeerStates
@@ -147,7 +147,7 @@ class Listener:
         for peer, known in enumerate(before):
             items = self._state.believes[peer] & ~known
             if items and peer != self._me:  # what it holds itself it does not believe
-                beliefs += [(peer, uid) for uid in self._ledger.uids(items)]
+                beliefs += [(peer, self._ledger.uids[column]) for column in columns_of(items)]
         return tuple(beliefs)
 
     def resume(self, room_bits: int, size_bits: Callable[[Fragment], int], now_s: float) -> None:
@@ -229,7 +229,11 @@ class Listener:
                 continue
             if column is None:
                 column = self.register(LedgerEntry(fragment, fragment.facts), now_s)
-                block = self.assembly.add(fragment, [ledger.entries[part].fragment for part in ledger.parts[guid]])
+                if fragment.count == 1:
+                    block: Block | None = fragment.block
+                else:
+                    parts = [ledger.entries[part].fragment for part in ledger.parts[guid]]
+                    block = self.assembly.add(fragment, parts)
                 if block is not None:
                     self._holders.complete(guid)
                 if block is not None and not self._interests.keeps(block, uid):
@@ -244,7 +248,7 @@ class Listener:
                 taken.content |= 1 << column
                 if self._holders.own.given_up and (again := self._holders.come_again(guid)) is not None:
                     taken.blocks.append(again)
-                    taken.items += [ledger.uid(part) for part in ledger.parts[guid]]
+                    taken.items += [ledger.uids[part] for part in ledger.parts[guid]]
             elif guid[:2] in self._holders.shared:
                 taken.is_ambiguous = True
             elif (other := _contradiction(fragment, ledger, self.assembly)) is not None:
@@ -272,4 +276,5 @@ class Listener:
     @property
     def _done(self) -> int:
         """Item set that all who need them, and are there, are believed to hold."""
-        return ack.settled(self._state, self._n_nodes, self._ledger.spared, 0)
+        ledger = self._ledger
+        return ack.settled(self._state, self._n_nodes, ledger.spared if ledger.away else ledger.unneeded, 0)

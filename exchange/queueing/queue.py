@@ -288,7 +288,8 @@ class Queue:
 
     def take_status(self, fragment: Fragment, priority: int, size_bits: int, terms: Terms = PLAIN) -> None:
         """Let the newest value of a status wait in place of the older one, with the weight that this has gained."""
-        self._heed(terms)
+        if terms is not PLAIN:
+            self._heed(terms)
         about = fragment.facts[0].subject, fragment.facts[0].attribute
         uid = StatusUid(fragment.origin, fragment.time_s, *about)
         candidate = self._status.get(about)
@@ -304,7 +305,9 @@ class Queue:
         waiting = candidate.waiting
         waiting.priority, waiting.observed_s, waiting.n_said = priority, fragment.time_s, 0
         waiting.since_slot = self._n_slots
-        self._place(candidate)
+        for limits in self._limits:
+            limits.set_deadline(candidate)
+        self._lines.place(candidate, self._n_slots)
 
     def drop_status(self, about: tuple[int, int], now_s: float) -> None:
         """Nobody needs a status any more, by subject and attribute."""
@@ -347,7 +350,8 @@ class Queue:
             now_s: when the own slot opens.
             above: only what has a higher priority goes.
         """
-        self._update(now_s)
+        if self._limits:
+            self._update(now_s)
         self._n_slots += 1
         moment = Moment(now_s, self._n_slots)
         chosen, unsaid = self._lines.choose(room, moment, above)
@@ -441,13 +445,8 @@ class Queue:
         self._items[candidate.column] = candidate
         for limits in self._limits:
             limits.add(candidate)
-        candidate.waiting.resume(self._n_slots)
-        self._place(candidate)
-
-    def _place(self, candidate: Candidate) -> None:
-        """Put a candidate that comes in into its line, and note until when it may wait."""
-        for limits in self._limits:
             limits.set_deadline(candidate)
+        candidate.waiting.resume(self._n_slots)
         self._lines.place(candidate, self._n_slots)
 
     def _withdraw(self, column: int) -> None:

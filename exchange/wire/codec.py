@@ -133,7 +133,6 @@ class AckHeader:
         self._fields = [
             [self._carried(kind, frame, sender) for sender in range(n_nodes)] for frame in range(kind.period_frames)
         ]
-        self._masks = [[self._mask(fields) for fields in of_frame] for of_frame in self._fields]
         self.largest_bits = max(len(fields) for of_frame in self._fields for fields in of_frame)
         """Size of the largest header, in bits."""
 
@@ -141,13 +140,6 @@ class AckHeader:
         """``(row, column)`` of every bit that ``sender`` sends in a frame, in order; nobody acknowledges itself."""
         pairs = product(range(self._n_nodes), repeat=2)
         return [(i, j) for i, j in pairs if i != j and kind.carries(self._n_nodes, frame, sender, i, j)]
-
-    def _mask(self, fields: Sequence[tuple[int, int]]) -> list[int]:
-        """The bits that a header carries as a word per row."""
-        mask = [0] * self._n_nodes
-        for i, j in fields:
-            mask[i] |= 1 << j
-        return mask
 
     @property
     def varies(self) -> bool:
@@ -175,11 +167,6 @@ class AckHeader:
             bits >>= 1
         return tuple(rows)
 
-    def n_set(self, sender: int, rows: Sequence[int], frame: int) -> int:
-        """Acknowledgements that the header states with these rows."""
-        masks = self._masks[frame % len(self._masks)][sender]
-        return sum([(row & mask).bit_count() for row, mask in zip(rows, masks, strict=True)])
-
 
 class SideCodec:
     """Encodes and decodes influence signals and summaries.
@@ -196,6 +183,8 @@ class SideCodec:
         """Bits of one influence signal."""
         self.encode_signal = lru_cache(maxsize=256)(self._encode_signal)
         """``(bits, size_bits)`` of a signal; raises ConfigurationError if it is no signed byte."""
+        self.signal_of = lru_cache(maxsize=256)(self._signal_of)
+        """``signal_of(word)``: the signal that stands in its ``signal_bits`` bits."""
         self.encode_summary = lru_cache(maxsize=256)(self._encode_summary)
         """``(bits, size_bits)`` of a summary; raises ConfigurationError if its epoch has no name."""
 
@@ -225,9 +214,7 @@ class SideCodec:
         size_bits = SUMMARY_BITS[1] + self._fragments.node_bits + EPOCH_BITS + highest_bits + MASK_BITS
         return (bits << highest_bits | highest) << MASK_BITS | summary.mask, size_bits
 
-    def read_signal(self, reader: Reader) -> InfluenceSignal:
-        """The signal that comes next."""
-        word = reader.take(self.signal_bits)
+    def _signal_of(self, word: int) -> InfluenceSignal:
         value = word & 0xFF
         return InfluenceSignal(word >> SIGNAL_VALUE_BITS & self._role_mask, value - 256 if value > 127 else value)
 
@@ -406,13 +393,14 @@ class Codec:
         base = self.fragments.base_of(slot_start_s)
         bodies = [(fragment, *self.fragments.encode(fragment, sender, epoch, base)) for fragment in fragments]
         wired = self.fragments.in_sequence(bodies, sender, epoch)
-        return self.assembled(Head(sender, epoch, frame, place, n_turns), slot_start_s, rows, wired, signals, summary)
+        head, acks = Head(sender, epoch, frame, place, n_turns), self.header.encode(sender, rows, frame)
+        return self.assembled(head, slot_start_s, acks, wired, signals, summary)
 
     def assembled(
         self,
         head: Head,
         slot_start_s: float,
-        rows: Sequence[int],
+        acks: Bits,
         wired: Iterable[Wired],
         signals: Iterable[InfluenceSignal],
         summary: Iterable[Summary],
@@ -422,7 +410,7 @@ class Codec:
         Args:
             head: of the packet; its frame is a whole number.
             slot_start_s: start of the sender's slot in that frame.
-            rows: one acknowledgement bit word per node, shape (n_nodes,).
+            acks: the acknowledgements, as ``header`` encodes them.
             wired: fragments in the order of the wire.
             signals: influence signals.
             summary: what the sender holds, by origin.
@@ -431,7 +419,7 @@ class Codec:
             ConfigurationError: a signal that is no signed byte, or an epoch too many.
         """
         sender, frame = head.sender, head.frame
-        bits, size = self.header.encode(sender, rows, frame)
+        bits, size = acks
         bits, size = self.encode_head(head) << size | bits, self.head_bits + size
         for _, part, part_bits in wired:
             bits, size = bits << part_bits | part, size + part_bits
@@ -529,7 +517,7 @@ class Codec:
             elif prefix < 0b1100:
                 fragments.append(self.fragments.read_other(reader, own, base, before))
             elif prefix == SIGNAL_BITS[0]:
-                signals.append(self._side.read_signal(reader))
+                signals.append(self._side.signal_of(reader.take(self.signal_bits)))
             elif prefix == SUMMARY_BITS[0]:
                 summary.append(self._side.read_summary(reader))
             else:

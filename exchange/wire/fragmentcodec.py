@@ -88,7 +88,7 @@ class FragmentCodec:
         """The most bits that a fragment takes, by default as a relay has to send it, in whatever packet."""
         time = round(fragment.time_s / self._step_s)  # as ``Grid.index_of`` of a grid from 0
         size = 2 + (self._time_bits if time < self._long_time else codes.natural(time, self._time_bits)[1])
-        size += 0 if fragment.sequence == STATUS else 2 + self._natural(fragment.sequence, self.sequence_bits)[1]
+        size += 0 if fragment.sequence == STATUS else 2 + codes.natural(fragment.sequence, self.sequence_bits)[1]
         if not relayed and fragment.count == 1 and len(fragment.facts) == 1:
             return 1 + size + self.facts.of_one(fragment.facts[0])[1]
         size += LONGEST_KIND_BITS + 1 + (2 * INDEX_BITS if fragment.count > 1 else 0)
@@ -173,13 +173,8 @@ class FragmentCodec:
     def encode_sequence(self, sequence: int, before: int | None) -> Bits:
         """``(bits, size_bits)`` of the sequence of an item, by the one before it of the same origin and epoch."""
         if before is None:
-            return self._natural(sequence, self.sequence_bits)
+            return codes.natural(sequence, self.sequence_bits)
         return codes.step(before, sequence, self.sequence_bits)
-
-    @staticmethod
-    def _natural(number: int, width_bits: int) -> Bits:
-        """``codes.natural``, at once for what fits."""
-        return (number, width_bits) if number < (1 << width_bits) - 1 else codes.natural(number, width_bits)
 
     def in_sequence(self, bodies: Iterable[Wired], sender: int, epoch: int) -> list[Wired]:
         """The fragments of one packet in the order of the wire: by origin, epoch and sequence, own ones first.

@@ -150,7 +150,7 @@ class Traffic:
                 lives.append(_Life(manager, vehicle.beliefs.model, {}))
             ledger, since_s = manager._ledger, lives[-1].since_s
             for column in range(len(since_s), len(ledger)):
-                since_s[ledger.uid(column)] = now_s
+                since_s[ledger.uids[column]] = now_s
 
 
 class _Tapped:
