@@ -164,7 +164,7 @@ class Index:
         return placed
 
     def succeed(self, new: Block) -> bool:
-        """Let a later status of one fact take the place of the latest of its slot, if nothing follows from either.
+        """Let a status of one fact take the place of an earlier one of its origin, if nothing follows from either.
 
         Returns:
             True if so; else nothing has changed.
@@ -177,9 +177,15 @@ class Index:
         if self.trust.from_s or attribute not in self._tables.unlinked or attribute in self.heeded:
             return False
         entries = self.slots[subject, attribute]
-        if entries[-1] is not held:
-            return False
-        entries[-1] = self.statuses[slot] = new
+        if entries[-1] is held:
+            entries[-1] = new
+        else:
+            entries.remove(held)
+            if entries[-1].time_s < new.time_s:
+                entries.append(new)
+            else:
+                insort(entries, new, key=sort_key)
+        self.statuses[slot] = new
         return True
 
     def _order(self, status: Block) -> tuple[float, int, tuple[int, ...], bool, float]:

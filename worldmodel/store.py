@@ -236,13 +236,13 @@ class Store(Answers):
 
     def place_status(self, block: Block) -> Change:
         """Let a status that has passed the checks replace what its origin said before."""
-        facts, watching = block.facts, self.subscriptions.watching
+        facts, watching, slots = block.facts, self.subscriptions.watching, self.index.slots
         if len(facts) == 1 and facts[0].attribute not in watching and self.index.succeed(block):
             self.version += 1
-            return _new(Change, (block, facts))
+            is_latest = slots[facts[0].subject, facts[0].attribute][-1] is block
+            return _new(Change, (block, facts if is_latest else ()))
         placed = self.index.place(block)
         self.version += bool(placed)
-        slots = self.index.slots
         for fact, placed_block in placed if watching else ():
             if fact.attribute in watching:
                 self.subscriptions.note(Observation(placed_block, 0))

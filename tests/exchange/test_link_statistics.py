@@ -6,7 +6,7 @@ import random
 import pytest
 
 from exchange.peering.parking import PARKED
-from exchange.peering.peers import KEPT, SHORTEST_SILENCE, UNLIKELY, LossEstimate
+from exchange.peering.peers import HEARD, KEPT, LOST, SHORTEST_SILENCE, UNLIKELY, LossEstimate
 from stress.conformance.radio import ManagerFleet
 
 N_EFFECTIVE = (1.0 + KEPT) / (1.0 - KEPT)
@@ -47,9 +47,7 @@ def test_the_two_ways_of_a_link_are_told_apart():
 def test_the_silence_that_is_taken_for_absence_follows_from_the_loss():
     """At a loss p it is the least n with p^n below 0.001, with the prior counted in: 2 packets, one of them lost."""
     for p_percent in (0, 20, 40, 80):
-        estimate = LossEstimate()
-        for _ in range(10):
-            estimate.add(p_percent, 100 - p_percent)
+        estimate = LossEstimate(([LOST] * p_percent + [HEARD] * (100 - p_percent)) * 10)
         p_loss = estimate.link.p_loss
         silence = estimate.longest_silence
         assert silence == SHORTEST_SILENCE or p_loss ** (silence - 1) > UNLIKELY / 4

@@ -7,8 +7,9 @@ import pytest
 
 from exchange.packets import Fragment, ItemUid
 from stress.conformance.radio import MAPPED_CELL, TBOX, ManagerFleet, bay, cells
-from worldmodel import FactError, PropertyValue
+from worldmodel import STATUS, FactError, PropertyValue
 
+POSITION = TBOX.attribute_named("position")
 FIELD = TBOX.attributes[MAPPED_CELL].fields[0]
 OUTSIDE = [FIELD.minimum - FIELD.resolution, FIELD.maximum + FIELD.resolution, FIELD.maximum + 1e6 * FIELD.resolution]
 
@@ -34,6 +35,20 @@ def test_a_value_out_of_range_refuses_its_packet_and_nothing_of_it_is_held(value
     assert reception.blocks == ()
     assert not fleet.managers[1].holds(ItemUid(0, 0, 0))
     assert not fleet.managers[1].holds(ItemUid(0, 0, 1))
+
+
+@pytest.mark.parametrize("east_off", [0.0, -1.0, 1.0])
+@pytest.mark.parametrize("north_off", [0.0, -1.0, 1.0])
+def test_a_place_is_in_range_if_both_its_numbers_are(east_off: float, north_off: float) -> None:
+    """By as much as a step beyond either end."""
+    place = tuple(
+        (field.minimum if off < 0.0 else field.maximum) + off * field.resolution
+        for field, off in zip(POSITION.fields, (east_off, north_off), strict=True)
+    )
+    fleet = ManagerFleet(2)
+    status = Fragment(0, STATUS, 0.0, (PropertyValue(0, POSITION.uid, place),))
+    reception = fleet.deliver(1, fleet.codec.encode(0, [0, 0], [status]), 1.0)
+    assert (reception.fault is None) == (east_off == north_off == 0.0)
 
 
 @pytest.mark.parametrize("value", [FIELD.minimum, FIELD.maximum])

@@ -103,6 +103,16 @@ def test_only_facts_of_a_status_that_are_new_are_news() -> None:
     assert merge(model, [block(1, STATUS, 3, (AUV_1, BATTERY, 0.9))]).changes == ()  # obsolete when it comes
 
 
+def test_a_newer_status_of_one_origin_is_no_news_while_that_of_another_is_the_latest() -> None:
+    model = fleet_model()
+    merge(model, [block(1, STATUS, 9, (AUV_1, BATTERY, 0.5)), block(2, STATUS, 3, (AUV_1, BATTERY, 0.9))])
+    for tick, level, is_news in ((6, 0.8, False), (7, 0.7, False), (12, 0.4, True)):
+        (change,) = merge(model, [block(2, STATUS, tick, (AUV_1, BATTERY, level))]).changes
+        assert change.new_latest == (change.block.facts if is_news else ())
+        assert model.value(AUV_1, BATTERY) == (level if is_news else 0.5)
+    assert [(o.origin, o.value) for o in model.history(AUV_1, BATTERY)] == [(1, 0.5), (2, 0.4)]
+
+
 def test_a_status_about_what_is_not_known_is_dropped_and_may_come_again() -> None:
     tug = first_uid_of(1)
     status = block(1, STATUS, 0, (tug, BATTERY, 0.5))
