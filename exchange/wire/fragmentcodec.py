@@ -74,7 +74,7 @@ class FragmentCodec:
         self.sequence_bits = width(n_items)
         self.time = Field(0.0, duration_s, time_resolution_s, "s")
         self._time_bits = self.time.size_bits
-        self._long_time = (1 << self._time_bits) - 1
+        self._long_time, self._long_sequence = (1 << self._time_bits) - 1, (1 << self.sequence_bits) - 1
         self._step_s, self._time_ratio = time_resolution_s, self.time.grid.ratio
         self.near_bits = min(self._time_bits, width(max(2, round(recent_s / time_resolution_s) + 1)))
         self._near = 1 << self.near_bits
@@ -88,7 +88,7 @@ class FragmentCodec:
         """The most bits that a fragment takes, by default as a relay has to send it, in whatever packet."""
         time = round(fragment.time_s / self._step_s)  # as ``Grid.index_of`` of a grid from 0
         size = 2 + (self._time_bits if time < self._long_time else codes.natural(time, self._time_bits)[1])
-        size += 0 if fragment.sequence == STATUS else 2 + codes.natural(fragment.sequence, self.sequence_bits)[1]
+        size += 0 if fragment.sequence == STATUS else 2 + self.encode_sequence(fragment.sequence, None)[1]
         if not relayed and fragment.count == 1 and len(fragment.facts) == 1:
             return 1 + size + self.facts.of_one(fragment.facts[0])[1]
         size += LONGEST_KIND_BITS + 1 + (2 * INDEX_BITS if fragment.count > 1 else 0)
@@ -173,6 +173,8 @@ class FragmentCodec:
     def encode_sequence(self, sequence: int, before: int | None) -> Bits:
         """``(bits, size_bits)`` of the sequence of an item, by the one before it of the same origin and epoch."""
         if before is None:
+            if sequence < self._long_sequence:  # as ``codes.natural`` has it
+                return sequence, self.sequence_bits
             return codes.natural(sequence, self.sequence_bits)
         return codes.step(before, sequence, self.sequence_bits)
 
@@ -234,7 +236,7 @@ class FragmentCodec:
         last = before.get(life)
         if last is None:
             sequence = reader.take(self.sequence_bits)
-            if sequence == (1 << self.sequence_bits) - 1:  # as ``codes.natural`` has it
+            if sequence == self._long_sequence:  # as ``codes.natural`` has it
                 sequence += codes.read_rest(reader.take)
         elif not reader.bit():
             sequence = last + 1
