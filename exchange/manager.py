@@ -253,7 +253,7 @@ class ExchangeManager:
         slot = self._schedule.slot_at(now_s)
         for turns in self._turns:
             return turns.own_slot(slot, now_s)
-        if (owner := self._schedule.owner(slot)) != self._me:
+        if (owner := slot % self._n_nodes) != self._me:
             raise ConfigurationError(f"slot {slot} at {now_s} s belongs to node {owner}, not to node {self._me}")
         return slot
 
@@ -296,7 +296,8 @@ class ExchangeManager:
         summary: tuple[Summary, ...] = ()
         for summaries in self.summaries:
             summary = summaries.telling.urgent(self._room_bits // SUMMARY_SHARE)
-        spared_bits = codec.header.largest_bits - codec.header.size_bits(self._me, frame)
+        header = codec.header
+        spared_bits = header.largest_bits - header.size_bits(self._me, frame) if header.varies else 0
         signals_bits = len(signals) * codec.signal_bits
         room_bits = self._room_bits + spared_bits - signals_bits - sum(map(codec.summary_bits, summary))
         packing = codec.packing(self._me, self._epoch, start_s, room_bits)
@@ -309,7 +310,7 @@ class ExchangeManager:
         self._ageing.compose(slot, 0 if is_doubted else content, rows)
         place, n_turns = slot % schedule.n_slots, sum([len(turns.slots) for turns in self._turns]) or 1
         head = Head(self._me, self._epoch, frame, place, n_turns)
-        acks, wired = codec.header.encode(self._me, rows, frame), packing.wired()
+        acks, wired = header.encode(self._me, rows, frame), packing.wired()
         data = codec.assembled(head, start_s, acks, wired, signals, summary)
         self._signals = ()
         return Transmission(

@@ -271,7 +271,7 @@ class Radio:
             self._record_item(now_s, uid, "received")
         for fragment in reception.aside:
             self._record_item(now_s, fragment.uid, "set aside")
-            self._note_news(fragment.facts, now_s)
+        aside = [fact for fragment in reception.aside for fact in fragment.facts]
         if self._unheard and reception.beliefs:
             for peer, uid in reception.beliefs:
                 self._unheard.pop((self._names[peer], uid), None)
@@ -282,7 +282,7 @@ class Radio:
         self._peers.heard_s[emitter] = now_s
         blocks, suspected = reception.blocks, self._jumps.suspected
         jumps = [(block, jump) for block in blocks if block.sequence == STATUS and (jump := suspected(block))]
-        changes = self._merged(self._without(jumps, blocks, now_s) if jumps else blocks, now_s)
+        changes = self._merged(self._without(jumps, blocks, now_s) if jumps else blocks, now_s, aside)
         known = self._signalling
         signals = tuple([(known[signal.role], signal.value) for signal in reception.signals if signal.role in known])
         return HeardPacket(reception, emitter, changes, signals)
@@ -306,19 +306,23 @@ class Radio:
         note_expired(self._recorder, self._me, renewal.unneeded, now_s)
         return self._merged(renewal.blocks, now_s)
 
-    def _merged(self, blocks: Sequence[Block], now_s: float) -> tuple[Change, ...]:
+    def _merged(self, blocks: Sequence[Block], now_s: float, aside: Iterable[PropertyValue] = ()) -> tuple[Change, ...]:
+        """What blocks change, and see whether anything is news of the mission: work goes on, whomever it concerns.
+
+        Args:
+            blocks: heard.
+            now_s: the time (s).
+            aside: facts that were heard, and are not kept.
+        """
         merged = merge(self._beliefs.model, blocks, now_s, judged=True)  # by the codec
         for fault in merged.faults:
             self._record_fault(now_s, f"refused block: {fault.code}", fault.detail)
             if fault.code in GIVEN_UP:
                 self.manager.give_up([fault.guid])
-        self._note_news([fact for change in merged.changes for fact in change.block.facts], now_s)
-        return merged.changes
-
-    def _note_news(self, facts: Iterable[PropertyValue], now_s: float) -> None:
-        """See whether anything is news of the mission: work goes on, whomever it concerns."""
-        if any(fact.attribute in self._news for fact in facts):
+        facts = [*aside, *[fact for change in merged.changes for fact in change.block.facts]]
+        if not self._news.isdisjoint([fact.attribute for fact in facts]):
             self._peers.last_news_s = now_s
+        return merged.changes
 
     def note(self, changes: Sequence[Change]) -> None:
         """Keep the newest positions, whoever said them."""

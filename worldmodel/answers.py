@@ -7,7 +7,7 @@ from worldmodel.facts import Block, Instance, Lacking, Observation, PropertyValu
 from worldmodel.fields import Value
 from worldmodel.history import History
 from worldmodel.holdings import StoredItems
-from worldmodel.index import Entry, observation_of, observed_at_s
+from worldmodel.index import observation_of, observed_at_s
 from worldmodel.reasoning import Inference
 from worldmodel.subscriptions import Subscription, Subscriptions
 from worldmodel.tbox import TYPE_UID, TBox
@@ -55,10 +55,6 @@ class Answers(StoredItems):
             return observation_of(entries[-1])
         position = bisect_right(entries, at_s, key=observed_at_s)
         return observation_of(entries[position - 1]) if position else None
-
-    def _latest(self, subject: int, attribute: int) -> Entry | None:
-        entries = self.index.slots.get((subject, attribute))
-        return None if entries is None else entries[-1]
 
     def history(
         self, subject: int, attribute: int, since_s: float | None = None, until_s: float | None = None

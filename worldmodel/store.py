@@ -225,8 +225,10 @@ class Store(Answers):
                 self.subscriptions.note(observation_of(entry))
         if self.index.turned:
             return Change(block, self._turned())
-        pairs = zip(facts, entries, strict=True)
-        return Change(block, tuple([f for f, entry in pairs if self._latest(f.subject, f.attribute) is entry]))
+        slots, pairs = self.index.slots, zip(facts, entries, strict=True)
+        return Change(
+            block, tuple([f for f, entry in pairs if slots.get((f.subject, f.attribute), _NONE)[-1] is entry])
+        )
 
     def _turned(self) -> tuple[PropertyValue, ...]:
         """The latest facts of slots in which others count since the last ban; the ban's own slot is among them."""

@@ -109,13 +109,15 @@ class LossEstimate:
     @property
     def link(self) -> Link:
         """The estimate as a value."""
-        self._count()
+        if self.samples:
+            self._count()
         return Link(self._lost / self._weight if self._n else None, self._n)
 
     @property
     def longest_silence(self) -> int:
         """Frames in a row that loss alone leaves empty with a probability below ``UNLIKELY``."""
-        self._count()
+        if self.samples:
+            self._count()
         p_loss = (self._lost + PRIOR_LOSS * PRIOR_WEIGHT) / (self._weight + PRIOR_WEIGHT)
         return max(SHORTEST_SILENCE, math.ceil(LOG_UNLIKELY / log(p_loss)))
 

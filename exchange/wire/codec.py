@@ -135,16 +135,13 @@ class AckHeader:
         ]
         self.largest_bits = max(len(fields) for of_frame in self._fields for fields in of_frame)
         """Size of the largest header, in bits."""
+        self.varies = any(len(fields) != self.largest_bits for of_frame in self._fields for fields in of_frame)
+        """True if headers differ in size."""
 
     def _carried(self, kind: Acknowledgement, frame: int, sender: int) -> list[tuple[int, int]]:
         """``(row, column)`` of every bit that ``sender`` sends in a frame, in order; nobody acknowledges itself."""
         pairs = product(range(self._n_nodes), repeat=2)
         return [(i, j) for i, j in pairs if i != j and kind.carries(self._n_nodes, frame, sender, i, j)]
-
-    @property
-    def varies(self) -> bool:
-        """True if headers differ in size."""
-        return any(len(fields) != self.largest_bits for of_frame in self._fields for fields in of_frame)
 
     def size_bits(self, sender: int, frame: int) -> int:
         """Size of the header that ``sender`` sends in a TDMA frame."""
