@@ -109,10 +109,11 @@ class Listener:
         """
         packet, state, peers = judged.packet, self._state, self._peers
         frame, sender = packet.frame, packet.sender
-        is_of_twins = is_second or judged.concerns >> self._me & 1
-        conflict = self._twin(packet, is_second, now_s) if is_of_twins else None
-        is_of_lives = judged.relays or packet.epoch != peers.epochs[sender]
-        begun = self._lives_told(packet) if is_of_lives else ()
+        conflict, begun = None, list[tuple[int, int]]()
+        if is_second or judged.concerns >> self._me & 1:
+            conflict = self._twin(packet, is_second, now_s)
+        if judged.relays or packet.epoch != peers.epochs[sender]:
+            begun = self._lives_told(packet)
         for node, epoch in begun:
             self._holders.begin(node, epoch)
         before = [*state.believes]

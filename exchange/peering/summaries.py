@@ -50,7 +50,7 @@ class _Told(NamedTuple):
     held: int
 
 
-NEVER = _Told(Summary(-1, 0, -1, 0), 0, 0)
+_NEVER = _Told(Summary(-1, 0, -1, 0), 0, 0)
 """Stands for what was never told."""
 
 
@@ -105,7 +105,7 @@ class Telling:
         """
         holdings, told = self._holdings, self._told
         for life in (*[life for life in sorted(holdings.held) if life not in told], *told):
-            held, given_up, before = holdings.held.get(life, 0), holdings.given_up.get(life), told.get(life, NEVER)
+            held, given_up, before = holdings.held.get(life, 0), holdings.given_up.get(life), told.get(life, _NEVER)
             is_told = before.times == TIMES_TOLD
             if life in self.silenced or (is_told and before.held == held and not given_up):
                 continue
@@ -119,7 +119,7 @@ class Telling:
 
     def _take(self, life: Life, summary: Summary) -> None:
         self._due.pop(life, None)
-        before = self._told.pop(life, NEVER)
+        before = self._told.pop(life, _NEVER)
         times = min(before.times + 1, TIMES_TOLD) if before.summary == summary else 1
         self._told[life] = _Told(summary, times, self._holdings.held.get(life, 0))
 
