@@ -238,7 +238,7 @@ class Traffic:
             self._heap.schedule(hearing.arrival.time_s, Priority.ARRIVAL, Arrives(hearing))
         if recorder is None:
             return
-        others = [vehicle for vehicle in vehicles if vehicle is not sender and vehicle.is_alive]
+        others = [vehicle for vehicle in vehicles if vehicle is not sender and vehicle.functional.is_on]
         arrival_s = {arrival.receiver: arrival.time_s for arrival in arrivals}
         received = [vehicle for vehicle in others if vehicle.data.node in arrival_s]
         recorder.packets.append(
