@@ -329,14 +329,14 @@ def test_what_another_survivor_can_map_is_within_reach() -> None:
 
 
 def test_a_cell_that_two_vehicles_map_counts_once() -> None:
-    """A passes what B has mapped, 2 of 4 cells: half is done, and half of it all is open and within reach."""
+    """A passes what B has mapped, 2 of 4 cells, and maps a third one: three are done, and the fourth is within reach."""
     watching, fleet = truth(seabed=BANK, able=("A", "B")), Fleet(Seen("A", data=MAPPING))
     sweep(watching, fleet, 212.5, 237.5)
     fleet.a.sensing, fleet.b.sensing = ("mapping",), ()
-    for now_s, x_m in ((10.0, 212.5), (11.0, 237.5)):
+    for now_s, x_m in ((10.0, 212.5), (11.0, 237.5), (12.0, 262.5)):
         fleet.a.position_m = (x_m, 12.5)
         watching.observe(fleet, now_s)
-    assert (watching.goal_fraction, watching.reachable_fraction(fleet)) == (pytest.approx(0.5), pytest.approx(1.0))
+    assert (watching.goal_fraction, watching.reachable_fraction(fleet)) == (pytest.approx(0.75), pytest.approx(1.0))
 
 
 def test_areas_out_of_reach_are_named_where_others_are_not() -> None:
