@@ -60,13 +60,7 @@ class _Founded:
 
     def broken(self, scene: Scene) -> str | None:
         """Look at what has come in with a packet; at the end at all that is in."""
-        witness, heard = scene.witness, scene.heard
-        if heard is None:
-            flaws = [flaw for life in witness.all_alive() for flaw in witness.unfounded(life)]
-        else:
-            found = (witness.flaw_of(heard.life, change.block) for change in heard.changes)
-            flaws = [flaw for flaw in found if flaw is not None]
-        return _said(flaw for flaw in flaws if flaw.breach in self.breaches) if flaws else None
+        return _said(flaw for flaw in flaws if flaw.breach in self.breaches) if (flaws := scene.flaws) else None
 
 
 class Recorded(_Founded):

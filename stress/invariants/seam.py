@@ -21,7 +21,7 @@ It sees everything and changes nothing. ``--invariant mine.py:NobodyTurnsBack`` 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any, NamedTuple, Protocol
@@ -33,7 +33,7 @@ from remoras.fleet import Fleet
 from remoras.vehicle import Vehicle
 from stress.lives import Aired, Life
 from stress.schedule import Schedule
-from stress.witness import Witness
+from stress.witness import Flaw, Witness
 from worldmodel import Change
 
 
@@ -82,6 +82,20 @@ class Scene:
     finished: Run | None = None
     summary: Mapping[str, Any] = field(default_factory=dict)
     rested: bool | None = None
+    _judged: Heard | None = None
+    _flaws: list[Flaw] | None = None
+
+    @property
+    def flaws(self) -> Sequence[Flaw]:
+        """What is wrong with what came in with the packet; at the end with all that is in."""
+        if self._judged is not self.heard or self._flaws is None:
+            self._judged = self.heard
+            if self.heard is None:
+                self._flaws = [flaw for life in self.witness.all_alive() for flaw in self.witness.unfounded(life)]
+            else:
+                of, life = self.witness.flaw_of, self.heard.life
+                self._flaws = [flaw for change in self.heard.changes if (flaw := of(life, change.block)) is not None]
+        return self._flaws
 
     @property
     def now_s(self) -> float:

@@ -142,14 +142,13 @@ def _check_vehicle(
         on = awake & ~sensor_was_dead(record.spells, name, swath.name, time_s)
         most_mps = swath.limit_mps * (1.0 + record.spread)
         slow = track.speed_mps <= most_mps * 1.000001 + SPEED_STEP_MPS
+        is_slow = track.speed_mps < swath.limit_mps * (1.0 - record.spread) * 1.000001 - SPEED_STEP_MPS / 2.0
+        if not record.spread:
+            is_slow |= _is_steady(track, swath.limit_mps)
+        is_sure = (is_slow & was_surely_on).tolist()
         for at, cell, distance_m in _below(record, track, np.flatnonzero(on & slow), swath.reach_m + REACH_M, cells):
             perhaps.setdefault(cell, []).append(time_s[at])
-            is_slow = _is_steady(track, at, swath.limit_mps) and not record.spread
-            is_slow = (
-                is_slow
-                or track.speed_mps[at] < swath.limit_mps * (1.0 - record.spread) * 1.000001 - SPEED_STEP_MPS / 2.0
-            )
-            if is_slow and was_surely_on[at] and distance_m < swath.reach_m - REACH_M:
+            if is_sure[at] and distance_m < swath.reach_m - REACH_M:
                 surely[cell] = min(surely.get(cell, math.inf), float(time_s[at]))
     report.look("swath", len(stated) + len(surely))
     for cell, at_s in stated.items():
@@ -167,15 +166,15 @@ def _check_vehicle(
             )
 
 
-def _is_steady(track: Track, at: int, speed_mps: float) -> bool:
-    """True if a vehicle goes straight on at a speed, in this tick and the one before: then it goes no faster.
+def _is_steady(track: Track, speed_mps: float) -> Array:
+    """True for each tick in which, as in the one before, a vehicle goes straight on at a speed: then it is no faster.
 
     One that gains speed, or keeps clear of another, may be faster by less than the table shows; the latter turns.
     """
-    ticks = slice(max(0, at - 1), at + 1)
-    turned_rad = (np.diff(track.heading_rad[ticks]) + math.pi) % (2.0 * math.pi) - math.pi
-    is_straight = bool((np.abs(turned_rad) <= 2.0 * ANGLE_STEP_RAD).all())
-    return is_straight and bool((np.abs(track.speed_mps[ticks] - speed_mps) <= SPEED_STEP_MPS / 2.0).all())
+    turned_rad = (np.diff(track.heading_rad) + math.pi) % (2.0 * math.pi) - math.pi
+    found: Array = np.abs(track.speed_mps - speed_mps) <= SPEED_STEP_MPS / 2.0
+    found[1:] &= found[:-1].copy() & (np.abs(turned_rad) <= 2.0 * ANGLE_STEP_RAD)
+    return found
 
 
 def _below(

@@ -329,7 +329,7 @@ def test_what_another_survivor_can_map_is_within_reach() -> None:
 
 
 def test_a_cell_that_two_vehicles_map_counts_once() -> None:
-    """A passes what B has mapped, 2 of 4 cells, and maps a third one: three are done, and the fourth is within reach."""
+    """A passes what B has mapped, 2 of 4 cells, and maps a third one: three are done, the fourth is within reach."""
     watching, fleet = truth(seabed=BANK, able=("A", "B")), Fleet(Seen("A", data=MAPPING))
     sweep(watching, fleet, 212.5, 237.5)
     fleet.a.sensing, fleet.b.sensing = ("mapping",), ()
