@@ -36,17 +36,17 @@ class TrueBeliefs:
         if heard is None:
             flaws = witness.false_beliefs() if not scene.is_selective else []
             return _said(Flaw(Breach.BELIEF, f"{one} believes that {other} holds {uid}") for one, other, uid in flaws)
+        is_selective = not heard.reception.beliefs or scene.is_selective
         for node, uid in heard.reception.beliefs:
-            peer = witness.lives[node]
-            if witness.is_excused(heard.life, peer) or (uid.origin, uid.epoch, uid.sequence) in peer.gave_up:
+            peer, guid = witness.lives[node], (uid.origin, uid.epoch, uid.sequence)
+            if witness.is_excused(heard.life, peer) or guid in peer.gave_up:
                 continue
             if not peer.manager.holds(uid):
                 return f"{heard.vehicle.name} believes that {peer.name} holds {uid}, which it lacks"
-            parts = heard.life.parts.get((uid.origin, uid.epoch, uid.sequence), {})
-            fragment = parts.get(uid.part)
+            fragment = heard.life.parts.get(guid, {}).get(uid.part)
             if fragment is None:
                 return f"{heard.vehicle.name} believes that {peer.name} holds {uid}, which it was never given itself"
-            if not scene.is_selective and witness.is_false(heard.life, peer, fragment):
+            if not is_selective and witness.is_false(heard.life, peer, fragment):
                 return f"{heard.vehicle.name} believes that {peer.name} holds {fragment}, but it has other content"
         return None
 
