@@ -146,7 +146,7 @@ class AfterWork(Behaviour):
         if found.stimulus <= 0.0:
             return found
         self._found, self._facts = found, picture.facts
-        return Perception(found.stimulus, found.advance, answers=self._settled)
+        return Perception(*found[:4], self._settled, found.concludes)
 
     def _settled(self) -> float:
         return 0.0 if self._unfinished.holds(self._facts) else self._found.settled
