@@ -92,7 +92,7 @@ class Witness:
     def is_false(self, life: Life, peer: Life, fragment: Fragment) -> bool:
         """True if a vehicle must not believe that a peer holds an item as it holds it itself."""
         return (
-            fragment.origin not in self.doubled - {life.node}
+            (fragment.origin not in self.doubled or fragment.origin == life.node)
             and not (self.forgives_names and len(self.recorded[fragment.block.guid]) > 1)
             and fragment.block.guid not in peer.gave_up
             and not peer.holds(fragment)
@@ -100,7 +100,9 @@ class Witness:
 
     def is_excused(self, life: Life, peer: Life) -> bool:
         """True while a vehicle cannot know of a peer's present life, or that others have used a number of the two."""
-        if peer.node == life.node or (self.doubled & {life.node, peer.node} and not life.has_noticed):
+        if peer.node == life.node:
+            return True
+        if self.doubled and not (life.has_noticed or self.doubled.isdisjoint((life.node, peer.node))):
             return True
         return not (peer.number == 0 or life.heard.get(peer.node) is peer)
 

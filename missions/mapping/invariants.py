@@ -6,6 +6,7 @@ See ``stress.invariants.seam`` for what an invariant is; only whoever tests asks
 from __future__ import annotations
 
 import math
+from itertools import product
 from typing import Any, cast
 
 from missions.mapping.scenario import MappingScenario
@@ -64,10 +65,12 @@ def _cells(looked: set[tuple[float, float, float]], world: Any) -> set[Cell]:
     """Cells whose centre was within reach of a sensor at one of its places."""
     size, found = world.cell_m, set[Cell]()
     for x_m, y_m, reach_m in looked:
-        n = math.ceil(reach_m / size) + 1
-        column, row = int(x_m // size), int(y_m // size)
-        for cell in ((column + i, row + j) for i in range(-n, n + 1) for j in range(-n, n + 1)):
-            if cell in world.cells and cell not in found:
+        columns, rows = (
+            range(math.floor((at_m - reach_m) / size - 0.5), math.ceil((at_m + reach_m) / size - 0.5) + 1)
+            for at_m in (x_m, y_m)
+        )
+        for cell in product(columns, rows):
+            if cell not in found and cell in world.cells:
                 dx_m, dy_m = (cell[0] + 0.5) * size - x_m, (cell[1] + 0.5) * size - y_m
                 if dx_m * dx_m + dy_m * dy_m <= reach_m * reach_m:
                     found.add(cell)

@@ -46,6 +46,10 @@ def has_current(scene: Scene) -> bool:
     return water_of(scene) != Water()
 
 
+STILL = (0.0, 0.0), 0.0
+"""What ``carried`` gives where the water does not move."""
+
+
 def carried(table: Water, depth_m: float, now_s: float) -> tuple[tuple[float, float], float]:
     """Velocity of the water (m/s, east and north) but for surges, and by how much clocks that are off may change it.
 
@@ -159,6 +163,7 @@ class Speed:
         self._was_alive: set[str] = set()
         self._water: Water | None = None
         self._flow_mps = 0.0
+        self._is_still = True
 
     def broken(self, scene: Scene) -> str | None:
         """Compare with the tick before: its way through the water, and what the water carried it."""
@@ -167,7 +172,9 @@ class Speed:
         if (table := self._water) is None:
             table = self._water = water_of(scene)
             self._flow_mps = math.fsum(math.hypot(surge.east_mps, surge.north_mps) for surge in (table, *table.surge))
+            self._is_still = table == Water()
         alive = {vehicle.name for vehicle in scene.fleet.vehicles if vehicle.is_alive}
+        moved_itself = frozenset[str]() if table.surge else alive & self._was_alive
         for vehicle in scene.fleet.vehicles:
             m, data = vehicle.functional.motion, vehicle.functional.data
             now_s, x_m, y_m = scene.now_s, m.x_m, m.y_m
@@ -177,8 +184,10 @@ class Speed:
                 gone_m = math.hypot(x_m - before[1], y_m - before[2])
                 if gone_m > (top_mps + self._flow_mps) * dt_s * 1.001 + ROUNDING_M:
                     return f"{vehicle.name} went {gone_m:.2f} m from {before[0]:g} s to {now_s:g} s"
-                if vehicle.name in alive & self._was_alive and not table.surge:
-                    (east_mps, north_mps), off_mps = carried(table, data.depth_m, before[0])
+                if vehicle.name in moved_itself:
+                    (east_mps, north_mps), off_mps = (
+                        STILL if self._is_still else carried(table, data.depth_m, before[0])
+                    )
                     x_gone_m, y_gone_m = x_m - before[1] - east_mps * dt_s, y_m - before[2] - north_mps * dt_s
                     along_m = x_gone_m * m.ahead[0] + y_gone_m * m.ahead[1]
                     aside_m = abs(x_gone_m * m.ahead[1] - y_gone_m * m.ahead[0])
@@ -189,13 +198,12 @@ class Speed:
                 gained_mps = m.speed_mps - speed_mps
                 if gained_mps > data.acceleration_mps2 * dt_s + ROUNDING_MPS:
                     return f"{vehicle.name} gained {gained_mps:.2f} m/s from {before[0]:g} s to {now_s:g} s"
-                along, across = (
-                    m.ahead[0] * ahead[0] + m.ahead[1] * ahead[1],
-                    m.ahead[1] * ahead[0] - m.ahead[0] * ahead[1],
-                )
-                turned_rad = abs(math.atan2(across, along))
-                if turned_rad > data.turn_rate_radps * dt_s + ROUNDING_RAD:
-                    return f"{vehicle.name} turned by {turned_rad:.2f} rad from {before[0]:g} s to {now_s:g} s"
+                if m.ahead != ahead:
+                    along = m.ahead[0] * ahead[0] + m.ahead[1] * ahead[1]
+                    across = m.ahead[1] * ahead[0] - m.ahead[0] * ahead[1]
+                    turned_rad = abs(math.atan2(across, along))
+                    if turned_rad > data.turn_rate_radps * dt_s + ROUNDING_RAD:
+                        return f"{vehicle.name} turned by {turned_rad:.2f} rad from {before[0]:g} s to {now_s:g} s"
             self._at[vehicle.name], self._way[vehicle.name] = (now_s, x_m, y_m), (m.speed_mps, m.ahead)
         self._was_alive = alive
         return None
