@@ -129,7 +129,7 @@ def _reasons_against(record: Record, stone: dict[str, Any]) -> Iterator[str]:
         case "mapping_stopped":
             decided_s = [at_s for of, at_s in record["decisions"].rows("vehicle", "time_s") if of == vehicle]
             since_s = time_s - record.tick_s  # what is decided between two ticks may be seen at the next
-            until_s = time_s + record.tick_s  # what it does no more, for want of its aim, is decided anew at the next
+            until_s = time_s + record.without_decision_s  # what it does no more for want of its aim is decided anew
             has_decided = any(since_s - ROUNDED_S <= at_s <= until_s + ROUNDED_S for at_s in decided_s)
             if not has_decided and until_s <= record.end_s + ROUNDED_S:  # the end may come before it decides anew
                 yield "none: it decided nothing then"

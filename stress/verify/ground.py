@@ -92,7 +92,7 @@ def sensor_was_on(record: Record, name: str, times_s: Array) -> tuple[Array, Arr
     when = np.array(sorted(perhaps))
     certain = np.array([False, *(surely[index] for index in when)])
     at = np.searchsorted(when, times_s, side="left")
-    until = np.searchsorted(when, times_s + float(record.of("decision")["period_s"]), side="right")
+    until = np.searchsorted(when, times_s + record.without_decision_s, side="right")
     n_off = np.concatenate(([0], np.cumsum(~certain)))  # decisions that are off among the first so many
     return np.array([False, *(perhaps[index] for index in when)])[at], n_off[until + 1] == n_off[at]
 

@@ -108,6 +108,15 @@ class Record:
         return float(self.of("scenario")["tick_s"])
 
     @cached_property
+    def without_decision_s(self) -> float:
+        """The most that passes until the next decision of a vehicle: its period, in whole ticks.
+
+        A vehicle with a clock of its own may come to it a tick later.
+        """
+        n_ticks = math.ceil(float(self.of("decision")["period_s"]) / self.tick_s - TIME_STEP_S)
+        return self.tick_s * (n_ticks + (not self.has_exact_clocks))
+
+    @cached_property
     def tracks(self) -> dict[str, Track]:
         """Tracks of the vehicles that have one."""
         table = self["trajectories"]
