@@ -4,7 +4,7 @@ Every tick: act (as decided before) and sense. Every decision period: think. Wha
 its time; a mission to be planned is planned at once, so that the answer makes the vehicle's next slot. At the
 end of every TDMA frame the social layer consults.
 
-The walk of one observation: ``_sense`` records it in the world model (a Change), ``radio.tell`` makes it an item,
+The walk of one observation: ``step`` records it in the world model (a Change), ``radio.tell`` makes it an item,
 ``speak`` puts it into a packet; at the peer ``radio.hear`` takes the block out of the packet and merges it (a Change),
 ``_consider`` asks the social layer what rests on it, ``_adopt`` plans anew and hands the activities to the functional
 and the executive layer. Every step returns a value; nothing calls back up.

@@ -204,12 +204,7 @@ class SocialLayer:
             changes: of the world model.
             told: False if this vehicle keeps to itself what it states.
         """
-        attributes, instances = self._attributes, self._workload.instances
-        if not any(  # most say where somebody is, and plans rest on that seldom
-            fact.attribute in attributes or fact.subject in instances
-            for change in changes
-            for fact in change.block.facts
-        ):
+        if not self._is_concerned(changes):
             return NOTHING_CONSIDERED
         alone = self.standing.is_cut_off and not told
         given = self.standing.hear(changes, alone)
@@ -237,6 +232,15 @@ class SocialLayer:
         kinds = {key[0] if isinstance(key, tuple) else key for key in rested_on}
         uids = self._attribute_uids
         self._attributes.update(uids.values() if ANY in kinds else [uids[kind] for kind in kinds if kind in uids])
+
+    def _is_concerned(self, changes: Sequence[Change]) -> bool:
+        """True if any of the facts may matter here: most say where somebody is, and plans rest on them seldom."""
+        attributes, instances = self._attributes, self._workload.instances
+        for change in changes:
+            for fact in change.block.facts:
+                if fact.attribute in attributes or fact.subject in instances:
+                    return True
+        return False
 
     # Who is there --------------------------------------------------------------------------------
 
