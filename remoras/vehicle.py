@@ -122,9 +122,12 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
             neighbours: what the obstacle sonar sees.
             since_s: true time at which the ``dt_s`` began: the water keeps no clock of a vehicle.
         """
-        is_due = now_s >= self._next_decision_s
-        if is_due:  # the rhythm goes on while a vehicle is away
-            self._next_decision_s += self.executive.period_s
+        period_s, early_s = self.executive.period_s, self._next_decision_s - now_s
+        is_due = early_s <= 0.0 or early_s > period_s  # later only where its clock was set back
+        if is_due:  # the rhythm goes on while a vehicle is away, and by a clock that was set from what it shows
+            self._next_decision_s += period_s
+            if not -period_s < self._next_decision_s - now_s <= period_s:
+                self._next_decision_s = now_s + period_s
         if not self.functional.is_on:
             return
         if dt_s > 0.0:
@@ -134,7 +137,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         if not self.functional.is_on:
             self._run_log.fault(now_s, "energy", "battery exhausted")
         if is_due:
-            self.think(now_s, self.executive.period_s if dt_s > 0.0 else 0.0)
+            self.think(now_s, period_s if dt_s > 0.0 else 0.0)
 
     def _take_note(self, sensed: Sensed, now_s: float) -> None:
         """Record what a sensor yields, and tell it if it is to be told."""

@@ -111,10 +111,10 @@ class Record:
     def without_decision_s(self) -> float:
         """The most that passes until the next decision of a vehicle: its period, in whole ticks.
 
-        A vehicle with a clock of its own may come to it a tick later.
+        A vehicle with a clock of its own may come to it a tick later, and if the clock is set back a period later.
         """
         n_ticks = math.ceil(float(self.of("decision")["period_s"]) / self.tick_s - TIME_STEP_S)
-        return self.tick_s * (n_ticks + (not self.has_exact_clocks))
+        return self.tick_s * (n_ticks if self.has_exact_clocks else 2 * n_ticks + 1)
 
     @cached_property
     def tracks(self) -> dict[str, Track]:

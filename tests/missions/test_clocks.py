@@ -1,5 +1,7 @@
 """Clocks of vehicles: what they show, what slots make of it, and how a fleet keeps together."""
 
+from itertools import pairwise
+
 import pytest
 
 from exchange.peering.offsets import Offsets
@@ -94,6 +96,29 @@ def test_one_clock_that_is_wrong_comes_to_the_others() -> None:
             other.note(peer, lead_s)
     assert mine.correction_s() == -0.5
     assert other.correction_s() == 0.0
+
+
+@pytest.mark.parametrize("by_s", [-30.0, -2.0, 2.0, 30.0])
+def test_a_vehicle_whose_clock_jumps_goes_on_deciding_every_period(by_s: float) -> None:
+    """With a clock set back by 30 s it decided nothing for 30 s; set forward, twice as often as it should."""
+    fleet = run("vehicle.AUV01.clock.drift_ppm=0.001", until_s=100.0)
+    vehicle = next(vehicle for vehicle in fleet.vehicles if vehicle.name == "AUV01")
+    decided_s = []
+    think = vehicle.think
+
+    def noted(now_s: float, dt_s: float) -> None:
+        if dt_s > 0.0:  # in its rhythm
+            decided_s.append(fleet.now_s)
+        think(now_s, dt_s)
+
+    vehicle.think = noted
+    fleet.clocks[vehicle.data.node].set_by(by_s)
+    fleet.traffic.await_slot(vehicle.data.node)
+    while fleet.now_s < 160.0:
+        fleet.step()
+    apart_s = [after - before for before, after in pairwise([100.0, *decided_s])]
+    assert max(apart_s) == 2.0
+    assert 29 <= len(decided_s) <= 32
 
 
 def test_a_guard_below_what_range_and_clocks_need_is_refused() -> None:

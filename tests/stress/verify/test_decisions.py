@@ -36,8 +36,8 @@ def record_of(decided_s: float, period_s: float, **communication: Any) -> Record
         (446.0, 4.0, {}, False),
         (444.0, 2.5, {}, True),
         (445.0, 2.5, {}, False),
-        (446.0, 4.0, {"clocks": {}}, True),
-        (447.0, 4.0, {"clocks": {}}, False),
+        (450.0, 4.0, {"clocks": {}}, True),
+        (451.0, 4.0, {"clocks": {}}, False),
         (440.0, 4.0, {}, True),
         (439.0, 4.0, {}, False),
     ],
@@ -45,7 +45,7 @@ def record_of(decided_s: float, period_s: float, **communication: Any) -> Record
 def test_who_stops_mapping_has_decided_so_or_does_within_its_period(
     decided_s: float, period_s: float, communication: dict[str, Any], follows: bool
 ) -> None:
-    """A period of no whole ticks ends at the next one; by a clock of its own a vehicle may decide a tick later."""
+    """A period of no whole ticks ends at the next one; a clock that is set back makes it longer."""
     report = CheckReport()
     check_ending(record_of(decided_s, period_s, **communication), report)
     assert list(report.n_findings) == ([] if follows else ["milestones"])
