@@ -342,6 +342,10 @@ class ExchangeManager:
         """True if this vehicle holds the item."""
         return uid in self._ledger or self._holders.own.has((uid.origin, uid.epoch), uid.sequence)
 
+    def knows_life(self, peer: int, epoch: int) -> bool:
+        """True if this vehicle has heard ``peer`` in the life of that epoch; in its first one it need not."""
+        return self._peers.epochs[peer] == epoch
+
     def believes(self, peer: int, uid: ItemUid) -> bool:
         """True if this vehicle believes that ``peer`` holds the item."""
         column = self._ledger.column_of.get(uid)

@@ -57,12 +57,19 @@ def settle(fleet: Fleet, settle_s: float) -> Settled:
 def _is_settled(fleet: Fleet) -> bool:
     """True if no vehicle that speaks has an item left that somebody lacks, who may only seem to be away.
 
-    Nor has anybody given up waiting for what another one holds.
+    Nor has anybody given up waiting for what another one holds, or begun anew and not been heard since: then the others
+    do not know yet what it lacks.
     """
     speaking = [vehicle for vehicle in fleet.vehicles if _speaks(vehicle)]
     if any(vehicle.radio.manager.n_open for vehicle in speaking):
         return False
-    there = {v.data.node: v.radio.manager for v in speaking if not (v.condition.is_mute or v.condition.is_deaf)}
+    in_contact = [vehicle for vehicle in speaking if not (vehicle.condition.is_mute or vehicle.condition.is_deaf)]
+    there = {vehicle.data.node: vehicle.radio.manager for vehicle in in_contact}
+    lives = {vehicle.data.node: vehicle.beliefs.model.epoch for vehicle in in_contact}
+    if any(
+        not one.knows_life(peer, epoch) for node, one in there.items() for peer, epoch in lives.items() if peer != node
+    ):
+        return False
     lacking = {
         (node, uid)
         for manager in there.values()

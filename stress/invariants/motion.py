@@ -73,11 +73,15 @@ class Finite:
     """All positions, headings, speeds and energies are finite numbers."""
 
     name = "finite"
-    moment = Moment.END
+    moment = Moment.TICK
     not_under = frozenset[str]()
 
     def broken(self, scene: Scene) -> str | None:
-        """Look at all numbers of all tables, which have the state of motion of each vehicle in each tick."""
+        """Look at the state of motion of each vehicle; at the end at all numbers of all tables."""
+        for vehicle in scene.fleet.vehicles:
+            m = vehicle.functional.motion
+            if not math.isfinite(m.x_m + m.y_m + m.ahead[0] + m.ahead[1] + m.speed_mps + m.energy_j):
+                return f"{vehicle.name} at {scene.now_s:g} s: {m}"
         if scene.finished is None:
             return None
         recorder = scene.finished.recorder
