@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from sampling import sampled
 
-from exchange.packets import Packet, Reception
+from exchange.packets import Judged, Reception
 from exchange.peering.listening import Listener
 from missions.mapping.metrics import duplicate_fraction
 from missions.runs.run import Run, run
@@ -41,8 +41,9 @@ def test_acknowledgements_change_plans(strategy: str, monkeypatch: pytest.Monkey
     usual = of("mapping-patches", strategy, 0.7, "communication.summaries=false")
     listen = Listener.listen
 
-    def without_rows(listener: Listener, packet: Packet, *more: Any) -> Reception:
-        return listen(listener, packet._replace(rows=(0,) * len(packet.rows)), *more)
+    def without_rows(listener: Listener, judged: Judged, *more: Any) -> Reception:
+        packet = judged.packet._replace(rows=(0,) * len(judged.packet.rows))
+        return listen(listener, judged._replace(packet=packet), *more)
 
     monkeypatch.setattr(Listener, "listen", without_rows)
     ignoring = of("mapping-patches", strategy, 0.7, "communication.summaries=false")
