@@ -2,7 +2,7 @@
 
 Source: Burkard, Dell'Amico, Martello 2009: linear bottleneck assignment by a threshold, with as many pairs as
 augmenting paths can make; linear sum assignment by shortest augmenting paths, in the rectangular form of Crouse 2016.
-SciPy has the same, and is asked where there are many pairs: to load it takes half as long as a whole mission.
+SciPy has the same, and is asked where there are many pairs: to load it takes a third as long as a whole mission.
 """
 
 from __future__ import annotations
