@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import time
 import traceback
+from array import array
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -294,7 +295,13 @@ def digest_of(recorder: Recorder, figures: Mapping[str, Any]) -> str:
     """Digest of all tables and figures of a run."""
     found = hashlib.sha256()
     for name in sorted(recorder.tables):
-        found.update(f"{name} {recorder.rows(name)!r}".encode())
+        rows = recorder.rows(name)
+        found.update(f"{name} {len(rows)}".encode())
+        for values in zip(*rows, strict=True):
+            if set(map(type, values)) == {float}:
+                found.update(array("d", values))
+            else:
+                found.update(repr(values).encode())
     found.update(repr(list(figures.items())).encode())
     return found.hexdigest()[:20]
 

@@ -85,10 +85,13 @@ class Finite:
         if scene.finished is None:
             return None
         recorder = scene.finished.recorder
-        for name in recorder.tables:
-            for row in recorder.rows(name):
-                if any(value.__class__ is float and not math.isfinite(value) for value in row):
-                    return f"table {name}: {row}"
+        for name, table in recorder.tables.items():
+            rows = recorder.rows(name)
+            for column, values in zip(table.columns, zip(*rows, strict=True), strict=False):
+                if column.kind == "float" and not math.isfinite(sum(filter(None, values))):
+                    for row, value in zip(rows, values, strict=True):
+                        if value is not None and not math.isfinite(value):
+                            return f"table {name}: {row}"
         return None
 
 

@@ -24,6 +24,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
+from functools import cached_property
 from typing import Any, NamedTuple, Protocol
 
 from exchange.packets import Reception
@@ -102,9 +103,9 @@ class Scene:
         """Time of the mission (s)."""
         return self.fleet.now_s
 
-    @property
+    @cached_property
     def is_selective(self) -> bool:
-        """True if vehicles need not keep what all others know."""
+        """True if vehicles need not keep what all others know; features say so when vehicles are made."""
         of_its_own = any(vehicle.radio.limits or vehicle.radio.noted for vehicle in self.fleet.vehicles)
         return of_its_own or self.setup.subjects is not None
 

@@ -171,8 +171,9 @@ def _check_arrival(
     data: dict[str, Any] = record.vehicles
     deeper_m = 0.0 if reach_m < math.inf else data[sender]["depth_m"] - data[name]["depth_m"]
     nearest: tuple[float, float] | None = None
-    for shift_s in (-CLOSE_S / 2.0, CLOSE_S / 2.0):  # at a tick, rounding hides which came first
-        at = max(0, min(int((time_s + shift_s) / record.tick_s), len(a.time_s) - 1, len(b.time_s) - 1))
+    last = min(len(a.time_s), len(b.time_s)) - 1
+    either_side = {int((time_s + shift_s) / record.tick_s) for shift_s in (-CLOSE_S / 2.0, CLOSE_S / 2.0)}
+    for at in (max(0, min(tick, last)) for tick in either_side):  # at a tick, rounding hides which came first
         level_m = math.hypot(a.x_m[at] - b.x_m[at], a.y_m[at] - b.y_m[at])
         apart_m = math.hypot(level_m, deeper_m)
         off_s = abs(arrival_s - end_s - apart_m / speed_mps)

@@ -116,6 +116,8 @@ def _check_once(name: str, table: TableColumns, report: CheckReport) -> None:
     seen: set[Any] = set()
     columns = [column.name for column in table.arrow.schema]
     single = [column.name for column in table.arrow.schema if not pa.types.is_list(column.type)]
+    if len(set(table.rows(*single))) == len(table):
+        return
     for at, row in enumerate(table.rows(*single)):
         if row in seen:
             vehicle = table["vehicle"][at] if "vehicle" in columns else ""
