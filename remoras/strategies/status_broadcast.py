@@ -7,7 +7,8 @@ of its own part; others who have heard the same make the same plan. Who has no p
 role has room, if that saves ``help_s``.
 
 Health and re-tasking: a vehicle that says that it takes no jobs, or has left the group, has no part in the plan, and
-its job is open again. A job that is late by ``doubt_rounds`` is done again by who has nothing else left to do. If two
+its job is open again. A job that is late by ``doubt_rounds`` is done again by who has nothing else left to do; that of
+one to which nobody is known to have turned is late from when it was first left to somebody, whoever that was. If two
 are at the same job and it has no room for both, the one that came later leaves it on hearing of the other.
 
 Source: Sotzing, Lane 2010 (DELPHIS: broadcast of the mission state, prediction of silent partners, re-tasking).
@@ -55,6 +56,7 @@ class Broadcaster:
         self._with = strategy
         self._at: dict[str, JobWatch] = {}  # last known of every vehicle
         self._reported: set[str] = set()  # jobs that somebody says are done
+        self._awaited: dict[str, float] = {}  # jobs left to vehicles without work: when they should have been done
 
     def negotiate(self, situation: Situation) -> Move:
         """Hear, predict, leave what is done or was another's before, take what is left, tell the state."""
@@ -161,12 +163,19 @@ class Broadcaster:
     ) -> str | None:
         """A job that others are at, or should have begun by this plan, and are late with."""
         trusted = {at.role for name, at in self._at.items() if name in outlooks and name not in doubted}
+        awaited: dict[str, float] = {}
+        unfinished = {role.name for role in work.unfinished}
+        busy = {name for name, at in self._at.items() if at.role in unfinished}
         for data in work.workers:
             outlook = outlooks[data.name]
             for role in plan.roles[data.name]:
                 outlook = work.after(outlook, data, role) or outlook
-                if not self._is_late(data.name, outlook.free_s, situation):
+                due_s = outlook.free_s
+                if data.name not in busy:  # whoever it is left to, its time began when it was first left to somebody
+                    due_s = awaited[role.name] = self._awaited.get(role.name, due_s)
+                if not self._is_late(data.name, due_s, situation):
                     trusted.add(role.name)
+        self._awaited = awaited
         data = work.database[self._me]
         left = [role for role in work.open if role.name not in trusted and work.able(data, role)]
         return work.in_order(outlooks[self._me], data, left)[0].name if left else None

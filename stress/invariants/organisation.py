@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 from missions.fault import Danger
 from remoras.organisation import Organisation
 from remoras.recorder import ORGANISATION
@@ -55,6 +57,8 @@ class Cardinality:
         quiet_s = QUIET_LEASES * lease_s
         if scene.is_silent or ended_s < scene.schedule.stress.heal_s + quiet_s or _is_doubted(scene, ended_s - quiet_s):
             return None
+        if _was_silent(scene, ended_s - quiet_s, lease_s):
+            return None
         own = [
             role
             for vehicle in scene.in_contact()
@@ -74,6 +78,16 @@ def _is_doubted(scene: Scene, since_s: float) -> bool:
     there = {vehicle.name for vehicle in scene.in_contact()}
     rows = scene.fleet.recorder.membership
     return any(row[0] >= since_s and row[3] == "absent" and {row[1], row[2]} <= there for row in rows)
+
+
+def _was_silent(scene: Scene, since_s: float, lease_s: float) -> bool:
+    """True if somebody in contact said nothing for a lease: some strategies speak only where they meet."""
+    ended_s, packets = scene.fleet.ended_s, scene.fleet.recorder.packets
+    for vehicle in scene.in_contact() if len(scene.fleet.vehicles) > 1 else ():
+        spoken_s = [row[1] for row in packets if row[2] == vehicle.name and row[1] >= since_s]
+        if any(after_s - before_s > lease_s for before_s, after_s in pairwise([since_s, *spoken_s, ended_s])):
+            return True
+    return False
 
 
 def _kept_to_itself(vehicle: Vehicle) -> set[str]:
