@@ -6,7 +6,9 @@ than plain ones.
 
 Of those that wait the least urgent makes room for a more urgent one; of equals, the one that was taken last. Where the
 newest is to go first, the one that was taken first makes room. What is to be acknowledged waits outside of the queue,
-and comes in once there is room: nothing that is to be acknowledged is lost.
+and comes in once there is room: nothing that is to be acknowledged is lost. Nor does it wait for one who never
+acknowledges: what has been said, and is lacking still, changes places with what waits outside. Each time that it has
+been said counts as half of its priority, so that what is urgent is said more often.
 """
 
 from __future__ import annotations
@@ -111,6 +113,17 @@ class QueueLimits:
                 del outside[column]
                 yield candidate
 
+    def follower(self, said: Candidate) -> Candidate | None:
+        """What comes in from outside for an item that has been said; None if nothing outside comes before it."""
+        for attribute, outside in self._outside.items():
+            candidate = next(iter(outside.values()), None)
+            if candidate is None or _rank(candidate) >= _rank(said):
+                continue
+            limit, limited = candidate.terms.queue_limit, self._limited.get(attribute or 0, {})
+            if attribute is None or limit is None or len(limited) - (said.column in limited) < limit:
+                return candidate
+        return None
+
     # Said no more --------------------------------------------------------------------------------
 
     def end(self, candidate: Candidate) -> None:
@@ -151,6 +164,15 @@ class QueueLimits:
             at_s, _, candidate = heappop(self._deadlines)
             if candidate.line is not None and _deadline_s(candidate) == at_s:
                 yield candidate
+
+
+def _rank(candidate: Candidate) -> int:
+    """Orders items that change places, the lowest first: by how often each was said, less the digits of its priority.
+
+    >>> [n_said - priority.bit_length() for priority, n_said in ((20, 0), (20, 4), (1, 0))]
+    [-5, -1, -1]
+    """
+    return candidate.waiting.n_said - candidate.waiting.priority.bit_length()
 
 
 def _deadline_s(candidate: Candidate) -> float:

@@ -243,6 +243,7 @@ class Queue:
         self._status: dict[tuple[int, int], Candidate] = {}  # by subject and attribute
         self._n_status = 0
         self._n_slots = 0
+        self._said: list[Candidate] = []  # items of the last own slot that wait again, where something limits
         self.expired: list[Expiry] = []
         self.open = 0
         self.unsaid: Counter[Unsaid] = Counter()
@@ -367,6 +368,8 @@ class Queue:
                 self._forget(candidate)
                 self._end(candidate)
                 self._tell(candidate, Expired.SAID_ONCE, now_s)
+        if self._limits:
+            self._said = [candidate for candidate in chosen if candidate.column in self._items]
         return chosen
 
     def stays_silent(self, now_s: float, above: float) -> bool:
@@ -387,10 +390,16 @@ class Queue:
             reasons[Unsaid.NOTHING_OPEN] = 1
 
     def _update(self, now_s: float) -> None:
-        """Let in what waits outside and has room now, and let go of what is too old."""
+        """Let in what waits outside, for what was said and is lacking still, too; let go of what is too old."""
         for limits in self._limits:
             for candidate in limits.from_outside():
                 self._enter(candidate)
+            for said in self._said:
+                if said.line is not None and (follower := limits.follower(said)) is not None:
+                    self._let_go(said)
+                    limits.forget_outside(follower.column)
+                    self._enter(follower)
+                    limits.put_outside(said)
             for candidate in limits.overdue(now_s):
                 self._expire(candidate, now_s)
 

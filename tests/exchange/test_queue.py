@@ -307,6 +307,34 @@ def test_a_limit_that_comes_to_hold_bounds_what_waits_already() -> None:
     assert queue.open == 0b1111
 
 
+@given(
+    priorities=st.lists(st.integers(1, 20), min_size=2, max_size=12),
+    limit=st.integers(1, 4),
+    lost=st.sets(st.integers(0, 11)),
+)
+def test_what_is_never_acknowledged_keeps_nothing_outside(priorities: list[int], limit: int, lost: set[int]) -> None:
+    """Items of which some are never acknowledged, others the slot after: all are said, however small the queue."""
+    queue, heard = Queue(limit=limit), set[int]()
+    for column, priority in enumerate(priorities):
+        take(queue, column, priority)
+    for slot in range(400):  # the least urgent of the queue waits for up to 220
+        for column in said(queue, 1, float(slot)):
+            heard.add(column)
+            if column not in lost:
+                queue.drop(column)
+    assert heard == set(range(len(priorities)))
+
+
+def test_what_is_urgent_is_said_more_often_while_places_change() -> None:
+    """Ten that are never acknowledged, for two places: that of priority 64 comes before those of 1 get their turn."""
+    queue = Queue(limit=2)
+    for column in range(10):
+        take(queue, column, 64 if column == 0 else 1)
+    order = [column for slot in range(60) for column in said(queue, 1, float(slot))]
+    assert set(order) == set(range(10))
+    assert order[:6] == [0] * 6
+
+
 def test_stale_entries_are_cleared_away() -> None:
     """1000 items come and are settled while one of another priority keeps the packet: no line keeps them."""
     queue = Queue()
@@ -340,7 +368,7 @@ def test_each_candidate_that_does_not_go_has_its_reason() -> None:
 def test_a_covert_slot_is_empty_unless_something_may_go() -> None:
     """What is in a blackout or too old may not go, however urgent; what waited for room outside may, once it has it."""
     queue = Queue(limit=1)
-    take(queue, 0, 50, Terms(blackout_s=30.0))
+    take(queue, 0, 100, Terms(blackout_s=30.0))  # said once, it comes as late as one of half of its priority
     take(queue, 1, 50)
     assert not queue.stays_silent(0.0, 40)
     assert said(queue, 1, 0.0) == [0]
