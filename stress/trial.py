@@ -122,7 +122,9 @@ class _Trial:
         left_out = {*(() if about.must_finish else (Finishes.name,)), *(() if about.must_end else (Ends.name,))}
         asked = [invariant for invariant in self.invariants if invariant.name not in left_out]
         promised = [promise for promise in asked if promise.not_under.isdisjoint(effective)]
-        self.of = {moment: [promise for promise in promised if promise.moment == moment] for moment in Moment}
+        self.at_events, self.at_ticks, self.at_the_end = (
+            [promise for promise in promised if promise.moment == moment] for moment in Moment
+        )
         self.rigging = Rigging(self.scene, self._listen, self.happened)
         self.sudden = sorted(_moments(self.schedule), key=lambda moment: moment[0])
         with rare_collections():
@@ -141,7 +143,7 @@ class _Trial:
                 while self.sudden and self.sudden[0][0] <= fleet.now_s:
                     self._let_happen(*self.sudden.pop(0)[1:])
                 fleet.step()
-                self._look(Moment.TICK)
+                self._look(self.at_ticks)
             if self.broken is None:
                 self._rest()
         except ConfigurationError:
@@ -168,12 +170,12 @@ class _Trial:
         scene.rested = None if settled is None else settled.complete
         scene.finished = result_of(self.setup, self.seed, fleet, 0.0, settled)
         scene.summary = summary(scene.finished)
-        for moment in Moment:
-            self._look(moment)
+        for promised in (self.at_events, self.at_ticks, self.at_the_end):
+            self._look(promised)
 
-    def _look(self, moment: Moment) -> None:
+    def _look(self, promised: Sequence[Invariant]) -> None:
         """Ask the invariants of a moment."""
-        for promise in self.of[moment]:
+        for promise in promised:
             if self.broken is not None:
                 return
             try:
@@ -188,7 +190,7 @@ class _Trial:
 
     def _listen(self, heard: Heard) -> None:
         self.scene.heard = heard
-        self._look(Moment.EVENT)
+        self._look(self.at_events)
 
     def _break(self, name: str, text: str) -> None:
         now_s = self.fleet.now_s

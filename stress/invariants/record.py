@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 
+from exchange.packets import ItemUid
 from missions.fault import Absence, absence
 from remoras.faults import OVER
 from stress.invariants.seam import Heard, Moment, Scene
@@ -19,7 +20,7 @@ class WholeTables:
 
     def __init__(self) -> None:
         self._sent: set[tuple[int, str]] = set()
-        self._received: Counter[tuple[str, str]] = Counter()
+        self._received: Counter[tuple[str, ItemUid]] = Counter()
 
     def broken(self, scene: Scene) -> str | None:
         """Note what is heard during the mission; at the end compare."""
@@ -33,7 +34,7 @@ class WholeTables:
         if heard.aired is not None:
             self._sent.add((heard.aired.slot, scene.fleet.vehicles[heard.aired.sender.node].name))
         if heard.reception.fault is None:
-            self._received.update((heard.vehicle.name, str(uid)) for uid in heard.reception.items)
+            self._received.update([(heard.vehicle.name, uid) for uid in heard.reception.items])
 
     def _missing(self, scene: Scene) -> Iterator[str]:
         fleet, recorder = scene.fleet, scene.fleet.recorder
@@ -43,11 +44,12 @@ class WholeTables:
         for slot, sender in sorted(self._sent - {(row[0], row[2]) for row in recorder.packets}):
             yield f"packets lacks that of {sender} in slot {slot}, which was heard"
         rows = Counter((row[1], row[2]) for row in recorder.knowledge if row[4] == "received")
-        wrong = self._received - rows
+        received = Counter({(vehicle, str(uid)): n_times for (vehicle, uid), n_times in self._received.items()})
+        wrong = received - rows
         if not scene.is_selective:  # there what was set aside is received when it comes to be needed
-            wrong |= rows - self._received
+            wrong |= rows - received
         for vehicle, uid in sorted(wrong):
-            n_rows, n_times = rows[vehicle, uid], self._received[vehicle, uid]
+            n_rows, n_times = rows[vehicle, uid], received[vehicle, uid]
             yield f"knowledge has {n_rows} rows of {vehicle} receiving {uid}, which it did {n_times} times"
         yield from _heard(scene)
         yield from _faults(scene)
