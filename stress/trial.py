@@ -127,9 +127,9 @@ class _Trial:
         )
         self.rigging = Rigging(self.scene, self._listen, self.happened)
         self.sudden = sorted(_moments(self.schedule), key=lambda moment: moment[0])
-        with rare_collections():
+        with rare_collections():  # until the fleet is let go of: before, all that it holds would be searched
             self._sail()
-        outcome = self._outcome([promise.name for promise in promised if promise.name != SameDigest.name], began)
+            outcome = self._outcome([promise.name for promise in promised if promise.name != SameDigest.name], began)
         names = [
             invariant.name for invariant in self.invariants if invariant.name not in (*outcome.judged, SameDigest.name)
         ]
