@@ -101,6 +101,12 @@ class Document:
         """Line of a dotted key, or of the nearest table around it; None if the file has neither."""
         return line_of(location_of(key, self.raw), self.lines)
 
+    def holds(self, key: str) -> bool:
+        """True if the file has the list of tables that a dotted key is in, or the very table: ``[modem.own]``."""
+        first, *others = key_parts(key)
+        table = self.raw.get(first)
+        return others[0] in table if isinstance(table, dict) and others else table is not None
+
     def located(
         self, faults: Iterable[ConfigurationFault], options: Mapping[str, str] | None = None
     ) -> list[ConfigurationFault]:
@@ -121,8 +127,7 @@ class Document:
                 return replace(fault, key=f"{option} ({fault.key})")
         if fault.line:
             return fault
-        table = key_parts(fault.key)[0]
-        part = next((part for part in self.parts if table in part.raw), None)
+        part = next((part for part in self.parts if part.holds(fault.key)), None)
         if part is None:
             return replace(fault, line=self.line_of(fault.key))
         return replace(fault, line=part.line_of(fault.key), file=part.path)
@@ -222,6 +227,8 @@ def _known_keys(location: Iterable[Any], root: type[BaseModel], raw: Any) -> lis
         raw = raw[part] if isinstance(raw, dict | list) and _has(raw, part) else None
         if isinstance(part, int):
             table = getattr(table, "fitting", lambda _, known=table: known)(raw or {})
+            continue
+        if part not in table.model_fields:  # the name of a table among others: modem.own
             continue
         annotation: Any = table.model_fields[part].annotation
         candidates = [annotation, *getattr(annotation, "__args__", ())]

@@ -14,12 +14,14 @@ from exchange.acoustics.bit_errors import Modulation
 from exchange.acoustics.budget import Budget, source_level_db
 from exchange.acoustics.link import LinkModel, Transmission
 from exchange.acoustics.models import ChannelModel, Deployment, SettingFault
-from exchange.acoustics.modems import FILE, Modem
+from exchange.acoustics.modems import Modem
 from exchange.acoustics.noise import noise_in_band_db
 from exchange.acoustics.packet_errors import Fading, delivered_share, packet_loss
 from exchange.acoustics.sound_speed import sound_speed_mps
 from exchange.arithmetic import power_of_10
 
+NEEDED = ("band_khz", "modulation")
+"""What a profile must say of a modem on this channel, beside how loud it is."""
 RANGES = 200
 """Ranges over which the mean loss is estimated."""
 
@@ -97,6 +99,8 @@ class AcousticChannel(ChannelModel):
     def links(self, deployment: Deployment) -> AcousticLinks:
         """The same, as what they are."""
         modem = deployment.modem
+        if modem.modulation is None:
+            raise ValueError(f"modem {modem.name} has no modulation")
         return AcousticLinks(self.budget(deployment), modem.modulation, Fading(self.fading), 8 * modem.frame_bytes)
 
     def mean_per(self, deployment: Deployment) -> float:
@@ -113,18 +117,21 @@ class AcousticChannel(ChannelModel):
         """The link budget of a fleet.
 
         Raises:
-            ValueError: neither settings nor profile say how loud the modem is.
+            ValueError: the profile has no band, or neither settings nor profile say how loud the modem is.
         """
         modem, level_db = deployment.modem, self._source_level_db(deployment.modem)
         if level_db is None:
             raise ValueError(f"modem {modem.name} has no source level")
+        if modem.band_khz is None:
+            raise ValueError(f"modem {modem.name} has no band")
+        low_khz, high_khz = modem.band_khz
         return Budget(
             source_level_db=level_db,
-            noise_db=noise_in_band_db(*modem.band_khz, self.shipping, self.wind_mps),
+            noise_db=noise_in_band_db(low_khz, high_khz, self.shipping, self.wind_mps),
             directivity_db=self.directivity_db,
             spreading=self.spreading,
-            absorption_db_per_km=self._absorption_db_per_km(deployment),
-            band_hz=modem.band_hz,
+            absorption_db_per_km=self._absorption_db_per_km(deployment, (low_khz + high_khz) / 2.0),
+            band_hz=1000.0 * (high_khz - low_khz),
             rate_bps=modem.rate_bps,
         )
 
@@ -133,8 +140,7 @@ class AcousticChannel(ChannelModel):
             return self.source_level_db
         return modem.source_level_db if self.acoustic_power_w is None else source_level_db(self.acoustic_power_w)
 
-    def _absorption_db_per_km(self, deployment: Deployment) -> float:
-        frequency_khz = deployment.modem.centre_khz
+    def _absorption_db_per_km(self, deployment: Deployment, frequency_khz: float) -> float:
         if self.absorption == "thorp":
             return thorp_db_per_km(frequency_khz)
         depth_m = _mean_depth_m(deployment)
@@ -148,11 +154,14 @@ class AcousticChannel(ChannelModel):
             yield SettingFault("acoustic_power_w", str(settings["acoustic_power_w"]), allowed)
 
     def misfits(self, deployment: Deployment) -> Iterator[SettingFault]:
-        """A modem of which nobody says how loud it is."""
+        """A modem of which nobody says how loud it is, in which band it sends, or how it writes bits."""
         modem = deployment.modem
+        if lacking := [key for key in NEEDED if getattr(modem, key) is None]:
+            allowed = f"needs {' and '.join(lacking)} of the modem {modem.name}: add them to its profile"
+            yield SettingFault("name", '"acoustic"', allowed)
         if self._source_level_db(modem) is None:
             allowed = (
-                f"missing: the profile {modem.name} in {FILE} has no source_level_db; set channel.source_level_db "
+                f"missing: the profile {modem.name} has no source_level_db; set channel.source_level_db "
                 "(dB re 1 uPa at 1 m) or channel.acoustic_power_w, or take another communication.modem"
             )
             yield SettingFault("source_level_db", "", allowed)

@@ -1,8 +1,9 @@
-"""Modem profiles, read from ``modems.toml`` beside this file."""
+"""Modem profiles: the shipped ones, read from ``modems.toml`` beside this file, and any others from their tables."""
 
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
@@ -24,8 +25,9 @@ class Modem:
         rate_bps: net rate while the payload is sent.
         head_s: time before the payload (preamble, cycle initialisation).
         range_m: nominal range.
-        band_khz: lower and upper end of the band.
-        modulation: how bits are written.
+        title: one line for listings.
+        band_khz: lower and upper end of the band; None where nobody says.
+        modulation: how bits are written; None where nobody says.
         source_level_db: dB re 1 uPa at 1 m; None where nobody says.
         receive_w: power while it listens; None where nobody says. Runs count it if ``communication.count_listening``
             is set; else the ``hotel_w`` of the vehicles has it.
@@ -34,28 +36,18 @@ class Modem:
     """
 
     name: str
-    title: str
     payload_bytes: int
     frame_bytes: int
     rate_bps: float
     head_s: float
     range_m: float
-    band_khz: tuple[float, float]
-    modulation: Modulation
+    title: str = ""
+    band_khz: tuple[float, float] | None = None
+    modulation: Modulation | None = None
     source_level_db: float | None = None
     receive_w: float | None = None
     unverified: tuple[str, ...] = ()
     equipment: str = "AcousticModem"
-
-    @property
-    def band_hz(self) -> float:
-        """Width of the band."""
-        return 1000.0 * (self.band_khz[1] - self.band_khz[0])
-
-    @property
-    def centre_khz(self) -> float:
-        """Centre of the band."""
-        return (self.band_khz[0] + self.band_khz[1]) / 2.0
 
     @property
     def payload_bits(self) -> int:
@@ -75,15 +67,22 @@ class Modem:
 def modems() -> dict[str, Modem]:
     """The shipped profiles by name."""
     text = resources.files("exchange.acoustics").joinpath(FILE).read_text(encoding="utf-8")
-    return {name: _modem(name, profile) for name, profile in tomllib.loads(text).items()}
+    return {name: modem_of(name, profile) for name, profile in tomllib.loads(text).items()}
 
 
-def _modem(name: str, profile: dict[str, Any]) -> Modem:
+def modem_of(name: str, profile: Mapping[str, Any]) -> Modem:
+    """The profile that a table has, whose values are right one by one.
+
+    >>> modem_of("own", {"payload_bytes": 48, "rate_bps": 300.0, "head_s": 0.2, "range_m": 1500.0}).packet_s(384)
+    1.48
+    """
     values = {
         "frame_bytes": profile["payload_bytes"],
         **profile,
-        "band_khz": tuple(profile["band_khz"]),
-        "modulation": Modulation(profile["modulation"]),
         "unverified": tuple(profile.get("unverified", ())),
     }
+    if "band_khz" in profile:
+        values["band_khz"] = tuple(profile["band_khz"])
+    if "modulation" in profile:
+        values["modulation"] = Modulation(profile["modulation"])
     return Modem(name=name, **values)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 
-from exchange.acoustics.modems import Modem, modems
+from exchange.acoustics.modems import Modem
 from exchange.policies import AckPolicy
 from exchange.schedule import TdmaSchedule
 from exchange.wire.codec import Codec, Framing, Widths
@@ -119,7 +119,7 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
     # nobody tells facts about equipment, so it needs no names on the wire unless new instances come behind it
     n_named = len(instances) + (len(equipment) if mission.instances_found_per_vehicle else 0)
     instances += equipment
-    modem, world = modems()[scenario.communication.modem], scenario.world
+    modem, world = scenario.modem_in_use, scenario.world
     is_aloha, slots = scenario.communication.mac == "aloha", _turns(scenario, used)
     packet_s = modem.packet_s(modem.payload_bits)
     schedule = TdmaSchedule(len(database), packet_s, guard_s(scenario), slots, is_aloha)

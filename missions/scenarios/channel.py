@@ -25,10 +25,10 @@ from exchange.acoustics.models import (
     OfVehicle,
     SettingFault,
 )
-from exchange.acoustics.modems import modems
 from exchange.acoustics.shipped import CHANNELS
 from exchange.acoustics.trace import TraceChannel, TraceError, hash_of
 from missions.errors import ConfigurationError, ConfigurationFault
+from missions.scenarios.modem import modem_in
 from missions.scenarios.tables import (
     NotNegative,
     Raw,
@@ -280,7 +280,7 @@ def _setting_faults(name: str, model: type[ChannelModel], channel: Raw, raw: Raw
 def deployment_in(raw: Raw) -> Deployment | None:
     """The fleet that transmits, by tables not checked yet; None where they are malformed, as others report."""
     communication, vehicles = table_of(raw, "communication"), entries(raw, "vehicle")
-    modem = modems().get(str(communication.get("modem")))
+    modem = modem_in(raw)
     if not all(type(vehicle.get("slot")) is int for vehicle in vehicles):
         return None
     depths_m: dict[int, Any] = {vehicle["slot"]: vehicle.get("depth_m", 0.0) for vehicle in vehicles}

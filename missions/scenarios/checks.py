@@ -11,8 +11,6 @@ import math
 from collections import Counter
 from collections.abc import Iterator, Mapping
 
-from exchange.acoustics.modems import FILE as MODEMS
-from exchange.acoustics.modems import modems
 from missions.errors import ConfigurationFault
 from missions.scenarios.channel import channel_faults
 from missions.scenarios.equipment import equipment_faults, gear_of
@@ -22,6 +20,7 @@ from missions.scenarios.formation import formation_faults
 from missions.scenarios.hooks import hook_faults
 from missions.scenarios.information import information_faults
 from missions.scenarios.knowledge import knowledge_faults
+from missions.scenarios.modem import modem_faults, modem_in
 from missions.scenarios.named import metric_faults
 from missions.scenarios.ontologies import ontology_faults, words_of
 from missions.scenarios.organisation_checks import organisation_faults
@@ -230,11 +229,11 @@ def _world(raw: Raw) -> Iterator[ConfigurationFault]:
 
 def _choices(raw: Raw) -> Iterator[ConfigurationFault]:
     communication = table_of(raw, "communication")
-    yield from one_of("communication.modem", communication.get("modem"), list(modems()))
-    modem = modems().get(str(communication.get("modem")))
+    yield from modem_faults(raw)
+    modem = modem_in(raw)
     counts = communication.get("count_listening") is True and "receive_power_w" not in communication
     if counts and modem is not None and modem.receive_w is None:
-        allowed = f"the profile {modem.name} in {MODEMS} has no receive_w; set communication.receive_power_w (W)"
+        allowed = f"the profile {modem.name} has no receive_w; set communication.receive_power_w (W)"
         yield ConfigurationFault("communication.count_listening", "true", allowed)
     yield from policy_faults(raw)
     yield from key_faults(raw)

@@ -31,7 +31,9 @@ class Communication(Sparse):
     mac: Literal["tdma", "aloha"] = Field(
         "tdma", description="who sends when: each in its slots, or each once in a frame at a time of its own drawing"
     )
-    modem: str = Field(description="modem profile, see `remoras list modems`")
+    modem: str = Field(
+        description="modem profile: see `remoras list modems`, a table [modem.NAME], or a TOML file with one such table"
+    )
     range_m: float = Field(
         gt=0.0,
         le=100_000.0,

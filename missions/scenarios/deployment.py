@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from exchange.acoustics.models import Deployment
-from exchange.acoustics.modems import modems
 
 if TYPE_CHECKING:
     from missions.scenarios.scenario import Scenario
@@ -17,7 +16,7 @@ def deployment_of(scenario: Scenario) -> Deployment:
     return Deployment(
         nodes={table.name: table.slot for table in by_node},
         depths_m=tuple(table.depth_m for table in by_node),
-        modem=modems()[scenario.communication.modem],
+        modem=scenario.modem_in_use,
         range_m=scenario.communication.range_m,
         duration_s=scenario.scenario.duration_s,
     )

@@ -11,9 +11,11 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from functools import cache, lru_cache
 from typing import NamedTuple
 
-from exchange.acoustics.modems import modems
+from exchange.acoustics.modems import Modem
 from missions.errors import ConfigurationFault
 from missions.scenarios.abilities import Gear, sensor_tables
+from missions.scenarios.modem import TABLE as MODEMS
+from missions.scenarios.modem import modem_in
 from missions.scenarios.ontologies import words_of
 from missions.scenarios.parts import sensor_kind
 from missions.scenarios.scenario import Scenario
@@ -26,6 +28,8 @@ from worldmodel import Instance, Keeping, OntologyError, PropertyValue, TBox, Wo
 HAS_PART = "hasPart"
 EQUIPMENT = "Equipment"
 """The class above all that may be listed as equipment."""
+MODEM = "AcousticModem"
+"""The class of all modems that vehicles exchange with."""
 CAPABILITIES = "CapablePlatform"
 """The class above the capabilities that the core ontology defines."""
 
@@ -41,7 +45,7 @@ def gear_of(raw: Raw, mission: type[Mission] | None) -> Gear:
     """What abilities follow from in a scenario of a mission; nothing if the mission is unknown."""
     if mission is None:
         return Gear()
-    modem = table_of(raw, "communication").get("modem")
+    modem = modem_in(raw)
     kinds = mission.sensors
     tbox_of = cache(lambda: _tbox_of(raw, mission))
 
@@ -54,23 +58,23 @@ def gear_of(raw: Raw, mission: type[Mission] | None) -> Gear:
         tbox = tbox_of()
         return tbox is not None and any(ontology_class.name == name for ontology_class in tbox.classes)
 
-    return Gear(next(iter(kinds), ""), capabilities, is_class, _listening_w(table_of(raw, "communication")))
+    return Gear(next(iter(kinds), ""), capabilities, is_class, _listening_w(table_of(raw, "communication"), modem))
 
 
-def _listening_w(communication: Raw) -> float:
+def _listening_w(communication: Raw, modem: Modem | None) -> float:
     """Receive power that counts, of a table that is not checked yet."""
-    given, modem = communication.get("receive_power_w"), modems().get(str(communication.get("modem")))
+    given = communication.get("receive_power_w")
     if isinstance(given, int | float):
         return float(given)
     return modem.receive_w or 0.0 if modem is not None and communication.get("count_listening") is True else 0.0
 
 
-def equipment_of(vehicle: Raw, modem: object, kinds: Mapping[str, type[SensorSettings]]) -> list[EquipmentItem]:
+def equipment_of(vehicle: Raw, modem: Modem | None, kinds: Mapping[str, type[SensorSettings]]) -> list[EquipmentItem]:
     """The equipment of a vehicle; what is malformed is passed over.
 
     Args:
         vehicle: its table.
-        modem: name of the profile of its modem.
+        modem: its modem; None if that is not known.
         kinds: of sensors that the mission knows.
     """
     found = []
@@ -82,8 +86,8 @@ def equipment_of(vehicle: Raw, modem: object, kinds: Mapping[str, type[SensorSet
         except PluginError:
             continue
         found.append(EquipmentItem(name, of_class))
-    if isinstance(modem, str) and modem in modems():
-        found.append(EquipmentItem("modem", modems()[modem].equipment))
+    if modem is not None:
+        found.append(EquipmentItem("modem", modem.equipment))
     return found
 
 
@@ -116,7 +120,10 @@ def equipment_faults(raw: Raw, mission: type[Mission]) -> Iterator[Configuration
             if isinstance(asked, str) and asked not in named:
                 key = f"group.{group.get('name')}.role.{role.get('name')}.requires.capability"
                 yield from one_of(key, asked, _below(tbox, CAPABILITIES))
-    carried = _below(tbox, EQUIPMENT)
+    carried, modems = _below(tbox, EQUIPMENT), [MODEM, *_below(tbox, MODEM)]
+    for name, profile in table_of(raw, MODEMS).items():
+        if isinstance(profile, dict):
+            yield from one_of(f"{MODEMS}.{name}.equipment", profile.get("equipment"), modems)
     for vehicle in entries(raw, "vehicle"):
         for table in sensor_tables(vehicle):
             given = table.get("equipment")
@@ -155,7 +162,7 @@ def common_equipment(
     has_part = tbox.attribute_named(HAS_PART).uid
     tables = scenario.model_dump(include={"vehicle"}, mode="json")["vehicle"]
     for vehicle in sorted(tables, key=lambda table: table["slot"]):
-        for part in equipment_of(vehicle, scenario.communication.modem, kinds):
+        for part in equipment_of(vehicle, scenario.modem_in_use, kinds):
             uid = len(instances) + len(found)
             found.append(Instance(uid, tbox.class_named(part.of_class).uid, f"{vehicle['name']}.{part.name}"))
             facts.append(PropertyValue(vehicle["slot"], has_part, uid))

@@ -23,6 +23,7 @@ from missions.scenarios.checks import cross_faults, job_faults
 from missions.scenarios.copies import with_copies
 from missions.scenarios.equipment import gear_of
 from missions.scenarios.guard import guard_faults
+from missions.scenarios.modem import with_modem_read
 from missions.scenarios.named import METRICS, with_kinds_found, with_metrics_found
 from missions.scenarios.ontologies import KEY as ONTOLOGIES
 from missions.scenarios.ontologies import with_ontologies
@@ -73,6 +74,8 @@ def scenario_from(document: Document, overrides: Sequence[tuple[str, str]] = ())
     faults += leave_aside(own_channel, raw, options)
     raw = with_trace_found(raw, Path() if {"channel.file", "channel"} & options.keys() else Path(document.path).parent)
     raw = with_key_found(raw, Path() if "communication.key_file" in options else Path(document.path).parent)
+    document, raw, more = with_modem_read(document, raw, options)
+    faults += more
     raw = with_metrics_found(raw, Path() if METRICS in options else Path(document.path).parent)
     is_set = any(key_parts(option)[0] == "fault" for option in options)
     raw = with_kinds_found(raw, Path() if is_set else Path(document.path).parent)

@@ -6,18 +6,15 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from exchange.acoustics.modems import modems
 from exchange.errors import ExchangeError
 from exchange.policies import POLICIES, AckPolicy, checked_policy, header_bits
 from exchange.wire.sealing import Seal, key_in
 from missions.errors import ConfigurationFault
+from missions.scenarios.modem import LEAST_BYTES, modem_in
 from missions.scenarios.tables import Raw, entries, table_of
 from remoras.errors import PluginError
 from remoras.plugins import named_object
 from worldmodel import suggestion
-
-ROOM_BITS = 128
-"""What a packet needs beside its acknowledgements: its head, a signal, a block of one fact."""
 
 
 def policy_of(name: str) -> AckPolicy:
@@ -78,7 +75,7 @@ def key_faults(raw: Raw) -> Iterator[ConfigurationFault]:
 def policy_faults(raw: Raw) -> Iterator[ConfigurationFault]:
     """The policy must be there, and the acknowledgements of all nodes must leave room in a packet."""
     communication = table_of(raw, "communication")
-    modem, name = modems().get(str(communication.get("modem", ""))), communication.get("policy")
+    modem, name = modem_in(raw), communication.get("policy")
     if not isinstance(name, str):
         return
     n_vehicles = len(entries(raw, "vehicle"))
@@ -92,9 +89,9 @@ def policy_faults(raw: Raw) -> Iterator[ConfigurationFault]:
         allowed = f"its carries must answer for every bit of a header, but raised {type(error).__name__}: {error}"
         yield ConfigurationFault("communication.policy", f'"{name}"', allowed)
         return
-    if modem is not None and n_vehicles >= 2 and header + ROOM_BITS > modem.payload_bits:
+    if modem is not None and n_vehicles >= 2 and header + 8 * LEAST_BYTES > modem.payload_bits:
         allowed = (
             f"its acknowledgements take {header} bits for {n_vehicles} vehicles, a packet of modem {modem.name} "
-            f"has {modem.payload_bits} and needs {ROOM_BITS} for the rest: take ack or another modem"
+            f"has {modem.payload_bits} and needs {8 * LEAST_BYTES} for the rest: take ack or another modem"
         )
         yield ConfigurationFault("communication.policy", f'"{name}"', allowed)

@@ -10,12 +10,14 @@ from typing import Any, Final, Literal
 
 from pydantic import ConfigDict, Field, field_validator
 
+from exchange.acoustics.modems import Modem
 from missions.scenarios.channel import ChannelTable
 from missions.scenarios.communication import Communication
 from missions.scenarios.copies import MAX_VEHICLES, SPACING_M
 from missions.scenarios.extending import with_features
 from missions.scenarios.faults import DeclaredFault
 from missions.scenarios.knowledge import WorldModelTable
+from missions.scenarios.modem import ModemTable, modem_named
 from missions.scenarios.tables import Name, NotNegative, PointM, Positive, Section, Sparse, one_or_more, unless
 from remoras.attraction import GuidanceConstants
 from remoras.avoidance import SEPARATION_M
@@ -259,7 +261,7 @@ class Scenario(Sparse):
     """The whole input of a run; a mission with tables of its own subclasses it."""
 
     model_config = ConfigDict(json_schema_extra=unless("organisation", "group"))
-    UNSAID = frozenset({"role", "group_template", "worldmodel"})
+    UNSAID = frozenset({"role", "group_template", "worldmodel", "modem"})
 
     organisation: str | None = Field(
         None,
@@ -269,6 +271,7 @@ class Scenario(Sparse):
     scenario: About
     world: World
     communication: Communication
+    modem: dict[Name, ModemTable] = Field({}, description="modems of one's own by name, a table each")
     channel: ChannelTable
     strategy: StrategyTable
     decision: DecisionTable = DecisionTable()
@@ -286,6 +289,11 @@ class Scenario(Sparse):
     fleet: FleetTable | None = Field(None, exclude=True)
     vehicle: tuple[VehicleTable, ...] = Field(min_length=2, max_length=MAX_VEHICLES)
     fault: tuple[DeclaredFault, ...] = ()
+
+    @property
+    def modem_in_use(self) -> Modem:
+        """Profile of the modem of all vehicles."""
+        return modem_named(self.communication.modem, self.modem)
 
     @property
     def names_by_slot(self) -> list[str]:

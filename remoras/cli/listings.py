@@ -57,14 +57,13 @@ def _of_modem(modem: Modem) -> str:
 
     n_frames = -(-modem.payload_bytes // modem.frame_bytes)
     frames = f" ({n_frames} frames)" if n_frames > 1 else ""
-    low, high = modem.band_khz
     parts = [
         f"{modem.payload_bytes} B{frames} in {modem.packet_s(modem.payload_bits):.2f} s",
         marked("rate_bps", f"{modem.rate_bps:g} bit/s"),
         marked("head_s", f"head {modem.head_s:g} s"),
         marked("range_m", f"range {modem.range_m:g} m"),
-        marked("band_khz", f"{low:g}-{high:g} kHz"),
-        marked("modulation", modem.modulation.value),
+        "band unknown" if modem.band_khz is None else marked("band_khz", "{:g}-{:g} kHz".format(*modem.band_khz)),
+        "modulation unknown" if modem.modulation is None else marked("modulation", modem.modulation.value),
         "source level unknown"
         if modem.source_level_db is None
         else marked("source_level_db", f"{modem.source_level_db:g} dB re 1 uPa at 1 m"),

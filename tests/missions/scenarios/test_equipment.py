@@ -96,7 +96,7 @@ def test_every_modem_profile_is_of_a_class_of_the_ontology() -> None:
     modem = tbox.class_named("AcousticModem").uid
     for profile in modems().values():
         assert tbox.is_a(tbox.class_named(profile.equipment).uid, modem), profile
-        assert equipment_of({}, profile.name, {})[0] == ("modem", profile.equipment)
+        assert equipment_of({}, profile, {})[0] == ("modem", profile.equipment)
 
 
 def test_equipment_is_common_knowledge(tmp_path: Path) -> None:
