@@ -38,6 +38,7 @@ def load(
     strategy: str | None = None,
     policy: str | None = None,
     channel: str | None = None,
+    network: str | None = None,
     per: float | None = None,
     set: Mapping[str, Any] | None = None,
 ) -> Scenario:
@@ -46,6 +47,7 @@ def load(
     Args:
         scenario: shipped name, or path of a TOML file.
         strategy, policy, channel: names to put in place of the scenario's.
+        network: name of one whose losses were measured, or a file of one, for the channel of that name.
         per: packet error rate, 0 to below 1.
         set: other keys of the scenario and their values, as ``{"decision.weight_external": 0}``.
 
@@ -59,6 +61,8 @@ def load(
         ("strategy", "strategy.name", strategy),
         ("policy", "communication.policy", policy),
         ("channel", "channel.name", channel),
+        ("network", "channel.name", None if network is None else "network"),
+        ("network", "channel.network", network),
         ("per", "channel.per", per),
     )
     overrides = [(name, f"{key}={toml_value(value)}") for name, key, value in given if value is not None]
@@ -72,6 +76,7 @@ def run(
     strategy: str | Strategy | None = None,
     policy: str | None = None,
     channel: str | None = None,
+    network: str | None = None,
     per: float | None = None,
     seed: int = 1,
     set: Mapping[str, Any] | None = None,
@@ -81,7 +86,7 @@ def run(
     Args:
         scenario: shipped name, path of a TOML file, or what ``load`` gave.
         strategy: a name, or an object with the parts of ``remoras.Strategy``.
-        policy, channel, per, set: see ``load``; not for a scenario that is loaded already.
+        policy, channel, network, per, set: see ``load``; not for a scenario that is loaded already.
         seed: root of all draws; the same scenario and seed give the same run.
 
     Returns:
@@ -97,12 +102,12 @@ def run(
     from remoras.strategy import faults_of_strategy
 
     if isinstance(scenario, Scenario):
-        if any(given is not None for given in (policy, channel, per, set)) or isinstance(strategy, str):
+        if any(given is not None for given in (policy, channel, network, per, set)) or isinstance(strategy, str):
             raise TypeError("a loaded scenario takes no options beside seed: give them to load()")
         loaded = scenario
     else:
         name = strategy if isinstance(strategy, str) else None
-        loaded = load(scenario, strategy=name, policy=policy, channel=channel, per=per, set=set)
+        loaded = load(scenario, strategy=name, policy=policy, channel=channel, network=network, per=per, set=set)
     if not isinstance(seed, int) or seed < 0:
         raise TypeError(f"seed is {seed!r}; allowed: a whole number, 0 or more")
     own = None if isinstance(strategy, str) else strategy

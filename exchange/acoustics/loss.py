@@ -28,6 +28,8 @@ SURGES = 9
 """`trial` of the draws that say when the current rises."""
 TURNS = 10
 """`trial` of the draws that say when in a frame a vehicle sends, in ALOHA."""
+NODES = 11
+"""`trial` of the draws that say which node of a measured network a vehicle is."""
 
 _LOW_64 = 0xFFFF_FFFF_FFFF_FFFF
 _LOW_37 = (1 << 37) - 1

@@ -3,7 +3,7 @@
 A model is one class. It lists its settings, the keys of ``[channel]`` that it uses. It makes the ``LinkModel`` of a
 run, and says how many packets it loses in the mean. ``exchange.acoustics.channel`` asks the ``LinkModel`` for each
 packet and receiver, and draws by itself. A scenario names a shipped model, or another as ``package.module:Class``.
-The simple models are here; ``acoustic`` and ``trace`` have files of their own.
+The simple models are here; ``acoustic``, ``trace`` and ``network`` have files of their own.
 """
 
 from __future__ import annotations
@@ -36,11 +36,17 @@ class SettingFault(NamedTuple):
         key: setting at fault, behind ``channel.``; an entry of a list by its number from 1, as in ``link.2.receiver``.
         given: its value.
         allowed: what is allowed instead.
+        names: that are allowed; whoever shows the fault proposes the one most like what was given.
+        file: that ``key`` stands in, where that is a file of the model's own and not the scenario.
+        line: of that file, if the model knows it.
     """
 
     key: str
     given: str
     allowed: str
+    names: tuple[str, ...] = ()
+    file: str = ""
+    line: int | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,6 +8,7 @@ from exchange.acoustics.models import (
     MatrixChannel,
     PerfectChannel,
 )
+from exchange.acoustics.network import NetworkChannel
 from exchange.acoustics.trace import TraceChannel
 
 CHANNELS: dict[str, type[ChannelModel]] = {
@@ -17,5 +18,6 @@ CHANNELS: dict[str, type[ChannelModel]] = {
     "gilbert-elliott": GilbertElliottChannel,
     "acoustic": AcousticChannel,
     "trace": TraceChannel,
+    "network": NetworkChannel,
 }
 """The shipped models by the name that scenarios use."""

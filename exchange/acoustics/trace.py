@@ -15,7 +15,6 @@ before it. The trace lasts until its last row, and as long after that as the med
 from __future__ import annotations
 
 import csv
-import hashlib
 import math
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Mapping
@@ -29,20 +28,14 @@ from typing import Any
 from pydantic import Field
 
 from exchange.acoustics.link import LinkModel, Transmission
+from exchange.acoustics.linkfile import LinkFileError, LinkFileGoneError, same_hash
 from exchange.acoustics.models import ChannelModel, Deployment, SettingFault
 
 ROUNDING_S = 0.001
 """A row holds this much before its time: a writer may have rounded it."""
 KEYS = ("time_s", "sender", "receiver")
 OUTCOMES = {"0": 0.0, "1": 1.0, "false": 0.0, "true": 1.0}
-
-
-class TraceError(ValueError):
-    """A file that is no trace; its text says where and why."""
-
-
-class TraceGoneError(TraceError):
-    """A file that is not there any more, or not the one that was used."""
+KINDS = "a CSV or Parquet file"
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,7 +111,8 @@ class TraceChannel(ChannelModel):
     file: str = Field("", description="trace: CSV or Parquet file of the columns time_s, sender, receiver, lost or per")
     repeat: bool = Field(False, description="trace: start anew when the file has ended")
     sha256: str = Field(
-        "", description="trace: hash of the file, which results repeat; another file under its name is refused"
+        "",
+        description="trace, network: hash of the file, which results repeat; another file under its name is refused",
     )
 
     def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
@@ -147,11 +141,11 @@ class TraceChannel(ChannelModel):
             return
         try:
             trace = trace_of(self.file, self.sha256)
-        except TraceGoneError as error:
+        except LinkFileGoneError as error:
             if not self.sha256:
                 yield SettingFault("file", f'"{self.file}"', str(error))
             return
-        except TraceError as error:
+        except LinkFileError as error:
             yield SettingFault("file", f'"{self.file}"', str(error))
             return
         if misfit := _misfit(trace, deployment, self.repeat):
@@ -188,26 +182,10 @@ def trace_of(file: str, sha256: str = "") -> Trace:
         sha256: hash that its content must have; any if empty.
 
     Raises:
-        TraceGoneError: there is no such file, or it has another hash.
-        TraceError: it is no trace.
+        LinkFileGoneError: there is no such file, or it has another hash.
+        LinkFileError: it is no trace.
     """
-    digest = hash_of(file)
-    if sha256 and digest != sha256:
-        raise TraceGoneError(f"is not the file that was used: its sha256 is {digest}, not {sha256}")
-    return _read(file, digest)
-
-
-def hash_of(file: str) -> str:
-    """The sha256 of a file, in hexadecimal digits.
-
-    Raises:
-        TraceGoneError: it cannot be read.
-    """
-    try:
-        return hashlib.sha256(Path(file).read_bytes()).hexdigest()
-    except OSError as error:
-        where = "from the folder of the scenario; with --set or in a study from the current one"
-        raise TraceGoneError(f"cannot be read: {error.strerror}; allowed: a CSV or Parquet file, {where}") from None
+    return _read(file, same_hash(file, sha256, KINDS))
 
 
 @lru_cache(maxsize=16)
@@ -217,17 +195,19 @@ def _read(file: str, sha256: str) -> Trace:
     kind = "lost" if "lost" in names else "per"
     missing = [name for name in (*KEYS, kind) if name not in names]
     if missing or ("lost" in names and "per" in names):
-        raise TraceError(f"has the columns {', '.join(names) or 'none'}; needed are {', '.join(KEYS)} and lost or per")
+        raise LinkFileError(
+            f"has the columns {', '.join(names) or 'none'}; needed are {', '.join(KEYS)} and lost or per"
+        )
     places = [names.index(name) for name in (*KEYS, kind)]
     losses: dict[tuple[str, str], dict[float, float]] = {}
     for number, row in enumerate(rows, 1):
         values = [row[place] if place < len(row) else "" for place in places]
         time_s, sender, receiver, per = _checked(number, kind, values)
         if time_s in (of_link := losses.setdefault((sender, receiver), {})):
-            raise TraceError(f"row {number}: a second one of {sender} to {receiver} at {time_s:g} s")
+            raise LinkFileError(f"row {number}: a second one of {sender} to {receiver} at {time_s:g} s")
         of_link[time_s] = per
     if not losses:
-        raise TraceError("has no rows")
+        raise LinkFileError("has no rows")
     links = {link: LossSeries(*zip(*sorted(of_link.items()), strict=True)) for link, of_link in sorted(losses.items())}
     gaps_s = [end - begin for series in links.values() for begin, end in pairwise(series.times_s)]
     latest_s = max(series.times_s[-1] for series in links.values())
@@ -238,7 +218,7 @@ def _csv(file: str) -> tuple[list[str], Iterable[list[Any]]]:
     try:
         lines = list(csv.reader(Path(file).read_text(encoding="utf-8-sig").splitlines()))
     except (UnicodeDecodeError, csv.Error) as error:
-        raise TraceError(f"is no CSV: {error}") from None
+        raise LinkFileError(f"is no CSV: {error}") from None
     return ([name.strip() for name in lines[0]], [line for line in lines[1:] if line]) if lines else ([], [])
 
 
@@ -248,7 +228,7 @@ def _parquet(file: str) -> tuple[list[str], Iterable[list[Any]]]:
     try:
         table = parquet.read_table(file)
     except (ArrowException, OSError) as error:
-        raise TraceError(f"is no Parquet: {str(error).splitlines()[0]}") from None
+        raise LinkFileError(f"is no Parquet: {str(error).splitlines()[0]}") from None
     return table.column_names, list(map(list, zip(*(column.to_pylist() for column in table.columns), strict=True)))
 
 
@@ -257,14 +237,14 @@ def _checked(number: int, kind: str, row: list[Any]) -> tuple[float, str, str, f
     time, sender, receiver, outcome = (str(value).strip() for value in row)
     where = f"row {number}"
     if not sender or not receiver or sender == receiver:
-        raise TraceError(f"{where}: from {sender!r} to {receiver!r} is no link of two vehicles")
+        raise LinkFileError(f"{where}: from {sender!r} to {receiver!r} is no link of two vehicles")
     time_s = _number(time)
     if not 0.0 <= time_s < math.inf:
-        raise TraceError(f"{where}: time_s = {time!r} must be a number of seconds, 0 or more")
+        raise LinkFileError(f"{where}: time_s = {time!r} must be a number of seconds, 0 or more")
     per = OUTCOMES.get(outcome.lower(), math.nan) if kind == "lost" else _number(outcome)
     if not 0.0 <= per <= 1.0:
         allowed = "0 or 1" if kind == "lost" else "a number from 0 to 1"
-        raise TraceError(f"{where}: {kind} = {outcome!r} must be {allowed}")
+        raise LinkFileError(f"{where}: {kind} = {outcome!r} must be {allowed}")
     return time_s, sender, receiver, per
 
 

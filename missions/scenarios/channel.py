@@ -17,6 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field, SerializationInfo, Validation
 from exchange.acoustics.acoustic import AcousticChannel
 from exchange.acoustics.channel import Blackout
 from exchange.acoustics.link import LinkModel, Transmission
+from exchange.acoustics.linkfile import LinkFileError, LinkFileGoneError, hash_of
 from exchange.acoustics.models import (
     ChannelModel,
     Deployment,
@@ -25,9 +26,12 @@ from exchange.acoustics.models import (
     OfVehicle,
     SettingFault,
 )
+from exchange.acoustics.network import NetworkChannel, file_in
 from exchange.acoustics.shipped import CHANNELS
-from exchange.acoustics.trace import TraceChannel, TraceError, hash_of
+from exchange.acoustics.trace import TraceChannel
+from missions.document import Document
 from missions.errors import ConfigurationError, ConfigurationFault
+from missions.files import text_of
 from missions.scenarios.modem import modem_in
 from missions.scenarios.tables import (
     NotNegative,
@@ -48,6 +52,9 @@ COMPULSORY = ("link_model", "mean_per")
 OF_EVERY_CHANNEL = {"name", "blackout"}
 """Keys that no model may have for its own."""
 
+FILE_KEYS = {"trace": "file", "network": "network"}
+"""Key by which a channel names a file, which results repeat with its hash."""
+
 
 class BlackoutTable(Section):
     """A time without communication."""
@@ -67,7 +74,7 @@ class NamedTable(Section):
     )
 
 
-class ChannelTable(TraceChannel, AcousticChannel, GilbertElliottChannel, MatrixChannel, NamedTable):
+class ChannelTable(TraceChannel, NetworkChannel, AcousticChannel, GilbertElliottChannel, MatrixChannel, NamedTable):
     """The channel of a scenario: it has the settings of all shipped models, and acts as the one that is named.
 
     Settings of a model from outside are kept as they are; its own class checks them.
@@ -98,11 +105,21 @@ class ChannelTable(TraceChannel, AcousticChannel, GilbertElliottChannel, MatrixC
         """The loss model that is named, for a fleet.
 
         Raises:
-            ConfigurationError: the file of a trace is gone, or another one than when the scenario was read.
+            ConfigurationError: the file of a trace or network is gone, or another one than when the scenario was read.
         """
-        with _trace_there(self.file):
+        with self._file_there():
             link = self.settings().link_model(deployment, seed)
         return link if self.name in CHANNELS else CheckedLink(self.name, link)
+
+    @contextmanager
+    def _file_there(self) -> Iterator[None]:
+        """Tell a file that cannot be had by its key."""
+        try:
+            yield
+        except LinkFileError as error:
+            key = FILE_KEYS[self.name]
+            fault = ConfigurationFault(f"channel.{key}", f'"{getattr(self, key)}"', str(error))
+            raise ConfigurationError("channel", [fault]) from None
 
     def blackouts(self, nodes: Mapping[str, int]) -> tuple[Blackout, ...]:
         """Times without communication, for vehicles of these node numbers."""
@@ -113,21 +130,12 @@ class ChannelTable(TraceChannel, AcousticChannel, GilbertElliottChannel, MatrixC
 
     def mean_per(self, deployment: Deployment) -> float:
         """Packet error rate in the mean over time and all directed pairs of vehicles, within range and no blackout."""
-        with _trace_there(self.file):
+        with self._file_there():
             return self.settings().mean_per(deployment)
 
     def sound_speed_mps(self, deployment: Deployment) -> float | None:
         """Speed of sound of the model that is named; None where that of the world holds."""
         return self.settings().sound_speed_mps(deployment)
-
-
-@contextmanager
-def _trace_there(file: str) -> Iterator[None]:
-    """Tell a trace that cannot be had by its key."""
-    try:
-        yield
-    except TraceError as error:
-        raise ConfigurationError("channel", [ConfigurationFault("channel.file", f'"{file}"', str(error))]) from None
 
 
 def _plain(value: Any) -> Any:
@@ -268,13 +276,24 @@ def _setting_faults(name: str, model: type[ChannelModel], channel: Raw, raw: Raw
             found += _settings(model, given).misfits(deployment)
         if wrong := [fault for fault in found if not isinstance(fault, SettingFault)]:
             raise TypeError(f"expected SettingFaults, not {wrong[0]!r}")
-        for key, value, allowed in found:
-            yield ConfigurationFault(f"channel.{key}", value, allowed)
+        yield from map(_as_configured, found)
         if name not in CHANNELS and deployment is not None:
             yield from _trial_faults(name, model, given, deployment)
     except Exception as error:  # it is somebody else's class: anything may be wrong with it
         allowed = f"its checks of settings raised {type(error).__name__}: {error}"
         yield ConfigurationFault("channel.name", f'"{name}"', allowed)
+
+
+def _as_configured(fault: SettingFault) -> ConfigurationFault:
+    """What a model found wrong with a setting, or with a key of a file of its own."""
+    allowed = fault.allowed + suggestion(fault.given.strip('"'), fault.names)
+    if not fault.file:
+        return ConfigurationFault(f"channel.{fault.key}", fault.given, allowed)
+    line = fault.line
+    if line is None and fault.file.endswith(".toml"):
+        with suppress(ConfigurationError):  # what is no TOML is said by its line already
+            line = Document.of_text(text_of(Path(fault.file)), fault.file).line_of(fault.key)
+    return ConfigurationFault(fault.key, fault.given, allowed, line, fault.file)
 
 
 def deployment_in(raw: Raw) -> Deployment | None:
@@ -355,19 +374,25 @@ def _shown(value: Any) -> str:
     return text if len(text) <= 60 else text[:57] + "..."
 
 
-def with_trace_found(raw: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """Tables in which the file of a trace has its whole path and its hash, so that results say which it was.
+def with_link_file_found(raw: dict[str, Any], folder: Path, overridden: Collection[str]) -> dict[str, Any]:
+    """Tables in which the file of a trace or a network has its whole path and its hash: results say which it was.
 
     Args:
         raw: tables of a scenario.
-        folder: that the path of the trace's file starts from.
+        folder: of the scenario's file, which a path in it starts from.
+        overridden: dotted keys of the overrides; a path in one starts from the current folder.
     """
     channel: Mapping[str, Any] = table_of(raw, "channel")
-    file = channel.get("file")
-    if channel.get("name") != "trace" or not isinstance(file, str) or not file:
+    key = FILE_KEYS.get(str(channel.get("name")), "")
+    given = channel.get(key)
+    if not isinstance(given, str) or not given:
         return raw
-    path = str((folder / file).resolve())
-    found = {"file": path, "sha256": channel.get("sha256")}
-    with suppress(TraceError):  # a check says that it is not there
-        found["sha256"] = found["sha256"] or hash_of(path)
-    return {**raw, "channel": {**channel, **{key: value for key, value in found.items() if value}}}
+    is_new = f"channel.{key}" in overridden
+    sha256 = None if is_new and "channel.sha256" not in overridden else channel.get("sha256")
+    found = {name: value for name, value in channel.items() if name != "sha256"}
+    if key == "file" or file_in(given):
+        path = str(((Path() if is_new or "channel" in overridden else folder) / given).resolve())
+        found[key] = path
+        with suppress(LinkFileGoneError):  # a check says that it is not there
+            sha256 = sha256 or hash_of(path if key == "file" else file_in(path), "")
+    return {**raw, "channel": {**found, **({"sha256": sha256} if sha256 else {})}}

@@ -18,7 +18,7 @@ from missions.document import Document, fault_of, index_of, is_deep, key_parts
 from missions.errors import LONGEST_VALUE, ConfigurationFault, cut
 from missions.files import MOST_LEVELS, SCENARIO, TOO_DEEP, LimitError, parsed, shipped
 from missions.scenarios.abilities import with_abilities
-from missions.scenarios.channel import leave_aside, with_trace_found
+from missions.scenarios.channel import leave_aside, with_link_file_found
 from missions.scenarios.checks import cross_faults, job_faults
 from missions.scenarios.copies import with_copies
 from missions.scenarios.equipment import gear_of
@@ -72,7 +72,7 @@ def scenario_from(document: Document, overrides: Sequence[tuple[str, str]] = ())
     others = (override for override in overrides if override not in chosen)
     faults += [fault for option, text in others if (fault := _override(raw, option, text)) is not None]
     faults += leave_aside(own_channel, raw, options)
-    raw = with_trace_found(raw, Path() if {"channel.file", "channel"} & options.keys() else Path(document.path).parent)
+    raw = with_link_file_found(raw, Path(document.path).parent, options)
     raw = with_key_found(raw, Path() if "communication.key_file" in options else Path(document.path).parent)
     document, raw, more = with_modem_read(document, raw, options)
     faults += more

@@ -36,6 +36,14 @@ PolicyName = Annotated[
 ChannelName = Annotated[
     str | None, typer.Option(metavar="NAME", help="Loss model of the channel.", autocompletion=completion.channel)
 ]
+NetworkName = Annotated[
+    str | None,
+    typer.Option(
+        metavar="NAME",
+        help="Network whose losses were measured, or a TOML or CSV file of one; sets the channel, too.",
+        autocompletion=completion.network,
+    ),
+]
 ErrorRate = Annotated[
     str | None, typer.Option(metavar="RATE", help="Packet error rate of bernoulli or matrix, 0 to below 1.")
 ]
@@ -49,13 +57,20 @@ Settings = Annotated[
 
 
 def overrides_of(
-    strategy: str | None, policy: str | None, channel: str | None, per: str | None, settings: Sequence[str]
+    strategy: str | None,
+    policy: str | None,
+    channel: str | None,
+    network: str | None,
+    per: str | None,
+    settings: Sequence[str],
 ) -> list[tuple[str, str]]:
     """(option as the user gave it, KEY=VALUE) of the options of a run."""
     options = [
         ("--strategy", "strategy.name", strategy),
         ("--policy", "communication.policy", policy),
         ("--channel", "channel.name", channel),
+        ("--network", "channel.name", None if network is None else "network"),
+        ("--network", "channel.network", network),
         ("--per", "channel.per", per),
     ]
     given = [(option, f"{key}={value}") for option, key, value in options if value is not None]
@@ -68,6 +83,7 @@ def run(
     strategy: StrategyName = None,
     policy: PolicyName = None,
     channel: ChannelName = None,
+    network: NetworkName = None,
     per: ErrorRate = None,
     seed: Seed = 1,
     settings: Settings = None,
@@ -86,7 +102,7 @@ def run(
         from missions.runs.summary import summary
         from missions.scenarios import load
 
-        loaded = load(scenario, overrides_of(strategy, policy, channel, per, settings or []))
+        loaded = load(scenario, overrides_of(strategy, policy, channel, network, per, settings or []))
         if out is not None:
             check_output(out, force)
         with Progress(f"run {loaded.scenario.name}", loaded.scenario.duration_s, "s of mission time") as progress:

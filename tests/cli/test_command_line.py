@@ -81,7 +81,17 @@ def test_every_command_has_help(command: list[str]):
 
 def test_run_offers_the_options_promised():
     options = set(re.findall(r"--[a-z]+", remoras("run", "--help").stdout))
-    assert options >= {"--strategy", "--policy", "--channel", "--per", "--seed", "--set", "--out", "--json"}
+    assert options >= {
+        "--strategy",
+        "--policy",
+        "--channel",
+        "--network",
+        "--per",
+        "--seed",
+        "--set",
+        "--out",
+        "--json",
+    }
 
 
 @pytest.mark.parametrize(

@@ -11,9 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from exchange.acoustics.link import Transmission
+from exchange.acoustics.linkfile import LinkFileError
 from exchange.acoustics.models import Deployment
 from exchange.acoustics.modems import modems
-from exchange.acoustics.trace import LossSeries, TraceChannel, TraceError, trace_of
+from exchange.acoustics.trace import LossSeries, TraceChannel, trace_of
 
 POND = Deployment({"Boat": 1, "Diver": 0}, (5.0, 0.0), modems()["nanomodem-v3"], 1000.0, 40.0)
 OUTCOMES = """\
@@ -110,20 +111,20 @@ def text(*rows: str, columns: str = "time_s,sender,receiver,lost") -> str:
 def test_what_is_no_trace_is_refused_with_its_row(tmp_path: Path, content: str, says: str):
     file = tmp_path / "bad.csv"
     file.write_text(content, encoding="utf-8")
-    with pytest.raises(TraceError, match=says):
+    with pytest.raises(LinkFileError, match=says):
         trace_of(str(file))
 
 
 def test_files_that_cannot_be_read_are_refused(tmp_path: Path, file: Path):
-    with pytest.raises(TraceError, match="cannot be read: No such file"):
+    with pytest.raises(LinkFileError, match="cannot be read: No such file"):
         trace_of(str(tmp_path / "none.csv"))
     (tmp_path / "bytes.csv").write_bytes(b"\xff\xfe\x00\x80")
-    with pytest.raises(TraceError, match="is no CSV"):
+    with pytest.raises(LinkFileError, match="is no CSV"):
         trace_of(str(tmp_path / "bytes.csv"))
     (tmp_path / "text.parquet").write_text("no parquet", encoding="utf-8")
-    with pytest.raises(TraceError, match="is no Parquet"):
+    with pytest.raises(LinkFileError, match="is no Parquet"):
         trace_of(str(tmp_path / "text.parquet"))
-    with pytest.raises(TraceError, match="is not the file that was used: its sha256 is"):
+    with pytest.raises(LinkFileError, match="is not the file that was used: its sha256 is"):
         trace_of(str(file), "0" * 64)
 
 

@@ -14,6 +14,7 @@ from remoras.cli.app import command, fail
 from remoras.cli.runs import (
     ChannelName,
     ErrorRate,
+    NetworkName,
     PolicyName,
     ScenarioName,
     Seed,
@@ -31,6 +32,7 @@ def live(
     strategy: StrategyName = None,
     policy: PolicyName = None,
     channel: ChannelName = None,
+    network: NetworkName = None,
     per: ErrorRate = None,
     seed: Seed = 1,
     settings: Settings = None,
@@ -58,7 +60,7 @@ def live(
     from remoras.cli.live.server import LiveServer, listener
     from remoras.cli.live.session import Session
 
-    overrides = overrides_of(strategy, policy, channel, per, settings or [])
+    overrides = overrides_of(strategy, policy, channel, network, per, settings or [])
     setup = resolved(load(scenario, overrides))
     if out is not None:
         check_output(out, force)

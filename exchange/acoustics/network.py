@@ -1,0 +1,416 @@
+"""The channel ``network``: losses that were measured at sea, of each directed link of some nodes, or over range.
+
+A network is a table of a TOML file:
+
+    [[network]]
+    name = "harbour"
+    title = "two nodes in a harbour"                # all but the name and what was lost may be left out
+    citation = "who measured it, where it was published"
+    packet = "what was counted"
+    unknown = ["what is not known"]
+
+    [[network.node]]                                # two or more nodes, each of them with
+    name = "quay"
+    position_m = [0.0, 0.0]                         # x east, y north
+    depth_m = 3.0
+    per = { buoy = 0.2 }                            # share lost at each other node of what it sends
+
+or in place of nodes
+
+    per_over_range = [[100.0, 0.05], [400.0, 0.6]]  # range in metres, share lost
+
+A file of several networks is named with the one that is meant, as ``seas.toml:harbour``. A CSV of the columns sender,
+receiver and per is a network too, of which no more than the losses is known. Links are static: a node stays where it
+was measured, whatever way the vehicle takes that it stands for. Losses over range follow the vehicles.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+import tomllib
+from bisect import bisect_right
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from importlib import resources
+from itertools import pairwise, permutations
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from exchange.acoustics import loss
+from exchange.acoustics.link import LinkModel, Matrix, Transmission
+from exchange.acoustics.linkfile import LinkFileError, LinkFileGoneError, same_hash
+from exchange.acoustics.models import ChannelModel, Deployment, Probability, SettingFault
+
+KINDS = "a TOML or CSV file"
+COLUMNS = ("sender", "receiver", "per")
+FARTHEST_M, DEEPEST_M = 100_000.0, 11_000.0
+"""The world of a network: nodes within this of its origin, east and north, and above this depth. No modem reaches
+farther, and no sea is deeper."""
+LARGEST_BYTES = 1_000_000
+LONGEST_LINE = 2_000
+"""Characters: a key takes tomllib time by the square of its length. 64 nodes take up to 1000."""
+
+Metres = Annotated[float, Field(ge=-FARTHEST_M, le=FARTHEST_M)]
+
+
+class NetworkFileError(LinkFileError):
+    """A file that is no network; ``faults`` are all that is wrong with it."""
+
+    def __init__(self, faults: Sequence[SettingFault]) -> None:
+        first = faults[0]
+        super().__init__(f"{first.file}: {first.key}{f' = {first.given}' if first.given else ''}: {first.allowed}")
+        self.faults = tuple(faults)
+
+
+class NetworkNode(BaseModel):
+    """A node, and what the others lose of what it sends."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    name: str = Field(min_length=1, max_length=40)
+    position_m: tuple[Metres, Metres] | None = None
+    depth_m: float | None = Field(None, ge=0.0, le=DEEPEST_M)
+    per: dict[str, Probability] = {}
+
+
+class Network(BaseModel):
+    """Losses that were measured, and what is known of how: of links between nodes, or over range."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    name: str = Field(min_length=1, max_length=40)
+    title: str = ""
+    citation: str = ""
+    packet: str = ""
+    unknown: tuple[str, ...] = ()
+    node: tuple[NetworkNode, ...] = ()
+    per_over_range: tuple[tuple[Annotated[float, Field(ge=0.0, le=FARTHEST_M)], Probability], ...] = ()
+
+    @property
+    def assumption(self) -> str:
+        """What is assumed of vehicles that are given its losses."""
+        return "losses over range as measured" if self.per_over_range else "static links on moving vehicles"
+
+    @property
+    def nodes(self) -> list[str]:
+        """Names of the nodes; none if losses are over range."""
+        return [node.name for node in self.node]
+
+    @cached_property
+    def per(self) -> dict[tuple[str, str], float]:
+        """Share lost of each directed link, by (sender, receiver)."""
+        return {(node.name, other): per for node in self.node for other, per in node.per.items()}
+
+    def faults(self) -> Iterator[tuple[str, str, str]]:
+        """(key, value, what is allowed) of what is wrong between values that are right one by one."""
+        if bool(self.node) == bool(self.per_over_range):
+            yield "node", "", "nodes with a per each, or else per_over_range, has to be given"
+            return
+        ranges_m = [range_m for range_m, _ in self.per_over_range]
+        if self.per_over_range and (len(ranges_m) < 2 or not all(near < far for near, far in pairwise(ranges_m))):
+            yield "per_over_range", str(ranges_m), "two ranges at least, each longer than the one before"
+        twice = {name for name, count in Counter(self.nodes).items() if count > 1}
+        for name in sorted(twice):
+            yield f"node.{name}", "", "is there twice; each node has a name of its own"
+        if len(self.node) == 1:
+            yield f"node.{self.nodes[0]}", "", "is alone; a network has two nodes at least"
+        for node in self.node:
+            others = [name for name in self.nodes if name != node.name]
+            for other in node.per:
+                if other == node.name:
+                    yield f"node.{node.name}.per.{other}", "", "is no link: a node does not send to itself"
+                elif other not in others:
+                    yield f"node.{node.name}.per.{other}", "", f"is no node; allowed: {', '.join(others)}"
+            if missing := [other for other in others if other not in node.per]:
+                allowed = f"the link from {node.name} to {' and to '.join(missing)} is missing: a number from 0 to 1"
+                yield f"node.{node.name}.per", "", allowed
+
+
+class NetworkFile(BaseModel):
+    """What a file holds."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    network: tuple[Network, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class OverRange:
+    """Losses over range: linear between those that were measured, and as the first or the last beyond them.
+
+    >>> OverRange((100.0, 300.0), (0.0, 0.5)).at(200.0)
+    0.25
+    """
+
+    ranges_m: tuple[float, ...]
+    per: tuple[float, ...]
+
+    def p_loss(self, packet: Transmission, receiver: int, range_m: float) -> float:
+        """That of the range, whatever link it is."""
+        return self.at(range_m)
+
+    def at(self, range_m: float) -> float:
+        """Share lost at a range."""
+        after = bisect_right(self.ranges_m, range_m)
+        if after in (0, len(self.ranges_m)):
+            return self.per[min(after, len(self.per) - 1)]
+        near_m, far_m = self.ranges_m[after - 1 : after + 1]
+        near, far = self.per[after - 1 : after + 1]
+        return near + (far - near) * ((range_m - near_m) / (far_m - near_m))
+
+    def mean(self, range_m: float) -> float:
+        """Mean over ranges that are spread evenly from 0 to ``range_m``."""
+        knots_m = [0.0, *(knot_m for knot_m in self.ranges_m if 0.0 < knot_m < range_m), range_m]
+        areas = (0.5 * (self.at(near) + self.at(far)) * (far - near) for near, far in pairwise(knots_m))
+        return math.fsum(areas) / range_m
+
+
+class NetworkChannel(ChannelModel):
+    """Losses of a network that was measured."""
+
+    title = "losses as measured at sea, of the links of a network (static, while vehicles move) or over range"
+
+    network: str = Field(
+        "mission-2012",
+        description="network: one of `remoras list networks`; or a file, TOML with [[network]] or CSV of the columns "
+        "sender, receiver, per. Links are static on moving vehicles",
+    )
+    nodes: dict[str, str] = Field(
+        {}, description="network: node that a vehicle is, by its name; those not listed are drawn by the seed"
+    )
+    sha256: str = Field("", description="network: hash of the file, which results repeat")
+
+    def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
+        """Links between the nodes that the vehicles are, or over the range between vehicles."""
+        network = network_of(self.network, self.sha256)
+        if network.per_over_range:
+            return OverRange(*zip(*network.per_over_range, strict=True))
+        node_of = self.drawn(network, deployment, seed)
+        return Matrix(0.0, {(a, b): network.per[node_of[a], node_of[b]] for a, b in permutations(node_of, 2)})
+
+    def drawn(self, network: Network, deployment: Deployment, seed: int) -> dict[int, str]:
+        """Node of the network that each vehicle is, by the vehicle's number.
+
+        Those that ``nodes`` does not list have what it leaves in the order of one number of each node, which the seed
+        draws; so a fleet that grows keeps its nodes. The order of nodes in a file does not matter.
+        """
+        given = {deployment.nodes[vehicle]: node for vehicle, node in self.nodes.items()}
+        numbers = {
+            name: loss.uniform(seed, loss.NODES, 0, place, 0) for place, name in enumerate(sorted(network.nodes))
+        }
+        left = sorted(self._left(network), key=lambda name: numbers[name])
+        return {number: given[number] if number in given else left.pop(0) for number in range(len(deployment.nodes))}
+
+    def _left(self, network: Network) -> list[str]:
+        """Nodes that no vehicle was said to be."""
+        return [name for name in network.nodes if name not in self.nodes.values()]
+
+    def mean_per(self, deployment: Deployment) -> float:
+        """Over the links in use, and over all draws of nodes; over ranges spread evenly up to the declared one."""
+        network = network_of(self.network, self.sha256)
+        if network.per_over_range:
+            return OverRange(*zip(*network.per_over_range, strict=True)).mean(deployment.range_m)
+        left = self._left(network)
+        may_be = [[self.nodes[vehicle]] if vehicle in self.nodes else left for vehicle in deployment.nodes]
+        means = []
+        for senders, receivers in permutations(may_be, 2):
+            rates = [network.per[a, b] for a in senders for b in receivers if a != b]
+            means.append(math.fsum(rates) / len(rates))
+        return math.fsum(means) / len(means)
+
+    def misfits(self, deployment: Deployment) -> Iterator[SettingFault]:
+        """A network that is not known or malformed, or that is too small; nodes or vehicles that are not there.
+
+        Results whose file is gone can still be read: if the hash is given, that is a fault of a new run alone.
+        """
+        try:
+            network = network_of(self.network, self.sha256)
+        except NetworkFileError as error:
+            yield from error.faults
+        except LinkFileGoneError as error:
+            if not self.sha256:
+                yield SettingFault("network", f'"{self.network}"', str(error), tuple(shipped()))
+        else:
+            yield from self._misfits(network, deployment)
+
+    def _misfits(self, network: Network, deployment: Deployment) -> Iterator[SettingFault]:
+        fleet, nodes = tuple(deployment.nodes), tuple(network.nodes)
+        if nodes and len(nodes) < len(fleet):
+            allowed = f"has {len(nodes)} nodes, the fleet {len(fleet)} vehicles: as many nodes at least are needed"
+            yield SettingFault("network", f'"{self.network}"', allowed)
+        counts = Counter(self.nodes.values())
+        for vehicle, node in self.nodes.items():
+            if vehicle not in fleet:
+                allowed = f"{vehicle} is no vehicle; allowed: {', '.join(fleet)}"
+                yield SettingFault(f"nodes.{vehicle}", f'"{node}"', allowed)
+            elif not nodes:
+                allowed = f"{network.name} has losses over range and no nodes: leave nodes out"
+                yield SettingFault(f"nodes.{vehicle}", f'"{node}"', allowed)
+            elif node not in nodes:
+                yield SettingFault(f"nodes.{vehicle}", f'"{node}"', f"allowed: {', '.join(nodes)}", nodes)
+            elif counts[node] > 1:
+                yield SettingFault(f"nodes.{vehicle}", f'"{node}"', "is the node of two vehicles; each has its own")
+
+
+def shipped() -> dict[str, Network]:
+    """The networks that are shipped, by name."""
+    return dict(_shipped())
+
+
+@lru_cache(maxsize=1)
+def _shipped() -> dict[str, Network]:
+    folder = resources.files("exchange.acoustics").joinpath("networks")
+    files = sorted((file for file in folder.iterdir() if file.name.endswith(".toml")), key=lambda file: file.name)
+    return {network.name: network for file in files for network in _of_toml(file.read_text("utf-8"), file.name)}
+
+
+def file_in(setting: str) -> str:
+    """The file that a setting names, without the network in it that is meant; empty for the name of a shipped one.
+
+    >>> file_in("seas.toml:harbour"), file_in("links.csv"), file_in("mission-2012")
+    ('seas.toml', 'links.csv', '')
+    """
+    stem, toml, _ = setting.partition(".toml:")
+    file = stem + ".toml" if toml else setting
+    return file if file.endswith((".toml", ".csv")) else ""
+
+
+def network_of(setting: str, sha256: str = "") -> Network:
+    """The network of a name, or of a file, which is read once as long as it stays the same.
+
+    Args:
+        setting: name of a shipped one, path of a file, or path and name as ``seas.toml:harbour``.
+        sha256: hash that the file must have; any if empty.
+
+    Raises:
+        LinkFileGoneError: there is no such network or file, or the file has another hash.
+        NetworkFileError: it is no network.
+    """
+    if not (file := file_in(setting)):
+        if setting in _shipped():
+            return _shipped()[setting]
+        raise LinkFileGoneError(f"is no network; allowed: {', '.join(_shipped())}, or {KINDS}")
+    name = setting.removeprefix(file).removeprefix(":")
+    found = _read(file, same_hash(file, sha256, KINDS))
+    if not name and len(found) == 1:
+        return found[0]
+    if name in (names := [network.name for network in found]):
+        return found[names.index(name)]
+    allowed = f"which of {', '.join(names)} is meant stands behind the file, as {Path(file).name}:{names[0]}"
+    raise NetworkFileError([SettingFault("network", f'"{name}"' if name else "", allowed, tuple(names), file)])
+
+
+@lru_cache(maxsize=16)
+def _read(file: str, sha256: str) -> list[Network]:
+    """The networks in a file of this content."""
+    content = Path(file).read_bytes()
+    if len(content) > LARGEST_BYTES:
+        allowed = f"has {len(content) / 1e6:.1f} MB; allowed: up to {LARGEST_BYTES / 1e6:g} MB"
+        raise NetworkFileError([SettingFault("file", "", allowed, file=file)])
+    try:
+        text = content.decode("utf-8-sig").replace("\r\n", "\n")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise NetworkFileError([SettingFault("file", "", "is not UTF-8; save it as that", (), file, line)]) from None
+    return _of_csv(text, file) if file.endswith(".csv") else _of_toml(text, file)
+
+
+def _of_toml(text: str, file: str) -> list[Network]:
+    """The networks of a TOML text; ``file`` is what messages call it."""
+    long = next((number for number, line in enumerate(text.split("\n"), 1) if len(line) > LONGEST_LINE), None)
+    if long is not None:
+        raise NetworkFileError(
+            [SettingFault("TOML", "", f"a line has {LONGEST_LINE} characters at most", (), file, long)]
+        )
+    try:
+        tables = tomllib.loads(text)
+    except (ValueError, RecursionError) as error:  # of which TOMLDecodeError is one
+        raise NetworkFileError([SettingFault("TOML", "", str(error), file=file)]) from None
+    return _checked(tables, file)
+
+
+def _checked(tables: dict[str, Any], file: str) -> list[Network]:
+    """The networks of a file's tables."""
+    try:
+        found = NetworkFile.model_validate_json(json.dumps(tables, default=str), strict=True).network
+    except ValidationError as error:
+        raise NetworkFileError([_of_detail(detail, tables, file) for detail in error.errors()]) from None
+    faults = [
+        SettingFault(f"network.{network.name}.{key}", given, allowed, file=file)
+        for network in found
+        for key, given, allowed in network.faults()
+    ]
+    if not found:
+        faults.append(
+            SettingFault("network", "", "missing: a file of networks has one [[network]] at least", file=file)
+        )
+    for name in [name for name, count in Counter(network.name for network in found).items() if count > 1]:
+        faults.append(SettingFault(f"network.{name}", "", "is there twice; each network has its own name", file=file))
+    if faults:
+        raise NetworkFileError(faults)
+    return list(found)
+
+
+def _of_detail(detail: Mapping[str, Any], tables: Any, file: str) -> SettingFault:
+    """What pydantic has found wrong with the tables of a file; entries of lists are called by name or number."""
+    parts: list[str] = []
+    for part in detail["loc"]:
+        is_entry = isinstance(part, int)
+        tables = tables[part] if is_entry else tables.get(part) if isinstance(tables, dict) else None
+        name = tables.get("name") if is_entry and isinstance(tables, dict) else None
+        parts.append(name if isinstance(name, str) else str(part + 1 if is_entry else part))
+    key, given = ".".join(parts), json.dumps(detail["input"], default=str)
+    if detail["type"] == "missing":
+        return SettingFault(key, "", "missing", file=file)
+    if detail["type"] == "extra_forbidden":
+        n_entries = sum(isinstance(part, int) for part in detail["loc"])
+        known = tuple((NetworkFile, Network, NetworkNode)[n_entries].model_fields)
+        return SettingFault(key, given, f"unknown key, allowed here: {', '.join(known)}", known, file)
+    message = str(detail["msg"]).replace("tuple", "list").replace("Tuple", "list")
+    return SettingFault(key, given, message[0].lower() + message[1:], file=file)
+
+
+def _of_csv(text: str, file: str) -> list[Network]:
+    """The network of a CSV text: what is lost on each of its links, and nothing else."""
+
+    def refused(line: int, key: str, given: str, allowed: str) -> NetworkFileError:
+        return NetworkFileError([SettingFault(key, given, allowed, (), file, line)])
+
+    reader = csv.DictReader(io.StringIO(text), skipinitialspace=True, strict=True)
+    lost: dict[str, dict[str, float]] = {}
+    try:
+        columns = [str(name).strip() for name in reader.fieldnames or ()]
+        reader.fieldnames = columns
+        if missing := [name for name in COLUMNS if name not in columns]:
+            raise refused(
+                1, "columns", ",".join(columns), f"{', '.join(missing)} is missing; needed: {','.join(COLUMNS)}"
+            )
+        for row in reader:
+            sender, receiver, share = (str(row[name] or "").strip() for name in COLUMNS)
+            per, line = _number(share), reader.line_num
+            if not sender or not receiver or sender == receiver:
+                raise refused(line, "receiver", receiver, f"{sender!r} to {receiver!r} is no link of two nodes")
+            if not 0.0 <= per <= 1.0:
+                raise refused(line, "per", share, f"of {sender} to {receiver}: a number from 0 to 1")
+            if receiver in lost.setdefault(sender, {}):
+                raise refused(line, "receiver", receiver, f"a second row of {sender} to {receiver}")
+            lost[sender][receiver] = per
+            lost.setdefault(receiver, {})
+    except csv.Error as error:
+        raise refused(reader.line_num + 1, "CSV", "", str(error)) from None
+    nodes = [{"name": name, "per": per} for name, per in lost.items()]
+    return _checked({"network": [{"name": Path(file).stem[:40], "node": nodes}]}, file)
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan

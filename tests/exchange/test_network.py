@@ -1,0 +1,255 @@
+"""The channel model ``network``: measured losses are reproduced link by link, and what is no network is refused."""
+
+import math
+import re
+from dataclasses import replace
+from itertools import permutations
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from exchange.acoustics.channel import BroadcastChannel
+from exchange.acoustics.link import Transmission
+from exchange.acoustics.models import Deployment
+from exchange.acoustics.modems import modems
+from exchange.acoustics.network import (
+    Network,
+    NetworkChannel,
+    NetworkFileError,
+    OverRange,
+    file_in,
+    network_of,
+    shipped,
+)
+
+MODEM = modems()["nanomodem-v3"]
+SINGAPORE = "mission-2012"
+PUBLISHED = """\
+0 .157 .643 .197 .239
+.184 0 .870 .639 .435
+.326 .826 0 .975 .023
+.038 .160 .760 0 .900
+.070 .070 .018 .871 0
+"""
+"""Chitre et al. 2013: rows send, columns hear, nodes 21, 22, 27, 28 and 29."""
+N_PACKETS = 20_000
+N_STANDARD_ERRORS = 4.0
+TOML = """\
+[[network]]
+name = "harbour"
+
+[[network.node]]
+name = "quay"
+position_m = [0.0, 0.0]
+depth_m = 3.0
+per = { buoy = 0.2 }
+
+[[network.node]]
+name = "buoy"
+position_m = [300.0, 40.0]
+depth_m = 0.0
+per = { quay = 0.6 }
+"""
+CSV = "sender,receiver,per\nA,B,0.1\nB,A,0.9\n"
+
+
+def fleet(n: int) -> Deployment:
+    return Deployment({f"AUV{k:02}": k for k in range(n)}, (0.0,) * n, MODEM, 1000.0, 3600.0)
+
+
+def rates(channel: NetworkChannel, n: int, seed: int = 1) -> dict[tuple[int, int], float]:
+    """What is lost on each link of a fleet."""
+    links = channel.link_model(fleet(n), seed)
+    return {(a, b): links.p_loss(Transmission(0, a, 0.0, 512), b, 9.0) for a, b in permutations(range(n), 2)}
+
+
+# What is reproduced -------------------------------------------------------------------------------
+
+
+def test_all_twenty_losses_of_the_network_are_reproduced() -> None:
+    """By the packets that a channel of five vehicles delivers: each link within four standard errors."""
+    rows = [[float(share) for share in row.split()] for row in PUBLISHED.splitlines()]
+    order = ["21", "22", "27", "28", "29"]
+    channel = NetworkChannel(nodes={f"AUV{k:02}": node for k, node in enumerate(order)})
+    sea = BroadcastChannel(MODEM, channel.link_model(fleet(5), 1), seed=1)
+    at_m = [(0.0, 30.0 * k) for k in range(5)]
+    lost = dict.fromkeys(permutations(range(5), 2), N_PACKETS)
+    for slot in range(5 * N_PACKETS):
+        for arrival in sea.transmit(slot, slot % 5, b"words", 0.0, at_m):
+            lost[slot % 5, arrival.receiver] -= 1
+    for (a, b), n_lost in lost.items():
+        p = rows[a][b]
+        error = math.sqrt(p * (1.0 - p) / N_PACKETS)
+        assert abs(n_lost / N_PACKETS - p) <= N_STANDARD_ERRORS * error, (order[a], order[b], n_lost)
+
+
+def test_the_statistics_of_the_network_are_those_published() -> None:
+    per = shipped()[SINGAPORE].per
+    apart = [abs(per[a, b] - per[b, a]) for a, b in permutations(shipped()[SINGAPORE].nodes, 2)]
+    assert len(per) == 20
+    assert NetworkChannel().mean_per(fleet(5)) == pytest.approx(0.42, abs=0.001)
+    assert (sum(apart) / 20, max(apart)) == (pytest.approx(0.18, abs=0.005), pytest.approx(0.48, abs=0.005))
+
+
+# Who is which node --------------------------------------------------------------------------------
+
+
+@given(st.integers(0, 2**61), st.integers(2, 5))
+def test_every_vehicle_is_a_node_of_its_own_and_keeps_it_when_the_fleet_grows(seed: int, n: int) -> None:
+    channel, network = NetworkChannel(), shipped()[SINGAPORE]
+    drawn = channel.drawn(network, fleet(n), seed)
+    assert len(set(drawn.values())) == n
+    assert drawn.items() <= channel.drawn(network, fleet(5), seed).items()
+    assert rates(channel, n, seed) == {(a, b): network.per[drawn[a], drawn[b]] for a, b in permutations(range(n), 2)}
+
+
+def test_all_ways_to_be_nodes_are_drawn_alike_often() -> None:
+    """Five nodes and two vehicles: 20 ways, 2000 seeds; chi-square of 19 degrees, the 99.9 % point."""
+    channel, network, n_seeds = NetworkChannel(), shipped()[SINGAPORE], 2000
+    counts = dict.fromkeys(permutations(network.nodes, 2), 0)
+    for seed in range(n_seeds):
+        counts[tuple(channel.drawn(network, fleet(2), seed).values())] += 1  # type: ignore[index]  # two of them
+    assert sum((count - n_seeds / 20) ** 2 / (n_seeds / 20) for count in counts.values()) < 43.8
+
+
+@given(st.permutations(["21", "22", "27", "28", "29"]), st.integers(0, 4))
+def test_the_mean_is_that_of_all_draws_of_nodes_that_may_be(nodes: list[str], n_given: int) -> None:
+    """Nodes that a scenario gives are kept; over the others it is the mean of all ways."""
+    given_nodes = {f"AUV{k:02}": nodes[k] for k in range(n_given)}
+    channel, network = NetworkChannel(nodes=given_nodes), shipped()[SINGAPORE]
+    ways = [(*nodes[:n_given], *rest) for rest in permutations(nodes[n_given:], 4 - n_given)]
+    means = [sum(network.per[a, b] for a, b in permutations(way, 2)) / 12 for way in ways]
+    assert channel.mean_per(fleet(4)) == pytest.approx(sum(means) / len(means))
+    drawn = channel.drawn(network, fleet(4), 3)
+    assert [drawn[k] for k in range(n_given)] == nodes[:n_given]
+    assert tuple(drawn.values()) in ways
+
+
+# Losses over range --------------------------------------------------------------------------------
+
+
+@given(
+    st.lists(st.tuples(st.floats(0.0, 500.0), st.floats(0.0, 1.0)), min_size=2, max_size=6, unique_by=lambda k: k[0]),
+    st.floats(1.0, 800.0),
+)
+def test_losses_over_range_pass_through_what_was_measured(knots: list[tuple[float, float]], range_m: float) -> None:
+    table = OverRange(*zip(*sorted(knots), strict=True))
+    assert [table.at(knot_m) for knot_m, _ in sorted(knots)] == [per for _, per in sorted(knots)]
+    assert min(table.per) <= table.at(range_m) <= max(table.per)
+    steps = 4000
+    midpoints = sum(table.at((k + 0.5) / steps * range_m) for k in range(steps)) / steps
+    assert table.mean(range_m) == pytest.approx(midpoints, abs=2e-3)
+
+
+# Files --------------------------------------------------------------------------------------------
+
+
+def test_a_toml_file_and_a_csv_of_the_same_links_are_the_same_channel(tmp_path: Path) -> None:
+    toml, table = tmp_path / "harbour.toml", tmp_path / "links.csv"
+    toml.write_text(TOML, encoding="utf-8")
+    table.write_text("receiver,per,sender,note\nbuoy,0.2,quay,\nquay,0.6,buoy,calm\n", encoding="utf-8")
+    for seed in range(5):
+        assert rates(NetworkChannel(network=str(toml)), 2, seed) == rates(NetworkChannel(network=str(table)), 2, seed)
+    assert network_of(str(toml)).node[1].position_m == (300.0, 40.0)
+
+
+def test_a_file_of_several_networks_is_named_with_the_one_that_is_meant(tmp_path: Path) -> None:
+    file = tmp_path / "seas.toml"
+    file.write_text(TOML + '[[network]]\nname = "far"\nper_over_range = [[10, 0.0], [20, 1.0]]\n', encoding="utf-8")
+    assert network_of(f"{file}:far").per_over_range == ((10.0, 0.0), (20.0, 1.0))
+    assert file_in(f"{file}:far") == str(file)
+    for setting in (str(file), f"{file}:near"):
+        with pytest.raises(NetworkFileError, match=r"which of harbour, far is meant .* seas\.toml:harbour"):
+            network_of(setting)
+
+
+BAD_TOML = [
+    # (what is replaced, by what, key, what the message says)
+    ("per = { buoy = 0.2 }", "", "node.quay.per", "the link from quay to buoy is missing"),
+    ("buoy = 0.2", "buoy = 1.2", "node.quay.per.buoy", "less than or equal to 1"),
+    ("buoy = 0.2", "buoy = -0.2", "node.quay.per.buoy", "greater than or equal to 0"),
+    ("buoy = 0.2", "buoy = nan", "node.quay.per.buoy", "finite number"),
+    ("buoy = 0.2", "buoy = 0.2, jetty = 0.1", "node.quay.per.jetty", "is no node; allowed: buoy"),
+    ("buoy = 0.2", "buoy = 0.2, quay = 0.1", "node.quay.per.quay", "does not send to itself"),
+    ('name = "buoy"', 'name = "quay"', "node.quay", "is there twice"),
+    ("[300.0, 40.0]", "[300.0, 4e5]", "node.buoy.position_m.2", "less than or equal to 100000"),
+    ("depth_m = 3.0", "depth_m = -3.0", "node.quay.depth_m", "greater than or equal to 0"),
+    ("depth_m = 3.0", "depth_m = 12000", "node.quay.depth_m", "less than or equal to 11000"),
+    ("depth_m = 3.0", "deph_m = 3.0", "node.quay.deph_m", "unknown key, allowed here: name, position_m, depth_m, per"),
+    ('name = "harbour"', "", "network.1.name", "missing"),
+    ('name = "harbour"', 'name = "harbour"\nper_over_range = [[1, 0]]', "node", "or else per_over_range"),
+    (TOML, '[[network]]\nname = "harbour"\nper_over_range = [[9, 0.1], [8, 0.2]]', "per_over_range", "longer than"),
+    (TOML, '[[network]]\nname = "harbour"', "node", "has to be given"),
+    (TOML, "", "network", "at least"),
+    (TOML, "network = 3", "network", "valid array"),
+    (TOML, "name: harbour", "TOML", "at line 1"),
+    (TOML, "a." * 2000 + "b = 1", "TOML", "2000 characters"),
+]
+
+
+@pytest.mark.parametrize(("part", "by", "key", "says"), BAD_TOML)
+def test_what_is_no_network_is_refused_by_its_key(tmp_path: Path, part: str, by: str, key: str, says: str) -> None:
+    file = tmp_path / "bad.toml"
+    file.write_text(TOML.replace(part, by, 1), encoding="utf-8")
+    faults = list(NetworkChannel(network=str(file)).misfits(fleet(2)))
+    assert any(fault.key.endswith(key) and says in fault.allowed for fault in faults), faults
+    assert {fault.file for fault in faults} == {str(file)}
+
+
+BAD_CSV = [
+    ("A,B,0.1", "A,B,1.1", 2, "a number from 0 to 1"),
+    ("A,B,0.1", "A,B,often", 2, "a number from 0 to 1"),
+    ("A,B,0.1", "A,B", 2, "a number from 0 to 1"),
+    ("A,B,0.1", "A,A,0.1", 2, "no link of two nodes"),
+    ("B,A,0.9", "A,B,0.9", 3, "a second row"),
+    ("B,A,0.9\n", "", None, "the link from B to A is missing"),
+    ("sender", "from", 1, "sender is missing"),
+    (CSV, "", 1, "sender, receiver, per is missing"),
+    ("B,A,0.9", '"B,A,0.9', 3, "unexpected end"),
+]
+
+
+@pytest.mark.parametrize(("part", "by", "line", "says"), BAD_CSV)
+def test_a_csv_that_is_no_network_is_refused_by_its_line(
+    tmp_path: Path, part: str, by: str, line: int | None, says: str
+) -> None:
+    file = tmp_path / "bad.csv"
+    file.write_text(CSV.replace(part, by, 1), encoding="utf-8")
+    (fault,) = NetworkChannel(network=str(file)).misfits(fleet(2))
+    assert says in fault.allowed
+    assert (fault.file, fault.line) == (str(file), line)
+
+
+@pytest.mark.parametrize(
+    ("channel", "n", "key", "says"),
+    [
+        (NetworkChannel(network="mission-2021"), 4, "network", "is no network; allowed: .*mission-2012"),
+        (NetworkChannel(network="none.csv"), 4, "network", "cannot be read: No such file"),
+        (NetworkChannel(), 6, "network", "has 5 nodes, the fleet 6 vehicles"),
+        (NetworkChannel(nodes={"AUV01": "23"}), 4, "nodes.AUV01", "allowed: 21, 22, 27, 28, 29"),
+        (NetworkChannel(nodes={"Raft": "21"}), 4, "nodes.Raft", "is no vehicle; allowed: AUV00"),
+        (NetworkChannel(nodes={"AUV00": "21", "AUV02": "21"}), 4, "nodes.AUV00", "is the node of two vehicles"),
+    ],
+)
+def test_what_does_not_fit_the_fleet_is_refused(channel: NetworkChannel, n: int, key: str, says: str) -> None:
+    fault = next(channel.misfits(fleet(n)))
+    assert fault.key == key
+    assert re.search(says, fault.allowed)
+
+
+def test_another_file_under_the_name_is_refused_when_asked_for_links(tmp_path: Path) -> None:
+    file = tmp_path / "links.csv"
+    file.write_text(CSV, encoding="utf-8")
+    channel = NetworkChannel(network=str(file), sha256="0" * 64)
+    assert not list(channel.misfits(fleet(2)))
+    with pytest.raises(ValueError, match="is not the file that was used"):
+        channel.link_model(fleet(2), 1)
+
+
+@pytest.mark.parametrize("network", shipped().values(), ids=shipped())
+def test_every_shipped_network_says_where_it_is_from(network: Network) -> None:
+    assert all((network.title, network.citation, network.packet, network.unknown))
+    per = replace(fleet(2), range_m=200.0)
+    assert 0.0 < NetworkChannel(network=network.name).mean_per(per) < 1.0
