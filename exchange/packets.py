@@ -103,6 +103,11 @@ class Fragment:
         return tuple.__new__(ItemUid, named)  # half the time of ItemUid(...)
 
     @property
+    def guid(self) -> Guid:
+        """Name of the block that it is a part of."""
+        return self.origin, self.epoch, self.sequence
+
+    @property
     def is_status(self) -> bool:
         """True for a status: it is said once, and nobody acknowledges it."""
         return self.sequence == STATUS

@@ -57,7 +57,7 @@ class Life:
     def take(self, fragments: Iterable[Fragment]) -> None:
         """Note what it recorded or was given; what came first under a name stays."""
         for fragment in fragments:
-            self.parts.setdefault(fragment.block.guid, {}).setdefault(fragment.index, fragment)
+            self.parts.setdefault(fragment.guid, {}).setdefault(fragment.index, fragment)
 
     def inherit(self, before: Life) -> None:
         """Note what it kept of the life before: the blocks that were whole there.
@@ -70,19 +70,19 @@ class Life:
 
     def is_whole(self, guid: Guid) -> bool:
         """True if it was given all parts of a block; two vehicles of one number make several of one name."""
-        parts = self.parts.get(guid, {}).values()
+        parts = self.parts.get(guid, {})
         if len(parts) == 1:
-            return next(iter(parts)).count == 1
-        counts = Counter((part.count, part.time_s) for part in parts)
+            return next(iter(parts.values())).count == 1
+        counts = Counter((part.count, part.time_s) for part in parts.values())
         return any(n_parts == count for (count, _), n_parts in counts.items())
 
     def part(self, fragment: Fragment) -> Fragment | None:
         """What it was given under the name of a fragment."""
-        return self.parts.get(fragment.block.guid, {}).get(fragment.index)
+        return self.parts.get(fragment.guid, {}).get(fragment.index)
 
     def holds(self, fragment: Fragment) -> bool:
         """True if it holds an item with this content: in its world model, or as part of a block that is not whole."""
-        guid = fragment.block.guid
+        guid = fragment.guid
         if self.is_whole(guid):
             block = self.model.arrived(guid)
             if block is None or block.time_s != fragment.time_s:

@@ -82,7 +82,7 @@ class Witness:
         """A vehicle has taken a sound packet."""
         life.take(aired.fragments)
         own = [fragment for fragment in aired.fragments if fragment.origin == aired.sender.node and fragment.count == 1]
-        life.told.update((fragment.block.guid, fragment.block) for fragment in own)
+        life.told.update((fragment.guid, fragment.block) for fragment in own)
         known = life.heard.get(aired.sender.node)
         if known is None or known.number <= aired.sender.number:
             life.heard[aired.sender.node] = aired.sender
@@ -93,8 +93,8 @@ class Witness:
         """True if a vehicle must not believe that a peer holds an item as it holds it itself."""
         return (
             (fragment.origin not in self.doubled or fragment.origin == life.node)
-            and not (self.forgives_names and len(self.recorded[fragment.block.guid]) > 1)
-            and fragment.block.guid not in peer.gave_up
+            and not (self.forgives_names and len(self.recorded[fragment.guid]) > 1)
+            and fragment.guid not in peer.gave_up
             and not peer.holds(fragment)
         )
 

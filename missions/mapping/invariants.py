@@ -24,22 +24,24 @@ class TrueCoverage:
 
     def __init__(self) -> None:
         self._looked: dict[str, set[tuple[float, float, float]]] = {}
+        self._swaths: dict[
+            str, list[tuple[str, float, float]]
+        ] = {}  # by vehicle: sensor, limit (m/s), reach (m)
 
     def broken(self, scene: Any) -> str | None:
         """Note where working sensors are; at the end compare with the tables and the verdict."""
         if scene.finished is not None:
             return self._judged(scene)
         for vehicle in scene.fleet.vehicles:
-            layer, dead = vehicle.functional, vehicle.condition.dead_sensors
-            if not vehicle.is_alive or not layer.sensing:
+            layer, name = vehicle.functional, vehicle.name
+            if not layer.sensing or not vehicle.is_alive:
                 continue
-            motion, data = layer.motion, layer.data
-            for sensor in data.sensors:
-                if isinstance(sensor, SwathSettings) and sensor.name in layer.sensing and sensor.name not in dead:
-                    limit_mps = data.speed_factor * sensor.speed_limit_mps * LIMIT_TOLERANCE
-                    if motion.speed_mps <= limit_mps:
-                        looked = self._looked.setdefault(vehicle.name, set())
-                        looked.add((motion.x_m, motion.y_m, sensor.swath_m / 2.0))
+            if (swaths := self._swaths.get(name)) is None:
+                swaths = self._swaths[name] = _swaths_of(layer.data)
+            motion, dead = layer.motion, vehicle.condition.dead_sensors
+            for sensor, limit_mps, reach_m in swaths:
+                if motion.speed_mps <= limit_mps and sensor in layer.sensing and sensor not in dead:
+                    self._looked.setdefault(name, set()).add((motion.x_m, motion.y_m, reach_m))
         return None
 
     def _judged(self, scene: Any) -> str | None:
@@ -59,6 +61,13 @@ class TrueCoverage:
         if share < scenario.mission.goal - ROUNDING:
             return f"completed with {len(cells)} of {len(world.cells)} cells covered; goal {scenario.mission.goal:g}"
         return None
+
+
+def _swaths_of(data: Any) -> list[tuple[str, float, float]]:
+    """Name, greatest speed (m/s) and reach to each side (m) of the swath sensors of a vehicle."""
+    factor = data.speed_factor * LIMIT_TOLERANCE
+    swaths = [sensor for sensor in data.sensors if isinstance(sensor, SwathSettings)]
+    return [(sensor.name, factor * sensor.speed_limit_mps, sensor.swath_m / 2.0) for sensor in swaths]
 
 
 def _cells(looked: set[tuple[float, float, float]], world: Any) -> set[Cell]:

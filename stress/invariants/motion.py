@@ -165,8 +165,8 @@ class Speed:
     not_under = frozenset[str]()
 
     def __init__(self) -> None:
-        self._at: dict[str, tuple[float, float, float]] = {}
-        self._way: dict[str, tuple[float, tuple[float, float]]] = {}
+        self._before: dict[str, tuple[float, float, float, tuple[float, float]]] = {}  # place, speed, direction
+        self._before_s = 0.0
         self._was_alive: set[str] = set()
         self._water: Water | None = None
         self._flow_mps = 0.0
@@ -182,36 +182,35 @@ class Speed:
             self._is_still = table == Water()
         alive = {vehicle.name for vehicle in scene.fleet.vehicles if vehicle.is_alive}
         moved_itself = frozenset[str]() if table.surge else alive & self._was_alive
+        before_s, self._before_s = self._before_s, scene.now_s
+        dt_s, flow_mps = self._before_s - before_s, self._flow_mps
         for vehicle in scene.fleet.vehicles:
-            m, data = vehicle.functional.motion, vehicle.functional.data
-            now_s, x_m, y_m = scene.now_s, m.x_m, m.y_m
-            if (before := self._at.get(vehicle.name)) is not None:
-                dt_s, (speed_mps, ahead) = now_s - before[0], self._way[vehicle.name]
-                top_mps = max(data.transit_speed_mps, data.survey_speed_mps)
-                gone_m = math.hypot(x_m - before[1], y_m - before[2])
-                if gone_m > (top_mps + self._flow_mps) * dt_s * 1.001 + ROUNDING_M:
-                    return f"{vehicle.name} went {gone_m:.2f} m from {before[0]:g} s to {now_s:g} s"
-                if vehicle.name in moved_itself:
-                    (east_mps, north_mps), off_mps = (
-                        STILL if self._is_still else carried(table, data.depth_m, before[0])
-                    )
-                    x_gone_m, y_gone_m = x_m - before[1] - east_mps * dt_s, y_m - before[2] - north_mps * dt_s
-                    along_m = x_gone_m * m.ahead[0] + y_gone_m * m.ahead[1]
-                    aside_m = abs(x_gone_m * m.ahead[1] - y_gone_m * m.ahead[0])
-                    slack_m = off_mps * dt_s + ROUNDING_M
-                    if aside_m > slack_m or not -slack_m <= along_m <= m.speed_mps * dt_s + slack_m:
-                        way = f"{along_m:.2f} m ahead through the water and {aside_m:.2f} m aside"
-                        return f"{vehicle.name} went {way} from {before[0]:g} s to {now_s:g} s"
-                gained_mps = m.speed_mps - speed_mps
-                if gained_mps > data.acceleration_mps2 * dt_s + ROUNDING_MPS:
-                    return f"{vehicle.name} gained {gained_mps:.2f} m/s from {before[0]:g} s to {now_s:g} s"
-                if m.ahead != ahead:
-                    along = m.ahead[0] * ahead[0] + m.ahead[1] * ahead[1]
-                    across = m.ahead[1] * ahead[0] - m.ahead[0] * ahead[1]
-                    turned_rad = abs(math.atan2(across, along))
-                    if turned_rad > data.turn_rate_radps * dt_s + ROUNDING_RAD:
-                        return f"{vehicle.name} turned by {turned_rad:.2f} rad from {before[0]:g} s to {now_s:g} s"
-            self._at[vehicle.name], self._way[vehicle.name] = (now_s, x_m, y_m), (m.speed_mps, m.ahead)
+            m, data, name = vehicle.functional.motion, vehicle.functional.data, vehicle.name
+            x_m, y_m, speed_mps, ahead = m.x_m, m.y_m, m.speed_mps, m.ahead
+            before, self._before[name] = self._before.get(name), (x_m, y_m, speed_mps, ahead)
+            if before is None:
+                continue
+            dx_m, dy_m, gained_mps = x_m - before[0], y_m - before[1], speed_mps - before[2]
+            most_m = (max(data.transit_speed_mps, data.survey_speed_mps) + flow_mps) * dt_s * 1.001 + ROUNDING_M
+            if dx_m * dx_m + dy_m * dy_m > most_m * most_m:
+                return f"{name} went {math.hypot(dx_m, dy_m):.2f} m from {before_s:g} s to {scene.now_s:g} s"
+            if name in moved_itself:
+                (east_mps, north_mps), off_mps = STILL if self._is_still else carried(table, data.depth_m, before_s)
+                x_gone_m, y_gone_m = dx_m - east_mps * dt_s, dy_m - north_mps * dt_s
+                along_m = x_gone_m * ahead[0] + y_gone_m * ahead[1]
+                aside_m = abs(x_gone_m * ahead[1] - y_gone_m * ahead[0])
+                slack_m = off_mps * dt_s + ROUNDING_M
+                if aside_m > slack_m or not -slack_m <= along_m <= speed_mps * dt_s + slack_m:
+                    way = f"{along_m:.2f} m ahead through the water and {aside_m:.2f} m aside"
+                    return f"{name} went {way} from {before_s:g} s to {scene.now_s:g} s"
+            if gained_mps > data.acceleration_mps2 * dt_s + ROUNDING_MPS:
+                return f"{name} gained {gained_mps:.2f} m/s from {before_s:g} s to {scene.now_s:g} s"
+            if ahead != before[3]:
+                along = ahead[0] * before[3][0] + ahead[1] * before[3][1]
+                across = ahead[1] * before[3][0] - ahead[0] * before[3][1]
+                turned_rad = abs(math.atan2(across, along))
+                if turned_rad > data.turn_rate_radps * dt_s + ROUNDING_RAD:
+                    return f"{name} turned by {turned_rad:.2f} rad from {before_s:g} s to {scene.now_s:g} s"
         self._was_alive = alive
         return None
 

@@ -33,7 +33,7 @@ class WholeTables:
     def _note(self, scene: Scene, heard: Heard) -> None:
         if heard.aired is not None:
             self._sent.add((heard.aired.slot, scene.fleet.vehicles[heard.aired.sender.node].name))
-        if heard.reception.fault is None:
+        if heard.reception.items and heard.reception.fault is None:
             self._received.update([(heard.vehicle.name, uid) for uid in heard.reception.items])
 
     def _missing(self, scene: Scene) -> Iterator[str]:

@@ -196,10 +196,9 @@ def _below(
             to_x, to_y = column + dx - low[0], line + dy - low[1]
             apart_m = np.hypot((column + dx + 0.5) * size_m - x_m, (line + dy + 0.5) * size_m - y_m)
             near = (apart_m <= reach_m) & (to_x >= 0) & (to_y >= 0) & (to_x < grid.shape[0]) & (to_y < grid.shape[1])
-            for at in np.flatnonzero(near):
-                if grid[to_x[at], to_y[at]]:
-                    cell = int(to_x[at] + low[0]), int(to_y[at] + low[1])
-                    yield int(rows[at]), cell, float(apart_m[at])
+            near[near] = grid[to_x[near], to_y[near]]
+            found = zip((to_x[near] + low[0]).tolist(), (to_y[near] + low[1]).tolist(), strict=True)
+            yield from zip(rows[near].tolist(), found, apart_m[near].tolist(), strict=True)
 
 
 def find_weight(record: Record) -> float:

@@ -174,7 +174,7 @@ def _check_arrival(
     last = min(len(a.time_s), len(b.time_s)) - 1
     either_side = {int((time_s + shift_s) / record.tick_s) for shift_s in (-CLOSE_S / 2.0, CLOSE_S / 2.0)}
     for at in (max(0, min(tick, last)) for tick in either_side):  # at a tick, rounding hides which came first
-        level_m = math.hypot(a.x_m[at] - b.x_m[at], a.y_m[at] - b.y_m[at])
+        level_m = math.hypot(a.x_m.item(at) - b.x_m.item(at), a.y_m.item(at) - b.y_m.item(at))
         apart_m = math.hypot(level_m, deeper_m)
         off_s = abs(arrival_s - end_s - apart_m / speed_mps)
         nearest = min(nearest or (off_s, apart_m), (off_s, apart_m))
