@@ -24,9 +24,7 @@ class TrueCoverage:
 
     def __init__(self) -> None:
         self._looked: dict[str, set[tuple[float, float, float]]] = {}
-        self._swaths: dict[
-            str, list[tuple[str, float, float]]
-        ] = {}  # by vehicle: sensor, limit (m/s), reach (m)
+        self._swaths: dict[str, list[tuple[str, float, float]]] = {}  # by vehicle: sensor, limit (m/s), reach (m)
 
     def broken(self, scene: Any) -> str | None:
         """Note where working sensors are; at the end compare with the tables and the verdict."""
