@@ -129,6 +129,10 @@ class ChannelModel(BaseModel):
         """Speed of sound that follows from the settings; None, as here, where that of the world holds. Optional."""
         return None
 
+    def assumed(self) -> str:
+        """What is assumed that a reader of results has to know: captions of all figures add it. Optional."""
+        return ""
+
     def misfits(self, deployment: Deployment) -> Iterator[SettingFault]:
         """What is wrong between the settings and the fleet; asked when a scenario is checked. Optional."""
         yield from ()

@@ -225,6 +225,11 @@ class NetworkChannel(ChannelModel):
             means.append(math.fsum(rates) / len(rates))
         return math.fsum(means) / len(means)
 
+    def assumed(self) -> str:
+        """The name of the network, and what is assumed of vehicles that are given its losses."""
+        network = network_of(self.network, self.sha256)
+        return f"{network.name}: {network.assumption}"
+
     def misfits(self, deployment: Deployment) -> Iterator[SettingFault]:
         """A network that is not known or malformed, or that is too small; nodes or vehicles that are not there.
 

@@ -46,6 +46,8 @@ NEEDED_KEY = {SUMMARY: "milestones", MANIFEST: "scenario"}
 LONGEST_S = 1e12
 """No mission takes longer (s)."""
 MILESTONE_KEYS = ("name", "vehicle", "group", "time_s")
+ASSUMED = "assumed"
+"""Key of the manifest by which captions know what the channel assumes."""
 RUN_ID = "run_id"
 """Key of the id of a run in summary, manifest and the metadata of every table."""
 
@@ -53,14 +55,17 @@ RUN_ID = "run_id"
 def manifest(run: Run) -> dict[str, Any]:
     """What is needed to repeat the run: version, resolved scenario as TOML, seed, and what success is judged over.
 
-    What depends on the machine stands here, too: libraries, platform, and the time that the run took.
+    What depends on the machine stands here, too: libraries, platform, and the time that the run took. What the channel
+    assumes is there if it assumes something.
     """
+    assumed = run.scenario.channel.assumed()
     return {
         "version": __version__,
         KEY: VERDICT,
         "seed": run.seed,
         "scenario": tomli_w.dumps(run.scenario.model_dump(mode="json", exclude_none=True)),
         "modem": {key: getattr(run.setup.modem, key) for key in MODEM_KEYS},
+        **({ASSUMED: assumed} if assumed else {}),
         "libraries": {name: metadata.version(name) for name in LIBRARIES},
         "python": platform.python_version(),
         "platform": platform.platform(),

@@ -133,6 +133,11 @@ class ChannelTable(TraceChannel, NetworkChannel, AcousticChannel, GilbertElliott
         with self._file_there():
             return self.settings().mean_per(deployment)
 
+    def assumed(self) -> str:
+        """What the model that is named assumes, which captions add; mostly nothing."""
+        with self._file_there():
+            return self.settings().assumed()
+
     def sound_speed_mps(self, deployment: Deployment) -> float | None:
         """Speed of sound of the model that is named; None where that of the world holds."""
         return self.settings().sound_speed_mps(deployment)

@@ -33,7 +33,7 @@ from missions.sweeps.ledger import (
     read_ledger,
 )
 from missions.sweeps.plan import Demand, RunSchedule
-from missions.sweeps.record import DECLARATIONS, IDENTITY, LABELS, OWN, differences, read_label, record_of
+from missions.sweeps.record import ASSUMED, DECLARATIONS, IDENTITY, LABELS, OWN, differences, read_label, record_of
 from missions.verdict import older_verdict
 
 if TYPE_CHECKING:
@@ -242,6 +242,22 @@ class SweepResults:
         from remoras.strategies import bounds
 
         return bounds()
+
+    def assumed(self, settings: Mapping[str, str]) -> list[str]:
+        """What the channels of configurations with these settings assume, which captions add; mostly nothing.
+
+        Args:
+            settings: by key, as comparisons have them; ``channel.name`` is the channel.
+        """
+        texts = self._record.get(ASSUMED, ())
+        labels = self.schedule.labels if texts else ()
+        found = [
+            text
+            for label, text in zip(labels, texts, strict=False)
+            if text
+            and all(settings.get(key, value) == value for key, value in label.settings if isinstance(value, str))
+        ]
+        return list(dict.fromkeys(found))
 
     @property
     def ranked(self) -> tuple[str, ...]:

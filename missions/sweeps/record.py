@@ -24,9 +24,9 @@ from missions.verdict import KEY, VERDICT
 if TYPE_CHECKING:
     from missions.sweeps.plan import SweepPlan
 
-DECLARATIONS, LABELS, IDENTITY, OWN = "metrics", "labels", "id", "own_metrics"
+DECLARATIONS, LABELS, IDENTITY, OWN, ASSUMED = "metrics", "labels", "id", "own_metrics", "assumed"
 """Keys of the record that may differ when a sweep goes on."""
-UNCOMPARED = (DECLARATIONS, LABELS, IDENTITY, OWN, "digests")
+UNCOMPARED = (DECLARATIONS, LABELS, IDENTITY, OWN, ASSUMED, "digests")
 FIXED = ("version", KEY, "study.study.name", "study.study.seed", "study.study.keep_tables")
 """Keys that never differ when a sweep goes on."""
 REPEATS = "study.study.repeats"
@@ -44,6 +44,7 @@ def record_of(plan: SweepPlan) -> dict[str, Any]:
         configuration.source: configuration.scenario.model_dump(mode="json")
         for configuration in reversed(study.configurations)
     }
+    assumed = [configuration.scenario.channel.assumed() for configuration in study.configurations]
     record = {
         "version": plan.schedule.version,
         KEY: VERDICT,
@@ -54,6 +55,7 @@ def record_of(plan: SweepPlan) -> dict[str, Any]:
         OWN: list(study.own_metrics),
         "digests": plan.schedule.digests,
         LABELS: [vars(label) for label in plan.schedule.labels],
+        **({ASSUMED: assumed} if any(assumed) else {}),
     }
     loaded: dict[str, Any] = json.loads(json.dumps(record))
     return {IDENTITY: short({name: json.dumps(value) for name, value in loaded.items()}), **loaded}

@@ -3,7 +3,7 @@
 Commands register with the application; what they need is imported when they are called, so ``--help`` answers at once.
 """
 
-from remoras.cli import budgets, exports, files, live, nodes, policies, replay, runs, stress, sweeps, verify
+from remoras.cli import budgets, exports, files, live, networks, nodes, policies, replay, runs, stress, sweeps, verify
 from remoras.cli.app import app, main
 
 __all__ = [
@@ -13,6 +13,7 @@ __all__ = [
     "files",
     "live",
     "main",
+    "networks",
     "nodes",
     "policies",
     "replay",

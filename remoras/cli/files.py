@@ -12,10 +12,11 @@ import typer
 from missions.errors import LONGEST_VALUE, cut
 from remoras.cli import completion
 from remoras.cli.app import Format, Json, check_known, command, fail, show_json
+from remoras.cli.networks import network_named, show_network
 from remoras.cli.tables import on_terminal, show_table
 
 EXAMPLES = ("scenario", "study", "organisation")
-KINDS = ("scenarios", "strategies", "policies", "channels", "modems", "studies")
+KINDS = ("scenarios", "strategies", "policies", "channels", "modems", "networks", "studies")
 
 
 @command("list", "remoras list strategies")
@@ -30,7 +31,7 @@ def list_(
     ] = "",
     as_json: Json = False,
 ) -> None:
-    """List what can be named: scenarios, strategies, policies, channels, modems; or studies.
+    """List what can be named: scenarios, strategies, policies, channels, modems, networks; or studies.
 
     Of strategies alone it also lists source, messages and parameters.
     """
@@ -206,7 +207,8 @@ def explain(
         str,
         typer.Argument(
             metavar="KEY",
-            help="A key such as communication.policy; a table for all its keys; codec for packets; ontology for terms.",
+            help="A key such as communication.policy; a table for all its keys; codec for packets; ontology for terms; "
+            "the name of a network for what was measured.",
             autocompletion=completion.key,
         ),
     ] = "",
@@ -224,7 +226,7 @@ def explain(
     ] = False,
     as_json: Json = False,
 ) -> None:
-    """Say what a key of a scenario or of a study means: type, range, default; or what a packet holds, bit by bit."""
+    """Say what a key of a scenario or study means: type, range, default; what a packet holds; what a network is."""
     if schema:
         _show_schema(key, scenario)
         return
@@ -233,6 +235,11 @@ def explain(
         return
     if key == "ontology":
         _explain_ontology(scenario, as_json)
+        return
+    from exchange.acoustics.network import file_in, shipped
+
+    if file_in(key) or key in shipped():
+        show_network(network_named(key), as_json)
         return
     from missions.scenarios.explanations import explanations
     from missions.sweeps.study import study_explanations

@@ -12,6 +12,7 @@ from dataclasses import asdict
 from typing import Any
 
 from exchange.acoustics.modems import Modem, modems
+from exchange.acoustics.network import shipped as shipped_networks
 from exchange.acoustics.shipped import CHANNELS
 from exchange.policies import POLICIES
 from missions.files import shipped_abouts, shipped_studies
@@ -93,11 +94,15 @@ LISTINGS: dict[str, Callable[[], dict[str, str]]] = {
     "policies": _policies,
     "channels": lambda: {name: model.title for name, model in CHANNELS.items()},
     "modems": _modems,
+    "networks": lambda: {name: network.title for name, network in shipped_networks().items()},
     "studies": _studies,
 }
 """Name and text of everything of a kind."""
 
-NOTES: dict[str, str] = {"modems": f"{UNVERIFIED} no source was found for this number: it is an estimate"}
+NOTES: dict[str, str] = {
+    "modems": f"{UNVERIFIED} no source was found for this number: it is an estimate",
+    "networks": "source, losses and what is not known of one: remoras network NAME",
+}
 """What is to be known of a kind as a whole."""
 
 DETAILS: dict[str, Callable[[str], dict[str, Any]]] = {"strategies": _of_strategy}

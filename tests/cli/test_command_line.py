@@ -147,7 +147,7 @@ def test_what_can_be_set_of_a_strategy_is_listed():
 
 def test_without_a_kind_everything_is_listed():
     found = json.loads(remoras("list", "--json").stdout)
-    assert list(found) == ["scenarios", "strategies", "policies", "channels", "modems"]
+    assert list(found) == ["scenarios", "strategies", "policies", "channels", "modems", "networks"]
     assert len(found["policies"]) == 6
 
 
@@ -159,7 +159,12 @@ def test_studies_are_listed_with_what_they_are_about():
 
 def test_every_listed_name_is_accepted():
     found = json.loads(remoras("list", "--json").stdout)
-    for option, kind in [("policy", "policies"), ("channel", "channels"), ("strategy", "strategies")]:
+    for option, kind in [
+        ("policy", "policies"),
+        ("channel", "channels"),
+        ("strategy", "strategies"),
+        ("network", "networks"),
+    ]:
         for row in found[kind]:
             if row["name"] != "trace":  # it needs a file
                 assert remoras("run", "mapping-rendezvous", *SHORT, f"--{option}", row["name"]).exit_code == 1

@@ -235,9 +235,11 @@ def _missing(tables: Tables) -> list[str]:
 def _header(results: RunResults, scenario: Mapping[str, Any], slot_s: float | None) -> dict[str, Any]:
     summary, manifest = results.summary, results.manifest
     communication, world = scenario.get("communication", {}), scenario.get("world", {})
+    assumed = manifest.get("assumed")
     goal_fraction, end_s = float(summary.get("goal_fraction") or 0.0), float(summary.get("mission_time_s") or 0.0)
     return {
-        **{key: summary.get(key, "") for key in ("scenario", "strategy", "policy", "channel")},
+        **{key: summary.get(key, "") for key in ("scenario", "strategy", "policy")},
+        "channel": " ".join([str(summary.get("channel", "")), *([f"({assumed})"] if assumed else [])]),
         "per": summary.get("per"),
         "seed": manifest.get("seed", summary.get("seed")),
         "version": manifest.get("version", ""),

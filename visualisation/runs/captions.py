@@ -50,10 +50,11 @@ def satisfaction_caption(results: RunResults) -> str:
 
 
 def run_conditions(results: RunResults) -> str:
-    """Scenario, n, seed, strategy, policy, channel, packet error rate and mission time of the run."""
+    """Scenario, n, seed, strategy, policy, channel with what it assumes, packet error rate and mission time."""
     summary = results.summary
     per = summary.get("per")
-    channel = f"{summary['channel']} channel" + (f", PER {100 * per:g} %" if per is not None else "")
+    assumed = f" ({text})" if (text := results.manifest.get("assumed")) else ""
+    channel = f"{summary['channel']} channel{assumed}" + (f", PER {100 * per:g} %" if per is not None else "")
     reason = summary["reason"] or "no reason given"
     ending = "mission completed" if summary["completed"] else f"not completed ({reason})"
     return (

@@ -153,13 +153,15 @@ def sweep_conditions(results: SweepResults, arrangement: Arrangement, rows: Iter
     n = _counts(arrangement, rows)
     unfinished = f", {status.remaining} not made yet" if status.remaining else ""
     bounds = sorted({series.strategy for series in arrangement.series} & results.bounds)
+    found = [text for row in rows for text in results.assumed({**row.settings, "channel.name": row.channel})]
+    assumed = f" ({'; '.join(dict.fromkeys(found))})" if found else ""
     unranked = f"Not ranked, as a bound: {', '.join(bounds)}. " if bounds else ""
     return (
         f"{n}, master seed {study.seed} (the same losses in the same repeat of all points). "
         f"{words.named_all('Scenario', [row.scenario for row in rows])}, "
         f"{words.named_all('strategy', [drawn.strategy for drawn in series], 'strategies')}, "
         f"{words.named_all('policy', [drawn.policy for drawn in series], 'policies')}, "
-        f"{words.named_all('channel', [row.channel for row in rows])}. {unranked}"
+        f"{words.named_all('channel', [row.channel for row in rows])}{assumed}. {unranked}"
         f"Study {study.name}: {status.done} of {status.planned} runs done, {status.censored} of them not completed "
         f"(censored), {status.failed} failed (not completed){unfinished}; remoras {results.schedule.version}."
     )

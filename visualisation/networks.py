@@ -1,0 +1,220 @@
+"""What was measured of a network: map and matrix of its links, or losses over range; and the numbers as CSV."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Mapping, Sequence
+from typing import Protocol
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import FancyArrowPatch
+
+from visualisation import style, words
+from visualisation.files import check_format
+from visualisation.page import Box, Page
+
+LEFT_IN, RIGHT_IN, TOP_IN, BODY_IN, AXIS_IN, GAP_IN = 0.62, 0.1, 0.24, 2.9, 0.4, 0.3
+LONGEST_NAME_IN = 1.2
+BEND = 0.12
+"""How far the two ways of a link are bent apart, as a share of its length."""
+WIDEST_PT = 1.8
+"""Width of an arrow that loses nothing."""
+NODE_PT = 21.0
+"""Size of a node, which has its name and depth in it."""
+DARK = 0.6
+"""Losses from this on are shaded so darkly that their numbers are white."""
+
+
+class MeasuredNode(Protocol):
+    """A node of a network, as far as it is drawn."""
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+
+    @property
+    def position_m(self) -> tuple[float, float] | None:
+        """(x east, y north); None where nobody says."""
+
+    @property
+    def depth_m(self) -> float | None:
+        """Its depth; None where nobody says."""
+
+
+class MeasuredNetwork(Protocol):
+    """A network, as far as it is drawn."""
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+
+    @property
+    def citation(self) -> str:
+        """Who measured it."""
+
+    @property
+    def packet(self) -> str:
+        """What was counted."""
+
+    @property
+    def node(self) -> Sequence[MeasuredNode]:
+        """Its nodes; none if losses are over range."""
+
+    @property
+    def per(self) -> Mapping[tuple[str, str], float]:
+        """Share lost by (sender, receiver)."""
+
+    @property
+    def per_over_range(self) -> Sequence[tuple[float, float]]:
+        """(range in metres, share lost), by range."""
+
+
+def network_contents(network: MeasuredNetwork, format: str) -> list[tuple[str, bytes]]:
+    """Names and contents of the files: figure, caption, numbers.
+
+    Args:
+        network: that was measured.
+        format: png, svg or pdf.
+
+    Raises:
+        DrawingError: the format is not known.
+    """
+    check_format(format)
+    name = f"network-{network.name}"
+    return [
+        (f"{name}.{format}", style.rendered(network_figure(network), format)),
+        (f"{name}.txt", f"{network_caption(network)}\n".encode()),
+        (f"{name}.csv", network_csv(network)),
+    ]
+
+
+def network_figure(network: MeasuredNetwork) -> Figure:
+    """Losses over range; else the matrix of losses, beside the map if all positions are known."""
+    with style.paper():
+        if network.per_over_range:
+            page = Page(style.COLUMN_IN, TOP_IN + 2.0 + AXIS_IN)
+            axes = page.panel(Box(LEFT_IN, TOP_IN, style.COLUMN_IN - LEFT_IN - RIGHT_IN, 2.0))
+            _over_range(axes, network)
+            return page.figure
+        names = [style.fitted(node.name, LONGEST_NAME_IN, style.SMALL_PT) for node in network.node]
+        name_in = max(style.width_in(name, style.SMALL_PT) for name in names)
+        is_upright = name_in > BODY_IN / len(names) - 0.05
+        has_map = _has_map(network)
+        body_top_in, left_in = TOP_IN if has_map else TOP_IN / 2, LEFT_IN + BODY_IN + GAP_IN if has_map else 0.05
+        matrix = Box(left_in + 0.2 + name_in, body_top_in, BODY_IN, BODY_IN)
+        below_in = max(AXIS_IN, 0.24 + (name_in if is_upright else 0.16))
+        page = Page(matrix.left_in + BODY_IN + RIGHT_IN, body_top_in + BODY_IN + below_in)
+        if has_map:
+            _map(page.panel(Box(LEFT_IN, body_top_in, BODY_IN, BODY_IN), "(a) map"), network)
+        _matrix(page.panel(matrix, "(b) share lost" if has_map else ""), network, names, is_upright)
+    return page.figure
+
+
+def _has_map(network: MeasuredNetwork) -> bool:
+    return bool(network.node) and all(node.position_m is not None for node in network.node)
+
+
+def _over_range(axes: Axes, network: MeasuredNetwork) -> None:
+    ranges_m, per = zip(*network.per_over_range, strict=True)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.plot((0.0, *ranges_m), (per[0], *per), color=style.BLUE, zorder=2)
+    axes.plot(ranges_m, per, color=style.BLUE, marker="o", linestyle="", zorder=3)
+    axes.set_xlim(0.0, 1.05 * ranges_m[-1])
+    axes.set_ylim(0.0, 1.04)
+    axes.set_xlabel(words.axis("range", "m"), labelpad=2)
+    axes.set_ylabel("share lost", labelpad=3)
+
+
+def _map(axes: Axes, network: MeasuredNetwork) -> None:
+    """Nodes, and an arrow for each way of each link: the wider the less it loses, bent to its own left."""
+    at_m = {node.name: node.position_m for node in network.node if node.position_m is not None}
+    for (sender, receiver), per in network.per.items():
+        if per < 1.0:
+            axes.add_patch(
+                FancyArrowPatch(
+                    at_m[sender],
+                    at_m[receiver],
+                    connectionstyle=f"arc3,rad={-BEND}",
+                    arrowstyle="-|>,head_length=4,head_width=1.6",
+                    shrinkA=NODE_PT / 2,
+                    shrinkB=NODE_PT / 2 + 1,
+                    linewidth=0.25 + (WIDEST_PT - 0.25) * (1.0 - per),
+                    color=style.GREY if per > 0.5 else style.BLUE,
+                    joinstyle="miter",
+                    mutation_scale=1.0,
+                    zorder=1,
+                )
+            )
+    for node in network.node:
+        x_m, y_m = at_m[node.name]
+        text = node.name if node.depth_m is None else f"{node.name}\n{node.depth_m:g} m"
+        axes.plot(x_m, y_m, marker="o", markersize=NODE_PT, color="white", markeredgecolor=style.BLACK, zorder=3)
+        axes.text(x_m, y_m, text, fontsize=style.TINY_PT, ha="center", va="center", linespacing=1.0, zorder=4)
+    axes.spines[["top", "right"]].set_visible(False)
+    xs, ys = zip(*at_m.values(), strict=True)
+    span_m = max(max(xs) - min(xs), max(ys) - min(ys), 1.0)
+    for low, high, limit in ((min(xs), max(xs), axes.set_xlim), (min(ys), max(ys), axes.set_ylim)):
+        middle = (low + high) / 2.0
+        limit(middle - 0.62 * span_m, middle + 0.62 * span_m)
+    axes.set_aspect("equal", adjustable="box")
+    axes.set_xlabel(words.axis("east", "m"), labelpad=2)
+    axes.set_ylabel(words.axis("north", "m"), labelpad=1)
+
+
+def _matrix(axes: Axes, network: MeasuredNetwork, labels: Sequence[str], is_upright: bool) -> None:
+    """A field for each link, row sends and column hears: the darker, the more it loses."""
+    names = [node.name for node in network.node]
+    n = len(names)
+    shades = [[network.per.get((a, b), math.nan) for b in names] for a in names]
+    axes.imshow(shades, cmap="Greys", vmin=0.0, vmax=1.25)
+    if n <= 12:
+        for row, column in ((row, column) for row in range(n) for column in range(n) if row != column):
+            per = shades[row][column]
+            colour = "white" if per > DARK else style.BLACK
+            axes.text(
+                column,
+                row,
+                f"{per:.3f}".lstrip("0") or "0",
+                ha="center",
+                va="center",
+                color=colour,
+                fontsize=style.SMALL_PT,
+            )
+    axes.spines[:].set_visible(False)
+    axes.tick_params(length=0)
+    axes.set_xticks(range(n), labels, rotation=90 if is_upright else 0)
+    axes.set_yticks(range(n), labels)
+    axes.set_xlabel("hears", labelpad=2)
+    axes.set_ylabel("sends", labelpad=3)
+
+
+def network_caption(network: MeasuredNetwork) -> str:
+    """What the figure shows, and who measured it."""
+    source = f" {network.citation}." if network.citation else ""
+    packet = f" Counted: {network.packet}." if network.packet else ""
+    if network.per_over_range:
+        text = "share lost against range as measured (points) and between (lines)"
+    else:
+        text = "share lost on each directed link as measured, rows send and columns hear"
+        if _has_map(network):
+            text = (
+                "map of the nodes with their depths, an arrow for each directed link, the wider the less it loses and "
+                f"blue if that is half at most; {text}"
+            )
+    return f"Network {network.name}: {text}.{packet}{source}"
+
+
+def network_csv(network: MeasuredNetwork) -> bytes:
+    """A line for each directed link, which can be read as a network again; or for each range."""
+    text = io.StringIO()
+    lines = csv.writer(text, lineterminator="\n")
+    if network.per_over_range:
+        lines.writerow(("range_m", "per"))
+        lines.writerows((f"{range_m:g}", f"{per:g}") for range_m, per in network.per_over_range)
+    else:
+        lines.writerow(("sender", "receiver", "per"))
+        lines.writerows((*link, f"{per:g}") for link, per in network.per.items())
+    return text.getvalue().encode()
