@@ -18,10 +18,9 @@ from exchange.acoustics.modems import Modem
 from exchange.acoustics.noise import noise_in_band_db
 from exchange.acoustics.packet_errors import Fading, delivered_share, packet_loss
 from exchange.acoustics.sound_speed import sound_speed_mps
+from exchange.acoustics.waterfall import MeasuredLinks
 from exchange.arithmetic import power_of_10
 
-NEEDED = ("band_khz", "modulation")
-"""What a profile must say of a modem on this channel, beside how loud it is."""
 RANGES = 200
 """Ranges over which the mean loss is estimated."""
 
@@ -89,16 +88,20 @@ class AcousticChannel(ChannelModel):
     shipping: float = Field(0.5, ge=0.0, le=1.0, description="acoustic: noise of ships, from 0 (none) to 1 (dense)")
     wind_mps: float = Field(5.0, ge=0.0, le=50.0, description="acoustic: wind at the surface, which makes noise (m/s)")
     fading: Literal["none", "bit", "frame", "packet"] = Field(
-        "frame", description="acoustic: what one Rayleigh fade lasts for: a bit, a frame, a packet; none: steady level"
+        "frame",
+        description="acoustic: what one Rayleigh fade lasts for: a bit, a frame, a packet; none: steady "
+        "level. A modem whose losses were measured (modem.per_at_snr) has the fades of its curve instead",
     )
 
     def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
         """Links of the fleet's modem; nothing of them is drawn."""
         return self.links(deployment)
 
-    def links(self, deployment: Deployment) -> AcousticLinks:
+    def links(self, deployment: Deployment) -> AcousticLinks | MeasuredLinks:
         """The same, as what they are."""
         modem = deployment.modem
+        if modem.per_at_snr:
+            return MeasuredLinks(self.budget(deployment), modem.per_at_snr, 8 * modem.frame_bytes)
         if modem.modulation is None:
             raise ValueError(f"modem {modem.name} has no modulation")
         return AcousticLinks(self.budget(deployment), modem.modulation, Fading(self.fading), 8 * modem.frame_bytes)
@@ -133,6 +136,7 @@ class AcousticChannel(ChannelModel):
             absorption_db_per_km=self._absorption_db_per_km(deployment, (low_khz + high_khz) / 2.0),
             band_hz=1000.0 * (high_khz - low_khz),
             rate_bps=modem.rate_bps,
+            margin_db=modem.margin_db,
         )
 
     def _source_level_db(self, modem: Modem) -> float | None:
@@ -156,7 +160,9 @@ class AcousticChannel(ChannelModel):
     def misfits(self, deployment: Deployment) -> Iterator[SettingFault]:
         """A modem of which nobody says how loud it is, in which band it sends, or how it writes bits."""
         modem = deployment.modem
-        if lacking := [key for key in NEEDED if getattr(modem, key) is None]:
+        lacking = ["band_khz"] if modem.band_khz is None else []
+        lacking += ["modulation"] if modem.modulation is None and not modem.per_at_snr else []
+        if lacking:
             allowed = f"needs {' and '.join(lacking)} of the modem {modem.name}: add them to its profile"
             yield SettingFault("name", '"acoustic"', allowed)
         if self._source_level_db(modem) is None:

@@ -51,6 +51,7 @@ class Budget:
         absorption_db_per_km: at the centre of the band.
         band_hz: width of the band.
         rate_bps: net bits of a second.
+        margin_db: by which a receiver falls short of what its modulation, or its curve, would do.
     """
 
     source_level_db: float
@@ -60,6 +61,7 @@ class Budget:
     absorption_db_per_km: float
     band_hz: float
     rate_bps: float
+    margin_db: float = 0.0
 
     def loss_db(self, range_m: float) -> float:
         """Transmission loss."""
@@ -69,6 +71,10 @@ class Budget:
         """Signal-to-noise ratio in the band."""
         return self.source_level_db - self.loss_db(range_m) - self.noise_db + self.directivity_db
 
+    def effective_snr_db(self, range_m: float) -> float:
+        """Signal-to-noise ratio in the band, less the margin."""
+        return self.snr_db(range_m) - self.margin_db
+
     def ebn0_db(self, range_m: float) -> float:
-        """Energy of a bit over the density of the noise: the ratio in the band times B / R."""
-        return self.snr_db(range_m) + _per_bit_db(self.band_hz, self.rate_bps)
+        """Energy of a bit over the density of the noise: the ratio in the band, less the margin, times B / R."""
+        return self.effective_snr_db(range_m) + _per_bit_db(self.band_hz, self.rate_bps)

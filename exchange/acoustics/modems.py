@@ -13,6 +13,8 @@ from exchange.acoustics.bit_errors import Modulation
 
 FILE = "modems.toml"
 """Where the profiles stand."""
+MEASURED = "table"
+"""Modulation of a profile whose losses were measured."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +29,10 @@ class Modem:
         range_m: nominal range.
         title: one line for listings.
         band_khz: lower and upper end of the band; None where nobody says.
-        modulation: how bits are written; None where nobody says.
+        modulation: how bits are written; None where nobody says, or where losses were measured.
+        per_at_snr: losses that were measured: signal-to-noise ratio in the band (dB), by which they are sorted, and the
+            packet error rate of a whole frame.
+        margin_db: by which its receiver falls short of its modulation or its curve; fitted to its nominal range.
         source_level_db: dB re 1 uPa at 1 m; None where nobody says.
         receive_w: power while it listens; None where nobody says. Runs count it if ``communication.count_listening``
             is set; else the ``hotel_w`` of the vehicles has it.
@@ -44,6 +49,8 @@ class Modem:
     title: str = ""
     band_khz: tuple[float, float] | None = None
     modulation: Modulation | None = None
+    per_at_snr: tuple[tuple[float, float], ...] = ()
+    margin_db: float = 0.0
     source_level_db: float | None = None
     receive_w: float | None = None
     unverified: tuple[str, ...] = ()
@@ -84,5 +91,8 @@ def modem_of(name: str, profile: Mapping[str, Any]) -> Modem:
     if "band_khz" in profile:
         values["band_khz"] = tuple(profile["band_khz"])
     if "modulation" in profile:
-        values["modulation"] = Modulation(profile["modulation"])
+        measured = profile["modulation"] == MEASURED
+        values["modulation"] = None if measured else Modulation(profile["modulation"])
+    if "per_at_snr" in profile:
+        values["per_at_snr"] = tuple(map(tuple, profile["per_at_snr"]))
     return Modem(name=name, **values)

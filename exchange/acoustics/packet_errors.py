@@ -35,7 +35,7 @@ class Fading(Enum):
     PACKET = "packet"
 
 
-def block_loss(bit_error_rate: float, n_bits: int) -> float:
+def block_loss(bit_error_rate: float, n_bits: float) -> float:
     """Probability that at least one of ``n_bits`` is wrong, if bits err independently.
 
     >>> round(block_loss(1e-3, 256), 4)

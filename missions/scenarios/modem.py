@@ -9,19 +9,20 @@ from __future__ import annotations
 import json
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from pydantic import Field, ValidationError
 
-from exchange.acoustics.bit_errors import Modulation
-from exchange.acoustics.modems import Modem, modem_of, modems
+from exchange.acoustics.modems import MEASURED, Modem, modem_of, modems
 from missions.document import Document
 from missions.errors import ConfigurationFault
 from missions.files import LARGEST_BYTES, is_file, shown, text_of
 from missions.scenarios.tables import (
     NotNegative,
     Positive,
+    Probability,
     Raw,
     Section,
     is_number,
@@ -33,6 +34,8 @@ from missions.scenarios.tables import (
 
 TABLE, KEY = "modem", "communication.modem"
 """Table of a scenario that has a user's own modems by name; and the key that names the one in use."""
+CURVE = "per_at_snr"
+"""Key of the losses that were measured."""
 LEAST_BYTES = 16
 """A packet needs them beside its acknowledgements: its head, a signal, a block of one fact."""
 
@@ -51,7 +54,20 @@ class ModemTable(Section):
     band_khz: tuple[Positive, Positive] | None = Field(
         None, description="lower and upper end of the band; the channel acoustic needs it"
     )
-    modulation: Modulation | None = Field(None, description="how bits are written; the channel acoustic needs it")
+    modulation: Literal["fsk-noncoherent", "fsk-coherent", "psk", "dpsk", "table"] | None = Field(
+        None, description="how bits are written, or table where losses were measured; the channel acoustic needs it"
+    )
+    per_at_snr: tuple[tuple[float, Probability], ...] = Field(
+        (),
+        description="for modulation table: signal-to-noise ratio in the band (dB), rising, and packet error rate of a "
+        "whole frame",
+    )
+    margin_db: float = Field(
+        0.0,
+        ge=-100.0,
+        le=100.0,
+        description="by which the receiver falls short of its modulation or table; shipped ones fit nominal ranges",
+    )
     source_level_db: float | None = Field(
         None, ge=100.0, le=250.0, description="dB re 1 uPa at 1 m; the channel acoustic needs it, or a key of its own"
     )
@@ -141,5 +157,23 @@ def _faults_of(name: str, table: Raw) -> Iterator[ConfigurationFault]:
     for low_khz, high_khz in point_of(table, "band_khz"):
         if low_khz >= high_khz:
             yield ConfigurationFault(f"{key}.band_khz", shown([low_khz, high_khz]), "the lower end must come first")
+    yield from _curve_faults(key, table)
     for marked in list_of(table, "unverified"):
         yield from one_of(f"{key}.unverified", marked, sorted(table.keys() - {"unverified"}))
+
+
+def _curve_faults(key: str, table: Raw) -> Iterator[ConfigurationFault]:
+    """A table of losses that is missing, in vain, or out of order."""
+    curve, is_measured = list_of(table, CURVE), table.get("modulation") == MEASURED
+    if is_measured and len(curve) < 2:
+        allowed = f'{len(curve)} points; modulation = "{MEASURED}" needs 2 or more, [[snr_db, per], ...]'
+        yield ConfigurationFault(f"{key}.{CURVE}", "", allowed)
+    if curve and not is_measured:
+        allowed = f'has an effect with modulation = "{MEASURED}" alone'
+        yield ConfigurationFault(f"{key}.{CURVE}", shown(table[CURVE]), allowed)
+    ratios_db = [point[0] for point in curve if isinstance(point, list) and point and is_number(point[0])]
+    for before_db, snr_db in pairwise(ratios_db):
+        if snr_db <= before_db:
+            allowed = f"{snr_db:g} dB comes behind {before_db:g} dB; sort its points by rising SNR, each once"
+            yield ConfigurationFault(f"{key}.{CURVE}", shown(curve), allowed)
+            return

@@ -64,14 +64,23 @@ def _of_modem(modem: Modem) -> str:
         marked("head_s", f"head {modem.head_s:g} s"),
         marked("range_m", f"range {modem.range_m:g} m"),
         "band unknown" if modem.band_khz is None else marked("band_khz", "{:g}-{:g} kHz".format(*modem.band_khz)),
-        "modulation unknown" if modem.modulation is None else marked("modulation", modem.modulation.value),
+        _losses_of(modem) if modem.modulation is None else marked("modulation", modem.modulation.value),
         "source level unknown"
         if modem.source_level_db is None
         else marked("source_level_db", f"{modem.source_level_db:g} dB re 1 uPa at 1 m"),
     ]
+    if modem.margin_db:
+        parts.append(marked("margin_db", f"margin {modem.margin_db:g} dB"))
     if modem.receive_w is not None:
         parts.append(marked("receive_w", f"{modem.receive_w:g} W to receive"))
     return f"{modem.title}: {', '.join(parts)}"
+
+
+def _losses_of(modem: Modem) -> str:
+    """What is known of the losses of a modem without a modulation."""
+    if not modem.per_at_snr:
+        return "modulation unknown"
+    return f"measured losses from {modem.per_at_snr[0][0]:g} to {modem.per_at_snr[-1][0]:g} dB"
 
 
 def _studies() -> dict[str, str]:

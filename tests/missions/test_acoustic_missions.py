@@ -88,7 +88,7 @@ def test_a_run_repeats_itself():
             '[channel]\nname = "acoustic"\n',
             ["communication.modem=s2c-18-34"],
             "channel.source_level_db",
-            "profile s2c-18-34 in modems.toml has no source_level_db; set channel.source_level_db",
+            "profile s2c-18-34 has no source_level_db; set channel.source_level_db",
         ),
         (
             '[channel]\nname = "acoustic"\nsource_level_db = 170\nacoustic_power_w = 1.0\n',

@@ -391,7 +391,7 @@ def test_a_value_where_a_table_belongs_is_a_fault_and_no_crash(tmp_path: Path, t
         ("group_template", "[]"),
         *(
             (one, "{}")
-            for one in ("decision", "fleet", "uncertainty", "guidance", "current", "navigation", "worldmodel")
+            for one in ("decision", "fleet", "uncertainty", "guidance", "current", "navigation", "worldmodel", "modem")
         ),
     }  # have defaults
     if (table, wrong) in fine:

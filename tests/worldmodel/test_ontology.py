@@ -194,7 +194,13 @@ def test_a_node_that_is_used_twice_has_no_place_in_rdf_xml(tmp_path: Path) -> No
 
 def test_modems_and_sensors_that_are_shipped_have_classes() -> None:
     # what a profile's title says of its modulation, and the class that has it
-    known = {"FSK": "FSKModem", "PSK": "PSKModem", "S2C": "SpreadSpectrumModem", "ATM-900": "FSKModem"}
+    known = {
+        "FSK": "FSKModem",
+        "PSK": "PSKModem",
+        "S2C": "SpreadSpectrumModem",
+        "ATM-900": "FSKModem",
+        "JANUS": "FSKModem",
+    }
     known |= {"SeaTrac": "SpreadSpectrumModem", "nanomodem": "SpreadSpectrumModem"}
     for name, modem in modems.modems().items():
         (found,) = {kind for word, kind in known.items() if word in modem.title}

@@ -31,6 +31,7 @@ head_s = 0.2
 range_m = 1500.0
 """
 SCENARIO = shipped()["mapping-rendezvous"].read_text(encoding="utf-8").replace('"nanomodem-v3"', '"quay"')
+CURVE = 'modulation = "table"\nper_at_snr = '
 SHORT = [("--set", "scenario.duration_s=60.0")]
 
 
@@ -131,6 +132,12 @@ def test_scenarios_without_one_do_not_list_any() -> None:
         ("= 48", '= 48\nequipment = "Sonar"', r"modem\.quay\.equipment = \"Sonar\": allowed: AcousticModem, FSKModem"),
         ("= 48", '= 48\nunverified = ["ratebps"]', r"modem\.quay\.unverified = \"ratebps\": allowed: .*'rate_bps'"),
         ("= 48", '= 48\nmodulation = "ofdm"', r"modem\.quay\.modulation = \"ofdm\""),
+        ("= 48", '= 48\nmodulation = "table"', r"modem\.quay\.per_at_snr: 0 points; modulation = \"table\" needs 2"),
+        ("= 48", "= 48\nper_at_snr = [[0.0, 0.5], [1.0, 0.1]]", r"per_at_snr = .*has an effect with modulation"),
+        ("= 48", f"= 48\n{CURVE}[[0.0, 0.5], [1.0, 1.1]]", r"modem\.quay\.per_at_snr\.2\.2 = 1\.1: .* equal to 1"),
+        ("= 48", f"= 48\n{CURVE}[[0.0, -0.1], [1.0, 0.1]]", r"modem\.quay\.per_at_snr\.1\.2 = -0\.1: .*equal to 0"),
+        ("= 48", f"= 48\n{CURVE}[[1.0, 0.5], [0.0, 0.7]]", r"mine\.toml:\d+: .*0 dB comes behind 1 dB; sort its"),
+        ("= 48", f"= 48\n{CURVE}[[1.0, 0.5], [1.0, 0.5]]", r"per_at_snr = .*1 dB comes behind 1 dB; sort its points"),
         ('"quay"', '"quai"', r"communication\.modem = \"quai\": allowed: quay, nanomodem-v3, .*did you mean 'quay'"),
         ('"quay"', '"no.toml"', r"communication\.modem = \"no\.toml\": there is no file no\.toml; allowed: a TOML"),
     ],
