@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Protocol, TypeVar
 from remoras.clock import Priority, ShownTime
 
 if TYPE_CHECKING:
+    from exchange.acoustics.channel import Channel
     from remoras.beliefs import Beliefs, Fact
     from remoras.functional.layer import FunctionalLayer
     from remoras.radio import Radio, RenewedNeeds
@@ -153,6 +154,8 @@ class Part:
             itself.
         join: called once with a fleet when it is made, never with a vehicle by itself: adds to the hooks of the fleet.
         clocks: of vehicles whose clocks may be off, by node.
+        carries: called with the channel of a fleet when that is made, never of a vehicle by itself; what carries its
+            packets instead.
         recorder: called when a vehicle is made, with its node and what takes the rows of all; what takes its rows.
         radio: makes the radios of the vehicles, of what ``remoras.radio.Radio`` takes. At most one part has it.
         lease_frames: TDMA frames after which a silent vehicle is taken to have left; as the scenario says if None.
@@ -167,6 +170,7 @@ class Part:
     watch: Callable[[Sequence[Vehicle], float], None] | None = None
     join: Callable[[Joined], None] | None = None
     clocks: Mapping[int, ShownTime] = field(default_factory=dict)
+    carries: Callable[[Channel], Channel] | None = None
     recorder: Callable[[int, Recorder], Recorder] | None = None
     radio: Callable[..., Radio] | None = None
     lease_frames: float | None = None
@@ -177,6 +181,19 @@ class Part:
 def clocks_of(parts: Iterable[Part]) -> dict[int, ShownTime]:
     """Clocks that may be off, by the node of their vehicle."""
     return {node: clock for part in parts for node, clock in part.clocks.items()}
+
+
+def carrier_for(parts: Iterable[Part], channel: Channel) -> Channel:
+    """What carries the packets of a fleet.
+
+    Args:
+        parts: of the run.
+        channel: that it has.
+    """
+    for part in parts:
+        if part.carries is not None:
+            channel = part.carries(channel)
+    return channel
 
 
 def recorder_for(parts: Iterable[Part], node: int, recorder: Recorder) -> Recorder:

@@ -30,6 +30,10 @@ TURNS = 10
 """`trial` of the draws that say when in a frame a vehicle sends, in ALOHA."""
 NODES = 11
 """`trial` of the draws that say which node of a measured network a vehicle is."""
+DAMAGES = 12
+"""`trial` of the draws that say which packets arrive damaged."""
+PLACES = 13
+"""`trial` of the draws that say which of their bits are turned."""
 
 _LOW_64 = 0xFFFF_FFFF_FFFF_FFFF
 _LOW_37 = (1 << 37) - 1

@@ -20,7 +20,7 @@ from missions.scenarios.parts import groups_of
 from missions.scenarios.values import value_rule_of
 from remoras.beliefs import Beliefs
 from remoras.database import AUVDatabase, VehicleData
-from remoras.events import Part, clocks_of, recorder_for
+from remoras.events import Part, carrier_for, clocks_of, recorder_for
 from remoras.executive.layer import ExecutiveLayer
 from remoras.fault_events import faults_part
 from remoras.faults import Fault, drawn
@@ -131,7 +131,7 @@ def assemble(setup: Setup, seed: int, channel: Channel | None = None, salt: byte
         return vehicle_anew(model, shared, before, remembers)
 
     faults, times = faults_in(setup, seed), scenario.scenario
-    carrier = channel if channel is not None else channel_of(setup, seed)
+    carrier = carrier_for(shared.parts, channel if channel is not None else channel_of(setup, seed))
     return Fleet(
         Makers(lambda model: [vehicle_of(model, shared, VehicleLife(real)) for real in fleet], anew),
         Medium(carrier, setup.modem, setup.schedule, clocks_of(shared.parts), faults, seed),

@@ -51,6 +51,7 @@ USES = {
     "covert": ["covert=[{vehicle='AUV01'}]"],
     "current": ["current={east_mps=0.2, tide_period_h=2.0}"],
     "navigation": ["navigation={drift=0.01}", "beacon=[{name='buoy', position_m=[0.0, 0.0], range_m=90.0}]"],
+    "damage": ["damage={share=0.1}", "communication.crc_bits=16"],
     "uncertainty": ["uncertainty={p_miss=0.1, speed_spread=0.05}"],
 }
 """What a scenario has to say to use each feature."""

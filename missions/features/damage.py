@@ -1,0 +1,118 @@
+"""Damage: ``[damage]``, by which some of the packets that arrive have bits turned.
+
+Modems refuse what was damaged, and channels lose packets and damage none. This is for links whose modem does not check,
+or not well. Without a checksum or a key much of what was damaged passes for sound, and is believed: so a scenario that
+has neither is refused, unless it says that it wants just that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from pydantic import Field
+
+from exchange.acoustics import loss
+from exchange.acoustics.channel import Arrival, Channel
+from missions.errors import ConfigurationFault
+from missions.feature import Feature, Joining, Trial
+from missions.files import shown
+from missions.scenarios.tables import Probability, Raw, Section, is_number, table_of
+from remoras.events import Part
+
+if TYPE_CHECKING:
+    from remoras.mission import Mission
+
+KEY = "damage"
+
+
+class DamageTable(Section):
+    """The table ``[damage]``."""
+
+    share: Probability = Field(0.0, description="share of the packets that arrive of which bits are turned, drawn")
+    bits: int = Field(1, ge=1, le=64, description="bits turned in each of them, at places that are drawn")
+    unchecked: bool = Field(
+        False, description="true: damage is wanted though packets have neither checksum nor key, and much is believed"
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class DamagingChannel:
+    """Carries packets as another channel does, and turns bits of some.
+
+    A packet is damaged at a receiver if the draw of ``loss.uniform(seed, loss.DAMAGES, slot, sender, receiver)`` lies
+    below the share: what is damaged at one share is damaged at every higher one, whatever else differs.
+
+    Args:
+        calm: the other channel.
+        seed: of the run.
+        share: of the packets that arrive.
+        bits: that are turned in each.
+    """
+
+    calm: Channel
+    seed: int
+    share: float
+    bits: int
+
+    def transmit(
+        self, slot: int, sender: int, data: bytes, now_s: float, positions_m: Sequence[tuple[float, float]]
+    ) -> list[Arrival]:
+        """Arrivals as the other channel has them, some of them damaged."""
+        return [
+            self._damaged(arrival, slot, sender)
+            if loss.uniform(self.seed, loss.DAMAGES, slot, sender, arrival.receiver) < self.share
+            else arrival
+            for arrival in self.calm.transmit(slot, sender, data, now_s, positions_m)
+        ]
+
+    def _damaged(self, arrival: Arrival, slot: int, sender: int) -> Arrival:
+        """The arrival with bits turned; two draws of one place turn it to and fro, so the last of them is moved on."""
+        found, n_bits = int.from_bytes(arrival.data, "big"), 8 * len(arrival.data)
+        key, mask = loss.slot_key(loss.trial_key(self.seed, loss.PLACES), slot), 0
+        for number in range(min(self.bits, n_bits)):
+            place = int(loss.link_uniform(loss.slot_key(key, number), sender, arrival.receiver) * n_bits)
+            while mask >> place & 1:
+                place = (place + 1) % n_bits
+            mask |= 1 << place
+        return Arrival(arrival.receiver, arrival.time_s, (found ^ mask).to_bytes(len(arrival.data), "big"))
+
+
+def damage_faults(raw: Raw, mission: type[Mission] | None) -> Iterator[ConfigurationFault]:
+    """Damage that nothing finds."""
+    table, communication = table_of(raw, KEY), table_of(raw, "communication")
+    share = table.get("share", 0.0)
+    is_protected = communication.get("crc_bits") or communication.get("key_file")
+    if is_number(share) and share > 0.0 and not is_protected and table.get("unchecked") is not True:
+        allowed = (
+            "packets have neither checksum nor key, so much of what is damaged would be believed: set "
+            f"communication.crc_bits = 8, 16 or 32, or communication.key_file; or {KEY}.unchecked = true if meant"
+        )
+        yield ConfigurationFault(f"{KEY}.share", shown(share), allowed)
+
+
+def part_of(joining: Joining) -> Part | None:
+    """Let the channel of the fleet damage packets."""
+    table: DamageTable = joining.scenario.of_feature(KEY)
+    if not table.share:
+        return None
+    return Part(carries=lambda calm: DamagingChannel(calm, joining.seed, table.share, table.bits))
+
+
+FEATURE = Feature(
+    {"": {KEY: (DamageTable | None, None)}},
+    part_of,
+    damage_faults,
+    trials=(
+        Trial(
+            KEY,
+            "1 to 3 bits are turned in 0.02 to 0.3 of the packets, under a checksum of 32 bits",
+            (KEY, "communication.crc_bits"),
+            lambda draws, scenario: {
+                KEY: {"share": draws.scaled(0.02, 0.3), "bits": draws.one_of((1, 2, 3))},
+                "communication.crc_bits": 32,
+            },
+        ),
+    ),
+)
