@@ -43,6 +43,8 @@ class Outcome(Enum):
     UNAVAILABLE = "assignee takes no jobs"
     EXCLUDED = "assignee plays a role that excludes it"
     NO_ROOM = "no room"
+    HEAD_PRESENT = "head is there"
+    TERM_LEAPS = "term leaps"
 
 
 RoleKey = tuple[str, str]

@@ -104,6 +104,8 @@ UNDECLARED = (
     Kind(230, "forged-role", MIND, "it gives itself a role of another", is_sudden=True),
     Kind(240, "forged-objective", MIND, "it gives a role of another group an objective", is_sudden=True),
     Kind(250, "forged-done", MIND, "it says that a job is done which is not", is_sudden=True),
+    Kind(255, "forged-lead", MIND, "it claims to lead a group whose head it hears", ("term",),
+         strengths={"term": (1, 1, 2, 64, 65, 128, 254, 255)}, is_sudden=True),
     Kind(260, "sulks", MIND, "it signals the least satisfaction", ("share",)),
     Kind(270, "raises", MIND, "its strategy raises", is_sudden=True, by_chance=False),
     Kind(280, "malformed", MIND, "its strategy answers what is not allowed", is_sudden=True, by_chance=False),

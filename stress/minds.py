@@ -50,6 +50,8 @@ def forged_act(
             return _forged_objective(vehicle, witness, founded)
         case "forged-done":
             return _forged_done(vehicle, mission)
+        case "forged-lead":
+            return _forged_lead(vehicle, fault.term)
     return None
 
 
@@ -101,6 +103,24 @@ def _forged_done(vehicle: Vehicle, mission: Mission) -> ForgedStatement | None:
                 fact = PropertyValue(beliefs.uid(subject), uid, value)
                 if beliefs.model.may_record(fact):
                     return ForgedStatement(((fact.subject, fact.attribute, fact.value),), vehicle.name, subject, "done")
+    return None
+
+
+def _forged_lead(vehicle: Vehicle, term: int) -> ForgedStatement | None:
+    """A claim to lead a group whose head is another that is there, as far as the vehicle knows.
+
+    It is a group of its own rather than one of which it is no member.
+    """
+    standing, beliefs = vehicle.social.standing, vehicle.beliefs
+    organisation = standing.organisation
+    for group in sorted(organisation.groups, key=lambda name: (not organisation.is_member(vehicle.name, name), name)):
+        heads = organisation.heads(group)
+        if heads and vehicle.name not in heads and standing.absent.isdisjoint(heads):
+            facts = (
+                beliefs.fact(group, "headedBy", vehicle.name)[:3],
+                beliefs.fact(group, "headTerm", term)[:3],
+            )
+            return ForgedStatement(facts, vehicle.name, group, "lead")
     return None
 
 

@@ -37,7 +37,7 @@ ROUNDS = 24
 READY_S = 1e-6
 """What a clock that jumps during the run is ahead at its start: so little that it never shows."""
 FLEET_SIZE = "fleet.size"
-NOT_OF_SCENARIO = ("peer", "share", "slots", "bits", "one_way", "by_s", "by_m")
+NOT_OF_SCENARIO = ("peer", "share", "slots", "bits", "one_way", "by_s", "by_m", "term")
 
 
 class StressFault(Section):
@@ -56,6 +56,7 @@ class StressFault(Section):
     one_way: bool = Field(False, description="of kind partition: only what the vehicle sends is cut off")
     by_s: float = Field(0.0, description="of kind clock: by how much it jumps forward")
     by_m: float = Field(5000.0, description="of kind misplaced: how far reports are off, to the east")
+    term: int = Field(1, ge=0, le=255, description="of kind forged-lead: under which it claims the group")
 
     @property
     def ends_s(self) -> float:

@@ -41,7 +41,7 @@ CHECKED_BITS = 32
 EVENTS_SHOWN = 12
 CERTAIN_SEEDS = 8
 """Seeds with which a mission has to complete without faults, to be one that is not decided by chance."""
-STATED = frozenset({"forged-role", "forged-objective", "forged-done"})
+STATED = frozenset({"forged-role", "forged-objective", "forged-done", "forged-lead"})
 
 
 @dataclass(frozen=True)

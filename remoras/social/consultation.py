@@ -6,7 +6,8 @@ order in which it was heard, and only if ``remoras.authority`` grants it to its 
 an objective of a role and for the mission of a group the newest statement counts. Refused for now is what rests on news
 that may still come: that the issuer led the group, or that the assignee is a member. Who holds a job, or a role with
 room for few, follows from all that was said of it, see ``remoras.social.role_holders``; of a head's role absent holders
-make room. Of claims to lead a group the greatest counts, see ``remoras.social.succession``. The mission of a
+make room. A claim to lead a group whose head is there is refused, and waits; of those that count the greatest does, see
+``remoras.social.leadership``. The mission of a
 group counts at once: to plan it takes the rest of the frame. Of what is said of a group formed at sea its newest
 formation counts, see ``remoras.social.formations``.
 
@@ -22,11 +23,11 @@ from remoras.social.agreed import UNCHANGED, Agreed
 from remoras.social.availability import Availability
 from remoras.social.formations import Formations
 from remoras.social.isolated import IsolatedChanges
-from remoras.social.leadership import Age, LeadershipHistory
+from remoras.social.leadership import Age, Claimed, LeadershipHistory
 from remoras.social.newest import Newest
 from remoras.social.requests import Requests
 from remoras.social.role_holders import RoleHolders
-from remoras.social.succession import Headship, excluded_by_leading, playing, role_after, yielding_above
+from remoras.social.succession import Claim, Headship, excluded_by_leading, playing, role_after, yielding_above
 from worldmodel import Change, Observation
 
 MAY_COME = frozenset(
@@ -37,6 +38,8 @@ MAY_COME = frozenset(
         Outcome.NOT_OF_GROUP,
         Outcome.INCOMPATIBLE,
         Outcome.EXCLUDED,
+        Outcome.HEAD_PRESENT,
+        Outcome.TERM_LEAPS,
     }
 )
 """Refusals that rest on what may be heard of later."""
@@ -72,6 +75,9 @@ class Consultation:
         self._pending_alone: list[Observation] = []
         self._newest = Newest()
         self._waiting: list[Observation] = []  # refused for now
+        self._is_asked_again = False
+        self._plain = frozenset(name for name, data in rules.database.items() if not data.social_layer)
+        self._began_s, self._missed = 0.0, NOBODY
         self._about: dict[str, dict[Age, Observation]] = {group: {} for group in rules.at_sea}  # heard of each
         self.isolated = IsolatedChanges()
         self._leadership = LeadershipHistory(organisation)
@@ -86,7 +92,24 @@ class Consultation:
     @property
     def is_due(self) -> bool:
         """True if something was said that does not count yet."""
-        return bool(self._pending or self._pending_alone)
+        return bool(self._pending or self._pending_alone or self._is_asked_again)
+
+    def miss(self) -> None:
+        """Somebody is absent now: claims that were refused since their heads were there are asked again."""
+        self._is_asked_again = any(self.requests.of(said).act is Act.SUCCEED for said in self._waiting)
+
+    def begin_anew(self, began_s: float, missed: frozenset[str]) -> None:
+        """This vehicle was away for a lease: of claims from that time it cannot say whether their heads were there.
+
+        Args:
+            began_s: until when it was away (s); missed: itself, and whom it has not heard since.
+        """
+        self._began_s, self._missed = began_s, missed
+
+    @property
+    def leading(self) -> dict[str, Claimed]:
+        """The claim by which each group is led that somebody has claimed."""
+        return self._leadership.leading
 
     def note(self, change: Change, alone: bool = False) -> None:
         """Keep what a block says of roles, objectives and heads until the end of the round.
@@ -113,12 +136,15 @@ class Consultation:
                 self._renew(group, name, agreed)
         self._availability.news.clear()
         is_due = agreed.organisation is not organisation or self._leadership.n_changes != n_changes
+        is_due, self._is_asked_again = is_due or self._is_asked_again, False
         while is_due:
             n_renewed = len(agreed.formed) + len(agreed.dissolved)
             waiting, self._waiting = sorted(self._waiting, key=_age), []
             for observation in waiting:
                 self._count(observation, agreed, again=True)
             is_due = len(agreed.formed) + len(agreed.dissolved) != n_renewed
+        for group, leading in self.leading.items():
+            self._crown(group, leading, agreed)
         if not self.isolated.has_changes:
             for asked in self._role_holders.waiting(agreed.organisation):
                 agreed.assign(asked)
@@ -162,7 +188,7 @@ class Consultation:
             elif outcome is not None:
                 self._refuse(asked, outcome, observation, agreed, True, again)
             return
-        if self.formations.is_of_earlier(asked.group, age):
+        if self.formations.is_of_earlier(asked.group, age) or self._assent(asked, observation, age):
             return
         if asked.group in self._about:
             self._about[asked.group].setdefault(age, observation)
@@ -189,7 +215,7 @@ class Consultation:
         if outcome not in LAWFUL:
             self._refuse(asked, outcome, observation, agreed, not alone, again or is_old)
         elif asked.act is Act.SUCCEED:
-            self._succeed(asked, observation, agreed)
+            self._succeed(asked, observation, agreed, again)
         else:
             if is_limited and outcome in TENABLE:
                 self._hold(asked, age, agreed)
@@ -213,8 +239,8 @@ class Consultation:
         """Reject a statement, temporarily if ``wait``; noted unless it is rejected ``again``."""
         if why in MAY_COME and wait:
             self._waiting.append(said)
-        if asked.act is Act.SUCCEED and why is Outcome.OUTSIDE and (claim := self.requests.claim(said)) is not None:
-            self.headship.refuse(asked.group, claim)
+        if asked.act is Act.SUCCEED and why is Outcome.OUTSIDE and (claim := self._claim_of(said, asked)) is not None:
+            self.headship.note(asked.group, claim)
         if not again:
             agreed.refuse(asked, why, said)
 
@@ -249,17 +275,44 @@ class Consultation:
 
     # Claims --------------------------------------------------------------------------------------
 
-    def _succeed(self, asked: Request, observation: Observation, agreed: Agreed) -> None:
-        """Take note of a claim to lead a group: the greatest makes its vehicle the head, and the old head no more."""
-        claim = self.requests.claim(observation)
-        if claim is None:
-            agreed.refuse(asked, Outcome.NO_AUTHORITY, observation)
+    def _claim_of(self, said: Observation, asked: Request) -> Claim | None:
+        """The claim that a statement makes or assents to; None if it says no term, or one that leaps."""
+        claim = self.requests.claim(said)
+        return None if claim is None else self.headship.read(asked.group, claim)
+
+    def _assent(self, asked: Request, said: Observation, age: Age) -> bool:
+        """True if a head says that another leads its group, so that it leads it no longer itself."""
+        if asked.act is not Act.SUCCEED or asked.issuer == asked.assignee or self._claim_of(said, asked) is None:
+            return False
+        if not self._leadership.has_led(asked.issuer, asked.group, age):
+            return False
+        self._leadership.change(asked.group, asked.issuer, False, age)
+        return True
+
+    def _succeed(self, asked: Request, said: Observation, agreed: Agreed, again: bool) -> None:
+        """Take note of a claim to lead a group: the greatest that counts makes its vehicle the head."""
+        if self.requests.claim(said) is None:
+            agreed.refuse(asked, Outcome.NO_AUTHORITY, said)
             return
-        group, vehicle, age = self._groups[asked.group], asked.assignee, _age(observation)
-        self._leadership.claim(group.name, vehicle, claim, age)
-        if self.headship.take(group.name, claim):
-            self._enthrone(asked, group, age, agreed)
-        self._renew(group.name, vehicle, agreed)
+        claim = self._claim_of(said, asked)
+        if claim is None:
+            self._refuse(asked, Outcome.TERM_LEAPS, said, agreed, True, again)
+            return
+        age = _age(said)
+        excused = agreed.absent | self._plain | (self._missed if age[0] < self._began_s else NOBODY)
+        self.headship.note(asked.group, claim)
+        if not self._leadership.claim(asked.group, Claimed(claim, age, asked.assignee), excused):
+            self._refuse(asked, Outcome.HEAD_PRESENT, said, agreed, True, again)
+        if (leading := self.leading.get(asked.group)) is not None:
+            self._crown(asked.group, leading, agreed)
+        self._renew(asked.group, asked.assignee, agreed)
+
+    def _crown(self, group: str, leading: Claimed, agreed: Agreed) -> None:
+        """Let whoever has made the greatest claim that counts lead a group, unless it does by that claim already."""
+        if self.headship.lead(group, leading.claim):
+            of, vehicle = self._groups[group], leading.vehicle
+            asked = Request(vehicle, Act.SUCCEED, group, of.head_role or "", vehicle)
+            self._enthrone(asked, of, leading.since, agreed)
 
     def _enthrone(self, asked: Request, group: Group, age: Age, agreed: Agreed) -> None:
         """Let the issuer lead a group, and play what its role takes in the group above; whoever led steps down."""

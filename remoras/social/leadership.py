@@ -1,24 +1,39 @@
-"""Leadership history: who led a group when, as one vehicle knows it.
+"""Leadership history: who led a group when, as one vehicle knows it, and which claims to lead it count.
 
 An order counts by who led when it was given, whatever is heard first: the order, or that its issuer leads. So this is a
-function of what was heard and of no order. Before all claims lead those that founded the group. Of the claims made by a
-time the greatest leads. A head that has left its role leads no longer.
+function of what was heard, and of whom this vehicle has missed, and of no order. Before all claims lead those that
+founded the group. Of the claims that count, and were made by a time, the greatest leads. A head that has left its role
+leads no longer.
+
+Nobody takes the lead from a head that is there. So a claim counts only against heads that are excused: the hearer has
+not heard them for a lease since it heard the claim. Who led when the claim was made, and leads still, is asked; of two
+who claim in one vacancy the one that did not know of the other is refused by nobody. A head that has never left may
+claim again, and what others have claimed meanwhile is void, with all that they have ordered: those who went over to
+another come back. So the head itself decides whether its silence was an absence, and all follow it: it claims again, or
+it assents, which ends its lead for all who have heard it all the while. (The vote before the claim in section 9.6 of D.
+Ongaro, Consensus: Bridging Theory and Practice, Stanford 2014, keeps a server that is cut off from disturbing the
+others; here each hearer has that vote for itself.)
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from typing import NamedTuple
 
+from remoras.authority import NOBODY
 from remoras.organisation import Organisation
 from remoras.social.succession import Claim
 
 Age = tuple[float, int, int, int, int]
 """Place in the world model's order of facts: time, origin, epoch and order of the block, then position in it."""
 AGREED_BEFORE: Age = (-math.inf, 0, 0, 0, 0)
+_NOW: Age = (math.inf, 0, 0, 0, 0)
 
 
-class _Claimed(NamedTuple):
+class Claimed(NamedTuple):
+    """A claim to lead a group, since when it was made, and the vehicle that made it."""
+
     claim: Claim
     since: Age
     vehicle: str
@@ -36,30 +51,80 @@ class LeadershipHistory:
 
     def __init__(self, organisation: Organisation) -> None:
         self.n_changes = 0
-        self._claimed: dict[str, list[_Claimed]] = {}
+        self._excused: dict[str, dict[Claimed, frozenset[str]]] = {}  # for each claim to lead a group, of what heads
+        self._counting: dict[str, list[Claimed]] = {}
         self._began = {
             (group, name): [AGREED_BEFORE] for group in organisation.groups for name in organisation.heads(group)
         }
         self._ended: dict[tuple[str, str], list[Age]] = {}
 
-    def claim(self, group: str, vehicle: str, claim: Claim, age: Age) -> None:
-        """A vehicle has claimed to lead a group since ``age``."""
-        self.n_changes += 1
-        self._claimed.setdefault(group, []).append(_Claimed(claim, age, vehicle))
+    def claim(self, group: str, claimed: Claimed, excused: Collection[str] = NOBODY) -> bool:
+        """A vehicle has claimed to lead a group; True if that counts.
+
+        Args:
+            group: its name; claimed: the claim.
+            excused: vehicles that do not stand against it, as far as is known here; what was excused once stays so.
+        """
+        claims = self._excused.setdefault(group, {})
+        before = claims.get(claimed)
+        if before is None or not before.issuperset(excused):
+            self.n_changes += 1
+            claims[claimed] = (before or NOBODY).union(excused)
+            self._weigh(group)
+        return claimed in self._counting[group]
+
+    @property
+    def leading(self) -> dict[str, Claimed]:
+        """The greatest claim that counts of each group that has one."""
+        return {group: max(counting) for group, counting in self._counting.items() if counting}
+
+    def _weigh(self, group: str) -> None:
+        """See which claims count, the lesser ones first."""
+        counting: list[Claimed] = []
+        self._counting[group] = counting
+        for claimed, excused in sorted(self._excused.get(group, {}).items()):
+            began = self._has_led_since(group, claimed, counting)
+            if began is not None:
+                counting[:] = [one for one in counting if one.vehicle == claimed.vehicle or one.since < began]
+            elif not self._heads_against(group, claimed, counting) <= excused:
+                continue
+            counting.append(claimed)
+
+    def _has_led_since(self, group: str, claimed: Claimed, counting: list[Claimed]) -> Age | None:
+        """Since when who claims has led and has not left itself, whoever has claimed meanwhile; None if it has not."""
+        about = group, claimed.vehicle
+        began = list(self._began.get(about, ()))
+        began += [one.since for one in counting if one.vehicle == claimed.vehicle]
+        last = max((age for age in began if age < claimed.since), default=None)
+        if last is None or any(last < age <= claimed.since for age in self._ended.get(about, ())):
+            return None
+        return last
+
+    def _heads_against(self, group: str, claimed: Claimed, counting: list[Claimed]) -> set[str]:
+        """Others that led a group when it was claimed, and lead it still, by the lesser claims."""
+        names = {name for of, name in self._began if of == group} | {one.vehicle for one in counting}
+        return {
+            name
+            for name in names - {claimed.vehicle}
+            if self.led(name, group, claimed.since) and self.led(name, group, _NOW)
+        }
 
     def is_claim(self, age: Age) -> bool:
         """True if what was said at ``age`` is a claim to lead a group."""
-        return any(age == claim.since for of in self._claimed.values() for claim in of)
+        return any(age == claimed.since for of in self._excused.values() for claimed in of)
 
     def change(self, group: str, vehicle: str, leads: bool, age: Age) -> None:
         """A vehicle was given the role of the head at ``age``, or has left it."""
         self.n_changes += 1
         (self._began if leads else self._ended).setdefault((group, vehicle), []).append(age)
+        if group in self._excused:
+            self._weigh(group)
 
     def begin(self, group: str, vehicle: str | None, age: Age) -> None:
         """A group is formed anew, led by ``vehicle`` since ``age``; it is dissolved if None."""
         self.n_changes += 1
-        self._claimed.pop(group, None)
+        self._excused.pop(group, None)
+        self._counting.pop(group, None)
         for ages in (self._began, self._ended):
             for key in [key for key in ages if key[0] == group]:
                 del ages[key]
@@ -73,14 +138,14 @@ class LeadershipHistory:
     def has_led(self, vehicle: str, group: str, at: Age) -> bool:
         """True if the vehicle has led the group at any time before ``at``."""
         began = list(self._began.get((group, vehicle), ()))
-        began += [claim.since for claim in self._claimed.get(group, ()) if claim.vehicle == vehicle]
+        began += [one.since for one in self._counting.get(group, ()) if one.vehicle == vehicle]
         return any(age < at for age in began)
 
     def since(self, vehicle: str, group: str, at: Age) -> Age | None:
         """Since when the vehicle led the group at ``at``; None if it did not."""
         began, ended = (list(ages.get((group, vehicle), ())) for ages in (self._began, self._ended))
         greatest: Claim | None = None
-        for claim, since, name in sorted(self._claimed.get(group, ()), key=lambda claim: claim.since):
+        for claim, since, name in sorted(self._counting.get(group, ()), key=lambda one: one.since):
             if greatest is None or claim > greatest:
                 greatest = claim
                 (began if name == vehicle else ended).append(since)

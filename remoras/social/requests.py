@@ -88,9 +88,9 @@ class Requests:
         return Request(issuer, act, group, role, name(fact.subject))
 
     def claim(self, said: Observation) -> Claim | None:
-        """The claim of a vehicle to lead a group; None if its block does not say under which term."""
+        """A claim to lead a group, by its term on the wire; None if its block does not say under which."""
         term = self._beside(said, self._head_term)
-        return None if term is None else Claim(term, -said.block.origin)
+        return None if term is None else Claim(term, -said.fact.target)
 
     def formation(self, said: Observation) -> int | None:
         """Number of the formation that a fact forms or dissolves; None if its block does not say."""

@@ -19,7 +19,7 @@ from remoras.organisation import Organisation
 from remoras.social.agreed import Agreed
 from remoras.social.availability import Availability
 from remoras.social.consultation import Consultation
-from remoras.social.membership import NO_CHANGES, Changes, Membership, acted_on
+from remoras.social.membership import AWAY_FRAMES, NO_CHANGES, Changes, Membership, acted_on
 from remoras.social.negotiation import ROLE_ATTRIBUTES
 from remoras.social.receivers import by_receiver
 from remoras.social.reports import SENSORS_WORK, Reports, takes_sensors
@@ -92,6 +92,9 @@ class Standing:
         self._availability = Availability(me, beliefs, rules)
         self.is_cut_off = False
         self._is_out_of_reach = False  # it has said that it takes no jobs, since it is cut off
+        self._lease_s, self._away_s = lease_s, AWAY_FRAMES * frame_s
+        self._looked_s = self._was_away_s = self._began_s = 0.0
+        self._assents: list[list[Fact]] = []
         self._given_up: set[Objective] = set()
         self.reports = Reports(beliefs, database, until_s)
         self.consultation = Consultation(beliefs, rules, organisation, self._availability)
@@ -139,9 +142,17 @@ class Standing:
             now_s: time of the end of the round.
             heard_s: when a packet of each peer was last heard.
         """
+        if now_s - self._looked_s > max(self._away_s, self._lease_s):
+            self._began_s, self._was_away_s = now_s, self._looked_s
+        self._looked_s = now_s
+        if self._began_s > 0.0:
+            missed = (name for name in self._database.names if heard_s.get(name, 0.0) <= self._was_away_s)
+            self.consultation.begin_anew(self._began_s, frozenset({self._me, *missed}))
         changes = self._membership.look_around(now_s, heard_s)
         if changes is NO_CHANGES:
             return None
+        if changes.absent:
+            self.consultation.miss()
         was_cut_off, self.is_cut_off = self.is_cut_off, self._membership.cut_off
         facts: list[Fact] = []
         undone = Agreed(self.organisation)
@@ -162,6 +173,10 @@ class Standing:
         """End of a round: what was said in it counts from now on."""
         so_far = Agreed(self.organisation, self.absent, self.takes_no_jobs)
         agreed = self.consultation.end(so_far)
+        for group, leading in self.consultation.leading.items():
+            led, leads = (self._me in one.heads(group) for one in (self.organisation, agreed.organisation))
+            if led and not leads and leading.vehicle != self._me:
+                self._assents.append(self._statements.assent(group, leading.claim, leading.vehicle))
         self._renew(agreed.organisation)
         return agreed
 
@@ -188,10 +203,22 @@ class Standing:
     # What the vehicle states ---------------------------------------------------------------------
 
     def claims(self) -> list[list[Fact]]:
-        """Claims to lead groups: without a head, where it is the first to succeed, or led by it in dispute."""
+        """Claims to lead groups: without a head, where it is the first to succeed, or led by it in dispute.
+
+        Who has claimed a group within a lease was there by then, whoever hears it or not. Before claims come assents to
+        those of others for which this vehicle has stepped down.
+        """
+        assents, self._assents = self._assents, []
         if self.is_cut_off:
-            return []
-        return self._statements.claims(self.present, self.consultation.headship, self._availability.unavailable)
+            return assents
+        since_s, away = self._looked_s - self._lease_s, self.absent
+        headed = {
+            group
+            for group, (_, age, name) in self.consultation.leading.items()
+            if age[0] > since_s and name in away and name in self.organisation.heads(group)
+        }
+        headship, unavailable = self.consultation.headship, self._availability.unavailable
+        return [*assents, *self._statements.claims(self.present, headship, unavailable, headed)]
 
     def correction(self) -> list[Fact]:
         """That this vehicle takes jobs, where others may hold what it said before it began anew; else nothing."""

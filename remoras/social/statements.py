@@ -7,7 +7,7 @@ from collections.abc import Iterable, Set
 from remoras.beliefs import Beliefs, Fact
 from remoras.database import AUVDatabase
 from remoras.organisation import Organisation, RoleAssignment
-from remoras.social.succession import HEAD_TERM, HEADED_BY, Headship, role_after, successor
+from remoras.social.succession import HEAD_TERM, HEADED_BY, N_TERMS, Claim, Headship, role_after, successor
 
 AVAILABLE = "available"
 
@@ -57,21 +57,29 @@ class Statements:
             facts.append(self._beliefs.fact(self._me, "leftRole", group.path(role)))
         return facts
 
-    def claims(self, present: Organisation, headship: Headship, unavailable: Set[str]) -> list[list[Fact]]:
+    def assent(self, group: str, claim: Claim, vehicle: str) -> list[Fact]:
+        """That another leads a group by a claim: this vehicle has led it, and does so no longer."""
+        facts = (group, HEADED_BY, vehicle), (group, HEAD_TERM, claim.term % N_TERMS)
+        return [self._beliefs.fact(*fact) for fact in facts]
+
+    def claims(
+        self, present: Organisation, headship: Headship, unavailable: Set[str], headed: Set[str] = frozenset()
+    ) -> list[list[Fact]]:
         """Claims to lead groups: without a head, where this vehicle is the first to succeed, or led by it in dispute.
 
         Args:
             present: the organisation without the absent.
             headship: the claims known.
             unavailable: vehicles that take no jobs.
+            headed: groups whose heads are there, though ``present`` lacks them.
         """
         claimed = []
         for group in present.groups.values():
             if not group.succession or not present.is_member(self._me, group.name):
                 continue
             heads = [name for name in present.heads(group.name) if self._database[name].social_layer]
-            is_own = self._me in heads and headship.is_contested(group.name, self._database[self._me].node)
-            if heads and not is_own:
+            is_own = self._me in heads and headship.is_contested(group.name)
+            if (heads and not is_own) or group.name in headed:
                 continue
             if is_own or successor(group, present, self._database, unavailable) == self._me:
                 facts = (

@@ -1,11 +1,11 @@
 """Succession of heads: who leads a group whose head is lost, by an order that all its members compute alike.
 
 The first in that order claims the group under the greatest term known and one more. Vehicles may see different peers,
-so several may claim. The greatest claim wins, by term and then by lower node, whatever the order in which claims
-are heard and however often: ``Headship`` is a join. Whoever led before and hears of it steps down.
+so several may claim. Which claims count, ``remoras.social.leadership`` says; of these the greatest wins, by term and
+then by lower node, in whatever order they are heard. Whoever led before and lets it count steps down and assents.
 
-Who was out of reach may claim by a role that others have given away meanwhile. These refuse it, so only it would take
-itself for the head: the head that the others have claims again, under a greater term, as any head of the past may.
+A claim may count for some and for others not: who was out of reach may claim by a role that others have given away
+meanwhile, or take a head for absent that they hear. Then the head that they have claims again, under a greater term.
 """
 
 from __future__ import annotations
@@ -17,8 +17,12 @@ from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, RoleAssignment
 
 HEADED_BY, HEAD_TERM = "headedBy", "headTerm"
-LAST_TERM = 255
-"""The ontology names terms up to this one."""
+N_TERMS = 256
+"""Terms on the wire are modulo this, and are read as those nearest to the greatest known (as in RFC 1982)."""
+FURTHEST = 64
+"""Terms ahead of the greatest known that a claim may have. It is far more than a group has heads in one mission, so
+that nobody is locked out that has missed many claims; and a quarter of all terms, so that a claim and those which end
+it are still read alike by who has heard of neither."""
 
 
 class Claim(NamedTuple):
@@ -34,43 +38,49 @@ class Claim(NamedTuple):
 
 
 class Headship:
-    """The greatest claim known for each group, and the greatest that was refused."""
+    """By which claim each group is led, and the greatest that was made, whether that counts or not."""
 
     def __init__(self) -> None:
-        self._claims: dict[str, Claim] = {}
-        self._refused: dict[str, Claim] = {}
+        self._leads: dict[str, Claim] = {}
+        self._greatest: dict[str, Claim] = {}
 
-    def take(self, group: str, claim: Claim) -> bool:
-        """Note a claim; True if it is the greatest now and was not before."""
-        if group in self._claims and self._claims[group] >= claim:
+    def read(self, group: str, claim: Claim) -> Claim | None:
+        """A claim with its term as one that goes on after 255; None if it leaps, or is from before the first.
+
+        >>> headship = Headship()
+        >>> [headship.read("Team", Claim(term, 0)) for term in (64, 65, 255)]
+        [Claim(term=64, rank=0), None, None]
+        >>> headship.note("Team", Claim(255, 0))
+        >>> headship.next_term("Team"), headship.read("Team", Claim(0, 0)), headship.read("Team", Claim(254, 0))
+        (0, Claim(term=256, rank=0), Claim(term=254, rank=0))
+        """
+        known = self._greatest[group].term if group in self._greatest else 0
+        ahead = (claim.term - known + N_TERMS // 2) % N_TERMS - N_TERMS // 2
+        return claim._replace(term=known + ahead) if 0 < known + ahead <= known + FURTHEST else None
+
+    def note(self, group: str, claim: Claim) -> None:
+        """Note a claim, whether it counts or not: whoever made it, and all who heard of it first, may go by it."""
+        self._greatest[group] = max(claim, self._greatest.get(group, claim))
+
+    def lead(self, group: str, claim: Claim) -> bool:
+        """A group is led by a claim; True if it was led otherwise before."""
+        if self._leads.get(group) == claim:
             return False
-        self._claims[group] = claim
+        self._leads[group] = claim
         return True
 
-    def refuse(self, group: str, claim: Claim) -> None:
-        """Note a claim that does not count here; whoever made it, and all who heard of it first, may go by it."""
-        self._refused[group] = max(claim, self._refused.get(group, claim))
-
-    def is_contested(self, group: str, node: int) -> bool:
-        """True if a claim greater than any that counts was refused, and a new one of this node would be greater."""
-        refused = self._refused.get(group)
-        if refused is None or (group in self._claims and self._claims[group] >= refused):
-            return False
-        return Claim(self.next_term(group), -node) > refused
+    def is_contested(self, group: str) -> bool:
+        """True if a greater claim than that by which the group is led is known, and does not count."""
+        return self._greatest.get(group) != self._leads.get(group)
 
     def forget(self, group: str) -> None:
         """The group is formed anew: claims to lead it before are over."""
-        self._claims.pop(group, None)
-        self._refused.pop(group, None)
-
-    def term(self, group: str) -> int:
-        """The greatest term known of a group; 0 for the head that was agreed before the mission."""
-        return self._claims[group].term if group in self._claims else 0
+        self._leads.pop(group, None)
+        self._greatest.pop(group, None)
 
     def next_term(self, group: str) -> int:
-        """The term of a new claim, above all that are known."""
-        refused = self._refused[group].term if group in self._refused else 0
-        return min(max(self.term(group), refused) + 1, LAST_TERM)
+        """The term of a new claim, one above all that are known, as it is on the wire; the first is 1."""
+        return (self._greatest[group].term + 1) % N_TERMS if group in self._greatest else 1
 
 
 def successor(

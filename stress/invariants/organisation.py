@@ -10,7 +10,7 @@ from remoras.recorder import ORGANISATION
 from remoras.vehicle import Vehicle
 from remoras.wellformed import Defect, specification_faults
 from stress.invariants.seam import Moment, Scene
-from stress.kinds import FOR_GOOD
+from stress.kinds import FOR_GOOD, kind_of
 
 PEER, GROUP, ROLE, EVENT, ISSUER, ACT = (
     ORGANISATION.column_names.index(name) for name in ("peer", "group", "role", "event", "issuer", "act")
@@ -28,6 +28,7 @@ class OnlyAuthorised:
 
     def __init__(self) -> None:
         self._n_read = 0
+        self._led: set[tuple[str, str, str, str]] = set()
 
     def broken(self, scene: Scene) -> str | None:
         """Look at what vehicles have come to hold true of the organisation since the last tick."""
@@ -39,8 +40,24 @@ class OnlyAuthorised:
                 return f"{row[1]} takes {row[PEER]} for {acts[0][1]}, by its own will alone"
             if row[EVENT] == "given" and acts[1] in forged:
                 return f"{row[1]} heeds an objective of {acts[1][1]} by {row[ISSUER]}, which is outside"
+            lead = row[1], row[ISSUER], row[GROUP], row[ROLE]
+            if row[ACT] == "succeed" and row[EVENT] == "assigned":
+                self._led.add(lead)  # once it leads by right it may claim again
+            is_succeeded = row[EVENT] == "left" and row[PEER] != row[ISSUER] and (*lead[1:3], "lead") in forged
+            if is_succeeded and lead not in self._led and _leads(scene, row[1], row[PEER], row[GROUP], row[ROLE]):
+                return f"{row[1]} obeys {row[ISSUER]} as head of {row[GROUP]}, though {row[PEER]} is there"
         self._n_read = len(rows)
         return None
+
+
+def _leads(scene: Scene, hearer: str, head: str, group: str, role: str) -> bool:
+    """True if a vehicle takes another, that has led a group until now, for present; of who was away nobody can say."""
+    of = {vehicle.name: vehicle for vehicle in scene.fleet.vehicles}
+    led = scene.setup.agreement.organisation.groups.get(group)
+    away = {fault.vehicle for fault in scene.schedule.fault if kind_of(fault.kind).takes_away}
+    if led is None or led.head_role != role or not away.isdisjoint({hearer, head}):
+        return False
+    return of[head].data.social_layer and head not in of[hearer].social.standing.absent
 
 
 class Cardinality:

@@ -1,12 +1,14 @@
 """Membership as a lease, and the succession of heads: pure functions of what was heard."""
 
+from typing import Any
+
 from hypothesis import given
 from hypothesis import strategies as st
 from samples import auv, database
 
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
 from remoras.social.membership import Changes, Membership, absent_peers
-from remoras.social.succession import LAST_TERM, Claim, Headship, successor
+from remoras.social.succession import FURTHEST, N_TERMS, Claim, Headship, successor
 
 PEERS = ("AUV01", "AUV02", "AUV03")
 LEASE_S, FRAME_S = 100.0, 10.0
@@ -83,18 +85,56 @@ def test_roles_come_first_then_ability_then_energy_then_names() -> None:
     assert successor(TEAM, organised(AUV05="Mate", AUV06="Mate"), fleet) is None
 
 
-claims = st.lists(st.builds(Claim, st.integers(0, LAST_TERM), st.integers(-63, 0)), min_size=1)
+# Terms --------------------------------------------------------------------------------------------
+
+KNOWN = st.integers(1, 3 * N_TERMS)
 
 
-@given(claims, st.randoms(use_true_random=False))
-def test_claims_are_a_join(heard_claims: list[Claim], random: object) -> None:
-    """In whatever order, however often: the greatest term counts, of equals the lower node."""
-    turned = heard_claims * 2
-    random.shuffle(turned)  # type: ignore[attr-defined]
-    one, other = Headship(), Headship()
-    for claim in heard_claims:
-        one.take("Team", claim)
-    winners = [claim for claim in turned if other.take("Team", claim)]
-    assert one.term("Team") == other.term("Team") == max(heard_claims).term
-    assert winners[-1] == max(heard_claims)
-    assert one.next_term("Team") == min(max(heard_claims).term + 1, LAST_TERM)
+def known(term: int) -> Headship:
+    """After claims up to a term, each of which was read as it is on the wire."""
+    headship = Headship()
+    for one in range(1, term + 1):
+        claim = headship.read("Team", Claim(one % N_TERMS, 0))
+        assert claim == Claim(one, 0)
+        headship.note("Team", claim)
+    return headship
+
+
+@given(KNOWN, st.integers(1 - N_TERMS // 2, FURTHEST))
+def test_terms_go_on_after_the_last_on_the_wire(term: int, ahead: int) -> None:
+    """Each is read as the nearest to the greatest known, unless that is from before the first."""
+    found = known(term).read("Team", Claim((term + ahead) % N_TERMS, -3))
+    assert found == (Claim(term + ahead, -3) if term + ahead > 0 else None)
+
+
+@given(KNOWN, st.integers(FURTHEST + 1, N_TERMS // 2 - 1))
+def test_a_term_that_leaps_is_none(term: int, ahead: int) -> None:
+    headship = known(term)
+    assert headship.read("Team", Claim((term + ahead) % N_TERMS, -3)) is None
+    assert headship.next_term("Team") == (term + 1) % N_TERMS
+
+
+def test_no_term_locks_a_group() -> None:
+    """After any claim that is read, the next one is greater and is read alike by who has heard of neither."""
+    for term in range(1, FURTHEST):
+        claimed, unaware = Headship(), Headship()
+        claim = claimed.read("Team", Claim(term, 0))
+        assert claim is not None
+        claimed.note("Team", claim)
+        following = Claim(claimed.next_term("Team"), -9)
+        assert claimed.read("Team", following) == unaware.read("Team", following) == Claim(term + 1, -9)
+
+
+@given(st.lists(st.builds(Claim, st.integers(1, FURTHEST), st.integers(-63, 0)), min_size=1), st.randoms())
+def test_a_lead_is_contested_by_a_greater_claim(claims: list[Claim], draws: Any) -> None:
+    headship = Headship()
+    for claim in draws.sample(claims, len(claims)):
+        headship.note("Team", claim)
+    assert headship.is_contested("Team")
+    assert headship.next_term("Team") == max(claims).term + 1
+    assert headship.lead("Team", max(claims))
+    assert not headship.lead("Team", max(claims))
+    assert not headship.is_contested("Team")
+    headship.forget("Team")
+    assert headship.next_term("Team") == 1
+    assert not headship.is_contested("Team")

@@ -6,7 +6,7 @@ and AUV02 are Performers.
 """
 
 from collections.abc import Iterator
-from itertools import permutations
+from itertools import chain, permutations
 from random import Random
 from typing import Any
 
@@ -189,6 +189,11 @@ def test_who_holds_a_role_does_not_depend_on_what_was_heard_first(words: list[tu
     fleet.close()
 
 
+def miss(vehicle: Vehicle, *names: str) -> None:
+    """Let a vehicle take these alone for absent."""
+    vehicle.social.standing._membership.absent = frozenset(names)
+
+
 AUVS = st.sampled_from(["AUV00", "AUV01", "AUV02"])
 ORDERS = st.tuples(AUVS, st.sampled_from(["playsRole", "leftRole"]), AUVS)
 CLAIMS = st.tuples(AUVS, st.sampled_from([1, 2, 3]))
@@ -196,8 +201,10 @@ OWN = st.tuples(AUVS, st.sampled_from(["available", "sensorsWork"]), st.booleans
 
 
 @settings(max_examples=100)
-@given(st.lists(ORDERS | CLAIMS | OWN, max_size=8), st.randoms())
-def test_nor_does_it_where_several_lead_one_after_another(words: list[tuple[Any, ...]], draws: Random) -> None:
+@given(st.lists(ORDERS | CLAIMS | OWN, max_size=8), st.sets(AUVS, max_size=2), st.randoms())
+def test_nor_does_it_where_several_lead_one_after_another(
+    words: list[tuple[Any, ...]], absent: set[str], draws: Random
+) -> None:
     """Vehicles claim to lead the group, give and take a role, with authority or without, and say if they take jobs."""
     speaking, heads, holders = assemble(SETUP, seed=1), [], []
     blocks = []
@@ -214,6 +221,7 @@ def test_nor_does_it_where_several_lead_one_after_another(words: list[tuple[Any,
     for order in (blocks, draws.sample(blocks, len(blocks))):
         fleet = assemble(SETUP, seed=1)
         listening = named(fleet, "ASV00")
+        miss(listening, *absent)
         for block in order:
             hear(listening, block)
             listening.social.consult()
@@ -229,6 +237,9 @@ def test_a_head_claims_again_against_who_was_out_of_reach(fleet: Fleet) -> None:
     away, head, other = named(fleet, "AUV00"), named(fleet, "ASV00"), named(fleet, "AUV01")
     taken = say(other, ("Operational", HEADED_BY, "AUV01"), ("Operational", HEAD_TERM, 1), now_s=1.0)
     claimed = say(away, ("Coordination", HEADED_BY, "AUV00"), ("Coordination", HEAD_TERM, 1), now_s=2.0)
+    miss(away, "ASV00")
+    for vehicle in (head, other):
+        miss(vehicle, "AUV00")
     away.social.consult()
     for listening, blocks in ((head, (taken, claimed)), (other, (claimed,)), (away, (taken,))):
         hear(listening, *blocks)
@@ -245,7 +256,25 @@ def test_a_head_claims_again_against_who_was_out_of_reach(fleet: Fleet) -> None:
     for vehicle in (head, other, away):
         vehicle.social.consult()
         assert vehicle.social.organisation.heads("Coordination") == ("ASV00",)
-        assert not vehicle.social.standing.claims()
+        if vehicle is not away:
+            assert not vehicle.social.standing.claims()
+    words = away.social.standing.claims()  # it assents to ASV00, and was there when AUV01 took its own place
+    assert [one[:3:2] for one in chain(*words)] == [
+        (away.beliefs.uid("Coordination"), away.beliefs.uid("ASV00")), (away.beliefs.uid("Coordination"), 2),
+        (away.beliefs.uid("Operational"), away.beliefs.uid("AUV00")), (away.beliefs.uid("Operational"), 2),
+    ]  # fmt: skip
+    for word in words:
+        change = away.beliefs.model.record(word, 4.0)
+        away.social.consider([change])
+        for listening in (head, other):
+            hear(listening, change.block)
+    for vehicle in (head, other, away):
+        miss(vehicle)
+        vehicle.social.consult()
+        assert vehicle.social.organisation.heads("Coordination") == ("ASV00",)
+        assert vehicle.social.organisation.heads("Operational") == ("AUV00",)
+    (assent,) = other.social.standing.claims()
+    assert assent[0][:3:2] == (other.beliefs.uid("Operational"), other.beliefs.uid("AUV00"))
 
 
 WORDS = {

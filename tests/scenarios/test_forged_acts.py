@@ -45,6 +45,11 @@ def forged(fleet: Fleet, issuer: str, *facts: Said) -> Block:
     return beliefs.model.record([beliefs.fact(*fact) for fact in facts], 1.0).block
 
 
+def miss(vehicle: Vehicle, *names: str) -> None:
+    """Let a vehicle take these alone for absent."""
+    vehicle.social.standing._membership.absent = frozenset(names)
+
+
 def state(vehicle: Vehicle) -> tuple[Any, ...]:
     social = vehicle.social
     return (
@@ -141,6 +146,7 @@ def test_a_vehicle_without_the_social_layer_takes_no_part_where_vehicles_divide_
         ((), "ASV00", "ASV00", Outcome.OUTSIDE),
         (("group.Operational.succession=[]",), "AUV01", "AUV01", Outcome.NO_AUTHORITY),  # nobody succeeds there
         (("vehicle.AUV01.playable_roles=['Performer','LeftWinger']",), "AUV01", "AUV01", Outcome.UNABLE),
+        ((), "AUV01", "AUV01", Outcome.HEAD_PRESENT),
     ],
 )
 def test_a_claim_to_lead_that_is_not_sound_is_refused_by_all(
@@ -149,6 +155,17 @@ def test_a_claim_to_lead_that_is_not_sound_is_refused_by_all(
     claim = (("Operational", "headedBy", head), ("Operational", "headTerm", 1))
     settings = settings or ("group.Operational.succession=['Performer']",)
     assert refused_by_all("remoras", issuer, *claim, settings=settings) == {outcome.value}
+
+
+@pytest.mark.parametrize("strategy", SHIPPED)
+@pytest.mark.parametrize(
+    ("term", "outcome"),
+    [(1, Outcome.HEAD_PRESENT), (64, Outcome.HEAD_PRESENT), (65, Outcome.TERM_LEAPS), (255, Outcome.TERM_LEAPS)],
+)
+def test_nobody_takes_the_lead_while_its_head_is_there(strategy: str, term: int, outcome: Outcome) -> None:
+    """Not the sitting head, nor the members, nor whoever claims: the lead stays where it is."""
+    claim = (("Operational", "headedBy", "AUV01"), ("Operational", "headTerm", term))
+    assert refused_by_all(strategy, "AUV01", *claim, settings=SUCCEEDED) == {outcome.value}
 
 
 def test_nobody_says_of_another_that_it_takes_no_jobs() -> None:
@@ -186,6 +203,7 @@ def heard(issuer: str, claim_s: float, order_s: float, claim_first: bool) -> Org
         beliefs = named(said, name).beliefs
         blocks.append(beliefs.model.record([beliefs.fact(*fact) for fact in facts], at_s).block)
     vehicle = named(fleet, "ASV00")
+    miss(vehicle, "AUV00")
     for number, block in enumerate(blocks if claim_first else blocks[::-1]):
         vehicle._consider(merge(vehicle.beliefs.model, [block]).changes, 10.0 + number)
         vehicle._take_effect(10.0 + number)
@@ -227,6 +245,7 @@ def test_what_a_former_head_gave_gives_way_to_the_word_of_the_new_one() -> None:
     for strategy in ("central", "contract-net"):
         said, fleet = fleet_of(strategy, *SUCCEEDED), fleet_of(strategy, *SUCCEEDED)
         vehicle = named(fleet, "AUV02")
+        miss(vehicle, "AUV00")
         for issuer, facts, at_s in (("AUV00", (wing,), 1.0), ("AUV01", CLAIM, 2.0), ("AUV01", (new,), 3.0)):
             beliefs = named(said, issuer).beliefs
             block = beliefs.model.record([beliefs.fact(*fact) for fact in facts], at_s).block

@@ -165,6 +165,10 @@ def grant_everything(patch: Patch) -> None:
     patch.setattr(consultation, "may_assign", lambda asked, *rest: authority.Outcome.SUCCESS)
 
 
+def obey_whoever_claims(patch: Patch) -> None:
+    patch.setattr(LeadershipHistory, "_heads_against", lambda self, *rest: set())
+
+
 def let_no_head_step_down(patch: Patch) -> None:
     sound = Consultation._hand_over
     patch.setattr(Consultation, "_hand_over", lambda self, to, holders, *rest: sound(self, to, (), *rest))
@@ -398,6 +402,7 @@ PLANTS = (
     Planted("agreement", never_catch_up, frozenset({"deaf", "partition", "restarts", "lost"})),
     Planted("rest", never_park, frozenset({"lost"})),
     Planted("authority", grant_everything, frozenset({"forged-role", "forged-objective"})),
+    Planted("authority", obey_whoever_claims, frozenset({"forged-lead"})),
     Planted("cardinality", let_no_head_step_down, frozenset({"mute", "partition", "lost"})),
     Planted("finite", divide_by_nothing, frozenset({"slow"})),
     Planted("borders", begin_anew_elsewhere(5000.0), frozenset({"restarts"})),

@@ -45,6 +45,8 @@ CASES: dict[str, list[StressFault]] = {
         StressFault(kind="forged-role", vehicle="AUV02", at_s=50.0), fault("sulks", "AUV02", until_s=400.0),
         StressFault(kind="forged-objective", vehicle="AUV02", at_s=60.0),
         StressFault(kind="forged-done", vehicle="AUV02", at_s=70.0),
+        StressFault(kind="forged-lead", vehicle="AUV01", at_s=80.0, term=64),
+        StressFault(kind="forged-lead", vehicle="AUV02", at_s=90.0, term=255),
     ],
 }  # fmt: skip
 

@@ -77,5 +77,7 @@ AGR_CODE = {
     Outcome.EXCLUDED: "ACCESS_DENIED",
     Outcome.UNAVAILABLE: "ACCESS_DENIED",
     Outcome.NO_ROOM: "ACCESS_DENIED",
+    Outcome.HEAD_PRESENT: "ACCESS_DENIED",
+    Outcome.TERM_LEAPS: "ACCESS_DENIED",
 }
 """Return codes of MaDKit by our outcomes: it has one word for what is told apart here."""
