@@ -17,7 +17,7 @@ from visualisation.files import check_format
 from visualisation.page import Box, Page
 
 LEFT_IN, RIGHT_IN, TOP_IN, BODY_IN, AXIS_IN, GAP_IN = 0.62, 0.1, 0.24, 2.9, 0.4, 0.3
-LONGEST_NAME_IN = 1.2
+LONGEST_NAME_IN, RANGES_IN = 1.2, 2.0
 BEND = 0.12
 """How far the two ways of a link are bent apart, as a share of its length."""
 WIDEST_PT = 1.8
@@ -95,8 +95,8 @@ def network_figure(network: MeasuredNetwork) -> Figure:
     """Losses over range; else the matrix of losses, beside the map if all positions are known."""
     with style.paper():
         if network.per_over_range:
-            page = Page(style.COLUMN_IN, TOP_IN + 2.0 + AXIS_IN)
-            axes = page.panel(Box(LEFT_IN, TOP_IN, style.COLUMN_IN - LEFT_IN - RIGHT_IN, 2.0))
+            page = Page(style.COLUMN_IN, RIGHT_IN + RANGES_IN + AXIS_IN)
+            axes = page.panel(Box(LEFT_IN, RIGHT_IN, style.COLUMN_IN - LEFT_IN - RIGHT_IN, RANGES_IN))
             _over_range(axes, network)
             return page.figure
         names = [style.fitted(node.name, LONGEST_NAME_IN, style.SMALL_PT) for node in network.node]

@@ -129,8 +129,13 @@ class ChannelModel(BaseModel):
         """Speed of sound that follows from the settings; None, as here, where that of the world holds. Optional."""
         return None
 
-    def assumed(self) -> str:
-        """What is assumed that a reader of results has to know: captions of all figures add it. Optional."""
+    def assumed(self, deployment: Deployment | None = None, seed: int = 0) -> str:
+        """What is assumed that a reader of results has to know: captions of all figures add it. Optional.
+
+        Args:
+            deployment: the fleet of one run; None where several runs are meant.
+            seed: of that run.
+        """
         return ""
 
     def misfits(self, deployment: Deployment) -> Iterator[SettingFault]:

@@ -53,7 +53,7 @@ COLUMNS = ("sender", "receiver", "per")
 FARTHEST_M, DEEPEST_M = 100_000.0, 11_000.0
 """The world of a network: nodes within this of its origin, east and north, and above this depth. No modem reaches
 farther, and no sea is deeper."""
-LARGEST_BYTES = 1_000_000
+LARGEST_BYTES, MOST_NODES = 1_000_000, 100
 LONGEST_LINE = 2_000
 """Characters: a key takes tomllib time by the square of its length. 64 nodes take up to 1000."""
 
@@ -85,12 +85,12 @@ class Network(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
-    name: str = Field(min_length=1, max_length=40)
+    name: str = Field(pattern=r"^[^/\\\x00-\x1f\x7f]{1,40}$")
     title: str = ""
     citation: str = ""
     packet: str = ""
     unknown: tuple[str, ...] = ()
-    node: tuple[NetworkNode, ...] = ()
+    node: tuple[NetworkNode, ...] = Field((), max_length=MOST_NODES)
     per_over_range: tuple[tuple[Annotated[float, Field(ge=0.0, le=FARTHEST_M)], Probability], ...] = ()
 
     @property
@@ -225,10 +225,14 @@ class NetworkChannel(ChannelModel):
             means.append(math.fsum(rates) / len(rates))
         return math.fsum(means) / len(means)
 
-    def assumed(self) -> str:
-        """The name of the network, and what is assumed of vehicles that are given its losses."""
+    def assumed(self, deployment: Deployment | None = None, seed: int = 0) -> str:
+        """The name of the network, what is assumed of vehicles that are given its losses, and which are what nodes."""
         network = network_of(self.network, self.sha256)
-        return f"{network.name}: {network.assumption}"
+        text = f"{network.name}: {network.assumption}"
+        if deployment is None or not network.node:
+            return text
+        node_of = self.drawn(network, deployment, seed)
+        return ", ".join([text, *(f"{name} = {node_of[number]}" for name, number in deployment.nodes.items())])
 
     def misfits(self, deployment: Deployment) -> Iterator[SettingFault]:
         """A network that is not known or malformed, or that is too small; nodes or vehicles that are not there.
@@ -336,7 +340,10 @@ def _of_toml(text: str, file: str) -> list[Network]:
         )
     try:
         tables = tomllib.loads(text)
-    except (ValueError, RecursionError) as error:  # of which TOMLDecodeError is one
+    except RecursionError:
+        allowed = "tables or lists lie too deep within each other; no network needs that"
+        raise NetworkFileError([SettingFault("TOML", "", allowed, file=file)]) from None
+    except ValueError as error:  # of which TOMLDecodeError is one
         raise NetworkFileError([SettingFault("TOML", "", str(error), file=file)]) from None
     return _checked(tables, file)
 
@@ -378,6 +385,12 @@ def _of_detail(detail: Mapping[str, Any], tables: Any, file: str) -> SettingFaul
         n_entries = sum(isinstance(part, int) for part in detail["loc"])
         known = tuple((NetworkFile, Network, NetworkNode)[n_entries].model_fields)
         return SettingFault(key, given, f"unknown key, allowed here: {', '.join(known)}", known, file)
+    if (
+        detail["type"] == "string_pattern_mismatch"
+    ):  # the one pattern there is, of the name, which figures are called by
+        return SettingFault(
+            key, given, "allowed: 1 to 40 characters, none of them / \\ or a control character", file=file
+        )
     message = str(detail["msg"]).replace("tuple", "list").replace("Tuple", "list")
     return SettingFault(key, given, message[0].lower() + message[1:], file=file)
 
@@ -386,7 +399,7 @@ def _of_csv(text: str, file: str) -> list[Network]:
     """The network of a CSV text: what is lost on each of its links, and nothing else."""
 
     def refused(line: int, key: str, given: str, allowed: str) -> NetworkFileError:
-        return NetworkFileError([SettingFault(key, given, allowed, (), file, line)])
+        return NetworkFileError([SettingFault(key, json.dumps(given) if given else "", allowed, (), file, line)])
 
     reader = csv.DictReader(io.StringIO(text), skipinitialspace=True, strict=True)
     lost: dict[str, dict[str, float]] = {}
@@ -408,6 +421,8 @@ def _of_csv(text: str, file: str) -> list[Network]:
                 raise refused(line, "receiver", receiver, f"a second row of {sender} to {receiver}")
             lost[sender][receiver] = per
             lost.setdefault(receiver, {})
+            if len(lost) > MOST_NODES:
+                raise refused(line, "receiver", receiver, f"is one node more than the {MOST_NODES} that are allowed")
     except csv.Error as error:
         raise refused(reader.line_num + 1, "CSV", "", str(error)) from None
     nodes = [{"name": name, "per": per} for name, per in lost.items()]

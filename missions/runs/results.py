@@ -28,6 +28,7 @@ from missions.errors import OutputError
 from missions.runs.folder import MANIFEST, SUMMARY, check_output, new_content
 from missions.runs.summary import summary
 from missions.runs.tables import arrow_table, write_table
+from missions.scenarios.deployment import deployment_of
 from missions.scenarios.loading import scenario_from
 from missions.scenarios.scenario import Scenario
 from missions.verdict import KEY, VERDICT, older_verdict
@@ -58,7 +59,7 @@ def manifest(run: Run) -> dict[str, Any]:
     What depends on the machine stands here, too: libraries, platform, and the time that the run took. What the channel
     assumes is there if it assumes something.
     """
-    assumed = run.scenario.channel.assumed()
+    assumed = run.scenario.channel.assumed(deployment_of(run.scenario), run.seed)
     return {
         "version": __version__,
         KEY: VERDICT,

@@ -133,10 +133,10 @@ class ChannelTable(TraceChannel, NetworkChannel, AcousticChannel, GilbertElliott
         with self._file_there():
             return self.settings().mean_per(deployment)
 
-    def assumed(self) -> str:
-        """What the model that is named assumes, which captions add; mostly nothing."""
+    def assumed(self, deployment: Deployment | None = None, seed: int = 0) -> str:
+        """What the model that is named assumes, of one run if a fleet is given; captions add it. Mostly nothing."""
         with self._file_there():
-            return self.settings().assumed()
+            return self.settings().assumed(deployment, seed)
 
     def sound_speed_mps(self, deployment: Deployment) -> float | None:
         """Speed of sound of the model that is named; None where that of the world holds."""

@@ -179,12 +179,19 @@ BAD_TOML = [
     ("depth_m = 3.0", "depth_m = 12000", "node.quay.depth_m", "less than or equal to 11000"),
     ("depth_m = 3.0", "deph_m = 3.0", "node.quay.deph_m", "unknown key, allowed here: name, position_m, depth_m, per"),
     ('name = "harbour"', "", "network.1.name", "missing"),
+    (
+        'name = "harbour"',
+        'name = "../harbour"',
+        "network.../harbour.name",
+        "allowed: 1 to 40 characters, none of them /",
+    ),
     ('name = "harbour"', 'name = "harbour"\nper_over_range = [[1, 0]]', "node", "or else per_over_range"),
     (TOML, '[[network]]\nname = "harbour"\nper_over_range = [[9, 0.1], [8, 0.2]]', "per_over_range", "longer than"),
     (TOML, '[[network]]\nname = "harbour"', "node", "has to be given"),
     (TOML, "", "network", "at least"),
     (TOML, "network = 3", "network", "valid array"),
     (TOML, "name: harbour", "TOML", "at line 1"),
+    (TOML, "a = " + "[" * 900 + "]" * 900, "TOML", "too deep"),
     (TOML, "a." * 2000 + "b = 1", "TOML", "2000 characters"),
 ]
 
@@ -207,6 +214,7 @@ BAD_CSV = [
     ("B,A,0.9\n", "", None, "the link from B to A is missing"),
     ("sender", "from", 1, "sender is missing"),
     (CSV, "", 1, "sender, receiver, per is missing"),
+    ("B,A,0.9", "\n".join(f"A,N{k},0.9" for k in range(99)), 101, "one node more than the 100"),
     ("B,A,0.9", '"B,A,0.9', 3, "unexpected end"),
 ]
 

@@ -1,15 +1,18 @@
 """Missions on the channel ``network``: who is which node, what is refused where, what results and captions say."""
 
 import json
+import math
+from collections import Counter
 from itertools import permutations
 from pathlib import Path
 
 import pytest
 from small_mission import SMALL, line_of
 
+from exchange.acoustics.network import shipped
 from missions.errors import ConfigurationError, ConfigurationFault
 from missions.runs.assembly import channel_of
-from missions.runs.results import Results, write_results
+from missions.runs.results import MemoryResults, Results, write_results
 from missions.runs.run import run
 from missions.runs.setup import resolved
 from missions.runs.summary import identity
@@ -39,6 +42,24 @@ def faults_of(folder: Path, channel: str, *overrides: tuple[str, str]) -> tuple[
 def losses(scenario: Scenario, seed: int) -> list[tuple[int, int, float]]:
     link = channel_of(resolved(scenario), seed).link
     return sorted((a, b, p) for (a, b), p in link.per_of.items())  # type: ignore[attr-defined]  # it is a Matrix
+
+
+def test_runs_lose_on_all_twenty_links_what_was_measured() -> None:
+    """Each link within four standard errors: five vehicles, three seeds, whoever is which node."""
+    asked = [("", "channel.name=network"), ("", "fleet.size=5"), ("", "fleet.copies_of=AUV01")]
+    scenario, per = load("mapping-patches", asked), shipped()["mission-2012"].per
+    n_sent, n_lost = Counter[tuple[str, str]](), Counter[tuple[str, str]]()
+    for seed in (1, 2, 3):
+        results = MemoryResults(run(scenario, seed))
+        node_of = dict(pair.split(" = ") for pair in results.manifest["assumed"].split(", ")[1:])
+        for row in results.table("packets").to_pylist():
+            for others, is_lost in ((row["receivers"], 0), (row["lost_by"], 1)):
+                n_sent.update((node_of[row["sender"]], node_of[other]) for other in others)
+                n_lost.update((node_of[row["sender"]], node_of[other]) for other in others if is_lost)
+    assert n_sent.keys() == per.keys()
+    for link, p in per.items():
+        error = math.sqrt(p * (1.0 - p) / n_sent[link])
+        assert abs(n_lost[link] / n_sent[link] - p) <= 4.0 * error, (link, n_lost[link], n_sent[link])
 
 
 def test_nodes_are_drawn_by_the_seed_or_given_by_the_scenario(tmp_path: Path) -> None:
@@ -78,7 +99,9 @@ def test_results_say_which_file_it_was_and_are_read_when_it_is_gone(tmp_path: Pa
     file.write_text(HARBOUR.replace("0.5", "0.6"))
     again = Results.read(tmp_path / "out")
     assert again.scenario.channel.network == str(file)
-    assert again.manifest["assumed"] == f"harbour: {STATIC}"
+    assert again.manifest["assumed"] in (
+        f"harbour: {STATIC}, Diver = {one}, Boat = {other}" for one, other in permutations(("quay", "buoy"))
+    )
     with pytest.raises(ConfigurationError, match=r"channel\.network.*harbour\.csv.*is not the file that was used"):
         run(again.scenario, seed=1)
     file.unlink()
@@ -107,7 +130,9 @@ def test_a_fault_in_a_file_of_its_own_has_its_line(tmp_path: Path) -> None:
     assert "line 1" in fault.allowed
     (tmp_path / "harbour.csv").write_text(HARBOUR.replace("0.5", "-0.5"))
     (fault,) = faults_of(tmp_path, NETWORK)
-    assert fault.text("pond.toml") == f"{tmp_path / 'harbour.csv'}:3: per = -0.5: of buoy to quay: a number from 0 to 1"
+    assert (
+        fault.text("pond.toml") == f'{tmp_path / "harbour.csv"}:3: per = "-0.5": of buoy to quay: a number from 0 to 1'
+    )
 
 
 @pytest.mark.parametrize(
@@ -139,7 +164,7 @@ def test_every_caption_says_what_is_assumed() -> None:
     ranged = face.run("mapping-patches", network="hermes-june", set={"scenario.duration_s": 120.0})
     alike = face.run("mapping-patches", set={"scenario.duration_s": 120.0})
     for kind in ("trajectories", "roles", "satisfaction", "links"):
-        assert f"network channel (mission-2012: {STATIC})" in of_network.plot(kind).caption  # type: ignore[attr-defined]
+        assert f"network channel (mission-2012: {STATIC}, ASV00 = " in of_network.plot(kind).caption  # type: ignore[attr-defined]
     assert "hermes-june: losses over range as measured" in ranged.plot("roles").caption  # type: ignore[attr-defined]
     assert "bernoulli channel, PER" in alike.plot("roles").caption  # type: ignore[attr-defined]
     assert "assumed" not in alike._results.manifest
