@@ -175,7 +175,7 @@ def test_a_study_has_networks_as_an_axis_and_says_of_which_its_figures_are(tmp_p
     (tmp_path / "lake.csv").write_text("\n".join(["sender,receiver,per", *rows]))
     file = tmp_path / "study.toml"
     file.write_text(
-        '[study]\nname = "seas"\nscenario = "mapping-patches"\nrepeats = 1\n'
+        '[study]\nname = "seas"\nscenario = "mapping-patches"\nstrategies = ["remoras", "central"]\nrepeats = 1\n'
         f'[[channel]]\nname = "network"\nnetwork = ["mission-2012", "{tmp_path}/lake.csv"]\n'
         '[[channel]]\nname = "bernoulli"\nper = 0.3\n[set]\nscenario.duration_s = 60.0\n'
     )
@@ -185,3 +185,5 @@ def test_a_study_has_networks_as_an_axis_and_says_of_which_its_figures_are(tmp_p
     assert found.assumed({"channel.name": "bernoulli"}) == []
     assert found.assumed({"channel.name": "network", "channel.network": "mission-2012"}) == [f"mission-2012: {STATIC}"]
     assert len(found.assumed({"channel.name": "network"})) == 2
+    caption = face.open(tmp_path / "out").plot("packets").caption  # type: ignore[union-attr]
+    assert all(text in caption for text in (f"mission-2012: {STATIC}", f"lake: {STATIC}"))

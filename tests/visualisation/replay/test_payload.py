@@ -16,7 +16,7 @@ from synthetic_runs import FICTIONS, Fiction
 from test_columns import opened
 
 from missions.errors import OutputError
-from missions.runs.results import Results, write_results
+from missions.runs.results import MemoryResults, Results, write_results
 from missions.runs.run import run
 from missions.scenarios import load
 from visualisation.errors import DrawingError
@@ -295,6 +295,12 @@ def test_jobs_that_nobody_found_are_told_by_name(tmp_path: Path) -> None:
     assert 0 < len(said) < 8
     assert {name: came_up_s for name, came_up_s, _ in told if came_up_s is not None} == said
     assert [name for name, *_ in told] == [f"find {n}" for n in range(1, 9)]
+
+
+def test_the_channel_is_told_with_what_it_assumes() -> None:
+    short = [("", "channel.name=network"), ("", "scenario.duration_s=30")]
+    about, _ = opened(run_data(MemoryResults(run(load("mapping-patches", short)))))
+    assert about["header"]["channel"].startswith("network (mission-2012: static links on moving vehicles, ASV00 = ")
 
 
 def test_settings_are_told_as_one_gives_them(lossy: Results) -> None:
