@@ -1,7 +1,7 @@
 """``python -m benchmarks [NAME...] [--json]``: every module here with a function ``rows`` is a benchmark.
 
-``tuning`` and ``intervals`` are none: they are commands of their own, such as ``python -m benchmarks.tuning``. ``ipc``
-is a part of ``htn``, ``dividing`` of ``organisation``, ``measuring`` of all.
+``tuning``, ``intervals`` and ``site`` are none: they are commands of their own, as ``python -m benchmarks.tuning``.
+``ipc`` is a part of ``htn``, ``dividing`` of ``organisation``, ``measuring`` of all.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any
 
 import benchmarks
 
-NO_BENCHMARKS = {"__main__", "dividing", "intervals", "ipc", "measuring", "tuning"}
+NO_BENCHMARKS = {"__main__", "dividing", "intervals", "ipc", "measuring", "site", "tuning"}
 
 
 def main() -> int:

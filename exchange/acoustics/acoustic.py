@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from pydantic import Field
@@ -17,6 +17,7 @@ from exchange.acoustics.models import ChannelModel, Deployment, SettingFault
 from exchange.acoustics.modems import Modem
 from exchange.acoustics.noise import noise_in_band_db
 from exchange.acoustics.packet_errors import Fading, delivered_share, packet_loss
+from exchange.acoustics.site import Site, SiteLinks, SiteMean, SiteTable
 from exchange.acoustics.sound_speed import sound_speed_mps
 from exchange.acoustics.waterfall import MeasuredLinks
 from exchange.arithmetic import power_of_10
@@ -44,6 +45,10 @@ class AcousticLinks:
     def p_loss(self, packet: Transmission, receiver: int, range_m: float) -> float:
         """Probability that one frame of the packet or more are lost."""
         return self.loss_at(range_m, packet.size_bits)
+
+    def shifted(self, excess_db: float) -> AcousticLinks:
+        """The same links where the ratio of signal to noise is by so much above that of the budget."""
+        return replace(self, budget=self.budget.shifted(excess_db))
 
     def loss_at(self, range_m: float, size_bits: int) -> float:
         """Probability that a packet is lost that is taken whole."""
@@ -93,12 +98,23 @@ class AcousticChannel(ChannelModel):
         "level. A modem whose losses were measured (modem.per_at_snr) has the fades of its curve instead",
     )
 
-    def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
-        """Links of the fleet's modem; nothing of them is drawn."""
-        return self.links(deployment)
+    site: SiteTable | None = None
 
-    def links(self, deployment: Deployment) -> AcousticLinks | MeasuredLinks:
-        """The same, as what they are."""
+    UNSAID = frozenset({"site"})
+
+    def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
+        """Links of the fleet's modem; nothing of them is drawn but what the site does to them."""
+        links = self._plain_links(deployment)
+        if self.site is None or not self.site.is_on:
+            return links
+        return SiteLinks(links, Site.drawn(self.site, len(deployment.nodes), seed), SiteMean.over(links, self.site))
+
+    def links(self, deployment: Deployment) -> AcousticLinks | MeasuredLinks | SiteMean:
+        """The same, by range and size alone: in a site in the mean over it."""
+        links = self._plain_links(deployment)
+        return links if self.site is None or not self.site.is_on else SiteMean.over(links, self.site)
+
+    def _plain_links(self, deployment: Deployment) -> AcousticLinks | MeasuredLinks:
         modem = deployment.modem
         if modem.per_at_snr:
             return MeasuredLinks(self.budget(deployment), modem.per_at_snr, 8 * modem.frame_bytes)

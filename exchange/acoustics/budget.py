@@ -1,6 +1,8 @@
 """The link budget: what of a sender's sound reaches a receiver, against the noise there."""
 
-from dataclasses import dataclass
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 from exchange.arithmetic import log10
@@ -62,6 +64,10 @@ class Budget:
     band_hz: float
     rate_bps: float
     margin_db: float = 0.0
+
+    def shifted(self, excess_db: float) -> Budget:
+        """The same budget with a ratio of signal to noise that is higher by so much."""
+        return replace(self, directivity_db=self.directivity_db + excess_db)
 
     def loss_db(self, range_m: float) -> float:
         """Transmission loss."""

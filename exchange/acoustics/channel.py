@@ -91,7 +91,7 @@ class BroadcastChannel:
         if None in cut_off or sender in cut_off:
             return []
         x_m, y_m = positions_m[sender]
-        packet = Transmission(slot, sender, now_s, 8 * len(data))
+        packet = Transmission(slot, sender, now_s, 8 * len(data), positions_m)
         sent_s = now_s + self.modem.packet_s(packet.size_bits)
         reach_m, slot_ends_s = self.range_m, math.inf
         if self.carries_beyond_range:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple, Protocol
 
@@ -17,12 +17,14 @@ class Transmission(NamedTuple):
         sender: node that owns the slot.
         start_s: time at which the packet starts, from the start of the run.
         size_bits: of the packet.
+        positions_m: (x east, y north) of every node when it starts; empty where nobody says.
     """
 
     slot: int
     sender: int
     start_s: float
     size_bits: int
+    positions_m: Sequence[tuple[float, float]] = ()
 
 
 class LinkModel(Protocol):

@@ -34,6 +34,8 @@ DAMAGES = 12
 """`trial` of the draws that say which packets arrive damaged."""
 PLACES = 13
 """`trial` of the draws that say which of their bits are turned."""
+SITES = 14
+"""`trial` of the draws that say how links of one length differ by place, time and receiver."""
 
 _LOW_64 = 0xFFFF_FFFF_FFFF_FFFF
 _LOW_37 = (1 << 37) - 1

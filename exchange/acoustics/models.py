@@ -105,6 +105,8 @@ class ChannelModel(BaseModel):
     """One line for listings."""
     counts_depth: ClassVar[bool] = False
     """True if ranges, and so the times of arrivals, are those in three dimensions; else those on the chart."""
+    UNSAID: ClassVar[frozenset[str]] = frozenset()
+    """Settings that are left out of what is written while they are None."""
     carries_beyond_range: ClassVar[bool] = False
     """True if the losses themselves say how far a packet carries; else nothing is heard beyond the declared range."""
 

@@ -10,7 +10,7 @@ The curve was measured in some channel, with the fades and echoes of that: no fa
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from exchange.acoustics.budget import Budget
@@ -52,6 +52,10 @@ class MeasuredLinks:
     def p_loss(self, packet: Transmission, receiver: int, range_m: float) -> float:
         """Probability that one frame of the packet or more are lost."""
         return self.loss_at(range_m, packet.size_bits)
+
+    def shifted(self, excess_db: float) -> MeasuredLinks:
+        """The same links where the ratio of signal to noise is by so much above that of the budget."""
+        return replace(self, budget=self.budget.shifted(excess_db))
 
     def loss_at(self, range_m: float, size_bits: int) -> float:
         """Probability that a packet is lost that is taken whole."""

@@ -88,7 +88,9 @@ class ChannelTable(TraceChannel, NetworkChannel, AcousticChannel, GilbertElliott
     def _what_is_used(self, info: SerializationInfo) -> dict[str, Any]:
         """Without the settings of other models: what is written can be read again, and what is alike looks alike."""
         blackouts = [table.model_dump(mode=info.mode, exclude_none=bool(info.exclude_none)) for table in self.blackout]
-        settings = self.settings().model_dump(mode=info.mode, exclude_none=bool(info.exclude_none))
+        model = self.settings()
+        unsaid = {key for key in model.UNSAID if getattr(model, key) is None}
+        settings = model.model_dump(mode=info.mode, exclude_none=bool(info.exclude_none), exclude=unsaid)
         return {"name": self.name, **settings, "blackout": blackouts if info.mode == "json" else tuple(blackouts)}
 
     def settings(self) -> ChannelModel:
@@ -210,7 +212,8 @@ def _known_model(name: Any) -> type[ChannelModel] | None:
 def is_left_aside(key: str, channel: str) -> bool:
     """True for a setting of the shipped models, by its dotted key, in a study whose channel loses nothing."""
     model = _known_model(channel)
-    table, _, name = key.partition(".")
+    table, _, below = key.partition(".")
+    name = below.partition(".")[0]
     is_setting = any(name in shipped.model_fields for shipped in CHANNELS.values())
     return table == "channel" and is_setting and model is not None and not model.model_fields
 

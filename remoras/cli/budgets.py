@@ -162,6 +162,8 @@ def _draw(
         f"salinity {channel.salinity_psu:g}, shipping {channel.shipping:g}, wind {channel.wind_mps:g} m/s, "
         f"fading: {channel.fading}."
     )
+    if (site := channel.site) is not None and site.is_on:
+        sea += f" In the mean over a site: spread {site.spread_db:g} dB, receivers {site.receiver_db:g} dB."
     lines = [
         _reach(scenario, lines_m)._replace(drawn=reach.drawn)
         for scenario, reach in zip(scenarios, reaches, strict=True)

@@ -1,6 +1,7 @@
 """Missions on the channels ``acoustic`` and ``trace``: what scenarios say, what runs hear, what results repeat."""
 
 import json
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -209,3 +210,58 @@ def test_a_trace_that_does_not_fit_is_one_clear_message(tmp_path: Path, channel:
     assert fault.key == "channel.file"
     assert says in fault.allowed
     assert fault.line in range(line_of(SMALL, "[channel]"), line_of(SMALL, "[channel]") + 3)
+
+
+# A site -------------------------------------------------------------------------------------------
+
+FAINT = [("--set", f"channel.{one}") for one in ('name="acoustic"', "source_level_db=135", "spreading=2")]
+SITE = "channel.site={spread_db=6.0, receiver_db=3.0, distance_m=100.0}"
+
+
+def lost_by(*more: str) -> dict[tuple[str, str], float]:
+    """Share lost of each directed link in ten minutes."""
+    scenario = load("mapping-rendezvous", [*FAINT, *(("--set", one) for one in ("scenario.duration_s=600", *more))])
+    sent, lost = Counter[tuple[str, str]](), Counter[tuple[str, str]]()
+    for row in run(scenario, 1).recorder.packets:
+        sent.update((row[2], name) for name in [*row[6], *row[7]])
+        lost.update((row[2], name) for name in row[7])
+    return {link: lost[link] / n for link, n in sent.items()}
+
+
+def test_in_a_site_links_differ_by_more_than_their_range() -> None:
+    """What all links have in common without it, they lose: the two directions of some differ by more than chance."""
+    plain, rough = lost_by(), lost_by(SITE)
+    assert max(plain.values()) < 0.1
+    assert max(rough.values()) > 0.3
+    apart = {frozenset(link): abs(share - rough[link[::-1]]) for link, share in rough.items()}
+    assert max(apart.values()) > 0.15
+
+
+def test_a_site_that_is_off_changes_nothing() -> None:
+    off = ("--set", "channel.site={time_h=2.0}")
+    one, other = (run(load("mapping-rendezvous", [*FAINT, SHORT, *more]), 5) for more in ([off], []))
+    assert one.recorder.packets == other.recorder.packets != []
+    assert "site" not in load("mapping-rendezvous", FAINT).channel.model_dump()
+    assert "site" not in load("mapping-rendezvous").channel.model_dump()
+
+
+@pytest.mark.parametrize(
+    ("setting", "says"),
+    [
+        ("channel.site.spread_db=-1", r"channel\.site\.spread_db\) = -1: .*greater than or equal to 0"),
+        (
+            "channel.site.spread=6",
+            r"channel\.site\.spread\) = 6: unknown key, .*did you mean 'spread_db'",
+        ),
+        ("channel.site.distance_m=0", r"channel\.site\.distance_m\) = 0: .*greater than or equal to 1"),
+    ],
+)
+def test_a_site_that_cannot_be_is_refused_in_one_line(setting: str, says: str) -> None:
+    with pytest.raises(ConfigurationError, match=says) as refused:
+        load("mapping-rendezvous", [*FAINT, ("--set", setting)])
+    assert len(str(refused.value).splitlines()) == 1
+
+
+def test_a_site_is_for_the_channel_acoustic_alone() -> None:
+    with pytest.raises(ConfigurationError, match=r"channel\.site.*only by acoustic"):
+        load("mapping-rendezvous", [("--set", "channel.site.spread_db=6")])
