@@ -42,6 +42,7 @@ from exchange.peering.holders import Holders
 from exchange.peering.listening import Listener
 from exchange.peering.parking import Parking
 from exchange.peering.peers import Ageing, BySlots, PeerLinks, PeerStates
+from exchange.peering.relaying import Relaying
 from exchange.peering.summaries import Summaries
 from exchange.peering.turns import ByFrames, Turns
 from exchange.policies import AckPolicy
@@ -140,7 +141,10 @@ class ExchangeManager:
         """``is_of_use(facts)``: True if these have an attribute that is exchanged, whoever needs it now."""
         self.parking: list[Parking] = []
         """What it does without peers that are silent for too long: one of them, or none if it is taken out."""
-        self._peers = PeerStates(me, self._n_nodes, states, kind, self.parking)
+        self.relaying: list[Relaying] = []
+        """What it sends for others whom somebody hardly hears: one of them, or none where all repeat or if it is taken
+        out."""
+        self._peers = PeerStates(me, self._n_nodes, states, kind, self.parking, self.relaying)
         self._turns = [Turns(me, schedule, model)] if schedule.is_by_frame else []
         by_frames, by_slots = (me, schedule, *states, kind), (me, schedule, self._state, kind)
         self._ageing: Ageing = ByFrames(*by_frames) if schedule.is_by_frame else BySlots(*by_slots)
@@ -152,9 +156,11 @@ class ExchangeManager:
             self._holders.begin(me, self._epoch)
         self._listener = Listener(
             me, model, self._state, self._ledger, self._interests, self._holders, self._peers, self._ageing, policy,
-            options.carrier_evidence, self.summaries, *[turns.attribute for turns in self._turns],
+            options.carrier_evidence, self.summaries, schedule.frame_s, *[turns.attribute for turns in self._turns],
         )  # fmt: skip
         self.parking.append(Parking(me, self._n_nodes, self._peers, self._ledger, self._listener))
+        if not policy.repeat:
+            self.relaying.append(Relaying(me, self._n_nodes, self._peers, self._listener))
         self.half_blocks = self._listener.assembly.lacking
         """``half_blocks() -> list``: names of blocks of which it has parts, and lacks others."""
         self._signals: tuple[InfluenceSignal, ...] = ()
@@ -293,6 +299,9 @@ class ExchangeManager:
         for parking in self.parking:
             if self._peers.silences(frame):
                 noticed = parking.look(frame, now_s)
+        for relaying in self.relaying:
+            if frame >= relaying.due_frame:
+                relaying.look(frame, now_s)
         summary: tuple[Summary, ...] = ()
         for summaries in self.summaries:
             summary = summaries.telling.urgent(self._room_bits // SUMMARY_SHARE)
@@ -337,6 +346,7 @@ class ExchangeManager:
         """Do what the policy says and no more: tell no summaries, and wait for peers however long they are silent."""
         self.summaries.clear()
         self.parking.clear()
+        self.relaying.clear()
 
     def holds(self, uid: ItemUid) -> bool:
         """True if this vehicle holds the item."""

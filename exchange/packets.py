@@ -208,6 +208,7 @@ class Judged(NamedTuple):
         relays: True if it tells items or statuses that are not its sender's own.
         statuses: its statuses, as blocks.
         has_items: True if it tells items.
+        heard: nodes, one bit each, whose packets its sender, or one whose word it passes on, has heard lately.
     """
 
     packet: Packet
@@ -217,6 +218,7 @@ class Judged(NamedTuple):
     relays: bool
     statuses: tuple[Block, ...]
     has_items: bool
+    heard: int
 
 
 class Transmission(NamedTuple):
@@ -250,7 +252,8 @@ class Reception(NamedTuple):
     block this vehicle has no need of, which are not among ``items``; ``fault`` tells why a packet was refused, else
     None; ``is_stranger`` if that makes its sender one of another definition; ``met`` says whether the sender was away
     or has begun anew; ``conflict`` names a node under whose name two vehicles speak, when it is first noticed;
-    ``is_unlisted`` if its slot is that of others by the slot list in use here.
+    ``is_unlisted`` if its slot is that of others by the slot list in use here; ``told`` says of nodes that
+    were not heard themselves when, at the earliest, they spoke: others have heard them, or pass on what they told.
     """
 
     slot: int
@@ -266,3 +269,4 @@ class Reception(NamedTuple):
     met: Met = Met.USUAL
     conflict: int | None = None
     is_unlisted: bool = False
+    told: tuple[tuple[int, float], ...] = ()

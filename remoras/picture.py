@@ -75,6 +75,7 @@ class Peers:
         before_m: another one where it was before that; who was never seen to move is missing.
         headings: unit vectors, from the one to the other.
         heard_s: when a packet of each was last heard; who was never heard is missing.
+        told_s: when, at the earliest, each last spoke whose packet was missed, as others have told.
         last_news_s: when a contribution to the mission was last heard of.
         links: what the links from and to each peer lose, as far as it can be told.
         unheard: peers that are not known to have heard of roles which this vehicle gave out, and these roles.
@@ -84,12 +85,24 @@ class Peers:
     before_m: dict[str, Point] = field(default_factory=dict)
     headings: Headings = field(init=False, compare=False)
     heard_s: dict[str, float] = field(default_factory=dict)
+    told_s: dict[str, float] = field(default_factory=dict)
     last_news_s: float = -math.inf
     links: Mapping[str, PeerLinks] = field(default_factory=dict)
     unheard: Mapping[str, Collection[str]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.headings = Headings(self.positions_m, self.before_m)
+
+    def note_word(self, name: str, spoke_s: float) -> None:
+        """Note when, at the earliest, a vehicle spoke that was not heard, as others tell."""
+        self.told_s[name] = max(spoke_s, self.told_s.get(name, -math.inf))
+
+    @property
+    def word_s(self) -> Mapping[str, float]:
+        """When, at the earliest, each last spoke, by its own packets and by what others tell."""
+        return self.heard_s | {
+            name: max(told_s, self.heard_s.get(name, told_s)) for name, told_s in self.told_s.items()
+        }
 
 
 @dataclass(slots=True)

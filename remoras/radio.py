@@ -280,6 +280,8 @@ class Radio:
             note_acknowledged(self._recorder, self._names, self._beliefs.model, reception.settled, now_s)
         emitter = self._names[reception.sender]
         self._peers.heard_s[emitter] = now_s
+        for node, spoke_s in reception.told:
+            self._peers.note_word(self._names[node], spoke_s)
         blocks, suspected = reception.blocks, self._jumps.suspected
         jumps = [(block, jump) for block in blocks if block.sequence == STATUS and (jump := suspected(block))]
         changes = self._merged(self._without(jumps, blocks, now_s) if jumps else blocks, now_s, aside)

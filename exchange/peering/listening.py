@@ -54,6 +54,7 @@ class Listener:
         policy: the same at every vehicle.
         carrier_evidence: take a peer that carries an item as holding it.
         summaries: of this node, one of them at most.
+        frame_s: length of a TDMA frame.
         slot_list: attribute of slot lists: all pass them on under any policy, since who has the old one may be unable
             to hear its origin, with which it shares a slot.
     """
@@ -71,6 +72,7 @@ class Listener:
         policy: AckPolicy,
         carrier_evidence: bool,
         summaries: Sequence[Summaries],
+        frame_s: float,
         slot_list: int | None = None,
     ) -> None:
         self._me = me
@@ -85,7 +87,9 @@ class Listener:
         self._repeat = policy.repeat
         self._carrier_evidence = carrier_evidence
         self._summaries = summaries
+        self._frame_s = frame_s
         self._slot_list = slot_list
+        self._relayed = 0  # origins whose items this node sends, too, one bit each
         self.assembly = Assembly()
 
     def register(self, entry: LedgerEntry, now_s: float) -> int:
@@ -93,7 +97,8 @@ class Listener:
         column = self._ledger.add(entry)
         self._holders.take(column)
         is_list = any(fact.attribute == self._slot_list for fact in entry.fragment.facts)
-        if is_list or may_send(self._repeat, 1 << column, self._ledger.origins[self._me]):
+        is_relayed = self._relayed >> entry.fragment.origin & 1
+        if is_list or is_relayed or may_send(self._repeat, 1 << column, self._ledger.origins[self._me]):
             self._interests.take(column, now_s)
         return column
 
@@ -117,6 +122,8 @@ class Listener:
         for node, epoch in begun:
             self._holders.begin(node, epoch)
         before = [*state.believes]
+        missed = judged.heard & ~(state.heard[0] | 1 << sender | 1 << self._me)
+        told = self._told(packet, missed, now_s) if missed or judged.relays else ()
         taken = self._take_in(packet, now_s) if judged.has_items else _Taken(blocks=[*judged.statuses])
         lacked: list[int] = []
         if taken.is_ambiguous or (frame < peers.trusted_from and peers.is_doubted(sender, frame)):
@@ -131,6 +138,9 @@ class Listener:
                     lacked += summaries.note(sender, summary)
                     if not self._repeat and peers.is_over(*summary[:2]):
                         self._interests.adopt(self._holders.orphans(summary[:2]), state.believes, now_s)
+        for status in judged.statuses if self._relayed else ():
+            if self._relayed >> status.origin & 1 and self._is_news(status):
+                self._interests.take_status(status)
         if begun or met is Met.BACK:
             self._catch_up(now_s)
         elif lacked:
@@ -139,8 +149,25 @@ class Listener:
         settled = self._interests.settle(self._done, state.believes) if beliefs else ()
         return Reception(
             slot, sender, tuple(taken.blocks), packet.signals, tuple(taken.items), beliefs, settled, tuple(taken.aside),
-            met=met, conflict=conflict,
+            met=met, conflict=conflict, told=told,
         )  # fmt: skip
+
+    def _told(self, packet: Packet, missed: int, now_s: float) -> tuple[tuple[int, float], ...]:
+        """When, at the earliest, nodes spoke of which a packet tells, and which this vehicle missed.
+
+        Args:
+            packet: heard.
+            missed: nodes, one bit each, whose packets others have heard in the TDMA frame before.
+            now_s: the time (s).
+        """
+        told = [(node, now_s - self._frame_s) for node in columns_of(missed)]
+        passed_on = [fragment for fragment in packet.fragments if fragment.origin not in (packet.sender, self._me)]
+        return (*told, *[(fragment.origin, min(fragment.time_s, now_s)) for fragment in passed_on])
+
+    def _is_news(self, status: Block) -> bool:
+        """True if nothing as new is known of what a status says first."""
+        known = self._model.latest(status.facts[0].subject, status.facts[0].attribute)
+        return known is None or known.block.time_s < status.time_s
 
     def _gained(self, before: list[int]) -> tuple[tuple[int, ItemUid], ...]:
         """The peers, and items, of which it is believed now that they hold them, and was not before."""
@@ -150,6 +177,16 @@ class Listener:
             if items and peer != self._me:  # what it holds itself it does not believe
                 beliefs += [(peer, self._ledger.uids[column]) for column in columns_of(items)]
         return tuple(beliefs)
+
+    def relay(self, origins: int, now_s: float) -> None:
+        """Send, until this is said anew, also what these origins tell, one bit each: somebody hardly hears them.
+
+        Their newest status is said once, as that of this vehicle.
+        """
+        self._relayed = origins
+        for origin in columns_of(origins):
+            lacked = self._ledger.origins[origin] & self._state.believes[self._me] & ~self._done
+            self._interests.adopt(columns_of(lacked), self._state.believes, now_s)
 
     def resume(self, room_bits: int, size_bits: Callable[[Fragment], int], now_s: float) -> None:
         """Take up what the world model holds.

@@ -114,12 +114,16 @@ class LossEstimate:
         return Link(self._lost / self._weight if self._n else None, self._n)
 
     @property
-    def longest_silence(self) -> int:
-        """Frames in a row that loss alone leaves empty with a probability below ``UNLIKELY``."""
+    def p_reckoned(self) -> float:
+        """Share of lost packets to be reckoned with, by the samples and what is reckoned with before there are any."""
         if self.samples:
             self._count()
-        p_loss = (self._lost + PRIOR_LOSS * PRIOR_WEIGHT) / (self._weight + PRIOR_WEIGHT)
-        return max(SHORTEST_SILENCE, math.ceil(LOG_UNLIKELY / log(p_loss)))
+        return (self._lost + PRIOR_LOSS * PRIOR_WEIGHT) / (self._weight + PRIOR_WEIGHT)
+
+    @property
+    def longest_silence(self) -> int:
+        """Frames in a row that loss alone leaves empty with a probability below ``UNLIKELY``."""
+        return max(SHORTEST_SILENCE, math.ceil(LOG_UNLIKELY / log(self.p_reckoned)))
 
 
 class SpokenOf(NamedTuple):
@@ -222,6 +226,13 @@ class Absence(Protocol):
         """A peer is heard again."""
 
 
+class Witness(Protocol):
+    """Who looks at the links between peers."""
+
+    rows: list[list[int]]
+    """By peer, what its packets have said of whose packets it has received, one bit each."""
+
+
 class LastPacket(NamedTuple):
     """The packet heard last of a peer: its slot and its bytes."""
 
@@ -238,10 +249,17 @@ class PeerStates:
         states: acknowledgement states of this node, of which is taken back what has become void.
         kind: acknowledgement of the policy, which says when a peer answers.
         absence: of its peers; none of them, or one.
+        witnesses: of the links between peers; none of them, or one.
     """
 
     def __init__(
-        self, me: int, n_nodes: int, states: Sequence[AckState], kind: Acknowledgement, absence: Sequence[Absence] = ()
+        self,
+        me: int,
+        n_nodes: int,
+        states: Sequence[AckState],
+        kind: Acknowledgement,
+        absence: Sequence[Absence] = (),
+        witnesses: Sequence[Witness] = (),
     ) -> None:
         self._me = me
         self._n_nodes = n_nodes
@@ -254,7 +272,7 @@ class PeerStates:
         """Nodes that are not waited for, one bit each."""
         self.awaited = 0
         """Nodes that catch up once they are heard, one bit each."""
-        self._absence = absence
+        self._absence, self._witnesses = absence, witnesses
         self._all = (1 << n_nodes) - 1
         self._informed_of = [self._all] * n_nodes  # by peer: nodes whose epoch it is known to have heard
         self._older = [(0, 0)] * n_nodes  # an older epoch heard since, and how often in a row
@@ -363,6 +381,8 @@ class PeerStates:
         answering = self._answering
         if is_asked and lasting >> self._me & 1 and answering[frame % len(answering)][sender]:
             self._outgoing[sender].samples.append(HEARD if own >> self._me & 1 else LOST)
+            for witness in self._witnesses:
+                witness.rows[sender].append(own)
         heeded = 1 << sender
         if frame >= self.trusted_from:
             heeded |= self._informed_of[sender]

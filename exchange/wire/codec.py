@@ -462,8 +462,10 @@ class Codec:
                 statuses.append(Block(fragment.origin, STATUS, fragment.time_s, fragment.facts, fragment.epoch))
         for summary in packet.summary:
             concerns |= -1 if summary.highest >= MOST_ITEMS else 1 << summary.origin
-        has_items = len(statuses) < len(packet.fragments)
-        return Judged(packet, wrong, latest_s, concerns, relays, tuple(statuses), has_items)
+        has_items, heard = len(statuses) < len(packet.fragments), 0
+        for row in packet.rows:
+            heard |= row
+        return Judged(packet, wrong, latest_s, concerns, relays, tuple(statuses), has_items, heard)
 
     def _out_of_range(self, fragments: Iterable[Fragment]) -> str | None:
         """What value nobody can have recorded, if there is one; what is in its range is on its grid, too."""

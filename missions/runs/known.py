@@ -284,7 +284,7 @@ class Memory:
             self._hold(origin, [[recorded_s]], block, items)
             heard = [received[uid] for uid in items]
             if block.is_status:
-                heard = [{name: [at_s] for name, at_s in statuses[number].items()}] if number in statuses else heard[:1]
+                heard = [statuses[number]] if number in statuses else heard[:1]
             for name, data in setup.database.items():
                 if kind == "kept" or (name == origin and (block.is_status or not by_packets)):
                     continue
@@ -308,11 +308,12 @@ class Memory:
             if all(heard_s):
                 since_s = max(map(min, heard_s))
                 again_s = [time_s for time_s in heard_s[0] if time_s > since_s]  # it was given up and came again
+                again_s = [] if block.is_status else again_s  # others may have relayed it, too
                 self._known_s[name] += [_Held(one_s, block, items, until_s) for one_s in (since_s, *again_s)]
 
     def _heard_statuses(
         self, results: RunResults, told: Sequence[_Told], exhausted_s: Mapping[str, float]
-    ) -> dict[int, dict[str, float]]:
+    ) -> dict[int, dict[str, list[float]]]:
         """When each vehicle heard the statuses that were sent, by their numbers; of one name the newest is sent.
 
         Args:
@@ -329,7 +330,7 @@ class Memory:
             for row in self._faults
             if row["kind"] == SUSPECTED
         }
-        received: dict[int, dict[str, float]] = {}
+        received: dict[int, dict[str, list[float]]] = defaultdict(lambda: defaultdict(list))
         for row in results.table(PACKETS.name).to_pylist():
             heard_s = {
                 name: at_s
@@ -337,8 +338,10 @@ class Memory:
                 if at_s <= exhausted_s.get(name, math.inf) and (name, at_s) not in bad
             }
             for uid in row["status_uids"]:
-                of_uid = {name: at_s for name, at_s in heard_s.items() if (name, at_s, uid) not in aside}
-                received[max(n for n in recorded[uid] if told[n].recorded_s <= row["time_s"])] = of_uid
+                of_uid = received[max(n for n in recorded[uid] if told[n].recorded_s <= row["time_s"])]
+                for name, at_s in heard_s.items():
+                    if (name, at_s, uid) not in aside:
+                        of_uid[name].append(at_s)
         return received
 
     def _told(self, rows: Sequence[Row]) -> _Told:

@@ -246,9 +246,9 @@ class SocialLayer:
 
     def look_around(self, now_s: float) -> Review | None:
         """End of a round: see who is there; None if nothing changed. Roles of the absent fall free, heads replan."""
-        before = self.present
+        before, word_s = self.present, self._picture.peers.word_s
         seen = self.standing.look_around(
-            now_s, self._negotiation.heard_or_expected_s(self._picture.peers.heard_s, self.database.names, now_s)
+            now_s, self._negotiation.heard_or_expected_s(word_s, self.database.names, now_s)
         )
         if seen is None:
             return None

@@ -259,6 +259,8 @@ def test_what_waits_too_long_is_given_up_and_comes_again():
     """Vehicle 0 creates an area, of which vehicle 1 tells. Vehicle 2 never hears vehicle 0, until it has dropped what 1
     told: a frame lasts 6 s, and a block waits for 120 s. Vehicle 1 believed that 2 held it."""
     storm = storm_of(3, "ack")
+    for life in storm.lives.values():
+        life.manager.relaying.clear()
     uid = storm.lives[0].model.new_instance_uid()
     storm.record(0, (uid, TYPE_UID, AREA))
     storm.run_frames(1, [HEARD, LOST])

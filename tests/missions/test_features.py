@@ -45,6 +45,7 @@ USES = {
     "coarse_above": ["communication.coarse_above=5"],
     "need": ["need=[{attribute='batteryFraction', vehicle='ASV00', from_s=60.0}]"],
     "parking": ["communication.parking=false"],
+    "relaying": ["communication.relaying=false"],
     "summaries": ["communication.summaries=false"],
     "obligation": ["group.Operational.obligation=[{role='Midfield', objective='Exploring', deadline_s=300}]"],
     "slots": ["communication.slots=['AUV00','AUV01','AUV02','ASV00']"],

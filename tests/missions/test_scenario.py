@@ -391,7 +391,17 @@ def test_a_value_where_a_table_belongs_is_a_fault_and_no_crash(tmp_path: Path, t
         ("group_template", "[]"),
         *(
             (one, "{}")
-            for one in ("decision", "fleet", "uncertainty", "guidance", "current", "navigation", "worldmodel", "modem")
+            for one in (
+                "decision",
+                "fleet",
+                "uncertainty",
+                "guidance",
+                "current",
+                "navigation",
+                "worldmodel",
+                "modem",
+                "damage",
+            )
         ),
     }  # have defaults
     if (table, wrong) in fine:

@@ -34,8 +34,9 @@ SETTINGS: tuple[tuple[str, ...], ...] = (
     (), (), ('communication.mac="aloha"',), ("communication.needs_follow=groups",), ("uncertainty.p_miss=0.2",),
     ("uncertainty.speed_spread=0.2",), ("navigation.drift=0.01",), ("communication.receive_power_w=0.5",),
     ("communication.clocks.offset_s=0.2", "communication.clocks.apart_s=1.0"), ("communication.crc_bits=16",),
-    ("communication.parking=false",), ("communication.queue_limit=20",), ("communication.summaries=false",),
-    ("guidance.separation_m=12",), ("scenario.settle_s=300",), ("communication.lease_frames=10",),
+    ("communication.parking=false",), ("communication.relaying=false",), ("communication.queue_limit=20",),
+    ("communication.summaries=false",), ("guidance.separation_m=12",), ("scenario.settle_s=300",),
+    ("communication.lease_frames=10",),
     ('communication.modem="whoi-fsk-0"',), ("decision.weight_external=0",),
 )  # fmt: skip
 

@@ -1,0 +1,14 @@
+"""No relaying: ``communication.relaying = false``, by which nobody but its origin sends an item if the policy says so.
+
+Exchange managers relay unless they are told otherwise or all repeat by the policy, see ``exchange.peering.relaying``.
+"""
+
+from missions.feature import on_unless_off
+from remoras.events import Part
+
+FEATURE = on_unless_off(
+    "relaying",
+    "where only origins send items by the policy, a vehicle that a peer receives much better than the origin of an "
+    "item sends that, too",
+    lambda joining: Part(equip=lambda vehicle: vehicle.radio.manager.relaying.clear()),
+)

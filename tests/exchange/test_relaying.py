@@ -1,0 +1,120 @@
+"""Relaying, and what a vehicle is told of those that it does not hear, where links are cut and where they are alike."""
+
+import random
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from stress.conformance.radio import POSITION, SLOT_S, ManagerFleet
+
+LINE = {(0, 1), (1, 2), (2, 3)}
+"""Links of four nodes in a row; the others are cut."""
+
+
+def random_losses(seed: int, per: float, links: set[tuple[int, int]] | None = None):
+    """Losses drawn alike on the links, by pairs of nodes; all is lost on others."""
+    stream = random.Random(seed)
+
+    def lost(slot: int, sender: int, receiver: int) -> bool:
+        is_cut = links is not None and (min(sender, receiver), max(sender, receiver)) not in links
+        return is_cut or stream.random() < per
+
+    return lost
+
+
+def relayed(fleet: ManagerFleet) -> int:
+    """Items and statuses that others than their origins have said."""
+    return sum(
+        uid.origin != slot % fleet.n_nodes
+        for slot, sent in enumerate(fleet.said)
+        for uid in (*sent.items, *sent.status)
+    )
+
+
+@pytest.mark.parametrize("relay", [True, False])
+def test_an_item_goes_along_a_line_if_it_is_relayed(relay):
+    fleet = ManagerFleet(4, "ack", lost=random_losses(1, 0.3, LINE), relay=relay)
+    first, last = fleet.maps(0, cell=7), fleet.maps(3, cell=8)
+    fleet.pass_frames(60)
+    assert (fleet.holders(first), fleet.holders(last)) == (([0, 1, 2, 3], [0, 1, 2, 3]) if relay else ([0, 1], [2, 3]))
+    assert not fleet.false_beliefs
+
+
+@pytest.mark.parametrize("relay", [True, False])
+def test_the_newest_status_goes_along_a_line_once_it_is_known_that_it_has_to(relay):
+    fleet = ManagerFleet(4, "ack", lost=random_losses(2, 0.3, LINE), relay=relay)
+    for frame in range(60):
+        fleet.observe(3, (3, POSITION, (float(frame), 0.0)))
+        fleet.pass_frames(1)
+    known = fleet.models[0].latest(3, POSITION)
+    if not relay:
+        assert known is None
+    else:
+        assert known is not None
+        assert fleet.now_s - known.block.time_s < 12 * 4 * SLOT_S
+        assert relayed(fleet) > 40
+
+
+@pytest.mark.parametrize("policy", ["ack", "m-ack"])
+@pytest.mark.parametrize(("per", "most"), [(0.0, 0.0), (0.2, 0.01), (0.4, 0.01), (0.8, 0.08)])
+def test_hardly_anybody_relays_where_links_lose_alike(policy, per, most):
+    """A chance run of losses may look like a cut, now and then."""
+    n_relayed = n_said = 0
+    for seed in range(12):
+        fleet = ManagerFleet(4, policy, lost=random_losses(seed, per))
+        for frame in range(60):
+            fleet.maps(frame % 4, cell=frame)
+            fleet.observe(frame % 4, (frame % 4, POSITION, (float(frame), 0.0)))
+            fleet.pass_frames(1)
+        n_relayed += relayed(fleet)
+        n_said += sum(len(sent.items) + len(sent.status) for sent in fleet.said)
+    assert n_relayed <= most * n_said
+
+
+def test_relaying_ends_with_its_cause():
+    is_cut = True
+    fleet = ManagerFleet(3, "ack", lost=lambda slot, sender, receiver: is_cut and (sender, receiver) == (0, 2))
+    fleet.maps(0, cell=1)
+    fleet.pass_frames(20)
+    assert relayed(fleet) > 0
+    is_cut = False
+    fleet.pass_frames(100)
+    before = relayed(fleet)
+    fleet.maps(0, cell=2)
+    fleet.pass_frames(20)
+    assert relayed(fleet) == before
+
+
+@pytest.mark.parametrize("policy", ["ack", "m-ack", "mps-ack", "ack-repeat", "m-ack-repeat", "mps-ack-repeat"])
+@settings(max_examples=15)
+@given(seed=st.integers(0, 2**32), per=st.sampled_from([0.0, 0.3, 0.6]), stops=st.integers(20, 120))
+def test_nobody_is_said_to_have_spoken_later_than_it_did(policy, seed, per, stops):
+    """From some slot on node 3 says nothing. What others tell of it stays behind its last packet by a frame at most."""
+    heard, lose = [0], random_losses(seed, per)
+
+    def lost(slot: int, sender: int, receiver: int) -> bool:
+        if sender == 3 and slot >= stops:
+            return True
+        if sender == 3:
+            heard[0] = slot
+        return lose(slot, sender, receiver)
+
+    fleet = ManagerFleet(4, policy, lost=lost)
+    for frame in range(40):
+        fleet.maps(frame % 4, cell=frame)
+        fleet.pass_frames(1)
+    frame_s, spoke_s = 4 * SLOT_S, heard[0] * SLOT_S
+    told = [spoke for node in range(3) for one in fleet.heard[node] for about, spoke in one.told if about == 3]
+    assert all(spoke <= spoke_s + (0.0 if policy.startswith("ack") else frame_s) + 1.0 for spoke in told)
+    if stops >= 100 and per:
+        assert told
+
+
+def test_who_is_not_heard_is_told_of_by_who_hears_it():
+    fleet = ManagerFleet(3, "ack", lost=lambda slot, sender, receiver: (sender, receiver) == (0, 2))
+    fleet.pass_frames(10)
+    told = [spoke for one in fleet.heard[2] for about, spoke in one.told if about == 0]
+    assert len(told) >= 9
+    assert told == sorted(told)
+    assert not any(one.told for node in (0, 1) for one in fleet.heard[node])
