@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from remoras.authority import NOBODY, Act, Request, Rules, may_assign
 from remoras.beliefs import Beliefs
-from remoras.organisation import Group, Organisation, Outcome
+from remoras.organisation import Group, Organisation, Outcome, RoleAssignment
 from remoras.social.agreed import UNCHANGED, Agreed
 from remoras.social.availability import Availability
 from remoras.social.formations import Formations
@@ -38,7 +38,6 @@ MAY_COME = frozenset(
         Outcome.NOT_OF_GROUP,
         Outcome.INCOMPATIBLE,
         Outcome.EXCLUDED,
-        Outcome.HEAD_PRESENT,
         Outcome.TERM_LEAPS,
     }
 )
@@ -78,6 +77,8 @@ class Consultation:
         self._is_asked_again = False
         self._plain = frozenset(name for name, data in rules.database.items() if not data.social_layer)
         self._began_s, self._missed = 0.0, NOBODY
+        self._after: dict[tuple[str, str], RoleAssignment] = {}  # what heads took that stepped down
+        self._came_in: dict[tuple[str, str], str] = {}  # by leading which group a vehicle came into another
         self._about: dict[str, dict[Age, Observation]] = {group: {} for group in rules.at_sea}  # heard of each
         self.isolated = IsolatedChanges()
         self._leadership = LeadershipHistory(organisation)
@@ -96,7 +97,7 @@ class Consultation:
 
     def miss(self) -> None:
         """Somebody is absent now: claims that were refused since their heads were there are asked again."""
-        self._is_asked_again = any(self.requests.of(said).act is Act.SUCCEED for said in self._waiting)
+        self._is_asked_again = bool(self._leadership.claimed)
 
     def begin_anew(self, began_s: float, missed: frozenset[str]) -> None:
         """This vehicle was away for a lease: of claims from that time it cannot say whether their heads were there.
@@ -128,23 +129,24 @@ class Consultation:
         """End of the round: what was said in it is added to what is ``agreed``, unless something newer counts."""
         organisation = agreed.organisation
         n_changes = self._leadership.n_changes
+        self._is_asked_again = False
+        self._leadership.miss(agreed.absent)
         pending, self._pending = sorted(self._pending, key=_age), []
         for observation in pending:
             self._count(observation, agreed)
+        self._crown_all(agreed)
         for name in sorted(self._availability.news):
             for group in agreed.organisation.groups:
                 self._renew(group, name, agreed)
         self._availability.news.clear()
         is_due = agreed.organisation is not organisation or self._leadership.n_changes != n_changes
-        is_due, self._is_asked_again = is_due or self._is_asked_again, False
         while is_due:
             n_renewed = len(agreed.formed) + len(agreed.dissolved)
             waiting, self._waiting = sorted(self._waiting, key=_age), []
             for observation in waiting:
                 self._count(observation, agreed, again=True)
             is_due = len(agreed.formed) + len(agreed.dissolved) != n_renewed
-        for group, leading in self.leading.items():
-            self._crown(group, leading, agreed)
+            self._crown_all(agreed)
         if not self.isolated.has_changes:
             for asked in self._role_holders.waiting(agreed.organisation):
                 agreed.assign(asked)
@@ -284,10 +286,8 @@ class Consultation:
         """True if a head says that another leads its group, so that it leads it no longer itself."""
         if asked.act is not Act.SUCCEED or asked.issuer == asked.assignee or self._claim_of(said, asked) is None:
             return False
-        if not self._leadership.has_led(asked.issuer, asked.group, age):
-            return False
         self._leadership.change(asked.group, asked.issuer, False, age)
-        return True
+        return self._leadership.has_claimed(asked.issuer, asked.group)
 
     def _succeed(self, asked: Request, said: Observation, agreed: Agreed, again: bool) -> None:
         """Take note of a claim to lead a group: the greatest that counts makes its vehicle the head."""
@@ -301,21 +301,44 @@ class Consultation:
         age = _age(said)
         excused = agreed.absent | self._plain | (self._missed if age[0] < self._began_s else NOBODY)
         self.headship.note(asked.group, claim)
-        if not self._leadership.claim(asked.group, Claimed(claim, age, asked.assignee), excused):
-            self._refuse(asked, Outcome.HEAD_PRESENT, said, agreed, True, again)
-        if (leading := self.leading.get(asked.group)) is not None:
-            self._crown(asked.group, leading, agreed)
-        self._renew(asked.group, asked.assignee, agreed)
+        claimed = Claimed(claim, age, asked.assignee)
+        if not self._leadership.claim(asked.group, claimed, excused, self._by_leading(asked, agreed.organisation)):
+            why = Outcome.HEAD_PRESENT if self._leadership.is_member(asked.group, claimed) else Outcome.OUTSIDE
+            self._refuse(asked, why, said, agreed, True, again)
+        self._crown(asked.group, agreed)
+        self._renew(asked.group, asked.assignee, agreed)  # it led for a while, if not now
 
-    def _crown(self, group: str, leading: Claimed, agreed: Agreed) -> None:
-        """Let whoever has made the greatest claim that counts lead a group, unless it does by that claim already."""
-        if self.headship.lead(group, leading.claim):
-            of, vehicle = self._groups[group], leading.vehicle
-            asked = Request(vehicle, Act.SUCCEED, group, of.head_role or "", vehicle)
-            self._enthrone(asked, of, leading.since, agreed)
+    def _by_leading(self, asked: Request, organisation: Organisation) -> str | None:
+        """The group by whose lead alone a vehicle is a member of the one that it claims; None if it is one anyway."""
+        roles = organisation.roles_of(asked.assignee, asked.group)
+        if all(self._leadership.is_claim(self._newest.at(asked.group, one.role, one.vehicle)) for one in roles):
+            return self._came_in.get((asked.group, asked.assignee))
+        return None
+
+    def _crown_all(self, agreed: Agreed) -> None:
+        """Let the claims that count now say who leads."""
+        for group in self._leadership.claimed:
+            self._crown(group, agreed)
+
+    def _crown(self, group: str, agreed: Agreed) -> None:
+        """Let whoever has made the greatest claim that counts lead a group; if none counts any more, who led before."""
+        leading, of = self.leading.get(group), self._groups[group]
+        if not self.headship.lead(group, None if leading is None else leading.claim):
+            return
+        if leading is not None:
+            head, since = leading.vehicle, leading.since
+        elif (before := self._leadership.without_claims(group)) is not None:
+            head, since = before
+        else:
+            return
+        self._enthrone(Request(head, Act.SUCCEED, group, of.head_role or "", head), of, since, agreed)
+        self._renew(group, head, agreed)
 
     def _enthrone(self, asked: Request, group: Group, age: Age, agreed: Agreed) -> None:
-        """Let the issuer lead a group, and play what its role takes in the group above; whoever led steps down."""
+        """Let the issuer lead a group, and play what its role takes in the group above; whoever led steps down.
+
+        What it took when it stepped down before it leaves, so that it plays the same for who never heard of that.
+        """
         vehicle = asked.assignee
         before = [name for name in agreed.organisation.heads(group.name) if name != vehicle]
         self._hand_over(asked, before, age, agreed)
@@ -324,12 +347,19 @@ class Consultation:
             of_group, other = role.played_by
             if self._rules.database[vehicle].can_play(of_group, other):
                 led = [name for name in self._rules.database.names if self._leadership.has_led(name, group.name, age)]
+                if not agreed.organisation.is_member(vehicle, of_group):
+                    self._came_in[of_group, vehicle] = group.name
                 holders = yielding_above(self._groups[of_group], other, {*before, *led}, agreed.organisation)
                 self._hand_over(Request(vehicle, Act.SUCCEED, of_group, other, vehicle), holders, age, agreed)
         for name in before:
             then = role_after(self._rules.database, name, group, agreed.organisation)
             if then is not None and self._newest.take((then.group, then.role, then.vehicle), age):
+                self._after[group.name, name] = then
                 agreed.assign(Request(vehicle, Act.ASSIGN, then.group, then.role, then.vehicle))
+        then = self._after.pop((group.name, vehicle), None)
+        if then is not None and self._leadership.is_claim(self._newest.at(then.group, then.role, vehicle)):
+            self._newest[then.group, then.role, vehicle] = age
+            agreed.leave(Request(vehicle, Act.RELEASE, then.group, then.role, vehicle))
         for assignment in excluded_by_leading(group, vehicle, agreed.organisation):
             if self._newest.take((assignment.group, assignment.role, assignment.vehicle), age):
                 agreed.leave(Request(vehicle, Act.RELEASE, assignment.group, assignment.role, vehicle))

@@ -10,7 +10,8 @@ not heard them for a lease since it heard the claim. Who led when the claim was 
 who claim in one vacancy the one that did not know of the other is refused by nobody. A head that has never left may
 claim again, and what others have claimed meanwhile is void, with all that they have ordered: those who went over to
 another come back. So the head itself decides whether its silence was an absence, and all follow it: it claims again, or
-it assents, which ends its lead for all who have heard it all the while. (The vote before the claim in section 9.6 of D.
+it assents, which ends its lead for all who have heard it all the while. A claim by who is a member of the group only
+since it leads another counts as long as that lead does. (The vote before the claim in section 9.6 of D.
 Ongaro, Consensus: Bridging Theory and Practice, Stanford 2014, keeps a server that is cut off from disturbing the
 others; here each hearer has that vote for itself.)
 """
@@ -52,53 +53,99 @@ class LeadershipHistory:
     def __init__(self, organisation: Organisation) -> None:
         self.n_changes = 0
         self._excused: dict[str, dict[Claimed, frozenset[str]]] = {}  # for each claim to lead a group, of what heads
+        self._by_leading: dict[tuple[str, Claimed], str] = {}
         self._counting: dict[str, list[Claimed]] = {}
         self._began = {
             (group, name): [AGREED_BEFORE] for group in organisation.groups for name in organisation.heads(group)
         }
         self._ended: dict[tuple[str, str], list[Age]] = {}
 
-    def claim(self, group: str, claimed: Claimed, excused: Collection[str] = NOBODY) -> bool:
+    def claim(
+        self, group: str, claimed: Claimed, excused: Collection[str] = NOBODY, by_leading: str | None = None
+    ) -> bool:
         """A vehicle has claimed to lead a group; True if that counts.
 
         Args:
             group: its name; claimed: the claim.
             excused: vehicles that do not stand against it, as far as is known here; what was excused once stays so.
+            by_leading: a group by whose lead alone the vehicle is a member: the claim counts if it led that by then.
         """
         claims = self._excused.setdefault(group, {})
         before = claims.get(claimed)
         if before is None or not before.issuperset(excused):
             self.n_changes += 1
             claims[claimed] = (before or NOBODY).union(excused)
+            if by_leading is not None:
+                self._by_leading[group, claimed] = by_leading
             self._weigh(group)
         return claimed in self._counting[group]
 
+    def miss(self, absent: Collection[str]) -> None:
+        """These do not stand any more against claims that do not count yet."""
+        for group, claims in self._excused.items():
+            refused = [one for one in claims if one not in self._counting[group] and not claims[one].issuperset(absent)]
+            if refused:
+                self.n_changes += 1
+                claims.update((one, claims[one].union(absent)) for one in refused)
+                self._weigh(group)
+
+    def is_member(self, group: str, claimed: Claimed) -> bool:
+        """False if who claimed a group was a member of it by the lead of another alone, which it had not."""
+        of = self._by_leading.get((group, claimed))
+        return of is None or self.led(claimed.vehicle, of, claimed.since)
+
     @property
     def leading(self) -> dict[str, Claimed]:
-        """The greatest claim that counts of each group that has one."""
-        return {group: max(counting) for group, counting in self._counting.items() if counting}
+        """The claim by which each group is led that is led by one."""
+        reigns = {group: self._reigns(group)[-1:] for group in self._counting}
+        return {group: last[0] for group, last in reigns.items() if last and not self._has_left(group, last[0], _NOW)}
+
+    @property
+    def claimed(self) -> list[str]:
+        """Groups that somebody has claimed to lead."""
+        return list(self._excused)
+
+    def without_claims(self, group: str) -> tuple[str, Age] | None:
+        """Who leads a group without a claim, and since when; None if nobody does."""
+        names = [name for of, name in self._began if of == group and self.led(name, group, _NOW)]
+        since = {name: self.since(name, group, _NOW) for name in names}
+        return next(((name, age) for name, age in since.items() if age is not None), None)
 
     def _weigh(self, group: str) -> None:
         """See which claims count, the lesser ones first."""
         counting: list[Claimed] = []
         self._counting[group] = counting
         for claimed, excused in sorted(self._excused.get(group, {}).items()):
+            if not self.is_member(group, claimed):
+                continue
             began = self._has_led_since(group, claimed, counting)
             if began is not None:
                 counting[:] = [one for one in counting if one.vehicle == claimed.vehicle or one.since < began]
             elif not self._heads_against(group, claimed, counting) <= excused:
                 continue
             counting.append(claimed)
+        for above in {of for (of, _), by in self._by_leading.items() if by == group and of != group}:
+            self._weigh(above)
 
     def _has_led_since(self, group: str, claimed: Claimed, counting: list[Claimed]) -> Age | None:
         """Since when who claims has led and has not left itself, whoever has claimed meanwhile; None if it has not."""
         about = group, claimed.vehicle
         began = list(self._began.get(about, ()))
         began += [one.since for one in counting if one.vehicle == claimed.vehicle]
-        last = max((age for age in began if age < claimed.since), default=None)
-        if last is None or any(last < age <= claimed.since for age in self._ended.get(about, ())):
-            return None
-        return last
+        left = [age for age in self._ended.get(about, ()) if age <= claimed.since]
+        return min((age for age in began if age < claimed.since and not any(age < end for end in left)), default=None)
+
+    def _reigns(self, group: str) -> list[Claimed]:
+        """The claims by which a group was led one after another: each is greater, or the head before had left."""
+        reigns: list[Claimed] = []
+        for one in sorted(self._counting.get(group, ()), key=lambda claimed: claimed.since):
+            if not reigns or one.claim > reigns[-1].claim or self._has_left(group, reigns[-1], one.since):
+                reigns.append(one)
+        return reigns
+
+    def _has_left(self, group: str, reign: Claimed, by: Age) -> bool:
+        """True if who leads a group by a claim had left by then."""
+        return any(reign.since < age <= by for age in self._ended.get((group, reign.vehicle), ()))
 
     def _heads_against(self, group: str, claimed: Claimed, counting: list[Claimed]) -> set[str]:
         """Others that led a group when it was claimed, and lead it still, by the lesser claims."""
@@ -115,8 +162,11 @@ class LeadershipHistory:
 
     def change(self, group: str, vehicle: str, leads: bool, age: Age) -> None:
         """A vehicle was given the role of the head at ``age``, or has left it."""
+        ages = (self._began if leads else self._ended).setdefault((group, vehicle), [])
+        if age in ages:
+            return
         self.n_changes += 1
-        (self._began if leads else self._ended).setdefault((group, vehicle), []).append(age)
+        ages.append(age)
         if group in self._excused:
             self._weigh(group)
 
@@ -125,6 +175,7 @@ class LeadershipHistory:
         self.n_changes += 1
         self._excused.pop(group, None)
         self._counting.pop(group, None)
+        self._by_leading = {key: by for key, by in self._by_leading.items() if group not in (key[0], by)}
         for ages in (self._began, self._ended):
             for key in [key for key in ages if key[0] == group]:
                 del ages[key]
@@ -135,6 +186,10 @@ class LeadershipHistory:
         """True if the vehicle led the group at ``at``."""
         return self.since(vehicle, group, at) is not None
 
+    def has_claimed(self, vehicle: str, group: str) -> bool:
+        """True if the vehicle has led the group, or has claimed to."""
+        return (group, vehicle) in self._began or any(one.vehicle == vehicle for one in self._excused.get(group, ()))
+
     def has_led(self, vehicle: str, group: str, at: Age) -> bool:
         """True if the vehicle has led the group at any time before ``at``."""
         began = list(self._began.get((group, vehicle), ()))
@@ -144,10 +199,7 @@ class LeadershipHistory:
     def since(self, vehicle: str, group: str, at: Age) -> Age | None:
         """Since when the vehicle led the group at ``at``; None if it did not."""
         began, ended = (list(ages.get((group, vehicle), ())) for ages in (self._began, self._ended))
-        greatest: Claim | None = None
-        for claim, since, name in sorted(self._counting.get(group, ()), key=lambda one: one.since):
-            if greatest is None or claim > greatest:
-                greatest = claim
-                (began if name == vehicle else ended).append(since)
+        for reign in self._reigns(group):
+            (began if reign.vehicle == vehicle else ended).append(reign.since)
         latest = max((age for age in began if age <= at), default=None)
         return None if latest is None or any(latest < age <= at for age in ended) else latest

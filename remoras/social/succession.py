@@ -41,7 +41,7 @@ class Headship:
     """By which claim each group is led, and the greatest that was made, whether that counts or not."""
 
     def __init__(self) -> None:
-        self._leads: dict[str, Claim] = {}
+        self._leads: dict[str, Claim | None] = {}
         self._greatest: dict[str, Claim] = {}
 
     def read(self, group: str, claim: Claim) -> Claim | None:
@@ -62,12 +62,10 @@ class Headship:
         """Note a claim, whether it counts or not: whoever made it, and all who heard of it first, may go by it."""
         self._greatest[group] = max(claim, self._greatest.get(group, claim))
 
-    def lead(self, group: str, claim: Claim) -> bool:
-        """A group is led by a claim; True if it was led otherwise before."""
-        if self._leads.get(group) == claim:
-            return False
-        self._leads[group] = claim
-        return True
+    def lead(self, group: str, claim: Claim | None) -> bool:
+        """A group is led by a claim, or by none; True if it was led otherwise before."""
+        before, self._leads[group] = self._leads.get(group), claim
+        return before != claim
 
     def is_contested(self, group: str) -> bool:
         """True if a greater claim than that by which the group is led is known, and does not count."""
@@ -124,7 +122,7 @@ def is_able_to_lead(database: AUVDatabase, vehicle: str, group: Group) -> bool:
 
 
 def role_after(database: AUVDatabase, vehicle: str, group: Group, organisation: Organisation) -> RoleAssignment | None:
-    """The role that a head takes when it steps down: the first of the succession that it can play.
+    """The role that a head takes when it steps down: the first of the succession that it can play and that has room.
 
     None if it plays another founding role of the group already, or can play none.
 
@@ -140,7 +138,9 @@ def role_after(database: AUVDatabase, vehicle: str, group: Group, organisation: 
     for name in group.succession:
         role = group.role(name)
         is_able = database[vehicle].can_play(group.name, name)
-        if is_able and role is not None and not organisation.is_excluded(vehicle, role):
+        n_holders = len(organisation.members(group.name, name))
+        has_room = role is not None and (role.maximum is None or n_holders < role.maximum)
+        if is_able and role is not None and has_room and not organisation.is_excluded(vehicle, role):
             return RoleAssignment(group.name, name, vehicle)
     return None
 

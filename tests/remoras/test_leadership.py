@@ -167,6 +167,39 @@ def test_a_claim_counts_once_the_head_has_left(leadership: LeadershipHistory) ->
     assert leadership.leading[GROUP].vehicle == "B"
 
 
+def test_a_claim_that_once_counted_waits_again_if_its_head_turns_out_to_have_been_there(
+    leadership: LeadershipHistory,
+) -> None:
+    """B was taken to have led all the while; that it had assented to another is heard later. Then C is missed."""
+    claims(leadership, "B", Claim(1, -1), 10.0)
+    claims(leadership, "C", Claim(2, -2), 20.0, "B")
+    assert claims(leadership, "B", Claim(3, -1), 30.0, "")
+    leadership.change(GROUP, "B", False, age(25.0))
+    assert leadership.leading[GROUP].vehicle == "C"
+    leadership.miss({"C"})
+    assert leadership.leading[GROUP].vehicle == "B"
+
+
+def test_who_has_left_leads_no_longer_by_an_old_claim_however_great(leadership: LeadershipHistory) -> None:
+    claims(leadership, "B", Claim(40, -1), 10.0)
+    leadership.change(GROUP, "B", False, age(20.0))
+    claims(leadership, "C", Claim(2, -2), 30.0)
+    assert (heads(leadership, 15.0), heads(leadership, 25.0), heads(leadership, 35.0)) == ("B", "", "C")
+    assert leadership.leading[GROUP].vehicle == "C"
+
+
+def test_a_claim_by_the_lead_of_another_group_counts_as_long_as_that_does(leadership: LeadershipHistory) -> None:
+    """B leads Below, in the place of D, and so came into the group; D was there and claims Below again."""
+    leadership.begin("Below", "D", age(0.0))
+    leadership.claim("Below", Claimed(Claim(1, -1), age(10.0), "B"), frozenset("D"))
+    early, late = (Claimed(Claim(term, -1), age(at_s), "B") for term, at_s in ((1, 5.0), (2, 15.0)))
+    assert not leadership.claim(GROUP, early, frozenset("A"), "Below")
+    assert not leadership.is_member(GROUP, early)
+    assert leadership.claim(GROUP, late, frozenset("A"), "Below")
+    assert leadership.claim("Below", Claimed(Claim(2, -3), age(20.0), "D"))
+    assert (leadership.leading.get(GROUP), leadership.without_claims(GROUP)) == (None, ("A", AGREED_BEFORE))
+
+
 SAID = st.tuples(st.sampled_from("ABCD"), st.integers(1, 4), st.sets(st.sampled_from("ABCD"))) | st.sampled_from("ABCD")
 
 
