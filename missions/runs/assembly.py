@@ -15,7 +15,6 @@ from missions.runs.needs import needs_of_all
 from missions.runs.sensors import recorder_of_mission, sensors_of
 from missions.runs.setup import Setup
 from missions.runs.worlds import world_model
-from missions.scenarios.deployment import deployment_of, scenario_sound_speed_mps
 from missions.scenarios.parts import groups_of
 from missions.scenarios.values import value_rule_of
 from remoras.beliefs import Beliefs
@@ -40,13 +39,13 @@ from worldmodel import WorldModel
 
 def channel_of(setup: Setup, seed: int) -> BroadcastChannel:
     """The channel of the scenario, with the draws of a seed."""
-    scenario, deployment = setup.scenario, deployment_of(setup.scenario)
+    scenario, deployment = setup.scenario, setup.deployment
     model = scenario.channel.settings()
     return BroadcastChannel(
         setup.modem,
         scenario.channel.link_model(deployment, seed),
         seed,
-        sound_speed_mps=scenario_sound_speed_mps(scenario),
+        sound_speed_mps=setup.sound_speed_mps,
         range_m=scenario.communication.range_m,
         blackouts=scenario.channel.blackouts(setup.nodes),
         depths_m=deployment.depths_m if model.counts_depth else (),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 
+from exchange.acoustics.models import Deployment
 from exchange.acoustics.modems import Modem
 from exchange.policies import AckPolicy
 from exchange.schedule import TdmaSchedule
@@ -15,6 +16,7 @@ from missions.runs.metrics import metrics_of, own_metrics
 from missions.runs.needs import priorities, subjects_of
 from missions.runs.refusals import refuse_malformed, refuse_undivided
 from missions.runs.sensors import recorder_of_mission, sensors_of
+from missions.scenarios.deployment import deployment_of, scenario_sound_speed_mps
 from missions.scenarios.equipment import common_equipment
 from missions.scenarios.extending import used_in
 from missions.scenarios.guard import guard_s
@@ -55,6 +57,7 @@ class Setup:
         common_facts: what all know before the mission: which equipment is part of which vehicle.
         database: vehicles as the fleet knows them; agreement: what they agree on before the mission.
         rally_points_m: by name; bounds_m: area of operations (x_min, y_min, x_max, y_max).
+        deployment: vehicles as channel models know them; sound_speed_mps: in the water.
         modem, schedule, codec: of the exchange.
         urgency: priority of each attribute that all exchange, by uid.
         subjects: what it is told of, where needs follow from groups.
@@ -74,6 +77,8 @@ class Setup:
     agreement: Agreement
     rally_points_m: dict[str, Point]
     bounds_m: tuple[float, float, float, float]
+    deployment: Deployment
+    sound_speed_mps: float
     modem: Modem
     schedule: TdmaSchedule
     codec: Codec
@@ -113,13 +118,13 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
         [path for feature in used for path in feature.words(scenario)],
     )
     tbox = read_tbox(*core_ontology_paths(), *mission.vocabulary_used, *own_files, *words)
-    database, groups = database_of(scenario, mission_type), groups_of(scenario)
+    database, groups, deployment = database_of(scenario, mission_type), groups_of(scenario), deployment_of(scenario)
     instances = _instances(scenario, mission, tbox, used)
-    equipment, common_facts = common_equipment(scenario, mission_type.sensors, tbox, instances)
+    equipment, common_facts = common_equipment(scenario, deployment.modem, mission_type.sensors, tbox, instances)
     # nobody tells facts about equipment, so it needs no names on the wire unless new instances come behind it
     n_named = len(instances) + (len(equipment) if mission.instances_found_per_vehicle else 0)
     instances += equipment
-    modem, world = scenario.modem_in_use, scenario.world
+    modem, world = deployment.modem, scenario.world
     is_aloha, slots = scenario.communication.mac == "aloha", _turns(scenario, used)
     packet_s = modem.packet_s(modem.payload_bits)
     schedule = TdmaSchedule(len(database), packet_s, guard_s(scenario), slots, is_aloha)
@@ -144,6 +149,8 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
         agreement=agreement,
         rally_points_m={rally.name: rally.position_m for rally in scenario.rally_point},
         bounds_m=(world.x_m[0], world.y_m[0], world.x_m[1], world.y_m[1]),
+        deployment=deployment,
+        sound_speed_mps=scenario_sound_speed_mps(scenario),
         modem=modem,
         schedule=schedule,
         codec=_codec(scenario, mission, strategy, policy, tbox, n_named, schedule, exchanged, ahead_s),

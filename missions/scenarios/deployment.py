@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from exchange.acoustics.models import Deployment
+from missions.scenarios.modem import modem_named
 
 if TYPE_CHECKING:
     from missions.scenarios.scenario import Scenario
@@ -16,7 +17,7 @@ def deployment_of(scenario: Scenario) -> Deployment:
     return Deployment(
         nodes={table.name: table.slot for table in by_node},
         depths_m=tuple(table.depth_m for table in by_node),
-        modem=scenario.modem_in_use,
+        modem=modem_named(scenario.communication.modem, scenario.modem),
         range_m=scenario.communication.range_m,
         duration_s=scenario.scenario.duration_s,
     )

@@ -145,12 +145,17 @@ def _tbox_of(raw: Raw, mission: type[Mission]) -> TBox | None:
 
 
 def common_equipment(
-    scenario: Scenario, kinds: Mapping[str, type[SensorSettings]], tbox: TBox, instances: Sequence[Instance]
+    scenario: Scenario,
+    modem: Modem,
+    kinds: Mapping[str, type[SensorSettings]],
+    tbox: TBox,
+    instances: Sequence[Instance],
 ) -> tuple[tuple[Instance, ...], tuple[PropertyValue, ...]]:
     """The equipment of all vehicles as common instances, and whose part each is; none if no role asks for capabilities.
 
     Args:
         scenario: the scenario.
+        modem: of all vehicles.
         kinds: of sensors that the mission knows.
         tbox: of the scenario.
         instances: the common instances before; a vehicle's uid is its slot.
@@ -162,7 +167,7 @@ def common_equipment(
     has_part = tbox.attribute_named(HAS_PART).uid
     tables = scenario.model_dump(include={"vehicle"}, mode="json")["vehicle"]
     for vehicle in sorted(tables, key=lambda table: table["slot"]):
-        for part in equipment_of(vehicle, scenario.modem_in_use, kinds):
+        for part in equipment_of(vehicle, modem, kinds):
             uid = len(instances) + len(found)
             found.append(Instance(uid, tbox.class_named(part.of_class).uid, f"{vehicle['name']}.{part.name}"))
             facts.append(PropertyValue(vehicle["slot"], has_part, uid))

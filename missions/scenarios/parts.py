@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 from pydantic import ValidationError
 
 from missions.metric import Metric
+from missions.scenarios.modem import modem_named
 from missions.scenarios.organisation_checks import ancestry, excluded
 from missions.scenarios.scenario import GroupTable, Scenario, VehicleTable
 from remoras.database import AUVDatabase, VehicleData
@@ -192,7 +193,7 @@ def vehicle_data(table: VehicleTable, kinds: Mapping[str, type[SensorSettings]],
 def modem_energy(scenario: Scenario) -> ModemEnergy:
     """What the modem of a scenario takes: as the scenario says, or its profile."""
     communication = scenario.communication
-    modem, power_w = scenario.modem_in_use, communication.transmit_power_w
+    modem, power_w = modem_named(communication.modem, scenario.modem), communication.transmit_power_w
     listening_w = communication.receive_power_w or (modem.receive_w if communication.count_listening else 0.0)
     return ModemEnergy(power_w / modem.rate_bps, power_w * modem.head_s, listening_w or 0.0)
 

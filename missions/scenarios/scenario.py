@@ -10,14 +10,13 @@ from typing import Any, Final, Literal
 
 from pydantic import ConfigDict, Field, field_validator
 
-from exchange.acoustics.modems import Modem
 from missions.scenarios.channel import ChannelTable
 from missions.scenarios.communication import Communication
 from missions.scenarios.copies import MAX_VEHICLES, SPACING_M
 from missions.scenarios.extending import with_features
 from missions.scenarios.faults import DeclaredFault
 from missions.scenarios.knowledge import WorldModelTable
-from missions.scenarios.modem import ModemTable, modem_named
+from missions.scenarios.modem import ModemTable
 from missions.scenarios.tables import Name, NotNegative, PointM, Positive, Section, Sparse, one_or_more, unless
 from remoras.attraction import GuidanceConstants
 from remoras.avoidance import SEPARATION_M
@@ -289,11 +288,6 @@ class Scenario(Sparse):
     fleet: FleetTable | None = Field(None, exclude=True)
     vehicle: tuple[VehicleTable, ...] = Field(min_length=2, max_length=MAX_VEHICLES)
     fault: tuple[DeclaredFault, ...] = ()
-
-    @property
-    def modem_in_use(self) -> Modem:
-        """Profile of the modem of all vehicles."""
-        return modem_named(self.communication.modem, self.modem)
 
     @property
     def names_by_slot(self) -> list[str]:

@@ -78,7 +78,8 @@ def test_an_option_names_a_file_of_the_current_folder(tmp_path: Path, monkeypatc
     (tmp_path / "quay.toml").write_text(OWN, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     found = load("mapping-rendezvous", [("--set", "communication.modem=quay.toml")])
-    assert found.modem_in_use == scenario_from(Document.of_text(SCENARIO + OWN, "mine.toml")).modem_in_use
+    assert found.modem == scenario_from(Document.of_text(SCENARIO + OWN, "mine.toml")).modem
+    assert resolved(found).modem.name == "quay"
 
 
 def test_a_run_is_repeated_from_its_folder_when_the_file_is_gone(
@@ -100,7 +101,7 @@ def test_a_study_has_such_a_modem_on_an_axis(tmp_path: Path, monkeypatch: pytest
     Path("quay.toml").write_text(OWN, encoding="utf-8")
     study = '[study]\nname = "s"\nscenario = "mapping-rendezvous"\nrepeats = 2\n[grid]\n'
     Path("study.toml").write_text(f'{study}communication.modem = ["nanomodem-v3", "quay.toml"]\n', encoding="utf-8")
-    found = [configuration.scenario.modem_in_use.name for configuration in load_study("study.toml").configurations]
+    found = [configuration.scenario.communication.modem for configuration in load_study("study.toml").configurations]
     assert found == ["nanomodem-v3", "quay"]
 
 
