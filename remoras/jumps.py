@@ -3,7 +3,8 @@
 A report is suspected if its distance from the last one exceeds ``SLACK_M`` and ``MARGIN`` times what the peer's top
 speed allows for the time between them; the margin is for faster vehicles than their data say and for currents, the
 slack for what a fix corrects and for rounding. It is set aside. If the next one fits it, not the one before, both were
-right and the one before was wrong. So a flipped bit costs one report, and a true jump is believed one report later.
+right and the one before was wrong. So a flipped bit costs one report, and a true jump is believed one report later. A
+report that others relay comes more than once, and late: a copy confirms nothing, and of what is older nothing is asked.
 """
 
 from __future__ import annotations
@@ -49,6 +50,8 @@ class Jumps:
     [None, Jump(distance_m=500.0, after_s=7.0), None, None]
     >>> [jumps.suspected(said(7.0 * n, x_m)) is None for n, x_m in enumerate((0.0, 900.0, 910.0), 4)]
     [True, False, True]
+    >>> [jumps.suspected(said(7.0 * n, x_m)) is None for n, x_m in ((7, 100.0), (7, 100.0), (5, 900.0))]
+    [False, False, True]
     """
 
     def __init__(self, position: int, top_speeds_mps: Mapping[int, float]) -> None:
@@ -63,16 +66,22 @@ class Jumps:
         if fact is None or fact.subject != block.origin or fact.subject not in self._top_speeds_mps:
             return None
         now = PositionReport(block.time_s, *fact.value)  # type: ignore[misc]
-        last, aside = self._last.get(fact.subject), self._aside.pop(fact.subject, None)
+        last, aside = self._last.get(fact.subject), self._aside.get(fact.subject)
+        if last is not None and now.time_s < last.time_s:
+            return None
+        is_next = aside is None or aside.time_s < now.time_s
         if (
             last is None
             or abs(now.x_m - last.x_m) + abs(now.y_m - last.y_m) <= SLACK_M  # mostly it is near
             or self._fits(fact.subject, last, now)
-            or (aside and self._fits(fact.subject, aside, now))
+            or (is_next and aside and self._fits(fact.subject, aside, now))
         ):
             self._last[fact.subject] = now
+            if is_next and aside:
+                del self._aside[fact.subject]
             return None
-        self._aside[fact.subject] = now
+        if is_next:
+            self._aside[fact.subject] = now
         return Jump(distance(last[1:], now[1:]), now.time_s - last.time_s)
 
     def _fits(self, vehicle: int, one: PositionReport, other: PositionReport) -> bool:

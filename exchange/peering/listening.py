@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
@@ -90,6 +91,7 @@ class Listener:
         self._frame_s = frame_s
         self._slot_list = slot_list
         self._relayed = 0  # origins whose items this node sends, too, one bit each
+        self._passed_on_s: dict[tuple[int, int], float] = {}  # times of the newest statuses that it was to relay
         self.assembly = Assembly()
 
     def register(self, entry: LedgerEntry, now_s: float) -> int:
@@ -165,9 +167,14 @@ class Listener:
         return (*told, *[(fragment.origin, min(fragment.time_s, now_s)) for fragment in passed_on])
 
     def _is_news(self, status: Block) -> bool:
-        """True if nothing as new is known of what a status says first."""
-        known = self._model.latest(status.facts[0].subject, status.facts[0].attribute)
-        return known is None or known.block.time_s < status.time_s
+        """True, once, if nothing as new is known of what a status says first; it may be that nobody believes it."""
+        slot = status.facts[0].subject, status.facts[0].attribute
+        known = self._model.latest(*slot)
+        newest_s = max(-math.inf if known is None else known.block.time_s, self._passed_on_s.get(slot, -math.inf))
+        if newest_s >= status.time_s:
+            return False
+        self._passed_on_s[slot] = status.time_s
+        return True
 
     def _gained(self, before: list[int]) -> tuple[tuple[int, ItemUid], ...]:
         """The peers, and items, of which it is believed now that they hold them, and was not before."""

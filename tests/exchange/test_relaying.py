@@ -72,6 +72,20 @@ def test_hardly_anybody_relays_where_links_lose_alike(policy, per, most):
     assert n_relayed <= most * n_said
 
 
+@pytest.mark.parametrize("is_believed", [True, False])
+def test_each_who_relays_says_a_status_once_whether_anybody_believes_it(monkeypatch, is_believed):
+    """Nodes 1 and 2 reach node 3, which does not hear node 0. Radios set reports aside by which a peer has jumped."""
+    fleet = ManagerFleet(4, lost=lambda slot, sender, receiver: {sender, receiver} == {0, 3})
+    fleet.observe(0, (0, POSITION, (0.0, 0.0)))
+    fleet.pass_frames(40)
+    before = relayed(fleet)
+    if not is_believed:
+        monkeypatch.setattr("stress.conformance.radio.merge", lambda model, blocks: None)
+    fleet.observe(0, (0, POSITION, (5000.0, 0.0)))
+    fleet.pass_frames(40)
+    assert relayed(fleet) == before + 2
+
+
 def test_relaying_ends_with_its_cause():
     is_cut = True
     fleet = ManagerFleet(3, "ack", lost=lambda slot, sender, receiver: is_cut and (sender, receiver) == (0, 2))

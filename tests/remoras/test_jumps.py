@@ -40,3 +40,9 @@ def test_two_wrong_reports_that_do_not_fit_each_other_confirm_nothing() -> None:
 def test_what_others_say_of_it_and_what_is_no_vehicle_is_left_alone() -> None:
     blocks = [said(0, 0.0, origin=2), said(1, 900.0, origin=2), said(0, 0.0, subject=7), said(1, 900.0, subject=7)]
     assert suspected(*blocks) == [False] * 4
+
+
+def test_a_copy_that_others_relay_confirms_nothing_and_an_older_report_is_left_alone() -> None:
+    once, again = said(2, 512.0), said(2, 512.0)
+    assert suspected(said(0, 0.0), once, again, said(1, 900.0), said(3, 30.0)) == [False, True, True, True, False]
+    assert suspected(said(5, 0.0), said(3, 900.0), said(6, 5.0)) == [False, False, False]
