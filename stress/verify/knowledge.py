@@ -6,6 +6,7 @@ docs/howto/results.md has the names of items; docs/model/exchange.md,
 
 from __future__ import annotations
 
+import math
 import re
 from collections import defaultdict
 from collections.abc import Iterator
@@ -20,6 +21,7 @@ NAME = re.compile(r"(\d+)(?:\.e\d+)?[-@]")
 THERE = frozenset({"present", "heard again", "begins anew", "slot conflict"})
 """Events of a peer that is there; all others say why it is not waited for."""
 Heard = dict[tuple[str, str], list[float]]
+NEVER = [math.inf]
 
 
 def origin_of(record: Record, uid: str) -> str | None:
@@ -59,10 +61,10 @@ def _check_items(record: Record, report: CheckReport) -> dict[str, tuple[float, 
     return found
 
 
-def _heard(record: Record) -> Heard:
-    """When each vehicle heard each item, by (vehicle, item), in time order."""
+def _heard(record: Record, column: str = "item_uids") -> Heard:
+    """When each vehicle heard each item, or what else a column of packets names, by (vehicle, name), in time order."""
     found: Heard = defaultdict(list)
-    names = ("receivers", "arrivals_s", "item_uids")
+    names = ("receivers", "arrivals_s", column)
     for receivers, arrivals_s, uids in record["packets"].rows(*names):
         for vehicle, arrival_s in zip(receivers, arrivals_s, strict=False):
             for uid in uids:
@@ -170,7 +172,8 @@ def _check_acknowledged(
 def _check_senders(
     record: Record, report: CheckReport, recorded: dict[str, tuple[float, str, str]], held: dict[tuple[str, str], float]
 ) -> None:
-    """Who sends an item holds it; a status is its sender's own."""
+    """Who sends an item holds it; a status is its sender's own, or its sender has heard it."""
+    heard = _heard(record, "status_uids") if record.of("communication").get("relaying", True) else {}
     names = ("time_s", "sender", "item_uids", "status_uids")
     for time_s, sender, items, statuses in record["packets"].rows(*names):
         report.look("senders", len(items) + len(statuses))
@@ -183,7 +186,7 @@ def _check_senders(
         for uid in statuses:
             if uid not in recorded or recorded[uid][0] > time_s + CLOSE_S:
                 report.add("senders", "packets", time_s, sender, f"status {uid}", "none: nobody has recorded it")
-            elif recorded[uid][1] != sender:
+            elif recorded[uid][1] != sender and not min(heard.get((sender, uid), NEVER)) <= time_s + CLOSE_S:
                 report.add("senders", "packets", time_s, sender, f"status {uid}", f"none: it is {recorded[uid][1]}'s")
 
 
