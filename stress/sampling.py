@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import combinations, pairwise
 from typing import Any
 
+from exchange.acoustics.network import shipped
 from missions.feature import USUAL_S, Draws, Sample
 from missions.scenarios.parts import strategy_of
 from missions.scenarios.scenario import Scenario, VehicleTable
 from remoras.strategies import parameters, strategies
+from stress.ways import NEARLY_CUT
 
 Drawn = Mapping[str, Any]
 """Values by dotted key; empty where the scenario has nothing that could be set."""
@@ -53,6 +56,40 @@ def channel(draws: Draws, scenario: Scenario) -> Drawn:
             ]
             return {"channel.name": "matrix", "channel.per": draws.even(0.0, 0.3), "channel.link": links}
     return {"channel.name": "perfect"}
+
+
+def topology(draws: Draws, scenario: Scenario) -> Drawn:
+    """A sea in which links are nearly cut for the whole run, while news gets to all by some way."""
+    names = draws.some_of(scenario.names_by_slot, len(scenario.vehicle))
+    if len(names) < FEWEST_WITH_A_WAY:
+        return {}
+    shape = draws.one_of(("link", "links", "line", "halves", "star", "network"))
+    fitting = [network for network in shipped().values() if len(network.nodes) >= len(names)]
+    if shape == "network" and fitting:
+        network = draws.one_of(fitting)
+        nodes = dict(zip(names, draws.some_of(sorted(network.nodes), len(names)), strict=True))
+        return {"channel.name": "network", "channel.network": network.name, "channel.nodes": nodes}
+    line, half = [*pairwise(names)], {*names[: len(names) // 2]}
+    beside = [pair for pair in combinations(names, 2) if pair not in line]
+    cut = {
+        "link": draws.some_of(beside, 1),
+        "links": draws.some_of(beside, 1 + int(draws.uniform() * len(beside))),
+        "halves": [pair for pair in beside if len(half.intersection(pair)) == 1],
+        "star": [pair for pair in combinations(names, 2) if names[0] not in pair],
+    }.get(shape, beside)
+    links = []
+    for one, other in cut:
+        ways = [(one, other), (other, one)]
+        for sender, receiver in (
+            ways if shape not in ("link", "links") or draws.uniform() < 0.5 else draws.some_of(ways, 1)
+        ):
+            per = draws.one_of((1.0, draws.even(NEARLY_CUT, 1.0), draws.even(NEARLY_CUT, 1.0)))
+            links.append({"sender": sender, "receiver": receiver, "per": per})
+    return {"channel.name": "matrix", "channel.per": draws.even(0.0, 0.3), "channel.link": links}
+
+
+FEWEST_WITH_A_WAY = 3
+"""Vehicles of which two may be joined by a third."""
 
 
 def blackout(draws: Draws, scenario: Scenario) -> Drawn:

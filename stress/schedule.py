@@ -13,7 +13,6 @@ from typing import Annotated, Any
 import tomli_w
 from pydantic import ConfigDict, Field, ValidationError
 
-from exchange.acoustics.models import MatrixChannel
 from missions.document import Document, fault_of
 from missions.errors import ConfigurationError, ConfigurationFault
 from missions.files import shown, text_of, toml_value
@@ -26,6 +25,7 @@ from missions.scenarios.tables import Section, one_of
 from remoras.errors import PluginError
 from stress.draws import stream_of
 from stress.kinds import KINDS, Family, kind_of
+from stress.ways import losses_of, packets_each, passes_on
 from worldmodel import suggestion
 
 VERSION = 1
@@ -33,7 +33,9 @@ VERSION = 1
 SETTLE_FRAMES = 240
 """Longest quiet time after the mission, in TDMA frames, or longer by ``ROUNDS``."""
 ROUNDS = 24
-"""Packets and their answers that come through in the longest quiet time, in the mean, on the worst pair of links."""
+"""Packets and their answers that come through in the longest quiet time, in the mean, on the worst way."""
+MOST_PACKETS = 100.0
+"""Packets that are reckoned with for one to come through, at most."""
 READY_S = 1e-6
 """What a clock that jumps during the run is ahead at its start: so little that it never shows."""
 FLEET_SIZE = "fleet.size"
@@ -234,22 +236,19 @@ def frame_s(scenario: Scenario) -> float:
 def _known(scenario: str, changes: tuple[tuple[str, str], ...]) -> tuple[tuple[dict[str, Any], ...], float]:
     """The faults that a scenario has itself, and its longest quiet time (s): many schedules have one."""
     own = load(scenario, changes)
-    n_frames = max(SETTLE_FRAMES, math.ceil(ROUNDS / _heard_both_ways(own)))
+    n_frames = max(SETTLE_FRAMES, math.ceil(ROUNDS * _packets_each(own)))
     return tuple(table.model_dump(mode="json", exclude_none=True) for table in own.fault), n_frames * frame_s(own)
 
 
-def _heard_both_ways(scenario: Scenario) -> float:
-    """Least probability, of all pairs of vehicles, that a packet and its answer are heard; at least 1 %.
+def _packets_each(scenario: Scenario) -> float:
+    """Packets that it takes for one to be heard and answered, on the worst way of a fleet; 100 at most.
 
-    Only the matrix channel has a rate for each link; of the others the mean is taken.
+    Where links have no lasting rates of their own the mean of all is taken.
     """
-    settings, deployment = scenario.channel.settings(), deployment_of(scenario)
-    if not isinstance(settings, MatrixChannel):
-        return max(0.01, (1.0 - settings.mean_per(deployment)) ** 2)
-    listed = {(link.sender, link.receiver): link.per for link in settings.link}
-    names = sorted(deployment.nodes)
-    heard = {(a, b): 1.0 - listed.get((a, b), settings.per) for a in names for b in names if a != b}
-    return max(0.01, min((heard[a, b] * heard[b, a] for a, b in heard), default=1.0))
+    if losses := losses_of(scenario):
+        return min(MOST_PACKETS, packets_each(losses, passes_on(scenario), scenario.names_by_slot))
+    mean_per = scenario.channel.settings().mean_per(deployment_of(scenario))
+    return MOST_PACKETS if mean_per >= 1.0 else min(MOST_PACKETS, 1.0 / (1.0 - mean_per) ** 2)
 
 
 def excludes(fault: StressFault, other: StressFault) -> bool:

@@ -75,6 +75,8 @@ CORE = (
             sampling.channel, OFTEN),
     Setting("mac", "ALOHA", ("communication.mac",), choice_of("communication.mac", "aloha")),
     Setting("size", "1 to 4 copies of a vehicle with sensors, in layers or not", ("fleet",), sampling.size),
+    Setting("topology", "links nearly cut: one or some, one way or both, a line, two halves, a star; a network",
+            ("channel.name", "channel.per", "channel.link", "channel.network", "channel.nodes"), sampling.topology),
     Setting("speeds", "a vehicle half to twice as fast", ("vehicle.transit_speed_mps", "vehicle.survey_speed_mps"),
             sampling.speeds),
     Setting("turns", "a vehicle that turns and gains speed otherwise",

@@ -167,7 +167,7 @@ class KnowledgeAgreement:
 
     def broken(self, scene: Scene) -> str | None:
         """Look at the world models of those in contact."""
-        if scene.is_selective or not scene.rested or scene.is_silent:
+        if scene.is_selective or not scene.rested or scene.is_silent or scene.is_parted:
             return None
         lives = [scene.lives[vehicle.name] for vehicle in scene.in_contact() if vehicle.radio.communicates]
         return _said(scene.witness.apart(lives, of_all=scene.setup.policy.repeat))
@@ -184,7 +184,7 @@ class Rest:
         """Look at the queues of those in contact."""
         if scene.is_selective or scene.rested is None or scene.is_silent or len(scene.in_contact()) < 2:
             return None
-        if any(vehicle.radio.manager.waits_for_absent for vehicle in scene.fleet.vehicles):
+        if scene.has_cut_links or any(vehicle.radio.manager.waits_for_absent for vehicle in scene.fleet.vehicles):
             return None
         if any(vehicle.is_alive and vehicle.condition.is_deaf for vehicle in scene.fleet.vehicles):  # still, at the end
             return None

@@ -21,6 +21,7 @@ It sees everything and changes nothing. ``--invariant mine.py:NobodyTurnsBack`` 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -34,6 +35,7 @@ from remoras.fleet import Fleet
 from remoras.vehicle import Vehicle
 from stress.lives import Aired, Life
 from stress.schedule import Schedule
+from stress.ways import NEARLY_CUT, losses_of, packets_each, passes_on
 from stress.witness import Flaw, Witness
 from worldmodel import Change
 
@@ -113,6 +115,18 @@ class Scene:
     def is_silent(self) -> bool:
         """True if a strategy keeps somebody silent who could speak: the others wait for its word, as they should."""
         return any(vehicle.social.is_silent for vehicle in self.in_contact())
+
+    @cached_property
+    def has_cut_links(self) -> bool:
+        """True if a link is nearly cut for the whole run: who told an item may never hear that it got through."""
+        return max(losses_of(self.setup.scenario).values(), default=0.0) >= NEARLY_CUT
+
+    @cached_property
+    def is_parted(self) -> bool:
+        """True if news has no way between some of those in contact: all such ways have links that are nearly cut."""
+        scenario, names = self.setup.scenario, [vehicle.name for vehicle in self.in_contact()]
+        losses = losses_of(scenario)
+        return bool(losses) and math.isinf(packets_each(losses, passes_on(scenario), names))
 
     def in_contact(self) -> list[Vehicle]:
         """Vehicles that are alive, hear and are heard."""

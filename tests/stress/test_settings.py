@@ -1,6 +1,8 @@
 """Settings that seeds draw: each in a stream of its own, refused by name, run alone, and put back by shrinking."""
 
 from dataclasses import replace
+from itertools import permutations
+from math import isinf
 from pathlib import Path
 
 import pytest
@@ -27,6 +29,7 @@ from stress.settings import SETTINGS, settings_named
 from stress.shrinking import shrunk
 from stress.steering import Instant
 from stress.trial import digest_of
+from stress.ways import NEARLY_CUT, losses_of, packets_each
 
 SEEDS = range(0, 40 * SEEDS_EACH, SEEDS_EACH)
 
@@ -121,3 +124,25 @@ def test_without_settings_a_schedule_is_as_it_was() -> None:
     assert SMALL
     assert schedule_of(small_plan(), 47).settings == {}
     assert not schedule_of(small_plan(), 47).stress.must_end
+
+
+def test_seas_with_cut_links_join_all_vehicles(plan: Plan) -> None:
+    alone, shapes = replace(plan, draws=("topology",)), set()
+    for seed in range(0, 60 * SEEDS_EACH, SEEDS_EACH):
+        scenario = baseline(alone, seed).scenario()
+        losses = losses_of(scenario)
+        if losses:
+            shapes.add(frozenset(pair for pair in losses if losses[pair] >= NEARLY_CUT))
+            assert packets_each(losses, True, scenario.names_by_slot) < 100.0
+            assert isinf(packets_each(losses, False, scenario.names_by_slot))
+    assert len(shapes) > 15
+
+
+def test_news_takes_the_ways_that_exist() -> None:
+    line = {pair: 0.5 if abs(ord(pair[0]) - ord(pair[1])) == 1 else 1.0 for pair in permutations("abcd", 2)}
+    assert packets_each(line, True, "abcd") == 12.0
+    assert isinf(packets_each(line, False, "abcd"))
+    assert isinf(packets_each(line, True, "abd"))
+    assert packets_each(line, False, "ab") == 4.0
+    assert packets_each(line, True, "a") == 1.0
+    assert isinf(packets_each(line | {("a", "b"): 0.9}, True, "ab"))
