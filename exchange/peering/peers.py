@@ -52,7 +52,6 @@ PRIOR_LOSS = 0.5
 PRIOR_WEIGHT = 2.0
 UNLIKELY = 1e-3
 """A silence of this probability, at the estimated loss, is taken for absence."""
-LOG_UNLIKELY = log(UNLIKELY)
 SHORTEST_SILENCE = 4
 """Frames that a peer may be silent in any case."""
 
@@ -63,10 +62,16 @@ class Link(NamedTuple):
     Attributes:
         p_loss: estimated share of lost packets; None without a sample.
         n: samples that it rests on; the old ones of many hardly count.
+        p_reckoned: share of lost packets to be reckoned with, by the samples and by what holds before there are any.
     """
 
     p_loss: float | None
     n: int
+    p_reckoned: float = PRIOR_LOSS
+
+    def longest_silence(self, unlikely: float) -> int:
+        """Packets in a row that loss alone takes with a probability below ``unlikely``."""
+        return math.ceil(log(unlikely) / log(self.p_reckoned))
 
 
 class PeerLinks(NamedTuple):
@@ -111,19 +116,13 @@ class LossEstimate:
         """The estimate as a value."""
         if self.samples:
             self._count()
-        return Link(self._lost / self._weight if self._n else None, self._n)
-
-    @property
-    def p_reckoned(self) -> float:
-        """Share of lost packets to be reckoned with, by the samples and what is reckoned with before there are any."""
-        if self.samples:
-            self._count()
-        return (self._lost + PRIOR_LOSS * PRIOR_WEIGHT) / (self._weight + PRIOR_WEIGHT)
+        p_reckoned = (self._lost + PRIOR_LOSS * PRIOR_WEIGHT) / (self._weight + PRIOR_WEIGHT)
+        return Link(self._lost / self._weight if self._n else None, self._n, p_reckoned)
 
     @property
     def longest_silence(self) -> int:
         """Frames in a row that loss alone leaves empty with a probability below ``UNLIKELY``."""
-        return max(SHORTEST_SILENCE, math.ceil(LOG_UNLIKELY / log(self.p_reckoned)))
+        return max(SHORTEST_SILENCE, self.link.longest_silence(UNLIKELY))
 
 
 class SpokenOf(NamedTuple):

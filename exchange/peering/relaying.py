@@ -61,7 +61,7 @@ class Relaying:
     def _cut_off_from(self, receiver: int) -> int:
         """Origins, one bit each, whose packets hardly reach a peer that receives those of this vehicle."""
         links = self._links[receiver]
-        received = [1.0 - link.p_reckoned for link in links]
+        received = [1.0 - link.link.p_reckoned for link in links]
         best = max(share for node, share in enumerate(received) if node != receiver)
         if received[self._me] < EQUAL * best:
             return 0

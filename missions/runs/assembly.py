@@ -30,6 +30,7 @@ from remoras.radio import Radio, RenewedNeeds
 from remoras.recorder import Recorder
 from remoras.social.agreement import agree
 from remoras.social.layer import SocialLayer
+from remoras.social.membership import Lease
 from remoras.social.needs import GroupNeeds
 from remoras.solo import Solo
 from remoras.traffic import Medium
@@ -169,11 +170,14 @@ def feature_parts(setup: Setup, recorder: Recorder, seed: int, is_alone: bool = 
     return parts if own is None else [*parts, own]
 
 
-def _lease_frames(shared: Shared) -> float:
-    """TDMA frames after which a silent vehicle is taken to have left: never where nobody speaks."""
+def _lease(shared: Shared) -> Lease:
+    """How long a silent vehicle counts as present: for ever where nobody speaks."""
     setup = shared.setup
-    own_frames = setup.scenario.communication.lease_frames if setup.strategy.declaration.communicates else math.inf
-    return next((part.lease_frames for part in shared.parts if part.lease_frames is not None), own_frames)
+    communication, frame_s = setup.scenario.communication, setup.schedule.frame_s
+    frames = communication.lease_frames if setup.strategy.declaration.communicates else math.inf
+    for of_part in (part.lease_frames for part in shared.parts if part.lease_frames is not None):
+        return Lease(of_part * frame_s, frame_s)
+    return Lease(frames * frame_s, frame_s, communication.false_absence if frames < math.inf else 0.0)
 
 
 def _known_as_it_is(setup: Setup, fleet: Sequence[VehicleData]) -> Setup:
@@ -276,7 +280,7 @@ def _social(shared: Shared, name: str, beliefs: Beliefs, picture: Picture) -> So
         setup.agreement,
         setup.rally_points_m,
         picture,
-        _lease_frames(shared) * setup.schedule.frame_s,
+        _lease(shared),
         setup.scenario.scenario.duration_s,
     )
 

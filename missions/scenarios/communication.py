@@ -53,7 +53,14 @@ class Communication(Sparse):
     )
     policy: str = Field(description="exchange policy, see `remoras list policies`")
     lease_frames: int = Field(
-        40, ge=1, le=100_000, description="TDMA frames without a packet after which a vehicle is taken to have left"
+        40, ge=1, le=100_000, description="TDMA frames without word of a vehicle after which it is taken to have left"
+    )
+    false_absence: float = Field(
+        1e-6,
+        ge=0.0,
+        le=0.01,
+        description="probability that losses of its link alone make a silence for which a vehicle is taken to have "
+        "left: by it leases are shorter where links are good, down to 10 frames and 200 s; 0: lease_frames for all",
     )
     carrier_evidence: bool = Field(True, description="take a peer that sends an item as holding it")
     time_resolution_s: float = Field(

@@ -32,6 +32,7 @@ from remoras.picture import Picture
 from remoras.social.agreement import Agreement
 from remoras.social.conclusions import Conclusions
 from remoras.social.gatherings import Gatherings
+from remoras.social.membership import Lease
 from remoras.social.negotiation import ROLE_ATTRIBUTES, Negotiation
 from remoras.social.own_facts import OwnFacts
 from remoras.social.planning import Deliberation, MissionPlanner, missions_of
@@ -113,7 +114,7 @@ class SocialLayer:
         agreement: what was agreed before the mission.
         rally_points_m: by name.
         picture: what is known of the peers; its part ``groups`` is written here and nowhere else.
-        lease_s: how long a peer not heard counts as present, infinite where nobody speaks; until_s: the mission's end.
+        lease: how long a peer counts as present of which there is no word; until_s: the mission's end.
     """
 
     def __init__(
@@ -126,7 +127,7 @@ class SocialLayer:
         agreement: Agreement,
         rally_points_m: Mapping[str, Point],
         picture: Picture,
-        lease_s: float = math.inf,
+        lease: Lease | None = None,
         until_s: float = math.inf,
     ) -> None:
         self.me = me
@@ -147,7 +148,9 @@ class SocialLayer:
         self.conclusions = Conclusions(me, mission, self._mission_name, beliefs)
         self._gatherings = Gatherings(beliefs, [group.name for group in agreement.groups], agreement.meets_after)
         rules = Rules(database, strategy.declaration.authorities, self._jobs, agreement.supervisors, agreement.at_sea)
-        self.standing = Standing(me, rules, beliefs, agreement.organisation, lease_s, picture.frame_s, until_s)
+        self.standing = Standing(
+            me, rules, beliefs, agreement.organisation, lease or Lease(math.inf, picture.frame_s), until_s
+        )
         self._workload = Workload(me, rules, mission, beliefs, self.standing.reports)
         self._led = self.standing.led
         planned = {group: agreement.plans[group] for group in self._led if group in agreement.plans}
@@ -246,10 +249,9 @@ class SocialLayer:
 
     def look_around(self, now_s: float) -> Review | None:
         """End of a round: see who is there; None if nothing changed. Roles of the absent fall free, heads replan."""
-        before, word_s = self.present, self._picture.peers.word_s
-        seen = self.standing.look_around(
-            now_s, self._negotiation.heard_or_expected_s(word_s, self.database.names, now_s)
-        )
+        before, word_s, names = self.present, self._picture.peers.word_s, self.database.names
+        heard_s = self._negotiation.heard_or_expected_s(word_s, names, now_s)
+        seen = self.standing.look_around(now_s, heard_s, max(word_s.values(), default=0.0), self._picture.peers.links)
         if seen is None:
             return None
         self._picture.groups.gathered = self._gatherings.believed(self.standing.is_cut_off)

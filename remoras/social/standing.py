@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+from exchange.peering.peers import PeerLinks
 from remoras.activities import Objective
 from remoras.authority import Act, Request, Rules
 from remoras.beliefs import Beliefs, Fact
@@ -19,7 +20,7 @@ from remoras.organisation import Organisation
 from remoras.social.agreed import Agreed
 from remoras.social.availability import Availability
 from remoras.social.consultation import Consultation
-from remoras.social.membership import AWAY_FRAMES, NO_CHANGES, Changes, Membership, acted_on
+from remoras.social.membership import AWAY_FRAMES, NO_CHANGES, Changes, Lease, Membership, acted_on
 from remoras.social.negotiation import ROLE_ATTRIBUTES
 from remoras.social.receivers import by_receiver
 from remoras.social.reports import SENSORS_WORK, Reports, takes_sensors
@@ -64,7 +65,7 @@ class Standing:
         rules: of who may change what, with the static data of all vehicles.
         beliefs: of the vehicle.
         organisation: as agreed before the mission.
-        lease_s: how long a peer that is not heard counts as present; frame_s: length of a TDMA frame.
+        lease: how long a peer of which there is no word counts as present.
         until_s: end of the mission.
 
     Attributes:
@@ -79,20 +80,19 @@ class Standing:
         rules: Rules,
         beliefs: Beliefs,
         organisation: Organisation,
-        lease_s: float,
-        frame_s: float,
+        lease: Lease,
         until_s: float = math.inf,
     ) -> None:
         self._me = me
         self._rules = rules
         self._database = database = rules.database
         self._beliefs = beliefs
-        self._membership = Membership(me, database.names, lease_s, frame_s)
+        self._membership = Membership(me, database.names, lease)
         self._statements = Statements(me, beliefs, database)
         self._availability = Availability(me, beliefs, rules)
         self.is_cut_off = False
         self._is_out_of_reach = False  # it has said that it takes no jobs, since it is cut off
-        self._lease_s, self._away_s = lease_s, AWAY_FRAMES * frame_s
+        self._lease_s, self._away_s = lease.longest_s, AWAY_FRAMES * lease.frame_s
         self._looked_s = self._was_away_s = self._began_s = 0.0
         self._assents: list[list[Fact]] = []
         self._given_up: set[Objective] = set()
@@ -135,12 +135,16 @@ class Standing:
 
     # The end of a round --------------------------------------------------------------------------
 
-    def look_around(self, now_s: float, heard_s: Mapping[str, float]) -> Seen | None:
+    def look_around(
+        self, now_s: float, heard_s: Mapping[str, float], word_s: float, links: Mapping[str, PeerLinks]
+    ) -> Seen | None:
         """End of a round: see who is there; None if all is as it was.
 
         Args:
             now_s: time of the end of the round.
-            heard_s: when a packet of each peer was last heard.
+            heard_s: when there was word of each peer last, or its silence meant nothing.
+            word_s: when there was word of anybody last.
+            links: what the links from each lose.
         """
         if now_s - self._looked_s > max(self._away_s, self._lease_s):
             self._began_s, self._was_away_s = now_s, self._looked_s
@@ -148,7 +152,7 @@ class Standing:
         if self._began_s > 0.0:
             missed = (name for name in self._database.names if heard_s.get(name, 0.0) <= self._was_away_s)
             self.consultation.begin_anew(self._began_s, frozenset({self._me, *missed}))
-        changes = self._membership.look_around(now_s, heard_s)
+        changes = self._membership.look_around(now_s, heard_s, word_s, links)
         if changes is NO_CHANGES:
             return None
         if changes.absent:

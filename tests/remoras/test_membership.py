@@ -1,13 +1,17 @@
 """Membership as a lease, and the succession of heads: pure functions of what was heard."""
 
+import random
+from collections.abc import Callable
 from typing import Any
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from samples import auv, database
 
+from exchange.peering.peers import Link, PeerLinks
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
-from remoras.social.membership import Changes, Membership, absent_peers
+from remoras.social.membership import Changes, Lease, Membership, absent_peers
 from remoras.social.succession import FURTHEST, N_TERMS, Claim, Headship, successor
 
 PEERS = ("AUV01", "AUV02", "AUV03")
@@ -30,7 +34,7 @@ def test_it_counts_when_each_was_heard_and_not_in_which_order(heard_s: dict[str,
 
 def test_a_vehicle_that_hears_nobody_judges_nobody_before_it_is_cut_off() -> None:
     """Leases of 100 s end at 120, 130 and 140 s; a quarter of a lease after 40 s, the last word, judgement ends."""
-    seen = Membership("AUV00", ("AUV00", *PEERS), LEASE_S, FRAME_S)
+    seen = Membership("AUV00", ("AUV00", *PEERS), Lease(LEASE_S, FRAME_S))
     heard_s = {"AUV01": 20.0, "AUV02": 30.0, "AUV03": 40.0}
     for frame in range(1, 14):
         assert seen.look_around(10.0 * frame, heard_s) == Changes()
@@ -41,12 +45,66 @@ def test_a_vehicle_that_hears_nobody_judges_nobody_before_it_is_cut_off() -> Non
 
 
 def test_who_was_away_itself_begins_anew() -> None:
-    seen = Membership("AUV00", ("AUV00", *PEERS), LEASE_S, FRAME_S)
+    seen = Membership("AUV00", ("AUV00", *PEERS), Lease(LEASE_S, FRAME_S))
     seen.look_around(10.0, {})
     assert seen.look_around(900.0, {}) == Changes()
     for frame in range(91, 100):
         assert seen.look_around(10.0 * frame, {}) == Changes()
     assert seen.look_around(1000.0, {}).absent == PEERS
+
+
+# Accrual ------------------------------------------------------------------------------------------
+
+LONG = Lease(40 * FRAME_S, FRAME_S, 1e-6)
+
+
+def looks(lease: Lease, heard: Callable[[int, str], bool], n_frames: int, per: float) -> dict[str, int]:
+    """In which frame each peer is absent first; links lose ``per`` as far as is known."""
+    seen, heard_s, first = Membership("AUV00", ("AUV00", *PEERS), lease), dict[str, float](), dict[str, int]()
+    links = {name: PeerLinks(Link(per, 64, max(per, 0.015)), Link(per, 64, per)) for name in PEERS}
+    for frame in range(1, n_frames + 1):
+        now_s = frame * FRAME_S
+        heard_s |= {name: now_s for name in PEERS if heard(frame, name)}
+        for name in seen.look_around(now_s, heard_s, max(heard_s.values(), default=0.0), links).absent:
+            first.setdefault(name, frame)
+    return first
+
+
+def test_who_stops_on_a_good_link_is_noticed_before_the_longest_lease_and_never_after() -> None:
+    """The last word of AUV02 is of frame 100; frames of 10 s: 200 s are 20 of them."""
+    noticed = [
+        looks(LONG, lambda frame, name: name != "AUV02" or frame <= 100, 150, per) for per in (0.0, 0.4, 0.6, 0.8)
+    ]
+    assert noticed == [{"AUV02": 120}, {"AUV02": 120}, {"AUV02": 128}, {"AUV02": 140}]
+
+
+@given(st.floats(0.0, 0.9), st.integers(0, 2**32))
+def test_with_no_false_absence_allowed_all_have_the_longest_lease(per: float, seed: int) -> None:
+    stream = random.Random(seed)
+    heard = {(frame, name) for frame in range(1, 200) for name in PEERS if stream.random() >= per and frame % 90 < 60}
+    plain, same = (
+        looks(lease, lambda *one: one in heard, 200, per) for lease in (LONG._replace(false_absence=0.0), LONG)
+    )
+    assert all(same[name] <= frame for name, frame in plain.items())
+    seen = Membership("AUV00", ("AUV00", *PEERS), LONG._replace(false_absence=0.0))
+    heard_s: dict[str, float] = {}
+    for frame in range(1, 200):
+        heard_s |= {name: frame * FRAME_S for name in PEERS if (frame, name) in heard}
+        seen.look_around(frame * FRAME_S, heard_s)
+        assert seen.absent == absent_peers(PEERS, heard_s, 0.0, frame * FRAME_S, LONG.longest_s)
+
+
+def test_a_spell_in_which_nobody_is_heard_makes_nobody_absent() -> None:
+    """It is deaf for 29 frames; then it hears the one, and 9 frames later the others."""
+    back = {"AUV01": 130, "AUV02": 139, "AUV03": 139}
+    assert looks(LONG, lambda frame, name: frame <= 100 or frame >= back[name], 200, 0.0) == {}
+
+
+@pytest.mark.parametrize("per", [0.2, 0.4, 0.6])
+def test_losses_alone_hardly_ever_make_anybody_absent(per: float) -> None:
+    """1e-6 for each silence; in 60,000 frames of three links that is less than once in ten such runs."""
+    stream = random.Random(1)
+    assert looks(LONG, lambda frame, name: stream.random() >= per, 60_000, per) == {}
 
 
 # Succession ---------------------------------------------------------------------------------------
