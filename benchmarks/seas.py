@@ -93,7 +93,7 @@ def over_alike(strategies: Sequence[str], seeds: Iterable[int], pool: Any) -> It
     found = dict(zip(trips, pool.map(came, trips, chunksize=4), strict=True))
     for strategy in strategies:
         means_s = {
-            (nodes, loss): statistics.fmean(found[strategy, nodes, loss, seed, ()].mission_s for seed in seeds)
+            (nodes, loss): statistics.fmean(found[Trip(strategy, nodes, loss, seed)].mission_s for seed in seeds)
             for nodes, loss in product(choices(), losses)
         }
         ratios = {nodes: means_s[nodes, "measured"] / means_s[nodes, "alike"] for nodes in choices()}
