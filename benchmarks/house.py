@@ -47,7 +47,7 @@ FEATURES = {
     "current": r'\bCurrent\b|CurrentTable|\bthrough_water|of(_feature)?\("current"',
     "navigation error": r'\bNavigation\b|Navigation[TC]|Adrift|FixingPosition|of(_feature)?\("navigation"',
     "terms of needs": r"blackout_s|newest_first|time_to_live", "beacons": r"[Bb]eacon", "parking": r"parking|parked",
-    "relaying": r"[Rr]elaying",
+    "relaying": r"\bRelaying\b|relaying\.",
     "bound strategy": r"is_bound|Bound\(|remoras\.bound|RadioAtOnce",
     **{
         f"kind of fault {kind}": rf"FaultKind\.{kind.upper()}|`{kind}`|[kK]ind = .{kind}\b|[\"']{kind}[\"']" + more

@@ -107,7 +107,6 @@ class ManagerFleet:
         lost: Callable[[int, int, int], bool] = lambda slot, sender, receiver: False,
         selective: bool = False,
         codec: Codec | None = None,
-        relay: bool = True,
     ) -> None:
         self.n_nodes = n_nodes
         self.payload_bytes = payload_bytes
@@ -131,8 +130,6 @@ class ManagerFleet:
             )
             for node, model in enumerate(self.models)
         ]
-        for manager in self.managers if not relay else ():
-            manager.relaying.clear()
         self.slot = 0
         self.said: list[Transmission] = []
         self.heard: list[list[Reception]] = [[] for _ in range(n_nodes)]

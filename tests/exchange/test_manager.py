@@ -111,7 +111,9 @@ def test_what_nobody_waited_for_but_its_addressee_is_as_urgent_once_it_has_lost_
 def test_with_repeat_a_peer_passes_on_what_its_origin_cannot_deliver():
     """Node 2 never hears node 0; node 1 hears both. With neither repeats nor relaying node 2 never learns it."""
     for policy, relay, holders in [("ack", False, [0, 1]), ("ack", True, [0, 1, 2]), ("ack-repeat", False, [0, 1, 2])]:
-        fleet = ManagerFleet(3, policy, lost=lambda slot, sender, receiver: (sender, receiver) == (0, 2), relay=relay)
+        fleet = ManagerFleet(3, policy, lost=lambda slot, sender, receiver: (sender, receiver) == (0, 2))
+        for manager in fleet.managers if not relay else ():
+            manager.relaying.clear()
         uid = fleet.maps(0, cell=7)
         fleet.pass_frames(12)
         assert fleet.holders(uid) == holders

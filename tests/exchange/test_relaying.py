@@ -32,9 +32,17 @@ def relayed(fleet: ManagerFleet) -> int:
     )
 
 
+def line(seed: int, relay: bool) -> ManagerFleet:
+    """Four vehicles in a row that lose 30 %."""
+    fleet = ManagerFleet(4, "ack", lost=random_losses(seed, 0.3, LINE))
+    for manager in fleet.managers if not relay else ():
+        manager.relaying.clear()
+    return fleet
+
+
 @pytest.mark.parametrize("relay", [True, False])
 def test_an_item_goes_along_a_line_if_it_is_relayed(relay):
-    fleet = ManagerFleet(4, "ack", lost=random_losses(1, 0.3, LINE), relay=relay)
+    fleet = line(1, relay)
     first, last = fleet.maps(0, cell=7), fleet.maps(3, cell=8)
     fleet.pass_frames(60)
     assert (fleet.holders(first), fleet.holders(last)) == (([0, 1, 2, 3], [0, 1, 2, 3]) if relay else ([0, 1], [2, 3]))
@@ -43,7 +51,7 @@ def test_an_item_goes_along_a_line_if_it_is_relayed(relay):
 
 @pytest.mark.parametrize("relay", [True, False])
 def test_the_newest_status_goes_along_a_line_once_it_is_known_that_it_has_to(relay):
-    fleet = ManagerFleet(4, "ack", lost=random_losses(2, 0.3, LINE), relay=relay)
+    fleet = line(2, relay)
     for frame in range(60):
         fleet.observe(3, (3, POSITION, (float(frame), 0.0)))
         fleet.pass_frames(1)
