@@ -1,12 +1,13 @@
 """Whole missions in which a member claims to lead a group, under any term, while the head of it is heard or is lost."""
 
+from typing import NamedTuple
+
 import pytest
 from sampling import sampled
 
 from missions.runs.assembly import assemble
 from missions.runs.setup import resolved
 from missions.scenarios import load
-from remoras.fleet import Fleet
 from remoras.organisation import Outcome
 from remoras.social.leadership import LeadershipHistory
 
@@ -14,30 +15,35 @@ GROUP = "Operational"
 LOST = 'fault=[{kind="lost",vehicle="AUV00",at_s=500},{kind="lost",vehicle="AUV01",at_s=900}]'
 
 
-def claimed(forger: str, term: int, at_s: float, *settings: str, seed: int = 1) -> tuple[Fleet, set[str]]:
-    """A mission in which a vehicle claims the group at a time, after its end; and who took it for the head."""
-    setup = resolved(load("mapping-rendezvous", [("--set", one) for one in settings]))
-    fleet = assemble(setup, seed)
-    said, obey = False, set()
+class Ended(NamedTuple):
+    """What came of a mission: who has ever obeyed, why others refused, whom those that are left take for the head."""
+
+    completed: bool
+    obeyed: set[str]
+    refused: dict[str, str]
+    heads: dict[str, tuple[str, ...]]
+
+
+def claimed(forger: str, term: int, at_s: float, *settings: str, seed: int = 1) -> Ended:
+    """A mission in which a vehicle claims the group at a time."""
+    fleet = assemble(resolved(load("mapping-rendezvous", [("--set", one) for one in settings])), seed)
+    facts = (GROUP, "headedBy", forger), (GROUP, "headTerm", term)
+    said, obeyed = False, set()
     while fleet.running:
         fleet.step()
         if not said and fleet.now_s >= at_s:
-            said = fleet.let_say(
-                forger,
-                lambda beliefs: [
-                    beliefs.fact(GROUP, "headedBy", forger),
-                    beliefs.fact(GROUP, "headTerm", term),
-                ],
-            )
-        obey |= {one.name for one in fleet.vehicles if forger in one.social.organisation.heads(GROUP)}
+            said = fleet.let_say(forger, lambda beliefs: [beliefs.fact(*fact) for fact in facts])
+        obeyed |= {one.name for one in fleet.vehicles if forger in one.social.organisation.heads(GROUP)}
+    rows = [row for row in fleet.recorder.organisation if row[5:8] == ("refused", forger, "succeed")]
+    left = [one for one in fleet.vehicles if one.is_alive]
+    ended = Ended(
+        fleet.completed,
+        obeyed,
+        {row[1]: row[-1] for row in rows},
+        {one.name: one.social.organisation.heads(GROUP) for one in left},
+    )
     fleet.close()
-    return fleet, obey
-
-
-def refused(fleet: Fleet, issuer: str) -> dict[str, str]:
-    """Why vehicles refused claims of an issuer, by their names."""
-    rows = [row for row in fleet.recorder.organisation if row[5:8] == ("refused", issuer, "succeed")]
-    return {row[1]: row[-1] for row in rows}
+    return ended
 
 
 CASES = {
@@ -53,24 +59,21 @@ CASES = {
 def test_nobody_obeys_who_claims_while_the_head_is_heard(case: str) -> None:
     """Not even who claims; all four say why, and the mission ends."""
     strategy, per, forger, term = CASES[case]
-    fleet, obey = claimed(forger, term, 300.0, f"strategy.name={strategy}", f"channel.per={per}")
-    assert fleet.completed
-    assert obey == set()
+    ended = claimed(forger, term, 300.0, f"strategy.name={strategy}", f"channel.per={per}")
+    assert ended.completed
+    assert ended.obeyed == set()
     why = Outcome.HEAD_PRESENT if term <= 64 else Outcome.TERM_LEAPS
-    assert refused(fleet, forger) == dict.fromkeys(("ASV00", "AUV00", "AUV01", "AUV02"), why.value)
+    assert ended.refused == dict.fromkeys(("ASV00", "AUV00", "AUV01", "AUV02"), why.value)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("term", sampled((1, 64, 65, 128, 254, 255), 255))
 def test_no_term_locks_a_group(term: int) -> None:
     """The head is lost, a member claims before anybody misses it, and is lost in turn: AUV02 comes to lead."""
-    fleet, obey = claimed("AUV01", term, 700.0, "channel.per=0.4", LOST)
-    assert fleet.completed
-    assert {"ASV00", "AUV02"} <= obey
-    for vehicle in fleet.vehicles:
-        assert vehicle.is_alive == (vehicle.name in ("ASV00", "AUV02"))
-        if vehicle.is_alive:
-            assert vehicle.social.organisation.heads(GROUP) == ("AUV02",)
+    ended = claimed("AUV01", term, 700.0, "channel.per=0.4", LOST)
+    assert ended.completed
+    assert {"ASV00", "AUV02"} <= ended.obeyed
+    assert ended.heads == {"ASV00": ("AUV02",), "AUV02": ("AUV02",)}
 
 
 def test_by_the_rule_alone_it_is_not_obeyed(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -78,5 +81,4 @@ def test_by_the_rule_alone_it_is_not_obeyed(monkeypatch: pytest.MonkeyPatch) -> 
     for rule, who in ((True, set()), (False, {"ASV00", "AUV00", "AUV01", "AUV02"})):
         if not rule:
             monkeypatch.setattr(LeadershipHistory, "_heads_against", lambda self, *rest: set())
-        _, obey = claimed("AUV01", 1, 20.0, "scenario.duration_s=60", "channel.per=0")
-        assert obey == who
+        assert claimed("AUV01", 1, 20.0, "scenario.duration_s=60", "channel.per=0").obeyed == who
