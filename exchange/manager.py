@@ -317,6 +317,8 @@ class ExchangeManager:
         rows = [0] * self._n_nodes
         is_doubted = frame < self._peers.trusted_from and self._peers.is_doubted(self._me, frame)
         self._ageing.compose(slot, 0 if is_doubted else content, rows)
+        for relaying in self.relaying:
+            relaying.rows[self._me].append(rows[self._me])
         place, n_turns = slot % schedule.n_slots, sum([len(turns.slots) for turns in self._turns]) or 1
         head = Head(self._me, self._epoch, frame, place, n_turns)
         acks, wired = header.encode(self._me, rows, frame), packing.wired()

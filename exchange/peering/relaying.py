@@ -1,10 +1,11 @@
 """Relaying: items of others go on where their origin is hardly heard and this vehicle is.
 
 A policy without repeats leaves it to the origin to send an item until all who need it hold it. Over a link that loses
-nearly all that takes for ever, while a third vehicle reaches both. What the link from an origin to a peer loses the
-peer tells all who hear it: its packets say whose last packets it has received. Where a vehicle is received by the
-peer `FAVOUR` times as often as the origin is, and no other vehicle much more often still, it sends the items of that
-origin, too. Links that lose alike make nobody relay. Policies with repeats need none of this, since all send all.
+nearly all that takes for ever, and so it does where the origin hears nothing of the peer and takes it for lost, while a
+third vehicle reaches both. What links lose their receivers tell all who hear them: their packets say whose last packets
+they have received. A link is worth what the worse of its directions lets through. Where that from a vehicle to the peer
+is worth `FAVOUR` times as much as that from the origin, and no other much more still, it sends the items of the origin,
+too. Links that lose alike make nobody relay. Policies with repeats need none of this, since all send all.
 """
 
 from __future__ import annotations
@@ -15,9 +16,9 @@ from exchange.peering.peers import HEARD, LOST, LossEstimate, PeerStates
 LOOK_FRAMES = 4
 """TDMA frames between two looks at what links lose."""
 FAVOUR = 4.0
-"""How much more of its packets than of those of the origin a peer has to receive of who relays."""
+"""How much more the link from who relays to a peer is worth than that from the origin."""
 EQUAL = 0.8
-"""Who is received so much as often as the best of those who may relay does so, too: all judge by what they heard."""
+"""Whose link is worth so much of the best relays, too: all judge by what they heard."""
 
 
 class Relaying:
@@ -59,16 +60,14 @@ class Relaying:
         self._listener.relay(relayed, now_s)
 
     def _cut_off_from(self, receiver: int) -> int:
-        """Origins, one bit each, whose packets hardly reach a peer that receives those of this vehicle."""
-        links = self._links[receiver]
-        received = [1.0 - link.link.p_reckoned for link in links]
-        best = max(share for node, share in enumerate(received) if node != receiver)
-        if received[self._me] < EQUAL * best:
+        """Origins, one bit each, whose items hardly get to a peer that takes those of this vehicle, and answers."""
+        links, back = self._links[receiver], [of_sender[receiver] for of_sender in self._links]
+        shares = [
+            1.0 - max(link.link.p_reckoned, answer.link.p_reckoned) if node != receiver else 0.0
+            for node, (link, answer) in enumerate(zip(links, back, strict=True))
+        ]
+        own = shares[self._me]
+        if own < EQUAL * max(shares):
             return 0
-        return sum(
-            [
-                1 << origin
-                for origin, share in enumerate(received)
-                if origin not in (receiver, self._me) and received[self._me] > FAVOUR * share
-            ]
-        )
+        others = [(1 << origin, share) for origin, share in enumerate(shares) if origin not in (receiver, self._me)]
+        return sum([origin for origin, share in others if own > FAVOUR * share])
