@@ -11,7 +11,7 @@ from stress.verify.findings import CheckReport
 from stress.verify.record import Record, TableColumns
 from stress.verify.run import verify_run
 
-DAMAGED, LATE = {"knowledge", "received", "acknowledged", "senders"}, {"arrivals", "knowledge"}
+DAMAGED, LATE = {"knowledge", "received", "acknowledged", "senders"}, {"arrivals", "knowledge", "senders"}
 UNTOLD = {
     "bits": DAMAGED, "cut": DAMAGED, "forged": DAMAGED, "twice": LATE, "late": LATE, "forged-done": {"milestones"},
 }  # fmt: skip
