@@ -80,6 +80,21 @@ def test_hardly_anybody_relays_where_links_lose_alike(policy, per, most):
     assert n_relayed <= most * n_said
 
 
+@pytest.mark.parametrize("relay", [True, False])
+def test_an_item_gets_to_who_hears_its_origin_and_is_not_heard_by_it(relay):
+    """Node 2 misses the item, and node 0 never hears of that: it takes node 2 for lost, and repeats nothing for it."""
+    is_deaf = True
+    fleet = ManagerFleet(
+        3, lost=lambda slot, sender, receiver: (sender, receiver) == (2, 0) or (is_deaf and receiver == 2), relay=relay
+    )
+    fleet.pass_frames(20)
+    uid = fleet.maps(0, cell=7)
+    fleet.pass_frames(1)
+    is_deaf = False
+    fleet.pass_frames(60)
+    assert fleet.holders(uid) == ([0, 1, 2] if relay else [0, 1])
+
+
 @pytest.mark.parametrize("is_believed", [True, False])
 def test_each_who_relays_says_a_status_once_whether_anybody_believes_it(monkeypatch, is_believed):
     """Nodes 1 and 2 reach node 3, which does not hear node 0. Radios set reports aside by which a peer has jumped."""
