@@ -32,12 +32,16 @@ def relayed(fleet: ManagerFleet) -> int:
     )
 
 
-def line(seed: int, relay: bool) -> ManagerFleet:
-    """Four vehicles in a row that lose 30 %."""
-    fleet = ManagerFleet(4, "ack", lost=random_losses(seed, 0.3, LINE))
+def that_relays(fleet: ManagerFleet, relay: bool) -> ManagerFleet:
+    """The same fleet, or without relaying."""
     for manager in fleet.managers if not relay else ():
         manager.relaying.clear()
     return fleet
+
+
+def line(seed: int, relay: bool) -> ManagerFleet:
+    """Four vehicles in a row that lose 30 %."""
+    return that_relays(ManagerFleet(4, "ack", lost=random_losses(seed, 0.3, LINE)), relay)
 
 
 @pytest.mark.parametrize("relay", [True, False])
@@ -85,9 +89,9 @@ def test_an_item_gets_to_who_hears_its_origin_and_is_not_heard_by_it(relay):
     """Node 2 misses the item, and node 0 never hears of that: it takes node 2 for lost, and repeats nothing for it."""
     is_deaf = True
     fleet = ManagerFleet(
-        3, lost=lambda slot, sender, receiver: (sender, receiver) == (2, 0) or (is_deaf and receiver == 2), relay=relay
+        3, lost=lambda slot, sender, receiver: (sender, receiver) == (2, 0) or (is_deaf and receiver == 2)
     )
-    fleet.pass_frames(20)
+    that_relays(fleet, relay).pass_frames(20)
     uid = fleet.maps(0, cell=7)
     fleet.pass_frames(1)
     is_deaf = False
