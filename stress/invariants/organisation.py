@@ -43,8 +43,9 @@ class OnlyAuthorised:
             lead = row[1], row[ISSUER], row[GROUP], row[ROLE]
             if row[ACT] == "succeed" and row[EVENT] == "assigned":
                 self._led.add(lead)  # once it leads by right it may claim again
-            is_succeeded = row[EVENT] == "left" and row[PEER] != row[ISSUER] and (*lead[1:3], "lead") in forged
-            if is_succeeded and lead not in self._led and _leads(scene, row[1], row[PEER], row[GROUP], row[ROLE]):
+            before = row[1], row[PEER], row[GROUP], row[ROLE]  # one that came to lead since has no more right to it
+            is_succeeded = row[EVENT] == "left" and (*lead[1:3], "lead") in forged and before != lead
+            if is_succeeded and self._led.isdisjoint({lead, before}) and _leads(scene, *before):
                 return f"{row[1]} obeys {row[ISSUER]} as head of {row[GROUP]}, though {row[PEER]} is there"
         self._n_read = len(rows)
         return None
