@@ -5,11 +5,14 @@ nearly all that takes for ever, and so it does where the origin hears nothing of
 third vehicle reaches both. What links lose their receivers tell all who hear them: their packets say whose last packets
 they have received. A link is worth what the worse of its directions lets through. Where that from a vehicle to the peer
 is worth `FAVOUR` times as much as that from the origin, and no other much more still, it sends the items of the origin,
-too. Links that lose alike make nobody relay. Policies with repeats need none of this, since all send all.
+too. Of others count those that news reaches without that peer, on the best ways (the tree of the links that are worth
+most): two behind one bad link hear each other best, and neither has what is to be relayed. Links that lose alike make
+nobody relay. Policies with repeats need none of this, since all send all.
 """
 
 from __future__ import annotations
 
+from exchange.ledger import columns_of
 from exchange.peering.listening import Listener
 from exchange.peering.peers import HEARD, LOST, LossEstimate, PeerStates
 
@@ -49,25 +52,60 @@ class Relaying:
             now_s: the time (s).
         """
         self.due_frame = frame + LOOK_FRAMES
-        relayed = 0
-        for receiver in self._nodes:
-            rows = self.rows[receiver]
-            for sender, link in enumerate(self._links[receiver]):
+        for links, rows in zip(self._links, self.rows, strict=True):
+            for sender, link in enumerate(links):
                 link.samples += [HEARD if row >> sender & 1 else LOST for row in rows]
             rows.clear()
-            if receiver != self._me and not self._peers.away >> receiver & 1:
-                relayed |= self._cut_off_from(receiver)
+        lost = [[link.link.p_reckoned for link in links] for links in self._links]
+        worth = [[1.0 - max(lost[one][other], lost[other][one]) for other in self._nodes] for one in self._nodes]
+        tree, away, relayed = tree_of(worth), self._peers.away, 0
+        for receiver in self._nodes:
+            if receiver != self._me and not away >> receiver & 1:
+                relayed |= self._cut_off_from(worth[receiver], joined(tree, self._me, 1 << receiver), away)
         self._listener.relay(relayed, now_s)
 
-    def _cut_off_from(self, receiver: int) -> int:
-        """Origins, one bit each, whose items hardly get to a peer that takes those of this vehicle, and answers."""
-        links, back = self._links[receiver], [of_sender[receiver] for of_sender in self._links]
-        shares = [
-            1.0 - max(link.link.p_reckoned, answer.link.p_reckoned) if node != receiver else 0.0
-            for node, (link, answer) in enumerate(zip(links, back, strict=True))
-        ]
-        own = shares[self._me]
-        if own < EQUAL * max(shares):
+    def _cut_off_from(self, worth: list[float], near: int, away: int) -> int:
+        """Origins, one bit each, whose items hardly get to a peer that takes those of this vehicle, and answers.
+
+        Args:
+            worth: of the links between that peer and each node.
+            near: nodes, one bit each, that are joined with this vehicle without that peer.
+            away: nodes, one bit each, that are not waited for.
+        """
+        own = worth[self._me]
+        if own < EQUAL * max([worth[node] for node in self._nodes if near >> node & 1]):
             return 0
-        others = [(1 << origin, share) for origin, share in enumerate(shares) if origin not in (receiver, self._me)]
-        return sum([origin for origin, share in others if own > FAVOUR * share])
+        hardly = sum([1 << node for node in self._nodes if own > FAVOUR * worth[node]])
+        return hardly & (near | away)
+
+
+def tree_of(worth: list[list[float]]) -> list[int]:
+    """Neighbours of each node, one bit each, in the tree of the links that are worth most (Prim 1957).
+
+    >>> tree_of([[0.0, 0.9, 0.1], [0.9, 0.0, 0.5], [0.1, 0.5, 0.0]])
+    [2, 5, 2]
+    """
+    tree, left = [0] * len(worth), dict.fromkeys(range(1, len(worth)), 0)  # by node outside, the best one inside
+    while left:
+        node = max(left, key=lambda outside: worth[outside][left[outside]])
+        inside = left.pop(node)
+        tree[node] |= 1 << inside
+        tree[inside] |= 1 << node
+        left = {one: node if worth[one][node] > worth[one][best] else best for one, best in left.items()}
+    return tree
+
+
+def joined(tree: list[int], start: int, without: int) -> int:
+    """Nodes that are joined with one in a tree without some, one bit each.
+
+    >>> joined([2, 5, 2], 0, without=0b010)
+    1
+    """
+    found = frontier = 1 << start
+    while frontier:
+        neighbours = 0
+        for node in columns_of(frontier):
+            neighbours |= tree[node]
+        frontier = neighbours & ~(found | without)
+        found |= frontier
+    return found
