@@ -377,10 +377,10 @@ class PeerStates:
         if about is not None:
             begun = sum([1 << node for node, frame_begun in enumerate(self._begun_frame) if frame_begun <= about])
         self._informed_of[sender] |= own & begun
-        answering = self._answering
-        if is_asked and lasting >> self._me & 1 and answering[frame % len(answering)][sender]:
-            self._outgoing[sender].samples.append(HEARD if own >> self._me & 1 else LOST)
-            for witness in self._witnesses:
+        if self._answering[frame % len(self._answering)][sender]:
+            if is_asked and lasting >> self._me & 1:
+                self._outgoing[sender].samples.append(HEARD if own >> self._me & 1 else LOST)
+            for witness in self._witnesses if lasting == -1 else ():
                 witness.rows[sender].append(own)
         heeded = 1 << sender
         if frame >= self.trusted_from:

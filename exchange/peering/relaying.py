@@ -6,8 +6,8 @@ third vehicle reaches both. What links lose their receivers tell all who hear th
 they have received. A link is worth what the worse of its directions lets through. Where that from a vehicle to the peer
 is worth `FAVOUR` times as much as that from the origin, and no other much more still, it sends the items of the origin,
 too. Of others count those that news reaches without that peer, on the best ways (the tree of the links that are worth
-most): two behind one bad link hear each other best, and neither has what is to be relayed. Links that lose alike make
-nobody relay. Policies with repeats need none of this, since all send all.
+most): two behind one bad link hear each other best, and neither has what is to be relayed. Nor does who is away count,
+who may be lost. Links that lose alike make nobody relay. Policies with repeats need none of this, since all send all.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ class Relaying:
             away: nodes, one bit each, that are not waited for.
         """
         own = worth[self._me]
-        if own < EQUAL * max([worth[node] for node in self._nodes if near >> node & 1]):
+        if own < EQUAL * max([worth[node] for node in columns_of(near & ~away)]):
             return 0
         hardly = sum([1 << node for node in self._nodes if own > FAVOUR * worth[node]])
         return hardly & (near | away)

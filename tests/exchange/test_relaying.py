@@ -5,6 +5,7 @@ import random
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from turn_takers import Round
 
 from stress.conformance.radio import POSITION, SLOT_S, ManagerFleet
 
@@ -101,6 +102,39 @@ def test_what_goes_over_a_bad_link_between_two_halves_is_relayed_by_its_ends(see
     assert fleet.holders(uid) == [0, 1, 2, 3]
     assert known is not None
     assert fleet.now_s - known.block.time_s < 16 * 4 * SLOT_S
+
+
+@pytest.mark.parametrize("relay", range(4))
+def test_whoever_is_first_in_a_frame_relays_as_well(relay):
+    """All but one node hear that one alone, wherever it stands in a slot list."""
+    ends = [(relay + 1) % 4, (relay + 2) % 4]
+    fleet = Round(4, "ack", [((0,), (1,), (2,), (3,))] * 4)
+    for _ in range(20):
+        fleet.pass_frame(lambda sender, receiver: relay not in (sender, receiver))
+    uid = fleet.maps(ends[0], cell=7)
+    for _ in range(8):
+        fleet.pass_frame(lambda sender, receiver: relay not in (sender, receiver))
+    assert ends[1] in fleet.holders(uid)
+
+
+@pytest.mark.parametrize("per", [0.3, 0.6])
+def test_another_takes_over_as_soon_as_the_one_who_relays_is_lost(per):
+    """Nodes 0 and 3 are cut off from each other, and node 1 reaches both best until it is lost."""
+    stream, is_lost = random.Random(1), False
+
+    def lost(slot: int, sender: int, receiver: int) -> bool:
+        if {sender, receiver} == {0, 3} or (is_lost and 1 in (sender, receiver)):
+            return True
+        return stream.random() < (per if {sender, receiver} == {2, 3} else 0.05)
+
+    fleet = ManagerFleet(4, lost=lost)
+    for frame in range(100):
+        fleet.observe(0, (0, POSITION, (float(frame), 0.0)))
+        fleet.pass_frames(1)
+    is_lost = True
+    uid = fleet.maps(0, cell=7)
+    fleet.pass_frames(20)
+    assert 3 in fleet.holders(uid)
 
 
 @pytest.mark.parametrize("relay", [True, False])
