@@ -131,7 +131,8 @@ def _reasons_against(record: Record, stone: dict[str, Any]) -> Iterator[str]:
             since_s = time_s - record.tick_s  # what is decided between two ticks may be seen at the next
             until_s = time_s + record.without_decision_s  # what it does no more for want of its aim is decided anew
             has_decided = any(since_s - ROUNDED_S <= at_s <= until_s + ROUNDED_S for at_s in decided_s)
-            if not has_decided and until_s <= record.end_s + ROUNDED_S:  # the end may come before it decides anew
+            is_over = until_s > record.end_s + ROUNDED_S or record.is_away(vehicle, until_s)  # before it decides anew
+            if not has_decided and not is_over:
                 yield "none: it decided nothing then"
         case "mapping_done":
             said = record["items"].rows("origin", "recorded_s", "attribute")

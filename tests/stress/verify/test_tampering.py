@@ -116,6 +116,13 @@ def _to_lost(rows: Rows) -> None:
     row["arrivals_s"].pop()
 
 
+def _unheard(rows: Rows) -> None:
+    """A vehicle says a status of which it has lost the only packet."""
+    row = next(row for row in rows if row["lost_by"] and row["status_uids"])
+    teller = next(later for later in rows[rows.index(row) :] if later["sender"] == row["lost_by"][0])
+    teller["status_uids"] += row["status_uids"]
+
+
 def _to_nobody(rows: Rows) -> None:
     next(row for row in rows if row["lost_by"])["lost_by"].pop()
 
@@ -189,6 +196,7 @@ CASES: dict[str, tuple[str, Callable[[Path], None]]] = {
     "cell of another": ("swath", in_table("coverage", _other_vehicle)),
     "goal row altered": ("goal", in_table("goal", lambda rows: rows[50].update(goal_fraction=0.9))),
     "received or not": ("figures", in_table("packets", _to_lost)),
+    "relayed and not heard": ("senders", in_table("packets", _unheard)),
     "a fate missing": ("receivers", in_table("packets", _to_nobody)),
     "another's slot": ("slots", in_table("packets", lambda rows: rows[30].update(slot=rows[30]["slot"] + 1))),
     "longer packet": ("sizes", in_table("packets", lambda rows: rows[30].update(size_bits=8 + rows[30]["size_bits"]))),
