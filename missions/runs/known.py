@@ -338,7 +338,10 @@ class Memory:
                 if at_s <= exhausted_s.get(name, math.inf) and (name, at_s) not in bad
             }
             for uid in row["status_uids"]:
-                of_uid = received[max(n for n in recorded[uid] if told[n].recorded_s <= row["time_s"])]
+                numbers = [n for n in recorded[uid] if told[n].recorded_s <= row["time_s"]]
+                if not numbers:  # damage has made it up, and who heard it relayed it
+                    continue
+                of_uid = received[numbers[-1]]
                 for name, at_s in heard_s.items():
                     if (name, at_s, uid) not in aside:
                         of_uid[name].append(at_s)
