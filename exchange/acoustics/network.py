@@ -168,8 +168,8 @@ class OverRange:
     def mean(self, range_m: float) -> float:
         """Mean over ranges that are spread evenly from 0 to ``range_m``."""
         knots_m = [0.0, *(knot_m for knot_m in self.ranges_m if 0.0 < knot_m < range_m), range_m]
-        areas = (0.5 * (self.at(near) + self.at(far)) * (far - near) for near, far in pairwise(knots_m))
-        return math.fsum(areas) / range_m
+        sums = (0.5 * (self.at(near) + self.at(far)) * (far - near) for near, far in pairwise(knots_m))
+        return math.fsum(sums) / range_m
 
 
 class NetworkChannel(ChannelModel):

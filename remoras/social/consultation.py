@@ -190,7 +190,7 @@ class Consultation:
             elif outcome is not None:
                 self._refuse(asked, outcome, observation, agreed, True, again)
             return
-        if self.formations.is_of_earlier(asked.group, age) or self._assent(asked, observation, age):
+        if self.formations.is_of_earlier(asked.group, age) or self._assent(asked, observation, age, alone):
             return
         if asked.group in self._about:
             self._about[asked.group].setdefault(age, observation)
@@ -259,7 +259,7 @@ class Consultation:
                 )
         else:
             done = agreed.assign(asked, yielding) if asked.act is Act.ASSIGN else agreed.leave(asked)
-            if done is Outcome.SUCCESS and asked.role == self._groups[asked.group].head_role:
+            if done is Outcome.SUCCESS and self._is_head(asked):
                 self._leadership.change(asked.group, asked.assignee, asked.act is Act.ASSIGN, age)
 
     def _hold(self, asked: Request, age: Age, agreed: Agreed) -> None:
@@ -267,13 +267,16 @@ class Consultation:
         follows, refused = self._role_holders.settle(asked, age, agreed.organisation, agreed.absent)
         for request in follows:
             done = agreed.assign(request) if request.act is Act.ASSIGN else agreed.leave(request)
-            is_head = request.role == self._groups[request.group].head_role
-            if done is Outcome.SUCCESS and is_head and request.about == asked.about:
+            if done is Outcome.SUCCESS and self._is_head(request) and request.about == asked.about:
                 self._leadership.change(request.group, request.assignee, request.act is Act.ASSIGN, age)
         if refused is not None:
             agreed.note(asked, refused)
         elif not follows and not agreed.organisation.is_member(asked.assignee, asked.group):
             agreed.note(asked, Outcome.NOT_IN_GROUP)
+
+    def _is_head(self, asked: Request) -> bool:
+        """True if the role is that of the head of its group."""
+        return asked.role == self._groups[asked.group].head_role
 
     # Claims --------------------------------------------------------------------------------------
 
@@ -282,8 +285,13 @@ class Consultation:
         claim = self.requests.claim(said)
         return None if claim is None else self.headship.read(asked.group, claim)
 
-    def _assent(self, asked: Request, said: Observation, age: Age) -> bool:
-        """True if a head says that another leads its group, so that it leads it no longer itself."""
+    def _assent(self, asked: Request, said: Observation, age: Age, alone: bool) -> bool:
+        """True if a head says that another leads its group, so that it leads it no longer itself.
+
+        If it leaves its role that is still to be done; it ends its lead though another may have its place by now.
+        """
+        if asked.act is Act.RELEASE and asked.issuer == asked.assignee and self._is_head(asked) and not alone:
+            self._leadership.change(asked.group, asked.issuer, False, age)
         if asked.act is not Act.SUCCEED or asked.issuer == asked.assignee or self._claim_of(said, asked) is None:
             return False
         self._leadership.change(asked.group, asked.issuer, False, age)

@@ -332,11 +332,6 @@ def keep_count_between_runs(patch: Patch) -> None:
     patch.setattr(Radio, "tidy", tidy)
 
 
-def count_the_first_claim_alone(patch: Patch) -> None:
-    patch.setattr(consultation, "playing", lambda organisation, *rest: organisation)
-    patch.setattr(LeadershipHistory, "is_claim", lambda self, age: False)
-
-
 def wait_for_who_is_elsewhere(patch: Patch) -> None:
     patch.setattr(Meeting, "is_overdue", lambda self, *rest: False)
 
@@ -396,7 +391,7 @@ PLANTS = (
     Planted("recorded", shift_what_is_merged),
     Planted("whole-blocks", merge_all_facts_but_the_last),
     Planted("remembered", forget_at_a_restart, frozenset({"restarts"})),
-    Planted("one-content", drop_other_content, frozenset({"bits", "forged"})),
+    Planted("one-content", drop_other_content, kinds=("bits", "cut", "forged")),
     Planted("past", take_the_future, frozenset({"forged"})),
     Planted("sound-packets", check_no_checksum, frozenset({"bits"}), CHECKED),
     Planted("agreement", never_catch_up, frozenset({"deaf", "partition", "restarts", "lost"})),
@@ -428,6 +423,6 @@ PLANTS = (
     Planted("finishes", claim_nothing, frozenset({"lost"})),
     Planted("ends", never_meet, draws="policy"),
     Planted("repeats", keep_count_between_runs),
-    Planted("meetings", meet_without_who_is_away, frozenset({"loss"})),
+    Planted("meetings", meet_without_who_is_away, frozenset({"partition"})),
     Planted("ground", map_with_dead_sensors, frozenset({"sensor"})),
 )
