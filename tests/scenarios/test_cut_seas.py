@@ -1,0 +1,43 @@
+"""Seas in which few links join the vehicles: what word of others and relaying are worth, and what is lost without."""
+
+from itertools import combinations
+
+import pytest
+
+from missions.files import toml_value
+from missions.runs.run import Run, run
+from missions.scenarios import load
+from remoras.picture import Peers
+
+FLEET = ("ASV00", "AUV00", "AUV01", "AUV02")
+SEAS = {
+    "line": {("ASV00", "AUV00"), ("AUV00", "AUV01"), ("AUV01", "AUV02")},
+    "star": {("ASV00", "AUV01"), ("AUV00", "AUV01"), ("AUV01", "AUV02")},
+}
+"""Pairs that hear each other seven times in ten; the others never."""
+
+
+def sailed(sea: str, *settings: str) -> Run:
+    """A mission that may take 3000 s."""
+    cut = [pair for pair in combinations(FLEET, 2) if pair not in SEAS[sea]]
+    links = [{"sender": a, "receiver": b, "per": 1.0} for pair in cut for a, b in (pair, pair[::-1])]
+    given = ("channel.name=matrix", "channel.per=0.3", f"channel.link={toml_value(links)}", "scenario.duration_s=3000")
+    return run(load("mapping-rendezvous", [("--set", one) for one in (*given, *settings)]), 1)
+
+
+def taken_for_absent(finished: Run) -> int:
+    return sum(row[3] == "absent" for row in finished.recorder.membership)
+
+
+@pytest.mark.parametrize("sea", SEAS)
+def test_nobody_is_taken_for_absent_who_is_heard_by_others(sea: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    together = sailed(sea)
+    assert together.completed
+    assert taken_for_absent(together) == 0
+    monkeypatch.setattr(Peers, "word_s", property(lambda peers: peers.heard_s))
+    assert taken_for_absent(sailed(sea)) >= 6
+
+
+@pytest.mark.parametrize("sea", SEAS)
+def test_without_relaying_the_mission_is_never_complete(sea: str) -> None:
+    assert not sailed(sea, "communication.relaying=false").completed
