@@ -183,9 +183,15 @@ def _against_gathering(record: Record, group: str, time_s: float) -> Iterator[st
 
 
 def _members(record: Record, group: str, time_s: float) -> list[str]:
+    """Vehicles with a role of a group at a time; who begins anew says then which it has."""
     held: set[tuple[str, str]] = set()
+    anew_s = {
+        spell.vehicle: spell.until_s
+        for spell in sorted(record.spells, key=lambda spell: spell.until_s)
+        if kind_of(spell.kind).begins_anew and spell.until_s <= time_s + CLOSE_S
+    }
     for at_s, vehicle, of, role, event in record["roles"].rows("time_s", "vehicle", "group", "role", "event"):
-        if of != group or at_s > time_s + CLOSE_S:
+        if of != group or not anew_s.get(vehicle, 0.0) - CLOSE_S <= at_s <= time_s + CLOSE_S:
             continue
         if event == "assigned":
             held.add((vehicle, role))
