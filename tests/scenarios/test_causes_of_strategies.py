@@ -20,6 +20,8 @@ from remoras.strategy import Declaration
 SEEDS = (1, 2, 3)
 CUT_OFF_S = (200.0, 1200.0)
 NEVER = 10_000
+FOR_EVER = f"communication.lease_frames={NEVER}", "communication.false_absence=0"
+"""Nobody is taken for absent."""
 """As many frames as a parameter allows: 70000 s, far beyond the end of the run."""
 
 
@@ -96,8 +98,8 @@ def test_what_a_silent_vehicle_holds_is_auctioned_anew(vehicle: str) -> None:
     """AUV00 is the head: when it is silent the others auction by themselves what it holds."""
 
     def passed_on(lease_frames: int) -> int:
-        lease = f"communication.lease_frames={lease_frames}"
-        done = finished("contract-net", 1, cut_off(vehicle), lease, "scenario.duration_s=3000")
+        lease = f"communication.lease_frames={lease_frames}", "communication.false_absence=0"
+        done = finished("contract-net", 1, cut_off(vehicle), *lease, "scenario.duration_s=3000")
         return sum(len(set(holders)) > 1 for holders in taken_by(done).values())
 
     assert passed_on(30) > passed_on(NEVER)
@@ -112,9 +114,9 @@ def test_without_silence_nothing_is_auctioned_anew() -> None:
 
 def test_what_a_silent_vehicle_should_have_done_is_done_by_others_once_its_lease_has_run_out() -> None:
     def passed_on(lease_frames: int) -> int:
-        lease = f"communication.lease_frames={lease_frames}"
+        lease = f"communication.lease_frames={lease_frames}", "communication.false_absence=0"
         doubt = f"strategy.parameters.doubt_rounds={NEVER}"
-        done = finished("status-broadcast", 1, cut_off("AUV01", 1e5), lease, doubt, "scenario.duration_s=3000")
+        done = finished("status-broadcast", 1, cut_off("AUV01", 1e5), *lease, doubt, "scenario.duration_s=3000")
         own = {role for role, holders in taken_by(done).items() if holders[0] == "AUV01"}
         return sum(len(set(taken_by(done)[role])) > 1 for role in own)
 
@@ -198,11 +200,11 @@ def test_a_member_that_hears_nobody_leaves_its_areas_to_others() -> None:
 
     After its lease it takes no jobs, and says so; else the head takes them back, since it never acknowledges them.
     """
-    trusted, taken_back = f"communication.lease_frames={NEVER}", "strategy.parameters.acknowledge_rounds=100"
+    taken_back = "strategy.parameters.acknowledge_rounds=100"
     patient = "strategy.parameters.acknowledge_rounds=10000"
     assert report("central", 1, "channel.name=matrix", DEAF, patient)["coverage_fraction"] > 0.99
-    assert report("central", 1, "channel.name=matrix", DEAF, trusted, taken_back)["coverage_fraction"] > 0.99
-    assert report("central", 1, "channel.name=matrix", DEAF, trusted, patient)["coverage_fraction"] < 0.95
+    assert report("central", 1, "channel.name=matrix", DEAF, *FOR_EVER, taken_back)["coverage_fraction"] > 0.99
+    assert report("central", 1, "channel.name=matrix", DEAF, *FOR_EVER, patient)["coverage_fraction"] < 0.95
 
 
 def test_who_wins_an_area_back_accepts_it_again() -> None:
@@ -229,7 +231,7 @@ def test_claims_of_a_lost_vehicle_do_not_stand_for_ever() -> None:
         return len(cells) / len(done.mission.world(done.seed).cells)
 
     assert mapped_by_others() == 1.0
-    assert mapped_by_others(f"communication.lease_frames={NEVER}") < 0.96
+    assert mapped_by_others(*FOR_EVER) < 0.96
 
 
 def test_areas_of_the_far_future_are_bid_for() -> None:
