@@ -76,6 +76,7 @@ class Peers:
         headings: unit vectors, from the one to the other.
         heard_s: when a packet of each was last heard; who was never heard is missing.
         told_s: when, at the earliest, each last spoke whose packet was missed, as others have told.
+        reported_s: of when the newest report of each is that others have passed on.
         last_news_s: when a contribution to the mission was last heard of.
         links: what the links from and to each peer lose, as far as it can be told.
         unheard: peers that are not known to have heard of roles which this vehicle gave out, and these roles.
@@ -86,6 +87,7 @@ class Peers:
     headings: Headings = field(init=False, compare=False)
     heard_s: dict[str, float] = field(default_factory=dict)
     told_s: dict[str, float] = field(default_factory=dict)
+    reported_s: dict[str, float] = field(default_factory=dict)
     last_news_s: float = -math.inf
     links: Mapping[str, PeerLinks] = field(default_factory=dict)
     unheard: Mapping[str, Collection[str]] = field(default_factory=dict)
@@ -96,6 +98,17 @@ class Peers:
     def note_word(self, name: str, spoke_s: float) -> None:
         """Note when, at the earliest, a vehicle spoke that was not heard, as others tell."""
         self.told_s[name] = max(spoke_s, self.told_s.get(name, -math.inf))
+
+    def note_report(self, name: str, time_s: float) -> None:
+        """Note that a report of a vehicle of that time was passed on."""
+        self.reported_s[name] = max(time_s, self.reported_s.get(name, -math.inf))
+
+    @property
+    def known_s(self) -> Mapping[str, float]:
+        """Of when each is known how it is: when its packet was heard last, or its newest report that was passed on."""
+        heard_s = self.heard_s
+        newer_s = {name: time_s for name, time_s in self.reported_s.items() if time_s > heard_s.get(name, -math.inf)}
+        return heard_s | newer_s if newer_s else heard_s
 
     @property
     def word_s(self) -> Mapping[str, float]:

@@ -282,6 +282,9 @@ class Radio:
         self._peers.heard_s[emitter] = now_s
         for node, spoke_s in reception.told:
             self._peers.note_word(self._names[node], spoke_s)
+        for block in reception.blocks if reception.told else ():
+            if block.sequence == STATUS and block.origin != reception.sender:
+                self._peers.note_report(self._names[block.origin], min(block.time_s, now_s))
         blocks, suspected = reception.blocks, self._jumps.suspected
         jumps = [(block, jump) for block in blocks if block.sequence == STATUS and (jump := suspected(block))]
         changes = self._merged(self._without(jumps, blocks, now_s) if jumps else blocks, now_s, aside)

@@ -111,7 +111,8 @@ class Situation:
         work: jobs of the group and who does them, with the vehicle's own position as it is.
         rally_m: where the group meets, if it does.
         heard: what peers stated of the strategy's attributes and of roles, since the last round.
-        heard_s: when a packet of each peer was last heard; peers never heard are missing.
+        heard_s: when a packet of each peer was last heard, or of when its newest report is that others have passed on;
+            peers never heard of are missing.
         unheard: peers that have not acknowledged roles which this vehicle stated they play, and these roles by
             ``Group.Role``.
         calls: by peer, how dissatisfied it is by its last influence signal, above 0 to 1; contented ones are missing.

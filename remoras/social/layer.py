@@ -331,7 +331,7 @@ class SocialLayer:
             self._picture.groups.awaited = Awaited(work, self.me, now_s)
         unheard = {name: roles for name, roles in peers.unheard.items() if name not in self.standing.absent}
         for said in self._negotiation.negotiate(
-            told_s, work, peers.heard_s, unheard, calls, self.missions, peers.links
+            told_s, work, peers.known_s, unheard, calls, self.missions, peers.links
         ):
             is_order = any(attribute in ROLE_ATTRIBUTES for _, attribute, _ in said.facts)
             facts = self.standing.in_place_of_the_absent(own := [self._beliefs.fact(*fact) for fact in said.facts])
