@@ -252,6 +252,9 @@ class ExchangeManager:
             is_unlisted = turns.note(packet, slot)
         is_second = self._peers.conflicts(sender, slot, data)
         heard = self._listener.listen(judged, slot, met, is_second, now_s)
+        for relaying in self.relaying:
+            if frame >= relaying.due_frame:
+                relaying.look(frame, now_s)
         return heard._replace(is_unlisted=True) if is_unlisted else heard
 
     def _own_slot(self, now_s: float) -> int:
@@ -299,9 +302,6 @@ class ExchangeManager:
         for parking in self.parking:
             if self._peers.silences(frame):
                 noticed = parking.look(frame, now_s)
-        for relaying in self.relaying:
-            if frame >= relaying.due_frame:
-                relaying.look(frame, now_s)
         summary: tuple[Summary, ...] = ()
         for summaries in self.summaries:
             summary = summaries.telling.urgent(self._room_bits // SUMMARY_SHARE)

@@ -48,7 +48,7 @@ class Relaying:
         """Judge the links between others by what was heard since the last look, and relay accordingly.
 
         Args:
-            frame: TDMA frame of the own slot that opens.
+            frame: TDMA frame of a packet that was heard.
             now_s: the time (s).
         """
         self.due_frame = frame + LOOK_FRAMES
