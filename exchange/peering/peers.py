@@ -116,8 +116,14 @@ class LossEstimate:
         """The estimate as a value."""
         if self.samples:
             self._count()
-        p_reckoned = (self._lost + PRIOR_LOSS * PRIOR_WEIGHT) / (self._weight + PRIOR_WEIGHT)
-        return Link(self._lost / self._weight if self._n else None, self._n, p_reckoned)
+        return Link(self._lost / self._weight if self._n else None, self._n, self.p_reckoned)
+
+    @property
+    def p_reckoned(self) -> float:
+        """Share of lost packets to be reckoned with, see `Link`."""
+        if self.samples:
+            self._count()
+        return (self._lost + PRIOR_LOSS * PRIOR_WEIGHT) / (self._weight + PRIOR_WEIGHT)
 
     @property
     def longest_silence(self) -> int:

@@ -56,7 +56,11 @@ class Relaying:
             for sender, link in enumerate(links):
                 link.samples += [HEARD if row >> sender & 1 else LOST for row in rows]
             rows.clear()
-        lost = [[link.link.p_reckoned for link in links] for links in self._links]
+        lost = [[link.p_reckoned for link in links] for links in self._links]
+        between = [share for one, shares in enumerate(lost) for other, share in enumerate(shares) if one != other]
+        if FAVOUR * (1.0 - max(between)) >= 1.0 - min(between):  # no link is worth so much more than another
+            self._listener.relay(0, now_s)
+            return
         worth = [[1.0 - max(lost[one][other], lost[other][one]) for other in self._nodes] for one in self._nodes]
         tree, away, relayed = tree_of(worth), self._peers.away, 0
         for receiver in self._nodes:
