@@ -81,10 +81,11 @@ class Consultation:
         self._came_in: dict[tuple[str, str], str] = {}  # by leading which group a vehicle came into another
         self._about: dict[str, dict[Age, Observation]] = {group: {} for group in rules.at_sea}  # heard of each
         self.isolated = IsolatedChanges()
-        self.leadership = LeadershipHistory(organisation)
-        """Who has led which group when, and which claims to lead it count."""
-        self._role_holders = RoleHolders(rules, self._groups, organisation, self._newest, self.leadership, availability)
-        self.formations = Formations(rules, self.leadership)
+        self._leadership = LeadershipHistory(organisation)
+        self._role_holders = RoleHolders(
+            rules, self._groups, organisation, self._newest, self._leadership, availability
+        )
+        self.formations = Formations(rules, self._leadership)
         self.headship = Headship()
         self.missions: dict[str, tuple[str, ...]] = {}
         """Missions that groups were given, by their names, in the order in which they were given last."""
@@ -96,7 +97,7 @@ class Consultation:
 
     def miss(self) -> None:
         """Somebody is absent now: claims that were refused since their heads were there are asked again."""
-        self._is_asked_again = bool(self.leadership.claimed)
+        self._is_asked_again = bool(self._leadership.claimed)
 
     def begin_anew(self, began_s: float, missed: frozenset[str]) -> None:
         """This vehicle was away for a lease: of claims from that time it cannot say whether their heads were there.
@@ -105,6 +106,11 @@ class Consultation:
             began_s: until when it was away (s); missed: itself, and whom it has not heard since.
         """
         self._began_s, self._missed = began_s, missed
+
+    @property
+    def leading(self) -> dict[str, Claimed]:
+        """The claim by which each group is led that somebody has claimed."""
+        return self._leadership.leading
 
     def note(self, change: Change, alone: bool = False) -> None:
         """Keep what a block says of roles, objectives and heads until the end of the round.
@@ -122,9 +128,9 @@ class Consultation:
     def end(self, agreed: Agreed) -> Agreed:
         """End of the round: what was said in it is added to what is ``agreed``, unless something newer counts."""
         organisation = agreed.organisation
-        n_changes = self.leadership.n_changes
+        n_changes = self._leadership.n_changes
         self._is_asked_again = False
-        self.leadership.miss(agreed.absent)
+        self._leadership.miss(agreed.absent)
         pending, self._pending = sorted(self._pending, key=_age), []
         for observation in pending:
             self._count(observation, agreed)
@@ -133,7 +139,7 @@ class Consultation:
             for group in agreed.organisation.groups:
                 self._renew(group, name, agreed)
         self._availability.news.clear()
-        is_due = agreed.organisation is not organisation or self.leadership.n_changes != n_changes
+        is_due = agreed.organisation is not organisation or self._leadership.n_changes != n_changes
         while is_due:
             n_renewed = len(agreed.formed) + len(agreed.dissolved)
             waiting, self._waiting = sorted(self._waiting, key=_age), []
@@ -194,7 +200,7 @@ class Consultation:
             return
 
         def led(vehicle: str, group: str) -> bool:
-            return agreed.organisation.is_member(vehicle, group) if alone else self.leadership.led(vehicle, group, age)
+            return agreed.organisation.is_member(vehicle, group) if alone else self._leadership.led(vehicle, group, age)
 
         yielding = agreed.absent | self._role_holders.yielding(asked, age, agreed.organisation)
         unavailable = NOBODY if is_limited else agreed.unavailable  # role holders know who took jobs when
@@ -204,7 +210,7 @@ class Consultation:
             left = [
                 successor for successor in succession if self._newest.at(asked.group, successor, asked.issuer) > age
             ]
-            if not left and self.leadership.has_led(asked.issuer, asked.group, age):
+            if not left and self._leadership.has_led(asked.issuer, asked.group, age):
                 left = [self._groups[asked.group].head_role or ""]
             organisation = playing(organisation, asked.issuer, asked.group, left)
         outcome = may_assign(asked, organisation, self._rules, led, yielding, unavailable)
@@ -254,7 +260,7 @@ class Consultation:
         else:
             done = agreed.assign(asked, yielding) if asked.act is Act.ASSIGN else agreed.leave(asked)
             if done is Outcome.SUCCESS and self._is_head(asked):
-                self.leadership.change(asked.group, asked.assignee, asked.act is Act.ASSIGN, age)
+                self._leadership.change(asked.group, asked.assignee, asked.act is Act.ASSIGN, age)
 
     def _hold(self, asked: Request, age: Age, agreed: Agreed) -> None:
         """Settle who holds a role of limited size."""
@@ -262,7 +268,7 @@ class Consultation:
         for request in follows:
             done = agreed.assign(request) if request.act is Act.ASSIGN else agreed.leave(request)
             if done is Outcome.SUCCESS and self._is_head(request) and request.about == asked.about:
-                self.leadership.change(request.group, request.assignee, request.act is Act.ASSIGN, age)
+                self._leadership.change(request.group, request.assignee, request.act is Act.ASSIGN, age)
         if refused is not None:
             agreed.note(asked, refused)
         elif not follows and not agreed.organisation.is_member(asked.assignee, asked.group):
@@ -285,11 +291,11 @@ class Consultation:
         If it leaves its role that is still to be done; it ends its lead though another may have its place by now.
         """
         if asked.act is Act.RELEASE and asked.issuer == asked.assignee and self._is_head(asked) and not alone:
-            self.leadership.change(asked.group, asked.issuer, False, age)
+            self._leadership.change(asked.group, asked.issuer, False, age)
         if asked.act is not Act.SUCCEED or asked.issuer == asked.assignee or self._claim_of(said, asked) is None:
             return False
-        self.leadership.change(asked.group, asked.issuer, False, age)
-        return self.leadership.has_claimed(asked.issuer, asked.group)
+        self._leadership.change(asked.group, asked.issuer, False, age)
+        return self._leadership.has_claimed(asked.issuer, asked.group)
 
     def _succeed(self, asked: Request, said: Observation, agreed: Agreed, again: bool) -> None:
         """Take note of a claim to lead a group: the greatest that counts makes its vehicle the head."""
@@ -304,8 +310,8 @@ class Consultation:
         excused = agreed.absent | self._plain | (self._missed if age[0] < self._began_s else NOBODY)
         self.headship.note(asked.group, claim)
         claimed = Claimed(claim, age, asked.assignee)
-        if not self.leadership.claim(asked.group, claimed, excused, self._by_leading(asked, agreed.organisation)):
-            why = Outcome.HEAD_PRESENT if self.leadership.is_member(asked.group, claimed) else Outcome.OUTSIDE
+        if not self._leadership.claim(asked.group, claimed, excused, self._by_leading(asked, agreed.organisation)):
+            why = Outcome.HEAD_PRESENT if self._leadership.is_member(asked.group, claimed) else Outcome.OUTSIDE
             self._refuse(asked, why, said, agreed, True, again)
         self._crown(asked.group, agreed)
         self._renew(asked.group, asked.assignee, agreed)  # it led for a while, if not now
@@ -313,23 +319,23 @@ class Consultation:
     def _by_leading(self, asked: Request, organisation: Organisation) -> str | None:
         """The group by whose lead alone a vehicle is a member of the one that it claims; None if it is one anyway."""
         roles = organisation.roles_of(asked.assignee, asked.group)
-        if all(self.leadership.is_claim(self._newest.at(asked.group, one.role, one.vehicle)) for one in roles):
+        if all(self._leadership.is_claim(self._newest.at(asked.group, one.role, one.vehicle)) for one in roles):
             return self._came_in.get((asked.group, asked.assignee))
         return None
 
     def _crown_all(self, agreed: Agreed) -> None:
         """Let the claims that count now say who leads."""
-        for group in self.leadership.claimed:
+        for group in self._leadership.claimed:
             self._crown(group, agreed)
 
     def _crown(self, group: str, agreed: Agreed) -> None:
         """Let whoever has made the greatest claim that counts lead a group; if none counts any more, who led before."""
-        leading, of = self.leadership.leading.get(group), self._groups[group]
+        leading, of = self.leading.get(group), self._groups[group]
         if not self.headship.lead(group, None if leading is None else leading.claim):
             return
         if leading is not None:
             head, since = leading.vehicle, leading.since
-        elif (before := self.leadership.without_claims(group)) is not None:
+        elif (before := self._leadership.without_claims(group)) is not None:
             head, since = before
         else:
             return
@@ -348,7 +354,7 @@ class Consultation:
         if role is not None and role.played_by is not None:
             of_group, other = role.played_by
             if self._rules.database[vehicle].can_play(of_group, other):
-                led = [name for name in self._rules.database.names if self.leadership.has_led(name, group.name, age)]
+                led = [name for name in self._rules.database.names if self._leadership.has_led(name, group.name, age)]
                 if not agreed.organisation.is_member(vehicle, of_group):
                     self._came_in[of_group, vehicle] = group.name
                 holders = yielding_above(self._groups[of_group], other, {*before, *led}, agreed.organisation)
@@ -359,7 +365,7 @@ class Consultation:
                 self._after[group.name, name] = then
                 agreed.assign(Request(vehicle, Act.ASSIGN, then.group, then.role, then.vehicle))
         then = self._after.pop((group.name, vehicle), None)
-        if then is not None and self.leadership.is_claim(self._newest.at(then.group, then.role, vehicle)):
+        if then is not None and self._leadership.is_claim(self._newest.at(then.group, then.role, vehicle)):
             self._newest[then.group, then.role, vehicle] = age
             agreed.leave(Request(vehicle, Act.RELEASE, then.group, then.role, vehicle))
         for assignment in excluded_by_leading(group, vehicle, agreed.organisation):
@@ -374,7 +380,7 @@ class Consultation:
     def _hand_over(self, to: Request, holders: list[str] | tuple[str, ...], age: Age, agreed: Agreed) -> None:
         """Let holders leave a role for another, unless a newer word says something else of one of them."""
         for name in (*holders, to.assignee):
-            if self.leadership.is_claim(self._newest.at(to.group, to.role, name)):
+            if self._leadership.is_claim(self._newest.at(to.group, to.role, name)):
                 self._newest[to.group, to.role, name] = age  # it has or lacks the role by a lesser claim
         for name in holders:
             if name != to.assignee and self._newest.take((to.group, to.role, name), age):

@@ -177,7 +177,7 @@ class Standing:
         """End of a round: what was said in it counts from now on."""
         so_far = Agreed(self.organisation, self.absent, self.takes_no_jobs)
         agreed = self.consultation.end(so_far)
-        for group, leading in self.consultation.leadership.leading.items():
+        for group, leading in self.consultation.leading.items():
             led, leads = (self._me in one.heads(group) for one in (self.organisation, agreed.organisation))
             if led and not leads and leading.vehicle != self._me:
                 self._assents.append(self._statements.assent(group, leading.claim, leading.vehicle))
@@ -218,7 +218,7 @@ class Standing:
         since_s, away = self._looked_s - self._lease_s, self.absent
         headed = {
             group
-            for group, (_, age, name) in self.consultation.leadership.leading.items()
+            for group, (_, age, name) in self.consultation.leading.items()
             if age[0] > since_s and name in away and name in self.organisation.heads(group)
         }
         headship, unavailable = self.consultation.headship, self._availability.unavailable
