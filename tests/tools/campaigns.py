@@ -5,7 +5,8 @@
 Every seed draws faults, and every block of six seeds the configuration that they befall: strategy, policy, channel,
 sea, fleet and the other settings of docs/howto/stress.md. The grounds take turns (``GROUNDS``, with the share of each):
 three areas of 50 or of 100 m, in which a schedule takes a fifth to a twentieth of the time, the mapping grounds with
-all lengths and waits times 0.4, and scenarios as they are shipped. ``--grounds`` takes some of them.
+all lengths and waits times 0.4, and scenarios as they are shipped. ``--grounds`` takes some of them, ``--faults`` draws
+faults of some kinds alone.
 
 Each campaign of 30 seeds has a folder of its own in ``--out``; those that are there already are not made again, so
 that a search which was ended goes on. The exit status is 1 if an invariant broke.
@@ -17,7 +18,7 @@ import argparse
 import json
 import sys
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -103,12 +104,12 @@ def campaigns(n_schedules: int, first: int, shares: dict[str, int]) -> Iterator[
         yield Campaign(ground, range(start, min(start + EACH, first + n_schedules)))
 
 
-def made(one: Campaign, folder: Path, draws: str, jobs: int) -> dict[str, Any]:
+def made(one: Campaign, folder: Path, kinds: Sequence[str], draws: str, jobs: int) -> dict[str, Any]:
     """What came of a campaign: as its folder says, else after running it."""
     file = folder / one.name / "report.json"
     if not file.exists():
         ground = ground_of(one.ground)
-        report = campaign(plan_of(ground.scenario, "", ground.settings, (), draws), one.seeds, jobs=jobs)
+        report = campaign(plan_of(ground.scenario, "", ground.settings, kinds, draws), one.seeds, jobs=jobs)
         draft = folder / f".{one.name}"
         draft.mkdir(parents=True, exist_ok=True)
         write_report(report, draft)
@@ -125,11 +126,13 @@ def main() -> int:
     parser.add_argument("--schedules", type=int, default=10_000)
     parser.add_argument("--first", type=int, default=0, help=f"seed of the first schedule, a multiple of {SEEDS_EACH}")
     parser.add_argument("--grounds", default=",".join(GROUNDS), help="names with commas; shipped scenarios, too")
+    parser.add_argument("--faults", default="", help="kinds with commas, as of remoras stress; all if empty")
     parser.add_argument("--settings", default="all", help="as of remoras stress")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--out", type=Path, required=True)
     given = parser.parse_args()
     names = given.grounds.split(",")
+    kinds = given.faults.split(",") if given.faults else ()
     known = {*GROUNDS, *shipped()}
     if given.first % SEEDS_EACH or not known.issuperset(names):
         parser.error(f"--first is a multiple of {SEEDS_EACH}; --grounds are of {', '.join(sorted(known))}")
@@ -137,7 +140,7 @@ def main() -> int:
     broken = list[str]()
     print(f"{'campaign':<44} {'schedules':>9} {'finish without':>14} {'breaches':>8} {'wall (s)':>8}")
     for one in campaigns(given.schedules, given.first, {name: GROUNDS.get(name, 1) for name in names}):
-        report = made(one, given.out, given.settings, given.jobs)
+        report = made(one, given.out, kinds, given.settings, given.jobs)
         happened.update(report["happened"])
         drawn.update(report["drawn"])
         ran[one.ground] += report["n_runs"]
