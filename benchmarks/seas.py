@@ -2,7 +2,7 @@
 
 ``python -m benchmarks seas`` takes all five choices of four of the nodes of ``mission-2012`` for the four vehicles of
 ``mapping-patches``, with the seeds of ``SEEDS``; ``python -m benchmarks.seas 1:10 remoras cbba`` others, of these
-strategies alone.
+strategies alone. Differences are paired by seed and nodes; intervals are of Student's t over the seeds.
 """
 
 from __future__ import annotations
@@ -17,10 +17,12 @@ from typing import Any, NamedTuple
 
 from benchmarks.measuring import row
 from exchange.acoustics.network import network_of
+from missions.runs.assembly import assemble
 from missions.runs.run import run
 from missions.runs.setup import resolved
 from missions.runs.summary import summary
 from missions.scenarios import load
+from missions.statistics import t_half_width
 
 SCENARIO, NETWORK = "mapping-patches", "mission-2012"
 VEHICLES = ("ASV00", "AUV00", "AUV01", "AUV02")
@@ -31,6 +33,12 @@ STRATEGIES = (
 SEEDS = range(1, 4)
 LOST, LOST_S = "AUV01", 600.0
 """The vehicle whose work others take up, and when it is lost."""
+GROUP, HEAD, HEAD_LOST_S = "Operational", "AUV00", 500.0
+"""A group that others claim to lead or come to lead, its head, and when that is lost."""
+CLAIMED_S, TERMS = 300.0, (1, 64, 255)
+"""When a member claims it, while all hear the head, and under which terms."""
+ALIKE = ("0.0", "0.4", "0.8")
+"""Losses of all links."""
 MEAN_GOAL, WORST_GOAL = 1.05, 1.10
 Nodes = tuple[str, ...]
 
@@ -57,6 +65,19 @@ class Came(NamedTuple):
     mission_s: float
     doubled: float
     recovery_s: float | None
+
+
+class Claim(NamedTuple):
+    """A run in which somebody claims a group: the strategy, how much all links lose, the seed, and under which term."""
+
+    strategy: str
+    loss: str
+    seed: int
+    term: int = 1
+
+    def settings(self, *more: str) -> list[tuple[str, str]]:
+        """Of its scenario."""
+        return [("--set", one) for one in (f"strategy.name={self.strategy}", f"channel.per={self.loss}", *more)]
 
 
 def choices() -> list[Nodes]:
@@ -86,34 +107,38 @@ def came(trip: Trip) -> Came:
     return Came(mission_s, figures["holder_conflict_fraction"], figures.get("recovery_time_s"))
 
 
-def over_alike(strategies: Sequence[str], seeds: Iterable[int], pool: Any) -> Iterator[dict[str, Any]]:
+def over_alike(strategies: Sequence[str], seeds: Sequence[int], pool: Any) -> Iterator[dict[str, Any]]:
     """How long missions take as measured, over how long they take where all links lose as much."""
-    seeds, losses = list(seeds), ("measured", "alike")
-    trips = [Trip(*of) for of in product(strategies, choices(), losses, seeds)]
-    found = dict(zip(trips, pool.map(came, trips, chunksize=4), strict=True))
+    losses = "measured", "alike"
     for strategy in strategies:
-        means_s = {
-            (nodes, loss): statistics.fmean(found[Trip(strategy, nodes, loss, seed)].mission_s for seed in seeds)
-            for nodes, loss in product(choices(), losses)
-        }
+        trips = [Trip(strategy, *of) for of in product(choices(), losses, seeds)]
+        found = dict(zip(trips, pool.map(came, trips, chunksize=4), strict=True))
+        s = {trip[1:4]: came.mission_s for trip, came in found.items()}
+        means_s = {of: statistics.fmean(s[*of, seed] for seed in seeds) for of in product(choices(), losses)}
         ratios = {nodes: means_s[nodes, "measured"] / means_s[nodes, "alike"] for nodes in choices()}
         of_all_s = [statistics.fmean(means_s[nodes, loss] for nodes in choices()) for loss in losses]
         yield row(f"{strategy}, measured", of_all_s[0], "s", "alike", of_all_s[1], goal=f"<= {MEAN_GOAL} x")
+        if len(seeds) > 1:
+            later_s = [
+                statistics.fmean(s[nodes, "measured", seed] - s[nodes, "alike", seed] for nodes in choices())
+                for seed in seeds
+            ]
+            mean_s, half_s = statistics.fmean(later_s), t_half_width(later_s)
+            yield row(f"{strategy}, later", mean_s, "s", "half of 95 %", half_s, mean_s / half_s if half_s else 0.0)
         worst = max(ratios, key=lambda nodes: ratios[nodes])
         worst_s = [means_s[worst, loss] for loss in losses]
         yield row(
             f"{strategy}, nodes {' '.join(worst)}", worst_s[0], "s", "alike", worst_s[1], goal=f"<= {WORST_GOAL} x"
         )
-        shares = [100.0 * came.doubled for trip, came in found.items() if trip[0] == strategy and trip[2] == "measured"]
-        doubled = statistics.fmean(shares)
+        doubled = statistics.fmean(100.0 * came.doubled for trip, came in found.items() if trip.loss == "measured")
         yield row(f"{strategy}, two holders", doubled, "% time", "goal", 1.0, goal="<= 1 %")
 
 
-def recoveries(strategies: Sequence[str], seeds: Iterable[int], pool: Any) -> Iterator[dict[str, Any]]:
+def recoveries(strategies: Sequence[str], seeds: Sequence[int], pool: Any) -> Iterator[dict[str, Any]]:
     """How long the work of a vehicle that is lost waits for another, over what a lease takes."""
     fault = (f'fault=[{{kind="lost", vehicle="{LOST}", at_s={LOST_S}}}]',)
     lease_s = 40 * resolved(load(SCENARIO)).schedule.frame_s
-    for loss in ("0.0", "0.4", "0.8", "measured"):
+    for loss in (*ALIKE, "measured"):
         for strategy in strategies:
             trips = [Trip(strategy, nodes, loss, seed, fault) for nodes, seed in product(choices()[-1:], seeds)]
             times_s = [one.recovery_s for one in pool.map(came, trips) if one.recovery_s is not None]
@@ -121,15 +146,63 @@ def recoveries(strategies: Sequence[str], seeds: Iterable[int], pool: Any) -> It
                 yield row(f"{strategy}, {LOST} lost, {loss}", statistics.fmean(times_s), "s", "lease", lease_s)
 
 
+def obeyed(claim: Claim) -> bool:
+    """True if any vehicle came to obey a member that claims to lead while the head is there."""
+    fleet = assemble(resolved(load(SCENARIO, claim.settings())), claim.seed)
+    facts, is_said, found = ((GROUP, "headedBy", LOST), (GROUP, "headTerm", claim.term)), False, False
+    while fleet.running and not found:
+        fleet.step()
+        if not is_said and fleet.now_s >= CLAIMED_S:
+            is_said = fleet.let_say(LOST, lambda beliefs: [beliefs.fact(*fact) for fact in facts])
+        found = any(LOST in vehicle.social.organisation.heads(GROUP) for vehicle in fleet.vehicles)
+    fleet.close()
+    return found
+
+
+def succeeded(claim: Claim) -> bool:
+    """True if the mission is complete though the head is lost, and all that are left follow one and the same head."""
+    fault = f'fault=[{{kind="lost", vehicle="{HEAD}", at_s={HEAD_LOST_S}}}]'
+    fleet = assemble(resolved(load(SCENARIO, claim.settings(fault))), claim.seed)
+    while fleet.running:
+        fleet.step()
+    heads = {one.social.organisation.heads(GROUP) for one in fleet.vehicles if one.is_alive}
+    fleet.close()
+    return fleet.completed and len(heads) == 1 and HEAD not in heads.pop()
+
+
+def claims(strategies: Sequence[str], seeds: Sequence[int], pool: Any) -> Iterator[dict[str, Any]]:
+    """How many claims are obeyed while the head is heard, and how many lost heads are succeeded."""
+    for strategy, loss in product(strategies, ALIKE):
+        forged = [Claim(strategy, loss, seed, term) for seed, term in product(seeds, TERMS)]
+        yield row(
+            f"{strategy}, claims obeyed, {loss}",
+            sum(pool.map(obeyed, forged)),
+            "claims",
+            "of",
+            len(forged),
+            goal="<= 0 x",
+        )
+        real = [Claim(strategy, loss, seed) for seed in seeds]
+        yield row(
+            f"{strategy}, heads succeeded, {loss}",
+            sum(pool.map(succeeded, real)),
+            "heads",
+            "of",
+            len(real),
+            goal=">= 1 x",
+        )
+
+
 def rows() -> list[dict[str, Any]]:
     """Benchmark rows, of all strategies that speak at sea."""
-    return _rows(STRATEGIES, SEEDS)
+    return list(_rows(STRATEGIES, SEEDS))
 
 
-def _rows(strategies: Sequence[str], seeds: Iterable[int]) -> list[dict[str, Any]]:
+def _rows(strategies: Sequence[str], seeds: Iterable[int]) -> Iterator[dict[str, Any]]:
     seeds = list(seeds)
     with ProcessPoolExecutor() as pool:
-        return [*over_alike(strategies, seeds, pool), *recoveries(strategies, seeds, pool)]
+        for part in (over_alike, recoveries, claims):
+            yield from part(strategies, seeds, pool)
 
 
 if __name__ == "__main__":
