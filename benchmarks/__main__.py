@@ -1,6 +1,7 @@
 """``python -m benchmarks [NAME...] [--json]``: every module here with a function ``rows`` is a benchmark.
 
-``tuning``, ``intervals`` and ``site`` are none: they are commands of their own, as ``python -m benchmarks.tuning``.
+``bursts``, ``tuning``, ``intervals`` and ``site`` are none: they are commands of their own, as
+``python -m benchmarks.tuning``.
 ``ipc`` is a part of ``htn``, ``dividing`` of ``organisation``, ``measuring`` of all.
 """
 
@@ -15,7 +16,7 @@ from typing import Any
 
 import benchmarks
 
-NO_BENCHMARKS = {"__main__", "dividing", "intervals", "ipc", "measuring", "site", "tuning"}
+NO_BENCHMARKS = {"__main__", "bursts", "dividing", "intervals", "ipc", "measuring", "site", "tuning"}
 
 
 def main() -> int:

@@ -200,11 +200,11 @@ def _read(file: str, sha256: str) -> Trace:
         )
     places = [names.index(name) for name in (*KEYS, kind)]
     losses: dict[tuple[str, str], dict[float, float]] = {}
-    for number, row in enumerate(rows, 1):
+    for where, row in rows:
         values = [row[place] if place < len(row) else "" for place in places]
-        time_s, sender, receiver, per = _checked(number, kind, values)
+        time_s, sender, receiver, per = _checked(where, kind, values)
         if time_s in (of_link := losses.setdefault((sender, receiver), {})):
-            raise LinkFileError(f"row {number}: a second one of {sender} to {receiver} at {time_s:g} s")
+            raise LinkFileError(f"{where}: a second one of {sender} to {receiver} at {time_s:g} s")
         of_link[time_s] = per
     if not losses:
         raise LinkFileError("has no rows")
@@ -214,28 +214,33 @@ def _read(file: str, sha256: str) -> Trace:
     return Trace(links, latest_s + (median(gaps_s) if gaps_s else 0.0))
 
 
-def _csv(file: str) -> tuple[list[str], Iterable[list[Any]]]:
+Rows = Iterable[tuple[str, list[Any]]]
+"""Where each row stands in its file, and its values."""
+
+
+def _csv(file: str) -> tuple[list[str], Rows]:
     try:
-        lines = list(csv.reader(Path(file).read_text(encoding="utf-8-sig").splitlines()))
+        reader = csv.reader(Path(file).read_text(encoding="utf-8-sig").splitlines())
+        names = [name.strip() for name in next(reader, [])]
+        return names, [(f"line {reader.line_num}", line) for line in reader if line]
     except (UnicodeDecodeError, csv.Error) as error:
         raise LinkFileError(f"is no CSV: {error}") from None
-    return ([name.strip() for name in lines[0]], [line for line in lines[1:] if line]) if lines else ([], [])
 
 
-def _parquet(file: str) -> tuple[list[str], Iterable[list[Any]]]:
+def _parquet(file: str) -> tuple[list[str], Rows]:
     from pyarrow import ArrowException, parquet
 
     try:
         table = parquet.read_table(file)
     except (ArrowException, OSError) as error:
         raise LinkFileError(f"is no Parquet: {str(error).splitlines()[0]}") from None
-    return table.column_names, list(map(list, zip(*(column.to_pylist() for column in table.columns), strict=True)))
+    rows = zip(*(column.to_pylist() for column in table.columns), strict=True)
+    return table.column_names, [(f"row {number}", list(row)) for number, row in enumerate(rows, 1)]
 
 
-def _checked(number: int, kind: str, row: list[Any]) -> tuple[float, str, str, float]:
+def _checked(where: str, kind: str, row: list[Any]) -> tuple[float, str, str, float]:
     """Time, sender, receiver and loss of a row."""
     time, sender, receiver, outcome = (str(value).strip() for value in row)
-    where = f"row {number}"
     if not sender or not receiver or sender == receiver:
         raise LinkFileError(f"{where}: from {sender!r} to {receiver!r} is no link of two vehicles")
     time_s = _number(time)

@@ -3,12 +3,27 @@
 Commands register with the application; what they need is imported when they are called, so ``--help`` answers at once.
 """
 
-from remoras.cli import budgets, exports, files, live, networks, nodes, policies, replay, runs, stress, sweeps, verify
+from remoras.cli import (
+    budgets,
+    bursts,
+    exports,
+    files,
+    live,
+    networks,
+    nodes,
+    policies,
+    replay,
+    runs,
+    stress,
+    sweeps,
+    verify,
+)
 from remoras.cli.app import app, main
 
 __all__ = [
     "app",
     "budgets",
+    "bursts",
     "exports",
     "files",
     "live",

@@ -12,7 +12,8 @@ from typer.core import TyperCommand, TyperGroup
 
 ORDER = (
     "list", "example", "validate", "run", "plot", "replay", "live", "export", "query", "sweep", "status", "compare",
-    "verify", "stress", "exchange-study", "link-budget", "network", "node", "swarm", "replay-log", "explain", "doctor",
+    "verify", "stress", "exchange-study", "link-budget", "network", "bursts", "node", "swarm", "replay-log",
+    "explain", "doctor",
 )  # fmt: skip
 """Commands in the order in which one comes to use them; others follow as they are declared."""
 PYTHON_TYPE = re.compile(r" <(str|path|int|float|list\[str\])>")
