@@ -41,7 +41,8 @@ from itertools import pairwise, permutations
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, WithJsonSchema
+from pydantic_core import PydanticCustomError
 
 from exchange.acoustics import loss
 from exchange.acoustics.link import LinkModel, Matrix, Transmission
@@ -58,6 +59,20 @@ LONGEST_LINE = 2_000
 """Characters: a key takes tomllib time by the square of its length. 64 nodes take up to 1000."""
 
 Metres = Annotated[float, Field(ge=-FARTHEST_M, le=FARTHEST_M)]
+
+
+def _node_name(value: Any) -> Any:
+    """The name of a node; a whole number names one, too, as those of most networks look like."""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, int) and not isinstance(value, bool):
+        return str(value)
+    raise PydanticCustomError("node", 'allowed: the name of a node, such as "quay", "21" or 21')
+
+
+NodeName = Annotated[
+    str, BeforeValidator(_node_name), WithJsonSchema({"type": ["string", "integer"]}, mode="validation")
+]
 
 
 class NetworkFileError(LinkFileError):
@@ -182,7 +197,7 @@ class NetworkChannel(ChannelModel):
         description="network: one of `remoras list networks`; or a file, TOML with [[network]] or CSV of the columns "
         "sender, receiver, per. Links are static on moving vehicles",
     )
-    nodes: dict[str, str] = Field(
+    nodes: dict[str, NodeName] = Field(
         {}, description="network: node that a vehicle is, by its name; those not listed are drawn by the seed"
     )
     sha256: str = Field("", description="network: hash of the file, which results repeat")

@@ -76,6 +76,40 @@ def test_nodes_are_drawn_by_the_seed_or_given_by_the_scenario(tmp_path: Path) ->
     assert losses(by_option, 1) == [(0, 1, 0.1), (1, 0, 0.5)]
 
 
+NUMBERED = "sender,receiver,per\n21,27,0.1\n27,21,0.5\n"
+
+
+def test_a_node_may_be_a_whole_number(tmp_path: Path) -> None:
+    """In a file and on the command line; what is kept is its name."""
+    (tmp_path / "harbour.csv").write_text(NUMBERED)
+    in_file = loaded(tmp_path, NETWORK + "nodes = { Boat = 21 }\n")
+    by_option = loaded(tmp_path, NETWORK, ("--set", "channel.nodes.Boat=21"))
+    for scenario in (in_file, by_option):
+        assert scenario.channel.nodes == {"Boat": "21"}
+        assert losses(scenario, 1) == [(0, 1, 0.5), (1, 0, 0.1)]
+    assert loaded(tmp_path, NETWORK + 'nodes = { Boat = "21" }\n') == in_file
+    allowed = {"type": "object", "additionalProperties": {"type": ["string", "integer"]}}
+    schema = type(in_file.channel).model_json_schema()["properties"]["nodes"]
+    assert {key: schema[key] for key in allowed} == allowed
+
+
+@pytest.mark.parametrize("value", ["2.5", "21.0", "true", "[21]", "inf"])
+def test_what_names_no_node_is_one_line(tmp_path: Path, value: str) -> None:
+    (tmp_path / "harbour.csv").write_text(NUMBERED)
+    for text, overrides in ((f"nodes = {{ Boat = {value} }}\n", []), ("", [("--set", f"channel.nodes.Boat={value}")])):
+        with pytest.raises(ConfigurationError) as refused:
+            loaded(tmp_path, NETWORK + text, *overrides)
+        (fault,) = refused.value.faults
+        assert "channel.nodes.Boat" in fault.key
+        assert fault.allowed == 'allowed: the name of a node, such as "quay", "21" or 21'
+
+
+def test_a_whole_number_that_is_no_node_is_told_those_that_are(tmp_path: Path) -> None:
+    (tmp_path / "harbour.csv").write_text(NUMBERED)
+    with pytest.raises(ConfigurationError, match=r'channel\.nodes\.Boat = "22": allowed: 21, 27'):
+        loaded(tmp_path, NETWORK + "nodes = { Boat = 22 }\n")
+
+
 def test_the_summary_has_one_mean_for_all_seeds() -> None:
     scenario = load("mapping-patches", [("--network", "channel.name=network")])
     (per,) = {identity(scenario, seed)["per"] for seed in range(4)}
@@ -141,7 +175,7 @@ def test_a_fault_in_a_file_of_its_own_has_its_line(tmp_path: Path) -> None:
         (NETWORK.replace("harbour.csv", "mission-2021"), "network", "did you mean 'mission-2012'?"),
         (NETWORK.replace("harbour.csv", "lake.csv"), "network", "cannot be read: No such file"),
         (NETWORK + 'nodes = { Boat = "quai" }\n', "nodes.Boat", "allowed: quay, buoy; did you mean 'quay'?"),
-        (NETWORK + "nodes = { Boat = 3 }\n", "nodes.Boat", "valid string"),
+        (NETWORK + "nodes = { Boat = 3 }\n", "nodes.Boat", "allowed: quay, buoy"),
         (NETWORK + "per = 0.1\n", "per", "not used by the network channel, only by bernoulli and matrix"),
     ],
 )
