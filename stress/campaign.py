@@ -188,9 +188,11 @@ def _outcomes(plan: Plan, seeds: Iterator[int], added: tuple[str, ...], jobs: in
         try:
             begin(first)
             begin(second)
-            while under_way:
+            while True:  # what is done may be what others wait for: the first of the last block, say
                 while len(under_way) < 2 * jobs and (schedule := work.next()) is not None:
                     begin(schedule)
+                if not under_way:
+                    return
                 done, _ = wait(under_way, return_when=FIRST_COMPLETED)
                 for future in sorted(done, key=lambda future: under_way[future].stress.seed):
                     yield from work.told(_result(future, under_way.pop(future)))

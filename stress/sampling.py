@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from itertools import combinations, pairwise
 from typing import Any
 
+from exchange.acoustics.acoustic import AcousticChannel
 from exchange.acoustics.network import shipped
 from missions.feature import USUAL_S, Draws, Sample
+from missions.scenarios.deployment import deployment_of
 from missions.scenarios.parts import strategy_of
 from missions.scenarios.scenario import Scenario, VehicleTable
 from remoras.strategies import parameters, strategies
@@ -88,6 +91,27 @@ def topology(draws: Draws, scenario: Scenario) -> Drawn:
     return {"channel.name": "matrix", "channel.per": draws.even(0.0, 0.3), "channel.link": links}
 
 
+def site(draws: Draws, scenario: Scenario) -> Drawn:
+    """A site, where the channel is acoustic, with sources so faint that it matters on the ways of this ground."""
+    channel = scenario.channel.settings()
+    if not isinstance(channel, AcousticChannel) or not scenario.rally_point:
+        return {}
+    ways_m = [
+        math.dist(vehicle.start_m, point.position_m) for vehicle in scenario.vehicle for point in scenario.rally_point
+    ]
+    heard = channel.model_copy(update={"source_level_db": LOUD_DB, "acoustic_power_w": None})
+    snr_db = heard.budget(deployment_of(scenario)).snr_db(max(*ways_m, 1.0))
+    return {
+        "channel.source_level_db": round(max(FAINTEST_DB, LOUD_DB - snr_db + draws.even(-12.0, 3.0)), 1),
+        "channel.site.spread_db": draws.even(1.0, 12.0),
+        "channel.site.distance_m": draws.scaled(20.0, 500.0),
+        "channel.site.time_h": draws.scaled(0.02, 2.0),
+        "channel.site.receiver_db": draws.one_of((0.0, draws.even(1.0, 6.0))),
+    }
+
+
+LOUD_DB, FAINTEST_DB = 170.0, 100.0
+"""Source levels: one from which others are counted, and the least that a scenario may have."""
 FEWEST_WITH_A_WAY = 3
 """Vehicles of which two may be joined by a third."""
 

@@ -77,6 +77,8 @@ CORE = (
     Setting("size", "1 to 4 copies of a vehicle with sensors, in layers or not", ("fleet",), sampling.size),
     Setting("topology", "links nearly cut: one or some, one way or both, a line, two halves, a star; a network",
             ("channel.name", "channel.per", "channel.link", "channel.network", "channel.nodes"), sampling.topology),
+    Setting("site", "where the channel is acoustic: faint sources, links that differ by place, time and receiver",
+            ("channel.site", "channel.source_level_db"), sampling.site, p=0.5),
     Setting("speeds", "a vehicle half to twice as fast", ("vehicle.transit_speed_mps", "vehicle.survey_speed_mps"),
             sampling.speeds),
     Setting("turns", "a vehicle that turns and gains speed otherwise",

@@ -7,10 +7,11 @@ vehicles pass on what others tell, a way may be several links long.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from itertools import permutations
 
-from exchange.acoustics.link import Matrix
+from exchange.acoustics.acoustic import AcousticChannel
+from exchange.acoustics.link import Matrix, Transmission
 from exchange.acoustics.models import MatrixChannel
 from exchange.acoustics.network import NetworkChannel
 from missions.scenarios.deployment import deployment_of
@@ -19,6 +20,9 @@ from missions.scenarios.scenario import Scenario
 
 NEARLY_CUT = 0.9
 """Share of packets lost from which on a link is nearly cut."""
+MOMENTS = 8
+"""Moments over which the mean of what changes is taken."""
+PlaceM = tuple[float, float]
 Losses = Mapping[tuple[str, str], float]
 """Share of packets lost by (sender, receiver)."""
 
@@ -41,6 +45,26 @@ def losses_of(scenario: Scenario) -> Losses:
         return {}
     nodes = deployment.nodes.items()
     return {(one, other): model.per_of.get((a, b), model.per) for (one, a), (other, b) in permutations(nodes, 2)}
+
+
+def losses_there(scenario: Scenario, seed: int, places_m: Sequence[PlaceM], from_s: float, until_s: float) -> Losses:
+    """What each link of the channel acoustic loses, in the mean over a time in which vehicles stay; else empty.
+
+    Args:
+        scenario, seed: of the run.
+        places_m: (x east, y north) of the vehicles in the order of their nodes.
+        from_s, until_s: of the run; a site changes in it.
+    """
+    channel, deployment = scenario.channel.settings(), deployment_of(scenario)
+    if not isinstance(channel, AcousticChannel):
+        return {}
+    link, bits, found = channel.link_model(deployment, seed), deployment.modem.payload_bits, {}
+    moments_s = [from_s + (until_s - from_s) * (number + 0.5) / MOMENTS for number in range(MOMENTS)]
+    for (one, a), (other, b) in permutations(deployment.nodes.items(), 2):
+        range_m = math.hypot(math.dist(places_m[a], places_m[b]), deployment.depths_m[a] - deployment.depths_m[b])
+        rates = (link.p_loss(Transmission(0, a, time_s, bits, places_m), b, range_m) for time_s in moments_s)
+        found[one, other] = math.fsum(rates) / MOMENTS
+    return found
 
 
 def passes_on(scenario: Scenario) -> bool:

@@ -35,7 +35,7 @@ from remoras.fleet import Fleet
 from remoras.vehicle import Vehicle
 from stress.lives import Aired, Life
 from stress.schedule import Schedule
-from stress.ways import NEARLY_CUT, losses_of, packets_each, passes_on
+from stress.ways import NEARLY_CUT, Losses, losses_of, losses_there, packets_each, passes_on
 from stress.witness import Flaw, Witness
 from worldmodel import Change
 
@@ -117,16 +117,25 @@ class Scene:
         return any(vehicle.social.is_silent for vehicle in self.in_contact())
 
     @cached_property
+    def losses(self) -> Losses:
+        """What each link loses for the whole run; on the channel acoustic where vehicles are in the end, since then."""
+        scenario, fleet = self.setup.scenario, self.fleet
+        if losses := losses_of(scenario):
+            return losses
+        places_m = [(vehicle.functional.motion.x_m, vehicle.functional.motion.y_m) for vehicle in fleet.vehicles]
+        return losses_there(scenario, self.schedule.stress.seed, places_m, fleet.ended_s, fleet.now_s)
+
+    @cached_property
     def has_cut_links(self) -> bool:
-        """True if a link is nearly cut for the whole run: who told an item may never hear that it got through."""
-        return max(losses_of(self.setup.scenario).values(), default=0.0) >= NEARLY_CUT
+        """True if a link is nearly cut all the time: who told an item may never hear that it got through."""
+        return max(self.losses.values(), default=0.0) >= NEARLY_CUT
 
     @cached_property
     def is_parted(self) -> bool:
         """True if news has no way between some of those in contact: all such ways have links that are nearly cut."""
-        scenario, names = self.setup.scenario, [vehicle.name for vehicle in self.in_contact()]
-        losses = losses_of(scenario)
-        return bool(losses) and math.isinf(packets_each(losses, passes_on(scenario), names))
+        names = [vehicle.name for vehicle in self.in_contact()]
+        ways_on = passes_on(self.setup.scenario)
+        return bool(self.losses) and math.isinf(packets_each(self.losses, ways_on, names))
 
     def in_contact(self) -> list[Vehicle]:
         """Vehicles that are alive, hear and are heard."""

@@ -45,3 +45,10 @@ def test_two_processes_find_what_one_finds() -> None:
     assert one.table() == two.table()
     assert one.recovered == two.recovered
     assert len(one.outcomes) == 4
+
+
+@pytest.mark.slow
+def test_two_processes_leave_no_block_out() -> None:
+    """The others of a block wait for its first; those of the last one were forgotten."""
+    report = campaign(small_plan("loss", draws="policy"), range(6, 12), jobs=2)
+    assert [outcome.seed for outcome in report.outcomes] == list(range(6, 12))

@@ -8,10 +8,12 @@ from pathlib import Path
 import pytest
 from small_sea import SMALL, small_plan
 
+from exchange.acoustics.link import Transmission
 from missions.errors import ConfigurationError
 from missions.runs.run import run
 from missions.runs.summary import summary
 from missions.scenarios import load
+from missions.scenarios.deployment import deployment_of
 from remoras.testing import (
     Broken,
     Outcome,
@@ -29,9 +31,12 @@ from stress.settings import SETTINGS, settings_named
 from stress.shrinking import shrunk
 from stress.steering import Instant
 from stress.trial import digest_of
-from stress.ways import NEARLY_CUT, losses_of, packets_each
+from stress.ways import NEARLY_CUT, losses_of, losses_there, packets_each
 
 SEEDS = range(0, 40 * SEEDS_EACH, SEEDS_EACH)
+
+
+ACOUSTIC = ("channel.name=acoustic",)
 
 
 @pytest.fixture(scope="module")
@@ -51,7 +56,7 @@ def test_most_configurations_draw_two_to_four_settings_and_each_is_drawn_for_its
 
 def test_every_setting_can_be_drawn_and_is_allowed(plan: Plan) -> None:
     for name in SETTINGS:
-        alone = replace(plan, settings=(), draws=(name,))
+        alone = replace(plan, settings=ACOUSTIC if name == "site" else (), draws=(name,))
         assert any(name in drawn_settings(alone, seed) for seed in SEEDS), name
 
 
@@ -136,6 +141,46 @@ def test_seas_with_cut_links_join_all_vehicles(plan: Plan) -> None:
             assert packets_each(losses, True, scenario.names_by_slot) < 100.0
             assert isinf(packets_each(losses, False, scenario.names_by_slot))
     assert len(shapes) > 15
+
+
+def test_a_site_is_drawn_where_the_channel_is_acoustic_and_shifts_no_other_draw(plan: Plan) -> None:
+    without = replace(plan, draws=tuple(name for name in plan.draws if name != "site"))
+    for seed in range(0, 150 * SEEDS_EACH, SEEDS_EACH):
+        drawn = drawn_settings(plan, seed)
+        site = drawn.pop("site", None)
+        assert drawn == drawn_settings(without, seed)
+        assert site is None or 'channel.name="acoustic"' in drawn["channel"]
+
+
+def test_links_of_sites_that_are_drawn_differ_on_this_ground(plan: Plan) -> None:
+    """Of links of 150 m some lose nearly all, some nearly nothing, and many a part."""
+    alone, losses = replace(plan, settings=(*SMALL, *ACOUSTIC), draws=("site",)), []
+    for seed in SEEDS:
+        if not drawn_settings(alone, seed):
+            continue
+        scenario = baseline(alone, seed).scenario()
+        deployment = deployment_of(scenario)
+        places = [(106.0 * number, 106.0 * number) for number in range(len(deployment.nodes))]
+        packet = Transmission(0, 0, 60.0, 512, places)
+        losses.append(scenario.channel.link_model(deployment, seed).p_loss(packet, 1, 150.0))
+    assert len(losses) >= 15
+    for low, high in ((0.0, 0.1), (0.1, 0.9), (0.9, 1.0)):
+        assert sum(low <= loss <= high for loss in losses) >= 2
+
+
+def test_links_that_are_cut_where_vehicles_stay_are_told_of_the_channel_acoustic() -> None:
+    """Far vehicles hear nothing of faint sources; in a site noise near a receiver cuts one way alone."""
+    faint = [("--set", line) for line in ("channel.name=acoustic", "channel.source_level_db=107")]
+    near, far = [(10.0 * k, 0.0) for k in range(4)], [(0.0, 0.0), (10.0, 0.0), (20.0, 0.0), (900.0, 0.0)]
+    scenario = load("mapping-rendezvous", faint)
+    assert max(losses_there(scenario, 1, near, 0.0, 900.0).values()) < 0.1
+    cut = {pair for pair, loss in losses_there(scenario, 1, far, 0.0, 900.0).items() if loss >= NEARLY_CUT}
+    last = scenario.names_by_slot[-1]
+    assert cut == {pair for pair in permutations(scenario.names_by_slot, 2) if last in pair}
+    site = load("mapping-rendezvous", [*faint, ("--set", "channel.site.receiver_db=30")])
+    found = [losses_there(site, seed, near, 0.0, 900.0) for seed in range(8)]
+    assert any(one[a, b] > NEARLY_CUT and one[b, a] < 0.1 for one in found for a, b in one)
+    assert losses_there(load("mapping-rendezvous"), 1, near, 0.0, 900.0) == {}
 
 
 def test_news_takes_the_ways_that_exist() -> None:

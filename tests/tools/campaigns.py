@@ -6,7 +6,7 @@ Every seed draws faults, and every block of six seeds the configuration that the
 sea, fleet and the other settings of docs/howto/stress.md. The grounds take turns (``GROUNDS``, with the share of each):
 three areas of 50 or of 100 m, in which a schedule takes a fifth to a twentieth of the time, the mapping grounds with
 all lengths and waits times 0.4, and scenarios as they are shipped. ``--grounds`` takes some of them, ``--faults`` draws
-faults of some kinds alone.
+faults of some kinds alone, ``--set`` sets a key on all of them, which is then not drawn.
 
 Each campaign of 30 seeds has a folder of its own in ``--out``; those that are there already are not made again, so
 that a search which was ended goes on. The exit status is 1 if an invariant broke.
@@ -104,12 +104,14 @@ def campaigns(n_schedules: int, first: int, shares: dict[str, int]) -> Iterator[
         yield Campaign(ground, range(start, min(start + EACH, first + n_schedules)))
 
 
-def made(one: Campaign, folder: Path, kinds: Sequence[str], draws: str, jobs: int) -> dict[str, Any]:
+def made(
+    one: Campaign, folder: Path, kinds: Sequence[str], draws: str, given: Sequence[str], jobs: int
+) -> dict[str, Any]:
     """What came of a campaign: as its folder says, else after running it."""
     file = folder / one.name / "report.json"
     if not file.exists():
         ground = ground_of(one.ground)
-        report = campaign(plan_of(ground.scenario, "", ground.settings, kinds, draws), one.seeds, jobs=jobs)
+        report = campaign(plan_of(ground.scenario, "", (*ground.settings, *given), kinds, draws), one.seeds, jobs=jobs)
         draft = folder / f".{one.name}"
         draft.mkdir(parents=True, exist_ok=True)
         write_report(report, draft)
@@ -128,6 +130,7 @@ def main() -> int:
     parser.add_argument("--grounds", default=",".join(GROUNDS), help="names with commas; shipped scenarios, too")
     parser.add_argument("--faults", default="", help="kinds with commas, as of remoras stress; all if empty")
     parser.add_argument("--settings", default="all", help="as of remoras stress")
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="on all grounds")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--out", type=Path, required=True)
     given = parser.parse_args()
@@ -140,7 +143,7 @@ def main() -> int:
     broken = list[str]()
     print(f"{'campaign':<44} {'schedules':>9} {'finish without':>14} {'breaches':>8} {'wall (s)':>8}")
     for one in campaigns(given.schedules, given.first, {name: GROUNDS.get(name, 1) for name in names}):
-        report = made(one, given.out, kinds, given.settings, given.jobs)
+        report = made(one, given.out, kinds, given.settings, given.set, given.jobs)
         happened.update(report["happened"])
         drawn.update(report["drawn"])
         ran[one.ground] += report["n_runs"]
