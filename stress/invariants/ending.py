@@ -58,7 +58,7 @@ class Finishes:
     def broken(self, scene: Scene) -> str | None:
         """Look at the verdict."""
         run, about = scene.finished, scene.schedule.stress
-        if run is None or not about.must_finish or run.completed or _is_unheard_of(scene) or scene.is_parted:
+        if run is None or not about.must_finish or run.completed or _is_unheard_of(scene) or scene.was_parted:
             return None
         if run.reachable_fraction < 1.0:  # the work is all of it, whoever is left: nobody may be able to do some of it
             return None
@@ -77,7 +77,7 @@ class Ends:
         run, about, fleet = scene.finished, scene.schedule.stress, scene.fleet
         if run is None or not about.must_end or run.completed or fleet.ended_s + fleet.tick_s <= fleet.duration_s:
             return None
-        if not scene.in_contact() or _is_unheard_of(scene) or scene.is_parted:
+        if not scene.in_contact() or _is_unheard_of(scene) or scene.was_parted:
             return None
         return f"goes on at {fleet.ended_s:g} s: {run.reason}"
 

@@ -73,7 +73,7 @@ class Cardinality:
         lease_s = scene.setup.scenario.communication.lease_frames * scene.setup.schedule.frame_s
         ended_s = scene.fleet.ended_s
         quiet_s = QUIET_LEASES * lease_s
-        if scene.is_silent or scene.is_parted or ended_s < scene.schedule.stress.heal_s + quiet_s:
+        if scene.is_silent or scene.was_parted or ended_s < scene.schedule.stress.heal_s + quiet_s:
             return None
         if _is_doubted(scene, ended_s - quiet_s) or _was_silent(scene, ended_s - quiet_s, lease_s):
             return None

@@ -117,25 +117,36 @@ class Scene:
         return any(vehicle.social.is_silent for vehicle in self.in_contact())
 
     @cached_property
-    def losses(self) -> Losses:
-        """What each link loses for the whole run; on the channel acoustic where vehicles are in the end, since then."""
-        scenario, fleet = self.setup.scenario, self.fleet
-        if losses := losses_of(scenario):
-            return losses
-        places_m = [(vehicle.functional.motion.x_m, vehicle.functional.motion.y_m) for vehicle in fleet.vehicles]
-        return losses_there(scenario, self.schedule.stress.seed, places_m, fleet.ended_s, fleet.now_s)
-
-    @cached_property
     def has_cut_links(self) -> bool:
         """True if a link is nearly cut all the time: who told an item may never hear that it got through."""
-        return max(self.losses.values(), default=0.0) >= NEARLY_CUT
+        return max(self._losses_since.values(), default=0.0) >= NEARLY_CUT
 
     @cached_property
     def is_parted(self) -> bool:
         """True if news has no way between some of those in contact: all such ways have links that are nearly cut."""
+        return self._has_no_way(self._losses_since)
+
+    @cached_property
+    def was_parted(self) -> bool:
+        """True if that was so in the later half of the mission, in which those stand still who wait for others."""
+        return self._has_no_way(self._losses_in(0.5 * self.fleet.ended_s, self.fleet.ended_s))
+
+    @cached_property
+    def _losses_since(self) -> Losses:
+        """What each link loses after the mission."""
+        return self._losses_in(self.fleet.ended_s, self.fleet.now_s)
+
+    def _losses_in(self, from_s: float, until_s: float) -> Losses:
+        """What each link loses all the time; on the channel acoustic in that time, where vehicles are in the end."""
+        if losses := losses_of(self.setup.scenario):
+            return losses
+        motions = [vehicle.functional.motion for vehicle in self.fleet.vehicles]
+        places_m = [(motion.x_m, motion.y_m) for motion in motions]
+        return losses_there(self.setup.scenario, self.schedule.stress.seed, places_m, from_s, until_s)
+
+    def _has_no_way(self, losses: Losses) -> bool:
         names = [vehicle.name for vehicle in self.in_contact()]
-        ways_on = passes_on(self.setup.scenario)
-        return bool(self.losses) and math.isinf(packets_each(self.losses, ways_on, names))
+        return bool(losses) and math.isinf(packets_each(losses, passes_on(self.setup.scenario), names))
 
     def in_contact(self) -> list[Vehicle]:
         """Vehicles that are alive, hear and are heard."""
