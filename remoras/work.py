@@ -184,8 +184,14 @@ class Work:
 
     @cached_property
     def open(self) -> tuple[RoleSpecification, ...]:
-        """Unfinished roles whose job may be begun: all that it needs is known to be done."""
-        return tuple(role for role in self.unfinished if self.done.issuperset(self.job(role).needs))
+        """Unfinished roles whose job may be begun: all that it needs is known to be done.
+
+        What the goal spares nobody begins: of that only jobs are open that somebody has or that were given anew.
+        """
+        found = tuple(role for role in self.unfinished if self.done.issuperset(self.job(role).needs))
+        if not self.is_enough:
+            return found
+        return tuple(role for role in found if self.holders(role) or role.job in self.given_anew)
 
     @property
     def vacant(self) -> tuple[RoleSpecification, ...]:

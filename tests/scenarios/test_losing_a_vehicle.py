@@ -2,9 +2,13 @@
 
 import math
 
+import pytest
+from sampling import sampled
+
 from missions.runs.run import Run, run
 from missions.runs.summary import summary
 from missions.scenarios import load
+from remoras.work import Work
 
 
 def with_a_weak_auv01() -> Run:
@@ -52,3 +56,24 @@ def test_a_head_that_joins_late_gives_way_to_its_successor() -> None:
     finished = run(load("mapping-patches", settings), 3)
     assert finished.completed
     assert finished.end_s < 3000.0
+
+
+def head_lost(at_s: float) -> float:
+    """When a mission is complete whose head is lost after all but a few cells are mapped (s)."""
+    fault = f'fault=[{{kind="lost", vehicle="AUV00", at_s={at_s}}}]'
+    finished = run(load("mapping-rendezvous", [("--set", fault), ("--set", "channel.per=0.2")]))
+    assert finished.completed
+    return finished.end_s
+
+
+@pytest.mark.parametrize("at_s", sampled((1800.0, 1860.0, 1920.0, 1980.0, 2040.0), 1920.0))
+def test_what_the_goal_spares_is_not_given_to_others_once_its_vehicle_is_lost(at_s: float) -> None:
+    """The successor waits for nothing that nobody needs: it meets the others, and both the surface vehicle."""
+    assert head_lost(at_s) <= 2350.0
+
+
+@pytest.mark.slow
+def test_where_it_is_given_out_head_and_member_wait_for_each_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Load-bearing: the member comes to the meeting, to which it is called, and the head waits for its work."""
+    monkeypatch.setattr(Work, "open", property(lambda work: work.unfinished))
+    assert head_lost(1920.0) > 2900.0
