@@ -251,7 +251,7 @@ class SocialLayer:
         """End of a round: see who is there; None if nothing changed. Roles of the absent fall free, heads replan."""
         before, word_s, names = self.present, self._picture.peers.word_s, self.database.names
         heard_s = self._negotiation.heard_or_expected_s(word_s, names, now_s)
-        seen = self.standing.look_around(now_s, heard_s, max(word_s.values(), default=0.0), self._picture.peers.links)
+        seen = self.standing.look_around(now_s, heard_s, max(word_s.values(), default=0.0))
         if seen is None:
             return None
         self._picture.groups.gathered = self._gatherings.believed(self.standing.is_cut_off)

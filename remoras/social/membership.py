@@ -8,19 +8,19 @@ believes of the others. Before that, one that has heard nobody for a part of the
 takes nobody else for absent: else a deaf head would order others about while their leases end one by one.
 
 A silence that losses cannot explain need not last a lease. What counts for that are TDMA frames in which there was word
-of somebody, since in others the vehicle itself may have been deaf. A peer is absent after so many of them that the
-losses of its link alone make such a silence with a stated probability: accrual, after Hayashibara et al., The phi
-accrual failure detector, SRDS 2004.
+of somebody, since in others the vehicle itself may have been deaf. In what share of them there was no word of a peer
+while it was present, by its own packets or by what others told, says how soon its silence means something: a peer is
+absent after so many frames that losses alone make such a silence with a stated probability: accrual, after Hayashibara
+et al., The phi accrual failure detector, SRDS 2004. So of one that many hear, nobody waits longer for being far off.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from types import MappingProxyType
 from typing import NamedTuple
 
-from exchange.peering.peers import Link, PeerLinks
+from exchange.peering.peers import HEARD, LOST, Link, LossEstimate
 from remoras.organisation import Organisation
 
 AWAY_FRAMES = 1.5
@@ -30,7 +30,6 @@ AWAY_FRAMES = 1.5
 SHORTEST_FRAMES, FADING_S = 10, 200.0
 """Silence for which nobody is taken to have left, in TDMA frames and in seconds: a link may become worse or fade for
 minutes, which its mean loss does not tell."""
-UNKNOWN = Link(None, 0)
 
 
 class Lease(NamedTuple):
@@ -47,14 +46,14 @@ class Lease(NamedTuple):
     frame_s: float
     false_absence: float = 0.0
 
-    def frames_of(self, link: Link) -> int:
-        """TDMA frames with word of somebody that a peer may be silent in over whose link so much is lost.
+    def frames_of(self, word: Link) -> int:
+        """TDMA frames with word of somebody that a peer may be silent in of which so much word is lost.
 
         >>> [Lease(880.0, 22.0, 1e-6).frames_of(Link(p, 64, p)) for p in (0.02, 0.4, 0.6, 0.8)]
         [10, 16, 28, 62]
         """
         shortest = max(SHORTEST_FRAMES, math.ceil(FADING_S / self.frame_s))
-        return max(shortest, link.longest_silence(self.false_absence))
+        return max(shortest, word.longest_silence(self.false_absence))
 
 
 class Changes(NamedTuple):
@@ -134,6 +133,7 @@ class Membership:
         self._away_s = AWAY_FRAMES * lease.frame_s
         self._word_s, self._n_frames = 0.0, 0  # when there was word of anybody last, and in how many frames there was
         self._spoke: dict[str, tuple[float, int]] = {}  # the same by peer
+        self._word = {name: LossEstimate() for name in self._peers}  # of frames with word of somebody, those without
         self._looked_s = 0.0
         self._since_s = 0.0
         self.absent: frozenset[str] = frozenset()
@@ -146,7 +146,6 @@ class Membership:
         now_s: float,
         heard_s: Mapping[str, float],
         word_s: float = 0.0,
-        links: Mapping[str, PeerLinks] = MappingProxyType({}),
     ) -> Changes:
         """End of a TDMA frame: see who is absent and present now.
 
@@ -154,7 +153,6 @@ class Membership:
             now_s: time of the end of the frame.
             heard_s: when there was word of each peer last, or its silence meant nothing.
             word_s: when there was word of anybody last.
-            links: what the links from and to each lose.
         """
         if now_s - self._looked_s > self._away_s:
             self._since_s = now_s
@@ -164,22 +162,23 @@ class Membership:
         if self._lease.false_absence and word_s > self._word_s:
             self._word_s, self._n_frames = word_s, self._n_frames + 1
         if self._lease.false_absence:
-            absent |= self._silent_beyond_loss(heard_s, links)
+            absent |= self._silent_beyond_loss(heard_s)
         before, self.absent = self.absent, absent
         if before == self.absent:
             return NO_CHANGES
         self.cut_off = len(self.absent) == len(self._peers)
         return Changes(tuple(sorted(self.absent - before)), tuple(sorted(before - self.absent)))
 
-    def _silent_beyond_loss(self, heard_s: Mapping[str, float], links: Mapping[str, PeerLinks]) -> set[str]:
-        """Peers whose silence, in frames with word of somebody, the losses of their links do not explain."""
+    def _silent_beyond_loss(self, heard_s: Mapping[str, float]) -> set[str]:
+        """Peers whose silence, in frames with word of somebody, is longer than losses explain."""
         spoke, n_frames, silent = self._spoke, self._n_frames, set[str]()
         for name in self._peers:
             known, spoke_s = spoke.get(name), heard_s.get(name, 0.0)
             if known is None or spoke_s > known[0]:
+                if known is not None:
+                    n_lost = 0 if name in self.absent else n_frames - known[1] - 1
+                    self._word[name].samples += [*[LOST] * n_lost, HEARD]
                 spoke[name] = spoke_s, n_frames
-            elif (n_silent := n_frames - known[1]) >= SHORTEST_FRAMES:
-                link = links[name].incoming if name in links else UNKNOWN
-                if n_silent >= self._lease.frames_of(link):
-                    silent.add(name)
+            elif (n := n_frames - known[1]) >= SHORTEST_FRAMES and n >= self._lease.frames_of(self._word[name].link):
+                silent.add(name)
         return silent

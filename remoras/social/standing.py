@@ -12,7 +12,6 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from exchange.peering.peers import PeerLinks
 from remoras.activities import Objective
 from remoras.authority import Act, Request, Rules
 from remoras.beliefs import Beliefs, Fact
@@ -135,16 +134,13 @@ class Standing:
 
     # The end of a round --------------------------------------------------------------------------
 
-    def look_around(
-        self, now_s: float, heard_s: Mapping[str, float], word_s: float, links: Mapping[str, PeerLinks]
-    ) -> Seen | None:
+    def look_around(self, now_s: float, heard_s: Mapping[str, float], word_s: float) -> Seen | None:
         """End of a round: see who is there; None if all is as it was.
 
         Args:
             now_s: time of the end of the round.
             heard_s: when there was word of each peer last, or its silence meant nothing.
             word_s: when there was word of anybody last.
-            links: what the links from each lose.
         """
         if now_s - self._looked_s > max(self._away_s, self._lease_s):
             self._began_s, self._was_away_s = now_s, self._looked_s
@@ -152,7 +148,7 @@ class Standing:
         if self._began_s > 0.0:
             missed = (name for name in self._database.names if heard_s.get(name, 0.0) <= self._was_away_s)
             self.consultation.begin_anew(self._began_s, frozenset({self._me, *missed}))
-        changes = self._membership.look_around(now_s, heard_s, word_s, links)
+        changes = self._membership.look_around(now_s, heard_s, word_s)
         if changes is NO_CHANGES:
             return None
         if changes.absent:

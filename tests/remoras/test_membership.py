@@ -9,7 +9,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from samples import auv, database
 
-from exchange.peering.peers import Link, PeerLinks
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
 from remoras.social.membership import Changes, Lease, Membership, absent_peers
 from remoras.social.succession import FURTHEST, N_TERMS, Claim, Headship, successor
@@ -58,33 +57,42 @@ def test_who_was_away_itself_begins_anew() -> None:
 LONG = Lease(40 * FRAME_S, FRAME_S, 1e-6)
 
 
-def looks(lease: Lease, heard: Callable[[int, str], bool], n_frames: int, per: float) -> dict[str, int]:
-    """In which frame each peer is absent first; links lose ``per`` as far as is known."""
+def looks(lease: Lease, heard: Callable[[int, str], bool], n_frames: int) -> dict[str, int]:
+    """In which frame each peer is absent first."""
     seen, heard_s, first = Membership("AUV00", ("AUV00", *PEERS), lease), dict[str, float](), dict[str, int]()
-    links = {name: PeerLinks(Link(per, 64, max(per, 0.015)), Link(per, 64, per)) for name in PEERS}
     for frame in range(1, n_frames + 1):
         now_s = frame * FRAME_S
         heard_s |= {name: now_s for name in PEERS if heard(frame, name)}
-        for name in seen.look_around(now_s, heard_s, max(heard_s.values(), default=0.0), links).absent:
+        for name in seen.look_around(now_s, heard_s, max(heard_s.values(), default=0.0)).absent:
             first.setdefault(name, frame)
     return first
 
 
 def test_who_stops_on_a_good_link_is_noticed_before_the_longest_lease_and_never_after() -> None:
-    """The last word of AUV02 is of frame 100; frames of 10 s: 200 s are 20 of them."""
-    noticed = [
-        looks(LONG, lambda frame, name: name != "AUV02" or frame <= 100, 150, per) for per in (0.0, 0.4, 0.6, 0.8)
-    ]
-    assert noticed == [{"AUV02": 120}, {"AUV02": 120}, {"AUV02": 128}, {"AUV02": 140}]
+    """The last word of AUV02 is of frame 100, until then of so many in five; frames of 10 s: 200 s are 20 of them."""
+    noticed = list[dict[str, int]]()
+    for n in (5, 3, 2, 1):
+        noticed.append(looks(LONG, lambda frame, name, n=n: name != "AUV02" or (frame <= 100 and frame % 5 < n), 150))
+    assert noticed == [{"AUV02": 120}, {"AUV02": 120}, {"AUV02": 127}, {"AUV02": 140}]
+
+
+def test_a_long_absence_makes_no_lease_longer_once_the_peer_is_back() -> None:
+    """AUV02 is away from frame 50 to 100, and for good from 150 on."""
+    there = {"AUV02": lambda frame: frame <= 50 or 100 < frame <= 150}
+    seen, absent_since = Membership("AUV00", ("AUV00", *PEERS), LONG), list[int]()
+    heard_s = dict[str, float]()
+    for frame in range(1, 201):
+        heard_s |= {name: frame * FRAME_S for name in PEERS if name not in there or there[name](frame)}
+        if "AUV02" in seen.look_around(frame * FRAME_S, heard_s, frame * FRAME_S).absent:
+            absent_since.append(frame)
+    assert absent_since == [70, 170]
 
 
 @given(st.floats(0.0, 0.9), st.integers(0, 2**32))
 def test_with_no_false_absence_allowed_all_have_the_longest_lease(per: float, seed: int) -> None:
     stream = random.Random(seed)
     heard = {(frame, name) for frame in range(1, 200) for name in PEERS if stream.random() >= per and frame % 90 < 60}
-    plain, same = (
-        looks(lease, lambda *one: one in heard, 200, per) for lease in (LONG._replace(false_absence=0.0), LONG)
-    )
+    plain, same = (looks(lease, lambda *one: one in heard, 200) for lease in (LONG._replace(false_absence=0.0), LONG))
     assert all(same[name] <= frame for name, frame in plain.items())
     seen = Membership("AUV00", ("AUV00", *PEERS), LONG._replace(false_absence=0.0))
     heard_s: dict[str, float] = {}
@@ -97,14 +105,14 @@ def test_with_no_false_absence_allowed_all_have_the_longest_lease(per: float, se
 def test_a_spell_in_which_nobody_is_heard_makes_nobody_absent() -> None:
     """It is deaf for 29 frames; then it hears the one, and 9 frames later the others."""
     back = {"AUV01": 130, "AUV02": 139, "AUV03": 139}
-    assert looks(LONG, lambda frame, name: frame <= 100 or frame >= back[name], 200, 0.0) == {}
+    assert looks(LONG, lambda frame, name: frame <= 100 or frame >= back[name], 200) == {}
 
 
 @pytest.mark.parametrize("per", [0.2, 0.4, 0.6])
 def test_losses_alone_hardly_ever_make_anybody_absent(per: float) -> None:
     """1e-6 for each silence; in 60,000 frames of three links that is less than once in ten such runs."""
     stream = random.Random(1)
-    assert looks(LONG, lambda frame, name: stream.random() >= per, 60_000, per) == {}
+    assert looks(LONG, lambda frame, name: stream.random() >= per, 60_000) == {}
 
 
 # Succession ---------------------------------------------------------------------------------------
