@@ -59,8 +59,8 @@ class Communication(Sparse):
         1e-6,
         ge=0.0,
         le=0.01,
-        description="probability that losses of its link alone make a silence for which a vehicle is taken to have "
-        "left: by it leases are shorter where links are good, down to 10 frames and 200 s; 0: lease_frames for all",
+        description="probability that losses alone make a silence for which a vehicle is taken to have left: by it "
+        "leases are shorter where others hear it, too, down to 10 frames and 200 s; 0: lease_frames for all",
     )
     carrier_evidence: bool = Field(True, description="take a peer that sends an item as holding it")
     time_resolution_s: float = Field(
