@@ -126,22 +126,23 @@ class MeetingTruth:
         if not survivors:
             return False
         self._is_planned = self._is_planned or self._have_planned(survivors)
-        if not self._is_planned:
-            return False
-        if not self._consulted and self._is_consulted(survivors):
-            self._consulted = True
-            self.milestones.append(Milestone(now_s, "consultation_done"))
-        self.watch(fleet, now_s)
+        if self._is_planned:
+            if not self._consulted and self._is_consulted(survivors):
+                self._consulted = True
+                self.milestones.append(Milestone(now_s, "consultation_done"))
+            self.watch(fleet, now_s)
         for group in list(self._apart) if now_s >= self._opens_s else ():
             if any(other.name in self._meets_after[group.name] for other in self._apart):
                 continue
             self._note_who_is_there(alive, group, now_s)
+            if not self._is_planned:
+                continue  # who leads alone may have met before the others have planned
             if self._is_together(survivors, group) and self.is_worked_off(group):
                 self._note_meeting(group, survivors, (), now_s)
             elif self._there_s and self._is_overdue(survivors, group, now_s):
                 missing = [v.name for v in self._members(survivors, group) if not self._has_come(v, group)]
                 self._note_meeting(group, survivors, missing, now_s)
-        if self._apart or self.goal_fraction < 1.0:
+        if not self._is_planned or self._apart or self.goal_fraction < 1.0:
             return False
         self.milestones.append(Milestone(now_s, "mission_complete"))
         return True

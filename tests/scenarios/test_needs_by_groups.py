@@ -123,7 +123,7 @@ def test_whoever_is_lost_the_others_complete_it(lost: str) -> None:
 
 def test_a_new_head_takes_up_what_it_had_set_aside() -> None:
     """AUV00 leads all groups in the place of ASV00: it needs to know from then on what is done, and who does it."""
-    made = finished(*LOSS, 'fault=[{kind="lost", vehicle="ASV00", at_s=900.0}]', "communication.lease_frames=15")
+    made = finished(*LOSS, 'fault=[{kind="lost", vehicle="ASV00", at_s=1000.0}]', "communication.lease_frames=15")
     heads = (row for row in made.recorder.roles if row[3:] == ("MissionAdministrator", "assigned"))
     successor, leads_s = next((row[1], row[0]) for row in heads if row[1] != "ASV00")
     aside = {row[2]: row[0] for row in made.recorder.knowledge if row[1] == successor and row[4] == "set aside"}
