@@ -120,7 +120,8 @@ class LeadershipHistory:
                 continue
             began = self._has_led_since(group, claimed, counting)
             if began is not None:
-                counting[:] = [one for one in counting if one.vehicle == claimed.vehicle or one.since < began]
+                meanwhile = [one for one in counting if began <= one.since < claimed.since]
+                counting[:] = [one for one in counting if one.vehicle == claimed.vehicle or one not in meanwhile]
             elif not self._heads_against(group, claimed, counting) <= excused:
                 continue
             counting.append(claimed)
