@@ -141,6 +141,11 @@ class Recorded:
     step_s: float
 
     @property
+    def n_lost(self) -> int:
+        """How many were lost."""
+        return int(self.lost.sum())
+
+    @property
     def loss_rate(self) -> float:
         """Share that was lost."""
         return float(self.lost.mean())
@@ -182,7 +187,7 @@ class Recorded:
         Raises:
             NoBurstsError: they are too few, all received or all lost, or hardly any is.
         """
-        n, n_lost = len(self.lost), int(self.lost.sum())
+        n, n_lost = len(self.lost), self.n_lost
         if n < FEWEST:
             raise NoBurstsError(f"{n} packets are too few to tell bursts; needed are {FEWEST} at least")
         if n_lost in (0, n):

@@ -145,7 +145,7 @@ def channel_lines(fit: Fit, share: float, every: str) -> Iterator[str]:
 
 def _print(of: Recorded, found: list[Fit], source: str) -> None:
     """What was counted, and a line for each model."""
-    n, n_lost = len(of.lost), int(of.lost.sum())
+    n, n_lost = len(of.lost), of.n_lost
     links = next(iter(of.per_link)) if len(of.per_link) == 1 else ()
     on = f"{links[0]} to {links[1]}" if links else f"{len(of.per_link)} links"
     step = f", one each {of.step_s:.4g} s (median)" if of.step_s else ""
@@ -184,7 +184,7 @@ def _as_json(of: Recorded, found: list[Fit], share: float, source: str) -> dict[
     return {
         "file": source,
         "packets": len(of.lost),
-        "lost": int(of.lost.sum()),
+        "lost": of.n_lost,
         "loss_rate": of.loss_rate,
         "mean_burst": of.mean_burst,
         "step_s": of.step_s,
