@@ -11,7 +11,7 @@ from missions.runs.run import run
 from missions.runs.setup import resolved
 from missions.scenarios import load, shipped
 from remoras.activities import Activity, ActivityType
-from remoras.behaviours import Standing
+from remoras.behaviours import Standing, awaited
 from remoras.beliefs import Key
 from remoras.motion import Motion
 from remoras.picture import Picture
@@ -80,7 +80,8 @@ def test_who_takes_over_is_not_called_off_by_a_head_that_hears_of_no_work(
     lost = 'fault=[{vehicle="AUV01",kind="lost",at_s=900}]'
     scenario = load(str(untold), [("--set", one) for one in ("strategy.name=remoras", "channel.per=0.3", lost)])
     assert run(scenario, 1).completed
-    monkeypatch.setattr(Unfinished, "holds", lambda *_: False)
+    monkeypatch.setattr(AfterWork, "_settled", lambda self: self._found.settled)
+    monkeypatch.setattr(Unfinished, "answers", lambda self, group, picture: awaited(group, picture))
     finished = run(scenario, 1)
     assert not finished.completed
     assert "82 % of the work done" in finished.reason
