@@ -45,6 +45,8 @@ REPEATED_EPOCHS = 2
 
 LOST, HEARD = 1.0, 0.0
 """Samples of a link."""
+MOST_SAMPLES = 64
+"""That wait to be counted."""
 KEPT = 1.0 - 1.0 / 64.0
 """What is left of the weight of a sample after the next one."""
 PRIOR_LOSS = 0.5
@@ -102,6 +104,13 @@ class LossEstimate:
     _n: int = 0
     _lost: float = 0.0
     _weight: float = 0.0
+
+    def note_heard(self, n_lost: int) -> None:
+        """Take note of a packet that was heard after so many that were lost: of ever so many the newest count."""
+        self.samples += [LOST] * min(n_lost, MOST_SAMPLES)
+        self.samples.append(HEARD)
+        if len(self.samples) > MOST_SAMPLES:
+            self._count()
 
     def _count(self) -> None:
         """Take in the samples: one is taken with every packet, but the estimate is asked for now and then."""
