@@ -209,6 +209,10 @@ class Format(StrEnum):
     GIF = "gif"
 
 
+FigureFolder = Annotated[
+    Path | None, typer.Option(metavar="DIR", help="Folder for the figure, its caption and its CSV.")
+]
+FigureFormat = Annotated[Format, typer.Option("--format", metavar="png|svg|pdf", help="File format of the figure.")]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON value and nothing else.")]
 
 

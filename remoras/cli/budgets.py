@@ -12,7 +12,7 @@ import typer
 
 from missions.errors import LONGEST_VALUE, cut
 from remoras.cli import completion
-from remoras.cli.app import Format, Json, command, fail, show_json
+from remoras.cli.app import FigureFolder, FigureFormat, Format, Json, command, fail, show_json
 from remoras.cli.runs import Seed, Settings
 from remoras.cli.tables import on_terminal, show_table
 
@@ -56,12 +56,8 @@ def link_budget(
     ] = 0,
     seed: Seed = 1,
     settings: Settings = None,
-    out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Folder for the figure, its caption and its CSV.")
-    ] = None,
-    file_format: Annotated[
-        Format, typer.Option("--format", metavar="png|svg|pdf", help="File format of the figure.")
-    ] = Format.PNG,
+    out: FigureFolder = None,
+    file_format: FigureFormat = Format.PNG,
     as_json: Json = False,
 ) -> None:
     """Tell what of a modem's packets arrives against range, on the channel acoustic."""

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from missions.errors import LONGEST_VALUE, cut
-from remoras.cli.app import Format, Json, command, fail, show_json
+from remoras.cli.app import FigureFolder, FigureFormat, Format, Json, command, fail, show_json
 
 if TYPE_CHECKING:
     from exchange.acoustics.bursts import BurstModel, Fit, Recorded
@@ -32,12 +32,8 @@ def bursts(
             metavar="SECONDS", help="Slot of the scenario that the table is for; the trace's step if left out."
         ),
     ] = None,
-    out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Folder for the figure, its caption and its CSV.")
-    ] = None,
-    file_format: Annotated[
-        Format, typer.Option("--format", metavar="png|svg|pdf", help="File format of the figure.")
-    ] = Format.PNG,
+    out: FigureFolder = None,
+    file_format: FigureFormat = Format.PNG,
     as_json: Json = False,
 ) -> None:
     """Fit losses in bursts (Gilbert-Elliott) to a trace, and tell whether they are warranted."""

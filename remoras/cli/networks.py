@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from missions.errors import LONGEST_VALUE, cut
 from remoras.cli import completion
-from remoras.cli.app import Format, Json, command, fail, show_json
+from remoras.cli.app import FigureFolder, FigureFormat, Format, Json, command, fail, show_json
 
 if TYPE_CHECKING:
     from exchange.acoustics.network import Network
@@ -25,12 +24,8 @@ def network(
             metavar="NAME", help="Shipped network, or a TOML or CSV file of one.", autocompletion=completion.network
         ),
     ],
-    out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Folder for the figure, its caption and its CSV.")
-    ] = None,
-    file_format: Annotated[
-        Format, typer.Option("--format", metavar="png|svg|pdf", help="File format of the figure.")
-    ] = Format.PNG,
+    out: FigureFolder = None,
+    file_format: FigureFormat = Format.PNG,
     as_json: Json = False,
 ) -> None:
     """Tell what was measured of a network: source, losses, what is not known; with --out draw map and losses."""

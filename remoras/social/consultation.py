@@ -168,6 +168,8 @@ class Consultation:
                 said = Observation(change.block, position)
                 if not self.formations.may_come(self.requests.of(said).group, agreed):
                     self._count(said, agreed, alone)
+                    if alone:
+                        self.isolated.give(self.requests.of(said), fact)
                 elif not alone:
                     self._pending.append(said)
 
@@ -394,6 +396,8 @@ class Consultation:
         """Let what the vehicle states for itself alone count, and note what is to be undone."""
         n_assigned, n_left = len(agreed.assigned), len(agreed.left)
         for observation in pending:
-            if self.requests.of(observation).act not in FOR_ALL:
+            asked = self.requests.of(observation)
+            if asked.act not in FOR_ALL:
                 self._count(observation, agreed, alone=True)
+                self.isolated.give(asked, observation.fact)
         self.isolated.note(agreed, n_assigned, n_left)

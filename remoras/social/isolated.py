@@ -1,18 +1,26 @@
-"""Isolated changes: what a vehicle that is cut off has changed for itself, to be undone when it comes back."""
+"""Isolated changes: what a vehicle that is cut off has changed for itself.
+
+When it comes back, roles are undone, and what it gave to roles and groups is told: nobody else has heard of that.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from remoras.authority import Act, Request
+from remoras.beliefs import Fact
 from remoras.organisation import Organisation, RoleAssignment
 from remoras.social.agreed import Agreed
+from worldmodel import PropertyValue
 
 
 class IsolatedChanges:
-    """Roles that a vehicle took and gave up while it was cut off."""
+    """Roles that a vehicle took and gave up while it was cut off, and orders that it gave."""
 
     def __init__(self) -> None:
         self._taken: dict[RoleAssignment, None] = {}
         self._displaced: dict[RoleAssignment, None] = {}
+        self._given: dict[Request, Fact] = {}
 
     @property
     def has_changes(self) -> bool:
@@ -28,11 +36,22 @@ class IsolatedChanges:
                 self._displaced[assignment] = None
         self._taken.update(dict.fromkeys(agreed.assigned[n_assigned:]))
 
+    def give(self, asked: Request, fact: PropertyValue) -> None:
+        """Note what was said alone, if it gives a role an objective or a group a mission: that is not undone."""
+        if not asked.assignee:
+            self._given[asked] = fact.subject, fact.attribute, fact.value
+
+    def untold(self, may: Callable[[Request], bool]) -> list[Fact]:
+        """What the vehicle gave alone, once it is back: that which it ``may`` still give, to be told now."""
+        given, self._given = self._given, {}
+        return [fact for asked, fact in given.items() if may(asked)]
+
     def forget(self, group: str) -> None:
         """A group was formed or dissolved at sea: there is nothing to undo in it."""
         for roles in (self._taken, self._displaced):
             for role in [role for role in roles if role.group == group]:
                 del roles[role]
+        self._given = {asked: fact for asked, fact in self._given.items() if asked.group != group}
 
     def come_back(self, me: str, organisation: Organisation) -> Agreed:
         """The vehicle is cut off no longer: it leaves what it took on alone, and others hold again what they held.

@@ -249,7 +249,7 @@ class SocialLayer:
 
     def look_around(self, now_s: float) -> Review | None:
         """End of a round: see who is there; None if nothing changed. Roles of the absent fall free, heads replan."""
-        before, was_cut_off = self.present, self.standing.is_cut_off
+        before = self.present
         word_s, names = self._picture.peers.word_s, self.database.names
         heard_s = self._negotiation.heard_or_expected_s(word_s, names, now_s)
         seen = self.standing.look_around(now_s, heard_s, max(word_s.values(), default=0.0))
@@ -268,8 +268,7 @@ class SocialLayer:
         self.planner.plan_again({assignment.group for assignment in led if assignment.vehicle in seen.changes.present})
         assigned, left = seen.undone.of(self.me)
         passed_on = [] if self.standing.is_cut_off else self._workload.told_by(seen.changes.absent)
-        if was_cut_off and not self.standing.is_cut_off:
-            passed_on += self.planner.orders.said_alone(self._led)
+        passed_on += seen.orders
         is_due = stale or before.roles_of(self.me) != self.present.roles_of(self.me)
         return Review(events, seen.facts, assigned, left, seen.undone.rulings, is_due, passed_on)
 
@@ -304,8 +303,6 @@ class SocialLayer:
             self._negotiation.begin(group)
             self._gatherings.begin(group, self._picture.body.now_s)
         self.objectives = agreed.objectives_after(self.objectives, self._founding)
-        if self.standing.is_cut_off:
-            self.planner.orders.given_alone.update(dict.fromkeys(agreed.objectives))
         over = self.conclusions.taken_back(agreed.objectives, self._gatherings, self._workload, self._negotiation)
         self._picture.groups.gathered = self._gatherings.believed(self.standing.is_cut_off)
         self._renew_leads()

@@ -20,7 +20,7 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
-from exchange.peering.peers import HEARD, LOST, Link, LossEstimate
+from exchange.peering.peers import Link, LossEstimate
 from remoras.organisation import Organisation
 
 AWAY_FRAMES = 1.5
@@ -177,7 +177,7 @@ class Membership:
             if known is None or spoke_s > known[0]:
                 if known is not None:
                     n_lost = 0 if name in self.absent else n_frames - known[1] - 1
-                    self._word[name].samples += [*[LOST] * n_lost, HEARD]
+                    self._word[name].note_heard(n_lost)
                 spoke[name] = spoke_s, n_frames
             elif (n := n_frames - known[1]) >= SHORTEST_FRAMES and n >= self._lease.frames_of(self._word[name].link):
                 silent.add(name)

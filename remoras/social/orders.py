@@ -42,8 +42,6 @@ class Orders:
         self._awaited: dict[RoleAssignment, str] = {}  # jobs given out, of which nothing has come back
         self.issued: set[RoleAssignment] = set()
         self.issued_objectives: set[Objective] = set()
-        self.given_alone: dict[Objective, None] = {}
-        """Objectives that roles have in the view of this vehicle alone, which was cut off when it gave them."""
 
     def note(self, change: Change) -> None:
         """Whoever says something about a job has heard that it is his."""
@@ -116,16 +114,8 @@ class Orders:
             return []
         self._proposed[objective] = None
         self.issued_objectives.add(objective)
-        return [self._given(objective)]
-
-    def said_alone(self, led: Collection[str]) -> list[Fact]:
-        """What it gave while it was cut off, of the groups that it leads now that it is back: nobody has heard that."""
-        given, self.given_alone = self.given_alone, {}
-        return [self._given(objective) for objective in given if objective.group in led]
-
-    def _given(self, objective: Objective) -> Fact:
         subject = f"{objective.group}.{objective.role}"
-        return self._beliefs.fact(subject, OBJECTIVE_PREFIX + objective.name, objective.argument)
+        return [self._beliefs.fact(subject, OBJECTIVE_PREFIX + objective.name, objective.argument)]
 
     def allocate(self, work: Work) -> list[Fact]:
         """Let the strategy allocate roles to members of the group, on top of what was proposed in this round.

@@ -13,9 +13,9 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from remoras.activities import Objective
-from remoras.authority import Act, Request, Rules
+from remoras.authority import Act, Request, Rules, may_assign
 from remoras.beliefs import Beliefs, Fact
-from remoras.organisation import Organisation
+from remoras.organisation import Organisation, Outcome
 from remoras.social.agreed import Agreed
 from remoras.social.availability import Availability
 from remoras.social.consultation import Consultation
@@ -35,11 +35,13 @@ class Seen:
         changes: peers that have become absent and present.
         undone: roles that count no longer, or again, now that this vehicle has come back.
         facts: what it tells the others of itself on falling out and on coming back.
+        orders: what it gave while it was cut off, told once it is back.
     """
 
     changes: Changes
     undone: Agreed
     facts: list[Fact] = field(default_factory=list)
+    orders: list[Fact] = field(default_factory=list)
 
 
 class Footing(NamedTuple):
@@ -167,7 +169,13 @@ class Standing:
                 self._is_out_of_reach = False
                 facts = [self._statements.available(True)]
         self._renew(undone.organisation)
-        return Seen(changes, undone, facts)
+        orders = [] if self.is_cut_off else self.consultation.isolated.untold(self._may_give)
+        return Seen(changes, undone, facts, orders)
+
+    def _may_give(self, asked: Request) -> bool:
+        """True if the others will let this vehicle give that, as far as it knows."""
+        outcome = may_assign(asked, self.present, self._rules, lambda name, group: name in self.present.heads(group))
+        return outcome is Outcome.SUCCESS
 
     def agree(self) -> Agreed:
         """End of a round: what was said in it counts from now on."""

@@ -1,0 +1,81 @@
+"""What a vehicle that is cut off has changed for itself: undone when it comes back, but its orders are told then."""
+
+from collections.abc import Iterator
+
+import pytest
+
+from missions.runs.assembly import assemble
+from missions.runs.setup import resolved
+from missions.scenarios import load
+from remoras.authority import Act, Request
+from remoras.fleet import Fleet
+from remoras.social.isolated import IsolatedChanges
+from remoras.social.layer import Review
+from remoras.vehicle import Vehicle
+from worldmodel import PropertyValue
+
+SETUP = resolved(load("mapping-rendezvous"))
+EXPLORE_LEFT = ("Operational.LeftWinger", "objectiveExploring", "left")
+MAP_ALL = ("Operational", "hasMission", "AreaMapping")
+
+
+@pytest.fixture
+def fleet() -> Iterator[Fleet]:
+    assembled = assemble(SETUP, seed=1)
+    yield assembled
+    assembled.close()
+
+
+def cut_off(vehicle: Vehicle) -> int:
+    """The TDMA frame by which a vehicle that hears nobody is cut off."""
+    for frame in range(1, 100):
+        vehicle.social.look_around(frame * SETUP.schedule.frame_s)
+        if vehicle.social.standing.is_cut_off:
+            return frame
+    raise AssertionError("it is never cut off")
+
+
+def say_alone(vehicle: Vehicle, frame: int, *facts: tuple[str, str, str]) -> None:
+    record = vehicle.beliefs.model.record
+    for fact in facts:
+        change = record([vehicle.beliefs.fact(*fact)], frame * SETUP.schedule.frame_s)
+        vehicle.social.consider([change], told=False)
+    vehicle.social.consult()
+
+
+def hear_again(vehicle: Vehicle, frame: int, *names: str) -> Review | None:
+    at_s = frame * SETUP.schedule.frame_s
+    vehicle.social._picture.peers.heard_s.update(dict.fromkeys(names, at_s))
+    return vehicle.social.look_around(at_s)
+
+
+def test_a_head_that_was_cut_off_tells_what_it_gave_alone_and_once(fleet: Fleet) -> None:
+    head = next(vehicle for vehicle in fleet.vehicles if vehicle.name == "AUV00")
+    frame = cut_off(head)
+    say_alone(head, frame, MAP_ALL, EXPLORE_LEFT, ("AUV01", "playsRole", "Operational.LeftWinger"))
+    came_back = hear_again(head, frame + 1, "AUV01")
+    assert came_back is not None
+    assert came_back.passed_on == [head.beliefs.fact(*MAP_ALL), head.beliefs.fact(*EXPLORE_LEFT)]
+    once_more = hear_again(head, frame + 2, "AUV02")
+    assert once_more is not None
+    assert once_more.passed_on == []
+
+
+def test_a_member_that_led_itself_alone_tells_nothing_that_the_others_would_refuse(fleet: Fleet) -> None:
+    member = next(vehicle for vehicle in fleet.vehicles if vehicle.name == "AUV01")
+    frame = cut_off(member)
+    say_alone(member, frame, EXPLORE_LEFT)
+    assert "left" in [one.argument for one in member.social.objectives.values()]
+    came_back = hear_again(member, frame + 1, "AUV00", "AUV02")
+    assert came_back is not None
+    assert came_back.passed_on == []
+
+
+def test_of_a_group_that_was_formed_anew_nothing_is_told() -> None:
+    changes = IsolatedChanges()
+    for group in ("Left", "Right"):
+        changes.give(Request("A", Act.MISSION, group, argument="Mapping"), PropertyValue(1, 2, group))
+        changes.give(Request("A", Act.ASSIGN, group, "Scout", "B"), PropertyValue(3, 4, group))
+    changes.forget("Left")
+    assert changes.untold(lambda asked: True) == [(1, 2, "Right")]
+    assert changes.untold(lambda asked: True) == []
