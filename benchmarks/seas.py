@@ -170,27 +170,15 @@ def succeeded(claim: Claim) -> bool:
     return fleet.completed and len(heads) == 1 and HEAD not in heads.pop()
 
 
+CLAIMS = (("claims obeyed", obeyed, TERMS, "claims", "<= 0 x"), ("heads succeeded", succeeded, (1,), "heads", ">= 1 x"))
+"""What is counted, of which runs and terms, its unit, and which share of them is the goal."""
+
+
 def claims(strategies: Sequence[str], seeds: Sequence[int], pool: Any) -> Iterator[dict[str, Any]]:
     """How many claims are obeyed while the head is heard, and how many lost heads are succeeded."""
-    for strategy, loss in product(strategies, ALIKE):
-        forged = [Claim(strategy, loss, seed, term) for seed, term in product(seeds, TERMS)]
-        yield row(
-            f"{strategy}, claims obeyed, {loss}",
-            sum(pool.map(obeyed, forged)),
-            "claims",
-            "of",
-            len(forged),
-            goal="<= 0 x",
-        )
-        real = [Claim(strategy, loss, seed) for seed in seeds]
-        yield row(
-            f"{strategy}, heads succeeded, {loss}",
-            sum(pool.map(succeeded, real)),
-            "heads",
-            "of",
-            len(real),
-            goal=">= 1 x",
-        )
+    for strategy, loss, (what, came_true, terms, unit, goal) in product(strategies, ALIKE, CLAIMS):
+        made = [Claim(strategy, loss, seed, term) for seed, term in product(seeds, terms)]
+        yield row(f"{strategy}, {what}, {loss}", sum(pool.map(came_true, made)), unit, "of", len(made), goal=goal)
 
 
 def rows() -> list[dict[str, Any]]:

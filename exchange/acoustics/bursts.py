@@ -327,7 +327,7 @@ def improved(kind: Kind, model: BurstModel, by: Expected, of: Recorded) -> Burst
         p = _best_change(turns_bad + begun_bad, stays_good, begun_good + begun_bad, q)
         q = _best_change(turns_good + begun_good, stays_bad, begun_good + begun_bad, p)
     n_bad, n_lost_bad = float(by.bad.sum()), float(by.bad[of.lost].sum())
-    n_good, n_lost_good = len(of.lost) - n_bad, float(of.lost.sum()) - n_lost_bad
+    n_good, n_lost_good = len(of.lost) - n_bad, of.n_lost - n_lost_bad
     good = min(1.0, max(0.0, n_lost_good / n_good)) if n_good > 0.0 else model.per_good
     bad = min(1.0, n_lost_bad / n_bad) if n_bad > 0.0 else model.per_bad
     return kind.of(BurstModel(p, q, good, bad))
