@@ -32,6 +32,7 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import NamedTuple, Protocol
 
 from exchange.arithmetic import distance
@@ -264,7 +265,8 @@ class Homing(Behaviour):
         answers: Callable[[str, Picture], float] = awaited,
     ) -> None:
         self._answers = answers
-        self._picture: Picture | None = None  # at the last look
+        self._picture: Picture | None = None  # when it was due last
+        self._due = IDLE  # what was perceived then
         self._point_m = point_m
         self._radius_m = radius_m
         self._group = group
@@ -285,11 +287,10 @@ class Homing(Behaviour):
         advance = self._approach.advance(to_go_m, picture.body.now_s, performed)
         if self._answers is awaited and not picture.groups.awaited:
             return Perception(1.0, advance)
-        self._picture = picture
-        return Perception(1.0, advance, answers=self._settled)
-
-    def _settled(self) -> float:
-        return 1.0 if self._picture is None else self._answers(self._group, self._picture)
+        if self._picture is not picture or self._due.advance != advance:
+            self._picture, answers = picture, partial(self._answers, self._group, picture)
+            self._due = Perception(1.0, advance, answers=answers)
+        return self._due
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """To the rally point in transit; on arrival stay there, or make room for those who come."""

@@ -2,14 +2,15 @@
 
 Vehicles whose depths differ by more than ``SAME_DEPTH_M`` pass freely. Depths do not change in a run, so the fleet
 falls into layers once; a feature by which they do puts something else in the place of ``Separation``. In every tick
-those of a layer that are near each other are found by squares as wide as the sonar reaches: only vehicles in one square
-or in adjacent ones are compared.
+those of a layer that are near each other are found: few by comparing all, more by squares as wide as the sonar reaches,
+since only vehicles in one square or in adjacent ones can be near.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Mapping, Sequence
+from itertools import combinations
 from typing import Protocol
 
 from exchange.arithmetic import length
@@ -26,6 +27,8 @@ TOLERANCE_M = 0.001
 """Distances are compared to the millimetre: a start that is written as far off as it has to be is no conflict."""
 CONFLICT = "conflict"
 """Kind of the rows in ``faults`` which say that two vehicles are nearer to each other than they are to be."""
+FEW = 8
+"""So many vehicles are compared with each other all: to sort them into squares takes longer."""
 _HALF = ((1, -1), (1, 0), (1, 1), (0, 1))
 """Squares adjacent to one, of each opposite pair only one."""
 
@@ -74,6 +77,20 @@ def in_layers(depths_m: Sequence[float]) -> list[list[int]]:
     return [sorted(layer) for layer in layers if len(layer) > 1]
 
 
+def _in_adjacent_squares(motions: Mapping[int, Motion]) -> list[tuple[int, int]]:
+    """Pairs of vehicles, by index, in one square as wide as the sonar reaches, or in two that touch, in order."""
+    squares: dict[tuple[int, int], list[int]] = {}
+    for index, motion in motions.items():
+        squares.setdefault((int(motion.x_m // SONAR_M), int(motion.y_m // SONAR_M)), []).append(index)
+    near: list[tuple[int, int]] = []
+    for (column, row), own in squares.items():
+        near += combinations(own, 2)
+        for right, up in _HALF:
+            if others := squares.get((column + right, row + up)):
+                near += [(mine, other) if mine < other else (other, mine) for mine in own for other in others]
+    return sorted(near)
+
+
 class Separation:
     """Watches the distances between the vehicles of a fleet.
 
@@ -102,35 +119,24 @@ class Separation:
         self._pairs = []
         seen: dict[int, list[Neighbour]] = {}
         for layer in self.layers:
-            alive = [index for index in layer if self.vehicles[index].is_alive]
-            if len(alive) > 1:
-                self._look_in(alive, seen)
+            self._look_in(layer, seen)
         return seen
 
-    def _look_in(self, layer: Iterable[int], seen: dict[int, list[Neighbour]]) -> None:
+    def _look_in(self, layer: Sequence[int], seen: dict[int, list[Neighbour]]) -> None:
         """Add what the vehicles of a layer see of each other, in the order of the nodes."""
-        squares: dict[tuple[int, int], list[int]] = {}
-        motions = {index: self.vehicles[index].functional.motion for index in layer}
-        for index, motion in motions.items():
-            squares.setdefault((int(motion.x_m // SONAR_M), int(motion.y_m // SONAR_M)), []).append(index)
-        near: list[tuple[int, int]] = []
-        for (column, row), own in squares.items():
-            for number, one in enumerate(own):
-                near += [(one, other) for other in own[number + 1 :]]
-            for right, up in _HALF:
-                if others := squares.get((column + right, row + up)):
-                    near += [(mine, other) if mine < other else (other, mine) for mine in own for other in others]
-        for one, other in sorted(near):
+        vehicles = self.vehicles
+        motions = {index: vehicles[index].functional.motion for index in layer}
+        for one, other in combinations(layer, 2) if len(layer) <= FEW else _in_adjacent_squares(motions):
             a, b = motions[one], motions[other]
             dx_m, dy_m = b.x_m - a.x_m, b.y_m - a.y_m
             if dx_m * dx_m + dy_m * dy_m > SONAR_M * SONAR_M:
                 continue
-            if not self.may_meet(one, other):
+            of_one, of_other = vehicles[one], vehicles[other]
+            if not (of_one.is_alive and of_other.is_alive and self.may_meet(one, other)):
                 continue
-            of_one, of_other = self.vehicles[one].data, self.vehicles[other].data
             self._pairs.append((one, other))
-            seen.setdefault(of_one.node, []).append(Neighbour(dx_m, dy_m, *b.velocity_mps))
-            seen.setdefault(of_other.node, []).append(Neighbour(-dx_m, -dy_m, *a.velocity_mps))
+            seen.setdefault(of_one.data.node, []).append(Neighbour(dx_m, dy_m, *b.velocity_mps))
+            seen.setdefault(of_other.data.node, []).append(Neighbour(-dx_m, -dy_m, *a.velocity_mps))
 
     def may_meet(self, one: int, other: int) -> bool:
         """True if two vehicles of a layer, by index, keep clear of each other: a layer may be thicker than that."""

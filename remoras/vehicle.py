@@ -175,7 +175,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
 
     def _note_events(self, perceptions: Sequence[Perception], now_s: float) -> Sequence[Perception]:
         """Record what activities have found out, done or failed at; return what is perceived then."""
-        if not any(perception.done or perception.failed or perception.concludes for perception in perceptions):
+        if not [one for one in perceptions if one.done or one.failed or one.concludes]:
             self._uneventful = perceptions
             return perceptions
         functional, executive = self.functional, self.executive

@@ -24,6 +24,7 @@ from remoras.behaviours import (
     CAPTURE_M,
     DONE,
     FAILED,
+    IDLE,
     Approach,
     Behaviour,
     Perception,
@@ -170,6 +171,7 @@ class ZigzagExploring(Behaviour):
         self._n_fixes, self._fixed_s = 0, -math.inf
         self._left = job.bits
         self._seen_s = 0.0
+        self._due = IDLE  # what was perceived last when it was under way
         self._approach = Approach(self._speed_mps)
 
     @property
@@ -185,7 +187,9 @@ class ZigzagExploring(Behaviour):
             return DONE
         if not performed or (self._others and not self._begun):
             self._passage = None
-        self._hear(job.bits, motion, picture.body.now_s)
+        seen_s, self._seen_s = self._seen_s, picture.body.now_s
+        if job.bits != self._left:
+            self._hear(job.bits, motion, picture.body.now_s - seen_s)
         if performed:
             if picture.body.n_fixes != self._n_fixes:
                 self._note_fixes(picture)
@@ -199,7 +203,11 @@ class ZigzagExploring(Behaviour):
         stimulus = self._work.stimulus(picture.facts)
         if not self._begun and not performed:
             return Perception(stimulus * attracted(to_go_m).stimulus)
-        return Perception(stimulus, None if advance is None else abs(advance))
+        if advance is not None:
+            advance = abs(advance)
+        if self._due.stimulus != stimulus or self._due.advance != advance:
+            self._due = Perception(stimulus, advance)
+        return self._due
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """To the begin of the next row, then to its end; None if there is nothing that the vehicle can map."""
@@ -317,11 +325,10 @@ class ZigzagExploring(Behaviour):
 
     # What is heard of others ---------------------------------------------------------------------
 
-    def _hear(self, left: int, motion: Motion, now_s: float) -> None:
+    def _hear(self, left: int, motion: Motion, since_s: float) -> None:
         """Shorten the row, or choose another one, where others have mapped cells of it that lie ahead."""
         news, self._left = self._left & ~left, left
-        moved_m, self._seen_s = self._data.transit_speed_mps * (now_s - self._seen_s), now_s
-        passage = self._passage
+        moved_m, passage = self._data.transit_speed_mps * since_s, self._passage
         if passage is None or not (news & passage.cells):
             return
         mapped = self._not_near(news & passage.cells, motion, self._swath_m / 2.0 + moved_m + CAPTURE_M)
@@ -366,8 +373,11 @@ class MappingAlong(Working):
     def __init__(self, patience_s: float, work: WorkLeft) -> None:
         super().__init__(patience_s)
         self._work = work
+        self._due = IDLE  # what was perceived last
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Due as far as work is left; advancing as all productive work is."""
-        found = super().perceive(motion, picture, performed)
-        return Perception(self._work.stimulus(picture.facts), found.advance)
+        advance, stimulus = super().perceive(motion, picture, performed).advance, self._work.stimulus(picture.facts)
+        if self._due.stimulus != stimulus or self._due.advance != advance:
+            self._due = Perception(stimulus, advance)
+        return self._due

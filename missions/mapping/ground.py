@@ -107,10 +107,7 @@ class Ground:
     @staticmethod
     def bits(indices: Iterable[float]) -> int:
         """Bits of the cells of these indices; those of the world model are floats."""
-        bits = 0
-        for index in indices:
-            bits |= 1 << int(index)
-        return bits
+        return sum([1 << int(index) for index in set(indices)])
 
     def _survey(self, swath_m: float) -> Survey:
         plain = Survey(self, swath_m)

@@ -162,6 +162,7 @@ class MappingMission(Mission):
         self.finds, self._find_weight, self._objects = finds, find_weight, tuple(objects)
         self._inspections = {name: InspectionJob(name, finds.mean_stay_s) for name in find_names(finds.number)}
         self._unfinished = partial(Unfinished, goal=settings.goal, finds=self._inspections)
+        self._unfinished_by_all = self._unfinished(self._surveys.values())
         self.meeting = Meeting(
             self.groups,
             rally_points_m,
@@ -322,7 +323,7 @@ class MappingMission(Mission):
 
     def is_enough(self, facts: Known) -> bool:
         """True if no more is left than the goal spares, and every find is inspected."""
-        return not self._unfinished(self._surveys.values()).holds(facts)
+        return not self._unfinished_by_all.is_work_left(facts)
 
     def _work(self, group: str) -> WorkLeft:
         """What is left of the areas of a group."""

@@ -68,9 +68,11 @@ class Seabed:
     objects: tuple[SeaObject, ...] = ()
     seed: int = 0
     under: Callable[[float, float, float], tuple[Cell, ...]] = field(init=False, repr=False, compare=False)
+    _about: Callable[[int, int, float], list[tuple[Cell, float, float]]] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "under", lru_cache(maxsize=64)(self._under))
+        object.__setattr__(self, "_about", lru_cache(maxsize=4096)(self._centres_about))
 
     @classmethod
     def of_areas(cls, cell_m: float, corners_m: Mapping[str, Sequence[Point]]) -> Seabed:
@@ -97,16 +99,23 @@ class Seabed:
         return min(columns) * size, min(rows) * size, (max(columns) + 1) * size, (max(rows) + 1) * size
 
     def _under(self, x_m: float, y_m: float, reach_m: float) -> tuple[Cell, ...]:
-        size = self.cell_m
-        found = []
-        for column in range(math.floor((x_m - reach_m) / size), math.floor((x_m + reach_m) / size) + 1):
-            for row in range(math.floor((y_m - reach_m) / size), math.floor((y_m + reach_m) / size) + 1):
-                if (column, row) in self.cells:
-                    dx_m = (column + 0.5) * size - x_m
-                    dy_m = (row + 0.5) * size - y_m
-                    if dx_m * dx_m + dy_m * dy_m <= reach_m * reach_m:
-                        found.append((column, row))
+        size, found = self.cell_m, []
+        for cell, east_m, north_m in self._about(int(x_m // size), int(y_m // size), reach_m):
+            dx_m, dy_m = east_m - x_m, north_m - y_m
+            if dx_m * dx_m + dy_m * dy_m <= reach_m * reach_m:
+                found.append(cell)
         return tuple(found)
+
+    def _centres_about(self, column: int, row: int, reach_m: float) -> list[tuple[Cell, float, float]]:
+        """Cells of areas whose centre may be within ``reach_m`` of a place in a cell, and their centres."""
+        size = self.cell_m
+        n_beside = math.floor(reach_m / size + 0.500001)  # the centre of one farther off is farther off
+        return [
+            ((x, y), (x + 0.5) * size, (y + 0.5) * size)
+            for x in range(column - n_beside, column + n_beside + 1)
+            for y in range(row - n_beside, row + n_beside + 1)
+            if (x, y) in self.cells
+        ]
 
 
 @lru_cache(maxsize=8)
@@ -190,9 +199,9 @@ class SwathSensor:
             return []
         reach_m = self._reach_m - pose.uncertainty_m
         under = world.under(*pose.believed_m, reach_m) if reach_m >= 0.0 else ()
-        new = [cell for cell in under if cell not in self.mapped]
-        if not new and not world.features:
+        if self.mapped.issuperset(under) and not world.features:
             return []
+        new = [cell for cell in under if cell not in self.mapped]
         self.mapped.update(new)
         found = [] if pose.error_m == KNOWN else self._found_off(pose, world)
         for cell in new:

@@ -12,6 +12,7 @@ ever found. What the vehicles left are able to map and inspect counts in the rea
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
@@ -24,7 +25,6 @@ from remoras.mission import FleetView, Milestone, VehicleView
 from remoras.organisation import Group
 from remoras.reach import left
 from remoras.recorder import TIME, Column, Recorder, Table
-from remoras.work import Point
 
 GOAL = Table("goal", (TIME, Column("goal_fraction", "float")))
 """Share of the goal that was reached on the ground, whenever it changed."""
@@ -33,7 +33,6 @@ GOAL = Table("goal", (TIME, Column("goal_fraction", "float")))
 class Swath(NamedTuple):
     """What a mapping sensor really sees: as far as ``reach_m`` on both sides, up to a speed."""
 
-    sensor: str
     reach_m: float
     speed_limit_mps: float
 
@@ -68,8 +67,8 @@ class MappingTruth(MeetingTruth):
         self._swaths_m = swaths_m
         self._goal = goal
         self._coverage, self._progress = recorder.rows("coverage"), recorder.rows(GOAL.name)
-        self._covered: dict[str, set[Cell]] = {}
-        self._swaths: dict[str, tuple[Swath, ...]] = {}  # by vehicle
+        self._covered: defaultdict[str, set[Cell]] = defaultdict(set)  # by vehicle
+        self._swaths: dict[tuple[str, Sequence[str]], list[Swath]] = {}  # by vehicle, and which of its sensors are on
         self._all_covered: set[Cell] = set()
         self._n_uncovered = dict.fromkeys(swaths_m, 0)
         for area, _ in seabed.cells.values():
@@ -161,49 +160,45 @@ class MappingTruth(MeetingTruth):
             if vehicle.name in there
         )
 
-    def _swaths_of(self, vehicle: VehicleView) -> tuple[Swath, ...]:
-        """What the mapping sensors of a vehicle see, on or off."""
+    def _swaths_of(self, vehicle: VehicleView, sensing: Sequence[str]) -> list[Swath]:
+        """What those of the mapping sensors of a vehicle see that are on."""
         data = vehicle.data
-        swaths = self._swaths[vehicle.name] = tuple(
-            Swath(sensor.name, sensor.swath_m / 2.0, data.speed_factor * sensor.speed_limit_mps * LIMIT_TOLERANCE)
+        swaths = self._swaths[vehicle.name, sensing] = [
+            Swath(sensor.swath_m / 2.0, data.speed_factor * sensor.speed_limit_mps * LIMIT_TOLERANCE)
             for sensor in data.sensors
-            if isinstance(sensor, SwathSettings)
-        )
+            if isinstance(sensor, SwathSettings) and sensor.name in sensing
+        ]
         return swaths
 
     def _look_under(self, vehicle: VehicleView, sensing: Sequence[str], now_s: float) -> bool:
         """Note what the sensors of a vehicle that are on pass; True if the fleet has got on by it."""
-        at_m = x_m, y_m = vehicle.position_m
+        x_m, y_m = vehicle.position_m
         x_min, y_min, x_max, y_max = self._beside_m
         if not (x_min <= x_m <= x_max and y_min <= y_m <= y_max):  # no swath reaches an area from there
             return False
-        swaths = [
-            swath for swath in self._swaths.get(vehicle.name) or self._swaths_of(vehicle) if swath.sensor in sensing
-        ]
-        changed = self._cover(vehicle, at_m, swaths, now_s)
-        if swaths and self._seabed.features:
+        name, speed_mps, changed = vehicle.name, vehicle.speed_mps, False
+        swaths = self._swaths.get((name, sensing))
+        for swath in self._swaths_of(vehicle, sensing) if swaths is None else swaths:
+            if speed_mps <= swath.speed_limit_mps:
+                under, covered = self._seabed.under(x_m, y_m, swath.reach_m), self._covered[name]
+                if not covered.issuperset(under):  # hardly ever is there something new
+                    changed |= self._cover(name, [cell for cell in under if cell not in covered], now_s)
+        if self._seabed.features and self._swaths[name, sensing]:
             changed |= self._inspect(vehicle, now_s)
         return changed
 
-    def _cover(self, vehicle: VehicleView, at_m: Point, swaths: Sequence[Swath], now_s: float) -> bool:
-        """Note the cells under the swaths of a vehicle; True if the fleet had not covered one of them."""
-        name, speed_mps = vehicle.name, vehicle.speed_mps
-        covered = self._covered.setdefault(name, set())
+    def _cover(self, name: str, cells: Sequence[Cell], now_s: float) -> bool:
+        """Note cells that a vehicle covers for the first time; True if the fleet had not covered one of them."""
         changed = False
-        for swath in swaths:
-            if speed_mps > swath.speed_limit_mps:
-                continue
-            for cell in self._seabed.under(*at_m, swath.reach_m):
-                if cell in covered:
-                    continue
-                covered.add(cell)
-                self._coverage.append((now_s, name, *cell))
-                if self._finds.is_new(cell, name):
-                    self.milestones.append(Milestone(now_s, "found", name))
-                if cell not in self._all_covered:
-                    self._all_covered.add(cell)
-                    self._n_uncovered[self._seabed.cells[cell][0]] -= 1
-                    changed = True
+        self._covered[name].update(cells)
+        for cell in cells:
+            self._coverage.append((now_s, name, *cell))
+            if self._finds.is_new(cell, name):
+                self.milestones.append(Milestone(now_s, "found", name))
+            if cell not in self._all_covered:
+                self._all_covered.add(cell)
+                self._n_uncovered[self._seabed.cells[cell][0]] -= 1
+                changed = True
         return changed
 
     def _inspect(self, vehicle: VehicleView, now_s: float) -> bool:

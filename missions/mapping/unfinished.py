@@ -9,13 +9,14 @@ wait would call others off work that nobody else does.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
+from functools import partial
 
 from missions.mapping.jobs import SurveyJob
 from missions.meeting.meeting import Meeting
 from remoras.behaviours import IDLE, Behaviour, Perception, Reference, awaited
 from remoras.beliefs import Beliefs
 from remoras.htn import FactsLike
-from remoras.known import NOTHING_KNOWN, Known
+from remoras.known import Known
 from remoras.mission import Finding
 from remoras.motion import Motion
 from remoras.organisation import Group, Organisation
@@ -109,14 +110,19 @@ class Unfinished:
     def holds(self, facts: Known) -> bool:
         """True while more is left than the goal spares, as far as is known."""
         if self._n_told != facts.n_told:
-            self._n_told, self._holds = facts.n_told, self._is_work_left(facts)
+            self._n_told, self._holds = facts.n_told, self.is_work_left(facts)
         return self._holds
 
     def answers(self, group: str, picture: Picture) -> float:
         """How much of a call to a group's meeting is settled by coming to it: nothing before the goal is reached."""
         return 0.0 if self.holds(picture.facts) else awaited(group, picture)
 
-    def _is_work_left(self, facts: Known) -> bool:
+    def settled(self, found: Perception, facts: Known) -> float:
+        """How much of a call the meeting's own behaviour would settle, which has perceived this: nothing before then."""
+        return 0.0 if self.holds(facts) else found.settled
+
+    def is_work_left(self, facts: Known) -> bool:
+        """The same of any vehicle's knowledge; nothing is remembered of it."""
         if any(facts.values(("foundAt", find)) and not facts.values(("inspectedBy", find)) for find in self._finds):
             return True
         n_left = 0
@@ -138,18 +144,17 @@ class AfterWork(Behaviour):
     def __init__(self, meeting: Behaviour, unfinished: Unfinished) -> None:
         self._meeting = meeting
         self._unfinished = unfinished
-        self._found, self._facts = IDLE, NOTHING_KNOWN  # at the last look
+        self._found = self._perceived = IDLE  # when it was due last, and what was made of that
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """As the behaviour itself, but for the calls that it answers where it is due."""
         found = self._meeting.perceive(motion, picture, performed)
         if found.stimulus <= 0.0:
             return found
-        self._found, self._facts = found, picture.facts
-        return Perception(*found[:4], self._settled, found.concludes)
-
-    def _settled(self) -> float:
-        return 0.0 if self._unfinished.holds(self._facts) else self._found.settled
+        if found != self._found:
+            self._found, answers = found, partial(self._unfinished.settled, found, picture.facts)
+            self._perceived = Perception(*found[:4], answers, found.concludes)
+        return self._perceived
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """As the behaviour itself."""

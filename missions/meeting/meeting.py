@@ -215,6 +215,8 @@ class Meeting:
 
         Of the others a vehicle may hear nothing.
         """
+        if not picture.groups.gathered:
+            return None
         names = [group.name, *(name for name, before in self.meets_after.items() if group.name in before)]
         due = [name for name in names if self.groups[name].rally_point]
         if not picture.groups.gathered.issuperset(due):

@@ -216,8 +216,11 @@ class MeetingTruth:
         for vehicle in alive:
             x_m, y_m = vehicle.position_m
             dx_m, dy_m = x_m - at_x_m, y_m - at_y_m
+            is_there = dx_m * dx_m + dy_m * dy_m <= self._radius_m * self._radius_m
+            if not is_there and not self._there_s:  # nobody has come yet
+                continue
             key = vehicle.name, group.name
-            if dx_m * dx_m + dy_m * dy_m > self._radius_m * self._radius_m:
+            if not is_there:
                 self._there_s.pop(key, None)
                 continue
             self._there_s.setdefault(key, now_s)

@@ -240,18 +240,20 @@ class FunctionalLayer:
             PluginError: a sensor raises, or returns anything but observations.
         """
         motion, body, data = self.believed, self.picture.body, self.data
+        x_m, y_m = motion.x_m, motion.y_m
         body.now_s = now_s
         body.battery = 1.0 - motion.energy_j / data.energy_j
-        dx_m, dy_m = motion.x_m - data.start_m[0], motion.y_m - data.start_m[1]
+        at_x_m, at_y_m = data.start_m
+        dx_m, dy_m = x_m - at_x_m, y_m - at_y_m
         body.reserve = math.sqrt(dx_m * dx_m + dy_m * dy_m) * self._reserve_per_m
         x_min, y_min, x_max, y_max = self._bounds_m
-        body.outside_m = max(x_min - motion.x_m, motion.x_m - x_max, y_min - motion.y_m, motion.y_m - y_max, 0.0)
-        body.contacts_m = tuple(
-            [(motion.x_m + neighbour.dx_m, motion.y_m + neighbour.dy_m) for neighbour in neighbours]
-        )
-        dx_m, dy_m = motion.x_m - self._settled_m[0], motion.y_m - self._settled_m[1]
+        is_inside = x_min <= x_m <= x_max and y_min <= y_m <= y_max
+        body.outside_m = 0.0 if is_inside else max(x_min - x_m, x_m - x_max, y_min - y_m, y_m - y_max)
+        body.contacts_m = tuple([(x_m + one.dx_m, y_m + one.dy_m) for one in neighbours]) if neighbours else ()
+        at_x_m, at_y_m = self._settled_m
+        dx_m, dy_m = x_m - at_x_m, y_m - at_y_m
         if dx_m * dx_m + dy_m * dy_m > NEAR_M * NEAR_M:
-            self._settled_m, body.settled_s = motion.position_m, now_s
+            self._settled_m, body.settled_s = (x_m, y_m), now_s
         if not body.sensors_on:
             self.sensors.looking = ()
             return []
@@ -281,6 +283,8 @@ class FunctionalLayer:
                 perceptions.append(behaviour.perceive(motion, picture, index in performed))
         except Exception as error:
             raise self._broken(len(perceptions), "perceive", PERCEPTION, error) from error
+        if perceptions == self._perceived and not self.guidance.withdraws:
+            return self._perceived  # as sound as they were
         try:  # one look at all of them, and only where something is wrong a search for which it is
             wrong = [p for p in perceptions if p.__class__ is not Perception or not 0.0 <= p.stimulus <= 1.0]
         except TypeError:

@@ -45,8 +45,11 @@ def missions_of(groups: Iterable[Group], given: Mapping[str, Sequence[str]]) -> 
         groups: with the missions that some have from the start.
         given: missions that groups were given since, by their names.
     """
-    found = {group.name: (*([group.mission] if group.mission else ()), *given.get(group.name, ())) for group in groups}
-    return {group: tuple(dict.fromkeys(missions)) for group, missions in found.items() if missions}
+    found: dict[str, tuple[str, ...]] = {}
+    for group in groups:
+        if missions := dict.fromkeys((*([group.mission] if group.mission else ()), *given.get(group.name, ()))):
+            found[group.name] = tuple(missions)
+    return found
 
 
 class MissionPlanner:

@@ -48,6 +48,7 @@ class Workload:
         self._left: dict[str, Job] = {}
         self._done: frozenset[str] = frozenset()
         self._given_anew: frozenset[str] = frozenset()
+        self._n_given_anew = 0  # when what is left was worked out last
         self.instances = self._about.keys()
         self._is_enough = False
         self._asked: tuple[Organisation, frozenset[str], bool, frozenset[str]] | None = None
@@ -92,10 +93,11 @@ class Workload:
             from_s: time from which outlooks count.
         """
         asked = *at, self._reports.blind
+        self._work_out()
         energy_j = self._reports.scarce_energy_j(picture.body.now_s)
         if energy_j:
             return self._works(at, picture.peers.positions_m if positions_m is None else positions_m, energy_j, from_s)
-        if self._stale or self._asked != asked:
+        if self._asked != asked:
             self._kept = self._works(at, {}, {}, 0.0)
             self._asked = asked
         if positions_m is None:
@@ -105,7 +107,6 @@ class Workload:
     def _works(
         self, at: Footing, positions_m: Mapping[str, Point], energy_j: Mapping[str, float], from_s: float
     ) -> dict[str, Work]:
-        self._work_out()
         no_jobs, database = at.takes_no_jobs | self._apart, self._reports.database
         found = works(
             at.present, database, self._left, self._done, positions_m, no_jobs, self._is_enough, energy_j, from_s,
@@ -120,10 +121,16 @@ class Workload:
             return
         left, done = jobs_left({name: job for name, job in self._jobs.items() if name in self._stale}, self._beliefs)
         known = self._left | left
+        before = self._left.keys(), self._done, self._is_enough, self._n_given_anew
         self._left = {name: known[name] for name in self._jobs if name in known}
         self._done = self._done.difference(self._stale) | done
+        self._n_given_anew = len(self._given_anew)
         self._is_enough = answer(
             f"mission {type(self._mission).__name__}", "is_enough", "true or false",
             lambda found: isinstance(found, bool), lambda: self._mission.is_enough(self._beliefs),
         )  # fmt: skip
-        self._stale, self._asked = set(), None  # what is kept rests on what was known before
+        self._stale = set()
+        if before == (self._left.keys(), self._done, self._is_enough, self._n_given_anew):
+            self._kept = {name: work.with_less(self._left) for name, work in self._kept.items()}
+        else:
+            self._asked = None  # what is kept rests on what was known before
