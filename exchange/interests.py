@@ -90,9 +90,12 @@ class Interests:
 
     def is_of_use(self, facts: Iterable[Stated]) -> bool:
         """True if these facts have an attribute that is exchanged, whoever needs it now."""
-        block = tuple([PropertyValue(*fact) for fact in facts])
+        block = tuple(facts)
         for fact in block:
-            if (self._wanted.get((fact.subject, fact.attribute)) or self._ask(fact, block))[1] > 0:
+            wanted = self._wanted.get(fact[:2])
+            if wanted is None:
+                wanted = self._ask(PropertyValue(*fact), tuple([PropertyValue(*one) for one in block]))
+            if wanted[1] > 0:
                 return True
         return False
 

@@ -308,11 +308,13 @@ class ExchangeManager:
         header = codec.header
         spared_bits = header.largest_bits - header.size_bits(self._me, frame) if header.varies else 0
         signals_bits = len(signals) * codec.signal_bits
-        room_bits = self._room_bits + spared_bits - signals_bits - sum(map(codec.summary_bits, summary))
+        summary_bits = sum(map(codec.summary_bits, summary))
+        room_bits = self._room_bits + spared_bits - signals_bits - summary_bits
         packing = codec.packing(self._me, self._epoch, start_s, room_bits)
         chosen = self.queue.choose(packing, now_s, above)
         for summaries in self.summaries if not summary else ():
             summary = summaries.telling.spare(packing.left_bits)
+            summary_bits = sum(map(codec.summary_bits, summary))
         content = sum([1 << candidate.column for candidate in chosen if candidate.column != STATUS_COLUMN])
         rows = [0] * self._n_nodes
         is_doubted = frame < self._peers.trusted_from and self._peers.is_doubted(self._me, frame)
@@ -335,7 +337,7 @@ class ExchangeManager:
             tuple([candidate.uid for candidate in chosen if isinstance(candidate.uid, StatusUid)]),
             signals,
             summary,
-            sum(map(codec.summary_bits, summary)),
+            summary_bits,
             noticed,
         )
 

@@ -85,7 +85,8 @@ class Clock(Generic[Event]):
 
     def next_before(self, time_s: float, priority: int = Priority.MOTION) -> Event | None:
         """The next event ordered before ``(time_s, priority)``, whose time is now from then on; None without one."""
-        if self._heap and self._heap[0][:2] < (time_s, int(priority)):
-            self.now_s, _, _, event = heapq.heappop(self._heap)
-            return event
-        return None
+        heap = self._heap
+        if not heap or heap[0][0] > time_s or (heap[0][0] == time_s and heap[0][1] >= priority):
+            return None
+        self.now_s, _, _, event = heapq.heappop(heap)
+        return event

@@ -25,6 +25,8 @@ class Content(Enum):
     SIGNALS = "signals"
     OBSERVATIONS = "observations"
 
+    __hash__ = object.__hash__  # that of enumerations takes several times as long, and bits are counted in each slot
+
 
 def content_of(attribute: Attribute, messages: Collection[str]) -> Content:
     """What a fact of an attribute is.

@@ -62,8 +62,12 @@ class Jumps:
 
     def suspected(self, block: Block) -> Jump | None:
         """The jump that a status makes of a vehicle, if it is one that no vehicle makes; it is to be set aside."""
-        fact = next((fact for fact in block.facts if fact.attribute == self._position), None)
-        if fact is None or fact.subject != block.origin or fact.subject not in self._top_speeds_mps:
+        for fact in block.facts:
+            if fact.attribute == self._position:
+                break
+        else:
+            return None
+        if fact.subject != block.origin or fact.subject not in self._top_speeds_mps:
             return None
         now = PositionReport(block.time_s, *fact.value)  # type: ignore[misc]
         last, aside = self._last.get(fact.subject), self._aside.get(fact.subject)

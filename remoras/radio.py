@@ -271,7 +271,7 @@ class Radio:
             self._record_item(now_s, uid, "received")
         for fragment in reception.aside:
             self._record_item(now_s, fragment.uid, "set aside")
-        aside = [fact for fragment in reception.aside for fact in fragment.facts]
+        aside = [fact for fragment in reception.aside for fact in fragment.facts] if reception.aside else ()
         if self._unheard and reception.beliefs:
             for peer, uid in reception.beliefs:
                 self._unheard.pop((self._names[peer], uid), None)

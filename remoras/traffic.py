@@ -238,9 +238,19 @@ class Traffic:
             self._heap.schedule(hearing.arrival.time_s, Priority.ARRIVAL, Arrives(hearing))
         if recorder is None:
             return
-        others = [vehicle for vehicle in vehicles if vehicle is not sender and vehicle.functional.is_on]
         arrival_s = {arrival.receiver: arrival.time_s for arrival in arrivals}
-        received = [vehicle for vehicle in others if vehicle.data.node in arrival_s]
+        receivers: list[str] = []
+        lacking: list[str] = []
+        received_s: list[float] = []
+        for vehicle in vehicles:
+            if vehicle is sender or not vehicle.functional.is_on:
+                continue
+            at_s = arrival_s.get(vehicle.data.node)
+            if at_s is None:
+                lacking.append(vehicle.name)
+            else:
+                receivers.append(vehicle.name)
+                received_s.append(at_s)
         recorder.packets.append(
             (
                 slot,
@@ -249,10 +259,10 @@ class Traffic:
                 sent.size_bits,
                 len(sent.items),
                 sent.n_acks,
-                [vehicle.name for vehicle in received],
-                [vehicle.name for vehicle in others if vehicle.data.node not in arrival_s],
+                receivers,
+                lacking,
                 end_s,
-                [arrival_s[vehicle.data.node] for vehicle in received],
+                received_s,
                 [str(uid) for uid in sent.items],
                 [str(uid) for uid in sent.status],
                 *sender.radio.signals_of(sent),

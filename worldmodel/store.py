@@ -216,9 +216,8 @@ class Store(Answers):
     def _indexed(self, block: Block) -> Change:
         """Enter the facts of a block into their slots."""
         facts = block.facts
-        entries: list[Entry] = [Observation(block, position) for position in range(len(facts))]
-        if len(facts) == 1:
-            entries = [block]
+        entries: list[Entry]
+        entries = [block] if len(facts) == 1 else [Observation(block, position) for position in range(len(facts))]
         for fact, entry in zip(facts, entries, strict=True):
             self.index.enter(fact, entry)
             if fact.attribute in self.subscriptions.watching:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from exchange import ack
 from exchange.blocks import Assembly, fragments_of, joined_block
@@ -30,17 +30,16 @@ def _contradiction(fragment: Fragment, ledger: Ledger, assembly: Assembly) -> Bl
     return joined_block(parts)._replace(time_s=fragment.time_s) if len(parts) == fragment.count else None
 
 
-@dataclass(slots=True)
-class _Taken:
+class _Taken(NamedTuple):
     """What the fragments of a packet brought; ``content`` is the set of items, known ones too, if they are as known.
 
     ``is_ambiguous`` if two vehicles have told different things under the name of one of them.
     """
 
-    content: int = 0
-    blocks: list[Block] = field(default_factory=list)
-    items: list[ItemUid] = field(default_factory=list)
-    aside: list[Fragment] = field(default_factory=list)
+    content: int
+    blocks: Sequence[Block]
+    items: Sequence[ItemUid] = ()
+    aside: Sequence[Fragment] = ()
     is_ambiguous: bool = False
 
 
@@ -126,7 +125,7 @@ class Listener:
         before = [*state.believes]
         missed = judged.heard & ~(state.heard[0] | 1 << sender | 1 << self._me)
         told = self._told(packet, missed, now_s) if missed or judged.relays else ()
-        taken = self._take_in(packet, now_s) if judged.has_items else _Taken(blocks=[*judged.statuses])
+        taken = self._take_in(packet, now_s) if judged.has_items else _Taken(0, judged.statuses)
         lacked: list[int] = []
         if taken.is_ambiguous or (frame < peers.trusted_from and peers.is_doubted(sender, frame)):
             state.believes[self._me] |= taken.content  # neither acknowledged nor heeded
@@ -147,7 +146,7 @@ class Listener:
             self._catch_up(now_s)
         elif lacked:
             self.reopen(now_s)
-        beliefs = self._gained(before)
+        beliefs = self._gained(before) if before != state.believes else ()
         settled = self._interests.settle(self._done, state.believes) if beliefs else ()
         return Reception(
             slot, sender, tuple(taken.blocks), packet.signals, tuple(taken.items), beliefs, settled, tuple(taken.aside),
@@ -262,15 +261,18 @@ class Listener:
 
     def _take_in(self, packet: Packet, now_s: float) -> _Taken:
         """Take in the fragments of a packet."""
-        taken, ledger = _Taken(), self._ledger
+        ledger, content, is_ambiguous = self._ledger, 0, False
+        blocks: list[Block] = []
+        items: list[ItemUid] = []
+        aside: list[Fragment] = []
         for fragment in packet.fragments:
             if fragment.sequence == STATUS:
-                taken.blocks.append(Block(fragment.origin, STATUS, fragment.time_s, fragment.facts, fragment.epoch))
+                blocks.append(Block(fragment.origin, STATUS, fragment.time_s, fragment.facts, fragment.epoch))
                 continue
             uid, guid = fragment.uid, (fragment.origin, fragment.epoch, fragment.sequence)
             column = ledger.column_of.get(uid)
             if fragment.origin == self._me and self._is_misquote(fragment):
-                taken.is_ambiguous = True
+                is_ambiguous = True
                 continue
             if column is None:
                 column = self.register(LedgerEntry(fragment, fragment.facts), now_s)
@@ -282,24 +284,24 @@ class Listener:
                 if block is not None:
                     self._holders.complete(guid)
                 if block is not None and not self._interests.keeps(block, uid):
-                    taken.aside.append(fragment)
+                    aside.append(fragment)
                     block = None
                 else:
-                    taken.items.append(uid)
+                    items.append(uid)
                 if block is not None:
-                    taken.blocks.append(block)
-                taken.content |= 1 << column
+                    blocks.append(block)
+                content |= 1 << column
             elif ledger.entries[column].fragment == fragment:
-                taken.content |= 1 << column
+                content |= 1 << column
                 if self._holders.own.given_up and (again := self._holders.come_again(guid)) is not None:
-                    taken.blocks.append(again)
-                    taken.items += [ledger.uids[part] for part in ledger.parts[guid]]
+                    blocks.append(again)
+                    items += [ledger.uids[part] for part in ledger.parts[guid]]
             elif guid[:2] in self._holders.shared:
-                taken.is_ambiguous = True
+                is_ambiguous = True
             elif (other := _contradiction(fragment, ledger, self.assembly)) is not None:
                 is_in = self._model.arrived(other.guid) is not None
-                taken.blocks += [other] if is_in or self._interests.keeps(other, uid) else []
-        return taken
+                blocks += [other] if is_in or self._interests.keeps(other, uid) else []
+        return _Taken(content, blocks, items, aside, is_ambiguous)
 
     def _catch_up(self, now_s: float) -> None:
         """A peer that was away, or begins anew, is there: it is told what it lacks, and what is held here."""

@@ -247,13 +247,6 @@ class Witness(Protocol):
     """By peer, what its packets have said of whose packets it has received, one bit each."""
 
 
-class LastPacket(NamedTuple):
-    """The packet heard last of a peer: its slot and its bytes."""
-
-    slot: int
-    data: bytes
-
-
 class PeerStates:
     """What one node knows of the others beside what they hold.
 
@@ -290,7 +283,7 @@ class PeerStates:
         self._all = (1 << n_nodes) - 1
         self._informed_of = [self._all] * n_nodes  # by peer: nodes whose epoch it is known to have heard
         self._older = [(0, 0)] * n_nodes  # an older epoch heard since, and how often in a row
-        self._heard: list[LastPacket | None] = [None] * n_nodes
+        self._heard: list[tuple[int, bytes]] = [(-1, b"")] * n_nodes  # slot and bytes of the packet heard last
         self.heard_frame: list[int | None] = [None] * n_nodes
         """TDMA frame of the last packet of each node."""
         self._incoming = [LossEstimate() for _ in range(n_nodes)]
@@ -412,8 +405,8 @@ class PeerStates:
 
     def conflicts(self, sender: int, slot: int, data: bytes) -> bool:
         """True if another packet of this sender was heard in the same slot; the packet is kept to compare the next."""
-        last, self._heard[sender] = self._heard[sender], LastPacket(slot, data)
-        return last is not None and last.slot == slot and last.data != data
+        (last_slot, last_data), self._heard[sender] = self._heard[sender], (slot, data)
+        return last_slot == slot and last_data != data
 
     def doubt(self, node: int, frame: int) -> bool:
         """Two vehicles speak under the name of a node; True if it was not doubted before."""

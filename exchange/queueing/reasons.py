@@ -19,6 +19,8 @@ class Unsaid(Enum):
     COVERT = "covert"
     OVERFLOW = "overflow"
 
+    __hash__ = object.__hash__  # that of enumerations takes several times as long, and all slots count reasons
+
 
 class Expired(Enum):
     """Why something is said no more, though not all who need it are known to hold it."""

@@ -161,7 +161,7 @@ class SocialLayer:
         noted = self.standing.attributes | self._negotiation.attributes
         self._attributes: set[int | None] = {self._gatherings.attribute, *noted}
         self._attribute_uids = {attribute.name: attribute.uid for attribute in beliefs.model.tbox.attributes}
-        self._await_facts(self.planner.rests_on)
+        self._await_facts([*self.planner.rests_on, *(job.done for job in self._jobs.values())])
         if strategy.declaration.meets and not self._negotiation.takes_part:
             self._negotiation.expect_away(self._work().values())
 
@@ -207,14 +207,15 @@ class SocialLayer:
             changes: of the world model.
             told: False if this vehicle keeps to itself what it states.
         """
+        if self._workload.note(changes):
+            for change in changes:
+                self.planner.orders.note(change)
         if not self._is_concerned(changes):
             return NOTHING_CONSIDERED
         alone = self.standing.is_cut_off and not told
         given = self.standing.hear(changes, alone)
         for change in changes:
             self._negotiation.note(change)
-            self.planner.orders.note(change)
-        self._workload.note(changes)
         keys = {key for key in self._beliefs.keys_of(changes) if key[0] != HAS_MISSION}
         keys.update(given.keys if given else ())
         if not self._gatherings.keys.isdisjoint(keys):
@@ -238,10 +239,10 @@ class SocialLayer:
 
     def _is_concerned(self, changes: Sequence[Change]) -> bool:
         """True if any of the facts may matter here: most say where somebody is, and plans rest on them seldom."""
-        attributes, instances = self._attributes, self._workload.instances
+        attributes = self._attributes
         for change in changes:
             for fact in change.block.facts:
-                if fact.attribute in attributes or fact.subject in instances:
+                if fact.attribute in attributes:
                     return True
         return False
 

@@ -28,9 +28,6 @@ class Workload:
         mission: its jobs, and when enough of them is done.
         beliefs: of the vehicle.
         reports: what it knows of the energy and the sensors of all.
-
-    Attributes:
-        instances: those that facts about jobs are about.
     """
 
     def __init__(self, me: str, rules: Rules, mission: SocialPart, beliefs: Beliefs, reports: Reports) -> None:
@@ -49,17 +46,19 @@ class Workload:
         self._done: frozenset[str] = frozenset()
         self._given_anew: frozenset[str] = frozenset()
         self._n_given_anew = 0  # when what is left was worked out last
-        self.instances = self._about.keys()
         self._is_enough = False
         self._asked: tuple[Organisation, frozenset[str], bool, frozenset[str]] | None = None
         self._kept: dict[str, Work] = {}
 
-    def note(self, changes: Iterable[Change]) -> None:
-        """Facts were recorded or merged: jobs that some of them are about have to be worked out anew."""
+    def note(self, changes: Iterable[Change]) -> bool:
+        """Facts were recorded or merged: jobs that some of them are about, if any, have to be worked out anew."""
+        about, is_about_jobs = self._about, False
         for change in changes:
             for fact in change.block.facts:
-                if fact.subject in self._about:
-                    self._stale |= self._about[fact.subject]
+                if fact.subject in about:
+                    self._stale |= about[fact.subject]
+                    is_about_jobs = True
+        return is_about_jobs
 
     def give_anew(self, ends: Collection[Key]) -> None:
         """The facts by which jobs end count no longer as they were told: these jobs were given anew."""
