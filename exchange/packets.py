@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
-from functools import cache
+from functools import cache, lru_cache
 from typing import NamedTuple
 
 from worldmodel import STATUS, Block, PropertyValue
@@ -35,6 +35,7 @@ class ItemUid(NamedTuple):
     part: int
     epoch: int = 0
 
+    @lru_cache(maxsize=4096)  # tables name an item again and again
     def __str__(self) -> str:
         part = f".{self.part}" if self.part else ""
         return f"{_origin(self.origin, self.epoch)}-{self.sequence}{part}"

@@ -271,6 +271,8 @@ class Homing(Behaviour):
         self._radius_m = radius_m
         self._group = group
         self._data = data
+        self._way = Reference(point_m, data.transit_speed_mps, radius_m)
+        self._room, self._stay = Reference(point_m, data.survey_speed_mps), Reference(point_m, 0.0)
         self._approach = Approach(data.transit_speed_mps)
         self._has_met = False
 
@@ -296,11 +298,11 @@ class Homing(Behaviour):
         """To the rally point in transit; on arrival stay there, or make room for those who come."""
         to_go_m = distance_m(motion, self._point_m)
         if to_go_m > max(self._radius_m - picture.body.uncertainty_m, min(CAPTURE_M, self._radius_m)):
-            return Reference(self._point_m, self._data.transit_speed_mps, self._radius_m)
+            return self._way
         makes_room = to_go_m > CAPTURE_M and any(
             distance(contact_m, self._point_m) > self._radius_m for contact_m in picture.body.contacts_m
         )
-        return Reference(self._point_m, self._data.survey_speed_mps if makes_room else 0.0)
+        return self._room if makes_room else self._stay
 
     def accuracy_m(self, motion: Motion, picture: Picture) -> float:
         """Half the radius, once the vehicle may have arrived: so there is room for others where it surely is there."""
@@ -338,7 +340,10 @@ class FollowingLeader(Behaviour):
 
     def _leader(self, picture: Picture) -> Point | None:
         positions_m = picture.peers.positions_m
-        return next((positions_m[name] for name in self._leaders if name in positions_m), None)
+        for name in self._leaders:
+            if name in positions_m:
+                return positions_m[name]
+        return None
 
 
 class LeadingFollowers(Behaviour):

@@ -154,6 +154,10 @@ class SpokenOf(NamedTuple):
     frame: int | None = None
 
 
+ASKED, NOT_ASKED = SpokenOf(-1, True), SpokenOf(-1, False)
+"""What they are about in a packet after which nobody has had a slot."""
+
+
 class Ageing(Protocol):
     """What is known of packets as time goes on."""
 
@@ -219,10 +223,13 @@ class BySlots:
 
     def spoken_of(self, slot: int) -> SpokenOf:
         """Of who has had a slot since a packet that comes late, the last packet is another than it speaks of."""
+        is_asked = self._sent_slot is not None and 0 < slot - self._sent_slot < self._n_nodes
+        if slot + 1 == self._next_slot:  # mostly it does not come late
+            return ASKED if is_asked else NOT_ASKED
         lasting = -1
         for slot_since in range(slot + 1, self._next_slot):
             lasting &= ~(1 << slot_since % self._n_nodes)
-        return SpokenOf(lasting, self._sent_slot is not None and 0 < slot - self._sent_slot < self._n_nodes)
+        return SpokenOf(lasting, is_asked)
 
     def absorb(
         self, packet: Packet, slot: int, heeded: Words, content: int, carrier_evidence: bool, origins: Words

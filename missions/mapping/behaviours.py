@@ -170,6 +170,8 @@ class ZigzagExploring(Behaviour):
         self._n_dead = 0
         self._n_fixes, self._fixed_s = 0, -math.inf
         self._left = job.bits
+        self._n_told, self._rest = -1, job.bits  # what is left, as far as was told by then
+        self._ahead: Reference | None = None
         self._seen_s = 0.0
         self._due = IDLE  # what was perceived last when it was under way
         self._approach = Approach(self._speed_mps)
@@ -182,25 +184,29 @@ class ZigzagExploring(Behaviour):
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Due while cells are left that the vehicle can map; turning at the end of a row is progress."""
-        job = self._job.left(picture.facts)
-        if not job.bits:
+        facts = picture.facts
+        if self._n_told != facts.n_told:
+            self._n_told, self._rest = facts.n_told, self._job.left(facts).bits
+        if not self._rest:
             return DONE
         if not performed or (self._others and not self._begun):
             self._passage = None
         seen_s, self._seen_s = self._seen_s, picture.body.now_s
-        if job.bits != self._left:
-            self._hear(job.bits, motion, picture.body.now_s - seen_s)
+        if self._rest != self._left:
+            self._hear(self._rest, motion, picture.body.now_s - seen_s)
+        to_go_m = math.inf
         if performed:
             if picture.body.n_fixes != self._n_fixes:
                 self._note_fixes(picture)
-            self._follow(motion, picture)
+            to_go_m = self._follow(motion, picture)
         elif self._passage is None:
             self._plan(motion, picture)
         if self._passage is None:
             return FAILED
-        to_go_m = distance_m(motion, self._passage.target_m)
+        if not performed:
+            to_go_m = distance_m(motion, self._passage.target_m)
         advance = self._approach.advance(to_go_m, picture.body.now_s, performed)
-        stimulus = self._work.stimulus(picture.facts)
+        stimulus = self._work.stimulus(facts)
         if not self._begun and not performed:
             return Perception(stimulus * attracted(to_go_m).stimulus)
         if advance is not None:
@@ -211,13 +217,14 @@ class ZigzagExploring(Behaviour):
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """To the begin of the next row, then to its end; None if there is nothing that the vehicle can map."""
-        self._follow(motion, picture)
-        passage = self._passage
+        to_go_m, passage = self._follow(motion, picture), self._passage
         if passage is None:
             return None
-        if passage.since_s is None and distance_m(motion, passage.begin_m) > (brake_m := self._brake_m(passage)):
+        if passage.since_s is None and to_go_m > (brake_m := self._brake_m(passage)):
             return Reference(passage.begin_m, passage.speed_mps, max(brake_m, CAPTURE_M))
-        return Reference(passage.target_m, self._speed_mps, CAPTURE_M)
+        if self._ahead is None or self._ahead.target_m is not passage.target_m:
+            self._ahead = Reference(passage.target_m, self._speed_mps, CAPTURE_M)
+        return self._ahead
 
     def accuracy_m(self, motion: Motion, picture: Picture) -> float:
         """On a row what its cells leave of half the swath, less how far from a point it counts as reached.
@@ -240,19 +247,19 @@ class ZigzagExploring(Behaviour):
 
     # Row by row ----------------------------------------------------------------------------------
 
-    def _follow(self, motion: Motion, picture: Picture) -> None:
-        """Pass the points that are reached, and plan the next row where one ends."""
+    def _follow(self, motion: Motion, picture: Picture) -> float:
+        """Pass the points that are reached, and plan the next row where one ends; how far it is then to a point (m)."""
         body = picture.body
         if self._passage is None:
             self._plan(motion, picture)
         for _ in range(2 * len(self._job.on.cells) + 2):  # rows of one point follow each other at once
             passage = self._passage
             if passage is None:
-                return
+                return math.inf
             if not body.sensors_on:
                 passage.sensed = False
-            if distance_m(motion, passage.target_m) > CAPTURE_M:
-                return
+            if (to_go_m := distance_m(motion, passage.target_m)) > CAPTURE_M:
+                return to_go_m
             self._approach = Approach(self._speed_mps)
             if passage.since_s is None:
                 passage.since_s, passage.sensed, self._begun = body.now_s, bool(body.sensors_on), True
@@ -260,6 +267,7 @@ class ZigzagExploring(Behaviour):
             else:
                 self._note_passed(passage, picture)
                 self._plan(motion, picture)
+        return math.inf if self._passage is None else distance_m(motion, self._passage.target_m)
 
     def _plan(self, motion: Motion, picture: Picture) -> None:
         """Choose the row to pass next; none if there is none that could yield anything."""

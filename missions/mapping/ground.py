@@ -98,16 +98,17 @@ class Ground:
         self.survey = lru_cache(maxsize=64)(self._survey)
         self.work = (1 << len(self.cells)) - 1
         """Bits of all the cells."""
+        self._bit_of: dict[float, int] = {index: 1 << index for index in range(len(self.cells))}
 
     def centre_m(self, index: int) -> Point:
         """Centre of a cell."""
         column, row = self.cells[index]
         return (column + 0.5) * self.cell_m, (row + 0.5) * self.cell_m
 
-    @staticmethod
-    def bits(indices: Iterable[float]) -> int:
+    def bits(self, indices: Iterable[float]) -> int:
         """Bits of the cells of these indices; those of the world model are floats."""
-        return sum([1 << int(index) for index in set(indices)])
+        bit_of = self._bit_of
+        return sum([bit_of[index] for index in bit_of.keys() & indices])
 
     def _survey(self, swath_m: float) -> Survey:
         plain = Survey(self, swath_m)

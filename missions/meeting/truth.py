@@ -54,6 +54,7 @@ class MeetingTruth:
         founded = [group for group in meeting.groups.values() if group.formed_by is None]  # others come and go
         from_below = sorted(founded, key=lambda group: height(group.name, before))
         self._apart = [group for group in from_below if group.rally_point is not None]
+        self._names_apart = {group.name for group in self._apart}
         self._n_meetings, self._n_met = len(self._apart), 0
 
     @property
@@ -102,8 +103,9 @@ class MeetingTruth:
 
     def _is_hopeless(self, fleet: FleetView, alive: Sequence[VehicleView]) -> bool:
         """True if all who are alive are home or have met, and nobody left is able to bring the goal nearer."""
-        if not all(self._is_at_rest(vehicle) for vehicle in alive):
-            return False
+        for vehicle in alive:
+            if not self._is_at_rest(vehicle):
+                return False
         if self.goal_fraction >= 1.0:
             return False
         return self.reachable_fraction(fleet) <= self.goal_fraction
@@ -132,7 +134,7 @@ class MeetingTruth:
                 self.milestones.append(Milestone(now_s, "consultation_done"))
             self.watch(fleet, now_s)
         for group in list(self._apart) if now_s >= self._opens_s else ():
-            if any(other.name in self._meets_after[group.name] for other in self._apart):
+            if not self._names_apart.isdisjoint(self._meets_after[group.name]):
                 continue
             self._note_who_is_there(alive, group, now_s)
             if not self._is_planned:
@@ -151,6 +153,7 @@ class MeetingTruth:
         self, group: Group, survivors: Sequence[VehicleView], missing: Sequence[str], now_s: float
     ) -> None:
         self._apart.remove(group)
+        self._names_apart.remove(group.name)
         self._n_met += any(self._has_come(vehicle, group) for vehicle in self._members(survivors, group))
         self.milestones.append(Milestone(now_s, "gathered", group=group.name))
         self.milestones += [Milestone(now_s, "missed_meeting", name, group.name) for name in missing]
