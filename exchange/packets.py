@@ -35,10 +35,8 @@ class ItemUid(NamedTuple):
     part: int
     epoch: int = 0
 
-    @lru_cache(maxsize=4096)  # tables name an item again and again
     def __str__(self) -> str:
-        part = f".{self.part}" if self.part else ""
-        return f"{_origin(self.origin, self.epoch)}-{self.sequence}{part}"
+        return _item_name(*self)
 
 
 class StatusUid(NamedTuple):
@@ -56,6 +54,11 @@ class StatusUid(NamedTuple):
 @cache
 def _origin(origin: int, epoch: int) -> str:
     return f"{origin}.e{epoch}" if epoch else str(origin)
+
+
+@lru_cache(maxsize=4096)  # tables name an item again and again
+def _item_name(origin: int, sequence: int, part: int, epoch: int) -> str:
+    return f"{_origin(origin, epoch)}-{sequence}" + (f".{part}" if part else "")
 
 
 def name_of(block: Block) -> str:

@@ -281,6 +281,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
     def _record(self, now_s: float) -> None:
         append = self.recorder.trajectories.append
         for vehicle in self.vehicles:
-            layer, m = vehicle.functional, vehicle.functional.motion
+            layer = vehicle.functional
+            m = layer.motion
             depth_m = 0.0 if layer.exhausted else layer.depth_m  # without power it floats up
             append((now_s, vehicle.name, m.x_m, m.y_m, m.heading_rad, m.speed_mps, m.energy_j, depth_m))

@@ -187,13 +187,14 @@ def follow(motion: Motion, data: VehicleData, velocity_mps: tuple[float, float],
 def _move(motion: Motion, data: VehicleData, speed_mps: float, most_m: float, dt_s: float) -> None:
     """Take on a speed as far as possible and go along the heading, up to a distance unless the vehicle is to stop."""
     most = data.acceleration_mps2 * dt_s
-    change = speed_mps - motion.speed_mps
-    motion.speed_mps += most if change > most else -most if change < -most else change
-    travelled_m = motion.speed_mps * dt_s
+    before_mps, (east, north) = motion.speed_mps, motion.ahead
+    change = speed_mps - before_mps
+    motion.speed_mps = now_mps = before_mps + (most if change > most else -most if change < -most else change)
+    travelled_m = now_mps * dt_s
     if speed_mps > 0.0 and travelled_m > most_m:
         travelled_m = most_m
-    motion.x_m += travelled_m * motion.ahead[0]
-    motion.y_m += travelled_m * motion.ahead[1]
+    motion.x_m += travelled_m * east
+    motion.y_m += travelled_m * north
     motion.distance_m += travelled_m
-    drag_w = data.drag_w_per_mps3 * (motion.speed_mps * motion.speed_mps * motion.speed_mps)
+    drag_w = data.drag_w_per_mps3 * (now_mps * now_mps * now_mps)
     motion.energy_j += (data.hotel_w + drag_w) * dt_s

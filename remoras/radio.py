@@ -324,9 +324,10 @@ class Radio:
             self._record_fault(now_s, f"refused block: {fault.code}", fault.detail)
             if fault.code in GIVEN_UP:
                 self.manager.give_up([fault.guid])
-        facts = [*aside, *[fact for change in merged.changes for fact in change.block.facts]]
-        if not self._news.isdisjoint([fact.attribute for fact in facts]):
-            self._peers.last_news_s = now_s
+        for facts in (aside, *[change.block.facts for change in merged.changes]):
+            for fact in facts:
+                if fact.attribute in self._news:
+                    self._peers.last_news_s = now_s
         return merged.changes
 
     def note(self, changes: Sequence[Change]) -> None:

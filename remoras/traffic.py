@@ -293,8 +293,9 @@ def sends_s(schedule: TdmaSchedule, slot: int, node: int, seed: int) -> float:
         node: that sends.
         seed: of the run.
     """
-    draw = loss.uniform(seed, loss.TURNS, schedule.frame_of(slot), node, 0) if schedule.is_aloha else 0.0
-    return schedule.sends_s(slot, draw)
+    if not schedule.is_aloha:
+        return schedule.start_s(slot)
+    return schedule.sends_s(slot, loss.uniform(seed, loss.TURNS, schedule.frame_of(slot), node, 0))
 
 
 def _note_collisions(lost: Iterable[Hearing], names: Sequence[str], recorder: Recorder) -> None:

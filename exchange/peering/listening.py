@@ -115,7 +115,8 @@ class Listener:
         """
         packet, state, peers = judged.packet, self._state, self._peers
         frame, sender = packet.frame, packet.sender
-        conflict, begun = None, list[tuple[int, int]]()
+        conflict: int | None = None
+        begun: Sequence[tuple[int, int]] = ()
         if is_second or judged.concerns >> self._me & 1:
             conflict = self._twin(packet, is_second, now_s)
         if judged.relays or packet.epoch != peers.epochs[sender]:

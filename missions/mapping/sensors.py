@@ -99,22 +99,30 @@ class Seabed:
         return min(columns) * size, min(rows) * size, (max(columns) + 1) * size, (max(rows) + 1) * size
 
     def _under(self, x_m: float, y_m: float, reach_m: float) -> tuple[Cell, ...]:
-        size, found = self.cell_m, []
-        for cell, east_m, north_m in self._about(int(x_m // size), int(y_m // size), reach_m):
+        half_m, found = self.cell_m / 2.0, []
+        for cell, east_m, north_m in self._about(int(x_m // half_m), int(y_m // half_m), reach_m):
             dx_m, dy_m = east_m - x_m, north_m - y_m
             if dx_m * dx_m + dy_m * dy_m <= reach_m * reach_m:
                 found.append(cell)
         return tuple(found)
 
     def _centres_about(self, column: int, row: int, reach_m: float) -> list[tuple[Cell, float, float]]:
-        """Cells of areas whose centre may be within ``reach_m`` of a place in a cell, and their centres."""
-        size = self.cell_m
-        n_beside = math.floor(reach_m / size + 0.500001)  # the centre of one farther off is farther off
+        """Cells of areas whose centre may be within ``reach_m`` of a place in a quarter of a cell, and their centres.
+
+        Args:
+            column, row: of the quarter, in halves of cells.
+            reach_m: how far a sensor sees.
+        """
+        size, reach = self.cell_m, 2.0 * reach_m / self.cell_m + 1e-6  # in halves, and no cell is missed by rounding
+        columns, rows = (  # how far their centres are off at least
+            [(n, max(2 * n - at, at - 2 * n - 1, 0)) for n in range(int(at - reach) // 2, int(at + reach) // 2 + 1)]
+            for at in (column, row)
+        )
         return [
             ((x, y), (x + 0.5) * size, (y + 0.5) * size)
-            for x in range(column - n_beside, column + n_beside + 1)
-            for y in range(row - n_beside, row + n_beside + 1)
-            if (x, y) in self.cells
+            for x, east in columns
+            for y, north in rows
+            if east * east + north * north <= reach * reach and (x, y) in self.cells
         ]
 
 

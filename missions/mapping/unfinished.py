@@ -118,7 +118,7 @@ class Unfinished:
         return 0.0 if self.holds(picture.facts) else awaited(group, picture)
 
     def settled(self, found: Perception, facts: Known) -> float:
-        """How much of a call the meeting's own behaviour would settle, which has perceived this: nothing before then."""
+        """How much of a call the behaviour of the meeting settles that has perceived this: nothing before then."""
         return 0.0 if self.holds(facts) else found.settled
 
     def is_work_left(self, facts: Known) -> bool:

@@ -43,6 +43,7 @@ class MeetingTruth:
         self._rally_points_m = meeting.rally_points_m
         self._radius_m = meeting.arrival_radius_m
         self._deadline_s, self._opens_s = meeting.deadline_s, meeting.opens_s
+        self._on_way: VehicleView | None = None  # of all who are alive, one that was not at rest
         self._rests_m: dict[str, tuple[Point, ...]] = {}  # by vehicle, where it may be at rest
         self._there_s: dict[tuple[str, str], float] = {}  # vehicle and group
         self._has_met: set[tuple[str, str]] = set()
@@ -103,8 +104,12 @@ class MeetingTruth:
 
     def _is_hopeless(self, fleet: FleetView, alive: Sequence[VehicleView]) -> bool:
         """True if all who are alive are home or have met, and nobody left is able to bring the goal nearer."""
+        last = self._on_way
+        if last is not None and last in alive and not self._is_at_rest(last):  # mostly it is on its way still
+            return False
         for vehicle in alive:
             if not self._is_at_rest(vehicle):
+                self._on_way = vehicle
                 return False
         if self.goal_fraction >= 1.0:
             return False
@@ -112,13 +117,13 @@ class MeetingTruth:
 
     def _is_at_rest(self, vehicle: VehicleView) -> bool:
         """True for a vehicle that is home, or at a rally point."""
-        x_m, y_m = vehicle.position_m
+        (x_m, y_m), radius_m = vehicle.position_m, self._radius_m
         places_m = self._rests_m.get(vehicle.name)
         if places_m is None:
             places_m = self._rests_m[vehicle.name] = vehicle.data.start_m, *self._rally_points_m.values()
         for at_x_m, at_y_m in places_m:
             dx_m, dy_m = x_m - at_x_m, y_m - at_y_m
-            if dx_m * dx_m + dy_m * dy_m <= self._radius_m * self._radius_m:
+            if dx_m * dx_m + dy_m * dy_m <= radius_m * radius_m:
                 return True
         return False
 
@@ -215,11 +220,11 @@ class MeetingTruth:
 
         Who is out of contact for a while may be there, and gone on when it is back.
         """
-        at_x_m, at_y_m = self._rally_points_m[group.rally_point or ""]
+        (at_x_m, at_y_m), radius_m = self._rally_points_m[group.rally_point or ""], self._radius_m
         for vehicle in alive:
             x_m, y_m = vehicle.position_m
             dx_m, dy_m = x_m - at_x_m, y_m - at_y_m
-            is_there = dx_m * dx_m + dy_m * dy_m <= self._radius_m * self._radius_m
+            is_there = dx_m * dx_m + dy_m * dy_m <= radius_m * radius_m
             if not is_there and not self._there_s:  # nobody has come yet
                 continue
             key = vehicle.name, group.name

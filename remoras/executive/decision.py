@@ -127,11 +127,11 @@ class Choice:
         for first, group in sorted(beginning.items()):
             before, states = states, {}
             for state, (total, summed) in before.items():
-                reached = [] if alone & first and not state & first else [(state, total, summed)]
-                if not state & first:
-                    for index, bits, value in group:
-                        if not state & bits & _TYPES:
-                            reached.append((state | bits, total + value, (*summed, index)))
+                is_taken = state & first
+                reached = [(state, total, summed)] if is_taken or not alone & first else []
+                for index, bits, value in () if is_taken else group:
+                    if not state & bits & _TYPES:
+                        reached.append((state | bits, total + value, (*summed, index)))
                 for then, most, chosen in reached:  # of each state the best sum is kept, of equals the first
                     known = states.get(then)
                     if known is None or most > known[0] or (most == known[0] and sorted(chosen) < sorted(known[1])):

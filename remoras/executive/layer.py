@@ -249,12 +249,16 @@ class ExecutiveLayer:
         """
         advances: dict[RoleKey, float] = {}
         for perception, role in zip(perceptions, self._role_of, strict=True):
-            if role is not None and (perceived := perception.advance) is not None:
-                advances[role] = max(perceived, advances.get(role, perceived))
-        is_steady = True
-        for role, value in self.satisfaction.items():
-            self.satisfaction[role] = after = evolved(value, advances.get(role), dt_s, self._constants)
-            is_steady = is_steady and after == value
+            perceived = perception.advance
+            if perceived is not None and role is not None:
+                known = advances.get(role)
+                if known is None or perceived > known:
+                    advances[role] = perceived
+        is_steady, satisfaction, constants = True, self.satisfaction, self._constants
+        for role, value in satisfaction.items():
+            after = evolved(value, advances.get(role), dt_s, constants)
+            if after != value:
+                satisfaction[role], is_steady = after, False
         return is_steady
 
     def _decision(self, chosen: tuple[int, ...]) -> Decision:

@@ -82,13 +82,14 @@ class Guidance:
             positions_m: where others were heard last, by name.
             since_s: true time at which the motion begins; dt_s: for how long.
         """
-        motion = self.motion
         self.withdraws = False
         if reference is None:
-            target_m, speed_mps = motion.position_m, 0.0
+            target_m, speed_mps = self.motion.position_m, 0.0
         else:
-            target_m = reference[0][0] - self.error_m[0], reference[0][1] - self.error_m[1]
-            speed_mps = self._speed_factor * min(reference[1], self._greatest_speed_mps)
+            (x_m, y_m), speed_mps, _ = reference
+            off_x_m, off_y_m = self.error_m
+            target_m, most_mps = (x_m - off_x_m, y_m - off_y_m), self._greatest_speed_mps
+            speed_mps = self._speed_factor * (speed_mps if speed_mps <= most_mps else most_mps)
         self.carry_out(target_m, speed_mps, neighbours, positions_m, dt_s)
 
     def carry_out(

@@ -310,8 +310,9 @@ class FunctionalLayer:
         """
         reference, believed, motion = self.held, self.believed, self.motion
         if reference is not None:
-            dx_m, dy_m = reference.target_m[0] - believed.x_m, reference.target_m[1] - believed.y_m
-            if math.sqrt(dx_m * dx_m + dy_m * dy_m) <= reference.holds_m:
+            (x_m, y_m), _, holds_m = reference
+            dx_m, dy_m = x_m - believed.x_m, y_m - believed.y_m
+            if math.sqrt(dx_m * dx_m + dy_m * dy_m) <= holds_m:
                 reference = None
         if reference is None and self._guiding is not None:
             reference = self.held = self._reference(self._guiding)
