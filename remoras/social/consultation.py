@@ -296,7 +296,7 @@ class Consultation:
             self._leadership.change(asked.group, asked.issuer, False, age)
         if asked.act is not Act.SUCCEED or asked.issuer == asked.assignee or self._claim_of(said, asked) is None:
             return False
-        self._leadership.change(asked.group, asked.issuer, False, age)
+        self._leadership.change(asked.group, asked.issuer, False, age, asked.assignee)
         return self._leadership.has_claimed(asked.issuer, asked.group)
 
     def _succeed(self, asked: Request, said: Observation, agreed: Agreed, again: bool) -> None:

@@ -10,7 +10,8 @@ not heard them for a lease since it heard the claim. Who led when the claim was 
 who claim in one vacancy the one that did not know of the other is refused by nobody. A head that has never left may
 claim again, and what others have claimed meanwhile is void, with all that they have ordered: those who went over to
 another come back. So the head itself decides whether its silence was an absence, and all follow it: it claims again, or
-it assents, which ends its lead for all who have heard it all the while. A claim by who is a member of the group only
+it assents, which ends its lead for all who have heard it all the while. Who has lost its memory may assent to a claim
+whose vehicle has assented to it: such an assent says nothing. A claim by who is a member of the group only
 since it leads another counts as long as that lead does. (The vote before the claim in section 9.6 of D.
 Ongaro, Consensus: Bridging Theory and Practice, Stanford 2014, keeps a server that is cut off from disturbing the
 others; here each hearer has that vote for itself.)
@@ -59,6 +60,7 @@ class LeadershipHistory:
             (group, name): [AGREED_BEFORE] for group in organisation.groups for name in organisation.heads(group)
         }
         self._ended: dict[tuple[str, str], list[Age]] = {}
+        self._assents: dict[tuple[str, str, Age], str] = {}  # of those ends, to whose claim
 
     def claim(
         self, group: str, claimed: Claimed, excused: Collection[str] = NOBODY, by_leading: str | None = None
@@ -133,7 +135,7 @@ class LeadershipHistory:
         about = group, claimed.vehicle
         began = list(self._began.get(about, ()))
         began += [one.since for one in counting if one.vehicle == claimed.vehicle]
-        left = [age for age in self._ended.get(about, ()) if age <= claimed.since]
+        left = [age for age in self._ends(*about) if age <= claimed.since]
         return min((age for age in began if age < claimed.since and not any(age < end for end in left)), default=None)
 
     def _reigns(self, group: str) -> list[Claimed]:
@@ -146,7 +148,23 @@ class LeadershipHistory:
 
     def _has_left(self, group: str, reign: Claimed, by: Age) -> bool:
         """True if who leads a group by a claim had left by then."""
-        return any(reign.since < age <= by for age in self._ended.get((group, reign.vehicle), ()))
+        return any(reign.since < age <= by for age in self._ends(group, reign.vehicle))
+
+    def _ends(self, group: str, vehicle: str) -> list[Age]:
+        """When a vehicle left the lead of a group, or assented to a claim of one that had not assented to it before."""
+        ends = self._ended.get((group, vehicle), ())
+        return [age for age in ends if not self._is_void(group, vehicle, age)]
+
+    def _is_void(self, group: str, vehicle: str, age: Age) -> bool:
+        to = self._assents.get((group, vehicle, age))
+        if to is None:
+            return False
+        claims = (one.since for one in self._excused.get(group, ()) if one.vehicle == to and one.since < age)
+        since = max(claims, default=AGREED_BEFORE)
+        return any(
+            since < end < age and self._assents.get((group, to, end)) == vehicle
+            for end in self._ended.get((group, to), ())
+        )
 
     def _heads_against(self, group: str, claimed: Claimed, counting: list[Claimed]) -> set[str]:
         """Others that led a group when it was claimed, and lead it still, by the lesser claims."""
@@ -161,13 +179,15 @@ class LeadershipHistory:
         """True if what was said at ``age`` is a claim to lead a group."""
         return any(age == claimed.since for of in self._excused.values() for claimed in of)
 
-    def change(self, group: str, vehicle: str, leads: bool, age: Age) -> None:
-        """A vehicle was given the role of the head at ``age``, or has left it."""
+    def change(self, group: str, vehicle: str, leads: bool, age: Age, to: str | None = None) -> None:
+        """A vehicle was given the role of the head at ``age``, or has left it, or assents ``to`` another's claim."""
         ages = (self._began if leads else self._ended).setdefault((group, vehicle), [])
         if age in ages:
             return
         self.n_changes += 1
         ages.append(age)
+        if to is not None:
+            self._assents[group, vehicle, age] = to
         if group in self._excused:
             self._weigh(group)
 
@@ -177,6 +197,7 @@ class LeadershipHistory:
         self._excused.pop(group, None)
         self._counting.pop(group, None)
         self._by_leading = {key: by for key, by in self._by_leading.items() if group not in (key[0], by)}
+        self._assents = {key: to for key, to in self._assents.items() if key[0] != group}
         for ages in (self._began, self._ended):
             for key in [key for key in ages if key[0] == group]:
                 del ages[key]
@@ -199,7 +220,7 @@ class LeadershipHistory:
 
     def since(self, vehicle: str, group: str, at: Age) -> Age | None:
         """Since when the vehicle led the group at ``at``; None if it did not."""
-        began, ended = (list(ages.get((group, vehicle), ())) for ages in (self._began, self._ended))
+        began, ended = list(self._began.get((group, vehicle), ())), self._ends(group, vehicle)
         for reign in self._reigns(group):
             (began if reign.vehicle == vehicle else ended).append(reign.since)
         latest = max((age for age in began if age <= at), default=None)

@@ -4,6 +4,7 @@ No claim counts against a head that is there: one that is not excused, has led b
 """
 
 from collections.abc import Collection
+from itertools import permutations
 from random import Random
 from types import SimpleNamespace
 from typing import Any
@@ -180,6 +181,23 @@ def test_a_claim_that_once_counted_waits_again_if_its_head_turns_out_to_have_bee
     assert leadership.leading[GROUP].vehicle == "B"
 
 
+@pytest.mark.parametrize("order", list(permutations(range(3))))
+def test_an_assent_to_who_has_assented_says_nothing(leadership: LeadershipHistory, order: tuple[int, ...]) -> None:
+    """A was away, leads again, and B has assented to it; then A begins anew and hears the old claim of B first."""
+    words = [
+        lambda: claims(leadership, "B", Claim(1, -1), 10.0),
+        lambda: leadership.change(GROUP, "B", False, age(20.0), to="A"),
+        lambda: leadership.change(GROUP, "A", False, age(30.0), to="B"),
+    ]
+    claims(leadership, "A", Claim(1, 0), 12.0, "")
+    for word in order:
+        words[word]()
+    assert heads(leadership, 40.0) == "A"
+    claims(leadership, "B", Claim(2, -1), 50.0)
+    leadership.change(GROUP, "A", False, age(60.0), to="B")
+    assert heads(leadership, 70.0) == "B", "B has claimed since it assented"
+
+
 def test_who_has_left_leads_no_longer_by_an_old_claim_however_great(leadership: LeadershipHistory) -> None:
     claims(leadership, "B", Claim(40, -1), 10.0)
     leadership.change(GROUP, "B", False, age(20.0))
@@ -200,7 +218,9 @@ def test_a_claim_by_the_lead_of_another_group_counts_as_long_as_that_does(leader
     assert (leadership.leading.get(GROUP), leadership.without_claims(GROUP)) == (None, ("A", AGREED_BEFORE))
 
 
-SAID = st.tuples(st.sampled_from("ABCD"), st.integers(1, 4), st.sets(st.sampled_from("ABCD"))) | st.sampled_from("ABCD")
+NAMES = st.sampled_from("ABCD")
+SAID = st.tuples(NAMES, st.integers(1, 4), st.sets(NAMES)) | st.tuples(NAMES, st.none() | NAMES)
+"""A claim, with those whom the hearer misses; or who leaves, or assents to whom."""
 
 
 @given(st.lists(SAID, max_size=8), st.randoms(use_true_random=False))
@@ -211,8 +231,8 @@ def test_which_claims_count_does_not_depend_on_what_was_heard_first(words: list[
     for order in (told, draws.sample(told, len(told)) + told[:3]):
         history = of_a_group()
         for number, word in order:
-            if isinstance(word, str):
-                history.change(GROUP, word, False, age(float(number)))
+            if len(word) == 2:
+                history.change(GROUP, word[0], False, age(float(number)), word[1])
             else:
                 name, term, excused = word
                 claims(history, name, Claim(term, -"ABCD".index(name)), float(number), excused)
