@@ -105,7 +105,7 @@ class Holders:
                     self._state.believes[peer] |= items
         return is_new
 
-    def orphans(self, life: Life | None = None) -> list[int]:
+    def orphans(self, life: Life | None = None, of_others: bool = False) -> list[int]:
         """Columns of items that their origin cannot be relied on to send, of which this node is the one to do so.
 
         Their origin is away or has begun anew. Of those that are believed to hold one and are there, the node with
@@ -113,12 +113,14 @@ class Holders:
 
         Args:
             life: of these alone.
+            of_others: those, too, that another node is to send.
         """
         ledger, away, columns = self._ledger, self._peers.away, list[int]()
         for column in range(len(ledger)):
             uid = ledger.uids[column]
             if not self._peers.is_over(uid.origin, uid.epoch) or (life is not None and life != (uid.origin, uid.epoch)):
                 continue
-            if not any(self._state.believes[node] >> column & 1 and not away >> node & 1 for node in range(self._me)):
+            before = 0 if of_others else self._me
+            if not any(self._state.believes[node] >> column & 1 and not away >> node & 1 for node in range(before)):
                 columns.append(column)
         return columns

@@ -194,6 +194,8 @@ class Listener:
         for origin in columns_of(origins):
             lacked = self._ledger.origins[origin] & self._state.believes[self._me] & ~self._done
             self._interests.adopt(columns_of(lacked), self._state.believes, now_s)
+        if origins:  # whoever else is to send what is left of a life that is over may be hardly heard as well
+            self._interests.adopt(self._holders.orphans(of_others=True), self._state.believes, now_s)
 
     def resume(self, room_bits: int, size_bits: Callable[[Fragment], int], now_s: float) -> None:
         """Take up what the world model holds.

@@ -3,6 +3,7 @@
 import random
 
 import pytest
+from exchange_lives import Sea
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from turn_takers import Round
@@ -52,6 +53,21 @@ def test_an_item_goes_along_a_line_if_it_is_relayed(relay):
     fleet.pass_frames(60)
     assert (fleet.holders(first), fleet.holders(last)) == (([0, 1, 2, 3], [0, 1, 2, 3]) if relay else ([0, 1], [2, 3]))
     assert not fleet.false_beliefs
+
+
+@pytest.mark.parametrize("relay", [True, False])
+def test_what_is_left_of_a_former_life_goes_along_a_line_if_it_is_relayed(relay):
+    """Node 0 begins anew with its memory: it holds its old item and is the first of those who would send it."""
+    sea = Sea(4, "ack")
+    old = sea.maps(0, cell=7)
+    that_relays(sea, relay)
+    for slot in range(240):
+        if slot == 8:
+            sea.restart(0, keeps=True)
+            that_relays(sea, relay)
+        sea.pass_slot(lambda sender, receiver: (min(sender, receiver), max(sender, receiver)) not in LINE)
+    assert sea.holders(old) == ([0, 1, 2, 3] if relay else [0, 1])
+    assert not sea.wrong()
 
 
 @pytest.mark.parametrize("relay", [True, False])
