@@ -19,6 +19,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
+from itertools import islice
 from typing import Annotated, ClassVar
 
 from pydantic import Field
@@ -88,8 +89,10 @@ class Broadcaster:
         group, _, role = str(said.get("worksOn", "")).partition(".")
         known = self._at.get(heard.issuer)
         if group == self._group.name and (known is None or known.role != role):
-            since_s = float(said.get("worksSince", heard.time_s))
-            self._at[heard.issuer] = self._station(role, heard.issuer, since_s, work)
+            self._at.pop(heard.issuer, None)
+            if any(one.name == role for one in work.roles):
+                since_s = float(said.get("worksSince", heard.time_s))
+                self._at[heard.issuer] = self._station(role, heard.issuer, since_s, work)
         self._reported.update(subject for subject, attribute, _ in heard.facts if attribute == "knownDone")
 
     def _station(self, role: str, vehicle: str, since_s: float, work: Work) -> JobWatch:
@@ -205,6 +208,9 @@ class Broadcaster:
         if at is not None:
             job, since = (self._me, "worksOn", self._group.path(at.role)), (self._me, "worksSince", at.since_s)
             said.append(Statement((job, since)))
+        elif work.unfinished:  # it may have left one, or begun anew: who was at a job would be waited for
+            free = (role for role in self._group.roles if role.job is None and self._me in work.holders(role))
+            said += [Statement(((self._me, "worksOn", self._group.path(role.name)),)) for role in islice(free, 1)]
         return said
 
 
@@ -224,7 +230,7 @@ class StatusBroadcast:
     declaration: ClassVar[Declaration] = Declaration(
         source="Sotzing, Lane 2010 (DELPHIS)",
         messages={
-            "worksOn": "the job that the sender is at; not acknowledged",
+            "worksOn": "the job that the sender is at, or a role without one; not acknowledged",
             "worksSince": "since when; not acknowledged",
             "knownDone": "a job that the sender knows to be done; not acknowledged",
             JOB_DONE: "the sender has done a job",

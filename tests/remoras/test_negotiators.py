@@ -114,6 +114,21 @@ def test_a_job_that_changes_hands_is_left_and_taken_in_one_block() -> None:
     assert moved == [(("AUV01", "leftRole", role), ("AUV02", "playsRole", role))]
 
 
+def test_whoever_has_no_job_says_so_and_is_not_waited_for() -> None:
+    """AUV01 was at the left one, left it without a word, or began anew; AUV02 hears all its packets."""
+    told, watching = (StatusBroadcast().negotiator(name, PAIR) for name in ("AUV01", "AUV02"))
+    free = two_hands(StatusBroadcast())
+    state = told._state(free)
+    assert [fact for one in state for fact in one.facts] == [("AUV01", "worksOn", "Pair.Hand")]
+    at_left = Heard("AUV01", 1.0, (("AUV01", "worksOn", "Pair.Left"), ("AUV01", "worksSince", 1.0)))
+    watching._hear(at_left, free)
+    assert watching._at["AUV01"].role == "Left"
+    watching._hear(Heard("AUV01", 1.0, (("Pair.Right", "knownDone", True),)), free)
+    assert "AUV01" in watching._at, "a part of the state that says nothing of it"
+    watching._hear(Heard("AUV01", 9.0, state[-1].facts), free)
+    assert watching._at == {}
+
+
 def test_a_job_planned_for_another_that_never_claims_it_is_claimed_after_two_repeats() -> None:
     """AUV01 does the left one, and expects AUV02, which it does not hear, to do the right one."""
     bidder = Cbba().negotiator("AUV01", PAIR)
