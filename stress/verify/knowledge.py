@@ -205,7 +205,7 @@ def _check_that_all_is_received(
         at_s = times_s[0]
         if (vehicle, uid) in held and held[vehicle, uid] <= at_s + CLOSE_S:
             continue
-        is_excused = at_s > end_s or vehicle in set_aside or uid in parts or uid.rpartition(".")[0] in parts
+        is_excused = at_s > end_s - CLOSE_S or vehicle in set_aside or uid in parts or uid.rpartition(".")[0] in parts
         is_excused |= bool(
             record.during(vehicle, ("energy",), [at_s]).any()
         )  # its battery ended while it was on the way
