@@ -50,7 +50,11 @@ class Choice:
             asked = 0 if activities.needs is None else 1 << needed.index(activities.needs)
             self._bits.append(activities.types | (provided | asked << self._n_needed) << 8)
         self._vital = [index for index, activities in enumerate(sets) if activities.kind is ActivityKind.VITAL]
-        self._others = [index for index, activities in enumerate(sets) if activities.kind is not ActivityKind.VITAL]
+        self._others = [
+            (index, self._bits[index])
+            for index, activities in enumerate(sets)
+            if activities.kind is not ActivityKind.VITAL and self._sizes[index]
+        ]
         self._asked: list[float] = []
         self._best: tuple[int, ...] = ()
 
@@ -104,9 +108,8 @@ class Choice:
     def _fit(self, motivations: Sequence[float], types: int) -> list[int]:
         """Motivated sets that leave ``types`` free; of those alike in types and needs the most motivated one."""
         found: dict[int, int] = {}
-        for index in self._others:
-            bits = self._bits[index]
-            if motivations[index] > 0.0 and bits & _TYPES and not bits & types:
+        for index, bits in self._others:
+            if motivations[index] > 0.0 and not bits & types:
                 other = found.get(bits)
                 if other is None or motivations[index] > motivations[other]:
                     found[bits] = index

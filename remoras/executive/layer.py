@@ -64,10 +64,8 @@ class ExecutiveLayer:
         self._constants = constants
         self.period_s = constants.period_s
         self._choice = Choice(())
-        self._importance: list[float] = []
-        self._sizes: list[int] = []
         self._role_of: list[RoleKey | None] = []
-        self._listens: list[bool] = []
+        self._effective: list[tuple[int, RoleKey | None, float, bool]] = []  # index, role, importance, hears calls
         self._is_own: list[bool] = []
         self._providers: dict[int, list[int]] = {}  # of each set that needs another one: the sets that have it
         self._heard: dict[RoleKey, dict[tuple[str, str], HeardSignal]] = {}
@@ -85,10 +83,12 @@ class ExecutiveLayer:
         going_on = {self.sets[index] for index in self.decision.chosen}
         self.sets = tuple(sets)
         self._choice = Choice(sets)
-        self._importance = [activity_set.importance for activity_set in sets]
-        self._sizes = [len(activity_set.effective) for activity_set in sets]
         self._role_of = [(s.objective.group, s.objective.role) if s.objective is not None else None for s in sets]
-        self._listens = [s.kind is ActivityKind.COLLECTIVE for s in sets]
+        self._effective = [
+            (index, role, one.importance, one.kind is ActivityKind.COLLECTIVE)
+            for index, (one, role) in enumerate(zip(sets, self._role_of, strict=True))
+            if one.effective
+        ]
         self._is_own = [s.kind is ActivityKind.INDIVIDUAL and s.objective is not None for s in sets]
         self._providers = {
             index: [n for n, other in enumerate(sets) if any(a.name == one.needs for a in other.activities)]
@@ -140,22 +140,16 @@ class ExecutiveLayer:
         own = self._contentment(stimuli) if calls else 0.0
         motivations, external = self.motivations, self._external
         performed = self.decision.chosen
-        for index, perception in enumerate(perceptions):
+        for index, role, importance, listens in self._effective:
             stimulus = stimuli[index]
-            if stimulus <= 0.0 or not self._sizes[index]:
+            if stimulus <= 0.0:
                 motivations[index] = external[index] = 0.0
                 continue
-            role = self._role_of[index]
             heeded = 0.0
-            if calls and role in calls and self._listens[index]:
-                heeded = answered(calls[role], perception.settled, own)
-            motivations[index] = motivation(
-                self._importance[index],
-                stimulus,
-                None if role is None or index not in performed else self.satisfaction[role],
-                heeded,
-                constants,
-            )
+            if calls and role in calls and listens:
+                heeded = answered(calls[role], perceptions[index].settled, own)
+            satisfaction = None if role is None or index not in performed else self.satisfaction[role]
+            motivations[index] = motivation(importance, stimulus, satisfaction, heeded, constants)
             external[index] = constants.weight_external * heeded
         chosen = self._choice.best(motivations)
         if chosen != performed:
@@ -168,7 +162,7 @@ class ExecutiveLayer:
         """Every activity set that has an effect, as the last decision, made at ``now_s``, weighed it."""
         found = []
         for index, one in enumerate(self.sets):
-            if not self._sizes[index]:
+            if not one.effective:
                 continue
             external, source, slot = self._external[index], "", None
             if external > 0.0 and (role := self._role_of[index]) is not None:
