@@ -15,6 +15,7 @@ from typing import NamedTuple
 from worldmodel import STATUS, Block, PropertyValue
 from worldmodel.facts import Guid
 
+_new = tuple.__new__  # makes a named tuple of a tuple, in half the time
 MASK_BITS = 8
 """Sequences that the mask of a summary tells of."""
 
@@ -70,7 +71,8 @@ def name_of(block: Block) -> str:
     if block.sequence >= 0:
         return str(ItemUid(block.origin, block.sequence, 0, block.epoch))
     if block.sequence == STATUS:
-        return str(StatusUid(block.origin, block.time_s, block.facts[0].subject, block.facts[0].attribute))
+        subject, attribute, *_ = block.facts[0]
+        return str(_new(StatusUid, (block.origin, block.time_s, subject, attribute)))
     return f"{_origin(block.origin, block.epoch)}-p{STATUS - block.sequence}"
 
 
@@ -103,8 +105,7 @@ class Fragment:
     @property
     def uid(self) -> ItemUid:
         """Name of the exchange item that it is, unless it is a status."""
-        named = self.origin, self.sequence, self.index, self.epoch
-        return tuple.__new__(ItemUid, named)  # half the time of ItemUid(...)
+        return _new(ItemUid, (self.origin, self.sequence, self.index, self.epoch))
 
     @property
     def guid(self) -> Guid:
@@ -119,7 +120,7 @@ class Fragment:
     @property
     def block(self) -> Block:
         """The block that it is by itself, if it is no part of a larger one."""
-        return Block(self.origin, self.sequence, self.time_s, self.facts, self.epoch)
+        return _new(Block, (self.origin, self.sequence, self.time_s, self.facts, self.epoch))
 
 
 class InfluenceSignal(NamedTuple):

@@ -27,6 +27,7 @@ LACKED = 0.5
 """Chance that something said is still lacking afterwards, as rules take it that go by it."""
 MOST_SAID = 6
 """Rules that go by how often something was said count no further."""
+_new = tuple.__new__  # makes a named tuple of a tuple, in half the time
 LACKED_AFTER = tuple(power(LACKED, n_said) for n_said in range(MOST_SAID + 1))
 
 
@@ -159,7 +160,7 @@ class Additive:
 
     def place(self, waiting: Waiting) -> QueuePlace:
         """One group for each priority; whole numbers, which the policy study has, too."""
-        return QueuePlace(waiting.priority, waiting.credit - waiting.priority * waiting.since_slot)
+        return _new(QueuePlace, (waiting.priority, waiting.credit - waiting.priority * waiting.since_slot))
 
     def value(self, waiting: Waiting, moment: Moment) -> float:
         """Priority times own slots.

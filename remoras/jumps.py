@@ -19,6 +19,7 @@ SLACK_M = 50.0
 """What a report may be off in any case."""
 MARGIN = 2.0
 """How many times farther than by its top speed a vehicle may seem to have gone."""
+_new = tuple.__new__  # makes a named tuple of a tuple, in half the time
 
 
 class PositionReport(NamedTuple):
@@ -69,7 +70,7 @@ class Jumps:
             return None
         if fact.subject != block.origin or fact.subject not in self._top_speeds_mps:
             return None
-        now = PositionReport(block.time_s, *fact.value)  # type: ignore[misc]
+        now = _new(PositionReport, (block.time_s, *fact.value))  # type: ignore[misc]
         last, aside = self._last.get(fact.subject), self._aside.get(fact.subject)
         if last is not None and now.time_s < last.time_s:
             return None

@@ -35,6 +35,7 @@ GIVEN_UP = frozenset({FaultCode.TIMED_OUT, FaultCode.CROWDED_OUT})
 UNLISTED = "slot of others"
 """Kind of the fault of a packet that was sent in a slot of others, by the list of the vehicle that hears it."""
 STRANGER = "its packets are refused: it uses another TBox or other field widths, or one was damaged on the way"
+_new = tuple.__new__  # makes a named tuple of a tuple, in half the time
 
 
 class Signalling(NamedTuple):
@@ -221,7 +222,7 @@ class Radio:
         offered = []
         for role, value in signals:
             self._recorder.satisfaction.append((now_s, self._me, *role, value))
-            offered.append(InfluenceSignal(self._roles[role], value))
+            offered.append(_new(InfluenceSignal, (self._roles[role], value)))
         if offered and above == 0:
             self.manager.offer_signals(offered)
         sent = self.manager.packet_to_send(now_s, above)
@@ -290,7 +291,7 @@ class Radio:
         changes = self._merged(self._without(jumps, blocks, now_s) if jumps else blocks, now_s, aside)
         known = self._signalling
         signals = tuple([(known[signal.role], signal.value) for signal in reception.signals if signal.role in known])
-        return HeardPacket(reception, emitter, changes, signals)
+        return _new(HeardPacket, (reception, emitter, changes, signals))
 
     def _without(self, jumps: Sequence[tuple[Block, Jump]], blocks: Iterable[Block], now_s: float) -> list[Block]:
         """The blocks without those by which a peer has jumped; these are told of, and set aside."""

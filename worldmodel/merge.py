@@ -39,6 +39,7 @@ from worldmodel.store import Store
 from worldmodel.tbox import TYPE_UID
 
 _NEVER_S = math.inf
+_new = tuple.__new__  # makes a named tuple of a tuple, in half the time
 
 
 def merge(store: Store, blocks: Iterable[Block], now_s: float | None = None, judged: bool = False) -> Merged:
@@ -55,8 +56,8 @@ def merge(store: Store, blocks: Iterable[Block], now_s: float | None = None, jud
         The blocks that went in, with those that an earlier ``record`` set free, and the faults found.
     """
     arrivals = store.arrivals
-    changes, faults = list(arrivals.unreported.changes), list(arrivals.unreported.faults)
-    arrivals.unreported = NOTHING
+    unreported, arrivals.unreported = arrivals.unreported, NOTHING
+    changes, faults = [*unreported.changes], [*unreported.faults]
     arrivals.now_s = now_s
     latest_s = math.inf if now_s is None else now_s
     for block in blocks:
@@ -75,7 +76,7 @@ def merge(store: Store, blocks: Iterable[Block], now_s: float | None = None, jud
         went_in, refused = _look_closer(store, block, latest_s)
         changes += went_in
         faults += refused
-    return Merged(tuple(changes), tuple(faults))
+    return _new(Merged, (tuple(changes), tuple(faults)))
 
 
 def _is_sound(store: Store, block: Block, judged: bool) -> bool:

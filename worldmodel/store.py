@@ -195,7 +195,7 @@ class Store(Answers):
         """
         self.version += 1
         index = self.index
-        if attribute in self.subscriptions.watching or index.trust.from_s:
+        if index.trust.from_s:
             return self._indexed(block)
         slots, slot = index.slots, (subject, attribute)
         entries = slots.get(slot)
@@ -205,6 +205,8 @@ class Store(Answers):
             entries.append(block)
         else:
             return self._indexed(block)
+        if attribute in self.subscriptions.watching:
+            self.subscriptions.note(_new(Observation, (block, 0)))
         return _new(Change, (block, block[3]))
 
     def insert(self, block: Block) -> Change:

@@ -270,7 +270,7 @@ class Listener:
         aside: list[Fragment] = []
         for fragment in packet.fragments:
             if fragment.sequence == STATUS:
-                blocks.append(Block(fragment.origin, STATUS, fragment.time_s, fragment.facts, fragment.epoch))
+                blocks.append(fragment.block)
                 continue
             uid, guid = fragment.uid, (fragment.origin, fragment.epoch, fragment.sequence)
             column = ledger.column_of.get(uid)

@@ -48,7 +48,7 @@ from exchange.wire.factcodec import FactCodec
 from exchange.wire.fragmentcodec import EPOCH_BITS, EPOCHS, Before, FragmentCodec, Packing, Wired, refuse_epoch
 from exchange.wire.sealing import DAMAGED, UNOPENED, Checksum, Seal, nonce_of
 from exchange.wire.sizes import FieldSize
-from worldmodel import STATUS, Block, PropertyValue, TBox
+from worldmodel import STATUS, PropertyValue, TBox
 from worldmodel.facts import MOST_ITEMS
 from worldmodel.tables import compiled_attributes
 
@@ -459,7 +459,7 @@ class Codec:
             latest_s, concerns = max(latest_s, fragment.time_s), concerns | 1 << fragment.origin
             relays = relays or fragment.origin != packet.sender
             if fragment.sequence == STATUS:
-                statuses.append(Block(fragment.origin, STATUS, fragment.time_s, fragment.facts, fragment.epoch))
+                statuses.append(fragment.block)
         for summary in packet.summary:
             concerns |= -1 if summary.highest >= MOST_ITEMS else 1 << summary.origin
         has_items, heard = len(statuses) < len(packet.fragments), 0

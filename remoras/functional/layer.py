@@ -257,7 +257,8 @@ class FunctionalLayer:
         if not body.sensors_on:
             self.sensors.looking = ()
             return []
-        pose = Pose(self.motion.x_m, self.motion.y_m, self.depth_m, motion.heading_rad, motion.speed_mps)
+        at = self.motion
+        pose = Pose(at.x_m, at.y_m, self.depth_m, motion.heading_rad, motion.speed_mps)
         for change in self.posed:
             pose = change(pose)
         sensed = self.sensors.look(pose, now_s)
