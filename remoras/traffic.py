@@ -158,16 +158,12 @@ class Traffic:
             frame = self._next_frame[node]
             self._at(node, self._schedule.frame_start_s(frame), FrameBegins(frame, node))
         for slot in self._next_slots[node][:1]:
-            self._at(node, self._sends_s(slot, node), SlotOpens(slot, node))
+            self._at(node, sends_s(self._schedule, slot, node, self._seed), SlotOpens(slot, node))
 
     def _at(self, node: int, shown_s: float, event: SlotOpens | FrameBegins) -> None:
         """Schedule an event at a time that the clock of a node shows."""
         at_s = self._medium.true_time_s(node, shown_s)
         self._heap.schedule(max(at_s, self._heap.now_s), Priority.SLOT, event)
-
-    def _sends_s(self, slot: int, node: int) -> float:
-        """When a node sends in its slot, by its clock."""
-        return sends_s(self._schedule, slot, node, self._seed)
 
     def begins(self, frame: int, sender: Vehicle, now_s: float) -> None:
         """Ask a vehicle for its slots in a frame that begins; what is not now, since its clock was set, is let be.
@@ -203,7 +199,7 @@ class Traffic:
             now_s: the true time (s).
         """
         node = owner.data.node
-        start_s, shown_s = self._sends_s(slot, node), self._medium.shown_s(node, now_s)
+        start_s, shown_s = sends_s(self._schedule, slot, node, self._seed), self._medium.shown_s(node, now_s)
         if self._next_slots[node][:1] != [slot] or shown_s < start_s - GRACE_S:
             return None
         del self._next_slots[node][0]

@@ -171,7 +171,11 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
             self.conclude(self.social.standing.resign(), now_s)
         if self.social.planner.due and decision.has(ActivityType.PLANNING):
             _plan(self, now_s)
-        _conclude(self, now_s)
+        if facts := self.social.findings(functional.believed):
+            self.conclude(facts, now_s, not self.social.standing.is_cut_off)
+        if self.social.conclusions.are_of_its_own:
+            of = self.social.present, functional.picture, functional.believed
+            self.conclude(self.social.conclusions.of_its_own(self.data, *of), now_s)
 
     def _note_events(self, perceptions: Sequence[Perception], now_s: float) -> Sequence[Perception]:
         """Record what activities have found out, done or failed at; return what is perceived then."""
@@ -354,15 +358,6 @@ def _recorded(sensed: Sensed, vehicle: Vehicle, now_s: float) -> Change:
         raise PluginError(
             f"sensor {sensed.sensor} of {vehicle.name}: its observation cannot be recorded: {error}{hint}"
         ) from error
-
-
-def _conclude(vehicle: Vehicle, now_s: float) -> None:
-    """Make known what a vehicle concludes as the leader of its groups, and for itself."""
-    social, motion, picture = vehicle.social, vehicle.functional.believed, vehicle.functional.picture
-    if facts := social.findings(motion):
-        vehicle.conclude(facts, now_s, not social.standing.is_cut_off)
-    if social.conclusions.are_of_its_own:
-        vehicle.conclude(social.conclusions.of_its_own(vehicle.data, social.present, picture, motion), now_s)
 
 
 def _note_what_was_found(vehicle: Vehicle, perceptions: Sequence[Perception], now_s: float) -> bool:

@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from types import MappingProxyType
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 from exchange.arithmetic import distance
 from remoras.beliefs import Key
@@ -335,16 +335,14 @@ class Work:
         Args:
             positions_m: last positions known; now_s: time from which outlooks count.
         """
-        return self._but_for(positions_m=positions_m, now_s=now_s)
+        made = object.__new__(Work)
+        made.__dict__.update(self.__dict__, positions_m=positions_m, now_s=now_s)
+        return made
 
     def with_less(self, jobs: Mapping[str, Job]) -> Work:
         """The same work where less is left of the same jobs, none of them done since: who may do which stays known."""
-        return self._but_for(jobs=jobs)
-
-    def _but_for(self, **changed: Any) -> Work:
-        """The same work with other values of some attributes, and all that has been worked out of it."""
         made = object.__new__(Work)
-        made.__dict__.update(self.__dict__, **changed)
+        made.__dict__.update(self.__dict__, jobs=jobs)
         return made
 
     def in_order(

@@ -124,6 +124,7 @@ class GuidanceInCurrent(Guidance):
     def __init__(self, still: Guidance, current: Current, depth_m: Callable[[], float]) -> None:
         super().__init__(still.motion, still.data, still.bounds_m, still.constants)
         self.flow_mps: Velocity = STILL
+        self.aimed.append(self._upstream)
         self._current = current
         self._depth_m = depth_m
 
@@ -141,19 +142,8 @@ class GuidanceInCurrent(Guidance):
         self.motion.x_m += self.flow_mps[0] * dt_s
         self.motion.y_m += self.flow_mps[1] * dt_s
 
-    def carry_out(
-        self,
-        target_m: Point,
-        speed_mps: float,
-        neighbours: Sequence[Neighbour],
-        positions_m: Mapping[str, Point],
-        dt_s: float,
-    ) -> None:
-        """Come straight over ground to a target; without a speed, stay."""
-        super().carry_out(*self._upstream(target_m, speed_mps, dt_s), neighbours, positions_m, dt_s)
-
     def _upstream(self, target_m: Point, speed_mps: float, dt_s: float) -> tuple[Point, float]:
-        """Where to head for in moving water, and how fast."""
+        """Where to head for in moving water, and how fast, to come straight over ground to a target, or to stay."""
         motion, flow = self.motion, self.flow_mps
         if speed_mps <= 0.0:
             return (motion.x_m - flow[0] * dt_s, motion.y_m - flow[1] * dt_s), min(length(*flow), self.most_mps)

@@ -206,7 +206,8 @@ class SwathSensor:
         if pose.speed_mps > self._speed_limit_mps:
             return []
         reach_m = self._reach_m - pose.uncertainty_m
-        under = world.under(*pose.believed_m, reach_m) if reach_m >= 0.0 else ()
+        x_m, y_m = (pose.x_m, pose.y_m) if pose.error_m == KNOWN else pose.believed_m
+        under = world.under(x_m, y_m, reach_m) if reach_m >= 0.0 else ()
         if self.mapped.issuperset(under) and not world.features:
             return []
         new = [cell for cell in under if cell not in self.mapped]

@@ -8,7 +8,7 @@ Where nobody is near, guidance is carried out as it is. Velocities are through t
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from exchange.arithmetic import length
 from remoras.attraction import NO_PULLS, GuidanceConstants, Pulls, attracted_velocity, repelled, stronger
@@ -32,6 +32,8 @@ class Guidance:
     Attributes:
         motion, data, bounds_m, constants: the same, for what takes its place.
         error_m: where the vehicle takes itself to be, from where it is; guidance goes by the former.
+        aimed: each gives where to go and how fast, 0 to slow down to a stop, of that by the others before it and of the
+            length of the tick (s); called by ``move``.
         withdraws: True while the vehicle gives way to a call that is stronger than its own.
     """
 
@@ -48,6 +50,7 @@ class Guidance:
         self.constants = constants
         self._detour = Detour(constants.separation_m)
         self.error_m: Point = (0.0, 0.0)
+        self.aimed: list[Callable[[Point, float, float], tuple[Point, float]]] = []
         self._pulls = NO_PULLS
         self.withdraws = False
         self._greatest_speed_mps = max(data.transit_speed_mps, data.survey_speed_mps)
@@ -90,22 +93,8 @@ class Guidance:
             off_x_m, off_y_m = self.error_m
             target_m, most_mps = (x_m - off_x_m, y_m - off_y_m), self._greatest_speed_mps
             speed_mps = self._speed_factor * (speed_mps if speed_mps <= most_mps else most_mps)
-        self.carry_out(target_m, speed_mps, neighbours, positions_m, dt_s)
-
-    def carry_out(
-        self,
-        target_m: Point,
-        speed_mps: float,
-        neighbours: Sequence[Neighbour],
-        positions_m: Mapping[str, Point],
-        dt_s: float,
-    ) -> None:
-        """Move through the water towards a target, clear of neighbours.
-
-        Args:
-            target_m: where to go; speed_mps: how fast, 0 to slow down to a stop.
-            neighbours, positions_m, dt_s: as in ``move``.
-        """
+        for change in self.aimed:
+            target_m, speed_mps = change(target_m, speed_mps, dt_s)
         motion = self.motion
         if neighbours:
             goal = _velocity(motion, target_m, speed_mps, dt_s)

@@ -353,9 +353,9 @@ class SocialLayer:
 
     def findings(self, motion: Motion) -> list[Fact]:
         """What this vehicle concludes as the leader of its groups, as facts."""
-        facts: list[Fact] = []
         if not self._led:
-            return facts
+            return []
+        facts: list[Fact] = []
         work = self._work()
         for name in self._led:
             self._picture.groups.note_work(name, work[name].has_something_left, self._picture.body.now_s)

@@ -65,6 +65,7 @@ class Reports:
     Attributes:
         blind: vehicles that say of themselves that their sensors yield nothing.
         database: data of all vehicles, of these without sensors.
+        frugal: vehicles that may not have enough energy for the mission; of all others it need not be asked.
     """
 
     def __init__(self, beliefs: Beliefs, database: AUVDatabase, until_s: float) -> None:
@@ -73,7 +74,7 @@ class Reports:
         self._sensors_work = beliefs.model.tbox.attribute_named(SENSORS_WORK).uid
         self.database = database
         all_w = {name: data.power_w(data.transit_speed_mps) for name, data in database.items()}
-        self._frugal = tuple(name for name, w in all_w.items() if database[name].energy_j < AMPLE * w * until_s)
+        self.frugal = tuple(name for name, w in all_w.items() if database[name].energy_j < AMPLE * w * until_s)
         self.blind: frozenset[str] = frozenset()
 
     def note(self, change: Change) -> None:
@@ -86,11 +87,9 @@ class Reports:
 
     def scarce_energy_j(self, now_s: float) -> dict[str, float]:
         """What vehicles have left, of those that may not have enough for the rest of the mission."""
-        if not self._frugal:
-            return {}
         told = {}
-        for name in self._frugal:
+        for name in self.frugal:
             share, told_s = self._beliefs.get((BATTERY, name)), self._beliefs.observed_s((BATTERY, name))
             if share is not None and told_s is not None:
                 told[name] = share, told_s
-        return scarce_energy_j([self.database[name] for name in self._frugal], told, now_s, self._until_s)
+        return scarce_energy_j([self.database[name] for name in self.frugal], told, now_s, self._until_s)

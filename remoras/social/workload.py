@@ -92,8 +92,9 @@ class Workload:
             from_s: time from which outlooks count.
         """
         asked = *at, self._reports.blind
-        self._work_out()
-        energy_j = self._reports.scarce_energy_j(picture.body.now_s)
+        if self._stale:
+            self._work_out()
+        energy_j = self._reports.scarce_energy_j(picture.body.now_s) if self._reports.frugal else None
         if energy_j:
             return self._works(at, picture.peers.positions_m if positions_m is None else positions_m, energy_j, from_s)
         if self._asked != asked:
@@ -116,8 +117,7 @@ class Workload:
         return found
 
     def _work_out(self) -> None:
-        if not self._stale:
-            return
+        """Work out anew what is left of the jobs that facts were told about."""
         left, done = jobs_left({name: job for name, job in self._jobs.items() if name in self._stale}, self._beliefs)
         known = self._left | left
         before = self._left.keys(), self._done, self._is_enough, self._n_given_anew
