@@ -354,7 +354,7 @@ class ExchangeManager:
 
     def holds(self, uid: ItemUid) -> bool:
         """True if this vehicle holds the item."""
-        return uid in self._ledger or self._holders.own.has((uid.origin, uid.epoch), uid.sequence)
+        return uid in self._ledger.column_of or self._holders.own.has((uid.origin, uid.epoch), uid.sequence)
 
     def knows_life(self, peer: int, epoch: int) -> bool:
         """True if this vehicle has heard ``peer`` in the life of that epoch; in its first one it need not."""

@@ -213,7 +213,8 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         speaker = self.named(vehicle)
         if speaker.is_alive:
             speaker.conclude(facts(speaker.beliefs), self.shown_s(speaker))
-            self._has_acted(speaker)
+            for tell in self.acted:
+                tell(speaker)
         return speaker.is_alive
 
     def restart(self, before: Vehicle, remembers: bool) -> Vehicle:
@@ -234,7 +235,8 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         if shown_s is None:
             return
         sent = sender.speak(shown_s)
-        self._has_acted(sender)
+        for tell in self.acted:
+            tell(sender)
         if sent is not None:
             self.traffic.carry(slot, sender, sent, self.vehicles, self.recorder)
         for tell in self.sent:
@@ -243,7 +245,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
     def deliver(self, arrival: Arrival) -> None:
         """Let a vehicle hear a packet that arrives now."""
         hearer = self.vehicles[arrival.receiver]
-        reception = hearer.hear(arrival.data, self.shown_s(hearer))
+        reception = hearer.hear(arrival.data, self.shown_s(hearer) if self.clocks else self.clock.now_s)
         if reception is not None:
             for peer, uid in reception.beliefs:
                 if not self.vehicles[peer].radio.manager.holds(uid):
@@ -267,13 +269,8 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         self.traffic.await_frame(frame + 1)
 
     def _consult(self, vehicle: Vehicle) -> None:
-        vehicle.consult(self.shown_s(vehicle))
-        for tell in self.consulted:
-            tell(vehicle)
-        self._has_acted(vehicle)
-
-    def _has_acted(self, vehicle: Vehicle) -> None:
-        for tell in self.acted:
+        vehicle.consult(self.shown_s(vehicle) if self.clocks else self.clock.now_s)
+        for tell in (*self.consulted, *self.acted):
             tell(vehicle)
 
     # What is so ----------------------------------------------------------------------------------

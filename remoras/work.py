@@ -231,7 +231,8 @@ class Work:
 
     def held_by(self, vehicle: str) -> list[RoleSpecification]:
         """Unfinished roles that the vehicle plays; whoever gave it a role may have known that it is open."""
-        return [role for role in self.unfinished if vehicle in self.holders(role)]
+        holders = self._holders
+        return [role for role in self.unfinished if vehicle in holders[role.name]]
 
     def holders(self, role: RoleSpecification) -> tuple[str, ...]:
         """Vehicles that play the role."""

@@ -18,17 +18,15 @@ to a row without looking at single cells.
 from __future__ import annotations
 
 import math
-import weakref
-from collections.abc import Callable, Iterable, Sequence, Set
+from collections.abc import Iterable, Sequence
 from functools import cached_property, lru_cache
-from typing import Generic, NamedTuple, TypeVar
+from typing import NamedTuple
 
 from exchange.arithmetic import distance, length
 from missions.mapping.sensors import Cell, Seabed, seabed_of
 from missions.mapping.survey import Point, length_m, rows, runs_along_x, to_and_fro
 from remoras.behaviours import CAPTURE_M
 
-T = TypeVar("T")
 TOLERANCE_M = 1e-6
 
 
@@ -59,25 +57,6 @@ class Way(NamedTuple):
     length_m: float
     row: int
     ends_m: tuple[Point, Point]
-
-
-class Followed(Generic[T]):
-    """What follows from sets that may only grow: remembered while they do not, as a cache is."""
-
-    __slots__ = ("_found",)
-
-    def __init__(self) -> None:
-        self._found: dict[int, tuple[weakref.ref[Set[float]], int, T]] = {}
-
-    def of(self, known: Set[float], work_out: Callable[[Set[float]], T]) -> T:
-        """What ``work_out`` makes of the set as it is now."""
-        key = id(known)
-        found = self._found.get(key)
-        if found is not None and found[1] == len(known) and found[0]() is known:
-            return found[2]
-        result = work_out(known)
-        self._found[key] = weakref.ref(known, lambda _: self._found.pop(key, None)), len(known), result
-        return result
 
 
 class Ground:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+import weakref
 from collections.abc import Iterable, Mapping, Set
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from exchange.arithmetic import distance
-from missions.mapping.ground import Followed, Ground, Way, ground_of
+from missions.mapping.ground import Ground, Way, ground_of
 from missions.mapping.sensors import mapping_speed_mps, swath_m
 from remoras.beliefs import Key
 from remoras.database import AUVDatabase, VehicleData
@@ -78,14 +79,19 @@ class SurveyJob:
 
     def left(self, facts: Known) -> SurveyJob:
         """The survey of the cells that a vehicle which knows ``facts`` does not know to be mapped."""
-        return self._left.of(facts.values(("mappedCell", self.name)), self._without)
+        mapped = facts.values(("mappedCell", self.name))
+        key, left = id(mapped), self._left
+        known = left.get(key)
+        if known is not None and known[1] == len(mapped) and known[0]() is mapped:
+            return known[2]
+        rest = self.of(self.on.work & ~self.on.bits(mapped))
+        left[key] = weakref.ref(mapped, lambda _: left.pop(key, None)), len(mapped), rest
+        return rest
 
     @cached_property
-    def _left(self) -> Followed[SurveyJob]:
-        return Followed()
-
-    def _without(self, mapped: Set[float]) -> SurveyJob:
-        return self.of(self.on.work & ~self.on.bits(mapped))
+    def _left(self) -> dict[int, tuple[weakref.ref[Set[float]], int, SurveyJob]]:
+        """What is left by sets of cells, which only grow: remembered as long as they do not."""
+        return {}
 
     def of(self, cells: int) -> SurveyJob:
         """The survey of these cells of the area."""
