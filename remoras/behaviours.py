@@ -157,6 +157,9 @@ class Approach:
     Args:
         speed_mps: at which it means to go.
 
+    Attributes:
+        is_on: True if the last call was told that the activity is performed; else one that is not changes nothing.
+
     >>> approach = Approach(1.0)
     >>> [approach.advance(to_go_m, now_s, performed=True) for now_s, to_go_m in enumerate((9.0, 8.0, 7.5, 7.5, 9.5))]
     [None, 1.0, 0.5, 0.0, -1.0]
@@ -165,6 +168,7 @@ class Approach:
     def __init__(self, speed_mps: float) -> None:
         self._speed_mps = speed_mps
         self._last: tuple[float, float] | None = None
+        self.is_on = False
 
     def advance(self, to_go_m: float, now_s: float, performed: bool) -> float | None:
         """The advance since the last call, -1..1; None unless it was performed then and since.
@@ -174,6 +178,7 @@ class Approach:
             now_s: time of the decision.
             performed: True if the vehicle performed the activity since the last decision.
         """
+        self.is_on = performed
         last, self._last = self._last, (to_go_m, now_s) if performed else None
         if last is None or not performed or now_s <= last[1]:
             return None
@@ -286,7 +291,9 @@ class Homing(Behaviour):
         self._has_met = is_gathered and (self._has_met or to_go_m + picture.body.uncertainty_m <= self._radius_m)
         if self._has_met:
             return IDLE
-        advance = self._approach.advance(to_go_m, picture.body.now_s, performed)
+        advance = None
+        if performed or self._approach.is_on:
+            advance = self._approach.advance(to_go_m, picture.body.now_s, performed)
         if self._answers is awaited and not picture.groups.awaited:
             return Perception(1.0, advance)
         if self._picture is not picture or self._due.advance != advance:
@@ -330,6 +337,8 @@ class FollowingLeader(Behaviour):
         leader = self._leader(picture)
         if leader is None or (to_go_m := distance_m(motion, leader)) <= self._distance_m:
             return IDLE
+        if not performed and not self._approach.is_on:
+            return DUE
         advance = self._approach.advance(to_go_m, picture.body.now_s, performed)
         return Perception(1.0, None if advance is None else max(0.0, advance))  # a leader that leads on is no setback
 

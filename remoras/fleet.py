@@ -264,7 +264,8 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         for vehicle in self.vehicles:
             if vehicle.data.node not in self._astray:
                 self._consult(vehicle)
-        self.holders.compare([(v.name, v.social.organisation) for v in self.vehicles if v.is_alive])
+        alive = [vehicle for vehicle in self.vehicles if vehicle.functional.is_on]
+        self.holders.compare([(vehicle.name, vehicle.social.standing.organisation) for vehicle in alive])
         self._observe(self.clock.now_s)
         self.traffic.await_frame(frame + 1)
 

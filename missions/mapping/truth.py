@@ -176,13 +176,12 @@ class MappingTruth(MeetingTruth):
         x_min, y_min, x_max, y_max = self._beside_m
         if not (x_min <= x_m <= x_max and y_min <= y_m <= y_max):  # no swath reaches an area from there
             return False
-        name, speed_mps, changed = vehicle.name, vehicle.speed_mps, False
-        swaths = self._swaths.get((name, sensing))
+        name, changed = vehicle.name, False
+        swaths, covered = self._swaths.get((name, sensing)), self._covered[name]
         for swath in self._swaths_of(vehicle, sensing) if swaths is None else swaths:
-            if speed_mps <= swath.speed_limit_mps:
-                under, covered = self._seabed.under(x_m, y_m, swath.reach_m), self._covered[name]
-                if not covered.issuperset(under):  # hardly ever is there something new
-                    changed |= self._cover(name, [cell for cell in under if cell not in covered], now_s)
+            under = self._seabed.under(x_m, y_m, swath.reach_m)
+            if not covered.issuperset(under) and vehicle.speed_mps <= swath.speed_limit_mps:  # mostly nothing is new
+                changed |= self._cover(name, [cell for cell in under if cell not in covered], now_s)
         if self._seabed.features and self._swaths[name, sensing]:
             changed |= self._inspect(vehicle, now_s)
         return changed

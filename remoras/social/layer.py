@@ -356,11 +356,11 @@ class SocialLayer:
         if not self._led:
             return []
         facts: list[Fact] = []
-        work = self._work()
+        work, present = self._work(), self.standing.present
         for name in self._led:
             self._picture.groups.note_work(name, work[name].has_something_left, self._picture.body.now_s)
             if not self._holds(work[name]):
-                facts += self.conclusions.of_head(name, self.present, self._picture, motion)
+                facts += self.conclusions.of_head(name, present, self._picture, motion)
         return facts
 
     def gives_out(self, group: str) -> bool:
