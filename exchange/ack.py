@@ -155,11 +155,11 @@ def bits_carried(kind: AckRules, n_nodes: int, frame: int, sender: int) -> int:
 def open_slot(kind: AckRules, state: AckState, n_nodes: int, slot_owner: int) -> None:
     """Age what is known of the slot's owner: its last packet is now its second-last, the new one is unheard."""
     state.heard[0] &= ~(1 << slot_owner)
-    n_words = state.n_words
+    n_words, content = state.n_words, state.content
     for last in range(slot_owner * n_words, (slot_owner + 1) * n_words):
         if kind.remembers_second_last:
-            state.content[n_nodes * n_words + last] = state.content[last]
-        state.content[last] = 0
+            content[n_nodes * n_words + last] = content[last]
+        content[last] = 0
 
 
 def compose(
@@ -246,17 +246,17 @@ def absorb(
         content: the items received, `n_words` words.
         origins: `origins[i * n_words + w]`, the items that originated at node i: it is known to hold them.
     """
-    n_words = state.n_words
+    n_words, believes = state.n_words, state.believes
     state.heard[0] |= 1 << sender
     for w in range(n_words):
         items = content[w]
         state.content[sender * n_words + w] = items
         if items != 0:
-            state.believes[me * n_words + w] |= items
+            believes[me * n_words + w] |= items
             if carrier_evidence:
-                state.believes[sender * n_words + w] |= items
+                believes[sender * n_words + w] |= items
             for i in range(n_nodes):
-                state.believes[i * n_words + w] |= items & origins[i * n_words + w]
+                believes[i * n_words + w] |= items & origins[i * n_words + w]
     kind.learn(state, n_nodes, frame % kind.period_frames, sender, rows)
 
 
@@ -268,11 +268,12 @@ def remember_matrix(state: AckState, n_nodes: int, sender: int, rows: Words) -> 
 
 def learn_from_row(state: AckState, n_nodes: int, sender: int, row: int) -> None:
     """Believe that the sender holds the last packets that its row acknowledges, as far as they are known."""
-    for w in range(state.n_words):
+    n_words, content = state.n_words, state.content
+    for w in range(n_words):
         learned = 0
         for j in range(n_nodes):
-            learned |= state.content[j * state.n_words + w] & -((row >> j) & 1)
-        state.believes[sender * state.n_words + w] |= learned
+            learned |= content[j * n_words + w] & -((row >> j) & 1)
+        state.believes[sender * n_words + w] |= learned
 
 
 def learn_from_matrix(state: AckState, n_nodes: int, sender: int, rows: Words) -> None:
@@ -307,11 +308,11 @@ def settled(state: AckState, n_nodes: int, unneeded: Words | None, w: int) -> in
             every node needs every item.
         w: which word of the set.
     """
-    items = -1
+    items, n_words, believes = -1, state.n_words, state.believes
     for i in range(n_nodes):
-        at = i * state.n_words + w
+        at = i * n_words + w
         if unneeded is None:
-            items &= state.believes[at]
+            items &= believes[at]
         else:
-            items &= state.believes[at] | unneeded[at]
+            items &= believes[at] | unneeded[at]
     return items

@@ -63,30 +63,32 @@ class Jumps:
 
     def suspected(self, block: Block) -> Jump | None:
         """The jump that a status makes of a vehicle, if it is one that no vehicle makes; it is to be set aside."""
-        for fact in block.facts:
+        origin, _, time_s, facts, _ = block
+        for fact in facts:
             if fact.attribute == self._position:
                 break
         else:
             return None
-        if fact.subject != block.origin or fact.subject not in self._top_speeds_mps:
+        subject, _, value, _ = fact
+        if subject != origin or subject not in self._top_speeds_mps:
             return None
-        now = _new(PositionReport, (block.time_s, *fact.value))  # type: ignore[misc]
-        last, aside = self._last.get(fact.subject), self._aside.get(fact.subject)
+        now = _new(PositionReport, (time_s, *value))  # type: ignore[misc]
+        last, aside = self._last.get(subject), self._aside.get(subject)
         if last is not None and now.time_s < last.time_s:
             return None
         is_next = aside is None or aside.time_s < now.time_s
         if (
             last is None
             or abs(now.x_m - last.x_m) + abs(now.y_m - last.y_m) <= SLACK_M  # mostly it is near
-            or self._fits(fact.subject, last, now)
-            or (is_next and aside and self._fits(fact.subject, aside, now))
+            or self._fits(subject, last, now)
+            or (is_next and aside and self._fits(subject, aside, now))
         ):
-            self._last[fact.subject] = now
+            self._last[subject] = now
             if is_next and aside:
-                del self._aside[fact.subject]
+                del self._aside[subject]
             return None
         if is_next:
-            self._aside[fact.subject] = now
+            self._aside[subject] = now
         return Jump(distance(last[1:], now[1:]), now.time_s - last.time_s)
 
     def _fits(self, vehicle: int, one: PositionReport, other: PositionReport) -> bool:

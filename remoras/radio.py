@@ -335,10 +335,10 @@ class Radio:
         """Keep the newest positions, whoever said them."""
         for note in self.noted:
             note(changes)
-        for change in changes:
-            for fact in change.new_latest:
-                if fact.attribute == self._position:
-                    note_position(self._peers, self._beliefs.name(fact.subject), fact.value)  # type: ignore[arg-type]
+        for _, latest in changes:
+            for subject, attribute, value, _ in latest:
+                if attribute == self._position:
+                    note_position(self._peers, self._beliefs.name(subject), value)  # type: ignore[arg-type]
 
     def _note_unheard(self) -> None:
         unheard: dict[str, set[str]] = {}

@@ -179,8 +179,9 @@ class Listener:
     def _gained(self, before: list[int]) -> tuple[tuple[int, ItemUid], ...]:
         """The peers, and items, of which it is believed now that they hold them, and was not before."""
         beliefs: list[tuple[int, ItemUid]] = []
+        believes = self._state.believes
         for peer, known in enumerate(before):
-            items = self._state.believes[peer] & ~known
+            items = believes[peer] & ~known
             if items and peer != self._me:  # what it holds itself it does not believe
                 beliefs += [(peer, self._ledger.uids[column]) for column in columns_of(items)]
         return tuple(beliefs)

@@ -14,7 +14,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 
 from exchange.arithmetic import distance
 from missions.mapping.ground import Survey, Way
@@ -236,7 +235,7 @@ class ZigzagExploring(Behaviour):
             return math.inf
         return self._accuracy_m
 
-    @cached_property
+    @property
     def _accuracy_m(self) -> float:
         return self._survey.slack_m - CAPTURE_M
 
