@@ -162,11 +162,12 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
             if decision is not before:
                 functional.perform(decision.chosen)
                 self._run_log.drives(now_s, decision.driving, candidates)
-        pulls = executive.pulls(now_s) if functional.picture.body.contacts_m else NO_PULLS
+        body = functional.picture.body
+        pulls = executive.pulls(now_s) if body.contacts_m else NO_PULLS
         if pulls is not self._pulls:
             self._pulls = pulls
             functional.heed(pulls)
-        if not self.has_resigned and functional.must_go_home:
+        if body.battery <= body.reserve and not self.has_resigned:  # no more is left than the way home takes
             self.has_resigned = True
             self.conclude(self.social.standing.resign(), now_s)
         if self.social.planner.due and decision.has(ActivityType.PLANNING):

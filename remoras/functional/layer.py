@@ -179,11 +179,6 @@ class FunctionalLayer:
         """The behaviour that guides, if one does."""
         return None if self._guiding is None else self._behaviours[self._guiding]
 
-    @property
-    def must_go_home(self) -> bool:
-        """True while no more energy is left than the way home takes, with a margin."""
-        return self.picture.body.battery <= self.picture.body.reserve
-
     # What there is to do -------------------------------------------------------------------------
 
     def prepare(self, sets: Sequence[ActivitySet]) -> tuple[ActivitySet, ...]:
