@@ -160,7 +160,7 @@ class ExchangeManager:
         )  # fmt: skip
         self.parking.append(Parking(me, self._n_nodes, self._peers, self._ledger, self._listener))
         if not policy.repeat:
-            self.relaying.append(Relaying(me, self._n_nodes, self._peers, self._listener))
+            self.relaying.append(Relaying(me, self._state, self._ledger, self._peers, self._listener))
         self.half_blocks = self._listener.assembly.lacking
         """``half_blocks() -> list``: names of blocks of which it has parts, and lacks others."""
         self._signals: tuple[InfluenceSignal, ...] = ()
@@ -253,6 +253,8 @@ class ExchangeManager:
         is_second = self._peers.conflicts(sender, slot, data)
         heard = self._listener.listen(judged, slot, met, is_second, now_s)
         for relaying in self.relaying:
+            if judged.relays:
+                relaying.note(packet)
             if frame >= relaying.due_frame:
                 relaying.look(frame, now_s)
         return heard._replace(is_unlisted=True) if is_unlisted else heard
@@ -305,6 +307,9 @@ class ExchangeManager:
         summary: tuple[Summary, ...] = ()
         for summaries in self.summaries:
             summary = summaries.telling.urgent(self._room_bits // SUMMARY_SHARE)
+        for relaying in self.relaying:
+            if relaying.left or self.queue.resting:
+                relaying.rest(self.queue, frame, now_s)
         header = codec.header
         spared_bits = header.largest_bits - header.size_bits(self._me, frame) if header.varies else 0
         signals_bits = len(signals) * codec.signal_bits
@@ -367,8 +372,8 @@ class ExchangeManager:
 
     @property
     def n_open(self) -> int:
-        """Items that this vehicle goes on sending."""
-        return self.queue.open.bit_count()
+        """Items that this vehicle goes on sending: none that it leaves to another."""
+        return (self.queue.open & ~self.queue.resting).bit_count()
 
     def postponed(self) -> Iterator[tuple[int, ItemUid]]:
         """Nodes, and items that they lack though nothing is open: peers that are away, and this one what it gave up."""

@@ -89,6 +89,7 @@ class Candidate:
         size_bits: about its size.
         version: another one whenever it is placed or leaves; entries of a line with an older one are stale.
         line: key of the line in which it stands; None while it does not wait.
+        rests: it waits and is not said, see ``Queue.rest``.
     """
 
     uid: ItemUid | StatusUid
@@ -100,6 +101,7 @@ class Candidate:
     size_bits: int
     version: int = 0
     line: Hashable | None = None
+    rests: bool = False
 
     def __lt__(self, other: Candidate) -> bool:
         """False: of two entries alike but for this one is stale, since an item that left and came again is one."""

@@ -57,6 +57,8 @@ def settle(fleet: Fleet, settle_s: float) -> Settled:
 def _is_settled(fleet: Fleet) -> bool:
     """True if no vehicle that speaks has an item left that somebody lacks, who may only seem to be away.
 
+    What it leaves to another, that one has.
+
     Nor has anybody given up waiting for what another one holds, or begun anew and not been heard since: then the others
     do not know yet what it lacks.
     """

@@ -8,13 +8,23 @@ is worth `FAVOUR` times as much as that from the origin, and no other much more 
 too. Of others count those that news reaches without that peer, on the best ways (the tree of the links that are worth
 most): two behind one bad link hear each other best, and neither has what is to be relayed. Nor does who is away count,
 who may be lost. Links that lose alike make nobody relay. Policies with repeats need none of this, since all send all.
+
+Under a policy by which nobody tells the origin that a peer holds what was relayed to it, the origin would say that over
+its nearly cut link to no end. So whoever sends an item leaves such a peer to a node on the best way there that it heard
+pass on the item, or a later one of its origin: that one sends it until all hold it. While nobody else lacks the item,
+and that node is heard, it *rests*: it stays open, is not taken for known to the peer, and is not said. Who is judged to
+have cause to pass it on is not enough, since others heard other packets, and judge otherwise. In case that a node has
+given it up, what is some times as old as when it was said last is said once more.
 """
 
 from __future__ import annotations
 
-from exchange.ledger import columns_of
+from exchange.ack import AckState
+from exchange.ledger import Ledger, columns_of
+from exchange.packets import Packet
 from exchange.peering.listening import Listener
 from exchange.peering.peers import HEARD, LOST, LossEstimate, PeerStates
+from exchange.queueing.queue import Queue
 
 LOOK_FRAMES = 4
 """TDMA frames between two looks at what links lose."""
@@ -22,20 +32,23 @@ FAVOUR = 4.0
 """How much more the link from who relays to a peer is worth than that from the origin."""
 EQUAL = 0.8
 """Whose link is worth so much of the best relays, too: all judge by what they heard."""
+AGED = 4.0
+"""What rests is said once more when it is so many times as old as when it was said last."""
 
 
 class Relaying:
-    """Whose items one vehicle relays, beside its own.
+    """Whose items one vehicle relays beside its own, and which it leaves to others to relay.
 
     Args:
         me: own node index.
-        n_nodes: size of the fleet.
-        peers, listener: of this node.
+        state, ledger, peers, listener: of this node.
     """
 
-    def __init__(self, me: int, n_nodes: int, peers: PeerStates, listener: Listener) -> None:
+    def __init__(self, me: int, state: AckState, ledger: Ledger, peers: PeerStates, listener: Listener) -> None:
         self._me = me
-        self._nodes = range(n_nodes)
+        self._nodes = range(len(ledger.origins))
+        self._state = state
+        self._ledger = ledger
         self._peers = peers
         self._listener = listener
         self.rows: list[list[int]] = [[] for _ in self._nodes]
@@ -43,6 +56,9 @@ class Relaying:
         self._links = [[LossEstimate() for _ in self._nodes] for _ in self._nodes]  # by receiver and sender
         self.due_frame = LOOK_FRAMES
         """TDMA frame of the next look."""
+        self.left: list[tuple[int, int]] = []
+        """Peers that are nearly cut off from this vehicle, each with every node on the best way to it."""
+        self._passed_on = [0 for _ in self._nodes]  # by node, items of others that it sends once it holds them
 
     def look(self, frame: int, now_s: float) -> None:
         """Judge the links between others by what was heard since the last look, and relay accordingly.
@@ -59,14 +75,47 @@ class Relaying:
         lost = [[link.p_reckoned for link in links] for links in self._links]
         between = [share for one, shares in enumerate(lost) for other, share in enumerate(shares) if one != other]
         if FAVOUR * (1.0 - max(between)) >= 1.0 - min(between):  # no link is worth so much more than another
+            self.left = []
             self._listener.relay(0, now_s)
             return
         worth = [[1.0 - max(lost[one][other], lost[other][one]) for other in self._nodes] for one in self._nodes]
         tree, away, relayed = tree_of(worth), self._peers.away, 0
+        ways = ways_from(tree, self._me)
         for receiver in self._nodes:
             if receiver != self._me and not away >> receiver & 1:
                 relayed |= self._cut_off_from(worth[receiver], joined(tree, self._me, 1 << receiver), away)
+        cut_off = [(peer, way) for peer, way in ways if worth[peer][way[-1]] > FAVOUR * worth[peer][self._me]]
+        self.left = [(peer, by) for peer, way in cut_off for by in way]
         self._listener.relay(relayed, now_s)
+
+    def note(self, packet: Packet) -> None:
+        """Note that the sender of a packet that was heard passes on these items, and earlier ones of their origins."""
+        for fragment in packet.fragments:
+            column = self._ledger.column_of.get(fragment.uid)
+            if fragment.origin != packet.sender and column is not None:
+                self._passed_on[packet.sender] |= self._ledger.origins[fragment.origin] & (2 << column) - 1
+
+    def rest(self, queue: Queue, frame: int, now_s: float) -> None:
+        """Let what only those lack who are left to another rest in the queue, and all else wake.
+
+        Args:
+            queue: of this node.
+            frame: TDMA frame of the own slot that opens.
+            now_s: the time (s).
+        """
+        peers, ledger, reached = self._peers, self._ledger, [*self._state.believes]
+        for peer, by in self.left:
+            heard = peers.heard_frame[by]
+            if heard is not None and frame - heard <= peers.longest_silence(by):
+                reached[peer] |= self._passed_on[by] & ~ledger.unneeded[by]
+        items = queue.open
+        for held, spared in zip(reached, ledger.spared, strict=True):
+            items &= held | spared
+        for column in columns_of(items):
+            waiting = ledger.entries[column].waiting
+            if waiting is None or now_s - waiting.observed_s > AGED * (waiting.since_s - waiting.observed_s):
+                items ^= 1 << column
+        queue.rest(items)
 
     def _cut_off_from(self, worth: list[float], near: int, away: int) -> int:
         """Origins, one bit each, whose items hardly get to a peer that takes those of this vehicle, and answers.
@@ -97,6 +146,18 @@ def tree_of(worth: list[list[float]]) -> list[int]:
         tree[inside] |= 1 << node
         left = {one: node if worth[one][node] > worth[one][best] else best for one, best in left.items()}
     return tree
+
+
+def ways_from(tree: list[int], start: int) -> list[tuple[int, list[int]]]:
+    """The other nodes of a tree, each with the way to it from one of them, which that one begins.
+
+    >>> ways_from([2, 5, 2], 0)
+    [(1, [0]), (2, [0, 1])]
+    """
+    ways: list[tuple[int, list[int]]] = [(start, [])]
+    for node, way in ways:
+        ways += [(beyond, [*way, node]) for beyond in columns_of(tree[node]) if beyond not in way]
+    return ways[1:]
 
 
 def joined(tree: list[int], start: int, without: int) -> int:

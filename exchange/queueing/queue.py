@@ -21,6 +21,7 @@ from collections.abc import Hashable
 from heapq import heapify, heappop, heappush
 from typing import Protocol
 
+from exchange.ledger import columns_of
 from exchange.packets import Fragment, ItemUid, StatusUid
 from exchange.queueing.limits import LinesOnTerms, QueueLimits
 from exchange.queueing.reasons import Expired, Expiry, Unsaid
@@ -31,6 +32,8 @@ SLACK = 16
 """Stale entries of a line, beside as many as there are candidates in it, before it is rebuilt."""
 LOOK_PAST = 3
 """Candidates of one line that may not fit before the rest of it is left."""
+RESTING = "resting"
+"""Key of the line of what rests. Its priority is 0, and only what has a higher one is said."""
 
 Head = tuple[float, tuple[int, ...], Candidate]
 """Value, highest first by its sign; what orders equals; candidate."""
@@ -107,7 +110,7 @@ class Lines:
     def bar(self, line: Line, now_s: float, above: float) -> Unsaid | None:
         """Why nothing of a line may go; None if it may."""
         if line.priority <= above:
-            return Unsaid.COVERT
+            return Unsaid.RELAYED if line.key == RESTING else Unsaid.COVERT
         for on_terms in self.on_terms:
             return on_terms.bar(line.key, now_s)
         return None
@@ -212,9 +215,11 @@ class Lines:
             key, rank = (waiting.priority, candidate.size_bits, place.group), place.rank
         for on_terms in self.on_terms:
             key, rank, shared = on_terms.place(candidate, key, rank, n_slots)
+        if candidate.rests:
+            key, shared = RESTING, None
         line = self._lines.get(key)
         if line is None:
-            line = self._lines[key] = Line(key, waiting.priority, shared)
+            line = self._lines[key] = Line(key, 0 if candidate.rests else waiting.priority, shared)
         candidate.version += 1
         candidate.line = key
         line.n_waiting += 1
@@ -231,6 +236,7 @@ class Queue:
 
     Attributes:
         open: item set of those that wait, outside of the queue too.
+        resting: item set of those that wait inside and are not said.
         unsaid: how many candidates were not said in the last own slot, by the reason.
         expired: what has come to be said no more since this was taken last.
     """
@@ -246,6 +252,7 @@ class Queue:
         self._said: list[Candidate] = []  # items of the last own slot that wait again, where something limits
         self.expired: list[Expiry] = []
         self.open = 0
+        self.resting = 0
         self.unsaid: Counter[Unsaid] = Counter()
 
     def __len__(self) -> int:
@@ -334,6 +341,16 @@ class Queue:
         self._withdraw(column)
         candidate.waiting.priority, candidate.terms = priority, terms
         self._let_in(candidate, now_s)
+
+    def rest(self, items: int) -> None:
+        """Let these items rest and all others wake: what rests stays open, is not said, and gains nothing."""
+        for column in columns_of((items ^ self.resting) & self.open):
+            candidate = self._items.get(column)
+            if candidate is not None:  # else it waits outside
+                self._leave(candidate)
+                if items >> column & 1:
+                    candidate.rests, self.resting = True, self.resting | 1 << column
+                self._lines.place(candidate, self._n_slots)
 
     def _heed(self, terms: Terms) -> None:
         """Have limits from now on, if the queue is full or these terms ask for more than plain ones do."""
@@ -478,7 +495,11 @@ class Queue:
             limits.remove(candidate)
 
     def _leave(self, candidate: Candidate) -> None:
-        candidate.waiting.halt(self._n_slots)
+        if candidate.rests:
+            candidate.rests, self.resting = False, self.resting ^ 1 << candidate.column
+            candidate.waiting.resume(self._n_slots)
+        else:
+            candidate.waiting.halt(self._n_slots)
         if candidate.line is not None:
             self._lines.remove(candidate)
 

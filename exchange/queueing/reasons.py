@@ -18,6 +18,7 @@ class Unsaid(Enum):
     LOWER_VALUE = "lower value"
     COVERT = "covert"
     OVERFLOW = "overflow"
+    RELAYED = "left to a relay"
 
     __hash__ = object.__hash__  # that of enumerations takes several times as long, and all slots count reasons
 

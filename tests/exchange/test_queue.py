@@ -408,3 +408,60 @@ def test_a_rule_that_knows_no_order_is_asked_of_each() -> None:
     for column, priority in enumerate([3, 4, 2, 5]):
         take(queue, column, priority)
     assert said(queue, 2) == [2, 0]
+
+
+# What is left to others -----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("rule", VALUE_RULES.values(), ids=VALUE_RULES)
+def test_what_rests_is_open_and_not_said_until_it_wakes(rule):
+    queue = Queue(rule)
+    for column in range(3):
+        take(queue, column)
+    queue.rest(0b101)
+    assert (said(queue, 3), queue.open, queue.resting) == ([1], 0b111, 0b101)
+    assert queue.unsaid == {Unsaid.RELAYED: 2}
+    assert queue.why_unsaid(item(2).uid, 0.0) is Unsaid.RELAYED
+    assert queue.stays_silent(0.0, 1)
+    queue.rest(0b100)
+    assert sorted(said(queue, 3)) == [0, 1]
+    queue.drop(2)
+    assert (queue.open, queue.resting) == (0b011, 0)
+
+
+def test_what_rests_gains_nothing():
+    queue = Queue()
+    take(queue, 0)
+    take(queue, 1)
+    said(queue, 0)
+    queue.rest(0b01)
+    for _ in range(5):
+        said(queue, 0)
+    take(queue, 2, priority=2)
+    queue.rest(0)
+    said(queue, 0)
+    assert said(queue, 3) == [1, 2, 0]  # they have gained 8 slots, twice 2 slots, 1 slot and 2 slots
+
+
+def test_what_comes_again_or_on_other_terms_while_it_rests_wakes():
+    queue = Queue(limit=2)
+    take(queue, 0)
+    take(queue, 1)
+    queue.rest(0b11)
+    queue.revalue(0, 5, Terms(queue_limit=9))
+    queue.drop(1)
+    take(queue, 1)
+    assert (sorted(said(queue, 2)), queue.resting) == ([0, 1], 0)
+
+
+def test_what_rests_makes_room_as_all_else_does():
+    queue = Queue(limit=2)
+    take(queue, 0)
+    take(queue, 1)
+    queue.rest(0b11)
+    take(queue, 2, priority=9)
+    assert (said(queue, 2), queue.open, queue.resting) == ([2], 0b111, 0b01)
+    queue.drop(0)
+    assert (said(queue, 2), queue.resting) == ([2, 1], 0)
+    queue.rest(0b10)
+    assert (said(queue, 2), queue.resting) == ([2], 0b10)

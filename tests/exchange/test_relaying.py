@@ -1,6 +1,8 @@
 """Relaying, and what a vehicle is told of those that it does not hear, where links are cut and where they are alike."""
 
+import math
 import random
+from itertools import pairwise, permutations
 
 import pytest
 from exchange_lives import Sea
@@ -8,10 +10,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from turn_takers import Round
 
-from stress.conformance.radio import POSITION, SLOT_S, ManagerFleet
+from exchange.packets import ItemUid
+from stress.conformance.radio import AREA_DONE, MAPPED_CELL, POSITION, SLOT_S, TBOX, ManagerFleet, bay
+from worldmodel import InformationNeed, NeedsIndex
 
 LINE = {(0, 1), (1, 2), (2, 3)}
 """Links of four nodes in a row; the others are cut."""
+
+CUT = {(0, 2), (2, 0)}
+"""Links that are cut of three nodes."""
 
 
 def random_losses(seed: int, per: float, links: set[tuple[int, int]] | None = None):
@@ -38,6 +45,13 @@ def that_relays(fleet: ManagerFleet, relay: bool) -> ManagerFleet:
     """The same fleet, or without relaying."""
     for manager in fleet.managers if not relay else ():
         manager.relaying.clear()
+    return fleet
+
+
+def waiting_for_all(fleet: ManagerFleet) -> ManagerFleet:
+    """The same fleet, whose nodes wait for those whom they do not hear, too."""
+    for manager in fleet.managers:
+        manager.parking.clear()
     return fleet
 
 
@@ -180,6 +194,117 @@ def test_each_who_relays_says_a_status_once_whether_anybody_believes_it(monkeypa
     fleet.observe(0, (0, POSITION, (5000.0, 0.0)))
     fleet.pass_frames(40)
     assert relayed(fleet) == before + 2
+
+
+@pytest.fixture
+def told() -> tuple[ManagerFleet, dict[str, bool], ItemUid]:
+    """Nodes 0 and 2 are cut off from each other as long as ``is_cut``; node 1 has passed on an item of node 0."""
+    sea = {"is_cut": True, "is_lost": False}
+
+    def lost(slot: int, sender: int, receiver: int) -> bool:
+        is_cut = sea["is_cut"] and (sender, receiver) in CUT
+        return is_cut or (sea["is_lost"] and 1 in (sender, receiver))
+
+    fleet = ManagerFleet(3, "ack", lost=lost)
+    waiting_for_all(fleet).pass_frames(40)
+    uid = fleet.maps(0, cell=7)
+    fleet.pass_frames(8)
+    return fleet, sea, uid
+
+
+@pytest.fixture
+def never_aged(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What rests is not woken by its age."""
+    monkeypatch.setattr("exchange.peering.relaying.AGED", math.inf)
+
+
+Told = tuple[ManagerFleet, dict[str, bool], ItemUid]
+
+
+def times_said(fleet: ManagerFleet, n_frames: int, uid: ItemUid, node: int = 0) -> int:
+    """How often a node says an item in the next frames."""
+    said = fleet.pass_frames(n_frames)[node :: fleet.n_nodes]
+    return sum(uid in sent.items for sent in said)
+
+
+def test_an_item_rests_that_a_relay_was_heard_to_pass_on(told: Told) -> None:
+    """It is open, and node 2 is not believed to hold it, though it does: nobody has told node 0."""
+    fleet, _, uid = told
+    origin = fleet.managers[0]
+    assert times_said(fleet, 10, uid) == 0
+    assert (origin.queue.open.bit_count(), origin.n_open) == (1, 0)
+    assert fleet.holders(uid) == [0, 1, 2]
+    assert (origin.believes(1, uid), origin.believes(2, uid)) == (True, False)
+    assert 2 <= times_said(fleet, 1000, uid) <= 4  # each time it is four times as old
+
+
+def test_what_rests_wakes_when_the_relay_is_lost(told: Told, never_aged: None) -> None:
+    fleet, sea, uid = told
+    sea["is_lost"] = True
+    assert times_said(fleet, 4, uid) == 0
+    assert times_said(fleet, 10, uid) >= 9
+
+
+def test_what_rests_wakes_when_the_link_is_there_again(told: Told, never_aged: None) -> None:
+    fleet, sea, uid = told
+    assert times_said(fleet, 40, uid) == 0
+    sea["is_cut"] = False
+    assert times_said(fleet, 40, uid) >= 1
+    assert fleet.managers[0].believes(2, uid)
+    assert fleet.n_open == 0
+
+
+@pytest.mark.parametrize("has_relayed", [True, False])
+def test_nothing_rests_that_nobody_was_heard_to_pass_on(has_relayed: bool) -> None:
+    """Node 1 holds the item and reaches node 2 best, but relays only an earlier one, or none: it judges otherwise."""
+    cut = {*CUT}
+    fleet = ManagerFleet(3, lost=lambda slot, *link: link in cut)
+    waiting_for_all(fleet).pass_frames(40)
+    if has_relayed:
+        fleet.maps(0, cell=1)
+        cut |= {(1, 2), (2, 1)}  # it passes that on from now on
+        fleet.pass_frames(3)
+    fleet.managers[1].relaying.clear()
+    fleet.managers[1]._listener.relay(0, fleet.now_s)
+    uid = fleet.maps(0, cell=7)
+    assert times_said(fleet, 12, uid) == 12
+    assert fleet.managers[0].relaying[0].left == [(2, 0), (2, 1)]
+
+
+def test_nothing_rests_that_a_selective_relay_has_no_need_of() -> None:
+    """Node 1 passes on a later item, and not this one, which it sets aside."""
+    of_all, of_two = (InformationNeed(of, 1, class_uid=TBOX.attributes[of].domain) for of in (AREA_DONE, MAPPED_CELL))
+    index = NeedsIndex(TBOX, {0: [of_all], 1: [of_all], 2: [of_all, of_two]})
+    fleet = ManagerFleet(3, who_needs=index, selective=True, lost=lambda slot, *link: link in CUT)
+    waiting_for_all(fleet).pass_frames(40)
+    uid, (later,) = fleet.maps(0, cell=7), fleet.observe(0, (bay(3), AREA_DONE, 0))
+    fleet.pass_frames(8)
+    assert (fleet.holders(uid), fleet.holders(later)) == ([0, 1], [0, 1, 2])
+    assert (times_said(fleet, 10, uid), times_said(fleet, 1, later)) == (10, 0)
+
+
+@pytest.mark.parametrize("policy", ["ack", "m-ack", "mps-ack"])
+@settings(max_examples=8, deadline=None)
+@given(seed=st.integers(0, 2**32))
+def test_all_get_all_whatever_links_and_relays_did_before(policy: str, seed: int) -> None:
+    """Every 20 frames links are drawn anew, and one node may be gone; in the end a line is left that loses 30 %."""
+    stream, n_nodes, worst = random.Random(seed), 4, [0.05, 0.3, 0.6, 0.95, 1.0]
+    per: dict[tuple[int, int], float] = {}
+    fleet = ManagerFleet(n_nodes, policy, lost=lambda slot, *link: stream.random() < per[link])
+    uids = []
+    for frame in range(140):
+        if frame % 20 == 0:
+            gone = stream.randrange(2 * n_nodes)
+            per |= {link: 1.0 if gone in link else stream.choice(worst) for link in permutations(range(n_nodes), 2)}
+        if frame % 2 == 0:
+            uids.append(fleet.maps(stream.randrange(n_nodes), cell=frame))
+        fleet.pass_frames(1)
+    order = stream.sample(range(n_nodes), n_nodes)
+    joined = {link for a, b in pairwise(order) for link in ((a, b), (b, a))}
+    per |= {link: 0.3 if link in joined else 1.0 for link in per}
+    fleet.pass_frames(300)
+    assert all(fleet.holders(uid) == list(range(n_nodes)) for uid in uids)
+    assert not fleet.false_beliefs
 
 
 def test_relaying_ends_with_its_cause():
