@@ -290,7 +290,7 @@ class Radio:
         jumps = [(block, jump) for block in blocks if block.sequence == STATUS and (jump := suspected(block))]
         changes = self._merged(self._without(jumps, blocks, now_s) if jumps else blocks, now_s, aside)
         known = self._signalling
-        signals = tuple([(known[signal.role], signal.value) for signal in reception.signals if signal.role in known])
+        signals = tuple([(known[role], value) for role, value in reception.signals if role in known])
         return _new(HeardPacket, (reception, emitter, changes, signals))
 
     def _without(self, jumps: Sequence[tuple[Block, Jump]], blocks: Iterable[Block], now_s: float) -> list[Block]:

@@ -87,7 +87,7 @@ class Ground:
     def bits(self, indices: Iterable[float]) -> int:
         """Bits of the cells of these indices; those of the world model are floats."""
         bit_of = self._bit_of
-        return sum(map(bit_of.__getitem__, bit_of.keys() & indices))
+        return sum([bit_of.get(index, 0) for index in set(indices)])
 
     def _survey(self, swath_m: float) -> Survey:
         plain = Survey(self, swath_m)

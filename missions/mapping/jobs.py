@@ -24,6 +24,20 @@ MOST_PARTS = 4096
 """Parts of a survey that are remembered."""
 
 
+@dataclass(slots=True)
+class _Left:
+    """What is left of a survey by a set of mapped cells, which only grows.
+
+    Attributes:
+        of: the set.
+        seen: what it had when that was worked out; rest: what was left then.
+    """
+
+    of: weakref.ref[Set[float]]
+    seen: set[float]
+    rest: SurveyJob
+
+
 @dataclass(frozen=True)
 class SurveyJob:
     """The survey of one area in zigzag rows, by a vehicle with a mapping sensor: a ``remoras.work.DivisibleJob``.
@@ -82,15 +96,17 @@ class SurveyJob:
         mapped = facts.values(("mappedCell", self.name))
         key, left = id(mapped), self._left
         known = left.get(key)
-        if known is not None and known[1] == len(mapped) and known[0]() is mapped:
-            return known[2]
-        rest = self.of(self.on.work & ~self.on.bits(mapped))
-        left[key] = weakref.ref(mapped, lambda _: left.pop(key, None)), len(mapped), rest
-        return rest
+        if known is None or known.of() is not mapped:
+            known = left[key] = _Left(weakref.ref(mapped, lambda _: left.pop(key, None)), set(), self.of(self.on.work))
+        if len(known.seen) != len(mapped):
+            new = mapped - known.seen
+            known.seen |= new
+            known.rest = self.of(known.rest.bits & ~self.on.bits(new))
+        return known.rest
 
     @cached_property
-    def _left(self) -> dict[int, tuple[weakref.ref[Set[float]], int, SurveyJob]]:
-        """What is left by sets of cells, which only grow: remembered as long as they do not."""
+    def _left(self) -> dict[int, _Left]:
+        """By the identity of a set of mapped cells."""
         return {}
 
     def of(self, cells: int) -> SurveyJob:
