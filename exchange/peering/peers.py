@@ -388,7 +388,8 @@ class PeerStates:
             is_asked: the packet speaks of the own last packets.
             about: frame that the bits are about, where it is the same for all.
         """
-        sender, own, begun = packet.sender, packet.rows[packet.sender], -1
+        sender, rows, begun = packet.sender, packet.rows, -1
+        own = rows[sender]
         if about is not None:
             begun = sum([1 << node for node, frame_begun in enumerate(self._begun_frame) if frame_begun <= about])
         self._informed_of[sender] |= own & begun
@@ -401,8 +402,8 @@ class PeerStates:
         if frame >= self.trusted_from:
             heeded |= self._informed_of[sender]
         if heeded == self._all and lasting == -1:
-            return packet.rows
-        return tuple([row & lasting if heeded >> node & 1 else 0 for node, row in enumerate(packet.rows)])
+            return rows
+        return tuple([row & lasting if heeded >> node & 1 else 0 for node, row in enumerate(rows)])
 
     # Two in one slot -----------------------------------------------------------------------------
 

@@ -162,12 +162,12 @@ class Summaries:
             sender: of the summary.
             summary: one of its own.
         """
-        noted, life = self._noted.setdefault(sender, {}), summary[:2]
+        noted, life, highest = self._noted.setdefault(sender, {}), summary[:2], summary.highest
         known, noted[life] = noted.get(life), summary
-        first = known.highest + 1 if known is not None and known.highest <= summary.highest else 0
+        first = known.highest + 1 if known is not None and known.highest <= highest else 0
         lacked: list[int] = []
         ledger, believes = self._ledger, self._state.believes
-        end = min(summary.highest + 2 + MASK_BITS, ledger.ends.get(life, 0))  # beyond it says nothing
+        end = min(highest + 2 + MASK_BITS, ledger.ends.get(life, 0))  # beyond it says nothing
         held = summary.held_from(first) if first < end else 0
         for sequence in range(first, end):
             guid = (*life, sequence)

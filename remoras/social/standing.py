@@ -222,7 +222,7 @@ class Standing:
         since_s, away = self._looked_s - self._lease_s, self.absent
         headed = {
             group
-            for group, (_, age, name) in self.consultation.leading.items()
+            for group, (_, age, name) in (self.consultation.leading.items() if away else ())
             if age[0] > since_s and name in away and name in self.organisation.heads(group)
         }
         headship, unavailable = self.consultation.headship, self._availability.unavailable
