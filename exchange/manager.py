@@ -48,7 +48,7 @@ from exchange.peering.turns import ByFrames, Turns
 from exchange.policies import AckPolicy
 from exchange.queueing.queue import Queue
 from exchange.schedule import TdmaSchedule
-from exchange.values import ADDITIVE, STATUS_COLUMN, ValueRule
+from exchange.values import ADDITIVE, ValueRule
 from exchange.wire.codec import Codec, refuse_longer_texts
 from exchange.wire.definitions import ComparedDefinitions
 from worldmodel import STATUS, Change, Needs, PropertyValue, Stated, WorldModel
@@ -320,7 +320,15 @@ class ExchangeManager:
         for summaries in self.summaries if not summary else ():
             summary = summaries.telling.spare(packing.left_bits)
             summary_bits = sum(map(codec.summary_bits, summary))
-        content = sum([1 << candidate.column for candidate in chosen if candidate.column != STATUS_COLUMN])
+        content = 0
+        items: list[ItemUid] = []
+        status: list[StatusUid] = []
+        for candidate in chosen:
+            if isinstance(candidate.uid, ItemUid):
+                items.append(candidate.uid)
+                content |= 1 << candidate.column
+            else:
+                status.append(candidate.uid)
         rows = [0] * self._n_nodes
         is_doubted = frame < self._peers.trusted_from and self._peers.is_doubted(self._me, frame)
         self._ageing.compose(slot, 0 if is_doubted else content, rows)
@@ -335,11 +343,11 @@ class ExchangeManager:
             slot,
             data,
             8 * len(data),
-            tuple([candidate.uid for candidate in chosen if isinstance(candidate.uid, ItemUid)]),
+            tuple(items),
             acks[0].bit_count(),
             tuple([(fragment.facts[0].attribute, size_bits) for fragment, _, size_bits in wired]),
             signals_bits,
-            tuple([candidate.uid for candidate in chosen if isinstance(candidate.uid, StatusUid)]),
+            tuple(status),
             signals,
             summary,
             summary_bits,

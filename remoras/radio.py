@@ -286,8 +286,11 @@ class Radio:
         for block in reception.blocks if reception.told else ():
             if block.sequence == STATUS and block.origin != reception.sender:
                 self._peers.note_report(self._names[block.origin], min(block.time_s, now_s))
-        blocks, suspected = reception.blocks, self._jumps.suspected
-        jumps = [(block, jump) for block in blocks if block.sequence == STATUS and (jump := suspected(block))]
+        blocks = reception.blocks
+        jumps: list[tuple[Block, Jump]] = []
+        for block in blocks:
+            if block.sequence == STATUS and (jump := self._jumps.suspected(block)):
+                jumps.append((block, jump))
         changes = self._merged(self._without(jumps, blocks, now_s) if jumps else blocks, now_s, aside)
         known = self._signalling
         signals = tuple([(known[role], value) for role, value in reception.signals if role in known])
