@@ -181,16 +181,18 @@ class MappingTruth(MeetingTruth):
         for swath in self._swaths_of(vehicle, sensing) if swaths is None else swaths:
             under = self._seabed.under(x_m, y_m, swath.reach_m)
             if not covered.issuperset(under) and vehicle.speed_mps <= swath.speed_limit_mps:  # mostly nothing is new
-                changed |= self._cover(name, [cell for cell in under if cell not in covered], now_s)
+                changed |= self._cover(name, under, now_s)
         if self._seabed.features and self._swaths[name, sensing]:
             changed |= self._inspect(vehicle, now_s)
         return changed
 
     def _cover(self, name: str, cells: Sequence[Cell], now_s: float) -> bool:
-        """Note cells that a vehicle covers for the first time; True if the fleet had not covered one of them."""
-        changed = False
-        self._covered[name].update(cells)
+        """Note those of the cells that a vehicle covers for the first time; True if nobody had covered one of them."""
+        covered, changed = self._covered[name], False
         for cell in cells:
+            if cell in covered:
+                continue
+            covered.add(cell)
             self._coverage.append((now_s, name, *cell))
             if self._finds.is_new(cell, name):
                 self.milestones.append(Milestone(now_s, "found", name))

@@ -244,7 +244,7 @@ class FunctionalLayer:
         x_min, y_min, x_max, y_max = self._bounds_m
         is_inside = x_min <= x_m <= x_max and y_min <= y_m <= y_max
         body.outside_m = 0.0 if is_inside else max(x_min - x_m, x_m - x_max, y_min - y_m, y_m - y_max)
-        body.contacts_m = tuple([(x_m + one.dx_m, y_m + one.dy_m) for one in neighbours]) if neighbours else ()
+        body.contacts_m = _contacts_m(x_m, y_m, neighbours) if neighbours else ()
         at_x_m, at_y_m = self._settled_m
         dx_m, dy_m = x_m - at_x_m, y_m - at_y_m
         if dx_m * dx_m + dy_m * dy_m > NEAR_M * NEAR_M:
@@ -339,6 +339,11 @@ class FunctionalLayer:
         if not sound:
             raise self._broken(index, "reference", REFERENCE, reference)
         return reference
+
+
+def _contacts_m(x_m: float, y_m: float, neighbours: Sequence[Neighbour]) -> tuple[Point, ...]:
+    """Where a vehicle at (x_m, y_m) sees its neighbours."""
+    return tuple([(x_m + one.dx_m, y_m + one.dy_m) for one in neighbours])
 
 
 def _behaviour(layer: FunctionalLayer, activity_set: ActivitySet) -> Behaviour:
