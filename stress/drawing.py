@@ -175,8 +175,11 @@ def schedule_of(plan: Plan, seed: int) -> Schedule:
         heal_s, faults = steered(plan.instants, seed, heal_s, faults, plan.sensing)
     bound_s = plan.usual_s
     if plan.completes or plan.must_end:
-        factor = min((fault.speed_left for fault in faults if fault.is_permanent), default=1.0)
-        bound_s = round(heal_s + SLACK * plan.usual_s / factor + plan.wait_s + plan.grace_s, 1)
+        staying_on = [fault for fault in faults if fault.is_permanent]
+        factor = min((fault.speed_left for fault in staying_on), default=1.0)
+        n_sensing, n_hit = len(plan.sensing), len({fault.vehicle for fault in staying_on}.intersection(plan.sensing))
+        share = max(1, n_sensing - n_hit) / n_sensing if n_sensing else 1.0  # of those who work, who are left to
+        bound_s = round(heal_s + SLACK * plan.usual_s / (factor * share) + plan.wait_s + plan.grace_s, 1)
     about = StressTable(
         version=VERSION,
         scenario=plan.scenario,

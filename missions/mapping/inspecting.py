@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from missions.mapping.scenario import FindsTable
 from remoras.behaviours import (
     ADVANCING,
@@ -26,6 +28,9 @@ BRAKING_S = 2.0
 """A vehicle begins to slow down so much earlier than it must."""
 PATIENCE_S = 60.0
 """A vehicle that has been on site so much longer than any find takes has a sensor that shows nothing."""
+NO_WAY_S = 300.0
+"""A vehicle that comes no nearer for so long makes no way: the water carries it off as fast as it may go."""
+NEARER_M = 1.0
 
 
 class Inspecting(Behaviour):
@@ -47,9 +52,13 @@ class Inspecting(Behaviour):
         self._approach = Approach(data.transit_speed_mps)
         self._on_site_s = 0.0
         self._seen_s: float | None = None
+        self._nearest_m, self._nearest_s = math.inf, 0.0  # since it performs it
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Due once the find is known, the less the farther away; on site it advances for as long as a find may take."""
+        """Due once the find is known, the less the farther away; on site it advances for as long as a find may take.
+
+        It has failed where nothing is seen on site for longer, or the vehicle makes no way.
+        """
         place_m, now_s = self._place(picture), picture.body.now_s
         if place_m is None:
             return IDLE
@@ -60,7 +69,10 @@ class Inspecting(Behaviour):
         if is_on_site and self._seen_s is not None:
             self._on_site_s += now_s - self._seen_s
         self._seen_s = now_s if is_on_site else None
-        if self._on_site_s > self._finds.longest_stay_s + PATIENCE_S:
+        if not performed or to_go_m < self._nearest_m - NEARER_M:
+            self._nearest_m, self._nearest_s = to_go_m if performed else math.inf, now_s
+        makes_no_way = not is_on_site and now_s - self._nearest_s > NO_WAY_S
+        if makes_no_way or self._on_site_s > self._finds.longest_stay_s + PATIENCE_S:
             return FAILED
         if to_go_m <= self._finds.close_radius_m:
             return ADVANCING if performed else DUE

@@ -13,7 +13,7 @@ from missions.document import Document
 from missions.errors import ConfigurationError
 from missions.mapping import MappingMission
 from missions.mapping.finds import InspectionJob, find_names, seabed_with_finds, weight_in_cells
-from missions.mapping.inspecting import PATIENCE_S, Inspecting
+from missions.mapping.inspecting import NO_WAY_S, PATIENCE_S, Inspecting
 from missions.mapping.scenario import FindsTable
 from missions.mapping.sensors import Seabed, SeabedFeature, Stays, SwathSensor
 from missions.runs.results import manifest
@@ -159,8 +159,11 @@ def test_the_sensor_finds_what_lies_in_a_cell_that_it_maps_and_says_when_it_has_
     assert later == [(30, (("find 1", "inspectedBy", "AUV07"),))]
 
 
-def inspect(sensor_works: bool) -> tuple[Inspecting, list[tuple[float, float]], Any]:
-    """A vehicle 200 m away inspects the wreck: the behaviour, (distance, speed) by tick, and its last perception."""
+def inspect(sensor_works: bool, water_mps: float = 0.0) -> tuple[Inspecting, list[tuple[float, float]], Any]:
+    """A vehicle 200 m away inspects the wreck: the behaviour, (distance, speed) by tick, and its last perception.
+
+    The water runs from the wreck to the vehicle.
+    """
     data, facts, motion = mapper(), Facts({("foundAt", "find 1"): WRECK.position_m}), Motion(262.5, 12.5)
     behaviour, picture = Inspecting("find 1", FINDS, data), Picture(facts=facts)
     sensor, track = data.sensors[0].make(data), []
@@ -169,6 +172,7 @@ def inspect(sensor_works: bool) -> tuple[Inspecting, list[tuple[float, float]], 
         picture.body.now_s = float(now_s)
         if (reference := behaviour.reference(motion, picture)) is not None:
             advance(motion, data, reference.target_m, reference.speed_mps, 1.0)
+        motion.x_m += water_mps
         pose = Pose(motion.x_m, motion.y_m, 20.0, motion.heading_rad, motion.speed_mps)
         for observation in sensor.sense(pose, WRECKED, float(now_s)) if sensor_works else ():
             facts.known |= {(attribute, subject): value for subject, attribute, value in observation.facts}
@@ -194,6 +198,15 @@ def test_a_sensor_that_shows_nothing_is_given_up_after_the_longest_stay() -> Non
     assert perception.failed
     on_site_s = sum(way_m <= FINDS.close_radius_m for way_m, _ in track)
     assert on_site_s == pytest.approx(FINDS.longest_stay_s + PATIENCE_S, abs=3.0)
+
+
+def test_a_find_is_given_up_that_the_vehicle_does_not_come_near_as_slowly_as_it_has_to() -> None:
+    _, track, perception = inspect(sensor_works=True, water_mps=FINDS.close_speed_mps + 0.02)
+    assert perception.failed
+    assert min(way_m for way_m, _ in track) > FINDS.close_radius_m
+    nearest = min(range(len(track)), key=lambda tick: track[tick][0])
+    assert len(track) - nearest == pytest.approx(NO_WAY_S, abs=60.0)
+    assert inspect(sensor_works=True, water_mps=0.5 * FINDS.close_speed_mps)[2].done
 
 
 # The mission -------------------------------------------------------------------------------------
