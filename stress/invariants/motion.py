@@ -165,7 +165,8 @@ class Speed:
     not_under = frozenset[str]()
 
     def __init__(self) -> None:
-        self._before: dict[str, tuple[float, float, float, tuple[float, float]]] = {}  # place, speed, direction
+        self._before: dict[str, tuple[float, float, float, tuple[float, float], float]] = {}
+        """By name: place, speed, direction, depth."""
         self._before_s = 0.0
         self._was_alive: set[str] = set()
         self._water: Water | None = None
@@ -187,7 +188,8 @@ class Speed:
         for vehicle in scene.fleet.vehicles:
             m, data, name = vehicle.functional.motion, vehicle.functional.data, vehicle.name
             x_m, y_m, speed_mps, ahead = m.x_m, m.y_m, m.speed_mps, m.ahead
-            before, self._before[name] = self._before.get(name), (x_m, y_m, speed_mps, ahead)
+            now = x_m, y_m, speed_mps, ahead, vehicle.functional.depth_m
+            before, self._before[name] = self._before.get(name), now
             if before is None:
                 continue
             dx_m, dy_m, gained_mps = x_m - before[0], y_m - before[1], speed_mps - before[2]
@@ -195,7 +197,10 @@ class Speed:
             if dx_m * dx_m + dy_m * dy_m > most_m * most_m:
                 return f"{name} went {math.hypot(dx_m, dy_m):.2f} m from {before_s:g} s to {scene.now_s:g} s"
             if name in moved_itself:
-                (east_mps, north_mps), off_mps = STILL if self._is_still else carried(table, data.depth_m, before_s)
+                (east_mps, north_mps), off_mps = STILL if self._is_still else carried(table, before[4], before_s)
+                if now[4] != before[4]:  # it goes up or down
+                    (to_east_mps, to_north_mps), _ = carried(table, now[4], before_s)
+                    off_mps += math.hypot(to_east_mps - east_mps, to_north_mps - north_mps)
                 x_gone_m, y_gone_m = dx_m - east_mps * dt_s, dy_m - north_mps * dt_s
                 along_m = x_gone_m * ahead[0] + y_gone_m * ahead[1]
                 aside_m = abs(x_gone_m * ahead[1] - y_gone_m * ahead[0])
