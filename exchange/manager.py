@@ -309,7 +309,7 @@ class ExchangeManager:
             summary = summaries.telling.urgent(self._room_bits // SUMMARY_SHARE)
         for relaying in self.relaying:
             if relaying.left or self.queue.resting:
-                relaying.rest(self.queue, frame, now_s)
+                self.queue.rest(relaying.resting(self.queue.open, frame, now_s))
         header = codec.header
         spared_bits = header.largest_bits - header.size_bits(self._me, frame) if header.varies else 0
         signals_bits = len(signals) * codec.signal_bits

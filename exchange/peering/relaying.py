@@ -24,7 +24,6 @@ from exchange.ledger import Ledger, columns_of
 from exchange.packets import Packet
 from exchange.peering.listening import Listener
 from exchange.peering.peers import HEARD, LOST, LossEstimate, PeerStates
-from exchange.queueing.queue import Queue
 
 LOOK_FRAMES = 4
 """TDMA frames between two looks at what links lose."""
@@ -95,11 +94,11 @@ class Relaying:
             if fragment.origin != packet.sender and column is not None:
                 self._passed_on[packet.sender] |= self._ledger.origins[fragment.origin] & (2 << column) - 1
 
-    def rest(self, queue: Queue, frame: int, now_s: float) -> None:
-        """Let what only those lack who are left to another rest in the queue, and all else wake.
+    def resting(self, items: int, frame: int, now_s: float) -> int:
+        """Those of the open items that only those lack who are left to another.
 
         Args:
-            queue: of this node.
+            items: item set of those that are open.
             frame: TDMA frame of the own slot that opens.
             now_s: the time (s).
         """
@@ -108,14 +107,13 @@ class Relaying:
             heard = peers.heard_frame[by]
             if heard is not None and frame - heard <= peers.longest_silence(by):
                 reached[peer] |= self._passed_on[by] & ~ledger.unneeded[by]
-        items = queue.open
         for held, spared in zip(reached, ledger.spared, strict=True):
             items &= held | spared
         for column in columns_of(items):
             waiting = ledger.entries[column].waiting
             if waiting is None or now_s - waiting.observed_s > AGED * (waiting.since_s - waiting.observed_s):
                 items ^= 1 << column
-        queue.rest(items)
+        return items
 
     def _cut_off_from(self, worth: list[float], near: int, away: int) -> int:
         """Origins, one bit each, whose items hardly get to a peer that takes those of this vehicle, and answers.

@@ -67,7 +67,7 @@ def test_who_hardly_reaches_a_peer_leaves_it_to_a_relay(monkeypatch: pytest.Monk
     share, told_s = said_again(1)
     assert share < 0.70
     assert told_s is not None
-    monkeypatch.setattr(Relaying, "rest", lambda self, queue, frame, now_s: None)
+    monkeypatch.setattr(Relaying, "resting", lambda self, items, frame, now_s: 0)
     share, told_s = said_again(1)
     assert share > 0.80
     assert told_s is None
