@@ -38,9 +38,9 @@ class OnlyAuthorised:
             acts = [(row[ISSUER], f"{row[GROUP]}.{row[ROLE]}", kind) for kind in ("role", "objective")]
             if row[EVENT] == "assigned" and row[PEER] == row[ISSUER] and row[ACT] == "assign" and acts[0] in forged:
                 return f"{row[1]} takes {row[PEER]} for {acts[0][1]}, by its own will alone"
-            if row[EVENT] == "given" and acts[1] in forged:
-                return f"{row[1]} heeds an objective of {acts[1][1]} by {row[ISSUER]}, which is outside"
             lead = row[1], row[ISSUER], row[GROUP], row[ROLE]
+            if row[EVENT] == "given" and acts[1] in forged and lead[:3] not in {of[:3] for of in self._led}:
+                return f"{row[1]} heeds an objective of {acts[1][1]} by {row[ISSUER]}, which is outside"
             if row[ACT] == "succeed" and row[EVENT] == "assigned":
                 self._led.add(lead)  # once it leads by right it may claim again
             before = row[1], row[PEER], row[GROUP], row[ROLE]  # one that came to lead since has no more right to it
