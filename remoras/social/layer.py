@@ -33,7 +33,7 @@ from remoras.social.agreement import Agreement
 from remoras.social.conclusions import Conclusions
 from remoras.social.gatherings import Gatherings
 from remoras.social.membership import Lease
-from remoras.social.negotiation import ROLE_ATTRIBUTES, Negotiation
+from remoras.social.negotiation import LEFT_ROLE, ROLE_ATTRIBUTES, Negotiation
 from remoras.social.own_facts import OwnFacts
 from remoras.social.planning import Deliberation, MissionPlanner, missions_of
 from remoras.social.pursuit import Pursuit
@@ -324,7 +324,8 @@ class SocialLayer:
             motion: of this vehicle.
             calls: how dissatisfied the vehicles are that call on this one, by name.
         """
-        stated = [(facts, True) for facts in (*self.standing.claims(), self.standing.correction()) if facts]
+        of_all = [*self.standing.claims(), self.standing.correction(), self._taken_back()]
+        stated = [(facts, True) for facts in of_all if facts]
         if not (self._negotiation.takes_part or self.strategy.declaration.influences):
             return stated
         peers = self._picture.peers
@@ -342,6 +343,18 @@ class SocialLayer:
             facts += aims(said.facts, self.objectives.values(), self._founding, self._beliefs, self._mission)
             stated.append((facts, said.told and not (is_order and self.standing.is_cut_off)))
         return stated
+
+    def _taken_back(self) -> list[Fact]:
+        """That vehicles which say that they take no jobs leave those that they have not heard to be theirs."""
+        unheard = self._picture.peers.unheard
+        names = [name for name in sorted(self.standing.takes_no_jobs) if name in unheard] if unheard else ()
+        return [
+            self._beliefs.fact(name, LEFT_ROLE, f"{role.group}.{role.role}")
+            for name in names
+            for role in self.organisation.roles_of(name)
+            if role.group in self._led and f"{role.group}.{role.role}" in unheard[name]
+            if (of := self.organisation.groups[role.group].role(role.role)) is not None and of.job
+        ]
 
     def plan_missions(self) -> Deliberation:
         """Plan the missions that are due, and let the strategy allocate what the plans ask for."""

@@ -124,6 +124,22 @@ def test_who_says_that_its_sensors_are_dead_is_given_no_area(fleet: Fleet, work:
     assert plays == [work, True]
 
 
+@pytest.mark.parametrize(("is_available", "has_heard"), [(True, False), (False, True), (False, False)])
+def test_a_job_is_taken_back_from_who_takes_none_and_has_not_heard_of_it(
+    fleet: Fleet, is_available: bool, has_heard: bool
+) -> None:
+    """AUV01 may have been deaf when it was given the job; what it has heard of it does first, though it is cut off."""
+    head = named(fleet, "AUV00")
+    say(head, LEFT)
+    head.social.consult()
+    hear(head, say(named(fleet, "AUV01"), ("AUV01", "available", is_available), now_s=2.0))
+    head.social.consult()
+    head.social._picture.peers.unheard = {} if has_heard else {"AUV01": {"Operational.LeftWinger"}}
+    stated = head.social.negotiate(3.0, head.functional.motion, {})
+    left = head.beliefs.fact("AUV01", "leftRole", "Operational.LeftWinger")
+    assert (([left], True) in stated) == (not is_available and not has_heard)
+
+
 def test_a_round_is_over_once(fleet: Fleet) -> None:
     heard = named(fleet, "AUV01")
     hear(heard, say(named(fleet, "AUV00"), LEFT))
