@@ -38,6 +38,15 @@ class _Left:
     rest: SurveyJob
 
 
+class _Memory:
+    """What is left by the identity of a set of mapped cells: remembered, as a cache is."""
+
+    __slots__ = ("by_set",)
+
+    def __init__(self) -> None:
+        self.by_set: dict[int, _Left] = {}
+
+
 @dataclass(frozen=True)
 class SurveyJob:
     """The survey of one area in zigzag rows, by a vehicle with a mapping sensor: a ``remoras.work.DivisibleJob``.
@@ -94,7 +103,7 @@ class SurveyJob:
     def left(self, facts: Known) -> SurveyJob:
         """The survey of the cells that a vehicle which knows ``facts`` does not know to be mapped."""
         mapped = facts.values(("mappedCell", self.name))
-        key, left = id(mapped), self._left
+        key, left = id(mapped), self._left.by_set
         known = left.get(key)
         if known is None or known.of() is not mapped:
             known = left[key] = _Left(weakref.ref(mapped, lambda _: left.pop(key, None)), set(), self.of(self.on.work))
@@ -105,9 +114,8 @@ class SurveyJob:
         return known.rest
 
     @cached_property
-    def _left(self) -> dict[int, _Left]:
-        """By the identity of a set of mapped cells."""
-        return {}
+    def _left(self) -> _Memory:
+        return _Memory()
 
     def of(self, cells: int) -> SurveyJob:
         """The survey of these cells of the area."""
