@@ -129,6 +129,7 @@ class Groups:
             expected to be at work as long, 1 if all others are free.
         idle_since_s: by group that this vehicle leads, since when there is nothing left that anybody present is to do.
         returned_s: when a peer that was absent was heard again last, by its name.
+        meets_unheard: True while the vehicle, which is cut off, meets with whoever has come, heard or not.
     """
 
     gathered: set[str] = field(default_factory=set)
@@ -136,6 +137,7 @@ class Groups:
     awaited: Mapping[str, float] = field(default_factory=dict)
     idle_since_s: dict[str, float] = field(default_factory=dict)
     returned_s: dict[str, float] = field(default_factory=dict)
+    meets_unheard: bool = False
 
     def note_work(self, group: str, is_left: bool, now_s: float) -> None:
         """Note whether there is something left in a group that somebody present is to do."""

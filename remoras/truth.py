@@ -107,6 +107,10 @@ class VehicleView(Protocol):
     def can_play(self, group: str, role: str) -> bool:
         """True if it is able to play that role of the group."""
 
+    @property
+    def is_patient(self) -> bool:
+        """True while it is cut off and leaves to others what it will do itself if they do not come."""
+
     def has_met(self, group: str) -> bool:
         """True if it takes ``group`` for gathered."""
 

@@ -147,6 +147,11 @@ class ReadOnlyVehicle:
         """True if it is able to play that role of the group."""
         return self._vehicle.data.can_play(group, role)
 
+    @property
+    def is_patient(self) -> bool:
+        """True while it is cut off and leaves to others what it will do itself if they do not come."""
+        return self._social.standing.is_patient
+
     def has_met(self, group: str) -> bool:
         """True if it takes ``group`` for gathered."""
         return group in self._vehicle.functional.picture.groups.gathered

@@ -336,8 +336,8 @@ class MappingMission(Mission):
         """A head at the rally point that has lately heard all others there takes the group for gathered.
 
         As long as a find is known that nobody has inspected, an area given anew is not done, or all others seem to be
-        absent and an area is not done, it waits, but not beyond the deadline. A group that was formed to inspect does
-        not meet. After a meeting see ``given_anew``.
+        absent and an area is not done, it waits, but not beyond the deadline or its patience. A group that was formed
+        to inspect does not meet. After a meeting see ``given_anew``.
         """
         if group.formed_by is not None:
             return ()
@@ -349,7 +349,7 @@ class MappingMission(Mission):
         of = [other for other in self.groups.values() if group.name in (other.name, other.formed_by)]
         is_left = (
             is_open_again(group, self._surveys, beliefs)
-            or is_alone_with_work(group, organisation, self._surveys, beliefs)
+            or (is_alone_with_work(group, organisation, self._surveys, beliefs) and not picture.groups.meets_unheard)
             or any(waiting(beliefs, other, self._inspections) for other in of)
         )
         return () if is_left else found

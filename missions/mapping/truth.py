@@ -143,12 +143,14 @@ class MappingTruth(MeetingTruth):
     def _is_open(self, fleet: FleetView) -> bool:
         """True while a head does not take its group for gathered: it waits for somebody, or has given work anew.
 
+        Or it is patient, and goes on with what is left when it is so no longer.
+
         Or it has not heard yet that the groups which meet after its own have: then it finds out what is left.
         """
         heads = ((v, group) for v in fleet.vehicles if v.is_alive for group in self._meeting if v.leads(group))
         for head, group in heads:
             awaited = [group, *(self._meeting[group] if head.communicates and head.is_in_contact else ())]
-            if not all(head.has_met(of) for of in awaited):
+            if head.is_patient or not all(head.has_met(of) for of in awaited):
                 return True
         return False
 

@@ -22,24 +22,26 @@ from typing import Any, NamedTuple
 
 from remoras.activities import ActivitySet, Objective
 from remoras.authority import Rules, Ruling
-from remoras.beliefs import Beliefs, Fact
+from remoras.beliefs import Beliefs, Fact, Key
 from remoras.database import AUVDatabase
 from remoras.htn import ANY
 from remoras.mission import SocialPart
 from remoras.motion import Motion
 from remoras.organisation import Organisation, RoleAssignment
 from remoras.picture import Picture
+from remoras.social.agreed import Agreed
 from remoras.social.agreement import Agreement
 from remoras.social.conclusions import Conclusions
 from remoras.social.gatherings import Gatherings
-from remoras.social.membership import Lease
+from remoras.social.membership import NO_CHANGES, Lease
 from remoras.social.negotiation import LEFT_ROLE, ROLE_ATTRIBUTES, Negotiation
 from remoras.social.own_facts import OwnFacts
+from remoras.social.patience import Patience, patience_with
 from remoras.social.planning import Deliberation, MissionPlanner, missions_of
 from remoras.social.pursuit import Pursuit
 from remoras.social.receivers import aims
 from remoras.social.requests import HAS_MISSION
-from remoras.social.standing import Standing
+from remoras.social.standing import Footing, Seen, Standing
 from remoras.social.workload import Workload
 from remoras.strategy import Strategy
 from remoras.work import Awaited, Point, Work
@@ -138,6 +140,7 @@ class SocialLayer:
         self._mission = mission
         self._mission_name = f"mission {type(mission).__name__}"
         self._picture = picture
+        self._rallies_m = rally_points_m
         picture.facts = beliefs
         self.objectives = {
             (objective.group, objective.role, objective.name): objective for objective in agreement.objectives
@@ -250,19 +253,25 @@ class SocialLayer:
 
     def look_around(self, now_s: float) -> Review | None:
         """End of a round: see who is there; None if nothing changed. Roles of the absent fall free, heads replan."""
-        before = self.present
+        before, standing = self.present, self.standing
+        footing = standing.footing if standing.is_cut_off else None  # before that it leaves nothing to others
         word_s, names = self._picture.peers.word_s, self.database.names
         heard_s = self._negotiation.heard_or_expected_s(word_s, names, now_s)
         seen = self.standing.look_around(now_s, heard_s, max(word_s.values(), default=0.0))
-        if seen is None:
+        if standing.is_cut_off and footing is None:
+            standing.be_patient(lambda at: self._patience(at, now_s))
+        over = self._lose_patience(footing, now_s) if standing.is_cut_off else None
+        if seen is None and over is None:
             return None
+        seen = seen or Seen(NO_CHANGES, Agreed(self.organisation))
         self._picture.groups.gathered = self._gatherings.believed(self.standing.is_cut_off)
+        self._picture.groups.meets_unheard = self.standing.meets_unheard
         self._picture.groups.returned_s |= dict.fromkeys(seen.changes.present, now_s)
         events = tuple((event, peer) for event, peers in seen.changes._asdict().items() for peer in peers)
         moved = {peer for _, peer in events}
         roles = [assignment for assignment in self.organisation.assignments if assignment.vehicle in moved]
         keys = {("members", f"{role.group}.{role.role}") for role in [*roles, *seen.undone.assigned, *seen.undone.left]}
-        stale = self.pursuit.let_go(keys | self._gatherings.concluded_alone)
+        stale = self.pursuit.let_go(keys | self._gatherings.concluded_alone | (over or set()))
         self._renew_leads()
         led = [role for role in roles if role.group in self._led]
         self.planner.lose((assignment for assignment in led if assignment.vehicle in seen.changes.absent), self.present)
@@ -272,6 +281,31 @@ class SocialLayer:
         passed_on += seen.orders
         is_due = stale or before.roles_of(self.me) != self.present.roles_of(self.me)
         return Review(events, seen.facts, assigned, left, seen.undone.rulings, is_due, passed_on)
+
+    def _patience(self, at: Footing, now_s: float) -> Patience:
+        """What it leaves to the others now that it is cut off."""
+        peers, whole = self._picture.peers, self._workload.whole(at)
+        work = self._workload.of_groups(at, self._picture, peers.positions_m, now_s)
+        pairs = [(whole[name], one) for name, one in work.items()]
+        return patience_with(pairs, self.me, peers.known_s, self._rallies_m, now_s, self.standing.lease_s)
+
+    def _lose_patience(self, before: Footing | None, now_s: float) -> set[Key] | None:
+        """If it leaves something else to the others now: meetings that are over, since there is work for it after them.
+
+        Args:
+            before: what it acted on when it looked around last; None if it was not cut off.
+            now_s: end of the round.
+        """
+        now, over = self.standing.footing, set[Key]()
+        if before is not None and (now.barred, now.takes_no_jobs) == (before.barred, before.takes_no_jobs):
+            return None
+        self.planner.plan_again(self._led)
+        work = self._work() if not now.barred and self.me not in now.takes_no_jobs else {}
+        for group in self._led:
+            if group in work and work[group].has_something_left:
+                over |= self._gatherings.begin(group, now_s)
+                self._negotiation.begin(group)
+        return over
 
     @property
     def is_silent(self) -> bool:
@@ -369,7 +403,8 @@ class SocialLayer:
         if not self._led:
             return []
         facts: list[Fact] = []
-        work, present = self._work(), self.standing.present
+        work, standing = self._work(), self.standing
+        present = standing.footing.present if standing.is_cut_off else standing.present
         for name in self._led:
             self._picture.groups.note_work(name, work[name].has_something_left, self._picture.body.now_s)
             if not self._holds(work[name]):

@@ -21,6 +21,7 @@ from remoras.social.availability import Availability
 from remoras.social.consultation import Consultation
 from remoras.social.membership import AWAY_FRAMES, NO_CHANGES, Changes, Lease, Membership, acted_on
 from remoras.social.negotiation import ROLE_ATTRIBUTES
+from remoras.social.patience import Patience, with_work
 from remoras.social.receivers import by_receiver
 from remoras.social.reports import SENSORS_WORK, Reports, takes_sensors
 from remoras.social.statements import Statements
@@ -51,11 +52,13 @@ class Footing(NamedTuple):
         present: the organisation without the absent.
         takes_no_jobs: vehicles that take none.
         is_cut_off: it hears nobody.
+        barred: (vehicle, role) of jobs that it leaves to others, see ``remoras.social.patience``.
     """
 
     present: Organisation
     takes_no_jobs: frozenset[str]
     is_cut_off: bool
+    barred: frozenset[tuple[str, str]] = frozenset()
 
 
 class Standing:
@@ -72,6 +75,7 @@ class Standing:
     Attributes:
         reports: what is known of the energy and the sensors of all.
         attributes: of the facts that it takes note of.
+        lease_s: how long a peer counts as present, in any case, of which there is no word.
         is_cut_off: True while this vehicle has heard nobody at all for a lease: its orders are for itself alone.
     """
 
@@ -93,7 +97,7 @@ class Standing:
         self._availability = Availability(me, beliefs, rules)
         self.is_cut_off = False
         self._is_out_of_reach = False  # it has said that it takes no jobs, since it is cut off
-        self._lease_s, self._away_s = lease.longest_s, AWAY_FRAMES * lease.frame_s
+        self.lease_s, self._away_s = lease.longest_s, AWAY_FRAMES * lease.frame_s
         self._looked_s = self._was_away_s = self._began_s = 0.0
         self._assents: list[list[Fact]] = []
         self._given_up: set[Objective] = set()
@@ -102,6 +106,7 @@ class Standing:
         self.attributes = self._availability.attributes | self.consultation.requests.attributes
         self.organisation = organisation
         self.present = organisation
+        self._patience = Patience()
         self._renew(organisation)
 
     # What the vehicle acts on --------------------------------------------------------------------
@@ -120,7 +125,21 @@ class Standing:
     @property
     def footing(self) -> Footing:
         """All that the work of its groups depends on."""
-        return Footing(self.present, self.takes_no_jobs, self.is_cut_off)
+        if not self.is_cut_off or not self.is_patient:
+            return Footing(self.present, self.takes_no_jobs, self.is_cut_off)
+        if self.meets_unheard:
+            return Footing(self.present, self.takes_no_jobs | {self._me}, True)
+        return Footing(self._with_all, self.takes_no_jobs, True, self._patience.barred)
+
+    @property
+    def is_patient(self) -> bool:
+        """True while it is cut off and leaves to others what it will do itself if they do not come."""
+        return self.is_cut_off and self._looked_s < self._patience.ends_s
+
+    @property
+    def meets_unheard(self) -> bool:
+        """True while it is patient and meets with whoever has come, heard or not."""
+        return self.is_patient and self._looked_s >= self._patience.theirs_until_s
 
     @property
     def led(self) -> tuple[str, ...]:
@@ -133,6 +152,12 @@ class Standing:
         self.organisation = organisation
         leads_alone = self._database[self._me].social_layer
         self.present = acted_on(organisation, self._me, self.absent, self.is_cut_off, leads_alone)
+        if self.is_cut_off:
+            self._with_all = with_work(self.present, organisation, self.absent)
+
+    def be_patient(self, patience: Callable[[Footing], Patience]) -> None:
+        """The vehicle is cut off now, and has ``patience`` by the work of all."""
+        self._patience = patience(Footing(self._with_all, self.takes_no_jobs, False))
 
     # The end of a round --------------------------------------------------------------------------
 
@@ -144,7 +169,7 @@ class Standing:
             heard_s: when there was word of each peer last, or its silence meant nothing.
             word_s: when there was word of anybody last.
         """
-        if now_s - self._looked_s > max(self._away_s, self._lease_s):
+        if now_s - self._looked_s > max(self._away_s, self.lease_s):
             self._began_s, self._was_away_s = now_s, self._looked_s
         self._looked_s = now_s
         if self._began_s > 0.0:
@@ -219,7 +244,7 @@ class Standing:
         assents, self._assents = self._assents, []
         if self.is_cut_off:
             return assents
-        since_s, away = self._looked_s - self._lease_s, self.absent
+        since_s, away = self._looked_s - self.lease_s, self.absent
         headed = {
             group
             for group, (_, age, name) in (self.consultation.leading.items() if away else ())

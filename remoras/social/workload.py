@@ -8,7 +8,6 @@ from dataclasses import replace
 from remoras.authority import Rules
 from remoras.beliefs import Beliefs, Fact, Key
 from remoras.mission import SocialPart
-from remoras.organisation import Organisation
 from remoras.picture import Picture
 from remoras.plugins import answer
 from remoras.social.reports import Reports
@@ -47,7 +46,7 @@ class Workload:
         self._given_anew: frozenset[str] = frozenset()
         self._n_given_anew = 0  # when what is left was worked out last
         self._is_enough = False
-        self._asked: tuple[Organisation, frozenset[str], bool, frozenset[str]] | None = None
+        self._asked: tuple[object, ...] | None = None
         self._kept: dict[str, Work] = {}
 
     def note(self, changes: Iterable[Change]) -> bool:
@@ -104,6 +103,10 @@ class Workload:
             return self._kept
         return {name: one.seen(positions_m, from_s) for name, one in self._kept.items()}
 
+    def whole(self, at: Footing) -> dict[str, Work]:
+        """The work of every group before anything is done and anybody has moved, by its name."""
+        return works(at.present, self._reports.database, self._jobs, frozenset(), {}, self._apart)
+
     def _works(
         self, at: Footing, positions_m: Mapping[str, Point], energy_j: Mapping[str, float], from_s: float
     ) -> dict[str, Work]:
@@ -112,6 +115,8 @@ class Workload:
             at.present, database, self._left, self._done, positions_m, no_jobs, self._is_enough, energy_j, from_s,
             self._given_anew,
         )  # fmt: skip
+        if at.barred:
+            found = {name: replace(one, barred=at.barred) for name, one in found.items()}
         if at.is_cut_off and any(work.held_by(self._me) for work in found.values()):  # its own jobs come first
             return {name: replace(one, unavailable=one.unavailable | {self._me}) for name, one in found.items()}
         return found

@@ -30,7 +30,7 @@ def seen(name: str) -> Any:
     return SimpleNamespace(
         name=name, position_m=(0.0, 0.0), is_alive=True, is_in_contact=True, communicates=True, will_return=False,
         organisation=ALONE, issued=(), issued_objectives=(), finished=(), sensing=(), has_planned=lambda group: True,
-        leads=lambda group: name == "A", gives_out=lambda group: False, has_met=lambda group: False,
+        leads=lambda group: name == "A", gives_out=lambda group: False, has_met=lambda group: False, is_patient=False,
         can_play=lambda group, role: True,
     )  # fmt: skip
 

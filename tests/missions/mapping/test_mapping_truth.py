@@ -55,6 +55,7 @@ class Seen:
     will_return: bool = False
     able: tuple[str, ...] = ("Hand",)
     met: bool = False
+    is_patient: bool = False
 
     @property
     def able_data(self) -> VehicleData | None:
