@@ -11,10 +11,10 @@ who claim in one vacancy the one that did not know of the other is refused by no
 claim again, and what others have claimed meanwhile is void, with all that they have ordered: those who went over to
 another come back. So the head itself decides whether its silence was an absence, and all follow it: it claims again, or
 it assents, which ends its lead for all who have heard it all the while. Who has lost its memory may assent to a claim
-whose vehicle has assented to it: such an assent says nothing. A claim by who is a member of the group only
-since it leads another counts as long as that lead does. (The vote before the claim in section 9.6 of D.
-Ongaro, Consensus: Bridging Theory and Practice, Stanford 2014, keeps a server that is cut off from disturbing the
-others; here each hearer has that vote for itself.)
+whose vehicle has assented to it, or after which it has claimed again: such an assent says nothing. A claim by who is a
+member of the group only since it leads another counts as long as that lead does. (The vote before the claim in section
+9.6 of D. Ongaro, Consensus: Bridging Theory and Practice, Stanford 2014, keeps a server that is cut off from disturbing
+the others; here each hearer has that vote for itself.)
 """
 
 from __future__ import annotations
@@ -151,7 +151,7 @@ class LeadershipHistory:
         return any(reign.since < age <= by for age in self._ends(group, reign.vehicle))
 
     def _ends(self, group: str, vehicle: str) -> list[Age]:
-        """When a vehicle left the lead of a group, or assented to a claim of one that had not assented to it before."""
+        """When a vehicle left the lead of a group, or assented to a claim that it had not answered, nor its author."""
         ends = self._ended.get((group, vehicle), ())
         return [age for age in ends if not self._is_void(group, vehicle, age)]
 
@@ -159,12 +159,11 @@ class LeadershipHistory:
         to = self._assents.get((group, vehicle, age))
         if to is None:
             return False
-        claims = (one.since for one in self._excused.get(group, ()) if one.vehicle == to and one.since < age)
-        since = max(claims, default=AGREED_BEFORE)
-        return any(
-            since < end < age and self._assents.get((group, to, end)) == vehicle
-            for end in self._ended.get((group, to), ())
-        )
+        claims = [one for one in self._excused.get(group, ()) if one.since < age]
+        since = max([one.since for one in claims if one.vehicle == to], default=AGREED_BEFORE)
+        ends = [end for end in self._ended.get((group, to), ()) if self._assents.get((group, to, end)) == vehicle]
+        answers = [one.since for one in claims if one.vehicle == vehicle]  # it has claimed again
+        return any(since < at < age for at in (*ends, *answers))
 
     def _heads_against(self, group: str, claimed: Claimed, counting: list[Claimed]) -> set[str]:
         """Others that led a group when it was claimed, and lead it still, by the lesser claims."""

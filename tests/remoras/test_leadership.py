@@ -198,6 +198,24 @@ def test_an_assent_to_who_has_assented_says_nothing(leadership: LeadershipHistor
     assert heads(leadership, 70.0) == "B", "B has claimed since it assented"
 
 
+@pytest.mark.parametrize("order", list(permutations(range(3))))
+def test_an_assent_to_a_claim_that_was_answered_says_nothing(
+    leadership: LeadershipHistory, order: tuple[int, ...]
+) -> None:
+    """B claims while A is there, and A claims again; then A begins anew and hears the claim of B first."""
+    words = [
+        lambda: claims(leadership, "B", Claim(1, -1), 10.0, ""),
+        lambda: claims(leadership, "A", Claim(2, 0), 12.0, ""),
+        lambda: leadership.change(GROUP, "A", False, age(30.0), to="B"),
+    ]
+    for word in order:
+        words[word]()
+    assert heads(leadership, 40.0) == "A"
+    claims(leadership, "B", Claim(3, -1), 50.0)
+    leadership.change(GROUP, "A", False, age(60.0), to="B")
+    assert heads(leadership, 70.0) == "B"
+
+
 def test_who_has_left_leads_no_longer_by_an_old_claim_however_great(leadership: LeadershipHistory) -> None:
     claims(leadership, "B", Claim(40, -1), 10.0)
     leadership.change(GROUP, "B", False, age(20.0))
