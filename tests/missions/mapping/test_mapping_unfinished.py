@@ -80,7 +80,7 @@ def test_who_takes_over_is_not_called_off_by_a_head_that_hears_of_no_work(
     lost = 'fault=[{vehicle="AUV01",kind="lost",at_s=900}]'
     scenario = load(str(untold), [("--set", one) for one in ("strategy.name=remoras", "channel.per=0.3", lost)])
     assert run(scenario, 1).completed
-    monkeypatch.setattr(AfterWork, "_settled", lambda self: self._found.settled)
+    monkeypatch.setattr(Unfinished, "settled", lambda self, found, facts: found.settled)
     monkeypatch.setattr(Unfinished, "answers", lambda self, group, picture: awaited(group, picture))
     finished = run(scenario, 1)
     assert not finished.completed
