@@ -39,7 +39,7 @@ class Patience(NamedTuple):
 
 def with_work(present: Organisation, organisation: Organisation, absent: Collection[str]) -> Organisation:
     """The organisation as a vehicle that is cut off acts on it, with the roles of the absent but those of heads."""
-    for role in organisation.assignments:
+    for role in sorted(organisation.assignments):
         if role.vehicle in absent and role.role != organisation.groups[role.group].head_role:
             present, _ = present.assign(role.vehicle, role.group, role.role)
     return present
