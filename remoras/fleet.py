@@ -11,14 +11,13 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import NamedTuple
 
-import mesa
-
 from exchange.acoustics.channel import Arrival
 from remoras.avoidance import SEPARATION_M
 from remoras.beliefs import Beliefs, Fact
 from remoras.clock import Clock, Priority
 from remoras.events import Event, Host, Part
 from remoras.holders import HolderCount
+from remoras.host import Agent, Model
 from remoras.mission import Truth
 from remoras.plugins import broken_promise
 from remoras.recorder import Recorder
@@ -57,7 +56,7 @@ class Makers(NamedTuple):
     anew: Callable[[Fleet, Vehicle, bool], Vehicle]
 
 
-class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
+class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
     """A mission run.
 
     Args:
@@ -175,7 +174,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         Mesa refers from a model to itself, and some versions keep every model alive in a table of agents.
         """
         self.remove_all_agents()
-        ids = getattr(mesa.Agent, "_ids", None)
+        ids = getattr(Agent, "_ids", None)
         if isinstance(ids, dict):
             ids.pop(self, None)
         self.vehicles = ()

@@ -106,7 +106,7 @@ class Sensor(Protocol):
 class SensorSettings(BaseModel):
     """The table ``[[vehicle.sensor]]`` of one sensor; a kind of sensor adds its keys."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
     EQUIPMENT: ClassVar[str] = "Sensor"
     """Class of the ontology that such sensors are of; a kind of sensor says its own."""
 

@@ -14,13 +14,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
-import mesa
-
 from exchange.packets import Reception, Transmission
 from exchange.schedule import TdmaSchedule
 from remoras.beliefs import Beliefs, Fact
 from remoras.clock import Clock, Priority
 from remoras.events import Event, Part
+from remoras.host import Model
 from remoras.recorder import Recorder
 from remoras.traffic import sends_s
 from remoras.vehicle import Vehicle
@@ -91,7 +90,7 @@ class _Arrives:
         solo.take_in(self.data)
 
 
-class Solo(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
+class Solo(Model):  # type: ignore[misc]  # Mesa is untyped
     """A vehicle by itself.
 
     Args:

@@ -15,8 +15,6 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 
-import mesa
-
 from exchange.packets import Reception, Transmission
 from remoras.activities import ActivitySet, ActivityType, Objective
 from remoras.attraction import NO_PULLS
@@ -29,6 +27,7 @@ from remoras.errors import PluginError
 from remoras.executive.layer import ExecutiveLayer
 from remoras.functional.layer import FunctionalLayer, embody
 from remoras.functional.sensing import Sensed
+from remoras.host import Agent, Model
 from remoras.radio import Radio
 from remoras.recorder import Recorder
 from remoras.run_log import RunLog
@@ -47,7 +46,7 @@ class Layers:
     functional: FunctionalLayer
 
 
-class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
+class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
     """One autonomous vehicle: three layers, a radio and a world model.
 
     Args:
@@ -66,7 +65,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
 
     def __init__(
         self,
-        model: mesa.Model,
+        model: Model,
         data: VehicleData,
         layers: Layers,
         radio: Radio,

@@ -122,6 +122,7 @@ FOR_ALL = "exchange.arithmetic"
 """Everybody may import it; it imports nothing."""
 HULL = {"remoras.vehicle", "remoras.radio", "remoras.fleet", "remoras.solo", "remoras.traffic", "remoras.view"}
 LAYERS = ("remoras.social", "remoras.executive", "remoras.functional")
+HOST = "remoras.host"
 KNOW_MESA = {"remoras.fleet", "remoras.solo", "remoras.vehicle"}
 STAND_ALONE = {
     "remoras.organisation": {"remoras.errors"},
@@ -226,7 +227,7 @@ def broken_rules(found: Import) -> Iterator[str]:
     of = target.split(".")[0]
     if (target == "random" or target.startswith("random.")) and not within(module, TRIES):
         yield "draws come from the keyed streams, not from random"
-    if of == "mesa" and module not in KNOW_MESA:
+    if (of == "mesa" and module != HOST) or (within(target, HOST) and module not in KNOW_MESA):
         yield "only the fleet, the vehicle and a vehicle by itself know Mesa"
     if of not in OURS or target == FOR_ALL or within(module, ROOF) or module in (*FACE, ENTRY):
         return
@@ -444,6 +445,8 @@ def test_every_package_says_what_is_promised_to_stay() -> None:
         ("exchange.acoustics.channel", "from exchange.packets import Packet"),
         ("exchange.acoustics.channel", "from worldmodel import TBox"),
         ("remoras.social.layer", "import mesa"),
+        ("remoras.fleet", "import mesa"),
+        ("remoras.social.layer", "from remoras.host import Agent"),
         ("remoras.social.layer", "from mesa.agent import AgentSet"),
         ("remoras.vehicle", "from exchange.acoustics.channel import Arrival"),
         ("remoras.vehicle", "from missions.scenarios import Scenario"),
@@ -483,7 +486,7 @@ def test_a_violation_is_seen(module: str, line: str) -> None:
     [
         ("exchange.study.montecarlo", "from exchange.acoustics.loss import uniform"),
         ("exchange.acoustics.channel", "from exchange.acoustics import loss"),
-        ("remoras.fleet", "import mesa\nfrom exchange.acoustics.channel import Channel"),
+        ("remoras.fleet", "from remoras.host import Model\nfrom exchange.acoustics.channel import Channel"),
         ("remoras.htn", "from remoras.errors import PlanningError"),
         ("remoras.cli.runs", "from missions.runs.run import run\nfrom visualisation import style"),
         ("remoras.face", "from missions.runs.run import run\nfrom visualisation import style"),

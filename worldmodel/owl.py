@@ -1,6 +1,7 @@
-"""The way from Turtle files to a ``TBox``, and to their triples. It loads rdflib when it is first used.
+"""The way from Turtle files to a ``TBox``, and to their triples.
 
-``worldmodel.turtle`` says which part of OWL is compiled.
+``worldmodel.turtle`` says which part of OWL is compiled. It loads rdflib, and is loaded for an ontology that
+``worldmodel.kept`` does not have.
 """
 
 from functools import lru_cache
@@ -83,9 +84,15 @@ def graph_of(tbox: TBox) -> "Graph":
 
 @lru_cache(maxsize=8)
 def _compiled(sources: tuple[Source, ...]) -> TBox:
+    from worldmodel.kept import keep, kept
+
+    if (before := kept(sources)) is not None:
+        return before
     from worldmodel.turtle import compile_tbox
 
-    return compile_tbox(sources)
+    tbox = compile_tbox(sources)
+    keep(tbox)
+    return tbox
 
 
 @lru_cache(maxsize=8)

@@ -99,7 +99,7 @@ class ChannelModel(BaseModel):
     0.25
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
 
     title: ClassVar[str] = ""
     """One line for listings."""
@@ -190,7 +190,7 @@ class BernoulliChannel(ChannelModel):
 class LinkTable(BaseModel):
     """One directed link of the matrix channel."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
 
     sender: VehicleName = Field(description="vehicle that sends")
     receiver: VehicleName = Field(description="vehicle that listens; the other direction is a link of its own")

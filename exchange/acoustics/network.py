@@ -87,7 +87,7 @@ class NetworkFileError(LinkFileError):
 class NetworkNode(BaseModel):
     """A node, and what the others lose of what it sends."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
 
     name: str = Field(min_length=1, max_length=40)
     position_m: tuple[Metres, Metres] | None = None
@@ -98,7 +98,7 @@ class NetworkNode(BaseModel):
 class Network(BaseModel):
     """Losses that were measured, and what is known of how: of links between nodes, or over range."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
 
     name: str = Field(pattern=r"^[^/\\\x00-\x1f\x7f]{1,40}$")
     title: str = ""
@@ -151,7 +151,7 @@ class Network(BaseModel):
 class NetworkFile(BaseModel):
     """What a file holds."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", defer_build=True)
 
     network: tuple[Network, ...] = ()
 

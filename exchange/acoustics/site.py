@@ -59,7 +59,7 @@ class Links(Protocol):
 class SiteTable(BaseModel):
     """The table ``[channel.site]``."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
 
     spread_db: float = Field(
         0.0,

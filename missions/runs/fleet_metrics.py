@@ -8,15 +8,17 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Sequence
-
-import numpy as np
-import numpy.typing as npt
+from typing import TYPE_CHECKING
 
 from missions.fault import EMPTY, Absence, absence, kind_of_row
 from missions.metric import NOT_APPLICABLE, Absent, MeasuredRun
 from missions.scenarios.scenario import Scenario
 from remoras.faults import OVER
 from remoras.separation import SAME_DEPTH_M, TOLERANCE_M
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
 
 
 def idle_s(run: MeasuredRun) -> float | None:
@@ -98,6 +100,8 @@ def _least_distances_m(run: MeasuredRun) -> list[float]:
     A vehicle that joins late counts from then on, one that is lost or without energy floats up and counts until then.
     Where vehicles leave their depths, two share a layer as long as they do.
     """
+    import numpy as np  # takes longer to load than a scenario to check, which names these metrics
+
     n_vehicles = len(run.scenario.vehicle)
     rows = run.recorder.rows("trajectories")  # all vehicles at every tick, in the order of the scenario
     n_times = len(rows) // n_vehicles
@@ -127,6 +131,8 @@ def _least_distances_m(run: MeasuredRun) -> list[float]:
 
 def _present(run: MeasuredRun, times_s: Sequence[float]) -> npt.NDArray[np.bool_]:
     """Whether each vehicle is in its layer at each of the times: there, running and with energy."""
+    import numpy as np
+
     names = {vehicle.name: number for number, vehicle in enumerate(run.scenario.vehicle)}
     changes = [row for row in run.recorder.rows("faults") if absence(row[2])]
     present = np.ones((len(times_s), len(names)), dtype=bool)

@@ -19,7 +19,7 @@ from remoras.organisation import Group, RoleKey, RoleSpecification, Subgroups
 from remoras.plugins import faults_of, named_object
 from remoras.recorder import Table
 from remoras.sensor import SensorSettings
-from remoras.strategies import configured, strategies
+from remoras.strategies import configured, shipped, strategies
 from remoras.strategy import Strategy, faults_of_strategy
 from worldmodel import suggestion
 
@@ -102,10 +102,10 @@ def strategy_named(name: str) -> Strategy:
         PluginError: there is none of that name, it cannot be loaded, or it lacks a part of the seam.
     """
     if ":" not in name:
-        known = strategies()
-        if name not in known:
+        if (of_name := shipped(name)) is None:
+            known = strategies()
             raise PluginError(f"{', '.join(known)}{suggestion(name, known)}")
-        return known[name]
+        return of_name
     found: Any = named_object(name)
     if isinstance(found, type):
         try:

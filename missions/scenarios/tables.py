@@ -28,7 +28,7 @@ Raw = Mapping[str, Any]
 class Section(BaseModel):
     """A TOML table: frozen, and no key that is not listed here."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
 
 
 class Sparse(Section):

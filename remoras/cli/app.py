@@ -13,12 +13,13 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any, NoReturn, ParamSpec
+from typing import Annotated, Any, NoReturn, ParamSpec, cast
 
 import typer
+from typer.core import TyperCommand
 
 from missions.errors import LONGEST_VALUE, cut
-from remoras.cli.commands import OrderedGroup, PlainCommand
+from remoras.cli.commands import MAKERS, OrderedGroup, PlainCommand
 from remoras.interruption import SAID, Terminated
 from remoras.plugin_folders import look_in
 from remoras.plugins import NO_PLUGINS
@@ -36,12 +37,13 @@ LONGEST_WORD = 300
 """Characters of a word that a message shows: enough for a path."""
 LONG_WORD = re.compile(rf"\S{{{LONGEST_WORD + 1},}}")
 
+LOOK: dict[str, Any] = {"pretty_exceptions_enable": False, "rich_markup_mode": None}
+"""How the application and each command write."""
 app = typer.Typer(
     cls=OrderedGroup,
     help="Fleets of autonomous marine vehicles: organisation and knowledge over a lossy acoustic channel.",
     no_args_is_help=True,
-    pretty_exceptions_enable=False,
-    rich_markup_mode=None,
+    **LOOK,
 )
 Parameters = ParamSpec("Parameters")
 
@@ -182,8 +184,14 @@ def command(name: str, example: str = "") -> Callable[[Callable[Parameters, None
                 _report(error, as_json)
                 raise typer.Exit(USAGE) from None
 
-        summary = " ".join((function.__doc__ or "").strip().partition("\n\n")[0].split())
-        app.command(name, cls=PlainCommand, epilog=example or None, short_help=summary)(taking_no_plugins(reported))
+        def made() -> TyperCommand:
+            summary = " ".join((function.__doc__ or "").strip().partition("\n\n")[0].split())
+            alone = typer.Typer(add_completion=False, **LOOK)
+            declare = alone.command(name, cls=PlainCommand, epilog=example or None, short_help=summary)
+            declare(taking_no_plugins(reported))
+            return cast(TyperCommand, typer.main.get_command(alone))
+
+        MAKERS[name] = made
         return function
 
     return register

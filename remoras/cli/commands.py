@@ -1,21 +1,29 @@
-"""How commands are listed, and how their values are taken: in the order of use, with examples, without loading much."""
+"""How commands are listed, and how their values are taken: in the order of use, with examples, without loading much.
+
+A command is loaded when it is asked for, and made then: who asks for one does not wait for the others.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from enum import Enum
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from typer.core import TyperCommand, TyperGroup
 
-ORDER = (
-    "list", "example", "validate", "run", "plot", "replay", "live", "export", "query", "sweep", "status", "compare",
-    "verify", "stress", "exchange-study", "link-budget", "network", "bursts", "node", "swarm", "replay-log",
-    "explain", "doctor",
-)  # fmt: skip
-"""Commands in the order in which one comes to use them; others follow as they are declared."""
+HOMES = {
+    "list": "files", "example": "files", "validate": "files", "run": "runs", "plot": "runs", "replay": "replay",
+    "live": "live.command", "export": "exports", "query": "runs", "sweep": "sweeps", "status": "sweeps",
+    "compare": "sweeps", "verify": "verify", "stress": "stress", "exchange-study": "policies",
+    "link-budget": "budgets", "network": "networks", "bursts": "bursts", "node": "nodes", "swarm": "nodes",
+    "replay-log": "nodes", "explain": "files", "doctor": "files",
+}  # fmt: skip
+"""Module of each command, below ``remoras.cli``; commands in the order in which one comes to use them."""
+MAKERS: dict[str, Callable[[], TyperCommand]] = {}
+"""What makes a command, of those whose modules are loaded; ``remoras.cli.app.command`` declares them."""
 PYTHON_TYPE = re.compile(r" <(str|path|int|float|list\[str\])>")
 
 
@@ -42,8 +50,31 @@ class PlainCommand(TyperCommand):
             _write_lines(formatter, "Example", [self.epilog])
 
 
+class Commands(Mapping[str, TyperCommand]):
+    """All commands by name, in the order of their use; each is loaded and made when it is asked for."""
+
+    def __init__(self) -> None:
+        self._made: dict[str, TyperCommand] = {}
+
+    def __getitem__(self, name: str) -> TyperCommand:
+        if name not in self._made:
+            import_module(f"remoras.cli.{HOMES[name]}")
+            self._made[name] = MAKERS[name]()
+        return self._made[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(HOMES)
+
+    def __len__(self) -> int:
+        return len(HOMES)
+
+
 class OrderedGroup(TyperGroup):
     """The commands in the order of their use."""
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(**{**settings, "commands": {}})
+        self.commands: Any = Commands()
 
     def get_params(self, ctx: Any) -> list[Any]:
         """Parameters, those of plain types with a taker of their own."""
@@ -51,8 +82,7 @@ class OrderedGroup(TyperGroup):
 
     def list_commands(self, ctx: Any) -> list[str]:
         """Names of the commands as ``--help`` shows them."""
-        names = super().list_commands(ctx)
-        return sorted(names, key=lambda name: ORDER.index(name) if name in ORDER else len(ORDER))
+        return list(HOMES)
 
     def format_epilog(self, ctx: Any, formatter: Any) -> None:
         """An example of every command, as one types it."""

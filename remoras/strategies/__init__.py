@@ -12,13 +12,11 @@ import typing
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from pydantic import TypeAdapter, ValidationError
-
 from remoras.errors import StrategyError
 from remoras.strategy import Declaration, Strategy
 from worldmodel import suggestion
 
-__all__ = ["Declaration", "Parameter", "Strategy", "bounds", "configured", "parameters", "strategies"]
+__all__ = ["Declaration", "Parameter", "Strategy", "bounds", "configured", "parameters", "shipped", "strategies"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +37,19 @@ def strategies() -> dict[str, Strategy]:
         if strategy is not None:
             found[strategy.name] = strategy
     return dict(sorted(found.items()))
+
+
+def shipped(name: str) -> Strategy | None:
+    """The shipped strategy of a name; None if there is none.
+
+    Its module is looked for by that name, and only where it is in none of it are the others loaded.
+    """
+    module = name.replace("-", "_")
+    if any(module_info.name == module for module_info in pkgutil.iter_modules(__path__)):
+        strategy: Strategy | None = getattr(importlib.import_module(f"{__name__}.{module}"), "STRATEGY", None)
+        if strategy is not None and strategy.name == name:
+            return strategy
+    return strategies().get(name)
 
 
 def bounds() -> frozenset[str]:
@@ -70,6 +81,8 @@ def configured(strategy: Strategy, settings: Mapping[str, object]) -> Strategy:
     """
     if not settings:
         return strategy
+    from pydantic import TypeAdapter, ValidationError
+
     known = [parameter.name for parameter in parameters(strategy)]
     annotated = typing.get_type_hints(type(strategy), include_extras=True)
     for name, value in settings.items():

@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import sys
 import tomllib
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -21,10 +22,11 @@ from missions.scenarios import load, shipped
 from missions.scenarios.explanations import explanations
 from missions.sweeps.study import study_explanations
 from remoras.cli import main
+from remoras.cli.commands import HOMES, MAKERS
 from remoras.face import load as face_load
 
 SHORT = ["--set", "scenario.duration_s=30"]
-HEAVY = ["numpy", "mesa", "matplotlib", "pyarrow", "rdflib", "pydantic", "scipy"]
+HEAVY = ["numpy", "mesa", "matplotlib", "pyarrow", "rdflib", "pydantic", "scipy", "pandas", "numba", "networkx"]
 
 
 # Importing ----------------------------------------------------------------------------------------
@@ -63,7 +65,39 @@ def test_what_is_answered_at_once_loads_nothing_heavy(arguments: list[str], code
     given = [str(swept) if argument == "SWEEP" else argument for argument in arguments]
     program = "import remoras.cli; from typer.testing import CliRunner;"
     program += f"assert CliRunner().invoke(remoras.cli.app, {given}).exit_code == {code}"
-    assert modules_after(program).isdisjoint({*HEAVY, "scipy", "pandas", "numba"})
+    assert modules_after(program).isdisjoint(HEAVY)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "needed"),
+    [
+        (["list"], {"pydantic"}),
+        (["list", "strategies"], {"pydantic"}),
+        (["validate", "mapping-rendezvous"], {"pydantic"}),
+        (["validate", "strategies-quick"], {"pydantic"}),
+        (["explain", "codec"], {"pydantic"}),
+        (["explain"], {"pydantic", "numpy"}),  # of all missions, of which one reckons with maps
+        (["compare", "SWEEP"], {"pydantic", "numpy", "scipy"}),
+        (["plot", "RUN", "roles"], {"pydantic", "numpy", "pandas", "matplotlib", "pyarrow"}),
+        (["run", "mapping-rendezvous", "--set", "scenario.duration_s=30"], {"pydantic", "numpy", "mesa", "pyarrow"}),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, list) else "",
+)
+def test_a_command_loads_what_it_needs_and_nothing_else(
+    arguments: list[str], needed: set[str], swept: Path, results: Path
+):
+    """The ontology was read before by the fixtures, so its tables are kept, and nobody reads Turtle."""
+    given = [str({"SWEEP": swept, "RUN": results}.get(argument, argument)) for argument in arguments]
+    program = "import remoras.cli; from typer.testing import CliRunner;"
+    program += f"assert CliRunner().invoke(remoras.cli.app, {given}).exit_code in (0, 1)"
+    assert modules_after(program) & {*HEAVY} <= needed
+
+
+def test_a_command_is_in_the_module_that_is_named_for_it():
+    for name, module in HOMES.items():
+        import_module(f"remoras.cli.{module}")
+        assert MAKERS[name]().name == name
+    assert HOMES.keys() == MAKERS.keys()
 
 
 # help ---------------------------------------------------------------------------------------------

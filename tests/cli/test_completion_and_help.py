@@ -12,7 +12,7 @@ from invoked import MAIN, remoras
 
 from exchange.acoustics.shipped import CHANNELS
 from missions.files import shipped, shipped_studies
-from remoras.cli.commands import ORDER
+from remoras.cli.commands import HOMES
 from remoras.strategies import strategies
 
 STUDY = """[study]
@@ -100,7 +100,7 @@ def commands() -> list[str]:
 
 def test_commands_are_listed_in_the_order_of_use() -> None:
     shown = commands()
-    assert shown == [name for name in ORDER if name in shown]
+    assert shown == [name for name in HOMES if name in shown]
     assert shown.index("example") < shown.index("run") < shown.index("plot") < shown.index("sweep")
     assert "..." not in remoras("--help").stdout.partition("Commands:")[2]
 
