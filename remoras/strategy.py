@@ -148,7 +148,13 @@ class Move:
 
 
 class Negotiator(Protocol):
-    """One vehicle's part in dividing the jobs of one group; it keeps what it has heard."""
+    """One vehicle's part in dividing the jobs of one group; it keeps what it has heard.
+
+    Where members keep to themselves who does what (``Declaration.private_jobs``), a negotiator may have a second
+    method, ``division() -> Mapping[str, str]``: names of the vehicles that are to do jobs, by role, as the messages of
+    the strategy have told all. It is asked once the vehicle has heard nobody for a part of a lease; what it leaves out
+    goes by what all knew before the mission.
+    """
 
     def negotiate(self, situation: Situation) -> Move:
         """What to state now."""
@@ -260,6 +266,21 @@ def ask(strategy: str, negotiator: Negotiator, situation: Situation) -> Move:
     """What a negotiator of ``strategy`` answers; raises PluginError if it raises or answers with something else."""
     expected = "a Move with statements of (subject, attribute, value)"
     return answer(f"strategy {strategy}", "negotiate", expected, _is_move, lambda: negotiator.negotiate(situation))
+
+
+def division_of(strategy: str, negotiator: Negotiator) -> Mapping[str, str]:
+    """What a negotiator's ``division`` answers, nothing if it has none; raises PluginError as ``ask`` does."""
+    division = getattr(negotiator, "division", None)
+    if division is None:
+        return {}
+    found: Mapping[str, str] = answer(
+        f"strategy {strategy}", "division", "a mapping of names of roles to names of vehicles", _is_division, division
+    )
+    return found
+
+
+def _is_division(found: Any) -> bool:
+    return isinstance(found, Mapping) and all(isinstance(name, str) for pair in found.items() for name in pair)
 
 
 def _are_assignments(found: Any) -> bool:

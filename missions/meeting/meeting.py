@@ -259,7 +259,9 @@ class Meeting:
             else:
                 return False
         n_seen = sum(self._is_there(group, contact_m, HEARD_TOLERANCE_M) for contact_m in picture.body.contacts_m)
-        n_silent = sum(heard_s < late_s for name, heard_s in picture.peers.heard_s.items() if name not in others)
+        n_silent = 0  # a vehicle that is cut off meets with whoever has come
+        if not picture.groups.meets_unheard:
+            n_silent = sum(heard_s < late_s for name, heard_s in picture.peers.heard_s.items() if name not in others)
         return n_not_heard <= max(0, n_seen - n_heard - n_silent)
 
     def _is_there(self, group: Group, position_m: Point, tolerance_m: float) -> bool:

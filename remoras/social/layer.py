@@ -254,13 +254,15 @@ class SocialLayer:
     def look_around(self, now_s: float) -> Review | None:
         """End of a round: see who is there; None if nothing changed. Roles of the absent fall free, heads replan."""
         before, standing = self.present, self.standing
-        footing = standing.footing if standing.is_cut_off else None  # before that it leaves nothing to others
+        footing = standing.footing if standing.is_in_doubt else None  # before that it leaves nothing to others
         word_s, names = self._picture.peers.word_s, self.database.names
         heard_s = self._negotiation.heard_or_expected_s(word_s, names, now_s)
         seen = self.standing.look_around(now_s, heard_s, max(word_s.values(), default=0.0))
-        if standing.is_cut_off and footing is None:
+        if standing.is_in_doubt and footing is None:
             standing.be_patient(lambda at: self._patience(at, now_s))
         over = self._lose_patience(footing, now_s) if standing.is_cut_off else None
+        if standing.is_in_doubt != (footing is not None):
+            self.planner.plan_again(self._led)  # what it leaves to others, or no longer
         if seen is None and over is None:
             return None
         seen = seen or Seen(NO_CHANGES, Agreed(self.organisation))
@@ -283,17 +285,17 @@ class SocialLayer:
         return Review(events, seen.facts, assigned, left, seen.undone.rulings, is_due, passed_on)
 
     def _patience(self, at: Footing, now_s: float) -> Patience:
-        """What it leaves to the others now that it is cut off."""
+        """What it leaves to the others now that it hears nobody."""
         peers, whole = self._picture.peers, self._workload.whole(at)
         work = self._workload.of_groups(at, self._picture, peers.positions_m, now_s)
-        pairs = [(whole[name], one) for name, one in work.items()]
-        return patience_with(pairs, self.me, peers.known_s, self._rallies_m, now_s, self.standing.lease_s)
+        of_groups = [(whole[name], left, self._negotiation.division(name)) for name, left in work.items()]
+        return patience_with(of_groups, self.me, peers.known_s, self._rallies_m, now_s, self.standing.lease_s)
 
     def _lose_patience(self, before: Footing | None, now_s: float) -> set[Key] | None:
         """If it leaves something else to the others now: meetings that are over, since there is work for it after them.
 
         Args:
-            before: what it acted on when it looked around last; None if it was not cut off.
+            before: what it acted on when it looked around last; None if it left nothing to others.
             now_s: end of the round.
         """
         now, over = self.standing.footing, set[Key]()
@@ -407,17 +409,25 @@ class SocialLayer:
         present = standing.footing.present if standing.is_cut_off else standing.present
         for name in self._led:
             self._picture.groups.note_work(name, work[name].has_something_left, self._picture.body.now_s)
+            if standing.is_patient:  # with its own work done it meets with whoever has come
+                self._picture.groups.meets_unheard = not self._has_left(work[name])
             if not self._holds(work[name]):
                 facts += self.conclusions.of_head(name, present, self._picture, motion)
         return facts
 
     def gives_out(self, group: str) -> bool:
         """True while ``group`` has work, for somebody present, that this vehicle has to give out or to see done."""
-        return group in self._negotiation.holding and self._work()[group].has_something_left
+        return group in self._negotiation.holding and self._has_left(self._work()[group])
+
+    def _has_left(self, work: Work) -> bool:
+        """True if a group has something left that this vehicle does not leave to others."""
+        if not work.barred:
+            return work.has_something_left
+        return any(work.able(self.database[self.me], role) for role in work.unfinished)
 
     def _holds(self, work: Work) -> bool:
         """True while a group still has work to hand out or to confirm, so that it does not count as gathered."""
-        if not work.has_something_left:
+        if not self._has_left(work):
             return False
         name = work.group.name
         if name in self._negotiation.holding:

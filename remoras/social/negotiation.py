@@ -9,7 +9,17 @@ from remoras.authority import Rules
 from remoras.beliefs import Beliefs, Fact
 from remoras.organisation import Group, Organisation
 from remoras.social.agreed import Place
-from remoras.strategy import JOB_DONE, Heard, Negotiator, Situation, Statement, Strategy, ask, negotiator_of
+from remoras.strategy import (
+    JOB_DONE,
+    Heard,
+    Negotiator,
+    Situation,
+    Statement,
+    Strategy,
+    ask,
+    division_of,
+    negotiator_of,
+)
 from remoras.work import Job, Outlook, Point, Work
 from worldmodel import Block, Change, TBox
 
@@ -181,6 +191,11 @@ class Negotiation:
             if facts:
                 found.append(Heard(self._beliefs.name(block.origin), block.time_s, facts))
         return tuple(found)
+
+    def division(self, group: str) -> Mapping[str, str]:
+        """Who is to do the jobs of a group that no fact gives to anybody, by role, as far as its negotiator knows."""
+        negotiator = self._negotiators.get(group)
+        return {} if negotiator is None else division_of(self._strategy, negotiator)
 
     def negotiate(
         self,

@@ -6,7 +6,9 @@ can come has come, and it meets with them, seen or not. Only when that has broug
 others to be lost and does what they have not told to be done.
 
 A job is its holder's. Whose it is if nobody is known to have it all who are cut off have to see alike, whatever each
-heard last: that follows from what all have known since before the mission (`owners`).
+heard last: so it is whose the strategy's messages have made it, which all have heard again and again, and where they do
+not say, what follows from what all have known since before the mission (`owners`). That counts from when a vehicle has
+heard nobody for a part of a lease: what it took between then and the end of the lease nobody would know of.
 """
 
 from __future__ import annotations
@@ -67,7 +69,7 @@ def owners(whole: Work) -> dict[str, str]:
 
 
 def patience_with(
-    all_work: Iterable[tuple[Work, Work]],
+    all_work: Iterable[tuple[Work, Work, Mapping[str, str]]],
     me: str,
     known_s: Mapping[str, float],
     rallies_m: Mapping[str, Point],
@@ -80,17 +82,19 @@ def patience_with(
     from one meeting to the next.
 
     Args:
-        all_work: of the groups, with those who are absent: before the mission has begun, and now.
+        all_work: of the groups, with those who are absent: before the mission has begun, and now; and who is to do
+            the jobs of roles, by the strategy's messages.
         me: name of the vehicle.
         known_s: when each vehicle was heard of last.
         rallies_m: rally points by name.
-        now_s: when it is cut off.
+        now_s: from when it leaves that to others.
         lease_s: how long a peer counts as present of which there is no word.
     """
     until_s, way_s, barred = now_s, 0.0, set[tuple[str, str]]()
-    for whole, work in all_work:
+    for whole, work, division in all_work:
         rally_m = rallies_m.get(work.group.rally_point or "")
-        of = {role.name: work.holders(role) or (owners(whole).get(role.name, ""),) for role in work.unfinished}
+        of_nobody = {**owners(whole), **division}
+        of = {role.name: work.holders(role) or (of_nobody.get(role.name, ""),) for role in work.unfinished}
         for data in work.workers:
             barred |= {(data.name, role) for role, names in of.items() if data.name not in names}
             if data.name == me:

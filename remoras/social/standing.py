@@ -19,7 +19,7 @@ from remoras.organisation import Organisation, Outcome
 from remoras.social.agreed import Agreed
 from remoras.social.availability import Availability
 from remoras.social.consultation import Consultation
-from remoras.social.membership import AWAY_FRAMES, NO_CHANGES, Changes, Lease, Membership, acted_on
+from remoras.social.membership import AWAY_FRAMES, DOUBT, NO_CHANGES, Changes, Lease, Membership, acted_on
 from remoras.social.negotiation import ROLE_ATTRIBUTES
 from remoras.social.patience import Patience, with_work
 from remoras.social.receivers import by_receiver
@@ -77,6 +77,7 @@ class Standing:
         attributes: of the facts that it takes note of.
         lease_s: how long a peer counts as present, in any case, of which there is no word.
         is_cut_off: True while this vehicle has heard nobody at all for a lease: its orders are for itself alone.
+        is_in_doubt: True from when it has heard nobody for a part of the lease: what is another's it takes no more.
     """
 
     def __init__(
@@ -96,6 +97,7 @@ class Standing:
         self._statements = Statements(me, beliefs, database)
         self._availability = Availability(me, beliefs, rules)
         self.is_cut_off = False
+        self.is_in_doubt = False
         self._is_out_of_reach = False  # it has said that it takes no jobs, since it is cut off
         self.lease_s, self._away_s = lease.longest_s, AWAY_FRAMES * lease.frame_s
         self._looked_s = self._was_away_s = self._began_s = 0.0
@@ -125,8 +127,12 @@ class Standing:
     @property
     def footing(self) -> Footing:
         """All that the work of its groups depends on."""
-        if not self.is_cut_off or not self.is_patient:
-            return Footing(self.present, self.takes_no_jobs, self.is_cut_off)
+        if not self.is_in_doubt:
+            return Footing(self.present, self.takes_no_jobs, False)
+        if not self.is_cut_off:
+            return Footing(self.present, self.takes_no_jobs, False, self._patience.barred)
+        if not self.is_patient:
+            return Footing(self.present, self.takes_no_jobs, True)
         if self.meets_unheard:
             return Footing(self.present, self.takes_no_jobs | {self._me}, True)
         return Footing(self._with_all, self.takes_no_jobs, True, self._patience.barred)
@@ -156,8 +162,9 @@ class Standing:
             self._with_all = with_work(self.present, organisation, self.absent)
 
     def be_patient(self, patience: Callable[[Footing], Patience]) -> None:
-        """The vehicle is cut off now, and has ``patience`` by the work of all."""
-        self._patience = patience(Footing(self._with_all, self.takes_no_jobs, False))
+        """The vehicle is in doubt, and has ``patience`` by the work of all."""
+        at = self._with_all if self.is_cut_off else self.present
+        self._patience = patience(Footing(at, self.takes_no_jobs, False))
 
     # The end of a round --------------------------------------------------------------------------
 
@@ -176,6 +183,8 @@ class Standing:
             missed = (name for name in self._database.names if heard_s.get(name, 0.0) <= self._was_away_s)
             self.consultation.begin_anew(self._began_s, frozenset({self._me, *missed}))
         changes = self._membership.look_around(now_s, heard_s, word_s)
+        newest_s = max(self._began_s, max(heard_s.values(), default=0.0))
+        self.is_in_doubt = self._membership.cut_off or now_s - newest_s >= DOUBT * self.lease_s
         if changes is NO_CHANGES:
             return None
         if changes.absent:

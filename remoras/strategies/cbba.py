@@ -24,7 +24,7 @@ are replaced by ``claims``: the latest claims of each vehicle are kept, the stro
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
@@ -86,6 +86,12 @@ class Bidder:
             self._bid_anew = True
         said += self._sayings(now, unfinished, claims)
         return Move(tuple(said), holding=bool(unfinished))
+
+    def division(self) -> Mapping[str, str]:
+        """Who claims which job most strongly."""
+        claims = self._claims
+        winners = {name: claims.winner(name) for name in self._roles} if claims is not None else {}
+        return {name: winner for name, winner in winners.items() if winner is not None}
 
     # Consensus
 

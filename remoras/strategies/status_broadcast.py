@@ -83,6 +83,10 @@ class Broadcaster:
             said += self._state(work)
         return Move(tuple(said), holding=bool(work.unfinished))
 
+    def division(self) -> Mapping[str, str]:
+        """Who is at which job."""
+        return {at.role: name for name, at in self._at.items()}
+
     def _hear(self, heard: Heard, work: Work) -> None:
         """The state of the mission as a peer tells it."""
         said = {attribute: value for subject, attribute, value in heard.facts if subject == heard.issuer}

@@ -26,7 +26,15 @@ from remoras.organisation import Outcome
 from remoras.plugin_folders import plugin_folders
 from remoras.plugins import named_object
 from remoras.strategies import configured, parameters
-from remoras.strategy import INFLUENCE_SIGNAL, JOB_DONE, OBJECTIVE, Situation, Strategy, faults_of_strategy
+from remoras.strategy import (
+    INFLUENCE_SIGNAL,
+    JOB_DONE,
+    OBJECTIVE,
+    Situation,
+    Strategy,
+    division_of,
+    faults_of_strategy,
+)
 from remoras.work import Job
 from stress.conformance.statements import KINDS_OF_JOBS, ROLES, Team, never
 from stress.conformance.worlds import (
@@ -233,6 +241,9 @@ def _check_states(strategy: Strategy) -> None:
                 kept = [fact for fact in said.facts if fact[1] in ROLES and not said.told]
                 assert not kept, f"{me} keeps {kept} to itself, but its declaration has not private_jobs"
             mentioned = [subject for statement in statements for subject, _, _ in statement.facts]
+            for role, vehicle in division_of(strategy.name, negotiator).items():
+                assert group.role(role) is not None, f"division names {role}, which is no role of {group.name}"
+                assert vehicle in database.names, f"division names {vehicle}, which is no vehicle"
 
     holds()
 

@@ -53,10 +53,16 @@ def test_jobs_go_to_who_is_done_first_the_longest_first() -> None:
     assert sorted(owners(work_of(far_m)).values()) == [A, B, C]
 
 
-def patience(work: Work, me: str = A, known_s: float = 100.0, now_s: float = 400.0) -> Patience:
+def patience(
+    work: Work,
+    me: str = A,
+    known_s: float = 100.0,
+    now_s: float = 400.0,
+    division: Mapping[str, str] = MappingProxyType({}),
+) -> Patience:
     whole = work_of([job.place_m for job in work.jobs.values()])
     known = dict.fromkeys([name for name in NAMES if name != me], known_s)
-    return patience_with([(whole, work)], me, known, {"jetty": RALLY_M, "buoy": (0.0, 100.0)}, now_s, 280.0)
+    return patience_with([(whole, work, division)], me, known, {"jetty": RALLY_M, "buoy": (0.0, 100.0)}, now_s, 280.0)
 
 
 def test_the_others_have_until_they_should_have_come_and_some_time_more() -> None:
@@ -87,6 +93,17 @@ def test_each_job_is_left_to_one_whoever_looks(order: tuple[str, ...]) -> None:
         takes[me] -= {role for name, role in patience(work, me).barred if name == me}
     assert sorted(role for roles in takes.values() for role in roles) == ["Role0", "Role1", "Role2", "Role3"]
     assert "Role3" in takes[order[0]]
+
+
+def test_a_job_is_whose_the_messages_of_the_strategy_have_made_it() -> None:
+    """Else it is whose it would have been before the mission; and a holder that is known comes before both."""
+    work = work_of([(0.0, 300.0), (260.0, -150.0), (-260.0, -150.0)], ("Role2", C))
+    before = owners(work_of([job.place_m for job in work.jobs.values()]))
+    other = next(name for name in NAMES if name != before["Role0"])
+    found = patience(work, division={"Role0": other, "Role2": A}).barred
+    assert {name for name, role in found if role == "Role0"} == set(NAMES) - {other}
+    assert {name for name, role in found if role == "Role1"} == set(NAMES) - {before["Role1"]}
+    assert {name for name, role in found if role == "Role2"} == {A, B}
 
 
 def test_the_absent_keep_their_roles_but_lead_no_longer() -> None:

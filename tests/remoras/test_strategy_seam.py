@@ -18,6 +18,7 @@ from remoras.strategy import (
     Statement,
     adapt_roles,
     ask,
+    division_of,
     faults_of_strategy,
     form_groups,
     negotiator_of,
@@ -90,7 +91,7 @@ class Answering:
             raise self.answer
         return self.answer
 
-    adapt = negotiator = negotiate = form
+    adapt = negotiator = negotiate = division = form
 
 
 QUESTIONS: dict[str, tuple[Callable[[Any], Any], str]] = {
@@ -101,6 +102,7 @@ QUESTIONS: dict[str, tuple[Callable[[Any], Any], str]] = {
         lambda s: ask("answering", s, SITUATION),
         r"a Move with statements of \(subject, attribute, value\)",
     ),
+    "division": (lambda s: division_of("answering", s), "a mapping of names of roles to names of vehicles"),
 }
 
 
