@@ -32,7 +32,7 @@ from remoras.radio import Radio
 from remoras.recorder import Recorder
 from remoras.run_log import RunLog
 from remoras.sensor import Observation
-from remoras.social.layer import NOTHING_CONSIDERED, Consulted, Review, SocialLayer
+from remoras.social.layer import NOTHING_CONSIDERED, Considered, Review, SocialLayer
 from worldmodel import Change, WorldModelError
 from worldmodel.remembering import remember
 
@@ -251,7 +251,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         self._take_on(self.social.consult(), now_s)
         return True
 
-    def _take_on(self, result: Review | Consulted, now_s: float) -> None:
+    def _take_on(self, result: Review | Considered, now_s: float) -> None:
         """Play the roles that changed, by activities chosen anew where they have to be."""
         self._run_log.own_roles(now_s, result.rulings)
         self._run_log.rulings(now_s, result.rulings)

@@ -11,10 +11,10 @@ from remoras.mission import Mission
 from remoras.organisation import Group
 from remoras.plugins import answer
 from remoras.social.agreement import Agreement
-from remoras.social.formations import FORMATION_ATTRIBUTES
 from remoras.social.needs import Path, Subjects
 from remoras.social.negotiation import negotiated_attributes
 from remoras.social.reports import SENSORS_WORK
+from remoras.social.requests import FORMATION_ATTRIBUTES
 from remoras.strategy import Strategy
 from worldmodel import InformationNeed, Instance, NeedsIndex, TBox
 

@@ -30,7 +30,7 @@ from remoras.executive.satisfaction import DecisionConstants
 from remoras.mission import Mission
 from remoras.social.agreement import Agreement, agree
 from remoras.social.needs import Subjects
-from remoras.social.negotiation import ROLE_ATTRIBUTES
+from remoras.social.succession import ROLE_ATTRIBUTES
 from remoras.strategy import Declaration, Strategy
 from remoras.work import Point
 from worldmodel import (

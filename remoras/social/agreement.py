@@ -85,12 +85,12 @@ def agree(
     nothing: dict[Key, object] = {}
     while due := [name for name in missions if name not in plans]:
         for name in due:
-            found = plan(mission.social_domain, nothing, Task(missions[name], (name,)))
-            if isinstance(found, NoPlan):
-                raise PlanningError(f"there is no plan for mission {missions[name]} of {name}: {found.task}")
+            planned = plan(mission.social_domain, nothing, Task(missions[name], (name,)))
+            if isinstance(planned, NoPlan):
+                raise PlanningError(f"there is no plan for mission {missions[name]} of {name}: {planned.task}")
             opens = precedence(organisation.groups[name], mission.jobs)
-            plans[name] = replace(found, rests_on=found.rests_on | opens)
-            for task in found.tasks:
+            plans[name] = replace(planned, rests_on=planned.rests_on | opens)
+            for task in planned.tasks:
                 handler = mission.social_domain.operators[task.name].handled_by
                 if handler == GIVE_MISSION:
                     if missions.setdefault(*task.args) != task.args[1]:
@@ -103,5 +103,5 @@ def agree(
                     work = works(organisation, database, jobs, done, starts, energy_j=energy_j)[name]
                     for role in adapt_roles(strategy, work):
                         organisation, _ = organisation.assign(role.vehicle, role.group, role.role)
-    given = {group.name: replace(group, mission=missions.get(group.name)) for group in groups}
-    return Agreement(replace(organisation, groups=given), tuple(objectives), plans, before, supervisors, at_sea)
+    with_missions = {group.name: replace(group, mission=missions.get(group.name)) for group in groups}
+    return Agreement(replace(organisation, groups=with_missions), tuple(objectives), plans, before, supervisors, at_sea)

@@ -1,4 +1,4 @@
-"""Availability: which vehicles take jobs, by what each of them says of itself.
+"""Availability: which vehicles take jobs, by what each of them says of itself. An immutable value.
 
 A vehicle that is cut off or has resigned takes none, until it says that it does again; one whose sensors yield nothing
 takes none for which it needs them. What was given to it before it said so stays with it until it leaves that. So it is
@@ -7,83 +7,67 @@ a function of what was said, whatever was heard first: the order, or that its as
 
 from __future__ import annotations
 
-from remoras.authority import Request, Rules
-from remoras.beliefs import Beliefs
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+from remoras.authority import NOBODY, Request, Rules
 from remoras.organisation import Group
 from remoras.social.leadership import Age
-from remoras.social.reports import SENSORS_WORK, takes_sensors
-from remoras.social.statements import AVAILABLE
-from worldmodel import Change
+from remoras.social.reports import takes_sensors
+
+AVAILABLE = "available"
 
 
+@dataclass(frozen=True, slots=True)
 class Availability:
     """Who takes jobs, as one vehicle knows it.
 
-    Args:
-        me: own name.
-        beliefs: of the vehicle.
-        rules: of who may change what.
-
     Attributes:
-        unavailable: vehicles that take no jobs.
-        is_misjudged: before this vehicle began anew it has said that it takes no jobs.
-        news: vehicles of which something has become known since somebody took these.
-        attributes: of the facts that it takes note of; those of ``Reports`` are among them.
+        told: whether it takes jobs, as each vehicle has said, and when.
+        blind_since: vehicles whose sensors yield nothing.
+        news: vehicles of which something was heard since the end of the last round.
+        since: vehicles that take no jobs; unavailable: the same, by their names alone.
     """
 
-    def __init__(self, me: str, beliefs: Beliefs, rules: Rules) -> None:
-        tbox = beliefs.model.tbox
-        self.unavailable: frozenset[str] = frozenset()
-        self.is_misjudged = False
-        self.news: set[str] = set()
-        self._me = me
-        self._beliefs = beliefs
-        self._rules = rules
-        self._available, self._sensors_work = (tbox.attribute_named(name).uid for name in (AVAILABLE, SENSORS_WORK))
-        self.attributes = frozenset({self._available, self._sensors_work})
-        self._said: dict[str, dict[Age, bool]] = {}
-        self._since: dict[str, Age] = {}  # vehicles that take no jobs
-        self._blind_since: dict[str, Age] = {}
+    told: Mapping[str, Mapping[Age, bool]] = field(default_factory=dict)
+    blind_since: Mapping[str, Age] = field(default_factory=dict)
+    news: frozenset[str] = NOBODY
+    since: Mapping[str, Age] = field(init=False)
+    unavailable: frozenset[str] = field(init=False)
 
-    def note(self, change: Change) -> None:
-        """Take note of what a vehicle says of itself; what this one said before it began anew is over."""
-        block = change.block
-        for position, fact in enumerate(block.facts):
-            if fact.attribute not in (self._available, self._sensors_work) or fact.subject != block.origin:
-                continue
-            name, age = self._beliefs.name(block.origin), (*block.key, position)
-            if fact.attribute == self._sensors_work:
-                if not fact.value:
-                    self._blind_since[name] = min(age, self._blind_since.get(name, age))
-            elif name == self._me and block.epoch != self._beliefs.model.epoch:
-                self.is_misjudged |= not fact.value
-                continue
-            else:
-                self._said.setdefault(name, {})[age] = bool(fact.value)
-                self._work_out(name)
-            self.news.add(name)
+    def __post_init__(self) -> None:
+        since: dict[str, Age] = {}
+        for name, told in self.told.items():
+            for age, takes_jobs in sorted(told.items()):
+                if takes_jobs:
+                    since.pop(name, None)
+                else:
+                    since.setdefault(name, age)
+        object.__setattr__(self, "since", since)
+        object.__setattr__(self, "unavailable", frozenset(since))
 
-    def _work_out(self, name: str) -> None:
-        """Since when a vehicle takes no jobs, if it does not."""
-        since: Age | None = None
-        for age, takes_jobs in sorted(self._said[name].items()):
-            since = None if takes_jobs else since or age
-        self._since.pop(name, None)
-        if since is not None:
-            self._since[name] = since
-        self.unavailable = frozenset(self._since)
+    def hear(self, name: str, takes_jobs: bool, age: Age) -> Availability:
+        """A vehicle has said whether it takes jobs."""
+        told = {**self.told, name: {**self.told.get(name, {}), age: takes_jobs}}
+        return replace(self, told=told, news=self.news | {name})
 
-    def takes(self, asked: Request, group: Group, age: Age) -> bool:
+    def hear_of_sensors(self, name: str, work: bool, age: Age) -> Availability:
+        """A vehicle has said whether its sensors yield anything; that they do not it says for good."""
+        blind = {} if work else {name: min(age, self.blind_since.get(name, age))}
+        return replace(self, blind_since={**self.blind_since, **blind}, news=self.news | {name})
+
+    def takes(self, asked: Request, group: Group, age: Age, rules: Rules) -> bool:
         """True if the assignee takes a role of a group that was given to it at ``age``; anybody takes one without job.
 
         Args:
             asked: gives the role.
             group: specification.
             age: when it was given.
+            rules: which jobs take sensors.
         """
         role = group.role(asked.role)
         if role is None or role.job is None:
             return True
-        if self._since.get(asked.assignee, age) < age:
+        if self.since.get(asked.assignee, age) < age:
             return False
-        return self._blind_since.get(asked.assignee, age) >= age or not takes_sensors(self._rules, group, asked)
+        return self.blind_since.get(asked.assignee, age) >= age or not takes_sensors(rules, group, asked)

@@ -46,7 +46,7 @@ class Conclusions:
         return {(finding.attribute, finding.subject) for finding in self._completing(objective)}
 
     def taken_back(
-        self, given: Iterable[Objective], gatherings: Gatherings, workload: Workload, negotiation: Negotiation
+        self, objectives: Iterable[Objective], gatherings: Gatherings, workload: Workload, negotiation: Negotiation
     ) -> set[Key]:
         """Facts that count no longer as they were told, since objectives were given after their group had gathered.
 
@@ -54,19 +54,21 @@ class Conclusions:
         gathered, is over, and so is how the group's jobs were divided.
 
         Args:
-            given: objectives that count now.
+            objectives: objectives that count now.
             gatherings, workload, negotiation: of the vehicle; they take note of it.
         """
         over: set[Key] = set()
-        met_s = {objective: self._beliefs.observed_s((GATHERED_AT, objective.group)) for objective in given}
-        for one, before_s in met_s.items():
-            said_s = self._beliefs.observed_s((OBJECTIVE_PREFIX + one.name, f"{one.group}.{one.role}"))
-            if before_s is not None and said_s is not None and before_s < said_s and (ends := self._ends(one)):
-                over |= ends | gatherings.begin(one.group, said_s)
+        met_s = {objective: self._beliefs.observed_s((GATHERED_AT, objective.group)) for objective in objectives}
+        for objective, before_s in met_s.items():
+            said_s = self._beliefs.observed_s(
+                (OBJECTIVE_PREFIX + objective.name, f"{objective.group}.{objective.role}")
+            )
+            if before_s is not None and said_s is not None and before_s < said_s and (ends := self._ends(objective)):
+                over |= ends | gatherings.begin(objective.group, said_s)
                 for key in ends:
                     self._beliefs.count_from(key, said_s)
                 workload.give_anew(ends)
-                negotiation.begin(one.group)
+                negotiation.begin(objective.group)
         return over
 
     def _completing(self, objective: Objective) -> Sequence[Finding]:
@@ -74,7 +76,7 @@ class Conclusions:
             self._mission_name,
             "completion",
             "a Finding or None",
-            lambda found: found is None or isinstance(found, Finding),
+            lambda finding: finding is None or isinstance(finding, Finding),
             lambda: self._mission.completion(objective, self._me),
         )
         return () if finding is None else (finding,)
@@ -90,25 +92,25 @@ class Conclusions:
         expected = "a list of Finding"
         group = organisation.groups[name]
         try:
-            found: Sequence[Finding] = tuple(
+            findings: Sequence[Finding] = tuple(
                 self._mission.findings(group, organisation, self._beliefs, picture, motion)
             )
         except Exception as error:
             raise broken_promise(self._mission_name, "findings", expected, error) from error
-        if found and not all(isinstance(finding, Finding) for finding in found):
-            raise broken_promise(self._mission_name, "findings", expected, found)
-        return self._facts_of(found)
+        if findings and not all(isinstance(finding, Finding) for finding in findings):
+            raise broken_promise(self._mission_name, "findings", expected, findings)
+        return self._facts_of(findings)
 
     def of_its_own(self, data: VehicleData, organisation: Organisation, picture: Picture, motion: Motion) -> list[Fact]:
         """What a vehicle concludes for itself; arguments as of ``of_head``."""
-        found: Sequence[Finding] = answer(
+        findings: Sequence[Finding] = answer(
             self._mission_name,
             "conclusions",
             "a list of Finding",
-            lambda given: all(isinstance(finding, Finding) for finding in given),
+            lambda findings: all(isinstance(finding, Finding) for finding in findings),
             lambda: tuple(self._mission.conclusions(data, organisation, self._beliefs, picture, motion)),
         )
-        return self._facts_of(found)
+        return self._facts_of(findings)
 
     def _facts_of(self, findings: Iterable[Finding]) -> list[Fact]:
         return [self._beliefs.fact(finding.subject, finding.attribute, finding.value) for finding in findings]

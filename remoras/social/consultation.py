@@ -8,27 +8,41 @@ that may still come: that the issuer led the group, or that the assignee is a me
 room for few, follows from all that was said of it, see ``remoras.social.role_holders``; of a head's role absent holders
 make room. A claim to lead a group whose head is there is refused, and waits; of those that count the greatest does, see
 ``remoras.social.leadership``. The mission of a
-group counts at once: to plan it takes the rest of the frame. Of what is said of a group formed at sea its newest
-formation counts, see ``remoras.social.formations``.
+group counts at once: to plan it takes the rest of the frame.
 
-What a vehicle states while it is cut off counts for itself alone; ``remoras.social.isolated`` undoes it.
+A group at sea is formed under a number, one more than that of its last formation, and dissolved under the same. What is
+said of it counts in the order of these numbers: formed, dissolved, formed anew. Of several that form it under one
+number the lower node wins. So what counts is the greatest of what was heard, whatever came first: formations are a
+join. What was said of a group before its newest formation, or before that was over, is about an earlier one, and counts
+no longer.
+
+What a vehicle states while it is cut off counts for itself alone. When it comes back, roles are undone, and what it
+gave to roles and groups is told.
+
+All this is functions from one view of the organisation to the next.
 """
 
 from __future__ import annotations
 
-from remoras.authority import NOBODY, Act, Request, Rules, may_assign
-from remoras.beliefs import Beliefs
-from remoras.organisation import Group, Organisation, Outcome, RoleAssignment
-from remoras.social.agreed import UNCHANGED, Agreed
-from remoras.social.availability import Availability
-from remoras.social.formations import Formations
-from remoras.social.isolated import IsolatedChanges
-from remoras.social.leadership import Age, Claimed, LeadershipHistory
-from remoras.social.newest import Newest
-from remoras.social.requests import Requests
-from remoras.social.role_holders import RoleHolders
-from remoras.social.succession import Claim, Headship, excluded_by_leading, playing, role_after, yielding_above
-from worldmodel import Change, Observation
+from collections.abc import Collection, Iterable
+from dataclasses import replace
+
+from remoras.authority import NOBODY, Act, Request, may_assign
+from remoras.organisation import Group, Organisation, Outcome
+from remoras.social.leadership import Age, Claimed
+from remoras.social.requests import DatedRequest
+from remoras.social.role_holders import is_limited, let_in, renew, settle, yielding_to
+from remoras.social.succession import (
+    Claim,
+    excluded_by_leading,
+    next_term,
+    playing,
+    read_claim,
+    role_after,
+    successor,
+    yielding_above,
+)  # fmt: skip
+from remoras.social.view import NEVER, UNCHANGED, Formation, Isolated, Now, View
 
 MAY_COME = frozenset(
     {
@@ -50,354 +64,354 @@ LAWFUL = UNCHANGED | {Outcome.SUCCESS, Outcome.NO_ROOM, Outcome.UNAVAILABLE, Out
 """Outcomes of requests that their issuers had the right to make."""
 
 
-def _age(observation: Observation) -> Age:
-    """The world model's order of facts: that of their blocks, then position."""
-    return *observation.block.key, observation.position
+# From one view to the next ------------------------------------------------------------------------
 
 
-class Consultation:
-    """What one vehicle has heard and said in this round, and what counts from earlier ones.
+def consult(before: View, stated: Iterable[DatedRequest], alone: Collection[DatedRequest], now: Now) -> View:
+    """End of a round: what was said in it is added to what counts, unless something newer does.
 
     Args:
-        beliefs: of the vehicle.
-        rules: of who may change what.
-        organisation: as agreed before the mission.
-        availability: of all vehicles; it is read only, but for its news.
+        before: what counts so far.
+        stated: in this round, in any order; alone: what this vehicle states for itself alone, since it is cut off.
+        now: what it sees.
     """
+    leadership = before.leadership.miss(now.absent)
+    view = replace(before, leadership=leadership, now=now, rulings=(), unlawful=frozenset())
+    for request in _in_order(stated):
+        view = _count(view, request)
+    view = _crown_all(view)
+    for name in sorted(view.availability.news):
+        for group in view.organisation.groups:
+            view = renew(view, group, name)
+    if view.availability.news:
+        view = replace(view, availability=replace(view.availability, news=NOBODY))
+    is_due = view.organisation is not before.organisation or view.leadership is not before.leadership
+    while is_due:
+        formations, waiting = view.formations, _in_order(view.waiting.values())
+        view = replace(view, waiting={})
+        for request in waiting:
+            view = _count(view, request, again=True)
+        is_due = view.formations is not formations
+        view = _crown_all(view)
+    if not (view.isolated.taken or view.isolated.displaced):
+        view = let_in(view)
+    return _count_alone(view, alone) if alone else view
 
-    def __init__(self, beliefs: Beliefs, rules: Rules, organisation: Organisation, availability: Availability) -> None:
-        self._rules = rules
-        self._availability = availability
-        self._groups = {**organisation.groups, **rules.at_sea}
-        self.requests = Requests(beliefs, self._groups)
-        self._pending: list[Observation] = []
-        self._pending_alone: list[Observation] = []
-        self._newest = Newest()
-        self._waiting: list[Observation] = []  # refused for now
-        self._is_asked_again = False
-        self._plain = frozenset(name for name, data in rules.database.items() if not data.social_layer)
-        self._began_s, self._missed = 0.0, NOBODY
-        self._after: dict[tuple[str, str], RoleAssignment] = {}  # what heads took that stepped down
-        self._came_in: dict[tuple[str, str], str] = {}  # by leading which group a vehicle came into another
-        self._about: dict[str, dict[Age, Observation]] = {group: {} for group in rules.at_sea}  # heard of each
-        self.isolated = IsolatedChanges()
-        self._leadership = LeadershipHistory(organisation)
-        self._role_holders = RoleHolders(
-            rules, self._groups, organisation, self._newest, self._leadership, availability
-        )
-        self.formations = Formations(rules, self._leadership)
-        self.headship = Headship()
-        self.missions: dict[str, tuple[str, ...]] = {}
-        """Missions that groups were given, by their names, in the order in which they were given last."""
 
-    @property
-    def is_due(self) -> bool:
-        """True if something was said that does not count yet."""
-        return bool(self._pending or self._pending_alone or self._is_asked_again)
+def give_missions(before: View, stated: Iterable[DatedRequest], alone: bool, now: Now) -> View:
+    """Let missions that groups are given count, at once; arguments as of ``consult``."""
+    view = replace(before, now=now, rulings=(), unlawful=frozenset())
+    for request in stated:
+        view = _count(view, request, alone)
+        view = _kept(view, request) if alone else view
+    return view
 
-    def miss(self) -> None:
-        """Somebody is absent now: claims that were refused since their heads were there are asked again."""
-        self._is_asked_again = bool(self._leadership.claimed)
 
-    def begin_anew(self, began_s: float, missed: frozenset[str]) -> None:
-        """This vehicle was away for a lease: of claims from that time it cannot say whether their heads were there.
+def come_back(before: View, me: str) -> View:
+    """The vehicle ``me`` is cut off no longer: it leaves what it took on alone; others hold again what they held."""
+    isolated = Isolated(orders=before.isolated.orders)
+    view = replace(before, now=Now(), rulings=(), unlawful=frozenset(), isolated=isolated)
+    for role in before.isolated.taken:
+        view = view.leave(Request(me, Act.RELEASE, role.group, role.role, role.vehicle))
+    for role in before.isolated.displaced:
+        view = view.assign(Request(me, Act.ASSIGN, role.group, role.role, role.vehicle))
+    return view
 
-        Args:
-            began_s: until when it was away (s); missed: itself, and whom it has not heard since.
-        """
-        self._began_s, self._missed = began_s, missed
 
-    @property
-    def leading(self) -> dict[str, Claimed]:
-        """The claim by which each group is led that somebody has claimed."""
-        return self._leadership.leading
+def _in_order(stated: Iterable[DatedRequest]) -> list[DatedRequest]:
+    """In the world model's order of facts, each once."""
+    by_age = {request.age: request for request in stated}
+    return [by_age[age] for age in sorted(by_age)]
 
-    def note(self, change: Change, alone: bool = False) -> None:
-        """Keep what a block says of roles, objectives and heads until the end of the round.
 
-        Args:
-            change: that the block made to the world model.
-            alone: True if this vehicle states it for itself alone, since it is cut off.
-        """
-        for position, fact in enumerate(change.block.facts):
-            if self.requests.waits(fact):
-                (self._pending_alone if alone else self._pending).append(Observation(change.block, position))
+def _count_alone(before: View, stated: Iterable[DatedRequest]) -> View:
+    """What the vehicle states for itself alone counts, and it is kept what is to be undone."""
+    view = before
+    for request in _in_order(stated):
+        if request.asked.act not in FOR_ALL:
+            view = _kept(_count(view, request, alone=True), request)
+    taken, displaced, orders = view.isolated
+    n_assigned, n_left = len(before.assigned), len(before.left)
+    left = view.left[n_left:]
+    displaced = tuple(dict.fromkeys([*displaced, *(role for role in left if role not in taken)]))
+    taken = tuple(dict.fromkeys([*(role for role in taken if role not in left), *view.assigned[n_assigned:]]))
+    return replace(view, isolated=Isolated(taken, displaced, orders))
 
-    # The end of a round --------------------------------------------------------------------------
 
-    def end(self, agreed: Agreed) -> Agreed:
-        """End of the round: what was said in it is added to what is ``agreed``, unless something newer counts."""
-        organisation = agreed.organisation
-        n_changes = self._leadership.n_changes
-        self._is_asked_again = False
-        self._leadership.miss(agreed.absent)
-        pending, self._pending = sorted(self._pending, key=_age), []
-        for observation in pending:
-            self._count(observation, agreed)
-        self._crown_all(agreed)
-        for name in sorted(self._availability.news):
-            for group in agreed.organisation.groups:
-                self._renew(group, name, agreed)
-        self._availability.news.clear()
-        is_due = agreed.organisation is not organisation or self._leadership.n_changes != n_changes
-        while is_due:
-            n_renewed = len(agreed.formed) + len(agreed.dissolved)
-            waiting, self._waiting = sorted(self._waiting, key=_age), []
-            for observation in waiting:
-                self._count(observation, agreed, again=True)
-            is_due = len(agreed.formed) + len(agreed.dissolved) != n_renewed
-            self._crown_all(agreed)
-        if not self.isolated.has_changes:
-            for asked in self._role_holders.waiting(agreed.organisation):
-                agreed.assign(asked)
-        alone, self._pending_alone = sorted(self._pending_alone, key=_age), []
-        if alone:
-            self._count_alone(alone, agreed)
-        return agreed
+def _kept(view: View, request: DatedRequest) -> View:
+    """With what was said alone, if it gives a role an objective or a group a mission: that is not undone."""
+    if request.asked.assignee:
+        return view
+    return replace(view, isolated=view.isolated._replace(orders=(*view.isolated.orders, request)))
 
-    def give_missions(self, change: Change, agreed: Agreed, alone: bool = False) -> None:
-        """Let the missions that a block gives to groups count, at once.
 
-        Args:
-            change: that the block made to the world model.
-            agreed: what counts so far; what becomes of the missions is added.
-            alone: True if this vehicle states it for itself alone, since it is cut off.
-        """
-        for position, fact in enumerate(change.block.facts):
-            if self.requests.gives_mission(fact):
-                said = Observation(change.block, position)
-                if not self.formations.may_come(self.requests.of(said).group, agreed):
-                    self._count(said, agreed, alone)
-                    if alone:
-                        self.isolated.give(self.requests.of(said), fact)
-                elif not alone:
-                    self._pending.append(said)
+# What members say ---------------------------------------------------------------------------------
 
-    # What members say ----------------------------------------------------------------------------
 
-    def _count(self, observation: Observation, agreed: Agreed, alone: bool = False, again: bool = False) -> None:
-        """Let a statement count if its issuer may make it and nothing newer counts.
+def _count(view: View, request: DatedRequest, alone: bool = False, again: bool = False) -> View:
+    """A statement counts if its issuer may make it and nothing newer counts.
 
-        Args:
-            observation: the statement.
-            agreed: what counts so far.
-            alone: True if the vehicle states it for itself alone: then it leads its groups itself.
-            again: True if it was refused before.
-        """
-        asked, age = self.requests.of(observation), _age(observation)
-        if asked.act in (Act.CREATE, Act.DISSOLVE):
-            outcome = self.formations.settle(asked, self.requests.formation(observation), age, agreed)
-            if outcome is Outcome.SUCCESS:
-                self._begin(asked.group, age)
-            elif outcome is not None:
-                self._refuse(asked, outcome, observation, agreed, True, again)
-            return
-        if self.formations.is_of_earlier(asked.group, age) or self._assent(asked, observation, age, alone):
-            return
-        if asked.group in self._about:
-            self._about[asked.group].setdefault(age, observation)
-        is_old = asked.act is not Act.SUCCEED and not alone and self._newest.get(asked.about, age) > age
-        is_limited = not alone and self._role_holders.is_about(asked)
-        if is_old and not is_limited:
-            return
+    Args:
+        view: what counts so far.
+        request: the statement.
+        alone: True if the vehicle states it for itself alone: then it leads its groups itself.
+        again: True if it was refused before.
+    """
+    age, asked = request.age, request.asked
+    if asked.act in (Act.CREATE, Act.DISSOLVE):
+        return _form(view, request, again)
+    if age < view.formations.get(asked.group, NEVER).since:
+        return view  # it is about an earlier formation
+    if asked.act in (Act.RELEASE, Act.SUCCEED):
+        view, is_assent = _assent(view, request, alone)
+        if is_assent:
+            return view
+    if asked.group in view.rules.at_sea:
+        view = replace(view, at_sea={**view.at_sea, age: request})
+    is_old = asked.act is not Act.SUCCEED and not alone and view.newest.get(asked.about, age) > age
+    is_of_few = not alone and is_limited(view, asked)
+    if is_old and not is_of_few:
+        return view
 
-        def led(vehicle: str, group: str) -> bool:
-            return agreed.organisation.is_member(vehicle, group) if alone else self._leadership.led(vehicle, group, age)
+    def led(vehicle: str, group: str) -> bool:
+        return view.organisation.is_member(vehicle, group) if alone else view.leadership.led(vehicle, group, age)
 
-        yielding = agreed.absent | self._role_holders.yielding(asked, age, agreed.organisation)
-        unavailable = NOBODY if is_limited else agreed.unavailable  # role holders know who took jobs when
-        organisation = agreed.organisation
-        if asked.act is Act.SUCCEED:
-            succession = self._groups[asked.group].succession
-            left = [
-                successor for successor in succession if self._newest.at(asked.group, successor, asked.issuer) > age
-            ]
-            if not left and self._leadership.has_led(asked.issuer, asked.group, age):
-                left = [self._groups[asked.group].head_role or ""]
-            organisation = playing(organisation, asked.issuer, asked.group, left)
-        outcome = may_assign(asked, organisation, self._rules, led, yielding, unavailable)
-        if outcome not in LAWFUL:
-            self._refuse(asked, outcome, observation, agreed, not alone, again or is_old)
-        elif asked.act is Act.SUCCEED:
-            self._succeed(asked, observation, agreed, again)
-        else:
-            if is_limited and outcome in TENABLE:
-                self._hold(asked, age, agreed)
-            if not alone and not is_old:
-                self._newest[asked.about] = age
-            if not is_old and not (is_limited and outcome in TENABLE):
-                self._take(asked, outcome, age, agreed, yielding)
+    yielding = view.now.absent | yielding_to(view, asked, age)
+    unavailable = NOBODY if is_of_few else view.now.unavailable  # who took jobs when is asked where it is settled
+    organisation = view.organisation
+    if asked.act is Act.SUCCEED:
+        group = view.group(asked.group)
+        left = [role for role in group.succession if view.stated(asked.group, role, asked.issuer) > age]
+        if not left and view.leadership.has_led(asked.issuer, asked.group, age):
+            left = [group.head_role or ""]
+        organisation = playing(organisation, asked.issuer, asked.group, left)
+    outcome = may_assign(asked, organisation, view.rules, led, yielding, unavailable)
+    if outcome not in LAWFUL:
+        return _refused(view, request, outcome, not alone, again or is_old)
+    if asked.act is Act.SUCCEED:
+        return _succeed(view, request, again)
+    is_settled = is_of_few and outcome in TENABLE
+    if is_settled:
+        view = settle(view, asked, age)
+    if not alone and not is_old:
+        view = replace(view, newest={**view.newest, asked.about: age})
+    return view if is_old or is_settled else _take(view, asked, outcome, age, yielding)
 
-    def _begin(self, group: str, age: Age) -> None:
-        """A group was formed or dissolved: what was said of it before is over, what was said since is asked anew."""
-        self._newest.forget(group)
-        self._about[group] = {said: one for said, one in self._about[group].items() if said > age}
-        others = [observation for observation in self._waiting if _age(observation) not in self._about[group]]
-        self._waiting = [*others, *self._about[group].values()]
-        self.headship.forget(group)
-        self.missions.pop(group, None)
-        self.isolated.forget(group)
-        self._role_holders.forget(group)
 
-    def _refuse(self, asked: Request, why: Outcome, said: Observation, agreed: Agreed, wait: bool, again: bool) -> None:
-        """Reject a statement, temporarily if ``wait``; noted unless it is rejected ``again``."""
-        if why in MAY_COME and wait:
-            self._waiting.append(said)
-        if asked.act is Act.SUCCEED and why is Outcome.OUTSIDE and (claim := self._claim_of(said, asked)) is not None:
-            self.headship.note(asked.group, claim)
-        if not again:
-            agreed.refuse(asked, why, said)
+def _refused(view: View, request: DatedRequest, why: Outcome, wait: bool, again: bool) -> View:
+    """A statement is rejected, temporarily if ``wait``; that is noted unless it is rejected ``again``."""
+    if why in MAY_COME and wait:
+        view = replace(view, waiting={**view.waiting, request.age: request})
+    if request.asked.act is Act.SUCCEED and why is Outcome.OUTSIDE and (claim := _claim_of(view, request)) is not None:
+        view = _known(view, request.asked.group, claim)
+    return view if again else view.refuse(request, why)
 
-    def _take(self, asked: Request, outcome: Outcome, age: Age, agreed: Agreed, yielding: frozenset[str]) -> None:
-        """Do what was asked, or note why it is refused; where there is no room, in the place of who is ``yielding``."""
-        if outcome is not Outcome.SUCCESS:
-            agreed.note(asked, outcome)
-        elif not asked.assignee:
-            agreed.give(asked)
-            if asked.act is Act.MISSION:
-                given, of = {*self.missions.get(asked.group, ()), asked.argument}, asked.group
-                self.missions[of] = tuple(
-                    sorted(given, key=lambda objective: self._newest.at(of, "mission", objective))
-                )
-        else:
-            done = agreed.assign(asked, yielding) if asked.act is Act.ASSIGN else agreed.leave(asked)
-            if done is Outcome.SUCCESS and self._is_head(asked):
-                self._leadership.change(asked.group, asked.assignee, asked.act is Act.ASSIGN, age)
 
-    def _hold(self, asked: Request, age: Age, agreed: Agreed) -> None:
-        """Settle who holds a role of limited size."""
-        follows, refused = self._role_holders.settle(asked, age, agreed.organisation, agreed.absent)
-        for request in follows:
-            done = agreed.assign(request) if request.act is Act.ASSIGN else agreed.leave(request)
-            if done is Outcome.SUCCESS and self._is_head(request) and request.about == asked.about:
-                self._leadership.change(request.group, request.assignee, request.act is Act.ASSIGN, age)
-        if refused is not None:
-            agreed.note(asked, refused)
-        elif not follows and not agreed.organisation.is_member(asked.assignee, asked.group):
-            agreed.note(asked, Outcome.NOT_IN_GROUP)
+def _take(view: View, asked: Request, outcome: Outcome, age: Age, yielding: frozenset[str]) -> View:
+    """What was asked is done, or it is noted why not; where there is no room, in the place of who is ``yielding``."""
+    if outcome is Outcome.SUCCESS and asked.assignee:
+        return view.do(asked, age, yielding)
+    if outcome is Outcome.SUCCESS and asked.act is Act.MISSION:
+        of = asked.group
+        missions = {*view.missions.get(of, ()), asked.argument}
+        in_order = tuple(sorted(missions, key=lambda mission: view.stated(of, "mission", mission)))
+        return replace(view, missions={**view.missions, of: in_order}).note(asked, outcome)
+    return view.note(asked, outcome)
 
-    def _is_head(self, asked: Request) -> bool:
-        """True if the role is that of the head of its group."""
-        return asked.role == self._groups[asked.group].head_role
 
-    # Claims --------------------------------------------------------------------------------------
+# Groups at sea ------------------------------------------------------------------------------------
 
-    def _claim_of(self, said: Observation, asked: Request) -> Claim | None:
-        """The claim that a statement makes or assents to; None if it says no term, or one that leaps."""
-        claim = self.requests.claim(said)
-        return None if claim is None else self.headship.read(asked.group, claim)
 
-    def _assent(self, asked: Request, said: Observation, age: Age, alone: bool) -> bool:
-        """True if a head says that another leads its group, so that it leads it no longer itself.
+def _form(view: View, request: DatedRequest, again: bool) -> View:
+    """A group is formed or dissolved, unless it may not be, or something newer is known of it.
 
-        If it leaves its role that is still to be done; it ends its lead though another may have its place by now.
-        """
-        if asked.act is Act.RELEASE and asked.issuer == asked.assignee and self._is_head(asked) and not alone:
-            self._leadership.change(asked.group, asked.issuer, False, age)
-        if asked.act is not Act.SUCCEED or asked.issuer == asked.assignee or self._claim_of(said, asked) is None:
-            return False
-        self._leadership.change(asked.group, asked.issuer, False, age, asked.assignee)
-        return self._leadership.has_claimed(asked.issuer, asked.group)
+    Where its last formation is not known to be over, a new one ends it. What was said of the group before is over, and
+    what was said since is asked anew.
+    """
+    age, asked, number = request.age, request.asked, request.number
+    is_over, name, rules = asked.act is Act.DISSOLVE, asked.group, view.rules
+    rank = 0 if is_over else -rules.database[asked.issuer].node
+    formation, organisation = Formation(number or 0, is_over, rank, age), view.organisation
+    if number is not None and formation[:3] <= view.formations.get(name, NEVER)[:3]:
+        return view
+    if not is_over and name in rules.at_sea:
+        organisation = organisation.without_group(name)
+    leadership = view.leadership
+    outcome = may_assign(asked, organisation, rules, lambda who, group: leadership.led(who, group, age))
+    if outcome is not Outcome.SUCCESS or number is None:
+        return _refused(view, request, Outcome.NO_AUTHORITY if number is None else outcome, True, again)
+    leadership = leadership.begin(name, None if is_over else asked.assignee, age)
+    view = replace(view, formations={**view.formations, name: formation}, leadership=leadership)
+    if name in view.organisation.groups:
+        for role in [role for who in view.organisation.members(name) for role in view.organisation.roles_of(who, name)]:
+            view = view.leave(Request(asked.issuer, Act.RELEASE, name, role.role, role.vehicle))
+        view = replace(view, organisation=view.organisation.without_group(name))
+        view = view.note(replace(asked, act=Act.DISSOLVE), Outcome.SUCCESS)
+    if not is_over:
+        view = replace(view, organisation=view.organisation.form(rules.at_sea[name])[0]).note(asked, outcome)
+        view = view.assign(replace(asked, act=Act.ASSIGN))
+    since = {at: other for at, other in view.at_sea.items() if other.asked.group != name or at > age}
+    isolated = view.isolated
+    return replace(
+        view,
+        newest={about: at for about, at in view.newest.items() if about[0] != name},
+        holdings={place: holding for place, holding in view.holdings.items() if place[0] != name},
+        missions={group: missions for group, missions in view.missions.items() if group != name},
+        at_sea=since,
+        waiting={**view.waiting, **{at: other for at, other in since.items() if other.asked.group == name}},
+        greatest={group: claim for group, claim in view.greatest.items() if group != name},
+        crowned={group: claim for group, claim in view.crowned.items() if group != name},
+        isolated=Isolated(
+            tuple(role for role in isolated.taken if role.group != name),
+            tuple(role for role in isolated.displaced if role.group != name),
+            tuple(order for order in isolated.orders if order.asked.group != name),
+        ),
+    )
 
-    def _succeed(self, asked: Request, said: Observation, agreed: Agreed, again: bool) -> None:
-        """Take note of a claim to lead a group: the greatest that counts makes its vehicle the head."""
-        if self.requests.claim(said) is None:
-            agreed.refuse(asked, Outcome.NO_AUTHORITY, said)
-            return
-        claim = self._claim_of(said, asked)
-        if claim is None:
-            self._refuse(asked, Outcome.TERM_LEAPS, said, agreed, True, again)
-            return
-        age = _age(said)
-        excused = agreed.absent | self._plain | (self._missed if age[0] < self._began_s else NOBODY)
-        self.headship.note(asked.group, claim)
-        claimed = Claimed(claim, age, asked.assignee)
-        if not self._leadership.claim(asked.group, claimed, excused, self._by_leading(asked, agreed.organisation)):
-            why = Outcome.HEAD_PRESENT if self._leadership.is_member(asked.group, claimed) else Outcome.OUTSIDE
-            self._refuse(asked, why, said, agreed, True, again)
-        self._crown(asked.group, agreed)
-        self._renew(asked.group, asked.assignee, agreed)  # it led for a while, if not now
 
-    def _by_leading(self, asked: Request, organisation: Organisation) -> str | None:
-        """The group by whose lead alone a vehicle is a member of the one that it claims; None if it is one anyway."""
-        roles = organisation.roles_of(asked.assignee, asked.group)
-        if all(self._leadership.is_claim(self._newest.at(asked.group, one.role, one.vehicle)) for one in roles):
-            return self._came_in.get((asked.group, asked.assignee))
+# Claims -------------------------------------------------------------------------------------------
+
+
+def _claim_of(view: View, request: DatedRequest) -> Claim | None:
+    """The claim that a statement makes or assents to; None if it says no term, or one that leaps."""
+    if request.number is None:
         return None
+    return read_claim(Claim(request.number, -request.fact.target), view.greatest.get(request.asked.group))
 
-    def _crown_all(self, agreed: Agreed) -> None:
-        """Let the claims that count now say who leads."""
-        for group in self._leadership.claimed:
-            self._crown(group, agreed)
 
-    def _crown(self, group: str, agreed: Agreed) -> None:
-        """Let whoever has made the greatest claim that counts lead a group; if none counts any more, who led before."""
-        leading, of = self.leading.get(group), self._groups[group]
-        if not self.headship.lead(group, None if leading is None else leading.claim):
-            return
-        if leading is not None:
-            head, since = leading.vehicle, leading.since
-        elif (before := self._leadership.without_claims(group)) is not None:
-            head, since = before
+def _known(view: View, group: str, claim: Claim) -> View:
+    """With a claim, whether it counts or not: whoever made it, and all who heard of it first, may go by it."""
+    return replace(view, greatest={**view.greatest, group: max(claim, view.greatest.get(group, claim))})
+
+
+def _assent(view: View, request: DatedRequest, alone: bool) -> tuple[View, bool]:
+    """A head that leaves its role, or says that another leads its group, leads it no longer; True of the latter.
+
+    If it leaves its role that is still to be done; it ends its lead though another may have its place by now.
+    """
+    asked, age, leadership = request.asked, request.age, view.leadership
+    if asked.act is Act.RELEASE:
+        if asked.issuer == asked.assignee and view.is_head(asked) and not alone:
+            view = replace(view, leadership=leadership.change(asked.group, asked.issuer, False, age))
+        return view, False
+    if asked.issuer == asked.assignee or _claim_of(view, request) is None:
+        return view, False
+    leadership = leadership.change(asked.group, asked.issuer, False, age, asked.assignee)
+    return replace(view, leadership=leadership), leadership.has_claimed(asked.issuer, asked.group)
+
+
+def _succeed(view: View, request: DatedRequest, again: bool) -> View:
+    """Take note of a claim to lead a group: the greatest that counts makes its vehicle the head."""
+    asked, age, now = request.asked, request.age, view.now
+    if request.number is None:
+        return view.refuse(request, Outcome.NO_AUTHORITY)
+    claim = _claim_of(view, request)
+    if claim is None:
+        return _refused(view, request, Outcome.TERM_LEAPS, True, again)
+    plain = frozenset(name for name, data in view.rules.database.items() if not data.social_layer)
+    excused = now.absent | plain | (now.missed if age[0] < now.began_s else NOBODY)
+    claimed = Claimed(claim, age, asked.assignee)
+    leadership = view.leadership.claim(asked.group, claimed, excused, _by_leading(view, asked))
+    view = replace(_known(view, asked.group, claim), leadership=leadership)
+    if not leadership.counts(asked.group, claimed):
+        why = Outcome.HEAD_PRESENT if leadership.is_member(asked.group, claimed) else Outcome.OUTSIDE
+        view = _refused(view, request, why, True, again)
+    return renew(_crown(view, asked.group), asked.group, asked.assignee)  # it led for a while, if not now
+
+
+def _by_leading(view: View, asked: Request) -> str | None:
+    """The group by whose lead alone a vehicle is a member of the one that it claims; None if it is one anyway."""
+    roles = view.organisation.roles_of(asked.assignee, asked.group)
+    if all(view.leadership.is_claim(view.stated(asked.group, role.role, role.vehicle)) for role in roles):
+        return view.came_in.get((asked.group, asked.assignee))
+    return None
+
+
+def _crown_all(view: View) -> View:
+    """The claims that count now say who leads."""
+    for group in view.leadership.claimed:
+        view = _crown(view, group)
+    return view
+
+
+def _crown(view: View, group: str) -> View:
+    """Whoever has made the greatest claim that counts leads a group; if none counts any more, who led before."""
+    leading = view.leadership.leading.get(group)
+    claim = None if leading is None else leading.claim
+    if claim == view.crowned.get(group):
+        return view
+    view = replace(view, crowned={**view.crowned, group: claim})
+    head = view.leadership.without_claims(group) if leading is None else (leading.vehicle, leading.since)
+    return view if head is None else renew(_enthrone(view, view.group(group), *head), group, head[0])
+
+
+def _enthrone(view: View, group: Group, vehicle: str, age: Age) -> View:
+    """A vehicle leads a group, and plays what its role takes in the group above; whoever led steps down.
+
+    What it took when it stepped down before it leaves, so that it plays the same for who never heard of that.
+    """
+    database, head_role = view.rules.database, group.head_role or ""
+    before = [name for name in view.organisation.heads(group.name) if name != vehicle]
+    view = _hand_over(view, Request(vehicle, Act.SUCCEED, group.name, head_role, vehicle), before, age)
+    role = group.role(head_role)
+    if role is not None and role.played_by is not None and database[vehicle].can_play(*role.played_by):
+        above, other = role.played_by
+        led = [name for name in database.names if view.leadership.has_led(name, group.name, age)]
+        if not view.organisation.is_member(vehicle, above):
+            view = replace(view, came_in={**view.came_in, (above, vehicle): group.name})
+        holders = yielding_above(view.group(above), other, {*before, *led}, view.organisation)
+        view = _hand_over(view, Request(vehicle, Act.SUCCEED, above, other, vehicle), holders, age)
+    for name in before:
+        then = role_after(database, name, group, view.organisation)
+        if then is not None:
+            after = view.overrule(Request(vehicle, Act.ASSIGN, then.group, then.role, then.vehicle), age)
+            stepped_down = {**view.stepped_down, (group.name, name): then}
+            view = view if after is view else replace(after, stepped_down=stepped_down)
+    then = view.stepped_down.get((group.name, vehicle))
+    if then is not None:
+        stepped_down = {at: role for at, role in view.stepped_down.items() if at != (group.name, vehicle)}
+        view = replace(view, stepped_down=stepped_down)
+        leaves = Request(vehicle, Act.RELEASE, then.group, then.role, vehicle)
+        if view.leadership.is_claim(view.stated(*leaves.about)):
+            view = replace(view, newest={**view.newest, leaves.about: age}).leave(leaves)
+    for excluded in excluded_by_leading(group, vehicle, view.organisation):
+        view = view.overrule(Request(vehicle, Act.RELEASE, excluded.group, excluded.role, vehicle), age)
+    return view
+
+
+def _hand_over(view: View, to: Request, holders: Collection[str], age: Age) -> View:
+    """Holders leave a role for another, unless a newer word says something else of one of them."""
+    newest = dict(view.newest)
+    for name in (*holders, to.assignee):
+        if view.leadership.is_claim(view.stated(to.group, to.role, name)):
+            newest[to.group, to.role, name] = age  # it has or lacks the role by a lesser claim
+    view = replace(view, newest=newest)
+    for name in holders:
+        if name != to.assignee:
+            view = view.overrule(Request(to.issuer, Act.RELEASE, to.group, to.role, name), age)
+    return view.overrule(to, age)
+
+
+def claims(view: View, me: str, present: Organisation, headed: Collection[str] = ()) -> dict[str, int]:
+    """Groups that a vehicle claims to lead, each with the term of the claim as it is on the wire.
+
+    It claims where there is no head and it is the first to succeed, and where it leads in dispute.
+
+    Args:
+        view: what counts.
+        me: name of the vehicle.
+        present: the organisation without the absent.
+        headed: groups whose heads are there, though ``present`` lacks them.
+    """
+    database, claimed = view.rules.database, dict[str, int]()
+    for group in present.groups.values():
+        if not group.succession or group.name in headed or not present.is_member(me, group.name):
+            continue
+        heads = [name for name in present.heads(group.name) if database[name].social_layer]
+        if me in heads:
+            leads = view.greatest.get(group.name) != view.crowned.get(group.name)  # a greater claim does not count
         else:
-            return
-        self._enthrone(Request(head, Act.SUCCEED, group, of.head_role or "", head), of, since, agreed)
-        self._renew(group, head, agreed)
-
-    def _enthrone(self, asked: Request, group: Group, age: Age, agreed: Agreed) -> None:
-        """Let the issuer lead a group, and play what its role takes in the group above; whoever led steps down.
-
-        What it took when it stepped down before it leaves, so that it plays the same for who never heard of that.
-        """
-        vehicle = asked.assignee
-        before = [name for name in agreed.organisation.heads(group.name) if name != vehicle]
-        self._hand_over(asked, before, age, agreed)
-        role = group.role(asked.role)
-        if role is not None and role.played_by is not None:
-            of_group, other = role.played_by
-            if self._rules.database[vehicle].can_play(of_group, other):
-                led = [name for name in self._rules.database.names if self._leadership.has_led(name, group.name, age)]
-                if not agreed.organisation.is_member(vehicle, of_group):
-                    self._came_in[of_group, vehicle] = group.name
-                holders = yielding_above(self._groups[of_group], other, {*before, *led}, agreed.organisation)
-                self._hand_over(Request(vehicle, Act.SUCCEED, of_group, other, vehicle), holders, age, agreed)
-        for name in before:
-            then = role_after(self._rules.database, name, group, agreed.organisation)
-            if then is not None and self._newest.take((then.group, then.role, then.vehicle), age):
-                self._after[group.name, name] = then
-                agreed.assign(Request(vehicle, Act.ASSIGN, then.group, then.role, then.vehicle))
-        then = self._after.pop((group.name, vehicle), None)
-        if then is not None and self._leadership.is_claim(self._newest.at(then.group, then.role, vehicle)):
-            self._newest[then.group, then.role, vehicle] = age
-            agreed.leave(Request(vehicle, Act.RELEASE, then.group, then.role, vehicle))
-        for assignment in excluded_by_leading(group, vehicle, agreed.organisation):
-            if self._newest.take((assignment.group, assignment.role, assignment.vehicle), age):
-                agreed.leave(Request(vehicle, Act.RELEASE, assignment.group, assignment.role, vehicle))
-
-    def _renew(self, group: str, issuer: str, agreed: Agreed) -> None:
-        """Let who holds the jobs of a group follow from all that was said of them, now that more is known."""
-        for request in self._role_holders.renew(group, issuer, agreed.organisation):
-            (agreed.assign if request.act is Act.ASSIGN else agreed.leave)(request)
-
-    def _hand_over(self, to: Request, holders: list[str] | tuple[str, ...], age: Age, agreed: Agreed) -> None:
-        """Let holders leave a role for another, unless a newer word says something else of one of them."""
-        for name in (*holders, to.assignee):
-            if self._leadership.is_claim(self._newest.at(to.group, to.role, name)):
-                self._newest[to.group, to.role, name] = age  # it has or lacks the role by a lesser claim
-        for name in holders:
-            if name != to.assignee and self._newest.take((to.group, to.role, name), age):
-                agreed.leave(Request(to.issuer, Act.RELEASE, to.group, to.role, name))
-        if self._newest.take(to.about, age):
-            agreed.assign(to)
-
-    # Cut off -------------------------------------------------------------------------------------
-
-    def _count_alone(self, pending: list[Observation], agreed: Agreed) -> None:
-        """Let what the vehicle states for itself alone count, and note what is to be undone."""
-        n_assigned, n_left = len(agreed.assigned), len(agreed.left)
-        for observation in pending:
-            asked = self.requests.of(observation)
-            if asked.act not in FOR_ALL:
-                self._count(observation, agreed, alone=True)
-                self.isolated.give(asked, observation.fact)
-        self.isolated.note(agreed, n_assigned, n_left)
+            leads = not heads and successor(group, present, database, view.availability.unavailable) == me
+        if leads:
+            claimed[group.name] = next_term(view.greatest.get(group.name))
+    return claimed

@@ -33,10 +33,10 @@ class Gatherings:
     def begin(self, group: str, from_s: float) -> frozenset[Key]:
         """A group begins anew: its meetings before do not count, nor do those that follow them. Return their keys."""
         follow = (other for other, before in self._meets_after.items() if group in before)
-        found = frozenset((GATHERED_AT, met) for met in (group, *follow))
-        for key in found:
+        keys = frozenset((GATHERED_AT, met) for met in (group, *follow))
+        for key in keys:
             self._beliefs.count_from(key, from_s)
-        return found
+        return keys
 
     def note_alone(self, keys: Iterable[Key], now_s: float) -> None:
         """These facts were concluded while the vehicle is cut off."""

@@ -9,7 +9,7 @@ Its eight modules, by the paper's names, and where they are:
 * mission planner: ``MissionPlanner``, which turns the missions of the groups that this vehicle leads into objectives;
 * individual objectives of a vehicle and collective objectives of a role: ``objectives_of``.
 
-Organisational data are facts of the world model and travel as such; ``Consultation`` says from when they count, and
+Organisational data are facts of the world model and travel as such; ``consultation`` says from when they count, and
 ``Standing`` who of the members is there.
 """
 
@@ -27,14 +27,13 @@ from remoras.database import AUVDatabase
 from remoras.htn import ANY
 from remoras.mission import SocialPart
 from remoras.motion import Motion
-from remoras.organisation import Organisation, RoleAssignment
+from remoras.organisation import Organisation
 from remoras.picture import Picture
-from remoras.social.agreed import Agreed
 from remoras.social.agreement import Agreement
 from remoras.social.conclusions import Conclusions
 from remoras.social.gatherings import Gatherings
 from remoras.social.membership import NO_CHANGES, Lease
-from remoras.social.negotiation import LEFT_ROLE, ROLE_ATTRIBUTES, Negotiation
+from remoras.social.negotiation import Negotiation
 from remoras.social.own_facts import OwnFacts
 from remoras.social.patience import Patience, patience_with
 from remoras.social.planning import Deliberation, MissionPlanner, missions_of
@@ -42,6 +41,7 @@ from remoras.social.pursuit import Pursuit
 from remoras.social.receivers import aims
 from remoras.social.requests import HAS_MISSION
 from remoras.social.standing import Footing, Seen, Standing
+from remoras.social.succession import LEFT_ROLE, ROLE_ATTRIBUTES
 from remoras.social.workload import Workload
 from remoras.strategy import Strategy
 from remoras.work import Awaited, Point, Work
@@ -49,34 +49,18 @@ from worldmodel import Change
 
 
 class Considered(NamedTuple):
-    """What facts that changed mean for this vehicle.
+    """What facts that changed, or the end of a round, mean for this vehicle.
 
     Attributes:
         activities_due: True if its activities have to be chosen anew.
-        rulings: what became of the missions that groups were given.
+        rulings: what became of requests, in its view.
     """
 
     activities_due: bool
-    rulings: list[Ruling]
+    rulings: Sequence[Ruling]
 
 
-NOTHING_CONSIDERED = Considered(False, [])
-
-
-@dataclass(frozen=True, slots=True)
-class Consulted:
-    """What the end of a round changed for this vehicle.
-
-    Attributes:
-        assigned, left: roles that it took and left.
-        rulings: what became of every request, in the view of this vehicle.
-        activities_due: True if its activities have to be chosen anew.
-    """
-
-    assigned: list[RoleAssignment]
-    left: list[RoleAssignment]
-    rulings: list[Ruling]
-    activities_due: bool
+NOTHING_CONSIDERED = Considered(False, ())
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,17 +70,14 @@ class Review:
     Attributes:
         events: "absent" or "present", and the peer that has become so.
         facts: what this vehicle tells the others about itself on falling out and on coming back.
-        assigned, left: roles that it plays again and no longer, now that it has come back.
-        rulings: the same of all vehicles.
+        rulings: what counts no longer, or again, now that it has come back.
         activities_due: True if its activities have to be chosen anew.
         passed_on: what those who are absent now have told, and cannot repeat; each fact by itself.
     """
 
     events: tuple[tuple[str, str], ...]
     facts: list[Fact]
-    assigned: list[RoleAssignment]
-    left: list[RoleAssignment]
-    rulings: list[Ruling]
+    rulings: Sequence[Ruling]
     activities_due: bool
     passed_on: list[Fact]
 
@@ -182,12 +163,12 @@ class SocialLayer:
     def facts(self) -> OwnFacts:
         """What its plans are made of, as it is now."""
         at, own = self.standing, (self._gatherings, self.standing.is_cut_off, self.planner, self.objectives)
-        return OwnFacts(self._beliefs, self.database, at.present, at.consultation, *own)
+        return OwnFacts(self._beliefs, self.database, at.present, at.view, *own)
 
     @property
     def missions(self) -> Mapping[str, tuple[str, ...]]:
         """What each group is to do, by its name, as far as it is known."""
-        return missions_of(self.organisation.groups.values(), self.standing.consultation.missions)
+        return missions_of(self.organisation.groups.values(), self.standing.view.missions)
 
     def objectives_of(self, vehicle: str) -> tuple[Objective, ...]:
         """Objectives of all roles that ``vehicle`` plays."""
@@ -216,11 +197,11 @@ class SocialLayer:
         if not self._is_concerned(changes):
             return NOTHING_CONSIDERED
         alone = self.standing.is_cut_off and not told
-        given = self.standing.hear(changes, alone)
+        view = self.standing.hear(changes, alone)
         for change in changes:
             self._negotiation.note(change)
         keys = {key for key in self._beliefs.keys_of(changes) if key[0] != HAS_MISSION}
-        keys.update(given.keys if given else ())
+        keys.update(view.keys if view else ())
         if not self._gatherings.keys.isdisjoint(keys):
             if alone:
                 self._gatherings.note_alone(keys, changes[0].block.time_s)
@@ -228,7 +209,7 @@ class SocialLayer:
         self.planner.reconsider(keys, self._led, self.facts)
         if self.standing.is_cut_off and any(job.done in keys for job in self._jobs.values()):
             self.planner.plan_again(self._led)  # it is free for what others have left
-        return Considered(self.pursuit.let_go(keys), given.rulings if given else [])
+        return Considered(self.pursuit.let_go(keys), view.rulings if view else ())
 
     def _await_facts(self, rested_on: Iterable[Any]) -> None:
         """Let facts be considered from now on that plans rest on.
@@ -265,24 +246,24 @@ class SocialLayer:
             self.planner.plan_again(self._led)  # what it leaves to others, or no longer
         if seen is None and over is None:
             return None
-        seen = seen or Seen(NO_CHANGES, Agreed(self.organisation))
+        seen = seen or Seen(NO_CHANGES)
         self._picture.groups.gathered = self._gatherings.believed(self.standing.is_cut_off)
         self._picture.groups.meets_unheard = self.standing.meets_unheard
         self._picture.groups.returned_s |= dict.fromkeys(seen.changes.present, now_s)
         events = tuple((event, peer) for event, peers in seen.changes._asdict().items() for peer in peers)
         moved = {peer for _, peer in events}
         roles = [assignment for assignment in self.organisation.assignments if assignment.vehicle in moved]
-        keys = {("members", f"{role.group}.{role.role}") for role in [*roles, *seen.undone.assigned, *seen.undone.left]}
+        undone = [] if seen.undone is None else [*seen.undone.assigned, *seen.undone.left]
+        keys = {("members", f"{role.group}.{role.role}") for role in [*roles, *undone]}
         stale = self.pursuit.let_go(keys | self._gatherings.concluded_alone | (over or set()))
         self._renew_leads()
         led = [role for role in roles if role.group in self._led]
         self.planner.lose((assignment for assignment in led if assignment.vehicle in seen.changes.absent), self.present)
         self.planner.plan_again({assignment.group for assignment in led if assignment.vehicle in seen.changes.present})
-        assigned, left = seen.undone.of(self.me)
         passed_on = [] if self.standing.is_cut_off else self._workload.told_by(seen.changes.absent)
         passed_on += seen.orders
         is_due = stale or before.roles_of(self.me) != self.present.roles_of(self.me)
-        return Review(events, seen.facts, assigned, left, seen.undone.rulings, is_due, passed_on)
+        return Review(events, seen.facts, seen.undone.rulings if seen.undone else (), is_due, passed_on)
 
     def _patience(self, at: Footing, now_s: float) -> Patience:
         """What it leaves to the others now that it hears nobody."""
@@ -328,30 +309,29 @@ class SocialLayer:
     @property
     def consultation_due(self) -> bool:
         """True if something was said of roles or objectives that does not count yet."""
-        return self.standing.consultation.is_due
+        return self.standing.is_due
 
-    def consult(self) -> Consulted:
+    def consult(self) -> Considered:
         """End of a round: what was said in it of roles and objectives counts from now on."""
-        agreed = self.standing.agree()
-        self._negotiation.disregard(agreed.unlawful)
-        rulings = [ruling for ruling in agreed.rulings if not ruling.repeats(self.objectives)]
-        for group in agreed.renewed:
+        view = self.standing.agree()
+        self._negotiation.disregard(view.unlawful)
+        rulings = [ruling for ruling in view.rulings if not ruling.repeats(self.objectives)]
+        left, objectives, renewed = view.left, view.objectives, view.renewed
+        for group in renewed:
             self.planner.forget(group)
             self._negotiation.begin(group)
             self._gatherings.begin(group, self._picture.body.now_s)
-        self.objectives = agreed.objectives_after(self.objectives, self._founding)
-        over = self.conclusions.taken_back(agreed.objectives, self._gatherings, self._workload, self._negotiation)
+        kept = {at: aim for at, aim in self.objectives.items() if aim.group not in renewed or aim in self._founding}
+        self.objectives = kept | objectives
+        over = self.conclusions.taken_back(objectives.values(), self._gatherings, self._workload, self._negotiation)
         self._picture.groups.gathered = self._gatherings.believed(self.standing.is_cut_off)
         self._renew_leads()
-        self.planner.end_round(agreed.left, self.facts)
-        self.planner.reconsider(agreed.keys | over, self._led, self.facts)
-        self.planner.lose((assignment for assignment in agreed.left if assignment.group in self._led), self.present)
-        members = {
-            ("members", f"{assignment.group}.{assignment.role}") for assignment in [*agreed.assigned, *agreed.left]
-        }
-        stale = self.pursuit.let_go(members | over)
-        own = agreed.of(self.me)
-        return Consulted(*own, rulings, bool(agreed.objectives or stale or any(own)))
+        self.planner.end_round(left, self.facts)
+        self.planner.reconsider(view.keys | over, self._led, self.facts)
+        self.planner.lose((assignment for assignment in left if assignment.group in self._led), self.present)
+        moved = [*view.assigned, *left]
+        stale = self.pursuit.let_go({("members", f"{role.group}.{role.role}") for role in moved} | over)
+        return Considered(bool(objectives or stale or any(role.vehicle == self.me for role in moved)), rulings)
 
     def negotiate(self, now_s: float, motion: Motion, calls: Mapping[str, float]) -> list[tuple[list[Fact], bool]]:
         """End of a round: facts that this vehicle states together to organise its groups, and whether it tells them.
@@ -370,14 +350,14 @@ class SocialLayer:
         if self.strategy.declaration.influences:
             self._picture.groups.awaited = Awaited(work, self.me, now_s)
         unheard = {name: roles for name, roles in peers.unheard.items() if name not in self.standing.absent}
-        for said in self._negotiation.negotiate(
+        for statement in self._negotiation.negotiate(
             told_s, work, peers.known_s, unheard, calls, self.missions, peers.links
         ):
-            is_order = any(attribute in ROLE_ATTRIBUTES for _, attribute, _ in said.facts)
-            facts = self.standing.in_place_of_the_absent(own := [self._beliefs.fact(*fact) for fact in said.facts])
+            is_order = any(attribute in ROLE_ATTRIBUTES for _, attribute, _ in statement.facts)
+            facts = self.standing.in_place_of_the_absent(own := [self._beliefs.fact(*fact) for fact in statement.facts])
             self._negotiation.note_added(now_s, [fact for fact in facts if fact not in own])
-            facts += aims(said.facts, self.objectives.values(), self._founding, self._beliefs, self._mission)
-            stated.append((facts, said.told and not (is_order and self.standing.is_cut_off)))
+            facts += aims(statement.facts, self.objectives.values(), self._founding, self._beliefs, self._mission)
+            stated.append((facts, statement.told and not (is_order and self.standing.is_cut_off)))
         return stated
 
     def _taken_back(self) -> list[Fact]:

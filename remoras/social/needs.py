@@ -32,8 +32,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from remoras.organisation import Group, Organisation
-from remoras.social.negotiation import ROLE_ATTRIBUTES
-from remoras.social.succession import HEAD_TERM, HEADED_BY
+from remoras.social.succession import HEAD_TERM, HEADED_BY, ROLE_ATTRIBUTES
 from worldmodel import NOBODY, PLAIN, PropertyValue, TBox, Terms, Wanted
 
 Path = tuple[str, str]
@@ -148,8 +147,8 @@ class GroupNeeds:
         company = []
         for name in self._subjects.names:
             shared = 0
-            for one in view.roles_of(name):
-                shared |= members[one.group]
+            for played in view.roles_of(name):
+                shared |= members[played.group]
             company.append(shared or self._everybody)
         return _Words(members, heads, above, told, players, tied, company)
 

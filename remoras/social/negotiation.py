@@ -8,7 +8,8 @@ from exchange.peering.peers import PeerLinks
 from remoras.authority import Rules
 from remoras.beliefs import Beliefs, Fact
 from remoras.organisation import Group, Organisation
-from remoras.social.agreed import Place
+from remoras.social.leadership import Age
+from remoras.social.succession import LEFT_ROLE, ROLE_ATTRIBUTES
 from remoras.strategy import (
     JOB_DONE,
     Heard,
@@ -25,8 +26,6 @@ from worldmodel import Block, Change, TBox
 
 LEG = 1.5
 """Who takes no part in the work expects the longest leg to last as much of one vehicle's share of all work."""
-LEFT_ROLE = "leftRole"
-ROLE_ATTRIBUTES = ("playsRole", LEFT_ROLE)
 
 
 def negotiated_attributes(strategy: Strategy, jobs: Mapping[str, Job], tbox: TBox) -> tuple[str, ...]:
@@ -86,7 +85,7 @@ class Negotiation:
                 self._add(group)
         self._heard: list[Block] = []
         self._added: list[Heard] = []
-        self._unlawful: Collection[Place] = ()
+        self._unlawful: Collection[Age] = ()
         self._round = 0
         self.holding = frozenset(self._negotiators)
         """Groups that still have work to hand out, so they do not count as gathered."""
@@ -169,11 +168,11 @@ class Negotiation:
         if facts:
             self._added.append(Heard(self._me, self._beliefs.model.quantise_time(now_s), facts))
 
-    def disregard(self, unlawful: Collection[Place]) -> None:
+    def disregard(self, unlawful: Collection[Age]) -> None:
         """Leave out of what was heard in this round what the issuers had no right to state.
 
         Args:
-            unlawful: where each such fact is.
+            unlawful: when each such fact was stated.
         """
         self._unlawful = unlawful
 
@@ -181,16 +180,16 @@ class Negotiation:
         """What was heard in this round."""
         blocks, self._heard = self._heard, []
         unlawful, self._unlawful = self._unlawful, ()
-        found, self._added = self._added, []
+        heard, self._added = self._added, []
         for block in blocks:
             facts = tuple(
                 self._beliefs.by_name(fact)
                 for position, fact in enumerate(block.facts)
-                if (block.key, position) not in unlawful
+                if (*block.key, position) not in unlawful
             )
             if facts:
-                found.append(Heard(self._beliefs.name(block.origin), block.time_s, facts))
-        return tuple(found)
+                heard.append(Heard(self._beliefs.name(block.origin), block.time_s, facts))
+        return tuple(heard)
 
     def division(self, group: str) -> Mapping[str, str]:
         """Who is to do the jobs of a group that no fact gives to anybody, by role, as far as its negotiator knows."""

@@ -11,13 +11,15 @@ from dataclasses import replace
 from remoras.activities import Objective
 from remoras.beliefs import Beliefs, Fact
 from remoras.organisation import Group, RoleAssignment
-from remoras.social.formations import DISSOLVED, FORMATION, FORMED_UNDER, LAST_FORMATION
 from remoras.social.recruiting import nearness, recruits
-from remoras.social.requests import OBJECTIVE_PREFIX
+from remoras.social.requests import DISSOLVED, FORMATION, FORMED_UNDER, OBJECTIVE_PREFIX
 from remoras.social.succession import is_able_to_lead
 from remoras.strategy import Strategy, adapt_roles
 from remoras.work import Work
 from worldmodel import Change
+
+LAST_FORMATION = 255
+"""The ontology numbers formations up to this one."""
 
 
 class Orders:
@@ -136,8 +138,8 @@ class Orders:
         ]
         self.issued.update(allowed)
         jobs = {role.name: role.job for role in work.group.roles}
-        given = {assignment: job for assignment in allowed if (job := jobs.get(assignment.role))}
-        self._awaited |= {assignment: job for assignment, job in given.items() if assignment.vehicle != self._me}
+        jobs_given = {assignment: job for assignment in allowed if (job := jobs.get(assignment.role))}
+        self._awaited |= {assignment: job for assignment, job in jobs_given.items() if assignment.vehicle != self._me}
         self._proposed.update(dict.fromkeys(allowed))
         return [
             self._beliefs.fact(assignment.vehicle, "playsRole", f"{assignment.group}.{assignment.role}")

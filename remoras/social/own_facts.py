@@ -10,9 +10,9 @@ from remoras.activities import Objective
 from remoras.beliefs import Beliefs, Key
 from remoras.database import AUVDatabase
 from remoras.organisation import Organisation
-from remoras.social.consultation import Consultation
 from remoras.social.gatherings import Gatherings
 from remoras.social.planning import MissionPlanner, missions_of
+from remoras.social.view import View
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,7 +23,7 @@ class OwnFacts:
         beliefs: of the vehicle.
         database: static data of all vehicles.
         present: who plays what and is there.
-        said: missions that groups were given at sea, and formations of groups.
+        view: missions that groups were given at sea, and formations of groups.
         gatherings: which meetings count; is_cut_off: whether the vehicle hears nobody.
         planner: of the missions that the vehicle plans.
         objectives: of roles, by group, role and name.
@@ -32,7 +32,7 @@ class OwnFacts:
     beliefs: Beliefs
     database: AUVDatabase
     present: Organisation
-    said: Consultation
+    view: View
     gatherings: Gatherings
     is_cut_off: bool
     planner: MissionPlanner
@@ -50,18 +50,18 @@ class OwnFacts:
                 return about in self.planner.allocated or default
             case "objective":
                 group, role, name = about.split(".")
-                found = self.objectives.get((group, role, name))
-                return default if found is None else found.argument
+                objective = self.objectives.get((group, role, name))
+                return default if objective is None else objective.argument
             case "hasMission":
-                return missions_of(self.present.groups.values(), self.said.missions).get(about, (default,))[-1]
+                return missions_of(self.present.groups.values(), self.view.missions).get(about, (default,))[-1]
             case "given":
                 group, _, mission = about.partition(".")
-                given = missions_of(self.present.groups.values(), self.said.missions)
-                return mission in given.get(group, ()) or default
+                missions = missions_of(self.present.groups.values(), self.view.missions)
+                return mission in missions.get(group, ()) or default
             case "formed":
                 return about in self.present.groups
             case "formation":
-                return self.said.formations.number(about) or default
+                return self.view.formation(about) or default
             case "data":
                 return self.database[about]
             case "instances":

@@ -53,19 +53,19 @@ def owners(whole: Work) -> dict[str, str]:
     Args:
         whole: work of a group before the mission has begun.
     """
-    found: dict[str, str] = {}
+    owner_of: dict[str, str] = {}
     at = {data.name: Outlook(0.0, data.start_m) for data in whole.workers}
 
     def ends(role: str) -> list[tuple[float, str, Outlook]]:
-        of = next(one for one in whole.roles if one.name == role)
+        of = next(of for of in whole.roles if of.name == role)
         after = ((name, whole.after(here, whole.database[name], of)) for name, here in at.items())
         return [(then.free_s, name, then) for name, then in after if then is not None]
 
     takes_s = {role.name: min((end_s for end_s, *_ in ends(role.name)), default=0.0) for role in whole.roles}
     for role in sorted(takes_s, key=lambda name: (-takes_s[name], name)):
         if could := ends(role):
-            _, found[role], at[found[role]] = min(could)
-    return found
+            _, owner_of[role], at[owner_of[role]] = min(could)
+    return owner_of
 
 
 def patience_with(

@@ -38,18 +38,18 @@ class Deliberation:
     parts: list[list[Fact]] = field(default_factory=list)
 
 
-def missions_of(groups: Iterable[Group], given: Mapping[str, Sequence[str]]) -> dict[str, tuple[str, ...]]:
+def missions_of(groups: Iterable[Group], at_sea: Mapping[str, Sequence[str]]) -> dict[str, tuple[str, ...]]:
     """What each group is to do, by its name, as far as it is known: one mission or several, side by side.
 
     Args:
         groups: with the missions that some have from the start.
-        given: missions that groups were given since, by their names.
+        at_sea: missions that groups were given since, by their names.
     """
-    found: dict[str, tuple[str, ...]] = {}
+    missions_by_group: dict[str, tuple[str, ...]] = {}
     for group in groups:
-        if missions := dict.fromkeys((*([group.mission] if group.mission else ()), *given.get(group.name, ()))):
-            found[group.name] = tuple(missions)
-    return found
+        if missions := dict.fromkeys((*([group.mission] if group.mission else ()), *at_sea.get(group.name, ()))):
+            missions_by_group[group.name] = tuple(missions)
+    return missions_by_group
 
 
 class MissionPlanner:
@@ -133,8 +133,8 @@ class MissionPlanner:
             execution = self.executions.get(group)
             if execution is not None and not execution.awaited.isdisjoint(keys):
                 self._settle(group, execution, facts)
-            found = self._impossible.get(group) or execution
-            if ("hasMission", group) in keys or (found is not None and found.is_touched(keys)):
+            planned = self._impossible.get(group) or execution
+            if ("hasMission", group) in keys or (planned is not None and planned.is_touched(keys)):
                 self._plan_anew(group)
 
     def _settle(self, group: str, execution: Execution, facts: FactsLike) -> None:
@@ -223,7 +223,7 @@ class MissionPlanner:
         orders = self.orders
         handlers: dict[str, Callable[..., list[Fact]]] = {
             ALLOCATE_ROLES: lambda of, *lost: self._allocate(work[of]),
-            GIVE_MISSION: lambda of, given: orders.give_mission(of, given, missions),
+            GIVE_MISSION: lambda of, mission: orders.give_mission(of, mission, missions),
             FORM_GROUP: lambda of: orders.form(of, work, known.get(("formation", of), 0) + 1),
             DISSOLVE_GROUP: lambda of: orders.dissolve(of, known.get(("formation", of), 0)),
             ASSIGN_OBJECTIVE: lambda *args: orders.give(Objective(*args), objectives, args[0] in self._taken_over),
@@ -261,22 +261,22 @@ class MissionPlanner:
         group, lacking = work.group.name, list[NoPlan]()
         self.allocated.discard(group)
         self._impossible.pop(group, None)
-        execution, found = self.executions.get(group), plan(self._domain, known, tasks)
-        if isinstance(found, NoPlan) and len(tasks) > 1:
+        execution, planned = self.executions.get(group), plan(self._domain, known, tasks)
+        if isinstance(planned, NoPlan) and len(tasks) > 1:
             alone = {task: plan(self._domain, known, task) for task in tasks}
             lacking = [failure for failure in alone.values() if isinstance(failure, NoPlan)]
-            possible = [task for task, one in alone.items() if isinstance(one, Plan)]
-            found = plan(self._domain, known, possible) if possible and lacking else found
-        rests_on = found.rests_on.union(precedence(work.group, work.jobs), *(failure.rests_on for failure in lacking))
-        found = replace(found, rests_on=rests_on)
-        if isinstance(found, NoPlan):
-            self._impossible[group] = found
+            possible = [task for task, by_itself in alone.items() if isinstance(by_itself, Plan)]
+            planned = plan(self._domain, known, possible) if possible and lacking else planned
+        rests_on = planned.rests_on.union(precedence(work.group, work.jobs), *(failure.rests_on for failure in lacking))
+        planned = replace(planned, rests_on=rests_on)
+        if isinstance(planned, NoPlan):
+            self._impossible[group] = planned
             return []
         if execution is None:
-            self.executions[group] = Execution(self._domain, found)
+            self.executions[group] = Execution(self._domain, planned)
         else:
             execution.settle(known)
-            execution.renew(found)
+            execution.renew(planned)
         return lacking
 
     def _mend(self, group: str, vacant: Collection[tuple[str, str]], known: FactsLike) -> bool:

@@ -49,7 +49,7 @@ class Pursuit:
         """Let go of activities that rest on any of the facts ``keys``; True if there were some."""
         if self.rests_on.isdisjoint(keys):
             return False
-        stale = [one for one, (_, rests_on) in self._means.items() if not rests_on.isdisjoint(keys)]
+        stale = [objective for objective, (_, rests_on) in self._means.items() if not rests_on.isdisjoint(keys)]
         for objective in stale:
             del self._means[objective]
         return bool(stale)
@@ -115,10 +115,10 @@ class Pursuit:
         """
         execution, task = self.executions.get(objective), Task(PURSUE + objective.name, (objective, self._data))
         if execution is None:
-            found = plan(domain, facts, task)
-            if not isinstance(found, Plan):
+            planned = plan(domain, facts, task)
+            if not isinstance(planned, Plan):
                 raise PlanningError(f"{self._data.name} has no way to pursue {objective}")
-            execution = self.executions[objective] = Execution(domain, found)
+            execution = self.executions[objective] = Execution(domain, planned)
         elif objective not in self._mended:
             execution.settle(facts)
             again = execution.plan_anew(facts, task)
@@ -141,6 +141,6 @@ class Pursuit:
         )
 
 
-def _are_means(found: Any) -> bool:
-    sets, rests_on = found
+def _are_means(means: Any) -> bool:
+    sets, rests_on = means
     return all(isinstance(activities, ActivitySet) for activities in sets) and isinstance(rests_on, frozenset)

@@ -14,9 +14,8 @@ from remoras.activities import Objective
 from remoras.beliefs import Beliefs, Fact
 from remoras.mission import SocialPart
 from remoras.social.requests import OBJECTIVE_PREFIX
+from remoras.social.succession import PLAYS_ROLE
 from worldmodel import PropertyValue
-
-PLAYS = "playsRole"
 
 
 def by_receiver(
@@ -35,17 +34,17 @@ def by_receiver(
         role_named: attribute and role of an organisational fact; None for any other fact.
         is_individual: True for objectives that a vehicle pursues without others.
     """
-    said = [(fact, role_named(PropertyValue(*fact)) or ("", "")) for fact in facts]
+    named = [(fact, role_named(PropertyValue(*fact)) or ("", "")) for fact in facts]
     players: dict[str, list[str]] = {}  # by role
     parts: dict[str, list[Fact]] = {}
-    for (subject, *_), (attribute, role) in said:
-        if attribute == PLAYS:
+    for (subject, *_), (attribute, role) in named:
+        if attribute == PLAYS_ROLE:
             players.setdefault(role, []).append(beliefs.name(subject))
             parts.setdefault(beliefs.name(subject), [])
     shared: list[Fact] = []
     together: list[Fact] = []
-    for fact, (attribute, role) in said:
-        if attribute == PLAYS:
+    for fact, (attribute, role) in named:
+        if attribute == PLAYS_ROLE:
             parts[beliefs.name(fact[0])].append(fact)
         elif role not in players or not attribute.startswith(OBJECTIVE_PREFIX):
             shared.append(fact)
@@ -78,7 +77,7 @@ def aims(
         beliefs: of the vehicle.
         mission: says which objectives a vehicle pursues without others.
     """
-    roles = [value for _, attribute, value in facts if attribute == PLAYS]
+    roles = [value for _, attribute, value in facts if attribute == PLAYS_ROLE]
     if not roles:
         return []
     return [

@@ -32,7 +32,7 @@ def recruits(work: Work) -> list[RoleAssignment]:
     group, organisation = work.group, work.organisation
     if group.formed_by is None:
         return []
-    found: list[RoleAssignment] = []
+    assignments: list[RoleAssignment] = []
     taken = set(work.members)
     for role in group.roles:
         if not role.founding or role.head or role.job is not None:
@@ -40,6 +40,6 @@ def recruits(work: Work) -> list[RoleAssignment]:
         free = set(organisation.members(group.formed_by)).difference(taken, work.unavailable)
         able = [name for name in free if work.database[name].can_play(group.name, role.name)]
         chosen = sorted(able, key=lambda name: nearness(work, name))[: max(0, role.minimum - len(work.holders(role)))]
-        found += [work.assignment(role, name) for name in chosen]
+        assignments += [work.assignment(role, name) for name in chosen]
         taken.update(chosen)
-    return found
+    return assignments

@@ -7,14 +7,13 @@ finish on its energy or needs sensors for that are dead; see ``Work.affordable``
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 
 from remoras.authority import Request, Rules
 from remoras.beliefs import Beliefs
 from remoras.database import AUVDatabase, VehicleData
 from remoras.organisation import Group
-from worldmodel import Change
 
 BATTERY, SENSORS_WORK = "batteryFraction", "sensorsWork"
 AMPLE = 1.1
@@ -45,13 +44,13 @@ def scarce_energy_j(
         told: share of the battery and when that was told, by vehicle.
         now_s: time; until_s: end of the mission.
     """
-    found = {}
+    scarce_j = {}
     for data in vehicles:
         share, told_s = told.get(data.name, (1.0, 0.0))
         left_j = share * data.energy_j - data.power_w(data.survey_speed_mps) * max(0.0, now_s - told_s)
         if left_j < data.power_w(data.transit_speed_mps) * (until_s - now_s):
-            found[data.name] = left_j
-    return found
+            scarce_j[data.name] = left_j
+    return scarce_j
 
 
 class Reports:
@@ -71,19 +70,16 @@ class Reports:
     def __init__(self, beliefs: Beliefs, database: AUVDatabase, until_s: float) -> None:
         self._beliefs = beliefs
         self._until_s = until_s
-        self._sensors_work = beliefs.model.tbox.attribute_named(SENSORS_WORK).uid
         self.database = database
         all_w = {name: data.power_w(data.transit_speed_mps) for name, data in database.items()}
         self.frugal = tuple(name for name, w in all_w.items() if database[name].energy_j < AMPLE * w * until_s)
         self.blind: frozenset[str] = frozenset()
 
-    def note(self, change: Change) -> None:
-        """See whose sensors are dead, by what each vehicle says of itself."""
-        for fact in change.block.facts:
-            if fact.attribute == self._sensors_work and fact.subject == change.block.origin and not fact.value:
-                self.blind |= {self._beliefs.name(fact.subject)}
-                data = self.database.values()
-                self.database = AUVDatabase(tuple(without_sensors(d) if d.name in self.blind else d for d in data))
+    def note(self, blind: Collection[str]) -> None:
+        """See whose sensors are dead."""
+        self.blind = frozenset(blind)
+        data = self.database.values()
+        self.database = AUVDatabase(tuple(without_sensors(d) if d.name in self.blind else d for d in data))
 
     def scarce_energy_j(self, now_s: float) -> dict[str, float]:
         """What vehicles have left, of those that may not have enough for the rest of the mission."""

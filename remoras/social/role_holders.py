@@ -10,21 +10,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
-from typing import NamedTuple
+from dataclasses import replace
 
-from remoras.authority import NOBODY, Act, Request, Rules
-from remoras.organisation import Group, Organisation, Outcome
-from remoras.social.availability import Availability
-from remoras.social.leadership import AGREED_BEFORE, Age, LeadershipHistory
-from remoras.social.newest import Newest
-
-
-class Instruction(NamedTuple):
-    """When a role was given to a vehicle or taken from it; what was said at one time takes it before it gives it."""
-
-    age: Age
-    gives: bool
-    vehicle: str
+from remoras.authority import NOBODY, Act, Request
+from remoras.organisation import Outcome, RoleKey
+from remoras.social.leadership import Age
+from remoras.social.view import Holding, Instruction, View
 
 
 def holders_after(
@@ -41,22 +32,22 @@ def holders_after(
     """
     holders: dict[str, bool] = {}  # with whether it was let in
     waiting: dict[str, Age] = {}
-    given: dict[str, Age] = {}
+    given_at: dict[str, Age] = {}
     for instruction in sorted(instructions):
         age, gives, name = instruction
         waiting.pop(name, None)
         if gives:
             since = led_since(instruction)
-            given[name] = age
-            let_in = [one for one, was_let_in in holders.items() if was_let_in and one != name]
+            given_at[name] = age
+            let_in = [holder for holder, was_let_in in holders.items() if was_let_in and holder != name]
             if name in holders or len(holders) < room:
                 holders[name] = False
             elif let_in:
                 del holders[let_in[0]]
-                waiting[let_in[0]] = given[let_in[0]]
+                waiting[let_in[0]] = given_at[let_in[0]]
                 holders[name] = False
             elif since is not None and all(
-                given[holder] < since or is_of_earlier_life(given[holder], age) for holder in holders
+                given_at[holder] < since or is_of_earlier_life(given_at[holder], age) for holder in holders
             ):
                 holders = {name: False}
             else:
@@ -68,166 +59,145 @@ def holders_after(
     return set(holders), sorted(waiting, key=lambda vehicle: waiting[vehicle], reverse=True)
 
 
-def is_of_earlier_life(one: Age, other: Age) -> bool:
-    """True if whoever said the other said the one before it began anew, and may know nothing of it."""
-    return one[1] == other[1] and one[2] < other[2]
+def is_of_earlier_life(before: Age, after: Age) -> bool:
+    """True if whoever said the latter said the former before it began anew, and may know nothing of it."""
+    return before[1] == after[1] and before[2] < after[2]
 
 
-class RoleHolders:
-    """What was said of the holders of roles with room for few, as one vehicle knows it.
+def is_limited(view: View, asked: Request) -> bool:
+    """True if something is asked on which it depends who holds a role with a job or with room for few.
+
+    Nobody waits for the role of a head that is succeeded: after it has left, the first in order claims the group.
+    """
+    group = view.group(asked.group)
+    is_claimed = asked.role == group.head_role and bool(group.succession)
+    if asked.act not in (Act.ASSIGN, Act.RELEASE) or is_claimed:
+        return False
+    role = group.role(asked.role)
+    return role is not None and (role.maximum is not None or role.job is not None)
+
+
+def yielding_to(view: View, asked: Request, age: Age) -> frozenset[str]:
+    """Holders of a role that have it from before the issuer led, and make room for whom it names."""
+    since = _led_since(view, asked, age)
+    if since is None:
+        return NOBODY
+    holders = view.organisation.members(asked.group, asked.role)
+    return frozenset(name for name in holders if view.stated(asked.group, asked.role, name) < since)
+
+
+def settle(view: View, asked: Request, age: Age) -> View:
+    """What is ``asked`` at ``age`` counts among all that was said of the role, and who holds it follows from that.
+
+    If the vehicle in question does not get the role for now, it is noted why: it waits for room, or takes no jobs.
+    """
+    place = asked.group, asked.role
+    holding, gives, stands = _reconciled(view, place), asked.act is Act.ASSIGN, _stands(view, asked, age)
+    instructions, holders = dict(holding.instructions), holding.holders
+    is_full = len(holders) >= _room(view, place) and asked.assignee not in holders
+    if gives and stands and is_full and view.rules.authorities and holders <= view.now.absent:  # else heads say so
+        for name in holders:
+            instructions[Instruction(age, False, name)] = Request(asked.issuer, Act.RELEASE, *place, name)
+    instructions[Instruction(age, gives, asked.assignee)] = asked
+    view, follows, waiting = _follow(view, place, holding._replace(instructions=instructions), asked.issuer)
+    for request in follows:
+        view = view.do(request, age if request.about == asked.about else None)
+    if asked.assignee in waiting:
+        return view.note(asked, Outcome.NO_ROOM)
+    if not stands:
+        return view.note(asked, Outcome.UNAVAILABLE)
+    is_outside = not follows and not view.organisation.is_member(asked.assignee, asked.group)
+    return view.note(asked, Outcome.NOT_IN_GROUP) if is_outside else view
+
+
+def renew(view: View, group: str, issuer: str) -> View:
+    """Who holds the jobs of a group follows from all that was said of them, now that more is known.
 
     Args:
-        rules: of who may change what.
-        groups: specifications by name.
-        organisation: as agreed before the mission.
-        newest: when the newest statement about a role of a vehicle was said; leadership: who led when.
-        availability: who takes jobs. All three are read only.
+        view: as it is.
+        group: its name.
+        issuer: that has claimed it, or of which it is known anew whether it takes jobs.
     """
-
-    def __init__(
-        self,
-        rules: Rules,
-        groups: Mapping[str, Group],
-        organisation: Organisation,
-        newest: Newest,
-        leadership: LeadershipHistory,
-        availability: Availability,
-    ) -> None:
-        self._availability = availability
-        self._rules = rules
-        self._groups = groups
-        self._newest = newest
-        self._leadership = leadership
-        self._said: dict[tuple[str, str], dict[Instruction, Request]] = {}
-        self._held: dict[tuple[str, str], set[str]] = {}
-        self._crowded: set[tuple[str, str]] = set()  # where somebody waits
-        for assignment in organisation.assignments:
-            place = assignment.group, assignment.role
-            asked = Request("", Act.ASSIGN, *place, assignment.vehicle)
-            self._said.setdefault(place, {})[Instruction(AGREED_BEFORE, True, assignment.vehicle)] = asked
-            self._held.setdefault(place, set()).add(assignment.vehicle)
-
-    def forget(self, group: str) -> None:
-        """The group is formed or dissolved."""
-        for place in [place for place in self._said if place[0] == group]:
-            del self._said[place], self._held[place]
-            self._crowded.discard(place)
-
-    def is_about(self, asked: Request) -> bool:
-        """True if something is asked on which it depends who holds a role with room for few.
-
-        Nobody waits for the role of a head that is succeeded: after it has left, the first in order claims the group.
-        """
-        group = self._groups[asked.group]
-        is_claimed = asked.role == group.head_role and bool(group.succession)
-        if asked.act not in (Act.ASSIGN, Act.RELEASE) or is_claimed:
-            return False
-        role = group.role(asked.role)
-        return role is not None and (role.maximum is not None or role.job is not None)
-
-    def yielding(self, asked: Request, age: Age, organisation: Organisation) -> frozenset[str]:
-        """Holders of a role that have it from before the issuer led, and make room for whom it names."""
-        since = self._led_since(asked, age) or AGREED_BEFORE
-        holders = organisation.members(asked.group, asked.role)
-        return frozenset(name for name in holders if self._newest.at(asked.group, asked.role, name) < since)
-
-    def settle(
-        self, asked: Request, age: Age, organisation: Organisation, absent: frozenset[str]
-    ) -> tuple[list[Request], Outcome | None]:
-        """What follows if what is ``asked`` at ``age`` counts among all that was said of the role.
-
-        Args:
-            asked: an assignment or a release.
-            age: when.
-            organisation: as agreed so far.
-            absent: holders that make room if all do; where heads alone give out jobs they say so.
-
-        Returns:
-            Releases and assignments that follow, in this order, and why the vehicle in question does not get the role
-            for now, if so: it waits for room, or takes no jobs.
-        """
-        place = asked.group, asked.role
-        said = self._reconciled(place, organisation)
-        held, gives = self._held[place], asked.act is Act.ASSIGN
-        refused = None if self._counts(asked, age) else Outcome.UNAVAILABLE
-        if gives and refused is None and len(held) >= self._room(*place) and asked.assignee not in held:
-            yielding = absent if self._rules.authorities else NOBODY
-            said |= {Instruction(age, False, name): _release(asked, name) for name in held if held <= yielding}
-        said[Instruction(age, gives, asked.assignee)] = asked
-        follows = self._follow(place, said, asked.issuer)
-        return follows, Outcome.NO_ROOM if asked.assignee in self._after(place, said)[1] else refused
-
-    def renew(self, group: str, issuer: str, organisation: Organisation) -> list[Request]:
-        """What follows for the jobs of a group now that ``issuer`` has claimed it, so that more is known of who led."""
-        found, jobs = [], {role.name for role in self._groups[group].roles if role.job is not None}
-        for place in [place for place in self._said if place[0] == group and place[1] in jobs]:
-            found += self._follow(place, self._reconciled(place, organisation), issuer)
-        return found
-
-    def _follow(self, place: tuple[str, str], said: Mapping[Instruction, Request], issuer: str) -> list[Request]:
-        """Releases and assignments by which those hold a role that are to, after all that was said of it."""
-        held, (holders, waiting) = self._held[place], self._after(place, said)
-        self._held[place] = holders
-        (self._crowded.add if waiting else self._crowded.discard)(place)
-        follows = [Request(issuer, Act.RELEASE, *place, name) for name in sorted(held - holders)]
-        return follows + [_last_given(said, name) for name in sorted(holders - held)]
-
-    def waiting(self, organisation: Organisation) -> list[Request]:
-        """Assignments for which there is room now, the newest of each role first: holders may have left otherwise.
-
-        Where vehicles divide jobs among themselves, holders that are absent may make room.
-        """
-        found = []
-        for place in sorted(self._crowded):
-            said = self._reconciled(place, organisation)
-            n_free, waiting = self._room(*place) - len(self._held[place]), self._after(place, said)[1]
-            n_free = math.inf if self._rules.authorities else n_free
-            found += [_last_given(said, name) for number, name in enumerate(waiting) if number < n_free]
-        return found
-
-    def _after(self, place: tuple[str, str], said: Mapping[Instruction, Request]) -> tuple[set[str], list[str]]:
-        """Who holds a role and who waits for room after all that counts of what was said of it."""
-        counting = [instruction for instruction, asked in said.items() if self._counts(asked, instruction.age)]
-        return holders_after(counting, self._room(*place), lambda given: self._led_since(said[given], given.age))
-
-    def _counts(self, asked: Request, age: Age) -> bool:
-        """True unless the issuer, as is known now, led no more by then, or the assignee took no jobs."""
-        if self._is_for_heads(asked) and not self._leadership.led(asked.issuer, asked.group, age):
-            return False
-        return asked.act is not Act.ASSIGN or self._availability.takes(asked, self._groups[asked.group], age)
-
-    def _led_since(self, asked: Request, age: Age) -> Age | None:
-        """Since when the issuer of an assignment has led, where heads alone give out the role; else None."""
-        is_order = asked.act is Act.ASSIGN and self._is_for_heads(asked)
-        return self._leadership.since(asked.issuer, asked.group, age) if is_order else None
-
-    def _is_for_heads(self, asked: Request) -> bool:
-        """True if heads alone may ask it: it gives out or takes back a role with a job that is another's."""
-        role = self._groups[asked.group].role(asked.role)
-        is_own = asked.issuer in ("", asked.assignee) and asked.act is Act.RELEASE
-        return bool(asked.issuer and role and role.job and not is_own and not self._rules.authorities)
-
-    def _room(self, group: str, role: str) -> float:
-        of = self._groups[group].role(role)
-        return math.inf if of is None or of.maximum is None else of.maximum
-
-    def _reconciled(self, place: tuple[str, str], organisation: Organisation) -> dict[Instruction, Request]:
-        """What was said of a role, with what has become of it by other ways, such as a claim to lead the group."""
-        said = self._said.setdefault(place, {})
-        held, now = self._held.get(place, set()), set(organisation.members(*place))
-        for name in held ^ now:
-            age = self._newest.at(*place, name)
-            if name in held and said.pop(Instruction(age, True, name), None) is None:
-                said[Instruction(age, False, name)] = Request("", Act.RELEASE, *place, name)
-            elif name in now:
-                said.setdefault(Instruction(age, True, name), Request("", Act.ASSIGN, *place, name))
-        self._held[place] = now
-        return said
+    jobs = {role.name for role in view.group(group).roles if role.job is not None}
+    follows: list[Request] = []
+    for place in [place for place in view.holdings if place[0] == group and place[1] in jobs]:
+        view, more, _ = _follow(view, place, _reconciled(view, place), issuer)
+        follows += more
+    for request in follows:
+        view = view.do(request)
+    return view
 
 
-def _release(asked: Request, name: str) -> Request:
-    return Request(asked.issuer, Act.RELEASE, asked.group, asked.role, name)
+def let_in(view: View) -> View:
+    """Who waits plays a role for which there is room now, the newest first: holders may have left otherwise.
+
+    Where vehicles divide jobs among themselves, holders that are absent may make room.
+    """
+    follows: list[Request] = []
+    for place in sorted(place for place, holding in view.holdings.items() if holding.is_crowded):
+        holding = _reconciled(view, place)
+        view = replace(view, holdings={**view.holdings, place: holding})
+        n_free = math.inf if view.rules.authorities else _room(view, place) - len(holding.holders)
+        waiting = _after(view, place, holding.instructions)[1]
+        follows += [_last_given(holding, name) for number, name in enumerate(waiting) if number < n_free]
+    for request in follows:
+        view = view.assign(request)
+    return view
 
 
-def _last_given(said: Mapping[Instruction, Request], name: str) -> Request:
-    return said[max(given for given in said if given.gives and given.vehicle == name)]
+def _follow(view: View, place: RoleKey, holding: Holding, issuer: str) -> tuple[View, list[Request], list[str]]:
+    """Releases and assignments by which those hold a role that are to, after all that was said of it; and who waits."""
+    holders, waiting = _after(view, place, holding.instructions)
+    after = Holding(holding.instructions, frozenset(holders), bool(waiting))
+    follows = [Request(issuer, Act.RELEASE, *place, name) for name in sorted(holding.holders - holders)]
+    follows += [_last_given(holding, name) for name in sorted(holders - holding.holders)]
+    return replace(view, holdings={**view.holdings, place: after}), follows, waiting
+
+
+def _after(view: View, place: RoleKey, instructions: Mapping[Instruction, Request]) -> tuple[set[str], list[str]]:
+    """Who holds a role and who waits for room after all that counts of what was said of it."""
+    counting = [instruction for instruction, asked in instructions.items() if _stands(view, asked, instruction.age)]
+    return holders_after(counting, _room(view, place), lambda last: _led_since(view, instructions[last], last.age))
+
+
+def _stands(view: View, asked: Request, age: Age) -> bool:
+    """True unless the issuer, as is known now, led no more by then, or the assignee took no jobs."""
+    if _is_for_heads(view, asked) and not view.leadership.led(asked.issuer, asked.group, age):
+        return False
+    return asked.act is not Act.ASSIGN or view.availability.takes(asked, view.group(asked.group), age, view.rules)
+
+
+def _led_since(view: View, asked: Request, age: Age) -> Age | None:
+    """Since when the issuer of an assignment has led, where heads alone give out the role; else None."""
+    is_order = asked.act is Act.ASSIGN and _is_for_heads(view, asked)
+    return view.leadership.since(asked.issuer, asked.group, age) if is_order else None
+
+
+def _is_for_heads(view: View, asked: Request) -> bool:
+    """True if heads alone may ask it: it gives out or takes back a role with a job that is another's."""
+    role = view.group(asked.group).role(asked.role)
+    is_own = asked.issuer in ("", asked.assignee) and asked.act is Act.RELEASE
+    return bool(asked.issuer and role and role.job and not is_own and not view.rules.authorities)
+
+
+def _room(view: View, place: RoleKey) -> float:
+    role = view.group(place[0]).role(place[1])
+    return math.inf if role is None or role.maximum is None else role.maximum
+
+
+def _reconciled(view: View, place: RoleKey) -> Holding:
+    """What was said of a role, with what has become of it by other ways, such as a claim to lead the group."""
+    before, now = view.holdings.get(place, Holding({}, NOBODY)), frozenset(view.organisation.members(*place))
+    instructions = dict(before.instructions)
+    for name in sorted(before.holders ^ now):
+        age = view.stated(*place, name)
+        if name in now:
+            instructions.setdefault(Instruction(age, True, name), Request("", Act.ASSIGN, *place, name))
+        elif instructions.pop(Instruction(age, True, name), None) is None:
+            instructions[Instruction(age, False, name)] = Request("", Act.RELEASE, *place, name)
+    return Holding(instructions, now, before.is_crowded)
+
+
+def _last_given(holding: Holding, name: str) -> Request:
+    last = max(instruction for instruction in holding.instructions if instruction[1:] == (True, name))
+    return holding.instructions[last]

@@ -9,23 +9,31 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 from remoras.activities import Objective
-from remoras.authority import Act, Request, Rules, may_assign
+from remoras.authority import NOBODY, Act, Request, Rules, may_assign
 from remoras.beliefs import Beliefs, Fact
-from remoras.organisation import Organisation, Outcome
-from remoras.social.agreed import Agreed
-from remoras.social.availability import Availability
-from remoras.social.consultation import Consultation
+from remoras.organisation import Organisation, Outcome, RoleAssignment
+from remoras.social.availability import AVAILABLE
+from remoras.social.consultation import claims, come_back, consult, give_missions
 from remoras.social.membership import AWAY_FRAMES, DOUBT, NO_CHANGES, Changes, Lease, Membership, acted_on
-from remoras.social.negotiation import ROLE_ATTRIBUTES
 from remoras.social.patience import Patience, with_work
 from remoras.social.receivers import by_receiver
 from remoras.social.reports import SENSORS_WORK, Reports, takes_sensors
-from remoras.social.statements import Statements
-from worldmodel import Change
+from remoras.social.requests import DatedRequest, Requests
+from remoras.social.succession import (
+    HEAD_TERM,
+    HEADED_BY,
+    LEFT_ROLE,
+    N_TERMS,
+    PLAYS_ROLE,
+    ROLE_ATTRIBUTES,
+    stepping_down,
+)  # fmt: skip
+from remoras.social.view import Now, View
+from worldmodel import Block, Change
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,13 +42,13 @@ class Seen:
 
     Attributes:
         changes: peers that have become absent and present.
-        undone: roles that count no longer, or again, now that this vehicle has come back.
+        undone: the view in which roles count no longer, or again, now that this vehicle has come back; else None.
         facts: what it tells the others of itself on falling out and on coming back.
         orders: what it gave while it was cut off, told once it is back.
     """
 
     changes: Changes
-    undone: Agreed
+    undone: View | None = None
     facts: list[Fact] = field(default_factory=list)
     orders: list[Fact] = field(default_factory=list)
 
@@ -73,6 +81,8 @@ class Standing:
         until_s: end of the mission.
 
     Attributes:
+        view: what counts of the organisation; organisation: the same, groups and roles alone.
+        present: the organisation that the vehicle acts on.
         reports: what is known of the energy and the sensors of all.
         attributes: of the facts that it takes note of.
         lease_s: how long a peer counts as present, in any case, of which there is no word.
@@ -94,22 +104,26 @@ class Standing:
         self._database = database = rules.database
         self._beliefs = beliefs
         self._membership = Membership(me, database.names, lease)
-        self._statements = Statements(me, beliefs, database)
-        self._availability = Availability(me, beliefs, rules)
         self.is_cut_off = False
         self.is_in_doubt = False
         self._is_out_of_reach = False  # it has said that it takes no jobs, since it is cut off
         self.lease_s, self._away_s = lease.longest_s, AWAY_FRAMES * lease.frame_s
         self._looked_s = self._was_away_s = self._began_s = 0.0
+        self._missed = NOBODY
         self._assents: list[list[Fact]] = []
         self._given_up: set[Objective] = set()
         self.reports = Reports(beliefs, database, until_s)
-        self.consultation = Consultation(beliefs, rules, organisation, self._availability)
-        self.attributes = self._availability.attributes | self.consultation.requests.attributes
-        self.organisation = organisation
-        self.present = organisation
+        self._requests = Requests(beliefs, {**organisation.groups, **rules.at_sea})
+        self._stated: list[DatedRequest] = []  # in this round
+        self._stated_alone: list[DatedRequest] = []
+        self._is_asked_again = False  # claims are, that were refused since their heads were there
+        tbox = beliefs.model.tbox
+        self._says_available, self._says_sensors = (tbox.attribute_named(a).uid for a in (AVAILABLE, SENSORS_WORK))
+        self._plays_role = tbox.attribute_named(PLAYS_ROLE).uid
+        self._is_misjudged = False  # before this vehicle began anew it has said that it takes no jobs
+        self.attributes = self._requests.attributes | {self._says_available, self._says_sensors}
         self._patience = Patience()
-        self._renew(organisation)
+        self._take_over(View.founded(organisation, rules))
 
     # What the vehicle acts on --------------------------------------------------------------------
 
@@ -121,7 +135,7 @@ class Standing:
     @property
     def takes_no_jobs(self) -> frozenset[str]:
         """Vehicles that take no jobs; one that is cut off still takes those that it gives itself."""
-        unavailable = self._availability.unavailable
+        unavailable = self.view.availability.unavailable
         return unavailable - {self._me} if self._is_out_of_reach and self.is_cut_off else unavailable
 
     @property
@@ -154,12 +168,22 @@ class Standing:
             return ()
         return tuple(group for group in self.present.groups if self._me in self.present.heads(group))
 
-    def _renew(self, organisation: Organisation) -> None:
-        self.organisation = organisation
+    @property
+    def is_due(self) -> bool:
+        """True if something was said that does not count yet."""
+        return bool(self._stated or self._stated_alone or self._is_asked_again)
+
+    @property
+    def _now(self) -> Now:
+        return Now(self.absent, self.takes_no_jobs, self._began_s, self._missed)
+
+    def _take_over(self, view: View) -> None:
+        """Act on a view from now on, and on who is there."""
+        self.view, self.organisation = view, view.organisation
         leads_alone = self._database[self._me].social_layer
-        self.present = acted_on(organisation, self._me, self.absent, self.is_cut_off, leads_alone)
+        self.present = acted_on(self.organisation, self._me, self.absent, self.is_cut_off, leads_alone)
         if self.is_cut_off:
-            self._with_all = with_work(self.present, organisation, self.absent)
+            self._with_all = with_work(self.present, self.organisation, self.absent)
 
     def be_patient(self, patience: Callable[[Footing], Patience]) -> None:
         """The vehicle is in doubt, and has ``patience`` by the work of all."""
@@ -181,48 +205,56 @@ class Standing:
         self._looked_s = now_s
         if self._began_s > 0.0:
             missed = (name for name in self._database.names if heard_s.get(name, 0.0) <= self._was_away_s)
-            self.consultation.begin_anew(self._began_s, frozenset({self._me, *missed}))
+            self._missed = frozenset({self._me, *missed})
         changes = self._membership.look_around(now_s, heard_s, word_s)
         newest_s = max(self._began_s, max(heard_s.values(), default=0.0))
         self.is_in_doubt = self._membership.cut_off or now_s - newest_s >= DOUBT * self.lease_s
         if changes is NO_CHANGES:
             return None
         if changes.absent:
-            self.consultation.miss()
+            self._is_asked_again = bool(self.view.leadership.claimed)
         was_cut_off, self.is_cut_off = self.is_cut_off, self._membership.cut_off
         facts: list[Fact] = []
-        undone = Agreed(self.organisation)
+        undone: View | None = None
         if self.is_cut_off and not was_cut_off:
-            facts = self._statements.stepping_down(self.organisation)
-            if self._me not in self._availability.unavailable:
+            facts = [self._beliefs.fact(*fact) for fact in stepping_down(self._me, self.organisation, self._database)]
+            if self._me not in self.view.availability.unavailable:
                 self._is_out_of_reach = True
-                facts.append(self._statements.available(False))
+                facts.append(self._available(False))
         elif was_cut_off and not self.is_cut_off:
-            undone = self.consultation.isolated.come_back(self._me, self.organisation)
+            undone = come_back(self.view, self._me)
             if self._is_out_of_reach:
                 self._is_out_of_reach = False
-                facts = [self._statements.available(True)]
-        self._renew(undone.organisation)
-        orders = [] if self.is_cut_off else self.consultation.isolated.untold(self._may_give)
+                facts = [self._available(True)]
+        self._take_over(undone or self.view)
+        orders = [] if self.is_cut_off else self._untold()
         return Seen(changes, undone, facts, orders)
+
+    def _untold(self) -> list[Fact]:
+        """What the vehicle gave while it was cut off, of which nobody has heard: what it may still give."""
+        isolated = self.view.isolated
+        self.view = replace(self.view, isolated=isolated._replace(orders=()))
+        facts = {order.asked: (order.fact.subject, order.fact.attribute, order.fact.value) for order in isolated.orders}
+        return [fact for asked, fact in facts.items() if self._may_give(asked)]
 
     def _may_give(self, asked: Request) -> bool:
         """True if the others will let this vehicle give that, as far as it knows."""
         outcome = may_assign(asked, self.present, self._rules, lambda name, group: name in self.present.heads(group))
         return outcome is Outcome.SUCCESS
 
-    def agree(self) -> Agreed:
+    def agree(self) -> View:
         """End of a round: what was said in it counts from now on."""
-        so_far = Agreed(self.organisation, self.absent, self.takes_no_jobs)
-        agreed = self.consultation.end(so_far)
-        for group, leading in self.consultation.leading.items():
-            led, leads = (self._me in one.heads(group) for one in (self.organisation, agreed.organisation))
+        before = self.organisation
+        view = consult(self.view, self._stated, self._stated_alone, self._now)
+        self._stated, self._stated_alone, self._is_asked_again = [], [], False
+        for group, leading in view.leadership.leading.items():
+            led, leads = (self._me in at.heads(group) for at in (before, view.organisation))
             if led and not leads and leading.vehicle != self._me:
-                self._assents.append(self._statements.assent(group, leading.claim, leading.vehicle))
-        self._renew(agreed.organisation)
-        return agreed
+                self._assents.append(self._leads(group, leading.vehicle, leading.claim.term % N_TERMS))
+        self._take_over(view)
+        return view
 
-    def hear(self, changes: Iterable[Change], alone: bool) -> Agreed | None:
+    def hear(self, changes: Iterable[Change], alone: bool) -> View | None:
         """Take note of what blocks say of the organisation, and let missions that they give to groups count at once.
 
         Args:
@@ -230,17 +262,38 @@ class Standing:
             alone: True if this vehicle states them for itself alone.
 
         Returns:
-            What became of the missions; None if no group was given one.
+            The view with the missions; None if no group was given one.
         """
-        agreed, gives_mission = None, self.consultation.requests.gives_mission
+        missions: list[DatedRequest] = []
         for change in changes:
-            self._availability.note(change)
-            self.reports.note(change)
-            self.consultation.note(change, alone)
-            if any(map(gives_mission, change.block.facts)):
-                agreed = agreed or Agreed(self.organisation, self.absent, self.takes_no_jobs)
-                self.consultation.give_missions(change, agreed, alone)
-        return agreed
+            self._note_availability(change.block)
+            for request in self._requests.of(change.block):
+                is_mission, group = request.asked.act is Act.MISSION, request.asked.group
+                if is_mission and (group in self.organisation.groups or group not in self._rules.at_sea):
+                    missions.append(request)
+                elif not alone:
+                    self._stated.append(request)
+                elif not is_mission:
+                    self._stated_alone.append(request)
+        if not missions:
+            return None
+        self.view = give_missions(self.view, missions, alone, self._now)
+        return self.view
+
+    def _note_availability(self, block: Block) -> None:
+        """Take note of what a vehicle says of itself; what this one said before it began anew is over."""
+        for position, fact in enumerate(block.facts):
+            if fact.subject != block.origin or fact.attribute not in (self._says_available, self._says_sensors):
+                continue
+            availability, about = self.view.availability, (self._beliefs.name(block.origin), bool(fact.value))
+            if fact.attribute == self._says_sensors:
+                availability = availability.hear_of_sensors(*about, (*block.key, position))
+                self.reports.note(availability.blind_since.keys())
+            elif about[0] == self._me and block.epoch != self._beliefs.model.epoch:
+                self._is_misjudged |= not fact.value
+            else:
+                availability = availability.hear(*about, (*block.key, position))
+            self.view = replace(self.view, availability=availability)
 
     # What the vehicle states ---------------------------------------------------------------------
 
@@ -256,27 +309,49 @@ class Standing:
         since_s, away = self._looked_s - self.lease_s, self.absent
         headed = {
             group
-            for group, (_, age, name) in (self.consultation.leading.items() if away else ())
+            for group, (_, age, name) in (self.view.leadership.leading.items() if away else ())
             if age[0] > since_s and name in away and name in self.organisation.heads(group)
         }
-        headship, unavailable = self.consultation.headship, self._availability.unavailable
-        return [*assents, *self._statements.claims(self.present, headship, unavailable, headed)]
+        claimed = claims(self.view, self._me, self.present, headed).items()
+        return [*assents, *(self._leads(group, self._me, term) for group, term in claimed)]
+
+    def _leads(self, group: str, vehicle: str, term: int) -> list[Fact]:
+        """That a vehicle leads a group under a term: a claim of its own, or an assent to that of another."""
+        return [self._beliefs.fact(group, HEADED_BY, vehicle), self._beliefs.fact(group, HEAD_TERM, term)]
+
+    def _available(self, takes_jobs: bool) -> Fact:
+        """Whether this vehicle takes jobs."""
+        return self._beliefs.fact(self._me, AVAILABLE, takes_jobs)
+
+    def _leaving(self, roles: Iterable[RoleAssignment]) -> list[Fact]:
+        """This vehicle leaves these roles."""
+        return [self._beliefs.fact(self._me, LEFT_ROLE, f"{role.group}.{role.role}") for role in roles]
 
     def correction(self) -> list[Fact]:
         """That this vehicle takes jobs, where others may hold what it said before it began anew; else nothing."""
-        if not self._availability.is_misjudged or self.is_cut_off:
+        if not self._is_misjudged or self.is_cut_off:
             return []
-        self._availability.is_misjudged = False
-        return [] if self._me in self._availability.unavailable else [self._statements.available(True)]
+        self._is_misjudged = False
+        return [] if self._me in self.view.availability.unavailable else [self._available(True)]
 
     def in_place_of_the_absent(self, facts: Iterable[Fact]) -> list[Fact]:
         """The same facts, and before each that gives away a role held by the absent, that these leave it."""
-        return self._statements.in_place_of(self.absent, self.organisation, facts)
+        stated: list[Fact] = []
+        for fact in facts:
+            if fact[1] == self._plays_role:
+                path = self._beliefs.name(fact[2])
+                group, role = path.split(".")
+                holders = self.organisation.members(group, role)
+                specification = self.organisation.groups[group].role(role)
+                if specification is not None and specification.maximum == len(holders) and self.absent >= set(holders):
+                    stated += [self._beliefs.fact(name, LEFT_ROLE, path) for name in holders]
+            stated.append(fact)
+        return stated
 
     def resign(self) -> list[Fact]:
         """It leaves all roles: a vehicle that has to look after itself is of no use to its groups, now and later."""
         self._is_out_of_reach = False
-        return self._statements.leaving(self.organisation.roles_of(self._me))
+        return [*self._leaving(self.organisation.roles_of(self._me)), self._available(False)]
 
     def give_up(self, objective: Objective, blind: bool = False) -> list[Fact]:
         """It cannot do what ``objective`` takes; empty if it has said so.
@@ -298,13 +373,12 @@ class Standing:
                 if (role.group, role.role) == (objective.group, objective.role)
                 or self._takes_sensors(role.group, role.role)
             ]
-            dead = self._beliefs.fact(self._me, SENSORS_WORK, False)
-            return [*self._statements.leaving_roles(left), dead]
+            return [*self._leaving(left), self._beliefs.fact(self._me, SENSORS_WORK, False)]
         self._is_out_of_reach = False
         with_job = {(g.name, role.name) for g in self.organisation.groups.values() for role in g.roles if role.job}
         with_job.add((objective.group, objective.role))
         roles = [role for role in self.organisation.roles_of(self._me) if (role.group, role.role) in with_job]
-        return self._statements.leaving(roles)
+        return [*self._leaving(roles), self._available(False)]
 
     def _takes_sensors(self, group: str, role: str) -> bool:
         of = self.organisation.groups.get(group)
@@ -312,7 +386,7 @@ class Standing:
 
     def by_receiver(self, facts: Sequence[Fact], is_individual: Callable[[Objective], bool]) -> list[list[Fact]]:
         """What a plan comes down to in parts, by the vehicles that it concerns."""
-        return by_receiver(facts, self._beliefs, self.consultation.requests.role_named, is_individual)
+        return by_receiver(facts, self._beliefs, self._requests.role_named, is_individual)
 
     def addressed(self, change: Change, everybody: bool) -> dict[str, set[str]]:
         """Vehicles that have to hear of a block of this vehicle's own, by name, and the roles that it gives them.
@@ -323,18 +397,18 @@ class Standing:
             change: that the block made.
             everybody: True if all members of a group have to hear of the objectives of its roles.
         """
-        given: dict[str, set[str]] = {}
+        receivers: dict[str, set[str]] = {}
         groups: set[str] = set()
         for fact in change.block.facts:
-            if (said := self.consultation.requests.role_named(fact)) is None:
+            if (named := self._requests.role_named(fact)) is None:
                 continue
-            attribute, role = said
+            attribute, role = named
             if attribute in ROLE_ATTRIBUTES:
-                roles = given.setdefault(self._beliefs.name(fact.subject), set())
-                roles.update({role} if attribute == "playsRole" else ())
+                roles = receivers.setdefault(self._beliefs.name(fact.subject), set())
+                roles.update({role} if attribute == PLAYS_ROLE else ())
             else:
                 groups.add(role.split(".")[0])
-        if everybody and not given:
-            given = {member: set() for group in groups for member in self.present.members(group)}
-        given.pop(self._me, None)
-        return given
+        if everybody and not receivers:
+            receivers = {member: set() for group in groups for member in self.present.members(group)}
+        receivers.pop(self._me, None)
+        return receivers

@@ -17,6 +17,7 @@ from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, RoleAssignment
 
 HEADED_BY, HEAD_TERM = "headedBy", "headTerm"
+ROLE_ATTRIBUTES = PLAYS_ROLE, LEFT_ROLE = ("playsRole", "leftRole")
 N_TERMS = 256
 """Terms on the wire are modulo this, and are read as those nearest to the greatest known (as in RFC 1982)."""
 FURTHEST = 64
@@ -37,48 +38,26 @@ class Claim(NamedTuple):
     rank: int
 
 
-class Headship:
-    """By which claim each group is led, and the greatest that was made, whether that counts or not."""
+def read_claim(claim: Claim, greatest: Claim | None) -> Claim | None:
+    """A claim with its term as one that goes on after 255; None if it leaps, or is from before the first.
 
-    def __init__(self) -> None:
-        self._leads: dict[str, Claim | None] = {}
-        self._greatest: dict[str, Claim] = {}
+    Args:
+        claim: with its term as it is on the wire.
+        greatest: of the claims to lead the same group that are known.
 
-    def read(self, group: str, claim: Claim) -> Claim | None:
-        """A claim with its term as one that goes on after 255; None if it leaps, or is from before the first.
+    >>> [read_claim(Claim(term, 0), None) for term in (64, 65, 255)]
+    [Claim(term=64, rank=0), None, None]
+    >>> next_term(Claim(255, 0)), read_claim(Claim(0, 0), Claim(255, 0)), read_claim(Claim(254, 0), Claim(255, 0))
+    (0, Claim(term=256, rank=0), Claim(term=254, rank=0))
+    """
+    known = 0 if greatest is None else greatest.term
+    ahead = (claim.term - known + N_TERMS // 2) % N_TERMS - N_TERMS // 2
+    return claim._replace(term=known + ahead) if 0 < known + ahead <= known + FURTHEST else None
 
-        >>> headship = Headship()
-        >>> [headship.read("Team", Claim(term, 0)) for term in (64, 65, 255)]
-        [Claim(term=64, rank=0), None, None]
-        >>> headship.note("Team", Claim(255, 0))
-        >>> headship.next_term("Team"), headship.read("Team", Claim(0, 0)), headship.read("Team", Claim(254, 0))
-        (0, Claim(term=256, rank=0), Claim(term=254, rank=0))
-        """
-        known = self._greatest[group].term if group in self._greatest else 0
-        ahead = (claim.term - known + N_TERMS // 2) % N_TERMS - N_TERMS // 2
-        return claim._replace(term=known + ahead) if 0 < known + ahead <= known + FURTHEST else None
 
-    def note(self, group: str, claim: Claim) -> None:
-        """Note a claim, whether it counts or not: whoever made it, and all who heard of it first, may go by it."""
-        self._greatest[group] = max(claim, self._greatest.get(group, claim))
-
-    def lead(self, group: str, claim: Claim | None) -> bool:
-        """A group is led by a claim, or by none; True if it was led otherwise before."""
-        before, self._leads[group] = self._leads.get(group), claim
-        return before != claim
-
-    def is_contested(self, group: str) -> bool:
-        """True if a greater claim than that by which the group is led is known, and does not count."""
-        return self._greatest.get(group) != self._leads.get(group)
-
-    def forget(self, group: str) -> None:
-        """The group is formed anew: claims to lead it before are over."""
-        self._leads.pop(group, None)
-        self._greatest.pop(group, None)
-
-    def next_term(self, group: str) -> int:
-        """The term of a new claim, one above all that are known, as it is on the wire; the first is 1."""
-        return (self._greatest[group].term + 1) % N_TERMS if group in self._greatest else 1
+def next_term(greatest: Claim | None) -> int:
+    """The term of a new claim, one above all that are known, as it is on the wire; the first is 1."""
+    return 1 if greatest is None else (greatest.term + 1) % N_TERMS
 
 
 def successor(
@@ -145,6 +124,27 @@ def role_after(database: AUVDatabase, vehicle: str, group: Group, organisation: 
     return None
 
 
+def stepping_down(vehicle: str, organisation: Organisation, database: AUVDatabase) -> list[tuple[str, str, str]]:
+    """What a vehicle says that leads no longer: where others may succeed it, it takes a role of theirs.
+
+    Args:
+        vehicle: its name.
+        organisation: as agreed.
+        database: static data of all vehicles.
+    """
+    facts: list[tuple[str, str, str]] = []
+    for group in organisation.groups.values():
+        role = group.head_role
+        if role is None or not group.succession or not organisation.plays(vehicle, group.name, role):
+            continue
+        left, _ = organisation.leave_role(vehicle, group.name, role)
+        then = role_after(database, vehicle, group, left)
+        if then is not None:  # said first: only members have a say
+            facts.append((vehicle, PLAYS_ROLE, group.path(then.role)))
+        facts.append((vehicle, LEFT_ROLE, group.path(role)))
+    return facts
+
+
 def yielding_above(group: Group, role: str, heads: Collection[str], organisation: Organisation) -> tuple[str, ...]:
     """Who leaves a role of the group above for a new head that has to play it: who led before, or its sole holder.
 
@@ -160,9 +160,9 @@ def yielding_above(group: Group, role: str, heads: Collection[str], organisation
     leads = {
         name
         for below in organisation.groups.values()
-        for one in below.roles
-        if one.head and one.played_by == (group.name, role)
-        for name in organisation.members(below.name, one.name)
+        for lead in below.roles
+        if lead.head and lead.played_by == (group.name, role)
+        for name in organisation.members(below.name, lead.name)
     }
     gone = set(heads) - leads
     return tuple(name for name in organisation.members(group.name, role) if is_sole or name in gone)

@@ -101,7 +101,7 @@ class Workload:
             self._asked = asked
         if positions_m is None:
             return self._kept
-        return {name: one.seen(positions_m, from_s) for name, one in self._kept.items()}
+        return {name: work.seen(positions_m, from_s) for name, work in self._kept.items()}
 
     def whole(self, at: Footing) -> dict[str, Work]:
         """The work of every group before anything is done and anybody has moved, by its name."""
@@ -111,15 +111,15 @@ class Workload:
         self, at: Footing, positions_m: Mapping[str, Point], energy_j: Mapping[str, float], from_s: float
     ) -> dict[str, Work]:
         no_jobs, database = at.takes_no_jobs | self._apart, self._reports.database
-        found = works(
+        by_group = works(
             at.present, database, self._left, self._done, positions_m, no_jobs, self._is_enough, energy_j, from_s,
             self._given_anew,
         )  # fmt: skip
         if at.barred:
-            found = {name: replace(one, barred=at.barred) for name, one in found.items()}
-        if at.is_cut_off and any(work.held_by(self._me) for work in found.values()):  # its own jobs come first
-            return {name: replace(one, unavailable=one.unavailable | {self._me}) for name, one in found.items()}
-        return found
+            by_group = {name: replace(work, barred=at.barred) for name, work in by_group.items()}
+        if at.is_cut_off and any(work.held_by(self._me) for work in by_group.values()):  # its own jobs come first
+            return {name: replace(work, unavailable=work.unavailable | {self._me}) for name, work in by_group.items()}
+        return by_group
 
     def _work_out(self) -> None:
         """Work out anew what is left of the jobs that facts were told about."""
@@ -131,7 +131,7 @@ class Workload:
         self._n_given_anew = len(self._given_anew)
         self._is_enough = answer(
             f"mission {type(self._mission).__name__}", "is_enough", "true or false",
-            lambda found: isinstance(found, bool), lambda: self._mission.is_enough(self._beliefs),
+            lambda is_enough: isinstance(is_enough, bool), lambda: self._mission.is_enough(self._beliefs),
         )  # fmt: skip
         self._stale = set()
         if before == (self._left.keys(), self._done, self._is_enough, self._n_given_anew):

@@ -7,12 +7,9 @@ import pytest
 from missions.runs.assembly import assemble
 from missions.runs.setup import resolved
 from missions.scenarios import load
-from remoras.authority import Act, Request
 from remoras.fleet import Fleet
-from remoras.social.isolated import IsolatedChanges
 from remoras.social.layer import Review
 from remoras.vehicle import Vehicle
-from worldmodel import PropertyValue
 
 SETUP = resolved(load("mapping-rendezvous"))
 EXPLORE_LEFT = ("Operational.LeftWinger", "objectiveExploring", "left")
@@ -69,13 +66,3 @@ def test_a_member_that_led_itself_alone_tells_nothing_that_the_others_would_refu
     came_back = hear_again(member, frame + 1, "AUV00", "AUV02")
     assert came_back is not None
     assert came_back.passed_on == []
-
-
-def test_of_a_group_that_was_formed_anew_nothing_is_told() -> None:
-    changes = IsolatedChanges()
-    for group in ("Left", "Right"):
-        changes.give(Request("A", Act.MISSION, group, argument="Mapping"), PropertyValue(1, 2, group))
-        changes.give(Request("A", Act.ASSIGN, group, "Scout", "B"), PropertyValue(3, 4, group))
-    changes.forget("Left")
-    assert changes.untold(lambda asked: True) == [(1, 2, "Right")]
-    assert changes.untold(lambda asked: True) == []

@@ -2,7 +2,6 @@
 
 import random
 from collections.abc import Callable
-from typing import Any
 
 import pytest
 from hypothesis import given
@@ -11,7 +10,7 @@ from samples import auv, database
 
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
 from remoras.social.membership import Changes, Lease, Membership, absent_peers
-from remoras.social.succession import FURTHEST, N_TERMS, Claim, Headship, successor
+from remoras.social.succession import FURTHEST, N_TERMS, Claim, next_term, read_claim, successor
 
 PEERS = ("AUV01", "AUV02", "AUV03")
 LEASE_S, FRAME_S = 100.0, 10.0
@@ -156,51 +155,31 @@ def test_roles_come_first_then_ability_then_energy_then_names() -> None:
 KNOWN = st.integers(1, 3 * N_TERMS)
 
 
-def known(term: int) -> Headship:
-    """After claims up to a term, each of which was read as it is on the wire."""
-    headship = Headship()
-    for one in range(1, term + 1):
-        claim = headship.read("Team", Claim(one % N_TERMS, 0))
-        assert claim == Claim(one, 0)
-        headship.note("Team", claim)
-    return headship
+@given(KNOWN)
+def test_terms_are_read_one_after_another(last: int) -> None:
+    """From the first on, each as it is on the wire."""
+    greatest = None
+    for term in range(1, last + 1):
+        assert next_term(greatest) == term % N_TERMS
+        greatest = read_claim(Claim(term % N_TERMS, 0), greatest)
+        assert greatest == Claim(term, 0)
 
 
 @given(KNOWN, st.integers(1 - N_TERMS // 2, FURTHEST))
 def test_terms_go_on_after_the_last_on_the_wire(term: int, ahead: int) -> None:
     """Each is read as the nearest to the greatest known, unless that is from before the first."""
-    found = known(term).read("Team", Claim((term + ahead) % N_TERMS, -3))
-    assert found == (Claim(term + ahead, -3) if term + ahead > 0 else None)
+    claim = read_claim(Claim((term + ahead) % N_TERMS, -3), Claim(term, 0))
+    assert claim == (Claim(term + ahead, -3) if term + ahead > 0 else None)
 
 
 @given(KNOWN, st.integers(FURTHEST + 1, N_TERMS // 2 - 1))
 def test_a_term_that_leaps_is_none(term: int, ahead: int) -> None:
-    headship = known(term)
-    assert headship.read("Team", Claim((term + ahead) % N_TERMS, -3)) is None
-    assert headship.next_term("Team") == (term + 1) % N_TERMS
+    assert read_claim(Claim((term + ahead) % N_TERMS, -3), Claim(term, 0)) is None
 
 
 def test_no_term_locks_a_group() -> None:
     """After any claim that is read, the next one is greater and is read alike by who has heard of neither."""
     for term in range(1, FURTHEST):
-        claimed, unaware = Headship(), Headship()
-        claim = claimed.read("Team", Claim(term, 0))
-        assert claim is not None
-        claimed.note("Team", claim)
-        following = Claim(claimed.next_term("Team"), -9)
-        assert claimed.read("Team", following) == unaware.read("Team", following) == Claim(term + 1, -9)
-
-
-@given(st.lists(st.builds(Claim, st.integers(1, FURTHEST), st.integers(-63, 0)), min_size=1), st.randoms())
-def test_a_lead_is_contested_by_a_greater_claim(claims: list[Claim], draws: Any) -> None:
-    headship = Headship()
-    for claim in draws.sample(claims, len(claims)):
-        headship.note("Team", claim)
-    assert headship.is_contested("Team")
-    assert headship.next_term("Team") == max(claims).term + 1
-    assert headship.lead("Team", max(claims))
-    assert not headship.lead("Team", max(claims))
-    assert not headship.is_contested("Team")
-    headship.forget("Team")
-    assert headship.next_term("Team") == 1
-    assert not headship.is_contested("Team")
+        claim = read_claim(Claim(term, 0), None)
+        following = Claim(next_term(claim), -9)
+        assert read_claim(following, claim) == read_claim(following, None) == Claim(term + 1, -9)

@@ -61,7 +61,6 @@ class Talk:
                     social.consider(merge(self._vehicles[name].beliefs.model, [self._said[number]]).changes)
             standing = social.standing
             standing._membership.absent, standing._looked_s = frozenset(absent[name]), self._now_s
-            standing.consultation.miss()
             social.consult()
         for name in self.alive:
             for facts in self._vehicles[name].social.standing.claims():

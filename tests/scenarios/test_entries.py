@@ -1,8 +1,8 @@
 """The walks of a reader: which files a packet heard, and a scenario, lead through, and how often one comes to each.
 
 A file is entered once for every file from which it is called. Values that everybody reads (facts, positions, groups,
-the items of a vehicle) and plug-ins (the mission, the strategy, the policy) are no places of a walk: they are asked,
-and ask back, wherever one stands.
+the view of the organisation, the items of a vehicle) and plug-ins (the mission, the strategy, the policy) are no places
+of a walk: they are asked, and ask back, wherever one stands.
 """
 
 import sys
@@ -25,7 +25,8 @@ VALUES = (
     "exchange/schedule.py", "exchange/wire/codes.py", "exchange/wire/names.py", "remoras/activities.py",
     "remoras/authority.py",
     "remoras/beliefs.py", "remoras/database.py", "remoras/motion.py", "remoras/organisation.py",
-    "remoras/picture.py", "remoras/plugins.py", "remoras/sensor.py", "remoras/work.py",
+    "remoras/picture.py", "remoras/plugins.py", "remoras/sensor.py", "remoras/social/leadership.py",
+    "remoras/social/view.py", "remoras/work.py",
 )  # fmt: skip
 PLUG_INS = ("missions/mapping/", "missions/meeting/", "remoras/strategies/", "exchange/policies.py")
 MOST = 2

@@ -9,7 +9,7 @@ from missions.runs.assembly import assemble
 from missions.runs.setup import resolved
 from missions.scenarios import load
 from remoras.organisation import Outcome
-from remoras.social.leadership import LeadershipHistory
+from remoras.social.leadership import Leadership
 
 GROUP = "Operational"
 LOST = 'fault=[{kind="lost",vehicle="AUV00",at_s=500},{kind="lost",vehicle="AUV01",at_s=900}]'
@@ -80,5 +80,5 @@ def test_by_the_rule_alone_it_is_not_obeyed(monkeypatch: pytest.MonkeyPatch) -> 
     """Load-bearing: where no head stands against a claim all obey it, the sitting head too."""
     for rule, who in ((True, set()), (False, {"ASV00", "AUV00", "AUV01", "AUV02"})):
         if not rule:
-            monkeypatch.setattr(LeadershipHistory, "_heads_against", lambda self, *rest: set())
+            monkeypatch.setattr(Leadership, "_heads_against", lambda self, *rest: set())
         assert claimed("AUV01", 1, 20.0, "scenario.duration_s=60", "channel.per=0").obeyed == who

@@ -39,8 +39,7 @@ from remoras.radio import Radio
 from remoras.run_log import RunLog
 from remoras.separation import Separation
 from remoras.social import consultation
-from remoras.social.consultation import Consultation
-from remoras.social.leadership import LeadershipHistory
+from remoras.social.leadership import Leadership
 from remoras.social.standing import Standing
 from remoras.testing import Outcome, Plan, judge, schedule_of
 from stress.configurations import baseline
@@ -166,12 +165,12 @@ def grant_everything(patch: Patch) -> None:
 
 
 def obey_whoever_claims(patch: Patch) -> None:
-    patch.setattr(LeadershipHistory, "_heads_against", lambda self, *rest: set())
+    patch.setattr(Leadership, "_heads_against", lambda self, *rest: set())
 
 
 def let_no_head_step_down(patch: Patch) -> None:
-    sound = Consultation._hand_over
-    patch.setattr(Consultation, "_hand_over", lambda self, to, holders, *rest: sound(self, to, (), *rest))
+    sound = consultation._hand_over
+    patch.setattr(consultation, "_hand_over", lambda view, to, holders, *rest: sound(view, to, (), *rest))
 
 
 def divide_by_nothing(patch: Patch) -> None:

@@ -1,0 +1,160 @@
+"""A view of the organisation is a value: what was stated in a round is folded into it, in whatever order it was heard.
+
+Anybody states anything: claims, assents, orders, objectives and missions, with authority or without, and forms and
+dissolves a group at sea. AUV03 leads the fleet, AUV00 the team, whose head has to be the Tactician of the fleet.
+"""
+
+from random import Random
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from samples import auv, database
+
+from remoras.activities import Objective
+from remoras.authority import Act, Authority, Request, Rules
+from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
+from remoras.social.consultation import come_back, consult, give_missions
+from remoras.social.requests import DatedRequest
+from remoras.social.view import Now, View
+from stress.conformance.statements import Visit
+from worldmodel import PropertyValue
+
+ABLE = ("Chief", "Tactician", "Head", "Mate", "Digger", "Boss", "Diver")
+NAMES = ("AUV00", "AUV01", "AUV02", "AUV03")
+FLEET = Group(
+    "Fleet",
+    (RoleSpecification("Chief", 1, 1, head=True, founding=True), RoleSpecification("Tactician", 0, 1)),
+    succession=("Tactician",),
+)
+TEAM = Group(
+    "Team",
+    (
+        RoleSpecification("Head", 1, 1, head=True, founding=True, played_by=("Fleet", "Tactician")),
+        RoleSpecification("Mate", founding=True),
+        RoleSpecification("Digger", 0, 1, job="pit"),
+    ),
+    succession=("Mate",),
+)
+SEA = Group(
+    "Sea", (RoleSpecification("Boss", 1, 1, head=True), RoleSpecification("Diver", 0, 1, job="pit")), formed_by="Team"
+)
+FOUNDED = Organisation.of(
+    [FLEET, TEAM],
+    [
+        RoleAssignment("Fleet", "Chief", "AUV03"),
+        RoleAssignment("Fleet", "Tactician", "AUV00"),
+        RoleAssignment("Team", "Head", "AUV00"),
+        RoleAssignment("Team", "Mate", "AUV01"),
+        RoleAssignment("Team", "Mate", "AUV02"),
+    ],
+)
+
+
+def founded(*authorities: Authority) -> View:
+    able = database(*(auv(name, playable_roles=ABLE) for name in NAMES))
+    rules = Rules(able, frozenset(authorities), {"pit": Visit("pit", (0.0, 0.0))}, at_sea={"Sea": SEA})
+    return View.founded(FOUNDED, rules)
+
+
+def dated(number: int, asked: Request, says: int | None = None) -> DatedRequest:
+    """Stated as the next one; a claim is of its assignee."""
+    node = NAMES.index(asked.assignee) if asked.assignee else 0
+    age = (1.0 + number, NAMES.index(asked.issuer), 0, number, 0)
+    return DatedRequest(age, asked, PropertyValue(0, 0, node), says)
+
+
+WHO = st.sampled_from(NAMES)
+PLACES = st.sampled_from(
+    [("Team", role) for role in ("Head", "Mate", "Digger")] + [("Fleet", "Tactician"), ("Sea", "Diver")]
+)
+NUMBERS = st.integers(1, 3)
+
+
+def requests(act: st.SearchStrategy[Act], place: st.SearchStrategy[tuple[str, str]], **more: object) -> object:
+    return st.builds(
+        lambda who, act, at, rest: Request(who, act, *at, **rest), WHO, act, place, st.fixed_dictionaries(more)
+    )  # type: ignore[arg-type]
+
+
+ROLES = requests(st.sampled_from([Act.ASSIGN, Act.RELEASE]), PLACES, assignee=WHO)
+AIMS = requests(st.just(Act.OBJECTIVE), PLACES, objective=st.just("Go"), argument=st.sampled_from("ab"))
+MISSIONS = requests(st.just(Act.MISSION), st.sampled_from([("Team", ""), ("Sea", "")]), argument=st.sampled_from("MN"))
+LEADS = requests(st.just(Act.SUCCEED), st.sampled_from([("Team", "Head"), ("Fleet", "Chief")]), assignee=WHO)
+FORMS = requests(st.just(Act.CREATE), st.just(("Sea", "Boss")), assignee=WHO)
+OVER = requests(st.just(Act.DISSOLVE), st.just(("Sea", "")))
+STATED = st.lists(st.tuples(ROLES | AIMS | MISSIONS | LEADS | FORMS | OVER, NUMBERS), max_size=8).map(
+    lambda stated: [dated(number, asked, says) for number, (asked, says) in enumerate(stated)]
+)
+SEEN = st.builds(Now, st.frozensets(WHO, max_size=2), st.frozensets(WHO, max_size=1))
+SOME = st.sampled_from([(), (Authority.TAKE,), (Authority.TAKE, Authority.RECRUIT)])
+
+
+@settings(max_examples=80)
+@given(SOME, STATED, STATED, SEEN, st.randoms(use_true_random=False))
+def test_in_a_round_it_does_not_matter_what_was_heard_first_or_twice(
+    authorities: tuple[Authority, ...], first: list[DatedRequest], then: list[DatedRequest], now: Now, draws: Random
+) -> None:
+    before = consult(founded(*authorities), first, [], now)
+    after = consult(before, then, [], now)
+    shuffled = draws.sample(then, len(then)) + then[:3]
+    again = consult(before, shuffled, [], now)
+    assert (again, again.rulings, again.unlawful) == (after, after.rulings, after.unlawful)
+
+
+@settings(max_examples=40)
+@given(SOME, STATED, STATED, SEEN)
+def test_the_view_before_stays_as_it_was(
+    authorities: tuple[Authority, ...], first: list[DatedRequest], then: list[DatedRequest], now: Now
+) -> None:
+    """It may be folded once more, with the same outcome: nothing of it is shared with the one after it and changed."""
+    before = consult(founded(*authorities), first, then[:2], now)
+    was = repr(before)
+    after = consult(before, then, first[:2], now)
+    give_missions(after, then, True, now)
+    come_back(after, "AUV00")
+    assert repr(before) == was
+    assert consult(before, then, first[:2], now) == after
+
+
+@settings(max_examples=80)
+@given(SOME, STATED, SEEN)
+def test_what_is_heard_again_in_another_round_changes_nothing(
+    authorities: tuple[Authority, ...], stated: list[DatedRequest], now: Now
+) -> None:
+    once = consult(founded(*authorities), stated, [], now)
+    twice = consult(once, stated, [], now)
+    for part in ("organisation", "leadership", "newest", "missions", "formations"):
+        assert getattr(twice, part) == getattr(once, part), part
+
+
+# What does depend on it ---------------------------------------------------------------------------
+#
+# Whether a statement is granted is asked when it is heard, by who is a member and who led as is known by then. What
+# follows from the grants (who led when, who holds a job, which formation there is) is a function of them; the grants
+# are not. These are the two ways in which vehicles that have heard the same may differ.
+
+
+def folded(*rounds: DatedRequest) -> tuple[View, dict[tuple[str, str, str], Objective]]:
+    """Each heard in a round of its own, and the objectives that came of it; AUV00 is missed."""
+    view, objectives = founded(), dict[tuple[str, str, str], Objective]()
+    for stated in rounds:
+        view = consult(view, [stated], [], Now(frozenset({"AUV00"})))
+        objectives |= view.objectives
+    return view, objectives
+
+
+def test_an_objective_that_counts_is_not_taken_back_by_a_claim_heard_later() -> None:
+    """AUV01 leads since 1 s, AUV00 gives an objective at 2 s: who hears of the claim first refuses that."""
+    claim = dated(0, Request("AUV01", Act.SUCCEED, "Team", "Head", "AUV01"), 1)
+    aim = dated(1, Request("AUV00", Act.OBJECTIVE, "Team", "Digger", objective="Go", argument="a"))
+    (one, refused), (other, obeyed) = folded(claim, aim), folded(aim, claim)
+    assert one.organisation == other.organisation
+    assert (list(refused), [aim.argument for aim in obeyed.values()]) == ([], ["a"])
+
+
+def test_who_left_its_last_role_comes_in_again_where_that_is_heard_later() -> None:
+    """AUV02 leaves at 1 s, and is no member when AUV00 gives it the same role at 2 s."""
+    leaves = dated(0, Request("AUV02", Act.RELEASE, "Team", "Mate", "AUV02"))
+    comes = dated(1, Request("AUV00", Act.ASSIGN, "Team", "Mate", "AUV02"))
+    mates = [view.organisation.members("Team", "Mate") for view, _ in (folded(leaves, comes), folded(comes, leaves))]
+    assert mates == [("AUV01",), ("AUV01", "AUV02")]
