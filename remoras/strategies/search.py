@@ -8,6 +8,10 @@ end comes earlier, or as early with less time in total. At a local optimum each 
 is improved again (Lourenço, Martin, Stützle 2003, iterated local search), until ``MOST_PATHS`` paths were looked at. On
 13 patches and three vehicles the end is within 1 % of the best of 300 random restarts.
 
+Most of what a search looks at does not help. Whether an exchange between the vehicle that is free last and another one
+helps follows from what these two hold, but for one case: a third may be free as late. So of a pair of which nothing
+has helped, and nothing would without a third, it is kept what they held, and only what is held otherwise is tried.
+
 A vehicle's jobs are the bits of an integer, so that a path is looked at once. What a job takes is looked up by where
 the vehicle comes from: it must not depend on the time of day.
 """
@@ -15,9 +19,10 @@ the vehicle comes from: it must not depend on the time of day.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations
+from typing import NamedTuple
 
 from exchange.arithmetic import distance
 from remoras.database import VehicleData
@@ -31,10 +36,20 @@ Held = list[int]
 Effort = tuple[float, float]
 """What is to be least: the end, then the ends of all in total (s), both to the millisecond."""
 
+NOTHING = -1
+"""Stands for what no vehicle holds."""
 MOST_PATHS = 4000
 """Paths of single vehicles that are looked at in one search."""
 SHAPES = ((1, 0), (1, 1), (1, 2), (2, 1))
 """How many jobs the last vehicle gives to another one, and gets from it."""
+
+
+class Draft(NamedTuple):
+    """Jobs of each vehicle, when each has done them (s), and what that comes to."""
+
+    held: Held
+    ends_s: list[float]
+    effort: Effort
 
 
 class _Legs(dict[int, Outlook | None]):
@@ -87,14 +102,16 @@ class Search:
         self._sums: dict[tuple[int, int], list[int]] = {}
         self._nearest: dict[Point, list[int]] = {}  # roles by how near to a place they are
         self._ends_s: list[dict[int, float]] = [{} for _ in self._free]
+        self._barren: dict[tuple[int, int], Held] = {}  # by who is last and holds what: with whom no exchange helps
         self._n_paths = 0
 
     def found(self) -> dict[str, Roles]:
         """The best plan: roles of each vehicle, by the names of their jobs."""
         if not self._free:
             return {}
-        descended = [self._descended(held) for held in (self._in_turns(), self._longest_first())]
-        held = self._kicked(min(descended, key=self._effort))
+        begun = (self._in_turns(), self._longest_first())
+        descended = [self._descended(held, [self._end_s(*of) for of in enumerate(held)]) for held in begun]
+        held = self._kicked(min(descended, key=lambda plan: plan.effort))
         return {
             data.name: tuple(role for r, role in enumerate(self._roles) if jobs >> r & 1)
             for data, jobs in zip(self._free, held, strict=True)
@@ -117,8 +134,9 @@ class Search:
     def _end_s(self, vehicle: int, jobs: int) -> float:
         """When a vehicle has done jobs in the order in which it turns to them, see ``Work.in_order``."""
         known = self._ends_s[vehicle]
-        if jobs in known:
-            return known[jobs]
+        end_s = known.get(jobs)
+        if end_s is not None:
+            return end_s
         self._n_paths += 1
         if any(jobs & both == both for both in self._excluding):  # of roles that nobody may play together
             known[jobs] = math.inf
@@ -149,12 +167,6 @@ class Search:
         far_m = [distance(at_m, place_m) for place_m in self._places_m]
         found = self._nearest[at_m] = sorted(range(len(far_m)), key=far_m.__getitem__)
         return found
-
-    def _all_ends_s(self, held: Held) -> list[float]:
-        return [self._end_s(vehicle, jobs) for vehicle, jobs in enumerate(held)]
-
-    def _effort(self, held: Held) -> Effort:
-        return _effort(self._all_ends_s(held))
 
     # Two plans to begin with
 
@@ -202,56 +214,74 @@ class Search:
 
     # Improvement
 
-    def _kicked(self, best: Held) -> Held:
+    def _kicked(self, best: Draft) -> Held:
         """The plan after putting each job elsewhere and improving that, as often as it helps and paths are left."""
-        effort = self._effort(best)
         helps = True
         while helps:
             helps = False
             for role, vehicle in ((r, v) for r in range(len(self._roles)) for v in range(len(self._free))):
                 if self._n_paths >= MOST_PATHS:
-                    return best
-                if best[vehicle] >> role & 1 or not self._able[vehicle] >> role & 1:
+                    return best.held
+                if best.held[vehicle] >> role & 1 or not self._able[vehicle] >> role & 1:
                     continue
-                held = [jobs & ~(1 << role) for jobs in best]
-                held[vehicle] |= 1 << role
-                held = self._descended(held)
-                if self._effort(held) < effort:
-                    best, effort, helps = held, self._effort(held), True
-        return best
+                kicked = self._descended(*self._put(role, vehicle, best))
+                if kicked.effort < best.effort:
+                    best, helps = kicked, True
+        return best.held
 
-    def _descended(self, held: Held) -> Held:
-        """The plan improved until it helps no more to take jobs from the vehicle that is free last."""
-        held, ends_s = list(held), self._all_ends_s(held)
-        while self._n_paths < MOST_PATHS and self._improve(held, ends_s):
-            pass
-        return held
+    def _put(self, role: int, vehicle: int, plan: Draft) -> tuple[Held, list[float]]:
+        """A plan, and its ends, in which a vehicle has a job, whoever had it."""
+        held, ends_s, bit = list(plan.held), list(plan.ends_s), 1 << role
+        before = next((at for at, jobs in enumerate(held) if jobs & bit), vehicle)
+        held[before] &= ~bit
+        held[vehicle] |= bit
+        for at in (before, vehicle):
+            ends_s[at] = self._end_s(at, held[at])
+        return held, ends_s
 
-    def _improve(self, held: Held, ends_s: list[float]) -> bool:
-        """Make the first exchange that helps; False if there is none."""
-        before = _effort(ends_s)
-        last = ends_s.index(before[0])
-        for kept, other, taken in self._exchanges(last, held):
-            then_s = self._end_s(last, kept)
-            if then_s > before[0]:
+    def _descended(self, held: Held, ends_s: list[float]) -> Draft:
+        """These lists, improved until it helps no more to take jobs from the vehicle that is free last."""
+        effort: Effort | None = _effort(ends_s)
+        while effort is not None:
+            least = effort
+            effort = self._improved(held, ends_s, least) if self._n_paths < MOST_PATHS else None
+        return Draft(held, ends_s, least)
+
+    def _improved(self, held: Held, ends_s: list[float], before: Effort) -> Effort | None:
+        """Make the first exchange that helps, and say what effort is left; None if there is none."""
+        end_s = before[0]
+        last = ends_s.index(end_s)
+        barren = self._barren.get((last, held[last]))
+        others = range(len(held)) if barren is None else [at for at, of in enumerate(barren) if held[at] != of]
+        fruitful: set[int] = set()
+        for kept, other, taken in self._exchanges(last, held, others):
+            then_s, other_s = self._end_s(last, kept), 0.0
+            if then_s > end_s or (other_s := self._end_s(other, taken)) > end_s:
                 continue
             after_s = list(ends_s)
-            after_s[last], after_s[other] = then_s, self._end_s(other, taken)
-            if after_s[other] <= before[0] and _effort(after_s) < before:
+            after_s[last], after_s[other] = then_s, other_s
+            if (effort := _effort(after_s)) < before:
                 held[last], held[other] = kept, taken
                 ends_s[:] = after_s
-                return True
-        return False
+                return effort
+            if then_s < end_s and other_s < end_s:  # a third is free as late
+                fruitful.add(other)
+        tried = self._barren[last, held[last]] = list(held)
+        for at in fruitful:
+            tried[at] = NOTHING
+        return None
 
-    def _exchanges(self, last: int, held: Held) -> Iterator[tuple[int, int, int]]:
-        """What ``last`` holds, another one, and what that holds, after one exchange between the two."""
-        mine, able = held[last], self._able
+    def _exchanges(self, last: int, held: Held, others: Iterable[int]) -> Iterator[tuple[int, int, int]]:
+        """What ``last`` holds, one of others, and what that holds, after one exchange between the two."""
+        mine, able, some = held[last], self._able, self._sums
         for n_given, n_back in SHAPES:
-            for other, theirs in enumerate(held):
-                if other == last or not mine & able[other]:
+            for other in others:
+                theirs = held[other]
+                ours, back_of = mine & able[other], theirs & able[last]
+                if other == last or not ours or (n_back and not back_of):
                     continue
-                backs = self._some(theirs & able[last], n_back)
-                for given in self._some(mine & able[other], n_given):
+                backs = some.get((back_of, n_back)) or self._some(back_of, n_back)
+                for given in some.get((ours, n_given)) or self._some(ours, n_given):
                     for back in backs:
                         yield mine & ~given | back, other, theirs & ~back | given
 
