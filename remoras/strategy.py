@@ -139,12 +139,15 @@ class Move:
         holding: the group still has work to hand out, so it does not count as gathered.
         silent: the vehicle sends nothing; what it has to tell waits.
         expected: peers whose silence means nothing now: their lease begins when they are expected no longer.
+        until_news: the vehicle has nothing to state, and would answer the same to any situation with the same roles in
+            which nothing is heard and nobody is unheard: it is not asked before. ``remoras stress --answers`` does.
     """
 
     statements: tuple[Statement, ...] = ()
     holding: bool = False
     silent: bool = False
     expected: Collection[str] = ()
+    until_news: bool = False
 
 
 class Negotiator(Protocol):

@@ -336,6 +336,7 @@ class Work:
         Args:
             positions_m: last positions known; now_s: time from which outlooks count.
         """
+        _ = self.workers, self.open  # known once for all moments
         made = object.__new__(Work)
         made.__dict__.update(self.__dict__, positions_m=positions_m, now_s=now_s)
         return made
@@ -372,6 +373,35 @@ class Work:
     def assignment(self, role: RoleSpecification, vehicle: str) -> RoleAssignment:
         """``vehicle`` plays ``role`` of the group."""
         return RoleAssignment(self.group.name, role.name, vehicle)
+
+
+class WorksSeen(Mapping[str, Work]):
+    """The same works at another moment, see ``Work.seen``: each is made when it is looked up.
+
+    Args:
+        works: of the groups, by name.
+        positions_m, now_s: as ``Work.seen`` has them.
+    """
+
+    def __init__(self, works: Mapping[str, Work], positions_m: Mapping[str, Point], now_s: float) -> None:
+        self._works = works
+        self._positions_m, self._now_s = positions_m, now_s
+        self._seen: dict[str, Work] = {}
+
+    def __getitem__(self, group: str) -> Work:
+        seen = self._seen.get(group)
+        if seen is None:
+            seen = self._seen[group] = self._works[group].seen(self._positions_m, self._now_s)
+        return seen
+
+    def __contains__(self, group: object) -> bool:
+        return group in self._works
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._works)
+
+    def __len__(self) -> int:
+        return len(self._works)
 
 
 class Awaited(Mapping[str, float]):

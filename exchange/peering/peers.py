@@ -114,11 +114,12 @@ class LossEstimate:
 
     def _count(self) -> None:
         """Take in the samples: one is taken with every packet, but the estimate is asked for now and then."""
-        for sample in self.samples:
-            self._lost = KEPT * self._lost + sample
-            self._weight = KEPT * self._weight + 1.0
-        self._n += len(self.samples)
-        self.samples.clear()
+        lost, weight, samples = self._lost, self._weight, self.samples
+        for sample in samples:
+            lost = KEPT * lost + sample
+            weight = KEPT * weight + 1.0
+        self._lost, self._weight, self._n = lost, weight, self._n + len(samples)
+        samples.clear()
 
     @property
     def link(self) -> Link:
@@ -373,7 +374,7 @@ class PeerStates:
     def _note_missed(self, sender: int, n_missed: int) -> None:
         """Count what was missed of a peer in a row, unless it was away."""
         incoming = self._incoming[sender]
-        if n_missed <= 2 * incoming.longest_silence:
+        if n_missed <= 2 * SHORTEST_SILENCE or n_missed <= 2 * incoming.longest_silence:
             incoming.samples += [LOST] * n_missed
 
     def heed(

@@ -13,6 +13,7 @@ of types: of all combinations of the same types, of which there are at most 256,
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from remoras.activities import ActivityKind, ActivitySet
@@ -20,6 +21,8 @@ from remoras.activities import ActivityKind, ActivitySet
 _TYPES = 0xFF
 """Bits of a state that say which types it holds; above them what its sets provide, then what they need."""
 
+ROUNDING = 1e-9
+"""More than rounding can make of a mean of motivations."""
 
 Sum = tuple[float, tuple[int, ...]]
 """A sum of motivations, and the sets that make it."""
@@ -55,8 +58,10 @@ class Choice:
             for index, activities in enumerate(sets)
             if activities.kind is not ActivityKind.VITAL and self._sizes[index]
         ]
-        self._asked: list[float] = []
         self._best: tuple[int, ...] = ()
+        self._found_at: list[float] = [math.nan] * len(sets)  # motivations at which it was found
+        self._apart: list[float] = []  # what the search has compared: differences of motivations
+        self._holds_within = 0.0
 
     def best(self, motivations: Sequence[float]) -> tuple[int, ...]:
         """Indices of the sets of the best combination, in ascending order; of equals the first.
@@ -64,12 +69,29 @@ class Choice:
         Args:
             motivations: of each set; its activities share it, and it takes no part unless that is above zero.
         """
-        if self._asked != motivations:  # mostly nothing moves it otherwise than before
-            self._asked = list(motivations)
-            vital, held = self._needed_to_live(motivations)
-            _, winner = self._most(motivations, held, held, (0.0, ()))
-            self._best = tuple(sorted(vital + winner)) if vital else winner
+        if not self._holds(motivations):
+            self._best, self._found_at = self.searched(motivations), list(motivations)
+            self._holds_within = min(self._apart, default=math.inf) / 2.0 - ROUNDING
         return self._best
+
+    def searched(self, motivations: Sequence[float]) -> tuple[int, ...]:
+        """What ``best`` gives, searched for although the last answer may hold."""
+        self._apart.clear()
+        vital, held = self._needed_to_live(motivations)
+        _, winner = self._most(motivations, held, held, (0.0, ()))
+        return tuple(sorted(vital + winner)) if vital else winner
+
+    def _holds(self, motivations: Sequence[float]) -> bool:
+        """True if a search would find what the last one has found: nothing that it compares would come out otherwise.
+
+        Two sums of motivations per type differ by ``d``. They stand as they do while no motivation has moved by half
+        of that, and no set has become motivated or is so no longer.
+        """
+        within = self._holds_within
+        for now, then in zip(motivations, self._found_at, strict=True):
+            if now != then and (abs(now - then) >= within or (now > 0.0) is not (then > 0.0)):
+                return False
+        return True
 
     def best_mean(self, motivations: Sequence[float], index: int) -> float | None:
         """Mean motivation of the best combination with set ``index``; None if there is none, or the set is vital."""
@@ -98,8 +120,11 @@ class Choice:
         winner: tuple[int, ...] = ()
         for state, (total, summed) in self._sums(motivations, fit, begun, sum_).items():
             n = (state & _TYPES).bit_count() - n_held
-            mean = total / n if n else 0.0
-            if mean >= highest and n and not state >> above & ~(state >> 8):  # what its sets need they provide
+            if not n:
+                continue
+            mean = total / n
+            self._apart.append(abs(mean - highest))
+            if mean >= highest and not state >> above & ~(state >> 8):  # what its sets need they provide
                 chosen = tuple(sorted(summed))
                 if (mean > highest or chosen < winner) and not self._takes_more(state, fit):
                     highest, winner = mean, chosen
@@ -111,6 +136,8 @@ class Choice:
         for index, bits in self._others:
             if motivations[index] > 0.0 and not bits & types:
                 other = found.get(bits)
+                if other is not None:
+                    self._apart.append(abs(motivations[index] - motivations[other]))
                 if other is None or motivations[index] > motivations[other]:
                     found[bits] = index
         return list(found.values())
@@ -137,6 +164,8 @@ class Choice:
                         reached.append((state | bits, total + value, (*summed, index)))
                 for then, most, chosen in reached:  # of each state the best sum is kept, of equals the first
                     known = states.get(then)
+                    if known is not None:
+                        self._apart.append(abs(most - known[0]) / (then & _TYPES).bit_count())
                     if known is None or most > known[0] or (most == known[0] and sorted(chosen) < sorted(known[1])):
                         states[then] = most, chosen
         return states

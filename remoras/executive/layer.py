@@ -71,6 +71,9 @@ class ExecutiveLayer:
         self._heard: dict[RoleKey, dict[tuple[str, str], HeardSignal]] = {}
         self._calling: set[tuple[RoleKey, str, str]] = set()  # of these signals: those of the dissatisfied
         self._at_rest: Sequence[Perception] | None = None  # under which nothing changed at the last decision
+        self._perceived: Sequence[Perception] | None = None  # at the last decision
+        self._weighed_for: tuple[int, ...] | None = None  # what was performed when all was weighed
+        self._advances: dict[RoleKey, float] = {}
         self.sets: tuple[ActivitySet, ...] = ()
         self.satisfaction: dict[RoleKey, float] = {}
         self.motivations: list[float] = []
@@ -98,7 +101,7 @@ class ExecutiveLayer:
         self.satisfaction = {role: self.satisfaction.get(role, 0.0) for role in roles}
         self._heard = {role: heard for role, heard in self._heard.items() if role in self.satisfaction}
         self._calling = {caller for caller in self._calling if caller[0] in self.satisfaction}
-        self._at_rest = None
+        self._at_rest = self._perceived = self._weighed_for = None
         self.motivations = [0.0] * len(sets)
         self._stimuli, self._external = [0.0] * len(sets), [0.0] * len(sets)
         self.decision = self._decision(tuple(index for index, s in enumerate(sets) if s in going_on))
@@ -135,12 +138,18 @@ class ExecutiveLayer:
         if self._at_rest == perceptions and not self._calling:
             return self.decision
         constants = self._constants
-        stimuli = self._stimuli = self._stimuli_of(perceptions)
-        calls = self._strongest_calls(now_s)
+        stimuli = self._stimuli if perceptions is self._perceived else self._stimuli_of(perceptions)
+        calls = self._strongest_calls(now_s) if self._calling else {}
         own = self._contentment(stimuli) if calls else 0.0
         motivations, external = self.motivations, self._external
         performed = self.decision.chosen
-        for index, role, importance, listens in self._effective:
+        if calls or performed != self._weighed_for or stimuli != self._stimuli:
+            weighed = self._effective
+            self._weighed_for = None if calls else performed
+        else:  # only satisfaction moves the vehicle otherwise than before
+            weighed = [one for one in self._effective if one[0] in performed]
+        self._stimuli = stimuli
+        for index, role, importance, listens in weighed:
             stimulus = stimuli[index]
             if stimulus <= 0.0:
                 motivations[index] = external[index] = 0.0
@@ -155,8 +164,13 @@ class ExecutiveLayer:
         if chosen != performed:
             self.decision = self._decision(chosen)
         is_steady = dt_s > 0.0 and self._evolve(perceptions, dt_s)
+        self._perceived = perceptions
         self._at_rest = perceptions if is_steady and chosen == performed else None
         return self.decision
+
+    def decided_anew(self) -> tuple[int, ...]:
+        """What would be chosen by the motivations of the last decision if every combination was looked at again."""
+        return self._choice.searched(self.motivations)
 
     def candidates(self, now_s: float) -> list[WeighedSet]:
         """Every activity set that has an effect, as the last decision, made at ``now_s``, weighed it."""
@@ -241,6 +255,18 @@ class ExecutiveLayer:
         Returns:
             True if all is as it was, and will be as long as the same is perceived.
         """
+        if perceptions is not self._perceived:
+            self._advances = self._advances_of(perceptions)
+        advances = self._advances
+        is_steady, satisfaction, constants = True, self.satisfaction, self._constants
+        for role, value in satisfaction.items():
+            after = evolved(value, advances.get(role), dt_s, constants)
+            if after != value:
+                satisfaction[role], is_steady = after, False
+        return is_steady
+
+    def _advances_of(self, perceptions: Sequence[Perception]) -> dict[RoleKey, float]:
+        """The best advance that is perceived in each role; roles in which none is are missing."""
         advances: dict[RoleKey, float] = {}
         for perception, role in zip(perceptions, self._role_of, strict=True):
             perceived = perception.advance
@@ -248,12 +274,7 @@ class ExecutiveLayer:
                 known = advances.get(role)
                 if known is None or perceived > known:
                     advances[role] = perceived
-        is_steady, satisfaction, constants = True, self.satisfaction, self._constants
-        for role, value in satisfaction.items():
-            after = evolved(value, advances.get(role), dt_s, constants)
-            if after != value:
-                satisfaction[role], is_steady = after, False
-        return is_steady
+        return advances
 
     def _decision(self, chosen: tuple[int, ...]) -> Decision:
         types = 0

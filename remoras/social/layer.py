@@ -43,7 +43,7 @@ from remoras.social.requests import HAS_MISSION
 from remoras.social.standing import Footing, Seen, Standing
 from remoras.social.succession import LEFT_ROLE, ROLE_ATTRIBUTES
 from remoras.social.workload import Workload
-from remoras.strategy import Strategy
+from remoras.strategy import Move, Strategy
 from remoras.work import Awaited, Point, Work
 from worldmodel import Change
 
@@ -137,6 +137,7 @@ class SocialLayer:
         )
         self._workload = Workload(me, rules, mission, beliefs, self.standing.reports)
         self._led = self.standing.led
+        self._is_news = True  # since the last round, of what its groups rest on
         planned = {group: agreement.plans[group] for group in self._led if group in agreement.plans}
         self.planner = MissionPlanner(me, mission.social_domain, beliefs, strategy, planned, agreement.at_sea)
         self.planner.resume(self.facts)
@@ -179,7 +180,7 @@ class SocialLayer:
         """True if this vehicle is a head of ``group`` and has the social layer to lead it."""
         return group in self._led
 
-    def _work(self, positions_m: Mapping[str, Point] | None = None, from_s: float = 0.0) -> dict[str, Work]:
+    def _work(self, positions_m: Mapping[str, Point] | None = None, from_s: float = 0.0) -> Mapping[str, Work]:
         return self._workload.of_groups(self.standing.footing, self._picture, positions_m, from_s)
 
     # Hearing -------------------------------------------------------------------------------------
@@ -196,6 +197,7 @@ class SocialLayer:
                 self.planner.orders.note(change)
         if not self._is_concerned(changes):
             return NOTHING_CONSIDERED
+        self._is_news = True
         alone = self.standing.is_cut_off and not told
         view = self.standing.hear(changes, alone)
         for change in changes:
@@ -246,7 +248,7 @@ class SocialLayer:
             self.planner.plan_again(self._led)  # what it leaves to others, or no longer
         if seen is None and over is None:
             return None
-        seen = seen or Seen(NO_CHANGES)
+        seen, self._is_news = seen or Seen(NO_CHANGES), True
         self._picture.groups.gathered = self._gatherings.believed(self.standing.is_cut_off)
         self._picture.groups.meets_unheard = self.standing.meets_unheard
         self._picture.groups.returned_s |= dict.fromkeys(seen.changes.present, now_s)
@@ -313,7 +315,7 @@ class SocialLayer:
 
     def consult(self) -> Considered:
         """End of a round: what was said in it of roles and objectives counts from now on."""
-        view = self.standing.agree()
+        self._is_news, view = True, self.standing.agree()
         self._negotiation.disregard(view.unlawful)
         rulings = [ruling for ruling in view.rulings if not ruling.repeats(self.objectives)]
         left, objectives, renewed = view.left, view.objectives, view.renewed
@@ -340,18 +342,21 @@ class SocialLayer:
             motion: of this vehicle.
             calls: how dissatisfied the vehicles are that call on this one, by name.
         """
-        of_all = [*self.standing.claims(), self.standing.correction(), self._taken_back()]
-        stated = [(facts, True) for facts in of_all if facts]
+        peers = self._picture.peers
+        is_news, self._is_news = self._is_news or bool(peers.unheard or self.standing.absent), False
+        stated = []
+        if is_news:
+            of_all = [*self.standing.claims(), self.standing.correction(), self._taken_back()]
+            stated = [(facts, True) for facts in of_all if facts]
         if not (self._negotiation.takes_part or self.strategy.declaration.influences):
             return stated
-        peers = self._picture.peers
         told_s = self._beliefs.model.quantise_time(now_s)
         work = self._work({**peers.positions_m, self.me: motion.position_m}, told_s)
         if self.strategy.declaration.influences:
             self._picture.groups.awaited = Awaited(work, self.me, now_s)
         unheard = {name: roles for name, roles in peers.unheard.items() if name not in self.standing.absent}
         for statement in self._negotiation.negotiate(
-            told_s, work, peers.known_s, unheard, calls, self.missions, peers.links
+            told_s, work, peers.known_s, unheard, calls, self.missions, peers.links, is_news
         ):
             is_order = any(attribute in ROLE_ATTRIBUTES for _, attribute, _ in statement.facts)
             facts = self.standing.in_place_of_the_absent(own := [self._beliefs.fact(*fact) for fact in statement.facts])
@@ -359,6 +364,21 @@ class SocialLayer:
             facts += aims(statement.facts, self.objectives.values(), self._founding, self._beliefs, self._mission)
             stated.append((facts, statement.told and not (is_order and self.standing.is_cut_off)))
         return stated
+
+    def moves_anew(self, now_s: float, motion: Motion) -> list[tuple[str, Move, Move]]:
+        """By group, each move that stands until there is news, and what would be answered in its place now.
+
+        Args:
+            now_s: the time (s); motion: of this vehicle.
+        """
+        peers, stand = self._picture.peers, self._negotiation.until_news
+        if self._is_news or peers.unheard or not stand:
+            return []
+        work = self._work({**peers.positions_m, self.me: motion.position_m}, now_s)
+        about = peers.known_s, peers.links
+        return [
+            (name, move, self._negotiation.moved_anew(name, now_s, work[name], *about)) for name, move in stand.items()
+        ]
 
     def _taken_back(self) -> list[Fact]:
         """That vehicles which say that they take no jobs leave those that they have not heard to be theirs."""

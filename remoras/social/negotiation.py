@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
+from copy import deepcopy
 
 from exchange.peering.peers import PeerLinks
 from remoras.authority import Rules
@@ -13,6 +14,7 @@ from remoras.social.succession import LEFT_ROLE, ROLE_ATTRIBUTES
 from remoras.strategy import (
     JOB_DONE,
     Heard,
+    Move,
     Negotiator,
     Situation,
     Statement,
@@ -87,6 +89,8 @@ class Negotiation:
         self._added: list[Heard] = []
         self._unlawful: Collection[Age] = ()
         self._round = 0
+        self.until_news: dict[str, Move] = {}
+        """By group, the moves that stand until there is news."""
         self.holding = frozenset(self._negotiators)
         """Groups that still have work to hand out, so they do not count as gathered."""
         for group in rules.at_sea.values():
@@ -107,6 +111,7 @@ class Negotiation:
 
     def begin(self, group: str) -> None:
         """A group begins anew: nothing is known of how its jobs were divided before."""
+        self.until_news.pop(group, None)
         if self._negotiators.pop(group, None) is not None or group in self._at_sea:
             self._add(self._groups[group])
 
@@ -205,6 +210,7 @@ class Negotiation:
         calls: Mapping[str, float],
         missions: Collection[str],
         links: Mapping[str, PeerLinks],
+        is_news: bool = True,
     ) -> list[Statement]:
         """End of a round: what this vehicle states to organise its groups.
 
@@ -216,6 +222,7 @@ class Negotiation:
             calls: how dissatisfied peers are, by their influence signals.
             missions: groups of which the mission is known; of others there is nothing to divide yet.
             links: what the links from and to each peer lose.
+            is_news: False if roles and missions are as they were at the end of the last round.
 
         Raises:
             PluginError: the strategy raises, or answers with something else than a move.
@@ -223,21 +230,39 @@ class Negotiation:
         self._round += 1
         heard = self._take_heard()
         statements: list[Statement] = []
-        holding = []
+        holding = list[str]()
         self.silent, expected = False, set[str]()
+        if is_news or heard or unheard:
+            self.until_news.clear()
         for group, negotiator in self._negotiators.items():
+            if (move := self.until_news.get(group)) is not None:
+                self._heed(group, move, holding, expected)
+                continue
             if group not in work or self._me not in work[group].members:
                 continue  # there is no such group now, or it has left, to look after itself
             if group not in missions:
                 holding.append(group)
                 continue
-            at_m, about = self._rally_m[group], (heard, heard_s, unheard, calls, links)
-            situation = Situation(now_s, self._round, work[group], at_m, *about)
+            about = heard, heard_s, unheard, calls, links
+            situation = Situation(now_s, self._round, work[group], self._rally_m[group], *about)
             move = ask(self._strategy, negotiator, situation)
             statements += move.statements
-            self.silent = self.silent or move.silent
-            expected.update(move.expected)
-            if move.holding:
-                holding.append(group)
+            self._heed(group, move, holding, expected)
+            if move.until_news:
+                self.until_news[group] = move
         self.holding, self._expected = frozenset(holding), frozenset(expected)
         return statements
+
+    def moved_anew(
+        self, group: str, now_s: float, work: Work, heard_s: Mapping[str, float], links: Mapping[str, PeerLinks]
+    ) -> Move:
+        """What a copy of a negotiator would answer now if nothing was heard; arguments as of ``negotiate``."""
+        situation = Situation(now_s, self._round + 1, work, self._rally_m[group], (), heard_s, {}, {}, links)
+        return ask(self._strategy, deepcopy(self._negotiators[group]), situation)
+
+    def _heed(self, group: str, move: Move, holding: list[str], expected: set[str]) -> None:
+        """Do what a move asks for beside its statements."""
+        self.silent = self.silent or move.silent
+        expected.update(move.expected)
+        if move.holding:
+            holding.append(group)

@@ -12,7 +12,7 @@ from remoras.picture import Picture
 from remoras.plugins import answer
 from remoras.social.reports import Reports
 from remoras.social.standing import Footing
-from remoras.work import Job, Point, Work, jobs_left, works
+from remoras.work import Job, Point, Work, WorksSeen, jobs_left, works
 from worldmodel import Change
 
 
@@ -80,7 +80,7 @@ class Workload:
 
     def of_groups(
         self, at: Footing, picture: Picture, positions_m: Mapping[str, Point] | None, from_s: float
-    ) -> dict[str, Work]:
+    ) -> Mapping[str, Work]:
         """The work of every group, by its name.
 
         Args:
@@ -101,7 +101,7 @@ class Workload:
             self._asked = asked
         if positions_m is None:
             return self._kept
-        return {name: work.seen(positions_m, from_s) for name, work in self._kept.items()}
+        return WorksSeen(self._kept, positions_m, from_s)
 
     def whole(self, at: Footing) -> dict[str, Work]:
         """The work of every group before anything is done and anybody has moved, by its name."""

@@ -26,6 +26,7 @@ MARGIN = Field(
 HELP = Field(ge=0.0, le=1e6, description="time that helping at another's job has to save (s)")
 ACKNOWLEDGE = Field(ge=1, le=10_000, description="TDMA frames that a member may take to acknowledge a job")
 
+NOT_HEAD = Move(until_news=True)
 ALL = 64
 """Queue of a head that gives out all it has planned."""
 
@@ -70,7 +71,7 @@ class Dispatcher:
         work = situation.work
         if self._me not in work.heads:
             self._was_led = True
-            return Move()
+            return NOT_HEAD
         engaged = {data.name: self._engagement(data, situation) for data in work.workers}
         late = self._unacknowledged(situation)
         said = self._revision(engaged, late, situation) if self._is_due(engaged, late, situation) else []

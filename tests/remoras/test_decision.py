@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from itertools import combinations as subsets
 from random import Random
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from samples import activity_set
@@ -147,6 +148,26 @@ def test_the_decision_is_the_best_of_all_maximal_combinations(sets: list[Activit
     # sixteenths add up exactly, so equal means are equal
     motivations = [data.draw(st.integers(0, 16)) / 16 for _ in sets]
     assert Choice(sets).best(motivations) == by_definition(sets, motivations)
+
+
+@given(drawn_sets(), st.data())
+def test_a_decision_stands_only_as_long_as_a_search_finds_it(sets: list[ActivitySet], data: st.DataObject) -> None:
+    """Motivations drift, some by steps that are too small to matter, some by such that are not."""
+    choice = Choice(sets)
+    motivations = [data.draw(st.integers(0, 8)) / 8 for _ in sets]
+    for _ in range(6):
+        assert choice.best(motivations) == Choice(sets).best(motivations)
+        motivations = [max(0.0, of + data.draw(st.integers(-3, 3)) / 32) if of else of for of in motivations]
+
+
+def test_a_decision_is_not_searched_for_while_little_moves_the_vehicle(monkeypatch: pytest.MonkeyPatch) -> None:
+    """0.6 against 0.3: alone each may move by less than 0.15."""
+    searches = []
+    searched = Choice.searched
+    monkeypatch.setattr(Choice, "searched", lambda self, of: searches.append(of) or searched(self, of))
+    choice = Choice([HOMING, ZIGZAG])
+    assert [choice.best([0.3, of]) for of in (0.6, 0.5, 0.46, 0.44, 0.32, 0.28)] == 5 * [(1,)] + [(0,)]
+    assert searches == [[0.3, 0.6], [0.3, 0.44], [0.3, 0.32], [0.3, 0.28]]
 
 
 def test_twelve_sets_of_any_types_are_searched_exactly() -> None:

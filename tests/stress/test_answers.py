@@ -1,12 +1,18 @@
 """What says how long it holds does so; what does not is named, with method, vehicle and time."""
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import pytest
 from small_sea import small_plan
 
 from missions.mapping.behaviours import ZigzagExploring
 from remoras.behaviours import CAPTURE_M, Homing, Reference
+from remoras.executive.decision import Choice
 from remoras.motion import Motion
 from remoras.picture import Picture
+from remoras.strategies.dispatch import Dispatcher
+from remoras.strategy import Move, Situation
 from remoras.testing import judge, schedule_of
 
 ANSWERS = ("stress.invariants.answers:AnswersHold",)
@@ -38,3 +44,32 @@ def test_a_reference_that_changes_before_is_named(
     assert outcome.broken is not None
     assert outcome.broken.invariant == "answers"
     assert f"{behaviour.__name__}.reference of " in outcome.broken.text
+
+
+def test_a_decision_that_should_have_changed_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The first that is found stands for good, whatever moves the vehicle."""
+    searched = Choice.searched
+
+    def stubborn(self: Choice, motivations: Sequence[float]) -> tuple[int, ...]:
+        found: tuple[int, ...] = self.__dict__.setdefault("found", searched(self, motivations))
+        return found
+
+    monkeypatch.setattr(Choice, "best", stubborn)
+    outcome = judge(schedule_of(small_plan(), 1).with_faults(()), ANSWERS)
+    assert outcome.broken is not None
+    assert outcome.broken.invariant == "answers"
+    assert "the decision of " in outcome.broken.text
+
+
+def test_a_move_that_stands_too_long_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A head says that it has nothing to state until there is news: what is left of jobs is none."""
+    asked = Dispatcher.negotiate
+
+    def boasting(self: Dispatcher, situation: Situation) -> Move:
+        return replace(asked(self, situation), until_news=True, holding=bool(situation.round % 7))
+
+    monkeypatch.setattr(Dispatcher, "negotiate", boasting)
+    outcome = judge(schedule_of(small_plan(), 1).with_faults(()), ANSWERS)
+    assert outcome.broken is not None
+    assert outcome.broken.invariant == "answers"
+    assert "negotiate of " in outcome.broken.text
