@@ -69,7 +69,8 @@ def _forged_role(vehicle: Vehicle) -> ForgedStatement | None:
 def _forged_objective(vehicle: Vehicle, witness: Witness, founded: Organisation) -> ForgedStatement | None:
     """An objective that somebody has given a role, for a role of a group of which the vehicle is no member.
 
-    Nor has it been one: others may not have heard that it has left.
+    Nor has it been one: others may not have heard that it has left. Nor does it lead the group whose head forms that
+    one at sea, or is a member of it, since it may come to lead it.
     """
     organisation, beliefs = vehicle.social.organisation, vehicle.beliefs
     tbox = beliefs.model.tbox
@@ -83,7 +84,8 @@ def _forged_objective(vehicle: Vehicle, witness: Witness, founded: Organisation)
         if fact.attribute in attributes
     ]  # fmt: skip
     for group in organisation.groups.values():
-        is_member = any(known.is_member(vehicle.name, group.name) for known in (organisation, founded))
+        own = [name for name in (group.name, group.formed_by) if name is not None]
+        is_member = any(known.is_member(vehicle.name, name) for known in (organisation, founded) for name in own)
         if given and not is_member and group.roles:
             path = group.path(group.roles[0].name)
             fact: PropertyValue = given[0]
