@@ -179,7 +179,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
 
     def _note_events(self, perceptions: Sequence[Perception], now_s: float) -> Sequence[Perception]:
         """Record what activities have found out, done or failed at; return what is perceived then."""
-        if not [one for one in perceptions if one.done or one.failed or one.concludes]:
+        if not [of for of in perceptions if of.done or of.failed or of.concludes]:
             self._uneventful = perceptions
             return perceptions
         functional, executive = self.functional, self.executive

@@ -79,16 +79,16 @@ def _forged_objective(vehicle: Vehicle, witness: Witness, founded: Organisation)
         for attribute in tbox.attributes
         if attribute.name.startswith(OBJECTIVE) and attribute.name != OBJECTIVE
     }
-    given = [
+    recorded = [
         fact for _, blocks in sorted(witness.recorded.items()) for block in blocks for fact in block.facts
         if fact.attribute in attributes
     ]  # fmt: skip
     for group in organisation.groups.values():
         own = [name for name in (group.name, group.formed_by) if name is not None]
         is_member = any(known.is_member(vehicle.name, name) for known in (organisation, founded) for name in own)
-        if given and not is_member and group.roles:
+        if recorded and not is_member and group.roles:
             path = group.path(group.roles[0].name)
-            fact: PropertyValue = given[0]
+            fact: PropertyValue = recorded[0]
             return ForgedStatement(((beliefs.uid(path), fact.attribute, fact.value),), vehicle.name, path, OBJECTIVE)
     return None
 
@@ -152,8 +152,8 @@ class _Said:
 
 def is_found_out(jobs: Collection[Job], declaration: Declaration) -> bool:
     """True if a false word is: of every job it shows in other facts how much is left, and vehicles tell each other."""
-    said = _Said(frozenset(job.done for job in jobs))
-    left = [getattr(job, "left", lambda _: None)(said) for job in jobs]
+    told = _Said(frozenset(job.done for job in jobs))
+    left = [getattr(job, "left", lambda _: None)(told) for job in jobs]
     return declaration.tells and all(state is not None and share_left(state) == 1.0 for state in left)
 
 
@@ -220,7 +220,7 @@ LEAST = -128
 def sulking(signals: Sulking, is_on: Callable[[], bool]) -> Sulking:
     """Influence signals of the least satisfaction while a fault holds."""
 
-    def said() -> list[tuple[tuple[str, str], int]]:
+    def signalled() -> list[tuple[tuple[str, str], int]]:
         return [(role, LEAST) for role, _ in signals()] if is_on() else signals()
 
-    return said
+    return signalled

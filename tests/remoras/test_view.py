@@ -5,6 +5,7 @@ dissolves a group at sea. AUV03 leads the fleet, AUV00 the team, whose head has 
 """
 
 from random import Random
+from typing import Any
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -70,10 +71,11 @@ PLACES = st.sampled_from(
 NUMBERS = st.integers(1, 3)
 
 
-def requests(act: st.SearchStrategy[Act], place: st.SearchStrategy[tuple[str, str]], **more: object) -> object:
+def requests(act: Any, place: Any, **more: Any) -> Any:
+    """Requests of anybody: acts, places and what else is said are drawn."""
     return st.builds(
         lambda who, act, at, rest: Request(who, act, *at, **rest), WHO, act, place, st.fixed_dictionaries(more)
-    )  # type: ignore[arg-type]
+    )
 
 
 ROLES = requests(st.sampled_from([Act.ASSIGN, Act.RELEASE]), PLACES, assignee=WHO)
