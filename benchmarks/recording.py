@@ -30,7 +30,7 @@ SHARE, SIZE_BYTES, SAMPLED_BYTES = 0.10, 2 * 190_274, 61_000
 sweep keeps of each of six runs, which took 30,235 bytes before that and takes 60,614."""
 
 WRITERS: tuple[tuple[type, tuple[str, ...]], ...] = (
-    (RunLog, ("fault", "peers", "roles", "own_roles", "rulings", "plans", "drives", "weighs")),
+    (RunLog, ("fault", "peers", "roles", "rulings", "plans", "drives", "weighs")),
     (Radio, ("_record_facts", "_record_item", "_record_fault")),
     (Fleet, ("_record",)),
 )

@@ -46,15 +46,8 @@ class RunLog:
         """The vehicle itself has taken or left roles."""
         self._recorder.roles.extend((now_s, self._me, role.group, role.role, event) for role in roles)
 
-    def own_roles(self, now_s: float, rulings: Iterable[Ruling]) -> None:
-        """The vehicle itself has taken and left roles by these rulings, in their order: it may take one anew."""
-        for ruling in rulings:
-            if ruling.event in ("assigned", "left") and ruling.asked.assignee == self._me:
-                self.roles(now_s, [RoleAssignment(ruling.asked.group, ruling.asked.role, self._me)], ruling.event)
-
     def founded(self, organisation: Organisation, objectives: Iterable[Objective], began_s: float) -> None:
         """What was agreed before the mission, by nobody in particular; it counts for the vehicle since it began."""
-        self.roles(began_s, organisation.roles_of(self._me), "assigned")
         roles = sorted(
             organisation.assignments,
             key=lambda assignment: (assignment.group, assignment.role, self._node[assignment.vehicle]),
@@ -74,11 +67,16 @@ class RunLog:
         self.rulings(began_s, [Ruling(request, Outcome.SUCCESS) for request in asked])
 
     def rulings(self, now_s: float, rulings: Iterable[Ruling]) -> None:
-        """What became of requests to change the organisation, in the view of the vehicle; refusals are faults too."""
+        """What became of requests to change the organisation, in the view of the vehicle; refusals are faults too.
+
+        Roles that it takes and leaves itself are written in their order: it may take one anew.
+        """
         for ruling in rulings:
             asked, event = ruling.asked, ruling.event
             if event == "refused":
                 self.fault(now_s, "refused assignment", f"{asked.issuer}: {asked}: {ruling.outcome.value}")
+            elif event in ("assigned", "left") and asked.assignee == self._me:
+                self.roles(now_s, [RoleAssignment(asked.group, asked.role, self._me)], event)
             self._recorder.organisation.append(
                 (now_s, self._me, asked.assignee, asked.group, asked.role, event, asked.issuer, asked.act.value,
                  asked.objective, asked.argument, ruling.outcome.value)
@@ -92,8 +90,8 @@ class RunLog:
         """
         for group, execution in of_groups.items():
             self._plan(now_s, (group, "", "", ""), execution)
-        for one, execution in own.items():
-            self._plan(now_s, (one.group, one.role, one.name, one.argument), execution)
+        for aim, execution in own.items():
+            self._plan(now_s, (aim.group, aim.role, aim.name, aim.argument), execution)
 
     def _plan(self, now_s: float, about: tuple[str, str, str, str], execution: Execution) -> None:
         version, before = self._plans.get(about, (None, []))
@@ -135,11 +133,12 @@ class RunLog:
         if weighed == self._weighed:
             return
         self._weighed = weighed
-        for one, of in zip(candidates, names, strict=True):
-            aim = one.of.objective
+        for candidate, of in zip(candidates, names, strict=True):
+            aim = candidate.of.objective
             about = ("", "", "", "") if aim is None else (aim.group, aim.role, aim.name, aim.argument)
-            motives = (one.stimulus, one.own, one.external, one.source, one.slot)
-            self._recorder.decisions.append((now_s, self._me, *about, list(of), *motives, one.chosen, one.best_mean))
+            motives = (candidate.stimulus, candidate.own, candidate.external, candidate.source, candidate.slot)
+            choice = (candidate.chosen, candidate.best_mean)
+            self._recorder.decisions.append((now_s, self._me, *about, list(of), *motives, *choice))
 
 
 def _named(task: Task) -> str:

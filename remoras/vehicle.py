@@ -253,7 +253,6 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
 
     def _take_on(self, result: Review | Considered, now_s: float) -> None:
         """Play the roles that changed, by activities chosen anew where they have to be."""
-        self._run_log.own_roles(now_s, result.rulings)
         self._run_log.rulings(now_s, result.rulings)
         if result.activities_due:
             self._adopt()

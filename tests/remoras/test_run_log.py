@@ -60,7 +60,7 @@ def test_a_role_that_is_left_and_taken_anew_at_once_is_one_that_it_plays() -> No
         for name in ("AUV01", "AUV02")
         for act in (Act.RELEASE, Act.ASSIGN)
     ]
-    RunLog("AUV01", NAMES, recorder).own_roles(8.0, [Ruling(one, Outcome.SUCCESS) for one in asked])
+    RunLog("AUV01", NAMES, recorder).rulings(8.0, [Ruling(request, Outcome.SUCCESS) for request in asked])
     assert recorder.roles == [
         (8.0, "AUV01", "Operational", "LeftWinger", "left"),
         (8.0, "AUV01", "Operational", "LeftWinger", "assigned"),
