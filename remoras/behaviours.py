@@ -61,6 +61,7 @@ class Perception(NamedTuple):
             satisfaction of the role, whether the activity is performed or not.
         done: True once all there was to do has been done; it will not come back.
         failed: True once it is clear that this vehicle cannot do it: a sensor gives nothing, say.
+        makes_no_way: True if that is since the vehicle does not get there, and no sensor is to blame.
         answers: 0..1, how much of a call for help would be settled if the vehicle turned to this activity; or what
             works that out, which is asked only while somebody calls.
         concludes: what it has found out by comparing what it expected with what it perceives; recorded and told like
@@ -73,6 +74,7 @@ class Perception(NamedTuple):
     failed: bool = False
     answers: float | Callable[[], float] = 1.0
     concludes: tuple[Observation, ...] = ()
+    makes_no_way: bool = False
 
     @property
     def settled(self) -> float:
@@ -86,11 +88,14 @@ class Reference(NamedTuple):
     Attributes:
         holds_m: until the next decision the answer stays the same while the vehicle is farther than this from the
             target; infinite by default, then the behaviour is asked in every motion tick.
+        is_over_ground: True if the speed is one over ground, as sensors have limits of: where water moves the vehicle
+            holds it as far as its greatest speed allows. Else it is through the water.
     """
 
     target_m: Point
     speed_mps: float
     holds_m: float = math.inf
+    is_over_ground: bool = False
 
 
 class Behaviour(Protocol):
@@ -131,6 +136,7 @@ class Behaviour(Protocol):
 IDLE = Perception(0.0)
 DONE = Perception(0.0, done=True)
 FAILED = Perception(0.0, failed=True)
+STUCK = Perception(0.0, failed=True, makes_no_way=True)
 DUE = Perception(1.0)
 ADVANCING = Perception(1.0, 1.0)
 STANDING = Perception(1.0, 0.0)

@@ -31,6 +31,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from exchange.arithmetic import length, sincos
 from remoras.recorder import Table
 
 if TYPE_CHECKING:
@@ -50,8 +51,8 @@ class Pose(NamedTuple):
     """Where a sensor is and how it moves: metres, radians, metres per second; depth below the surface.
 
     What it perceives is where it is. What it reports is where the vehicle takes itself to be, ``error_m`` from there.
-    ``flow_mps`` is the velocity of the water there: (x east, y north). The vehicle does not know its error, but that it
-    is not greater than ``uncertainty_m``.
+    ``speed_mps`` is through the water, and ``flow_mps`` the velocity of the water there: (x east, y north). The vehicle
+    does not know its error, but that it is not greater than ``uncertainty_m``.
     """
 
     x_m: float
@@ -62,6 +63,18 @@ class Pose(NamedTuple):
     error_m: tuple[float, float] = (0.0, 0.0)
     flow_mps: tuple[float, float] = (0.0, 0.0)
     uncertainty_m: float = 0.0
+
+    @property
+    def ground_mps(self) -> float:
+        """Speed over ground.
+
+        >>> Pose(0.0, 0.0, 5.0, 0.0, 4.0, flow_mps=(0.0, 3.0)).ground_mps
+        5.0
+        """
+        if self.flow_mps == (0.0, 0.0):
+            return self.speed_mps
+        sine, cosine = sincos(self.heading_rad)
+        return length(self.speed_mps * cosine + self.flow_mps[0], self.speed_mps * sine + self.flow_mps[1])
 
     @property
     def believed_m(self) -> tuple[float, float]:

@@ -193,20 +193,21 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         """Make known the first objective for which all has been done, or that cannot be done; True if there was one."""
         for index, perception in enumerate(perceptions):
             objective = self.executive.sets[index].objective
-            if perception.failed and objective is not None and self._cope(objective, self.executive.sets[index], now_s):
+            if perception.failed and objective is not None and self._cope(objective, index, perception, now_s):
                 return True
             if perception.done and objective is not None and (facts := self.social.completed(objective)):
                 self.conclude(facts, now_s)
                 return True
         return False
 
-    def _cope(self, objective: Objective, failed: ActivitySet, now_s: float) -> bool:
+    def _cope(self, objective: Objective, index: int, perception: Perception, now_s: float) -> bool:
         """An activity cannot be done: go another way, or give its objective up. True if something has changed."""
+        failed = self.executive.sets[index]
         if self.social.pursuit.fail(objective, [activity.name for activity in failed.activities], self.social.facts):
             self._run_log.fault(now_s, "failed step", f"{failed.name} of {objective}")
             self._adopt()
             return True
-        blind = any(activity.sensors for activity in failed.activities)
+        blind = not perception.makes_no_way and any(activity.sensors for activity in failed.activities)
         if facts := self.social.standing.give_up(objective, blind):
             self._run_log.fault(now_s, "cannot", str(objective))
             self.conclude(facts, now_s)

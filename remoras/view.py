@@ -49,8 +49,8 @@ class ReadOnlyVehicle:
 
     @property
     def speed_mps(self) -> float:
-        """How fast it really moves."""
-        return self._functional.motion.speed_mps
+        """How fast it really moves over ground."""
+        return self._functional.guidance.ground_mps
 
     @property
     def data(self) -> VehicleData:

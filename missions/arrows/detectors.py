@@ -186,7 +186,7 @@ class ClassifyingCamera:
     def sense(self, pose: Pose, world: Seafloor, now_s: float) -> list[Observation]:
         """What an image shows, if one is due."""
         settings = world.scenario.detector.optical
-        if now_s < self._next_s or pose.speed_mps > STILL_MPS:
+        if now_s < self._next_s or pose.ground_mps > STILL_MPS:
             return []
         self._next_s, number = now_s + settings.look_s, self._n_images
         self._n_images += 1

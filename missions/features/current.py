@@ -1,7 +1,8 @@
 """Current: ``[current]`` and ``[[current.surge]]``, water that moves, and vehicles that head into it.
 
 The formulas are those of ``remoras.current``. A vehicle feels the current at its depth as a Doppler log does, and goes
-so that its course over ground is straight. A current as fast as the slowest vehicle is refused.
+so that its course over ground is straight. Where sensors limit
+the speed it holds that over ground. A current as fast as the slowest vehicle is refused.
 """
 
 from __future__ import annotations
@@ -124,6 +125,7 @@ class GuidanceInCurrent(Guidance):
     def __init__(self, still: Guidance, current: Current, depth_m: Callable[[], float]) -> None:
         super().__init__(still.motion, still.data, still.bounds_m, still.constants)
         self.flow_mps: Velocity = STILL
+        self._is_over_ground = False
         self.aimed.append(self._upstream)
         self._current = current
         self._depth_m = depth_m
@@ -138,6 +140,7 @@ class GuidanceInCurrent(Guidance):
     ) -> None:
         """Move through the water, and be carried by it; see ``Guidance.move``."""
         self.flow_mps = self._current.at(self._depth_m(), since_s)
+        self._is_over_ground = reference is not None and reference.is_over_ground
         super().move(reference, neighbours, positions_m, since_s, dt_s)
         self.motion.x_m += self.flow_mps[0] * dt_s
         self.motion.y_m += self.flow_mps[1] * dt_s
@@ -150,12 +153,31 @@ class GuidanceInCurrent(Guidance):
         dx_m, dy_m = target_m[0] - motion.x_m, target_m[1] - motion.y_m
         range_m = length(dx_m, dy_m)
         course = (dx_m / range_m, dy_m / range_m) if range_m > 0.0 else STILL
-        water = through_water(course, speed_mps, flow)
+        water, speed_mps = self._through_water(course, speed_mps)
         ground_mps = length(water[0] + flow[0], water[1] + flow[1])
         if ground_mps * dt_s >= range_m:  # there within the tick
             return (target_m[0] - flow[0] * dt_s, target_m[1] - flow[1] * dt_s), speed_mps
         time_s = range_m / ground_mps if ground_mps > 0.0 else dt_s
         return (motion.x_m + water[0] * time_s, motion.y_m + water[1] * time_s), speed_mps
+
+    @property
+    def ground_mps(self) -> float:
+        """Speed over ground (m/s), by the water of the last motion tick."""
+        motion = self.motion
+        return length(
+            motion.speed_mps * motion.ahead[0] + self.flow_mps[0], motion.speed_mps * motion.ahead[1] + self.flow_mps[1]
+        )
+
+    def _through_water(self, course: Velocity, speed_mps: float) -> tuple[Velocity, float]:
+        """Velocity through the water that makes good a course, and its magnitude (m/s)."""
+        flow = self.flow_mps
+        if self._is_over_ground:
+            wanted = speed_mps * course[0] - flow[0], speed_mps * course[1] - flow[1]
+            speed_mps = length(*wanted)
+            if speed_mps <= self.most_mps:
+                return wanted, speed_mps
+            speed_mps = self.most_mps
+        return through_water(course, speed_mps, flow), speed_mps
 
     def walls(self, position_m: Point) -> Sequence[HalfPlane]:
         """As in still water, less what the water moves by itself."""

@@ -7,6 +7,9 @@ mapped, and leaves a row early where news of its cells come in. What its own sen
 A cell that stays unknown although its row was passed is tried once more at the end, then given up. Two whole rows
 without any yield, with the sensor on, mean that the sensor gives nothing: the vehicle has failed. It has, too, if twice
 it learned where it is and mapped nothing until it had to learn it again: then no row can be known to be mapped.
+
+The speed along a row is one over ground. A vehicle that makes no way, since the water carries it off as fast as it may
+go, has failed, too, and no sensor is to blame.
 """
 
 from __future__ import annotations
@@ -24,6 +27,7 @@ from remoras.behaviours import (
     DONE,
     FAILED,
     IDLE,
+    STUCK,
     Approach,
     Behaviour,
     Perception,
@@ -40,6 +44,8 @@ from remoras.work import Point
 
 DEAD_ROWS = 2
 """A sensor that yields nothing on so many whole rows is taken for dead."""
+NO_WAY, NO_WAY_S = 0.01, 300.0
+"""A vehicle that makes good less than this share of its speed for so long makes no way."""
 BRAKING_S = 2.0
 """A vehicle that has to slow down before a row begins to so much earlier than it must."""
 LONG_LINK = 2.0
@@ -174,6 +180,7 @@ class ZigzagExploring(Behaviour):
         self._seen_s = 0.0
         self._due = IDLE  # what was perceived last when it was under way
         self._approach = Approach(self._speed_mps)
+        self._since_s = 0.0  # since when the vehicle has made no way
 
     @property
     def _survey(self) -> Survey:
@@ -208,6 +215,10 @@ class ZigzagExploring(Behaviour):
         stimulus = self._work.stimulus(facts)
         if not self._begun and not performed:
             return Perception(stimulus * attracted(to_go_m).stimulus)
+        if advance is None or advance >= NO_WAY:
+            self._since_s = picture.body.now_s
+        elif picture.body.now_s - self._since_s > NO_WAY_S:
+            return STUCK
         if advance is not None:
             advance = abs(advance)
         if self._due.stimulus != stimulus or self._due.advance != advance:
@@ -222,7 +233,7 @@ class ZigzagExploring(Behaviour):
         if passage.since_s is None and to_go_m > (brake_m := self._brake_m(passage)):
             return Reference(passage.begin_m, passage.speed_mps, max(brake_m, CAPTURE_M))
         if self._ahead is None or self._ahead.target_m is not passage.target_m:
-            self._ahead = Reference(passage.target_m, self._speed_mps, CAPTURE_M)
+            self._ahead = Reference(passage.target_m, self._speed_mps, CAPTURE_M, is_over_ground=True)
         return self._ahead
 
     def accuracy_m(self, motion: Motion, picture: Picture) -> float:

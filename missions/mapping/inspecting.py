@@ -12,6 +12,7 @@ from remoras.behaviours import (
     DUE,
     FAILED,
     IDLE,
+    STUCK,
     Approach,
     Behaviour,
     Perception,
@@ -72,7 +73,9 @@ class Inspecting(Behaviour):
         if not performed or to_go_m < self._nearest_m - NEARER_M:
             self._nearest_m, self._nearest_s = to_go_m if performed else math.inf, now_s
         makes_no_way = not is_on_site and now_s - self._nearest_s > NO_WAY_S
-        if makes_no_way or self._on_site_s > self._finds.longest_stay_s + PATIENCE_S:
+        if makes_no_way:
+            return STUCK
+        if self._on_site_s > self._finds.longest_stay_s + PATIENCE_S:
             return FAILED
         if to_go_m <= self._finds.close_radius_m:
             return ADVANCING if performed else DUE
@@ -87,7 +90,9 @@ class Inspecting(Behaviour):
         to_go_m = distance_m(motion, place_m)
         if to_go_m <= CAPTURE_M:
             return Reference(place_m, 0.0)
-        return Reference(place_m, self._transit_mps if to_go_m > self._slow_within_m else self._finds.close_speed_mps)
+        if to_go_m > self._slow_within_m:
+            return Reference(place_m, self._transit_mps)
+        return Reference(place_m, self._finds.close_speed_mps, is_over_ground=True)
 
     def _place(self, picture: Picture) -> Point | None:
         place_m: Point | None = picture.facts.get(("foundAt", self._find))

@@ -38,7 +38,7 @@ class TrueCoverage:
                 swaths = self._swaths[name] = _swaths_of(layer.data)
             motion, dead = layer.motion, vehicle.condition.dead_sensors
             for sensor, limit_mps, reach_m in swaths:
-                if motion.speed_mps <= limit_mps and sensor in layer.sensing and sensor not in dead:
+                if layer.guidance.ground_mps <= limit_mps and sensor in layer.sensing and sensor not in dead:
                     self._looked.setdefault(name, set()).add((motion.x_m, motion.y_m, reach_m))
         return None
 

@@ -138,7 +138,7 @@ class SwathSettings(SensorSettings):
     EQUIPMENT: ClassVar[str] = "MappingSonar"
 
     swath_m: float = Field(ge=0.1, description="width that the mapping sensor covers")
-    speed_limit_mps: float = Field(gt=0.0, description="greatest speed at which it maps")
+    speed_limit_mps: float = Field(gt=0.0, description="greatest speed over ground at which it maps")
 
     def make(self, data: VehicleData) -> SwathSensor:
         """The sensor; a vehicle that is slower or faster than its data maps at its own speed all the same."""
@@ -149,8 +149,8 @@ VISIT_GAP_S = 1.5
 """Two looks that are farther apart belong to two visits; a motion tick is a second at most."""
 
 
-KNOWN = (0.0, 0.0)
-"""Error of a vehicle that knows where it is."""
+KNOWN = STILL = (0.0, 0.0)
+"""Error of a vehicle that knows where it is; velocity of water that stands."""
 
 
 class Stays:
@@ -203,7 +203,8 @@ class SwathSensor:
 
     def sense(self, pose: Pose, world: Seabed, now_s: float) -> list[Observation]:
         """Cells mapped now that this sensor had not mapped before, and features found or inspected."""
-        if pose.speed_mps > self._speed_limit_mps:
+        speed_mps = pose.speed_mps if pose.flow_mps == STILL else pose.ground_mps
+        if speed_mps > self._speed_limit_mps:
             return []
         reach_m = self._reach_m - pose.uncertainty_m
         x_m, y_m = (pose.x_m, pose.y_m) if pose.error_m == KNOWN else pose.believed_m
@@ -218,7 +219,7 @@ class SwathSensor:
             found.append(Observation(((area, "mappedCell", index),)))
             if pose.error_m == KNOWN and (feature := world.features.get(cell)) is not None:
                 found.append(Observation(((feature.name, "foundAt", feature.position_m),)))
-        for feature in self._stays.inspected(world, (pose.x_m, pose.y_m), pose.speed_mps, now_s):
+        for feature in self._stays.inspected(world, (pose.x_m, pose.y_m), speed_mps, now_s):
             found.append(Observation(((feature.name, "inspectedBy", self._vehicle),)))
         return found
 

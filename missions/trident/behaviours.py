@@ -138,7 +138,7 @@ class Surveying(Behaviour):
         if self._lane is None:
             return None
         if self._is_on_lane or distance_m(motion, self._lane.begin_m) <= CAPTURE_M:
-            return Reference(self._lane.end_m, self._survey_mps)
+            return Reference(self._lane.end_m, self._survey_mps, is_over_ground=True)
         return Reference(self._lane.begin_m, self._transit_mps)
 
 
@@ -256,7 +256,9 @@ class Reacquiring(Behaviour):
             return None
         target_m = self._next(place_m)
         is_far = self._corner < 0 and distance_m(motion, target_m) > 2.0 * self._step_m
-        return Reference(target_m, self._data.transit_speed_mps if is_far else self._search_mps)
+        if is_far:
+            return Reference(target_m, self._data.transit_speed_mps)
+        return Reference(target_m, self._search_mps, is_over_ground=True)
 
 
 class Intervening(Behaviour):

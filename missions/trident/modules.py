@@ -83,7 +83,7 @@ class SurveyorSettings(ModuleSettings):
     """A module that charts the seabed below and finds what lies there."""
 
     reach_m: float = Field(gt=0.0, le=200.0, description="it charts so far to both sides of the track")
-    speed_limit_mps: float = Field(gt=0.0, description="greatest speed at which it charts")
+    speed_limit_mps: float = Field(gt=0.0, description="greatest speed over ground at which it charts")
     sigma_m: float = Field(
         gt=0.0, le=32.0, description="standard deviation of the place of what it finds, on each axis"
     )
@@ -110,7 +110,7 @@ class Surveyor:
 
     def sense(self, pose: Pose, world: Site, now_s: float) -> list[Observation]:
         """What is charted, and found, for the first time, or after a while again."""
-        if pose.speed_mps > self._limit_mps:
+        if pose.ground_mps > self._limit_mps:
             return []
         settings, at_m = self._settings, (pose.x_m, pose.y_m)
         found = []
@@ -141,7 +141,7 @@ class FinderSettings(ModuleSettings):
     """A module that sees from near what a candidate is, and where."""
 
     range_m: float = Field(gt=0.0, description="farthest object that it sees")
-    speed_limit_mps: float = Field(0.8, gt=0.0, description="greatest speed at which it sees something")
+    speed_limit_mps: float = Field(0.8, gt=0.0, description="greatest speed over ground at which it sees something")
     sigma_m: float = Field(gt=0.0, le=32.0, description="standard deviation of the place that it sees, on each axis")
     p_right: float = Field(gt=0.5, le=1.0, description="probability that it takes an object for what it is")
 
@@ -162,7 +162,7 @@ class Finder:
     def sense(self, pose: Pose, world: Site, now_s: float) -> list[Observation]:
         """Place of each object in range, and with the first look what it is."""
         settings, at_m, found = self._settings, (pose.x_m, pose.y_m), []
-        if pose.speed_mps > self._limit_mps:
+        if pose.ground_mps > self._limit_mps:
             return []
         for number, one in enumerate(world.objects):
             if distance(one.position_m, at_m) > settings.range_m or not self._looks.is_due(number, now_s):
@@ -205,7 +205,7 @@ class Effector:
         if now_s - self._last_s > 1.5:  # it was off
             self._since_s = None
         self._last_s = now_s
-        if pose.speed_mps > REST_MPS or nearest is None or nearest[0] > REACH_M:
+        if pose.ground_mps > REST_MPS or nearest is None or nearest[0] > REACH_M:
             self._since_s = None
             return []
         self._since_s = now_s if self._since_s is None else self._since_s

@@ -61,6 +61,11 @@ class Guidance:
         """The speed that the vehicle can go at now (m/s)."""
         return self._speed_factor * self._greatest_speed_mps
 
+    @property
+    def ground_mps(self) -> float:
+        """Speed over ground (m/s)."""
+        return self.motion.speed_mps
+
     def slow_down(self, factor: float) -> None:
         """Let the vehicle go at this share of every speed from now on."""
         self._speed_factor = factor
@@ -89,7 +94,7 @@ class Guidance:
         if reference is None:
             target_m, speed_mps = self.motion.position_m, 0.0
         else:
-            (x_m, y_m), speed_mps, _ = reference
+            (x_m, y_m), speed_mps, *_ = reference
             off_x_m, off_y_m = self.error_m
             target_m, most_mps = (x_m - off_x_m, y_m - off_y_m), self._greatest_speed_mps
             speed_mps = self._speed_factor * (speed_mps if speed_mps <= most_mps else most_mps)

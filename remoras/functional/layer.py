@@ -306,7 +306,7 @@ class FunctionalLayer:
         """
         reference, believed, motion = self.held, self.believed, self.motion
         if reference is not None:
-            (x_m, y_m), _, holds_m = reference
+            (x_m, y_m), _, holds_m, _ = reference
             dx_m, dy_m = x_m - believed.x_m, y_m - believed.y_m
             if math.sqrt(dx_m * dx_m + dy_m * dy_m) <= holds_m:
                 reference = None

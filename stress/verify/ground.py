@@ -1,7 +1,7 @@
 """The ground of mapping: which cells were covered when and by whom, and what share of the goal that is.
 
 docs/model/mapping.md, "Survey": a cell is covered when its centre is within half a swath of a vehicle whose mapping
-sensor is on and works, and whose speed does not exceed the limit of the sensor.
+sensor is on and works, and whose speed over ground does not exceed the limit of the sensor.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import numpy as np
 
 from stress.verify.findings import CheckReport
 from stress.verify.kinds import AWAY, dead_sensors, kind_of
+from stress.verify.motion import water_mps
 from stress.verify.record import ANGLE_STEP_RAD, PLACE_STEP_M, SPEED_STEP_MPS, Array, Record, Spell, Track
 
 SENSING = {"Mapping", "Inspecting"}
@@ -136,14 +137,16 @@ def _check_vehicle(
     time_s = track.time_s
     was_on, was_surely_on = sensor_was_on(record, name, time_s)
     awake = was_on & ~record.during(name, AWAY, time_s)
+    is_still = not record.of("current")
+    ground_mps, error_mps = _over_ground(record, track)
     surely: dict[tuple[int, int], float] = {}
     perhaps: dict[tuple[int, int], list[float]] = {}
     for swath in mapping_swaths(record.vehicles[name]):
         on = awake & ~sensor_was_dead(record.spells, name, swath.name, time_s)
         most_mps = swath.limit_mps * (1.0 + record.spread)
-        slow = track.speed_mps <= most_mps * 1.000001 + SPEED_STEP_MPS
-        is_slow = track.speed_mps < swath.limit_mps * (1.0 - record.spread) * 1.000001 - SPEED_STEP_MPS / 2.0
-        if not record.spread:
+        slow = ground_mps <= most_mps * 1.000001 + error_mps
+        is_slow = ground_mps < swath.limit_mps * (1.0 - record.spread) * 1.000001 - error_mps / 2.0
+        if not record.spread and is_still:
             is_slow |= _is_steady(track, swath.limit_mps)
         is_sure = (is_slow & was_surely_on).tolist()
         for at, cell, distance_m in _below(record, track, np.flatnonzero(on & slow), swath.reach_m + REACH_M, cells):
@@ -164,6 +167,19 @@ def _check_vehicle(
             report.add(
                 "swath", "coverage", stated[cell], name, f"cell {cell} first at {stated[cell]:g} s", f"{at_s:g} s"
             )
+
+
+def _over_ground(record: Record, track: Track) -> tuple[Array, Array]:
+    """Speed over ground at each tick, and how far it may be off by rounding; without bound where surges are drawn."""
+    speed = track.speed_mps
+    if not record.of("current"):
+        return speed, np.full(len(speed), SPEED_STEP_MPS)
+    error_mps = SPEED_STEP_MPS + ANGLE_STEP_RAD * speed
+    water = water_mps(record, track.depth_m[:-1], track.time_s[:-1])
+    if water is None:
+        return speed, np.full(len(speed), math.inf)
+    east, north = (np.concatenate(([0.0], flow)) for flow in water)
+    return np.hypot(speed * np.cos(track.heading_rad) + east, speed * np.sin(track.heading_rad) + north), error_mps
 
 
 def _is_steady(track: Track, speed_mps: float) -> Array:

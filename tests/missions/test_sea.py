@@ -10,12 +10,14 @@ from cli.invoked import remoras
 from small_mission import SMALL, line_of
 
 from missions.errors import ConfigurationError, ConfigurationFault
+from missions.features.current import GuidanceInCurrent
 from missions.features.navigation import Adrift
 from missions.mapping import MappingMission
 from missions.runs.run import Run
 from missions.runs.run import run as run_scenario
 from missions.runs.summary import summary
 from missions.scenarios import load
+from remoras.current import through_water
 
 
 def finished(*settings: str, seed: int = 1) -> Run:
@@ -68,15 +70,62 @@ def test_water_that_stands_changes_nothing() -> None:
     assert finished(short, "current.east_mps=0.1").recorder.trajectories != plain.recorder.trajectories
 
 
-def test_the_mission_completes_in_a_current_and_takes_longer() -> None:
-    """0.5 m/s to the north; rows of the survey lie east and west, so that each takes longer on the whole."""
+def test_the_mission_completes_in_a_current_and_takes_more_energy() -> None:
+    """0.5 m/s to the north; rows of the survey lie east and west, and are passed at the same speed over ground."""
     against = finished("current.north_mps=0.5")
     found = summary(against)
     assert found["completed"]
     assert found["conflicts"] == 0
-    done_s = {m.vehicle: m.time_s for m in against.milestones if m.name == "mapping_done"}
-    usual_s = {m.vehicle: m.time_s for m in finished().milestones if m.name == "mapping_done"}
-    assert all(done_s[name] > usual_s[name] for name in done_s)
+    assert found["energy_j"] > summary(finished())["energy_j"]
+
+
+def over_ground_mps(run: Run) -> dict[str, float]:
+    """Greatest speed over ground, by vehicle, in a tick in which it covered cells."""
+    fastest: dict[str, float] = {}
+    tracks: dict[str, list[tuple[float, float, float]]] = {}
+    for time_s, name, x_m, y_m, *_ in run.recorder.trajectories:
+        tracks.setdefault(name, []).append((time_s, x_m, y_m))
+    for name, track in tracks.items():
+        covered_s = {row[0] for row in run.recorder.rows("coverage") if row[1] == name}
+        for (from_s, *from_m), (time_s, *to_m) in pairwise(track):
+            if time_s in covered_s:
+                fastest[name] = max(fastest.get(name, 0.0), math.dist(from_m, to_m) / (time_s - from_s))
+    return fastest
+
+
+IN_A_CURRENT = ("current.east_mps=-0.9", "current.north_mps=0.9")
+
+
+@pytest.mark.parametrize("current", [("current.east_mps=0.6",), pytest.param(IN_A_CURRENT, marks=pytest.mark.slow)])
+def test_no_cell_is_covered_faster_over_ground_than_the_sensor_may(current: tuple[str, ...]) -> None:
+    """1.3 and 2 m/s; rows with the current and against it are passed alike."""
+    run = finished("uncertainty.speed_spread=0", *current)
+    assert summary(run)["coverage_fraction"] >= 0.95
+    fastest_mps = over_ground_mps(run)
+    assert fastest_mps["AUV00"] <= 1.3 + 1e-5
+    assert max(fastest_mps.values()) <= 2.0 + 1e-5
+
+
+@pytest.mark.slow
+def test_without_speed_over_ground_rows_against_the_current_take_for_good(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The survey speed is hardly more than the current, so that the way made good is next to none."""
+    settings = ("scenario.duration_s=4000", *IN_A_CURRENT)
+    assert summary(finished(*settings))["completed"]
+    monkeypatch.setattr(
+        GuidanceInCurrent,
+        "_through_water",
+        lambda self, course, speed_mps: (through_water(course, speed_mps, self.flow_mps), speed_mps),
+    )
+    assert summary(finished(*settings))["coverage_fraction"] < 0.9
+
+
+def test_a_vehicle_that_makes_no_way_says_so_and_blames_no_sensor() -> None:
+    """All are as fast as the current but for a hair: nobody gets to an area, and all sensors work."""
+    fast = [f"vehicle.{n}.{kind}_speed_mps=1.3" for n in ("AUV00", "AUV01", "AUV02") for kind in ("transit", "survey")]
+    run = finished("uncertainty.speed_spread=0", "scenario.duration_s=900", "current.north_mps=-1.2999", *fast)
+    cannot = {row[1] for row in run.recorder.faults if row[2] == "cannot"}
+    assert cannot == {"AUV00", "AUV01", "AUV02"}
+    assert not [row for row in run.recorder.items if row[5] == "sensorsWork"]
 
 
 def test_water_carries_vehicles_where_its_table_says() -> None:

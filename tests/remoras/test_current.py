@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from missions.features import current as of_scenarios
+from remoras.behaviours import Reference
 from remoras.current import Current, through_water
 from remoras.functional import guidance
 
@@ -151,3 +152,26 @@ def test_crossing_of_16_under_current_in_ten_seeds(kind: str, current: Current) 
     for seed in range(10):
         found = travel(crossing(kind, 16, seed, current))
         assert (found.n_conflicts, found.n_arrived) == (0, 16)
+
+
+@given(st.floats(0.05, 2.5), st.floats(-7.0, 7.0), st.floats(0.0, 1.2), st.floats(-7.0, 7.0), st.floats(20.0, 500.0))
+def test_a_speed_over_ground_is_held_where_the_greatest_speed_allows_it(
+    speed_mps: float, course_rad: float, flow_mps: float, flow_rad: float, range_m: float
+) -> None:
+    """Else the vehicle goes as fast as it can, straight over ground all the same."""
+    flow = flow_mps * math.cos(flow_rad), flow_mps * math.sin(flow_rad)
+    course = math.cos(course_rad), math.sin(course_rad)
+    target_m = range_m * course[0], range_m * course[1]
+    moves = traveller(0, (0.0, 0.0), target_m, current=Current(*flow)).functional.guidance
+    assert isinstance(moves, of_scenarios.GuidanceInCurrent)
+    moves.move(Reference(target_m, speed_mps, is_over_ground=True), (), {}, 0.0, 1e-9)
+    (x_m, y_m), water_mps = moves._upstream(target_m, speed_mps, 1.0)
+    assert water_mps <= moves.most_mps + 1e-9
+    if math.hypot(x_m, y_m) < 1e-6:
+        return  # it lets itself be carried
+    ahead = x_m / math.hypot(x_m, y_m), y_m / math.hypot(x_m, y_m)
+    ground = water_mps * ahead[0] + flow[0], water_mps * ahead[1] + flow[1]
+    if water_mps < moves.most_mps - 1e-9:
+        assert ground == pytest.approx((speed_mps * course[0], speed_mps * course[1]), abs=1e-6)
+    else:
+        assert ground[1] * course[0] - ground[0] * course[1] == pytest.approx(0.0, abs=1e-6)
