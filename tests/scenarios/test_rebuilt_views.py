@@ -11,9 +11,8 @@ import pytest
 from missions.runs.assembly import assemble
 from missions.runs.setup import resolved
 from missions.scenarios import load
-from remoras.vehicle import Vehicle
 from tests.tools.campaigns import ground_of
-from worldmodel.remembering import remember
+from tests.tools.rebuilt_views import known, rebuilt
 
 LOST, MUTE = 'kind="lost",vehicle="AUV00",at_s=60', 'kind="mute",vehicle="AUV00",at_s=40,until_s=130'
 CASES = {
@@ -21,18 +20,6 @@ CASES = {
     "contract-net": ("mapping-patches-small", 0.7, MUTE),
 }
 """By strategy: the ground, what is lost, and what befalls the head."""
-
-
-def knows(vehicle: Vehicle) -> tuple[object, ...]:
-    social = vehicle.social
-    standing = social.standing
-    return (
-        standing.organisation,
-        set(social.objectives.values()),
-        social.missions,
-        standing.takes_no_jobs,
-        standing.view.leadership.leading,
-    )
 
 
 @pytest.mark.parametrize("strategy", CASES)
@@ -49,9 +36,6 @@ def test_a_view_follows_from_all_facts_at_once(strategy: str) -> None:
         assert any("Operational" in vehicle.social.standing.view.leadership.leading for vehicle in there)
         for vehicle in there:
             fresh = again.vehicles[vehicle.data.node]
-            fresh.social.standing._membership.absent = vehicle.social.standing.absent
-            fresh.social.consider(remember(fresh.beliefs.model, vehicle.beliefs.model, fleet.now_s).changes)
-            fresh.social.consult()
-            assert knows(fresh) == knows(vehicle), vehicle.name
+            assert rebuilt(vehicle, fresh, fleet.now_s) == known(vehicle), vehicle.name
         fleet.close()
         again.close()
