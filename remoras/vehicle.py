@@ -246,7 +246,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
 
     def _take_effect(self, now_s: float) -> bool:
         """Roles and objectives stated so far count from now on."""
-        if not self.social.consultation_due:
+        if not self.social.standing.is_due:
             return False
         self._may_have_replanned = True
         self._take_on(self.social.consult(), now_s)

@@ -254,7 +254,7 @@ class SocialLayer:
         self._picture.groups.returned_s |= dict.fromkeys(seen.changes.present, now_s)
         events = tuple((event, peer) for event, peers in seen.changes._asdict().items() for peer in peers)
         moved = {peer for _, peer in events}
-        roles = [assignment for assignment in self.organisation.assignments if assignment.vehicle in moved]
+        roles = sorted(assignment for assignment in self.organisation.assignments if assignment.vehicle in moved)
         undone = [] if seen.undone is None else [*seen.undone.assigned, *seen.undone.left]
         keys = {("members", f"{role.group}.{role.role}") for role in [*roles, *undone]}
         stale = self.pursuit.let_go(keys | self._gatherings.concluded_alone | (over or set()))
@@ -307,11 +307,6 @@ class SocialLayer:
             )
 
     # The end of a round --------------------------------------------------------------------------
-
-    @property
-    def consultation_due(self) -> bool:
-        """True if something was said of roles or objectives that does not count yet."""
-        return self.standing.is_due
 
     def consult(self) -> Considered:
         """End of a round: what was said in it of roles and objectives counts from now on."""

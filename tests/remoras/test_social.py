@@ -6,6 +6,7 @@ and AUV02 are Performers.
 """
 
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import chain, permutations
 from random import Random
 from typing import Any
@@ -19,7 +20,7 @@ from missions.runs.setup import resolved
 from missions.scenarios import load
 from remoras.activities import Objective
 from remoras.fleet import Fleet
-from remoras.organisation import Outcome, RoleAssignment
+from remoras.organisation import Organisation, Outcome, RoleAssignment
 from remoras.social.gatherings import Gatherings
 from remoras.social.layer import SocialLayer
 from remoras.social.role_holders import holders_after
@@ -109,7 +110,7 @@ def test_an_assignment_counts_from_the_end_of_the_round(fleet: Fleet) -> None:
     block = say(issuer, LEFT)
     hear(heard, block)
     for vehicle in (issuer, heard):
-        assert vehicle.social.consultation_due
+        assert vehicle.social.standing.is_due
         assert not vehicle.social.organisation.plays("AUV01", "Operational", "LeftWinger")
     result = heard.social.consult()
     assert moved(heard) == ([RoleAssignment("Operational", "LeftWinger", "AUV01")], [])
@@ -153,7 +154,7 @@ def test_a_round_is_over_once(fleet: Fleet) -> None:
     heard = named(fleet, "AUV01")
     hear(heard, say(named(fleet, "AUV00"), LEFT))
     heard.social.consult()
-    assert not heard.social.consultation_due
+    assert not heard.social.standing.is_due
     heard.social.consult()
     assert moved(heard) == ([], [])
 
@@ -460,6 +461,21 @@ def test_activities_under_way_are_kept(fleet: Fleet) -> None:
     vehicle.social.consult()
     first = vehicle.social.activity_sets((0.0, 0.0))
     assert vehicle.social.activity_sets((700.0, 700.0)) == first
+
+
+@pytest.mark.parametrize("is_turned", [False, True])
+def test_who_has_fallen_silent_is_listed_in_an_order_that_is_always_the_same(fleet: Fleet, is_turned: bool) -> None:
+    """Plans name them; an organisation has its roles in a set, whose order is that of a process."""
+    social, _ = planned(fleet)
+    standing, frame_s = social.standing, SETUP.schedule.frame_s
+    roles = sorted(social.organisation.assignments, reverse=is_turned)
+    turned: Any = Organisation(social.organisation.groups, tuple(roles))  # type: ignore[arg-type]
+    standing.view = replace(standing.view, organisation=turned)
+    standing._take_over(standing.view)
+    for frame in range(1, 100):
+        social._picture.peers.heard_s["ASV00"] = frame * frame_s
+        social.look_around(frame * frame_s)
+    assert social.planner.lost["Operational.Performer"] == ("AUV01", "AUV02")
 
 
 # Late news ----------------------------------------------------------------------------------------
