@@ -99,6 +99,7 @@ class ExchangeManager:
         payload_bits: size of a packet on the modem.
         needs: which nodes need what, with priorities; ``renew`` is called when they have changed.
         options: what it does beyond these.
+        speakers: of each origin beyond the nodes, in the order of their numbers, the node that tells what it told.
 
     Raises:
         ConfigurationError: the header and one signal do not fit ``payload_bits``.
@@ -114,6 +115,7 @@ class ExchangeManager:
         payload_bits: int,
         needs: Needs,
         options: Options = USUAL,
+        speakers: Sequence[int] = (),
     ) -> None:
         self._me = me
         self._model = model
@@ -130,10 +132,11 @@ class ExchangeManager:
                 f"that policy {policy.name} needs for {schedule.n_nodes} nodes"
             )
         refuse_longer_texts(codec, self._room_bits)
-        self._n_nodes = schedule.n_nodes
-        states, kind = (ack.new_state(self._n_nodes), ack.new_state(self._n_nodes)), policy.acknowledgement
+        self.n_nodes = schedule.n_nodes
+        """Size of the fleet."""
+        states, kind = (ack.new_state(self.n_nodes), ack.new_state(self.n_nodes)), policy.acknowledgement
         self._state = states[0]
-        self._ledger = Ledger(self._n_nodes)
+        self._ledger = Ledger(self.n_nodes, speakers)
         self.queue = Queue(options.value, options.queue_limit)
         """What waits to be said, why it was not said, and what is said no more."""
         self._interests = Interests(me, model, needs, self._ledger, self.queue, codec.fragment_bits, options.selective)
@@ -144,7 +147,7 @@ class ExchangeManager:
         self.relaying: list[Relaying] = []
         """What it sends for others whom somebody hardly hears: one of them, or none where all repeat or if it is taken
         out."""
-        self._peers = PeerStates(me, self._n_nodes, states, kind, self.parking, self.relaying)
+        self._peers = PeerStates(me, self.n_nodes, states, kind, self.parking, self.relaying, self._ledger.speakers)
         self._turns = [Turns(me, schedule, model)] if schedule.is_by_frame else []
         by_frames, by_slots = (me, schedule, *states, kind), (me, schedule, self._state, kind)
         self._ageing: Ageing = ByFrames(*by_frames) if schedule.is_by_frame else BySlots(*by_slots)
@@ -158,7 +161,7 @@ class ExchangeManager:
             me, model, self._state, self._ledger, self._interests, self._holders, self._peers, self._ageing, policy,
             options.carrier_evidence, self.summaries, schedule.frame_s, *[turns.attribute for turns in self._turns],
         )  # fmt: skip
-        self.parking.append(Parking(me, self._n_nodes, self._peers, self._ledger, self._listener))
+        self.parking.append(Parking(me, self.n_nodes, self._peers, self._ledger, self._listener))
         if not policy.repeat:
             self.relaying.append(Relaying(me, self._state, self._ledger, self._peers, self._listener))
         self.half_blocks = self._listener.assembly.lacking
@@ -264,7 +267,7 @@ class ExchangeManager:
         slot = self._schedule.slot_at(now_s)
         for turns in self._turns:
             return turns.own_slot(slot, now_s)
-        if (owner := slot % self._n_nodes) != self._me:
+        if (owner := slot % self.n_nodes) != self._me:
             raise ConfigurationError(f"slot {slot} at {now_s} s belongs to node {owner}, not to node {self._me}")
         return slot
 
@@ -329,7 +332,7 @@ class ExchangeManager:
                 content |= 1 << candidate.column
             else:
                 status.append(candidate.uid)
-        rows = [0] * self._n_nodes
+        rows = [0] * self.n_nodes
         is_doubted = frame < self._peers.trusted_from and self._peers.is_doubted(self._me, frame)
         self._ageing.compose(slot, 0 if is_doubted else content, rows)
         for relaying in self.relaying:

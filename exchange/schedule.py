@@ -29,6 +29,7 @@ class TdmaSchedule:
         slots: nodes of each slot of the frame, by the list that is agreed before the mission; empty: one slot for each
             node, in their order.
         is_aloha: each node sends once in a frame, at a time drawn by itself. Its slot is a number and no more.
+        phase_s: how long a slot is open before its packet is sent; meanwhile fleets nearby send by schedules of theirs.
     """
 
     n_nodes: int
@@ -36,6 +37,7 @@ class TdmaSchedule:
     guard_s: float
     slots: tuple[tuple[int, ...], ...] = ()
     is_aloha: bool = False
+    phase_s: float = 0.0
     slot_s: float = field(init=False, repr=False, compare=False)
     """Length of a slot."""
     n_slots: int = field(init=False, repr=False, compare=False)
@@ -50,9 +52,10 @@ class TdmaSchedule:
         object.__setattr__(self, "n_slots", len(self.slots) or self.n_nodes)
         object.__setattr__(self, "frame_s", self.n_slots * self.slot_s)
         object.__setattr__(self, "is_by_frame", bool(self.slots) or self.is_aloha)
-        if self.n_nodes < 2 or self.n_slots < 2 or self.packet_s <= 0.0 or self.guard_s < 0.0:
+        if self.n_nodes < 2 or self.n_slots < 2 or self.packet_s <= 0.0 or not 0.0 <= self.phase_s <= self.guard_s:
             raise ConfigurationError(
-                f"a TDMA schedule needs n_nodes >= 2, 2 slots or more, packet_s > 0 and guard_s >= 0, not {self}"
+                "a TDMA schedule needs n_nodes >= 2, 2 slots or more, packet_s > 0 and guard_s >= phase_s >= 0, "
+                f"not {self}"
             )
 
     @classmethod
@@ -87,7 +90,7 @@ class TdmaSchedule:
             draw: uniform in [0, 1).
         """
         if not self.is_aloha:
-            return self.start_s(slot)
+            return self.start_s(slot) + self.phase_s
         return self.frame_start_s(self.frame_of(slot)) + draw * (self.frame_s - self.packet_s)
 
     def start_s(self, slot: int) -> float:

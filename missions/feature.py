@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeVar
 
 from pydantic import Field
 
@@ -18,14 +18,18 @@ from missions.errors import ConfigurationFault
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from exchange.acoustics.channel import Channel
     from exchange.schedule import TdmaSchedule
     from missions.metric import Metric
     from missions.scenarios.scenario import Scenario
     from missions.scenarios.tables import Raw
     from remoras.database import AUVDatabase, VehicleData
     from remoras.events import Part
+    from remoras.faults import Fault
+    from remoras.fleet import Fleet
     from remoras.mission import Mission
     from remoras.recorder import Recorder
+    from remoras.strategy import Strategy
     from worldmodel import Instance, TBox
 
 
@@ -113,6 +117,56 @@ class Joining:
     is_alone: bool = False
 
 
+class Neighbourhood(NamedTuple):
+    """What the vehicles of a fleet have to do with other fleets in the same sea.
+
+    Attributes:
+        vehicles: type and name of those of others that they may hear of; as origins these follow the fleet's own nodes.
+        speakers: for each of them, the node of this fleet that tells what it told.
+        instances: class and name of what is told of on top of what the fleet itself has names for.
+        phase_s: how long a slot is open before its packet is sent; others send meanwhile.
+    """
+
+    vehicles: tuple[tuple[str, str], ...] = ()
+    speakers: tuple[int, ...] = ()
+    instances: tuple[tuple[str, str], ...] = ()
+    phase_s: float = 0.0
+
+
+ALONE = Neighbourhood()
+"""Of a fleet that has the sea to itself."""
+
+
+class Common(NamedTuple):
+    """What a fleet has in common with others in the same sea.
+
+    Attributes:
+        recorder: takes its rows.
+        faults: that befall its vehicles.
+        part: what joins it to the others.
+    """
+
+    recorder: Recorder
+    faults: Sequence[Fault]
+    part: Part
+
+
+class Yard(NamedTuple):
+    """By what fleets are made, for a feature that makes several of them.
+
+    Attributes:
+        assemble: makes a fleet of its setup, seed and channel, and of what it has in common with others.
+        channel: of a setup, with the draws of a seed.
+        faults: that befall the vehicles of a setup in the run with a seed.
+        recorder: with the tables of the mission.
+    """
+
+    assemble: Callable[[Any, int, Channel, Common], Fleet]
+    channel: Callable[[Any, int], Channel]
+    faults: Callable[[Any, int], Sequence[Fault]]
+    recorder: Recorder
+
+
 @dataclass(frozen=True)
 class Feature:
     """One feature. All but its keys is asked for only where a scenario has one of them.
@@ -146,6 +200,12 @@ class Feature:
         water: called with each checked scenario; how the water moves, see ``missions.scenarios.extending.water``; None
             where it stands.
         for_all: those of ``states`` that concern everybody, where needs follow from groups.
+        most_vehicles: so many a scenario may have; 0 where the feature has nothing to say to that.
+        fleet_size: called when a scenario is checked, with the raw tables; vehicles of the largest of its fleets, if it
+            is several, else 0.
+        setup: called with a scenario, the strategy that takes the place of its own, and what resolves a scenario, with
+            a strategy and a ``Neighbourhood``; the setup of a scenario that is several fleets, None for one fleet.
+        fleet: called with such a setup, the seed and the ``Yard``; the fleets as one. At most one feature has it.
     """
 
     keys: Mapping[str, Mapping[str, tuple[Any, Any]]]
@@ -169,6 +229,10 @@ class Feature:
     locating: Callable[[Scenario], Iterable[str]] = lambda scenario: ()
     water: Callable[[Scenario], Any] = lambda scenario: None
     for_all: Sequence[str] = ()
+    most_vehicles: int = 0
+    fleet_size: Callable[[Raw], int] = lambda raw: 0
+    setup: Callable[[Scenario, Strategy | None, Callable[..., Any]], Any] = lambda scenario, strategy, resolve: None
+    fleet: Callable[[Any, int, Yard], Fleet] | None = None
 
 
 def on_unless_off(key: str, description: str, part: Callable[[Joining], Part]) -> Feature:

@@ -162,6 +162,7 @@ class Part:
         knows_vehicles: True if all know how each vehicle really is, not only what the fleet takes it to be.
         needs: called when a vehicle is made, with its world model and the needs that nobody states; who needs what
             instead. At most one part of a run has it.
+        vehicle: makes the vehicles, of what ``remoras.vehicle.Vehicle`` takes. At most one part has it.
     """
 
     begin: Callable[[Host], None] | None = None
@@ -176,6 +177,7 @@ class Part:
     lease_frames: float | None = None
     knows_vehicles: bool = False
     needs: Callable[[WorldModel, NeedsIndex | GroupNeeds], RenewedNeeds] | None = None
+    vehicle: Callable[..., Vehicle] | None = None
 
 
 def clocks_of(parts: Iterable[Part]) -> dict[int, ShownTime]:

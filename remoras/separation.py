@@ -33,6 +33,20 @@ _HALF = ((1, -1), (1, 0), (1, 1), (0, 1))
 """Squares adjacent to one, of each opposite pair only one."""
 
 
+Box = tuple[float, float, float, float]
+"""(x_min, y_min, x_max, y_max), metres."""
+
+
+def boxes_apart_m(one: Box, other: Box) -> float:
+    """Distance of two boxes; 0 where they touch.
+
+    >>> boxes_apart_m((0.0, 0.0, 10.0, 10.0), (13.0, 14.0, 20.0, 20.0))
+    5.0
+    """
+    east_m = max(other[0] - one[2], one[0] - other[2], 0.0)
+    return length(east_m, max(other[1] - one[3], one[1] - other[3], 0.0))
+
+
 class _Layer(Protocol):
     @property
     def motion(self) -> Motion:
@@ -112,7 +126,7 @@ class Separation:
         self._conflicts: frozenset[tuple[int, int]] = frozenset()
 
     def look(self) -> dict[int, list[Neighbour]]:
-        """What the obstacle sonar of every vehicle sees of the others, by node; who sees nobody is missing.
+        """What the obstacle sonar of every vehicle sees of the others, by its index; who sees nobody is missing.
 
         One without power floats up, out of the way.
         """
@@ -135,8 +149,8 @@ class Separation:
             if not (of_one.is_alive and of_other.is_alive and self.may_meet(one, other)):
                 continue
             self._pairs.append((one, other))
-            seen.setdefault(of_one.data.node, []).append(Neighbour(dx_m, dy_m, *b.velocity_mps))
-            seen.setdefault(of_other.data.node, []).append(Neighbour(-dx_m, -dy_m, *a.velocity_mps))
+            seen.setdefault(one, []).append(Neighbour(dx_m, dy_m, *b.velocity_mps))
+            seen.setdefault(other, []).append(Neighbour(-dx_m, -dy_m, *a.velocity_mps))
 
     def may_meet(self, one: int, other: int) -> bool:
         """True if two vehicles of a layer, by index, keep clear of each other: a layer may be thicker than that."""

@@ -103,6 +103,11 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         """True while there is energy left and no fault has taken the vehicle away."""
         return self.functional.is_on
 
+    @property
+    def real(self) -> VehicleData:
+        """Its data as it really is."""
+        return self.functional.data
+
     def suffer(self, condition: Condition) -> None:
         """Be in another condition from now on; called by the fleet when a fault begins or is over."""
         self.condition = condition

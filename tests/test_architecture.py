@@ -120,7 +120,10 @@ DOORS: dict[str, set[str]] = {
 """Single modules of other rooms that a room may import."""
 FOR_ALL = "exchange.arithmetic"
 """Everybody may import it; it imports nothing."""
-HULL = {"remoras.vehicle", "remoras.radio", "remoras.fleet", "remoras.solo", "remoras.traffic", "remoras.view"}
+HULL = {
+    "remoras.vehicle", "remoras.radio", "remoras.fleet", "remoras.flotilla", "remoras.solo", "remoras.traffic",
+    "remoras.view",
+}  # fmt: skip
 LAYERS = ("remoras.social", "remoras.executive", "remoras.functional")
 HOST = "remoras.host"
 KNOW_MESA = {"remoras.fleet", "remoras.solo", "remoras.vehicle"}
@@ -147,6 +150,8 @@ TRIES = "stress.conformance"
 """Puts plug-ins to jobs of mapping; what it puts them to is drawn by seed, and no run depends on it."""
 INDEPENDENT = "stress.verify"
 """Reads results of all missions with nothing of theirs, so it has their words."""
+CELLULAR = "missions.features.cells"
+"""There a cell is what it is in cellular networks: a part of a fleet with slots of its own. No mission knows it."""
 GENERAL = ("ReturningToArea", "area of operations", "areas of operations", "FocusArea", "focusArea", "focus area")
 """A vehicle stays in the area of operations whatever its mission is; focus areas are of the core ontology."""
 SAYS_WHEN = "missions.sweeps.execution"  # stamps a line of the sweep's log with the time it finished
@@ -237,7 +242,7 @@ def broken_rules(found: Import) -> Iterator[str]:
         yield "nobody imports the face: name the module that is meant"
     room, other = room_of(module), room_of(target)
     if module in HULL and (other in LAYERS or within(target, "exchange.acoustics")):
-        if other not in LAYERS and module not in ("remoras.fleet", "remoras.traffic"):
+        if other not in LAYERS and module not in ("remoras.fleet", "remoras.flotilla", "remoras.traffic"):
             yield "in remoras only the fleet knows the sea"
     elif other not in ROOMS[room] and not any(within(target, door) for door in DOORS.get(room, ())):
         yield f"{room} may import {', '.join(sorted(ROOMS[room] | DOORS.get(room, set())))}"
@@ -355,6 +360,8 @@ def own_words(module: str) -> set[str]:
     """Words of the mission that a module belongs to: another one may have the same."""
     if within(module, INDEPENDENT) or within(module, TRIES):
         return {word for words in WORDS_OF.values() for word in words}
+    if module == CELLULAR:
+        return {"cell", "cells"}
     return {word for mission, words in WORDS_OF.items() if within(module, mission) for word in words}
 
 

@@ -36,6 +36,8 @@ PLACES = 13
 """`trial` of the draws that say which of their bits are turned."""
 SITES = 14
 """`trial` of the draws that say how links of one length differ by place, time and receiver."""
+FLEETS = 15
+"""`trial` of the draws by which fleets in one sea have seeds of their own."""
 
 _LOW_64 = 0xFFFF_FFFF_FFFF_FFFF
 _LOW_37 = (1 << 37) - 1

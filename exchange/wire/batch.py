@@ -145,11 +145,11 @@ class _Layout:
     def __init__(self, codec: Codec, attribute: int) -> None:
         fragments, facts = codec.fragments, codec.fragments.facts
         self._kind: Attribute = facts.attribute(attribute)
-        self._time, self._n_nodes = fragments.time, fragments.n_nodes
+        self._time, self._n_origins = fragments.time, fragments.n_origins
         self._n_instances, self._n_values = facts.n_instances, facts.count(attribute)
         values = [field.size_bits for field in self._kind.fields] or [facts.value_bits(attribute)]
         names = ["origins", "epochs", "sequences", "times_s", "subjects", *["values"] * len(values)]
-        widths = [fragments.node_bits, EPOCH_BITS, fragments.sequence_bits, self._time.size_bits, facts.subject_bits]
+        widths = [fragments.origin_bits, EPOCH_BITS, fragments.sequence_bits, self._time.size_bits, facts.subject_bits]
         if self._kind.uncertainty is not None:
             names += ["uncertainties"]
             values += [1 + self._kind.uncertainty.size_bits]
@@ -178,7 +178,7 @@ class _Layout:
         """The table that has these whole numbers; raises PeerFault for one that means nothing."""
         origins, epochs, sequences, times, subjects, *rest = columns
         for name, column, n_values in (
-            ("origin", origins, self._n_nodes),
+            ("origin", origins, self._n_origins),
             ("instance", subjects, self._n_instances),
             *([] if self._kind.fields else [(self._kind.name, rest[0], self._n_values)]),
         ):

@@ -9,9 +9,9 @@ Layout, most significant bit first (sizes in bits; ``w(n) = ceil(log2 n)``)::
               [| zeros to a byte]; in brackets first what a slot list needs, then what encryption does
     section   0 age, fact, sequence: an own fragment that is a whole block of a single fact
               100 age, part, facts, sequence: any other own fragment
-              101 origin w(nodes), epoch 2, age, part, facts, sequence: a relayed fragment
+              101 origin w(origins), epoch 2, age, part, facts, sequence: a relayed fragment
               1100 role w(instances), value 8 (two's complement): an influence signal
-              1101 origin w(nodes), epoch 2, highest + 1 w(items), mask 8: a summary of what the sender holds
+              1101 origin w(origins), epoch 2, highest + 1 w(items), mask 8: a summary of what the sender holds
     part      part of a larger block 1 [index 4, count - 1 4]
     facts     fact | another follows 1 [fact | another follows 1 ...]
     fact      subject w(instances) | attribute w(those exchanged + 1), another's is longer | value
@@ -192,7 +192,7 @@ class SideCodec:
             FieldSize("signal", "role", self._role_bits, "its instance"),
             FieldSize("signal", "value", SIGNAL_VALUE_BITS, "-128 to 127"),
             FieldSize("summary", "summary", SUMMARY_BITS[1], "one comes"),
-            FieldSize("summary", "origin", self._fragments.node_bits, "whose items"),
+            FieldSize("summary", "origin", self._fragments.origin_bits, "whose items"),
             FieldSize("summary", "origin's epoch", EPOCH_BITS),
             FieldSize("summary", "highest", self._fragments.sequence_bits, "all up to it are held; more bits beyond"),
             FieldSize("summary", "mask", MASK_BITS, "which of those behind the first gap are held"),
@@ -207,8 +207,8 @@ class SideCodec:
     def _encode_summary(self, summary: Summary) -> Bits:
         refuse_epoch(summary.epoch)
         highest, highest_bits = codes.natural(summary.highest + 1, self._fragments.sequence_bits)
-        bits = (SUMMARY_BITS[0] << self._fragments.node_bits | summary.origin) << EPOCH_BITS | summary.epoch
-        size_bits = SUMMARY_BITS[1] + self._fragments.node_bits + EPOCH_BITS + highest_bits + MASK_BITS
+        bits = (SUMMARY_BITS[0] << self._fragments.origin_bits | summary.origin) << EPOCH_BITS | summary.epoch
+        size_bits = SUMMARY_BITS[1] + self._fragments.origin_bits + EPOCH_BITS + highest_bits + MASK_BITS
         return (bits << highest_bits | highest) << MASK_BITS | summary.mask, size_bits
 
     def _signal_of(self, word: int) -> InfluenceSignal:
@@ -241,6 +241,7 @@ class Codec:
         duration_s: latest expected time of an observation; later ones take more bits.
         widths: steps of time, and what gets the shortest forms.
         framing: names of slots, checksum and key.
+        n_beyond: origins beside the nodes, of which gateways tell; their numbers follow those of the nodes.
 
     Raises:
         ConfigurationError: there is no such checksum or key, or no library to encrypt.
@@ -256,6 +257,7 @@ class Codec:
         duration_s: float,
         widths: Widths = USUAL_WIDTHS,
         framing: Framing = USUAL_FRAMING,
+        n_beyond: int = 0,
     ) -> None:
         crc_bits, key, n_slots, is_by_frame = framing
         self._n_slots = n_slots
@@ -264,7 +266,9 @@ class Codec:
         self._policy = policy
         self._facts = FactCodec(tbox, n_instances, widths.exchanged)
         resolution_s = widths.time_resolution_s
-        self.fragments = FragmentCodec(self._facts, n_nodes, n_items, duration_s, resolution_s, widths.recent_s)
+        self.fragments = FragmentCodec(
+            self._facts, n_nodes + n_beyond, n_items, duration_s, resolution_s, widths.recent_s
+        )
         """Encodes and decodes fragments."""
         self.fragment_bits = self.fragments.most_bits
         """``fragment_bits(fragment, relayed=True)``: the most bits that a fragment takes, in whatever packet."""
@@ -273,7 +277,7 @@ class Codec:
         """``summary_bits(summary)``: bits of a summary."""
         self.signal_bits = self._side.signal_bits
         """Bits of one influence signal."""
-        self._node_bits = self.fragments.node_bits
+        self._node_bits = width(n_nodes)
         self._clear_bits = HASH_BITS + self._node_bits + EPOCH_BITS + FRAME_BITS + 2 * self._place_bits
         self._clear_bytes = -(-self._clear_bits // 8)
         self.header = AckHeader(policy.acknowledgement, n_nodes)
@@ -281,6 +285,7 @@ class Codec:
         fleet = tbox.hash, n_instances, n_nodes, n_items, self.header.largest_bits
         times = duration_s, resolution_s, self._facts.names.exchanged, self.fragments.near_bits
         shape = *fleet, *times, crc_bits, key is not None, *((n_slots,) if is_by_frame else ())
+        shape = *shape, *((n_beyond,) if n_beyond else ())
         self._checksums = [] if crc_bits == 0 else [Checksum(crc_bits, DAMAGED if key is None else UNOPENED)]
         self._seals = [] if key is None else [Seal(key)]
         self.head_bits = 8 * self._clear_bytes if self._seals else self._clear_bits

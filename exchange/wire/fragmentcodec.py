@@ -52,7 +52,7 @@ class FragmentCodec:
 
     Args:
         facts: encodes and decodes facts.
-        n_nodes: of the fleet.
+        n_origins: who may have recorded what fragments tell: all nodes, and those of whom gateways tell.
         n_items: how many items one vehicle is expected to tell in one epoch.
         duration_s: latest expected time of an observation.
         time_resolution_s: step of these times.
@@ -62,15 +62,15 @@ class FragmentCodec:
     def __init__(
         self,
         facts: FactCodec,
-        n_nodes: int,
+        n_origins: int,
         n_items: int,
         duration_s: float,
         time_resolution_s: float,
         recent_s: float,
     ) -> None:
         self.facts = facts
-        self.n_nodes = n_nodes
-        self.node_bits = width(n_nodes)
+        self.n_origins = n_origins
+        self.origin_bits = width(n_origins)
         self.sequence_bits = width(n_items)
         self.time = Field(0.0, duration_s, time_resolution_s, "s")
         self._time_bits = self.time.size_bits
@@ -92,7 +92,7 @@ class FragmentCodec:
         if not relayed and fragment.count == 1 and len(fragment.facts) == 1:
             return 1 + size + self.facts.of_one(fragment.facts[0])[1]
         size += LONGEST_KIND_BITS + 1 + (2 * INDEX_BITS if fragment.count > 1 else 0)
-        size += self.node_bits + EPOCH_BITS if relayed else 0
+        size += self.origin_bits + EPOCH_BITS if relayed else 0
         return size + self.facts.of_all(fragment.facts)[1]
 
     def listing(self) -> tuple[FieldSize, ...]:
@@ -104,7 +104,7 @@ class FragmentCodec:
         return (
             FieldSize("fragment", "own single fact", 1, "a whole block of the sender's own"),
             FieldSize("fragment", "own or relayed", OWN_BITS[1], "any other"),
-            FieldSize("fragment", "origin", self.node_bits, "if relayed"),
+            FieldSize("fragment", "origin", self.origin_bits, "if relayed"),
             FieldSize("fragment", "origin's epoch", EPOCH_BITS, "if relayed"),
             FieldSize("fragment", "near age", 1 + self.near_bits, f"below {near * step_s:g} s, steps of {step_s:g} s"),
             FieldSize("fragment", "far age", far_bits, f"below {far * step_s:g} s"),
@@ -158,10 +158,10 @@ class FragmentCodec:
         if is_own:
             bits, size_bits = OWN_BITS
         else:
-            if not 0 <= fragment.origin < self.n_nodes:
-                raise ConfigurationError(f"origin {fragment.origin} is not one of {self.n_nodes} nodes")
-            bits = (RELAYED_BITS[0] << self.node_bits | fragment.origin) << EPOCH_BITS | fragment.epoch
-            size_bits = RELAYED_BITS[1] + self.node_bits + EPOCH_BITS
+            if not 0 <= fragment.origin < self.n_origins:
+                raise ConfigurationError(f"origin {fragment.origin} is not one of {self.n_origins} nodes")
+            bits = (RELAYED_BITS[0] << self.origin_bits | fragment.origin) << EPOCH_BITS | fragment.epoch
+            size_bits = RELAYED_BITS[1] + self.origin_bits + EPOCH_BITS
         bits = (bits << age_bits | age) << 1 | (count > 1)
         size_bits += age_bits + 1
         if count > 1:
@@ -222,10 +222,10 @@ class FragmentCodec:
 
     def read_life(self, reader: Reader) -> Life:
         """Origin and epoch that come next; raises PeerFault if there is no such node."""
-        word = reader.take(self.node_bits + EPOCH_BITS)
+        word = reader.take(self.origin_bits + EPOCH_BITS)
         origin = word >> EPOCH_BITS
-        if origin >= self.n_nodes:
-            raise PeerFault(f"origin {origin} is not one of {self.n_nodes} nodes")
+        if origin >= self.n_origins:
+            raise PeerFault(f"origin {origin} is not one of {self.n_origins} nodes")
         return origin, word & EPOCHS - 1
 
     def _read_time(self, reader: Reader, base: int) -> float:

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from exchange.acoustics.channel import BroadcastChannel, Channel
 from exchange.manager import ExchangeManager, Options
 from exchange.wire.codec import renewed
-from missions.feature import Joining
+from missions.feature import Common, Joining, Yard
 from missions.runs.needs import needs_of_all
 from missions.runs.sensors import recorder_of_mission, sensors_of
 from missions.runs.setup import Setup
@@ -107,7 +107,9 @@ def actual(setup: Setup, data: VehicleData, seed: int) -> VehicleData:
     return data
 
 
-def assemble(setup: Setup, seed: int, channel: Channel | None = None, salt: bytes | None = None) -> Fleet:
+def assemble(
+    setup: Setup, seed: int, channel: Channel | None = None, salt: bytes | None = None, common: Common | None = None
+) -> Fleet:
     """A fleet ready to run.
 
     Args:
@@ -116,21 +118,27 @@ def assemble(setup: Setup, seed: int, channel: Channel | None = None, salt: byte
         channel: replaces the scenario's, for tests and experiments.
         salt: of the packets of a scenario with a key, a fresh one if None. Never take one twice but to open what was
             sent under it.
+        common: what it has in common with others in the same sea, if it has not the sea to itself.
     """
+    if setup.parts:
+        return _several(setup, seed, channel)
     if setup.scenario.communication.key_file:
         setup = replace(setup, codec=renewed(setup.codec, None if salt is None else lambda sender: salt))
     scenario, mission = setup.scenario, setup.mission
     fleet = [actual(setup, data, seed) for data in setup.database.values()]
-    recorder = recorder_of_mission(mission, [sensors_of(real) for real in fleet])
+    recorder = recorder_of_mission(mission, [sensors_of(real) for real in fleet]) if common is None else common.recorder
     own: Part | None = setup.strategy.declaration.part
     if own is not None and own.knows_vehicles:
         setup = _known_as_it_is(setup, fleet)
-    shared = Shared(setup, seed, mission.world(seed), recorder, feature_parts(setup, recorder, seed))
+    parts = feature_parts(setup, recorder, seed)
+    if common is not None:
+        parts.append(common.part)
+    shared = Shared(setup, seed, mission.world(seed), recorder, parts)
 
     def anew(model: Fleet, before: Vehicle, remembers: bool) -> Vehicle:
         return vehicle_anew(model, shared, before, remembers)
 
-    faults, times = faults_in(setup, seed), scenario.scenario
+    faults, times = faults_in(setup, seed) if common is None else tuple(common.faults), scenario.scenario
     carrier = carrier_for(shared.parts, channel if channel is not None else channel_of(setup, seed))
     return Fleet(
         Makers(lambda model: [vehicle_of(model, shared, VehicleLife(real)) for real in fleet], anew),
@@ -142,6 +150,19 @@ def assemble(setup: Setup, seed: int, channel: Channel | None = None, salt: byte
         scenario.guidance.separation_m,
         (faults_part(faults), *shared.parts),
     )
+
+
+def _several(setup: Setup, seed: int, channel: Channel | None) -> Fleet:
+    """Fleets in one sea as one; a channel that is given carries the packets of each of them."""
+    join = next(feature.fleet for feature in setup.features if feature.fleet is not None)
+    sensors = [sensors_of(data) for data in setup.database.values()]
+    yard = Yard(
+        lambda of, seed, carrier, common: assemble(of, seed, carrier, common=common),
+        channel_of if channel is None else lambda of, seed: channel,
+        faults_in,
+        recorder_of_mission(setup.mission, sensors),
+    )
+    return join(setup, seed, yard)
 
 
 def feature_parts(setup: Setup, recorder: Recorder, seed: int, is_alone: bool = False) -> list[Part]:
@@ -197,7 +218,7 @@ def vehicle_anew(host: Fleet | Solo, shared: Shared, before: Vehicle, remembers:
         remembers: False if its memory is lost.
     """
     now_s = host.shown_s(before)
-    anew = vehicle_of(host, shared, VehicleLife(before.functional.data, now_s, before.beliefs.model.epoch + 1))
+    anew = vehicle_of(host, shared, VehicleLife(before.real, now_s, before.beliefs.model.epoch + 1))
     go_on(anew, before, now_s, remembers)
     return anew
 
@@ -211,7 +232,7 @@ def vehicle_of(host: Fleet | Solo, shared: Shared, life: VehicleLife) -> Vehicle
         life: of the vehicle.
     """
     setup = shared.setup
-    data, names = setup.database[life.real.name], setup.database.names
+    data, names = setup.database[life.real.name], setup.origins
     recorder = recorder_for(shared.parts, data.node, shared.recorder)
     picture = Picture(frame_s=setup.schedule.frame_s)
     beliefs = Beliefs(world_model(setup, data.node, life.epoch))
@@ -236,7 +257,8 @@ def vehicle_of(host: Fleet | Solo, shared: Shared, life: VehicleLife) -> Vehicle
         ExecutiveLayer(setup.decision),
         _functional(shared, life.real, picture),
     )
-    vehicle = Vehicle(host, data, layers, radio, beliefs, recorder, life.began_s)
+    made = next((part.vehicle for part in shared.parts if part.vehicle is not None), Vehicle)
+    vehicle = made(host, data, layers, radio, beliefs, recorder, life.began_s)
     for part in shared.parts:
         if part.equip is not None:
             part.equip(vehicle)
@@ -265,6 +287,7 @@ def _manager(shared: Shared, model: WorldModel) -> tuple[ExchangeManager, Renewe
             value_rule_of(communication.value),
             communication.queue_limit,
         ),
+        setup.neighbourhood.speakers,
     )
     return manager, stated or by_groups
 

@@ -102,16 +102,18 @@ def _least_distances_m(run: MeasuredRun) -> list[float]:
     """
     import numpy as np  # takes longer to load than a scenario to check, which names these metrics
 
-    n_vehicles = len(run.scenario.vehicle)
-    rows = run.recorder.rows("trajectories")  # all vehicles at every tick, in the order of the scenario
-    n_times = len(rows) // n_vehicles
-    if not n_times:
+    rows = run.recorder.rows("trajectories")  # all that have a track, in one order at every tick
+    names = [row[1] for row in itertools.takewhile(lambda row: row[0] == rows[0][0], rows)]
+    if not names:
         return []
-    shown = rows[: n_times * n_vehicles]
+    n_vehicles = len(names)
+    shown = rows[: len(rows) // n_vehicles * n_vehicles]
     at_m = np.array([row[2:4] for row in shown]).reshape(-1, n_vehicles, 2)
-    present = _present(run, [row[0] for row in shown[::n_vehicles]])
+    numbers = {vehicle.name: number for number, vehicle in enumerate(run.scenario.vehicle)}
+    columns = [numbers[name] for name in names]
+    present = _present(run, [row[0] for row in shown[::n_vehicles]])[:, columns]
     at_m[~present] = np.nan
-    own_m = np.array([vehicle.depth_m for vehicle in run.scenario.vehicle])
+    own_m = np.array([run.scenario.vehicle[column].depth_m for column in columns])
     deep_m = np.where(present, np.array([row[7] for row in shown]).reshape(-1, n_vehicles), own_m)
     moves = bool((deep_m != own_m).any())
     pairs = [

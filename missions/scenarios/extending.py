@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 
 from pydantic import create_model
 
-from missions.scenarios.tables import Raw, Sparse
+from missions.scenarios.tables import Raw, Sparse, entries
 
 FOLDER = "missions.features"
 Table = TypeVar("Table", bound=Sparse)
@@ -57,6 +57,11 @@ def used_in(scenario: Sparse) -> tuple[Any, ...]:
     return tuple(
         feature for feature in found if any(says(place, key) for place in feature.keys for key in feature.keys[place])
     )
+
+
+def fleet_size(raw: Raw) -> int:
+    """Vehicles that share one schedule, by the raw tables of a scenario; of several fleets those of the largest."""
+    return max([feature.fleet_size(raw) for feature in named_in(raw)], default=0) or len(entries(raw, "vehicle"))
 
 
 def slower_by(raw: Raw) -> tuple[Any, str]:

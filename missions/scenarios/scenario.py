@@ -24,6 +24,8 @@ from remoras.executive.satisfaction import DecisionConstants
 
 BY_GROUPS: Final = "groups"
 """Needs follow from groups, else all vehicles have the same."""
+MOST_VEHICLES: Final = 1200
+"""Of all fleets of a scenario; how many one may have, ``missions.scenarios.loading`` says."""
 HELD: Final = "held by head"
 """The head of a group holds what it knows of its jobs, else all members do."""
 
@@ -208,7 +210,9 @@ class VehicleTable(Sparse):
 
     name: Name = Field(description="name of the vehicle")
     vehicle_type: Literal["AUV", "ASV"] = Field(description="AUV or ASV")
-    slot: int = Field(ge=0, le=63, description="TDMA slot that the vehicle owns, 0 to number of vehicles - 1")
+    slot: int = Field(
+        ge=0, lt=MOST_VEHICLES, description="TDMA slot that the vehicle owns, 0 to number of vehicles - 1"
+    )
     social_layer: bool = Field(True, description="able to lead a group, and to divide jobs with others")
     start_m: PointM = Field(
         description="position at time 0, x east, y north; too near to another in its layer, the nearest free place"
@@ -286,7 +290,7 @@ class Scenario(Sparse):
     )
     group: tuple[GroupTable, ...] = Field(min_length=1)
     fleet: FleetTable | None = Field(None, exclude=True)
-    vehicle: tuple[VehicleTable, ...] = Field(min_length=2, max_length=MAX_VEHICLES)
+    vehicle: tuple[VehicleTable, ...] = Field(min_length=2, max_length=MOST_VEHICLES)
     fault: tuple[DeclaredFault, ...] = ()
 
     @property

@@ -1,4 +1,4 @@
-"""Twenty short runs whose every bit is written down: ``digests.toml`` says what each gave, a test that it still does.
+"""Short runs whose every bit is written down: ``digests.toml`` says what each gave, a test that it still does.
 
     python tests/reference/reference_runs.py write            # write digests.toml anew
     python tests/reference/reference_runs.py check [JOBS]     # compare; exit code 1 if a run gives something else
@@ -68,6 +68,7 @@ RUNS: dict[str, tuple[str, float, int, tuple[str, ...]]] = {
     "pandora": ("pandora-inspection", 3100.0, 19, ()),
     "archaeology": ("arrows-archaeology", 1000.0, 20, ()),
     "trident": ("trident-intervention", 1500.0, 21, ("channel.per=0.2",)),
+    "four cells": ("mapping-four-cells", 900.0, 22, ("channel.per=0.3", "cells.relays=['mappedCell']")),
 }  # fmt: skip
 """By name: scenario, how long it lasts (s), seed, and what else is set."""
 
