@@ -13,8 +13,13 @@ whatever is lost: no node believes that a peer holds an item which that peer lac
 
 The same functions run interpreted in a vehicle, on lists and on item sets that are single Python integers
 of any width (`n_words` 1), and compiled in the policy study, on arrays of 64-bit words. A set of nodes is
-one word: bit j is node j. A matrix is N words, one per row. All state is flat: one index reaches it.
-A bit with a minus before it is a mask: `items & -bit` are all items if it is set, else none.
+one word: bit j is node j. A matrix is N sets, one per row. All state is flat: one index reaches it.
+
+For a single item the study slices the bits (Biham, "A fast new DES implementation in software", 1997): a word of
+items is a word of trials, whose bit t says whether the item is in the set in trial t. A set of nodes is then N words of
+trials, and what holds of a node, "it was heard", is a word: all or none in a vehicle, some of the trials when sliced.
+So a rule reaches sets of nodes by `has`, `put` and `add_matrix`, asks whether there is any of a set of items by `some`,
+and branches on a word only to pass over what is empty.
 """
 
 from collections.abc import Callable, Iterator
@@ -41,11 +46,13 @@ class AckState(NamedTuple):
     """What one node knows about packets, items and peers.
 
     `n_words`: words that make up one set of items.
-    `heard[0]`: the nodes whose last packet this node received, one word.
+    `heard`: the nodes whose last packet this node received, one set.
     `content[(age * N + j) * n_words + w]`: items in j's last (age 0) or second-last (age 1) packet. Empty
         unless this node received that packet or sent it itself.
     `believes[i * n_words + w]`: items that node i is believed to hold; the own entry is what this node holds.
-    `held[k * N + i]`: row i of the matrix last received from k; it counts while `heard` has k.
+    `held[(k * N + i) * set_words + w]`: row i of the matrix last received from k; it counts while `heard` has k.
+    `set_words`: words that make up one set of nodes: 1, or N if bits are sliced.
+    `received`: trials in which this node hears the packet that it is told of: all where bits are not sliced.
     """
 
     n_words: int
@@ -53,13 +60,16 @@ class AckState(NamedTuple):
     content: MutableWords
     believes: MutableWords
     held: MutableWords
+    set_words: int = 1
+    received: int = -1
 
 
 class Acknowledgement(NamedTuple):
     """What a packet's header says about packets heard: a plug-in, made of plain functions.
 
     The functions run interpreted in vehicles and compiled in the policy study. So they are module-level functions of
-    loops, integers and the arguments given, and call only functions of that kind, such as those of this module.
+    loops, integers and the arguments given, and call only functions of that kind, such as those of this module. The
+    latter reach sets of nodes in either form; if nothing else reaches them, the study can slice the bits.
 
     Attributes:
         name: short, as in `m-ack`; policies, figures and messages use it.
@@ -76,6 +86,9 @@ class Acknowledgement(NamedTuple):
             `exchange.ack.absorb`, after the packet's items are noted. Bits that are not carried have no meaning.
         remembers_second_last: nodes remember the content of second-last packets too; matrices need it.
         period_frames: the layout of headers repeats after so many TDMA frames.
+        bit_sliced: True promises that the functions serve sliced bits, too: the study plays 64 trials of one item at
+            once. They then leave sets of nodes to the functions of this module, combine words by ``&``, ``|`` and ``~``
+            alone, and branch on a word only to pass over what is empty.
 
     A kind of one's own that states every second frame only what the sender heard:
 
@@ -84,9 +97,9 @@ class Acknowledgement(NamedTuple):
     ...     return frame == 0 and row == sender
     >>> def learn(state, n_nodes, frame, sender, rows):
     ...     if frame == 0:
-    ...         learn_from_row(state, n_nodes, sender, rows[sender])
+    ...         learn_from_row(state, n_nodes, sender, rows)
     >>> title = "acknowledgements in every second frame"
-    >>> sparse = Acknowledgement("sparse", title, every_other_frame, ACK.compose, learn, period_frames=2)
+    >>> sparse = Acknowledgement("sparse", title, every_other_frame, ACK.compose, learn, False, 2, bit_sliced=True)
     >>> [header_bits(AckPolicy(sparse, repeat=False), 5, frame) for frame in (0, 1, 2)]
     [4, 0, 4]
     """
@@ -98,6 +111,7 @@ class Acknowledgement(NamedTuple):
     learn: Callable[["AckState", int, int, int, "Words"], None]
     remembers_second_last: bool = False
     period_frames: int = 1
+    bit_sliced: bool = False
 
 
 class AckRules(Protocol):
@@ -129,17 +143,15 @@ def new_state(n_nodes: int) -> AckState:
     return AckState(1, [0], [0] * (2 * n_nodes), [0] * n_nodes, [0] * (n_nodes * n_nodes))
 
 
-def packet_meant(i: int, j: int, slot_owner: int, n_nodes: int) -> int:
-    """Which packet of j the bit A[i][j] in a slot of `slot_owner` is about: 0 the last, 1 the second-last.
+def spoken_since(j: int, slot_owner: int) -> int:
+    """The nodes that have sent since j last did, in a slot of `slot_owner`, which has: one word, of which bit j is 0.
 
-    It is the last one if j has not sent since i last did, and the second-last if it has.
+    Of these the bit A[i][j] is about j's last packet, of all others about its second-last.
 
-    >>> [packet_meant(i, 1, slot_owner=3, n_nodes=4) for i in (0, 2, 3)]
-    [1, 0, 0]
+    >>> bin(spoken_since(1, slot_owner=3)), [spoken_since(3, slot_owner=1) >> i & 1 for i in range(4)]
+    ('0b1100', [1, 1, 0, 0])
     """
-    slots_since_i = slot_owner - i if i <= slot_owner else slot_owner - i + n_nodes
-    slots_since_j = slot_owner - j if j <= slot_owner else slot_owner - j + n_nodes
-    return 0 if slots_since_j > slots_since_i else 1
+    return (2 << slot_owner) - (2 << j) - int(j > slot_owner)
 
 
 def bits_carried(kind: AckRules, n_nodes: int, frame: int, sender: int) -> int:
@@ -154,7 +166,10 @@ def bits_carried(kind: AckRules, n_nodes: int, frame: int, sender: int) -> int:
 
 def open_slot(kind: AckRules, state: AckState, n_nodes: int, slot_owner: int) -> None:
     """Age what is known of the slot's owner: its last packet is now its second-last, the new one is unheard."""
-    state.heard[0] &= ~(1 << slot_owner)
+    if state.set_words > 1:  # here and not in a function: every node comes here in every slot
+        state.heard[slot_owner] = 0
+    else:
+        state.heard[0] &= ~(1 << slot_owner)
     n_words, content = state.n_words, state.content
     for last in range(slot_owner * n_words, (slot_owner + 1) * n_words):
         if kind.remembers_second_last:
@@ -174,11 +189,54 @@ def compose(
         frame: number of the TDMA frame, counted from 0.
         me: this node, the slot's owner.
         content: the items that the packet carries, `n_words` words.
-        rows_out: takes one word per row of the matrix; rows that the header does not carry may be left as they are.
+        rows_out: takes a set per row of the matrix; rows that the header does not carry may be left as they are.
     """
     for w in range(state.n_words):
         state.content[me * state.n_words + w] = content[w]
     kind.compose(state, n_nodes, frame % kind.period_frames, me, rows_out)
+
+
+def has(state: AckState, sets: Words, at: int, node: int) -> int:
+    """Where that set of nodes has the node: all, or none; the trials, if bits are sliced.
+
+    >>> [has(new_state(4), [0, 0b0100], 1, node) for node in range(4)]
+    [0, 0, -1, 0]
+    """
+    return sets[at * state.set_words + node] if state.set_words > 1 else -(sets[at] >> node & 1)
+
+
+def put(state: AckState, sets: MutableWords, at: int, node: int, where: int) -> None:
+    """Add the node to that set of nodes, in the trials `where`; if bits are not sliced, if there is any."""
+    if state.set_words > 1:
+        sets[at * state.set_words + node] |= where
+    elif where:
+        sets[at] |= 1 << node
+
+
+def some(state: AckState, items: int) -> int:
+    """Where there is any of the items: all, or none; the trials themselves, if bits are sliced."""
+    return items if state.set_words > 1 else -int(items != 0)
+
+
+def add_matrix(state: AckState, n_nodes: int, me: int, k: int, not_since: int, rows_out: MutableWords) -> None:
+    """Add what the matrix last received from k says of some nodes about each other.
+
+    These are `not_since`, one word in any case: from the node after me to k.
+    """
+    if state.set_words > 1:
+        received = state.heard[k]
+        low, high = (k + 1, n_nodes) if k < me else (0, k + 1)
+        for i in range(n_nodes if received else 0):
+            if not_since >> i & 1:
+                row, matrix_row = i * n_nodes, (k * n_nodes + i) * n_nodes
+                for j in range(low):
+                    rows_out[row + j] |= state.held[matrix_row + j] & received
+                for j in range(me + 1, high):
+                    rows_out[row + j] |= state.held[matrix_row + j] & received
+    elif state.heard[0] >> k & 1:
+        for i in range(n_nodes):
+            if not_since >> i & 1:
+                rows_out[i] |= state.held[k * n_nodes + i] & not_since
 
 
 def unite_matrices(state: AckState, n_nodes: int, me: int, rows_out: MutableWords) -> None:
@@ -190,16 +248,13 @@ def unite_matrices(state: AckState, n_nodes: int, me: int, rows_out: MutableWord
     since. We go from the oldest matrix to the newest; the nodes passed are those that have not sent since
     the one we are at.
     """
-    for i in range(n_nodes):
-        rows_out[i] = 0
+    for at in range(n_nodes * state.set_words):
+        rows_out[at] = 0
     not_since = 0
     for step in range(1, n_nodes):
         k = me + step if me + step < n_nodes else me + step - n_nodes
         not_since |= 1 << k
-        if (state.heard[0] >> k) & 1:
-            for i in range(n_nodes):
-                if (not_since >> i) & 1:
-                    rows_out[i] |= state.held[k * n_nodes + i] & not_since
+        add_matrix(state, n_nodes, me, k, not_since, rows_out)
 
 
 def add_pseudo_acknowledgements(state: AckState, n_nodes: int, me: int, rows_out: MutableWords) -> None:
@@ -207,17 +262,18 @@ def add_pseudo_acknowledgements(state: AckState, n_nodes: int, me: int, rows_out
     for j in range(n_nodes):
         if j == me or not carried_items(state, n_nodes, j):
             continue
+        since = spoken_since(j, me)
         for i in range(n_nodes):
             if i == j:
                 continue
-            packet = (packet_meant(i, j, me, n_nodes) * n_nodes + j) * state.n_words
+            packet = ((1 - (since >> i & 1)) * n_nodes + j) * state.n_words
             carried = 0
             lacking = 0
             for w in range(state.n_words):
                 items = state.content[packet + w]
                 carried |= items
                 lacking |= items & ~state.believes[i * state.n_words + w]
-            rows_out[i] |= int(carried != 0 and lacking == 0) << j
+            put(state, rows_out, i, j, some(state, carried) & ~some(state, lacking))
 
 
 def absorb(
@@ -242,14 +298,17 @@ def absorb(
         frame: number of the TDMA frame, counted from 0.
         me: this node.
         sender: the slot's owner.
-        rows: the acknowledgement bits received, one word per row; only those that the header carries have a meaning.
+        rows: the acknowledgement bits received, a set per row; only those that the header carries have a meaning.
         content: the items received, `n_words` words.
         origins: `origins[i * n_words + w]`, the items that originated at node i: it is known to hold them.
     """
     n_words, believes = state.n_words, state.believes
-    state.heard[0] |= 1 << sender
+    if state.set_words > 1:
+        state.heard[sender] = state.received
+    else:
+        state.heard[0] |= 1 << sender
     for w in range(n_words):
-        items = content[w]
+        items = content[w] & state.received
         state.content[sender * n_words + w] = items
         if items != 0:
             believes[me * n_words + w] |= items
@@ -261,33 +320,40 @@ def absorb(
 
 
 def remember_matrix(state: AckState, n_nodes: int, sender: int, rows: Words) -> None:
-    """Keep the matrix received from the sender, for `unite_matrices`."""
-    for i in range(n_nodes):
-        state.held[sender * n_nodes + i] = rows[i]
+    """Keep the matrix received from the sender, for `unite_matrices`.
+
+    Where bits are sliced, the sender's own is kept for all: who has not received it does not look at it.
+    """
+    if state.set_words == 1:
+        for i in range(n_nodes):
+            state.held[sender * n_nodes + i] = rows[i]
 
 
-def learn_from_row(state: AckState, n_nodes: int, sender: int, row: int) -> None:
+def learn_from_row(state: AckState, n_nodes: int, sender: int, rows: Words) -> None:
     """Believe that the sender holds the last packets that its row acknowledges, as far as they are known."""
     n_words, content = state.n_words, state.content
     for w in range(n_words):
         learned = 0
         for j in range(n_nodes):
-            learned |= content[j * n_words + w] & -((row >> j) & 1)
-        state.believes[sender * n_words + w] |= learned
+            items = content[j * n_words + w]
+            if items != 0:
+                learned |= items & has(state, rows, sender, j)
+        state.believes[sender * n_words + w] |= learned & state.received
 
 
 def learn_from_matrix(state: AckState, n_nodes: int, sender: int, rows: Words) -> None:
     """Believe that every node i holds the packets that row i acknowledges, as far as they are known."""
     n_words = state.n_words
     for j in range(n_nodes):
+        since = spoken_since(j, sender)
         for w in range(n_words):
-            last = state.content[j * n_words + w]
-            second_last = state.content[(n_nodes + j) * n_words + w]
+            last = state.content[j * n_words + w] & state.received
+            second_last = state.content[(n_nodes + j) * n_words + w] & state.received
             if last | second_last == 0:
                 continue
             for i in range(n_nodes):
-                items = second_last if packet_meant(i, j, sender, n_nodes) else last
-                state.believes[i * n_words + w] |= items & -((rows[i] >> j) & 1)
+                items = last if since >> i & 1 else second_last
+                state.believes[i * n_words + w] |= items & has(state, rows, i, j)
 
 
 def carried_items(state: AckState, n_nodes: int, j: int) -> bool:

@@ -42,13 +42,14 @@ def every_row(n_nodes: int, frame: int, sender: int, row: int, column: int) -> b
 
 def state_own_row(state: AckState, n_nodes: int, frame: int, me: int, rows_out: MutableWords) -> None:
     """State whose last packets this node received."""
-    rows_out[me] = state.heard[0]
+    for w in range(state.set_words):
+        rows_out[me * state.set_words + w] = state.heard[w]
 
 
 def state_matrix(state: AckState, n_nodes: int, frame: int, me: int, rows_out: MutableWords) -> None:
     """State the own row, and what this node was told of the others."""
     unite_matrices(state, n_nodes, me, rows_out)
-    rows_out[me] = state.heard[0]
+    state_own_row(state, n_nodes, frame, me, rows_out)
 
 
 def state_matrix_and_beliefs(state: AckState, n_nodes: int, frame: int, me: int, rows_out: MutableWords) -> None:
@@ -59,7 +60,7 @@ def state_matrix_and_beliefs(state: AckState, n_nodes: int, frame: int, me: int,
 
 def read_row(state: AckState, n_nodes: int, frame: int, sender: int, rows: Words) -> None:
     """Believe the sender's own row."""
-    learn_from_row(state, n_nodes, sender, rows[sender])
+    learn_from_row(state, n_nodes, sender, rows)
 
 
 def read_matrix(state: AckState, n_nodes: int, frame: int, sender: int, rows: Words) -> None:
@@ -68,11 +69,11 @@ def read_matrix(state: AckState, n_nodes: int, frame: int, sender: int, rows: Wo
     learn_from_matrix(state, n_nodes, sender, rows)
 
 
-ACK = Acknowledgement("ack", "packet acknowledgements", own_row, state_own_row, read_row)
+ACK = Acknowledgement("ack", "packet acknowledgements", own_row, state_own_row, read_row, bit_sliced=True)
 """A vector: which peers' last packets the sender received (Maurelli et al., section 5.2)."""
 
 M_ACK = Acknowledgement(
-    "m-ack", "acknowledgement matrix", every_row, state_matrix, read_matrix, remembers_second_last=True
+    "m-ack", "acknowledgement matrix", every_row, state_matrix, read_matrix, remembers_second_last=True, bit_sliced=True
 )
 """A matrix: also what the sender was told about who received whose packets (section 5.3)."""
 
@@ -83,6 +84,7 @@ MPS_ACK = Acknowledgement(
     state_matrix_and_beliefs,
     read_matrix,
     remembers_second_last=True,
+    bit_sliced=True,
 )
 """The same matrix, with pseudo-acknowledgements for peers known to hold a packet's whole content (section 5.4)."""
 
@@ -170,6 +172,8 @@ def policy_fault(policy: object) -> str | None:
         return "its acknowledgement needs a name and a title"
     if not isinstance(kind.remembers_second_last, bool):
         return f"remembers_second_last must be true or false, not {kind.remembers_second_last!r}"
+    if not isinstance(kind.bit_sliced, bool):
+        return f"bit_sliced must be true or false, not {kind.bit_sliced!r}"
     if not isinstance(kind.period_frames, int) or kind.period_frames < 1:
         return f"period_frames must be a whole number of 1 or more, not {kind.period_frames!r}"
     for part in PARTS:

@@ -71,6 +71,11 @@ def state_key(seed: int, trial: int) -> int:
     return slot_key(trial_key(seed, trial), STATES)
 
 
+def link_draw(key: int, sender: int, receiver: int) -> int:
+    """The same number as `link_uniform` gives, in units of 2^-53."""
+    return mixed(key + (sender << 16) + receiver + 1) >> 11 & _LOW_53
+
+
 def link_uniform(key: int, sender: int, receiver: int) -> float:
     """The uniform number in [0, 1) of one link in the slot with that key."""
     return ((mixed(key + (sender << 16) + receiver + 1) >> 11) & _LOW_53) * 2.0**-53

@@ -16,8 +16,9 @@ import os
 import re
 import sys
 import tempfile
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from enum import StrEnum
 from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -29,7 +30,7 @@ import numpy as np
 from exchange import policies
 from exchange.ack import Acknowledgement, AckRules
 from exchange.errors import ConfigurationError
-from exchange.study import montecarlo, selection, trial
+from exchange.study import montecarlo, selection, sliced, trial
 from exchange.study.trial import Floats, Ints, Load, PolicyRules
 
 MachineCode = Callable[..., None]
@@ -49,10 +50,19 @@ CALLED: tuple[Callable[..., Any], ...] = (
     montecarlo.poisson_number,
     montecarlo.generate,
     montecarlo.header_sizes,
+    sliced.draw,
+    sliced.transpose,
+    sliced.keep_lanes,
+    sliced.at_bound,
 )
 """What is run now and then; the rest is built into the loop, since every slot runs through it."""
 
-ALLOCATING: tuple[Callable[..., Any], ...] = (trial.new_nodes, montecarlo.run_trials)
+ALLOCATING: tuple[Callable[..., Any], ...] = (
+    trial.new_nodes,
+    montecarlo.run_trials,
+    sliced.thresholds_of,
+    sliced.run_sliced,
+)
 """What takes memory: the others get arrays and only look into them, so Numba need not count references there."""
 
 NUMBA_FROM, NUMBA_BELOW = (0, 66), (0, 69)
@@ -73,6 +83,17 @@ class CompiledKind(NamedTuple):
     period_frames: int
 
 
+class Form(StrEnum):
+    """What the slot loop is compiled for."""
+
+    WIDE = "wide"
+    """Any number of items."""
+    NARROW = "narrow"
+    """Items that fit into one word: with that constant the compiler drops every loop over words."""
+    SLICED = "sliced"
+    """A single item that fits into every packet, and 64 trials to a word."""
+
+
 KIND: AckRules = policies.ACK
 """Stands for the kind that an entry is compiled for: `_compile` puts that one into a copy of the entry."""
 
@@ -87,13 +108,27 @@ def run_wide(
 def run_narrow(
     rules: PolicyRules, load: Load, p_loss: Floats, seed: int, first_trial: int, received: Ints, outcomes: Ints
 ) -> None:
-    """Entry where all items fit into one word: with that constant the compiler drops every loop over words."""
-    narrow = PolicyRules(rules.repeat, rules.carrier_evidence, rules.n_nodes, 1)
+    """Entry where all items fit into one word."""
+    narrow = PolicyRules(rules.repeat, rules.carrier_evidence, rules.n_nodes, 1, 1)
     montecarlo.run_trials(KIND, narrow, load, p_loss, seed, first_trial, received, outcomes)
 
 
+def run_sliced(
+    rules: PolicyRules, load: Load, p_loss: Floats, seed: int, first_trial: int, received: Ints, outcomes: Ints
+) -> None:
+    """Entry for 64 trials to a word; that there are two nodes or more, tells the compiler that bits are sliced."""
+    of_words = PolicyRules(rules.repeat, rules.carrier_evidence, rules.n_nodes, 1, max(2, rules.n_nodes))
+    sliced.run_sliced(KIND, of_words, load, p_loss, seed, first_trial, received, outcomes)
+
+
+ENTRIES: dict[Form, MachineCode] = {Form.WIDE: run_wide, Form.NARROW: run_narrow, Form.SLICED: run_sliced}
+
+
 def reached(*functions: FunctionType) -> dict[FunctionType, None]:
-    """These functions and all plain ones that they name, themselves or through others, callees first."""
+    """These functions and all plain ones that they name, themselves or through others, callees first.
+
+    Those of NumPy are left out: Numba has its own in their place, for whoever else uses it in the process, too.
+    """
     called: dict[FunctionType, None] = {}
     visited: set[FunctionType] = set()
 
@@ -102,7 +137,7 @@ def reached(*functions: FunctionType) -> dict[FunctionType, None]:
             return
         visited.add(function)
         for value in _globals_named(function):
-            if isinstance(value, FunctionType):
+            if isinstance(value, FunctionType) and value.__module__.partition(".")[0] != "numpy":
                 visit(value)
         called[function] = None
 
@@ -121,10 +156,11 @@ def _globals_named(function: FunctionType) -> list[Any]:
 
 
 def functions_of(kind: Acknowledgement) -> dict[FunctionType, None]:
-    """All functions that the slot loop of a kind runs through, callees first."""
-    plain = [part for part in (kind.carries, kind.compose, kind.learn) if isinstance(part, FunctionType)]
-    assert isinstance(montecarlo.run_trials, FunctionType)
-    return reached(*plain, montecarlo.run_trials)
+    """All functions that the slot loops of a kind run through, callees first."""
+    loops = montecarlo.run_trials, sliced.run_sliced
+    return reached(
+        *[part for part in (kind.carries, kind.compose, kind.learn, *loops) if isinstance(part, FunctionType)]
+    )
 
 
 def cache_folder(kind: Acknowledgement, numba_version: str) -> Path | None:
@@ -156,7 +192,7 @@ WITHOUT_MEMORY: dict[str, Any] = {"_nrt": False}
 """Option of functions that take no memory: Numba then counts no references in them."""
 
 _compilable: set[FunctionType] = set()
-_ready: dict[tuple[Acknowledgement, bool], MachineCode] = {}
+_ready: dict[tuple[Acknowledgement, Form], MachineCode] = {}
 
 
 def make_compilable(kind: Acknowledgement) -> None:
@@ -188,34 +224,45 @@ def why_uncompiled() -> str:
     return "" if NUMBA_FROM <= release < NUMBA_BELOW else f"numba {installed} is none that is known to work: {remedy}"
 
 
-def slot_loops(kinds: Iterable[Acknowledgement], narrow: bool, say: Say) -> dict[Acknowledgement, MachineCode]:
+class SlotLoop(NamedTuple):
+    """The slot loop of a kind, ready to run, and whether it takes what `sliced.run_sliced` takes."""
+
+    run: MachineCode
+    is_sliced: bool
+
+
+def as_python(kind: Acknowledgement) -> SlotLoop:
+    """The slot loop of a kind as the Python that it is."""
+    return SlotLoop(partial(montecarlo.run_trials, kind), False)
+
+
+def slot_loops(kinds: Mapping[Acknowledgement, Form], say: Say) -> dict[Acknowledgement, SlotLoop]:
     """The slot loop of each kind: as machine code where Numba serves, else as Python, after a hint.
 
     Args:
-        kinds: acknowledgements of the policies.
-        narrow: all items fit into one word.
+        kinds: acknowledgements of the policies, each with what its loop has to do.
         say: is told why nothing is compiled, or before work that takes some seconds.
     """
     if hint := why_uncompiled():
         say(hint)
-        return {kind: partial(montecarlo.run_trials, kind) for kind in kinds}
-    return {kind: compiled(kind, narrow, say) for kind in kinds}
+        return {kind: as_python(kind) for kind in kinds}
+    return {kind: SlotLoop(compiled(kind, form, say), form is Form.SLICED) for kind, form in kinds.items()}
 
 
-def compiled(kind: Acknowledgement, narrow: bool, say: Say) -> MachineCode:
+def compiled(kind: Acknowledgement, form: Form, say: Say) -> MachineCode:
     """The slot loop of a kind as machine code, ready to run, from the disk if it was made before.
 
     Args:
         kind: acknowledgement of the policy.
-        narrow: all items fit into one word.
+        form: what the loop has to do.
         say: is told before work that takes some seconds.
 
     Raises:
         ConfigurationError: the functions of somebody's own kind cannot be compiled.
     """
-    key = kind, narrow
+    key = kind, form
     if key not in _ready:
-        entry = run_narrow if narrow else run_wide
+        entry = ENTRIES[form]
         folder = cache_folder(kind, version("numba"))
         what = f"compiling the policy study for {kind.name}"
         if folder is None:
@@ -240,7 +287,7 @@ def _compile(kind: Acknowledgement, entry: MachineCode, folder: Path | None) -> 
         of_kind.__module__, of_kind.__qualname__ = entry.__module__, entry.__qualname__
         machine_code: MachineCode = numba.njit(nogil=True, error_model="numpy", cache=folder is not None)(of_kind)
         # No trials: only the types of the arguments matter here.
-        rules = PolicyRules(False, False, 2, 1)
+        rules = PolicyRules(False, False, 2, 1, 1)
         load = Load(1, 1, 0.0, 1, 1, 0, 0, 0)
         received, outcomes = np.zeros((0, 1), np.int64), np.zeros((0, trial.N_QUANTITIES, 3), np.int64)
         try:

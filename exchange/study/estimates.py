@@ -7,6 +7,7 @@ need only the products of the sums and counts, added up. Intervals are normal: m
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,9 +40,12 @@ def moments(outcomes: NDArray[np.int64], baseline: NDArray[np.int64]) -> Moments
     Returns:
         Shape (n_quantities, 5, 5).
     """
-    ones = np.ones((*outcomes.shape[:2], 1))
-    vectors = np.concatenate([ones, outcomes[:, :, :2], baseline[:, :, :2]], axis=2)
-    products: Moments = vectors.transpose(1, 2, 0) @ vectors.transpose(1, 0, 2)
+    n_trials, n_quantities, _ = outcomes.shape
+    vectors = np.empty((n_quantities, 5, n_trials))
+    vectors[:, 0] = 1.0
+    vectors[:, 1:3] = outcomes[:, :, :2].transpose(1, 2, 0)
+    vectors[:, 3:] = baseline[:, :, :2].transpose(1, 2, 0)
+    products: Moments = vectors @ vectors.transpose(0, 2, 1)
     return products
 
 
@@ -52,30 +56,32 @@ def mean(products: Moments) -> TrialMean | None:
     >>> mean(moments(trials, trials)[0]).mean
     3.0
     """
-    _, total, count, _, _ = products[0]
+    rows = products.tolist()
+    _, total, count, _, _ = rows[0]
     if count == 0:
         return None
     value = total / count
-    return _estimate(value, np.array([0.0, 1.0, -value, 0.0, 0.0]) / count, products)
+    return _estimate(value, (0.0, 1.0 / count, -value / count, 0.0, 0.0), rows)
 
 
 def relative_mean(products: Moments) -> TrialMean | None:
     """The mean over that of the baseline; None if either has no trial that counts."""
-    _, total, count, base_total, base_count = products[0]
+    rows = products.tolist()
+    _, total, count, base_total, base_count = rows[0]
     if count == 0 or base_count == 0 or total == 0 or base_total == 0:
         return None
     value = (total / count) / (base_total / base_count)
-    weights = value * np.array([0.0, 1 / total, -1 / count, -1 / base_total, 1 / base_count])
-    return _estimate(value, weights, products)
+    weights = 0.0, value * (1 / total), value * (-1 / count), value * (-1 / base_total), value * (1 / base_count)
+    return _estimate(value, weights, rows)
 
 
-def _estimate(value: float, weights: NDArray[np.float64], products: Moments) -> TrialMean:
+def _estimate(value: float, weights: Sequence[float], products: Sequence[Sequence[float]]) -> TrialMean:
     """The estimate whose residual in a trial is the weighted sum of that trial's numbers."""
-    n_trials = products[0, 0]
+    n_trials = products[0][0]
     if n_trials < 2:
-        return TrialMean(float(value), None, None)
+        return TrialMean(value, None, None)
     terms = [u * v * p for u, row in zip(weights, products, strict=True) for v, p in zip(weights, row, strict=True)]
     variance = math.fsum(terms) * n_trials / (n_trials - 1)
     rounding = math.fsum(map(abs, terms)) * ROUNDING
     half = Z_95 * math.sqrt(variance) if variance > rounding else 0.0
-    return TrialMean(float(value), float(value - half), float(value + half))
+    return TrialMean(value, value - half, value + half)

@@ -6,7 +6,7 @@ that `exchange.study.compiler` compiles for each kind of acknowledgement; uncomp
 losses of a trial are drawn once and serve every policy.
 """
 
-from exchange.ack import AckRules, absorb, bits_carried, compose, open_slot, settled
+from exchange.ack import AckRules, Words, absorb, bits_carried, compose, has, open_slot, settled
 from exchange.acoustics.loss import link_uniform, slot_key, trial_key
 from exchange.policies import may_send
 from exchange.study.selection import select
@@ -91,13 +91,17 @@ def generate(rules: PolicyRules, load: Load, nodes: NodeStates, trial_state: int
     return n_followed
 
 
+def open_items(rules: PolicyRules, nodes: NodeStates, node: int, w: int) -> int:
+    """Word w of the items that a node goes on sending."""
+    at = node * rules.n_words + w
+    return may_send(rules.repeat, nodes.holds[at] & ~nodes.settled[at], nodes.origins[at])
+
+
 def fill_packet(rules: PolicyRules, load: Load, nodes: NodeStates, owner: int, header_bits: int) -> int:
     """Put into the packet what the owner of the slot sends beside its header; returns the number of items."""
     n_sent = 0
     for w in range(rules.n_words):
-        at = owner * rules.n_words + w
-        wanted = may_send(rules.repeat, nodes.holds[at] & ~nodes.settled[at], nodes.origins[at])
-        nodes.packet[w] = wanted
+        wanted = nodes.packet[w] = open_items(rules, nodes, owner, w)
         while wanted != 0:
             wanted &= wanted - 1
             n_sent += 1
@@ -122,23 +126,42 @@ def header_sizes(kind: AckRules, n_nodes: int, sizes_out: Ints) -> None:
         sizes_out[slot] = bits_carried(kind, n_nodes, slot // n_nodes, slot % n_nodes)
 
 
-def play_slot(kind: AckRules, rules: PolicyRules, load: Load, nodes: NodeStates, slot: int, heard_by: int) -> int:
-    """One slot of all nodes; bit i of `heard_by` says that node i receives the packet. Returns the items sent."""
+def open_slots(kind: AckRules, rules: PolicyRules, nodes: NodeStates, owner: int) -> None:
+    """Time comes to a slot of the owner at all nodes."""
+    for node in range(rules.n_nodes):
+        open_slot(kind, node_state(rules, nodes, node, -1), rules.n_nodes, owner)
+
+
+def pass_packet(
+    kind: AckRules, rules: PolicyRules, nodes: NodeStates, frame: int, owner: int, receivers: Words
+) -> None:
+    """The slot's owner sends the packet, and a set of nodes receives it."""
     n_nodes = rules.n_nodes
-    frame, owner = slot // n_nodes, slot % n_nodes
+    packet, origins = nodes.packet, nodes.origins
+    rows = (
+        nodes.rows
+        if rules.set_words == 1
+        else nodes.held[0, owner * n_nodes * n_nodes : (owner + 1) * n_nodes * n_nodes]
+    )
+    sending = node_state(rules, nodes, owner, -1)
+    compose(kind, sending, n_nodes, frame, owner, packet, rows)
     for node in range(n_nodes):
-        open_slot(kind, node_state(rules, nodes, node), n_nodes, owner)
-    n_sent = fill_packet(rules, load, nodes, owner, nodes.header_bits[slot % len(nodes.header_bits)])
-    packet, rows, origins = nodes.packet, nodes.rows, nodes.origins
-    compose(kind, node_state(rules, nodes, owner), n_nodes, frame, owner, packet, rows)
-    for node in range(n_nodes):
-        if (heard_by >> node) & 1:
-            state = node_state(rules, nodes, node)
+        received = has(sending, receivers, 0, node)
+        if received != 0:
+            state = node_state(rules, nodes, node, received)
             absorb(kind, rules.carrier_evidence, state, n_nodes, frame, node, owner, rows, packet, origins)
             for w in range(rules.n_words):
                 at = node * rules.n_words + w
                 nodes.holds[at] = state.believes[at]
                 nodes.settled[at] = settled(state, n_nodes, None, w)
+
+
+def play_slot(kind: AckRules, rules: PolicyRules, load: Load, nodes: NodeStates, slot: int, heard_by: int) -> int:
+    """One slot of all nodes; bit i of `heard_by` says that node i receives the packet. Returns the items sent."""
+    frame, owner = slot // rules.n_nodes, slot % rules.n_nodes
+    open_slots(kind, rules, nodes, owner)
+    n_sent = fill_packet(rules, load, nodes, owner, nodes.header_bits[slot % len(nodes.header_bits)])
+    pass_packet(kind, rules, nodes, frame, owner, (heard_by,))
     return n_sent
 
 

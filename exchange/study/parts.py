@@ -11,17 +11,20 @@ from typing import NamedTuple
 import numpy as np
 
 from exchange.ack import Acknowledgement
-from exchange.policies import AckPolicy
+from exchange.policies import AckPolicy, header_bits
 from exchange.study import trial
+from exchange.study.compiler import Form, SlotLoop
 from exchange.study.estimates import Moments, moments
 from exchange.study.montecarlo import NOT_DRAWN
 from exchange.study.trial import Floats, Ints, Load, PolicyRules
 
-TRIALS_AT_ONCE = 500
+TRIALS_AT_ONCE = 1000
 """Memory does not depend on the number of trials, but on this."""
 
 REMEMBERED_SLOTS = 250
 """Slots of a trial whose losses are kept for the next policy; later ones are drawn again."""
+REMEMBERED_WORDS = 400
+"""The same where bits are sliced, in words of some slots."""
 
 
 @dataclass(frozen=True)
@@ -40,6 +43,18 @@ class TrialPlan:
     def n_words(self) -> int:
         """Words in a set of items."""
         return -(-self.load.n_sources * self.load.columns_per_source // trial.WORD_BITS)
+
+    @property
+    def forms(self) -> dict[Acknowledgement, Form]:
+        """What the slot loop of each acknowledgement has to do."""
+        load, forms = self.load, {}
+        for policy in self.policies:
+            kind = policy.acknowledgement
+            is_single = load.rate == 0.0 and load.n_sources * load.columns_per_source == 1
+            fits = header_bits(policy, self.n_nodes) + load.item_bits <= load.capacity_bits
+            narrow_or_wide = Form.NARROW if self.n_words == 1 else Form.WIDE
+            forms[kind] = Form.SLICED if is_single and fits and kind.bit_sliced else narrow_or_wide
+        return forms
 
     @property
     def parts(self) -> "Iterator[TrialBatch]":
@@ -64,7 +79,7 @@ class TrialBatch(NamedTuple):
 
 @dataclass(slots=True)
 class Tally:
-    """Sums over the trials of one policy at one setting."""
+    """Sums over the trials of one policy at one setting; moments of the quantities of which there are means."""
 
     moments: Moments
     censored: Ints
@@ -81,24 +96,22 @@ class Tally:
         self.cpu_s += other.cpu_s
 
 
-MachineCodes = Mapping[Acknowledgement, Callable[..., None]]
-"""The slot loop of each acknowledgement: `montecarlo.run_trials` with the kind built in."""
+SlotLoops = Mapping[Acknowledgement, SlotLoop]
+"""The slot loop of each acknowledgement, with the kind built in."""
 
 
-def play_all(
-    plan: TrialPlan, machine_codes: MachineCodes, jobs: int, progress: Callable[[int, int], None]
-) -> list[list[Tally]]:
+def play_all(plan: TrialPlan, loops: SlotLoops, jobs: int, progress: Callable[[int, int], None]) -> list[list[Tally]]:
     """Play the whole plan; returns the tallies of each setting, in the order of the policies.
 
     Args:
         plan: all trials.
-        machine_codes: the slot loop of every acknowledgement in the plan.
+        loops: the slot loop of every acknowledgement in the plan.
         jobs: threads.
         progress: is told how many parts of how many are done.
     """
     tallies: list[list[Tally]] = [[] for _ in plan.matrices]
     with ThreadPoolExecutor(jobs) as pool:
-        for done, (setting, of_part) in enumerate(_in_order(plan, machine_codes, pool, 2 * jobs), start=1):
+        for done, (setting, of_part) in enumerate(_in_order(plan, loops, pool, 2 * jobs), start=1):
             if not tallies[setting]:
                 tallies[setting] = of_part
             else:
@@ -109,10 +122,10 @@ def play_all(
 
 
 def _in_order(
-    plan: TrialPlan, machine_codes: MachineCodes, pool: ThreadPoolExecutor, ahead: int
+    plan: TrialPlan, loops: SlotLoops, pool: ThreadPoolExecutor, ahead: int
 ) -> Iterator[tuple[int, list[Tally]]]:
     """Setting and tallies of each part in order, so that sums do not depend on the pool; at most so many ahead."""
-    play = partial(_play, plan, machine_codes)
+    play = partial(_play, plan, loops)
     pending: deque[tuple[int, Future[list[Tally]]]] = deque()
     for part in plan.parts:
         pending.append((part.setting, pool.submit(play, part)))
@@ -123,24 +136,25 @@ def _in_order(
         yield setting, future.result()
 
 
-def _play(plan: TrialPlan, machine_codes: MachineCodes, part: TrialBatch) -> list[Tally]:
+def _play(plan: TrialPlan, loops: SlotLoops, part: TrialBatch) -> list[Tally]:
     """Play one part; every policy meets the same losses."""
-    received = np.full((part.n_trials, min(REMEMBERED_SLOTS, plan.load.max_slots)), NOT_DRAWN, np.int64)
-    baseline = np.zeros((part.n_trials, trial.N_QUANTITIES, 3), np.int64)
+    received: dict[bool, Ints] = {}
+    baseline = np.empty(0, np.int64)
+    n_estimated = trial.IN_FLIGHT if plan.load.rate == 0.0 else trial.FALSE_BELIEFS
     tallies = []
     for policy in plan.policies:
-        rules = PolicyRules(policy.repeat, plan.carrier_evidence, plan.n_nodes, plan.n_words)
-        run_trials = machine_codes[policy.acknowledgement]
-        outcomes = np.zeros_like(baseline)
+        loop = loops[policy.acknowledgement]
+        if loop.is_sliced not in received:
+            received[loop.is_sliced] = memory_of(plan, loop, part)
         began_s = time.thread_time()
-        run_trials(rules, plan.load, plan.matrices[part.setting], plan.seed, part.first_trial, received, outcomes)
+        outcomes = play(plan, policy, loop, part, received[loop.is_sliced])
         cpu_s = time.thread_time() - began_s
         if policy == plan.policies[0]:
             baseline = outcomes
         totals = outcomes.sum(axis=0)
         tallies.append(
             Tally(
-                moments(outcomes, baseline),
+                moments(outcomes[:, :n_estimated], baseline[:, :n_estimated]),
                 totals[: trial.N_STAGES, trial.CENSORED],
                 int(totals[trial.FALSE_BELIEFS, trial.SUM]),
                 int(totals[trial.SLOTS, trial.SUM]),
@@ -148,3 +162,18 @@ def _play(plan: TrialPlan, machine_codes: MachineCodes, part: TrialBatch) -> lis
             )
         )
     return tallies
+
+
+def memory_of(plan: TrialPlan, loop: SlotLoop, part: TrialBatch) -> Ints:
+    """Memory of who received what in the trials of a part, as the slot loop takes it."""
+    if loop.is_sliced:
+        return np.zeros((REMEMBERED_WORDS, part.n_trials), np.int64)
+    return np.full((part.n_trials, min(REMEMBERED_SLOTS, plan.load.max_slots)), NOT_DRAWN, np.int64)
+
+
+def play(plan: TrialPlan, policy: AckPolicy, loop: SlotLoop, part: TrialBatch, received: Ints) -> Ints:
+    """The outcomes of a policy in the trials of a part, shape (n_trials, N_QUANTITIES, 3)."""
+    rules = PolicyRules(policy.repeat, plan.carrier_evidence, plan.n_nodes, plan.n_words, 1)
+    outcomes = np.empty((part.n_trials, trial.N_QUANTITIES, 3), np.int64)
+    loop.run(rules, plan.load, plan.matrices[part.setting], plan.seed, part.first_trial, received, outcomes)
+    return outcomes

@@ -67,7 +67,8 @@ class StudyRow:
 
 def row_of(study: ExchangeStudy, per: float, policy: AckPolicy, tally: Tally) -> StudyRow:
     """The row of one policy at one loss rate."""
-    means = [estimates.mean(products) for products in tally.moments]
+    means: list[TrialMean | None] = [estimates.mean(products) for products in tally.moments]
+    means += [None] * (trial.N_QUANTITIES - len(means))
     relative = [estimates.relative_mean(products) for products in tally.moments[: trial.N_STAGES]]
     delivered, source, senders = (int(number) for number in tally.censored)
     return StudyRow(

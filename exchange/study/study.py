@@ -80,9 +80,7 @@ def run(
         study.seed,
         study.trials,
     )
-    kinds = dict.fromkeys(policy.acknowledgement for policy in plan.policies)
-    machine_codes = slot_loops(kinds, plan.n_words == 1, say)
-    tallies = play_all(plan, machine_codes, jobs, progress)
+    tallies = play_all(plan, slot_loops(plan.forms, say), jobs, progress)
     return [
         row_of(study, per, policy, tallies_of_per[plan.policies.index(policy)])
         for per, tallies_of_per in zip(study.per or (_mean_link(plan.matrices[0]),), tallies, strict=True)

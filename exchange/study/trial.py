@@ -43,13 +43,15 @@ NEVER = 1 << 62
 class PolicyRules(NamedTuple):
     """What a policy says beside its acknowledgement, and the size of the fleet.
 
-    `n_words` is the number of words in a set of items.
+    `n_words` is the number of words in a set of items, `set_words` that in a set of nodes: `n_nodes` where bits are
+    sliced, else 1.
     """
 
     repeat: bool
     carrier_evidence: bool
     n_nodes: int
     n_words: int
+    set_words: int = 1
 
 
 class Load(NamedTuple):
@@ -86,7 +88,7 @@ class NodeStates(NamedTuple):
     born_slot: Ints  # [column]
     free_slot: Ints  # [column] from this slot on the column may be given to a new item
     packet: Ints  # [word] items being sent
-    rows: Ints  # [node] acknowledgement bits being sent
+    rows: Ints  # [node * set_words + word] acknowledgement bits being sent
     header_bits: Ints  # [slot] size of the header of each slot, until the layouts repeat
     eligible: Ints  # [column]
     chosen: Ints  # [column]
@@ -99,17 +101,18 @@ def new_nodes(rules: PolicyRules, load: Load, period_frames: int) -> NodeStates:
 
     `header_bits` is the acknowledgement's to fill in.
     """
-    n_nodes, n_words = rules.n_nodes, rules.n_words
+    n_nodes, n_words, set_words = rules.n_nodes, rules.n_words, rules.set_words
     n_columns = load.n_sources * load.columns_per_source
+    n_holders = n_nodes if set_words == 1 else 1
     origins = np.zeros(n_nodes * n_words, np.int64)
     for column in range(n_columns):
         origin = column // load.columns_per_source
         origins[origin * n_words + column // WORD_BITS] |= 1 << column % WORD_BITS
     return NodeStates(
-        heard=np.empty((n_nodes, 1), np.int64),
+        heard=np.empty((n_nodes, set_words), np.int64),
         content=np.empty((n_nodes, 2 * n_nodes * n_words), np.int64),
         believes=np.empty((n_nodes, n_nodes * n_words), np.int64),
-        held=np.zeros((n_nodes, n_nodes * n_nodes), np.int64),
+        held=np.zeros((n_holders, n_nodes * n_nodes * set_words), np.int64),
         holds=np.empty(n_nodes * n_words, np.int64),
         settled=np.empty(n_nodes * n_words, np.int64),
         origins=origins,
@@ -139,9 +142,11 @@ def clear(nodes: NodeStates) -> None:
     nodes.free_slot[:] = 0
 
 
-def node_state(rules: PolicyRules, nodes: NodeStates, node: int) -> AckState:
-    """The acknowledgement state of one node."""
-    return AckState(rules.n_words, nodes.heard[node], nodes.content[node], nodes.believes[node], nodes.held[node])
+def node_state(rules: PolicyRules, nodes: NodeStates, node: int, received: int) -> AckState:
+    """The acknowledgement state of one node, which receives a packet in some trials."""
+    n_words, set_words, heard, content = rules.n_words, rules.set_words, nodes.heard[node], nodes.content[node]
+    held = nodes.held[node if set_words == 1 else 0]
+    return AckState(n_words, heard, content, nodes.believes[node], held, set_words, received)
 
 
 def add_item(rules: PolicyRules, nodes: NodeStates, origin: int, column: int, slot: int) -> None:
@@ -170,18 +175,23 @@ def free_column(load: Load, nodes: NodeStates, origin: int, slot: int) -> int:
     return -1
 
 
+def progress(rules: PolicyRules, nodes: NodeStates, w: int) -> tuple[int, int, int]:
+    """Word w of the items of each stage: held by all, acknowledged to their origin, acknowledged to all who send."""
+    held_by_all = -1
+    source_acked = 0
+    senders_acked = -1
+    for node in range(rules.n_nodes):
+        at = node * rules.n_words + w
+        held_by_all &= nodes.holds[at]
+        source_acked |= nodes.settled[at] & nodes.origins[at]
+        senders_acked &= nodes.settled[at] | ~may_send(rules.repeat, -1, nodes.origins[at])
+    return held_by_all, source_acked, senders_acked & source_acked
+
+
 def note_progress(rules: PolicyRules, load: Load, nodes: NodeStates, slot: int, outcome: Ints) -> None:
     """Note the items that reach a stage in this slot."""
     for w in range(rules.n_words):
-        held_by_all = -1
-        source_acked = 0
-        senders_acked = -1
-        for node in range(rules.n_nodes):
-            at = node * rules.n_words + w
-            held_by_all &= nodes.holds[at]
-            source_acked |= nodes.settled[at] & nodes.origins[at]
-            senders_acked &= nodes.settled[at] | ~may_send(rules.repeat, -1, nodes.origins[at])
-        senders_acked &= source_acked
+        held_by_all, source_acked, senders_acked = progress(rules, nodes, w)
         for stage in range(N_STAGES):
             now = held_by_all if stage == DELIVERED else source_acked if stage == SOURCE_ACKED else senders_acked
             new = now & ~nodes.reached[stage, w]

@@ -5,7 +5,6 @@ From a test: call ``check``, or the checks one by one; each raises ``AssertionEr
 """
 
 from collections.abc import Callable, Iterator
-from functools import partial
 from random import Random
 
 import numpy as np
@@ -15,8 +14,9 @@ from exchange.errors import ConfigurationError
 from exchange.packets import Fragment, ItemUid
 from exchange.policies import AckPolicy, header_bits, may_send, policy_fault, policy_named
 from exchange.study import montecarlo, trial
-from exchange.study.compiler import compiled
-from exchange.study.trial import Ints, Load, PolicyRules
+from exchange.study.compiler import as_python, slot_loops
+from exchange.study.parts import TrialPlan, memory_of, play
+from exchange.study.trial import Load, PolicyRules
 from exchange.wire.codec import Codec
 from remoras.plugins import named_object
 from stress.conformance.radio import DURATION_S, MAPPED_CELL, N_BLOCKS, TBOX, ManagerFleet, instances, one_size_codec
@@ -282,20 +282,15 @@ def check_study_is_managers(policy: AckPolicy) -> None:
 
 def check_compiles(policy: AckPolicy) -> None:
     """Compiled for the study, its functions do what they do as Python; takes some seconds the first time."""
-    kind = policy.acknowledgement
-    for narrow, items in ((True, 3), (False, 20)):
-        rules = PolicyRules(policy.repeat, False, 4, 1 if narrow else -(-4 * items // trial.WORD_BITS))
-        load = Load(4, items, 0.0, 57, 57 * 2 + header_bits(policy, 4), 0, 0, 300)
+    for n_sources, items in ((4, 3), (4, 20), (1, 1)):
+        load = Load(n_sources, items, 0.0, 57, 57 * 2 + header_bits(policy, 4), 0, 0, 300)
         p_loss = np.full((4, 4), 0.5)
         np.fill_diagonal(p_loss, 1.0)
-        outcomes: list[Ints] = []
-        for loop in (partial(montecarlo.run_trials, kind), compiled(kind, narrow, print)):
-            outcome = np.zeros((2, trial.N_QUANTITIES, 3), np.int64)
-            loop(rules, load, p_loss, 7, 0, np.full((2, 100), montecarlo.NOT_DRAWN, np.int64), outcome)
-            outcomes.append(outcome)
-        assert (outcomes[0] == outcomes[1]).all(), (
-            "the compiled form comes to other results than the functions as Python"
-        )
+        plan = TrialPlan(4, (policy,), False, (p_loss,), load, 7, 2 if items > 1 else 70)
+        loops = as_python(policy.acknowledgement), slot_loops(plan.forms, print)[policy.acknowledgement]
+        part = next(plan.parts)
+        interpreted, compiled = (play(plan, policy, loop, part, memory_of(plan, loop, part)) for loop in loops)
+        assert (interpreted == compiled).all(), "the compiled form comes to other results than the functions as Python"
 
 
 # All of it ----------------------------------------------------------------------------------------

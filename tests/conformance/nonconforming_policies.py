@@ -22,13 +22,13 @@ def in_even_frames(n_nodes: int, frame: int, sender: int, row: int, column: int)
 def learn_in_even_frames(state: AckState, n_nodes: int, frame: int, sender: int, rows: Words) -> None:
     """Read the row where there is one."""
     if frame == 0:
-        learn_from_row(state, n_nodes, sender, rows[sender])
+        learn_from_row(state, n_nodes, sender, rows)
 
 
 SPARSE = AckPolicy(
     Acknowledgement(
         "sparse", "acknowledgements in every second frame", in_even_frames, ACK.compose, learn_in_even_frames,
-        period_frames=2,
+        period_frames=2, bit_sliced=True,
     ),
     repeat=True,
 )  # fmt: skip
@@ -63,7 +63,7 @@ def claim_nothing(state: AckState, n_nodes: int, frame: int, me: int, rows_out: 
 def learn_twice_as_much(state: AckState, n_nodes: int, frame: int, sender: int, rows: Words) -> None:
     """Take an acknowledgement for one of every other node too."""
     for peer in range(n_nodes):
-        learn_from_row(state, n_nodes, peer, rows[sender])
+        learn_from_row(state, n_nodes, peer, [rows[sender]] * n_nodes)
 
 
 def learn_all_rows(state: AckState, n_nodes: int, frame: int, sender: int, rows: Words) -> None:

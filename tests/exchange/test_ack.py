@@ -287,8 +287,8 @@ def test_a_bit_is_about_the_packet_before_the_acknowledging_node_spoke() -> None
     for i in range(5):
         for j in range(5):
             since_i, since_j = (3 - i) % 5, (3 - j) % 5
-            assert ack.packet_meant(i, j, 3, 5) == (0 if since_j > since_i else 1)
-    assert [ack.packet_meant(3, j, 3, 5) for j in (0, 1, 2, 4)] == [0, 0, 0, 0]
+            assert ack.spoken_since(j, 3) >> i & 1 == (1 if since_j > since_i else 0)
+    assert [ack.spoken_since(j, 3) >> 3 & 1 for j in (0, 1, 2, 4)] == [1, 1, 1, 1]
 
 
 def test_ack_speaks_of_the_own_row_only() -> None:

@@ -16,7 +16,8 @@ from exchange.ack import Acknowledgement
 from exchange.acoustics.loss import uniform
 from exchange.errors import ConfigurationError
 from exchange.policies import ACK, M_ACK, MPS_ACK, POLICIES, AckPolicy
-from exchange.study import compiler, montecarlo, trial
+from exchange.study import compiler, montecarlo, sliced, trial
+from exchange.study.compiler import Form
 from exchange.study.trial import CENSORED, COUNT, N_QUANTITIES, NEVER, SUM, Floats, Ints, Load, PolicyRules
 
 SEED = 5
@@ -51,12 +52,12 @@ def play(
 
 @pytest.fixture(scope="module")
 def narrow() -> Run:
-    return lambda kind: compiler.compiled(kind, True, print)
+    return lambda kind: compiler.compiled(kind, Form.NARROW, print)
 
 
 @pytest.fixture(scope="module")
 def wide() -> Run:
-    return lambda kind: compiler.compiled(kind, False, print)
+    return lambda kind: compiler.compiled(kind, Form.WIDE, print)
 
 
 def uncompiled(kind: Acknowledgement) -> Callable[..., None]:
@@ -260,18 +261,19 @@ def test_the_machine_code_is_kept_by_sources_and_versions(tmp_path: Path, monkey
 def test_every_function_that_the_slot_loop_calls_is_found_for_the_compiler() -> None:
     """Of the kind, of what it calls, and of the loop; callees come first."""
     found = list(compiler.functions_of(MPS_ACK))
-    for one, other in [(ack.packet_meant, ack.add_pseudo_acknowledgements), (ack.unite_matrices, MPS_ACK.compose)]:
+    for one, other in [(ack.spoken_since, ack.add_pseudo_acknowledgements), (ack.unite_matrices, MPS_ACK.compose)]:
         assert found.index(one) < found.index(other)  # type: ignore[arg-type]
     assert {*compiler.CALLED, *compiler.ALLOCATING, MPS_ACK.learn, ack.settled} <= set(found)
-    assert found[-1] is montecarlo.run_trials
+    assert found[-1] is sliced.run_sliced
     assert M_ACK.carries not in compiler.functions_of(ACK)
 
 
 @pytest.mark.slow
 def test_machine_code_is_found_again_by_the_next_process(tmp_path: Path) -> None:
     code = (
-        "from exchange.policies import ACK; from exchange.study.compiler import compiled; "
-        "said = []; loop = compiled(ACK, True, said.append); print(len(said), sum(loop.stats.cache_hits.values()))"
+        "from exchange.policies import ACK; from exchange.study.compiler import Form, compiled; "
+        "said = []; loop = compiled(ACK, Form.SLICED, said.append); "
+        "print(len(said), sum(loop.stats.cache_hits.values()))"
     )
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
     outputs = [
@@ -287,4 +289,22 @@ def test_functions_that_cannot_be_compiled_are_refused_by_the_name_of_their_kind
         raise KeyError({"a": [object()]})
 
     with pytest.raises(ConfigurationError, match="acknowledgement 'odd' cannot be compiled for the policy study"):
-        compiler.compiled(ACK._replace(name="odd", learn=learn), True, print)
+        compiler.compiled(ACK._replace(name="odd", learn=learn), Form.NARROW, print)
+
+
+@pytest.mark.slow
+def test_other_code_of_the_process_can_use_what_numba_has_of_numpy() -> None:
+    """Whoever tells Numba anew what `np.ones` is breaks it for everybody: the study tells it of nothing but its own."""
+    code = (
+        "import numba, numpy as np; from exchange.study.study import ExchangeStudy, run, workload_named; "
+        "run(ExchangeStudy(trials=1)); run(ExchangeStudy(trials=1, load=workload_named('batch', 3))); "
+        "print([numba.njit(f)() for f in "
+        "(lambda: np.ones(3).sum(), lambda: np.full(3, 2.0).sum(), lambda: np.zeros(3).sum(), lambda: np.eye(3).sum(), "
+        "lambda: np.ones((2, 2)).sum(), lambda: np.ones_like(np.arange(4)).sum())])"
+    )
+    output = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert output == "[3.0, 6.0, 0.0, 3.0, 4.0, 4]\n"
+
+
+def test_nothing_of_numpy_is_told_to_the_compiler() -> None:
+    assert not [one for one in compiler.functions_of(ACK) if one.__module__.startswith("numpy")]

@@ -130,7 +130,7 @@ def test_the_numbers_do_not_depend_on_jobs_nor_on_the_company() -> None:
 
 def test_progress_is_told_and_ends_with_all() -> None:
     told: list[tuple[int, int]] = []
-    run(ExchangeStudy(per=(0.1, 0.2), trials=600), progress=lambda done, total: told.append((done, total)))
+    run(ExchangeStudy(per=(0.1, 0.2), trials=1100), progress=lambda done, total: told.append((done, total)))
     assert told == [(done, 4) for done in range(1, 5)]
 
 

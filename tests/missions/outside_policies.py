@@ -12,7 +12,7 @@ def in_even_frames(n_nodes: int, frame: int, sender: int, row: int, column: int)
 def learn_in_even_frames(state: AckState, n_nodes: int, frame: int, sender: int, rows: Words) -> None:
     """Read the row where there is one."""
     if frame == 0:
-        learn_from_row(state, n_nodes, sender, rows[sender])
+        learn_from_row(state, n_nodes, sender, rows)
 
 
 SPARSE = AckPolicy(

@@ -1,0 +1,217 @@
+"""64 trials to a word against one trial at a time: the same numbers, whatever is asked."""
+
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from exchange.ack import AckState, MutableWords
+from exchange.acoustics.loss import link_draw, link_uniform, slot_key, trial_key
+from exchange.policies import ACK, M_ACK, MPS_ACK, POLICIES, AckPolicy
+from exchange.study import compiler, montecarlo, sliced, trial
+from exchange.study.compiler import Form, SlotLoop
+from exchange.study.parts import TrialBatch, TrialPlan, memory_of, play
+from exchange.study.study import (
+    ExchangeStudy,
+    LoadKind,
+    StudyLoad,
+    StudyRow,
+    load_of,
+    p_loss_matrices,
+    run,
+    workload_named,
+)
+from exchange.study.trial import Ints
+
+SEEDS = st.integers(0, (1 << 62) - 1)
+
+
+def plan_of(study: ExchangeStudy) -> TrialPlan:
+    return TrialPlan(
+        study.nodes,
+        study.chosen,
+        study.carrier_evidence,
+        p_loss_matrices(study),
+        load_of(study),
+        study.seed,
+        study.trials,
+    )
+
+
+def both(study: ExchangeStudy, first_trial: int = 0) -> list[tuple[Ints, Ints]]:
+    """The outcomes of each policy, sliced and one trial at a time; the losses are remembered for the next policy."""
+    plan, part = plan_of(study), TrialBatch(0, first_trial, study.trials)
+    pairs = []
+    received: dict[bool, Ints] = {}
+    for policy in plan.policies:
+        kind = policy.acknowledgement
+        assert plan.forms[kind] is Form.SLICED
+        outcomes = []
+        for form in (Form.SLICED, Form.NARROW):
+            loop = SlotLoop(compiler.compiled(kind, form, print), form is Form.SLICED)
+            memory = received.setdefault(loop.is_sliced, memory_of(plan, loop, part))
+            outcomes.append(play(plan, policy, loop, part, memory))
+        pairs.append((outcomes[0], outcomes[1]))
+    return pairs
+
+
+def assert_equal(study: ExchangeStudy, first_trial: int = 0) -> None:
+    for policy, (of_words, of_trials) in zip(study.chosen, both(study, first_trial), strict=True):
+        different = np.argwhere(of_words != of_trials)
+        assert not len(different), f"{policy.name}: (trial, quantity, number) {different[:3].tolist()} of {study}"
+
+
+@pytest.mark.parametrize("carrier_evidence", [False, True])
+@pytest.mark.parametrize("n_nodes", [2, 3, 5, 7, 8, 9, 10, 13])
+def test_a_word_of_trials_is_so_many_trials(n_nodes: int, carrier_evidence: bool) -> None:
+    for per in (0.0, 0.05, 0.5, 0.8):
+        for trials in (1, 63, 64, 65, 300):
+            assert_equal(ExchangeStudy(n_nodes, (per,), trials=trials, carrier_evidence=carrier_evidence))
+
+
+def test_fleets_that_fill_the_words_of_draws() -> None:
+    """31 nodes: receivers of two slots go into a word; 32, 63 and 64: of one, and of 64 its sign counts."""
+    for n_nodes in (31, 32, 63, 64):
+        assert_equal(ExchangeStudy(n_nodes, (0.1,), trials=3, policies=("ack-repeat", "mps-ack-repeat")))
+
+
+@given(
+    n_nodes=st.integers(2, 12),
+    per=st.floats(0.0, 0.85),
+    trials=st.integers(1, 200),
+    seed=SEEDS,
+    max_slots=st.one_of(st.integers(1, 60), st.just(200_000)),
+    first_trial=st.integers(0, 10_000),
+    evidence=st.booleans(),
+    names=st.lists(st.sampled_from(list(POLICIES)), min_size=1, max_size=3, unique=True),
+)
+@example(5, 0.0, 64, (1 << 62) - 1, 1, 0, False, ["ack"])
+@example(5, 0.7, 130, 1, 5, 0, False, ["mps-ack-repeat", "ack"])
+@example(2, 0.85, 200, 0, 200_000, 9_999, True, ["ack-repeat"])
+@settings(max_examples=60, deadline=None)
+def test_whatever_is_asked(
+    n_nodes: int, per: float, trials: int, seed: int, max_slots: int, first_trial: int, evidence: bool, names: list[str]
+) -> None:
+    """Also trials that come to their bound, in the middle of a frame or at its end."""
+    study = ExchangeStudy(
+        n_nodes, (per,), None, tuple(names), trials, carrier_evidence=evidence, seed=seed, max_slots=max_slots
+    )
+    assert_equal(study, first_trial)
+
+
+@given(st.integers(2, 6), st.data())
+@settings(max_examples=15, deadline=None)
+def test_links_that_differ(n_nodes: int, data: st.DataObject) -> None:
+    p_loss = st.floats(0.0, 0.8)
+    links = data.draw(
+        st.lists(st.lists(p_loss, min_size=n_nodes, max_size=n_nodes), min_size=n_nodes, max_size=n_nodes)
+    )
+    assert_equal(ExchangeStudy(n_nodes, (), tuple(map(tuple, links)), trials=70))
+
+
+def rows(study: ExchangeStudy) -> list[StudyRow]:
+    return [replace(row, cpu_s=0.0) for row in run(study)]
+
+
+def one_by_one(study: ExchangeStudy, monkeypatch: pytest.MonkeyPatch) -> list[StudyRow]:
+    """The rows where no acknowledgement lets its bits be sliced."""
+    with monkeypatch.context() as patch:
+        patch.setattr(TrialPlan, "forms", property(lambda plan: dict.fromkeys(kinds_of(plan), Form.NARROW)))
+        return rows(study)
+
+
+def kinds_of(plan: TrialPlan) -> list[object]:
+    return [policy.acknowledgement for policy in plan.policies]
+
+
+@pytest.mark.parametrize("trials", [1, 100, 1500])
+def test_rows_of_a_study_are_the_same(trials: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    for n_nodes in (3, 5, 10):
+        study = ExchangeStudy(n_nodes, (0.1, 0.45, 0.7), trials=trials, max_slots=150, seed=trials)
+        assert repr(rows(study)) == repr(one_by_one(study, monkeypatch))
+
+
+def test_only_a_single_item_that_fits_is_sliced() -> None:
+    """Header of ack with five nodes 4 bits, of a matrix 20; items of 60."""
+    single = ExchangeStudy(capacity_bits=80)
+    assert set(plan_of(single).forms.values()) == {Form.SLICED}
+    no_room = plan_of(single)
+    tight = TrialPlan(5, no_room.policies, False, no_room.matrices, no_room.load._replace(capacity_bits=79), 1, 1)
+    assert tight.forms == {ACK: Form.SLICED, M_ACK: Form.NARROW, MPS_ACK: Form.NARROW}
+    for load, form in ((StudyLoad(LoadKind.BATCH, 2), Form.NARROW), (workload_named("poisson:0.02"), Form.WIDE)):
+        assert set(plan_of(replace(single, load=load)).forms.values()) == {form}
+    batch_of_one = plan_of(replace(single, load=StudyLoad(LoadKind.BATCH)))
+    assert set(batch_of_one.forms.values()) == {Form.NARROW}  # an item at every node
+    own = AckPolicy(ACK._replace(name="own", bit_sliced=False), False)
+    assert plan_of(replace(single, policies=(own,))).forms[own.acknowledgement] is Form.NARROW
+
+
+def count_false(study: ExchangeStudy) -> tuple[int, int]:
+    ((of_words, of_trials),) = both(study)
+    assert np.array_equal(of_words, of_trials)
+    return int(of_words[:, trial.FALSE_BELIEFS].sum()), int(of_words[:, trial.DELIVERED, trial.CENSORED].sum())
+
+
+def claim_to_hear_all(state: AckState, n_nodes: int, frame: int, me: int, rows_out: MutableWords) -> None:
+    for w in range(state.set_words):
+        rows_out[me * state.set_words + w] = -1
+
+
+@pytest.mark.slow
+def test_false_beliefs_are_counted_alike() -> None:
+    """A kind that lies makes them in every receiver and slot; trials that end early by them have not delivered."""
+    liar = AckPolicy(ACK._replace(name="liar", compose=claim_to_hear_all), True)
+    n_false, n_undelivered = count_false(ExchangeStudy(5, (0.5,), policies=(liar,), trials=100, max_slots=100))
+    assert n_false > 100
+    assert n_undelivered > 0
+    n_false, _ = count_false(ExchangeStudy(5, (0.5,), policies=(AckPolicy(ACK, True),), trials=100))
+    assert n_false == 0
+
+
+# Draws ----------------------------------------------------------------------------------------------------------------
+
+
+@given(SEEDS, st.integers(0, 1 << 40), st.integers(0, 63), st.integers(0, 63), st.floats(0.0, 1.0))
+def test_a_threshold_divides_draws_where_the_probability_does(
+    seed: int, slot: int, sender: int, receiver: int, p_loss: float
+) -> None:
+    key = slot_key(trial_key(seed, 0), slot)
+    draw, uniform = link_draw(key, sender, receiver), link_uniform(key, sender, receiver)
+    assert draw * 2.0**-53 == uniform
+    for p in (p_loss, uniform, np.nextafter(uniform, 0.0), np.nextafter(uniform, 1.0)):
+        assert (draw >= sliced.threshold(float(p))) == (uniform >= p)
+
+
+@given(st.lists(st.integers(0, (1 << 63) - 1), min_size=64, max_size=64), st.integers(1, 63))
+def test_transposed_bits(words: list[int], n_rows: int) -> None:
+    before = np.array(words)
+    after = before.copy()
+    sliced.transpose(after, n_rows)
+    for row in range(n_rows):
+        assert int(after[row]) & (1 << 64) - 1 == sum((words[k] >> row & 1) << k for k in range(64))
+
+
+@given(st.integers(2, 12), st.integers(0, 11), SEEDS)
+def test_a_word_holds_the_draws_of_its_slots(n_nodes: int, frame: int, key: int) -> None:
+    p_loss = np.full((n_nodes, n_nodes), 0.4)
+    np.fill_diagonal(p_loss, 1.0)
+    thresholds = sliced.thresholds_of(p_loss)
+    n_slots = sliced.slots_of_word(n_nodes)
+    for first in range(0, n_nodes, n_slots):
+        of_word = min(n_slots, n_nodes - first)
+        word = sliced.draw_word(key, frame * n_nodes, first, of_word, n_nodes, thresholds)
+        for n in range(of_word):
+            expected = montecarlo.receivers(key, frame * n_nodes + first + n, n_nodes, p_loss)
+            assert word >> n * n_nodes & (1 << n_nodes) - 1 == expected
+
+
+def test_an_interpreted_trial_is_the_oracle_of_both() -> None:
+    study = ExchangeStudy(4, (0.4,), policies=("mps-ack-repeat",), trials=3)
+    plan, part = plan_of(study), TrialBatch(0, 0, 3)
+    (policy,) = plan.policies
+    loop = SlotLoop(partial(montecarlo.run_trials, policy.acknowledgement), False)
+    ((of_words, _),) = both(study)
+    assert np.array_equal(of_words, play(plan, policy, loop, part, memory_of(plan, loop, part)))
