@@ -30,6 +30,7 @@ def are_there(age_s: float, position_m: tuple[float, float], contacts_m: tuple[A
         frame_s=FRAME_S,
         body=SimpleNamespace(now_s=NOW_S, contacts_m=contacts_m),
         peers=SimpleNamespace(positions_m={"AUV01": position_m}, heard_s={}),
+        groups=SimpleNamespace(meets_unheard=False),
     )
     return mission.meeting._all_are_there(group, Organisation.of([group], played), beliefs, picture)
 
