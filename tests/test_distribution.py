@@ -38,9 +38,12 @@ def test_the_version_is_said_once() -> None:
     assert f"version: {remoras.__version__}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
 
 
-def test_the_bounds_of_numba_are_those_of_the_dependency() -> None:
+def test_the_bounds_of_numba_are_those_of_the_extra() -> None:
     low, high = (".".join(map(str, bound)) for bound in (compiler.NUMBA_FROM, compiler.NUMBA_BELOW))
-    assert f"numba>={low},<{high}; python_version < '3.15'" in PROJECT["dependencies"]
+    numba, extras = f"numba>={low},<{high}; python_version < '3.15'", PROJECT["optional-dependencies"]
+    assert extras["study"] == [numba]
+    assert numba in extras["dev"]
+    assert not [one for one in PROJECT["dependencies"] if one.startswith("numba")]
 
 
 @pytest.mark.parametrize(
@@ -64,6 +67,7 @@ def test_without_a_fitting_numba_the_study_runs_uncompiled_with_a_hint(
     rows = study.run(asked, say=said.append)
     assert len(said) == 1
     assert says in said[0]
-    assert 'pip install "numba>=0.66,<0.69"' in said[0]
+    assert 'the extra "study": pip install "numba>=0.66,<0.69"' in said[0]
+    assert "\n" not in said[0]
     assert [row.delivered_slots for row in rows] == [row.delivered_slots for row in compiled]
     assert [row.senders_acked_slots for row in rows] == [row.senders_acked_slots for row in compiled]

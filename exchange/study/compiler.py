@@ -7,7 +7,7 @@ name is a digest of all that it was made from: Numba by itself looks at one file
 code is made anew in each process.
 
 Where Numba is missing, or of a version that this file was not tried with, the slot loop runs as the Python that it is:
-the numbers are the same, and take some hundred times as long.
+the numbers are the same, and take thousands of times as long.
 """
 
 import hashlib
@@ -66,7 +66,7 @@ ALLOCATING: tuple[Callable[..., Any], ...] = (
 """What takes memory: the others get arrays and only look into them, so Numba need not count references there."""
 
 NUMBA_FROM, NUMBA_BELOW = (0, 66), (0, 69)
-"""Versions of Numba that compile the slot loop; the dependency of the package has the same bounds."""
+"""Versions of Numba that compile the slot loop; the extra `study` of the package has the same bounds."""
 
 SETTINGS = {"CPU_NAME": "generic", "CPU_FEATURES": "", "LOOP_VECTORIZE": 0}
 """Loops run over a handful of nodes. Vector instructions would wait for the single words that were just stored: with
@@ -215,7 +215,7 @@ def why_uncompiled() -> str:
     """Why the slot loop cannot be compiled here, and the remedy; empty if it can."""
     low, high = (".".join(map(str, bound)) for bound in (NUMBA_FROM, NUMBA_BELOW))
     install = f'pip install "numba>={low},<{high}"'
-    remedy = f"the policy study runs uncompiled, with the same numbers, slowly; for speed: {install}"
+    remedy = f'the policy study runs uncompiled, with the same numbers, slowly; for speed the extra "study": {install}'
     try:
         installed = version("numba")
     except PackageNotFoundError:
