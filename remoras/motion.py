@@ -110,17 +110,28 @@ def _turned(motion: Motion, wanted: Vector, most_rad: float) -> Vector | None:
     """
     (x, y), (to_x, to_y) = motion.ahead, wanted
     along = x * to_x + y * to_y
-    cosine, sine = _turn(most_rad)
-    if along >= cosine:
+    if along >= _turn(most_rad)[0]:
         motion.ahead = wanted
         return None
-    across = x * to_y - y * to_x
-    if across < 0.0:
+    motion.ahead = turned((x, y), wanted, most_rad)
+    return along, x * to_y - y * to_x
+
+
+def turned(ahead: Vector, wanted: Vector, most_rad: float) -> Vector:
+    """A direction turned towards another one (unit vectors) by at most an angle.
+
+    >>> turned((1.0, 0.0), (0.0, 1.0), PI / 2.0), turned((0.0, 1.0), (0.0, -1.0), PI)
+    ((0.0, 1.0), (0.0, -1.0))
+    """
+    (x, y), (to_x, to_y) = ahead, wanted
+    cosine, sine = _turn(most_rad)
+    if x * to_x + y * to_y >= cosine:
+        return wanted
+    if x * to_y - y * to_x < 0.0:
         sine = -sine
     x, y = x * cosine - y * sine, x * sine + y * cosine
     norm = math.sqrt(x * x + y * y)
-    motion.ahead = x / norm, y / norm
-    return along, across
+    return x / norm, y / norm
 
 
 def reaching_speed_mps(range_m: float, along: float, across: float, turn_rate_radps: float) -> float:

@@ -36,6 +36,7 @@ from remoras.current import Current, Surge, Velocity, through_water
 from remoras.events import Part
 from remoras.functional.guidance import Guidance
 from remoras.functional.layer import FunctionalLayer
+from remoras.motion import NEAREST_M, turned
 from remoras.work import Point
 
 if TYPE_CHECKING:
@@ -153,12 +154,25 @@ class GuidanceInCurrent(Guidance):
         dx_m, dy_m = target_m[0] - motion.x_m, target_m[1] - motion.y_m
         range_m = length(dx_m, dy_m)
         course = (dx_m / range_m, dy_m / range_m) if range_m > 0.0 else STILL
-        water, speed_mps = self._through_water(course, speed_mps)
+        most_mps, (water, speed_mps) = speed_mps, self._through_water(course, speed_mps)
         ground_mps = length(water[0] + flow[0], water[1] + flow[1])
         if ground_mps * dt_s >= range_m:  # there within the tick
             return (target_m[0] - flow[0] * dt_s, target_m[1] - flow[1] * dt_s), speed_mps
         time_s = range_m / ground_mps if ground_mps > 0.0 else dt_s
+        if self._is_over_ground:
+            speed_mps = min(speed_mps, self._while_it_turns(water, most_mps, dt_s))
         return (motion.x_m + water[0] * time_s, motion.y_m + water[1] * time_s), speed_mps
+
+    def _while_it_turns(self, water: Velocity, most_mps: float, dt_s: float) -> float:
+        """Greatest speed through the water (m/s) at which it is no faster over ground before its heading is reached."""
+        speed_mps, flow = length(*water), self.flow_mps
+        if speed_mps <= NEAREST_M:
+            return speed_mps
+        wanted = water[0] / speed_mps, water[1] / speed_mps
+        ahead = turned(self.motion.ahead, wanted, self.data.turn_rate_radps * dt_s)
+        along = ahead[0] * flow[0] + ahead[1] * flow[1]
+        left = most_mps * most_mps - flow[0] * flow[0] - flow[1] * flow[1] + along * along
+        return max(0.0, math.sqrt(left) - along) if left > 0.0 else 0.0
 
     @property
     def ground_mps(self) -> float:

@@ -231,7 +231,8 @@ class ZigzagExploring(Behaviour):
         if passage is None:
             return None
         if passage.since_s is None and to_go_m > (brake_m := self._brake_m(passage)):
-            return Reference(passage.begin_m, passage.speed_mps, max(brake_m, CAPTURE_M))
+            holds_m, is_link = max(brake_m, CAPTURE_M), passage.speed_mps == self._speed_mps
+            return Reference(passage.begin_m, passage.speed_mps, holds_m, is_over_ground=is_link)
         if self._ahead is None or self._ahead.target_m is not passage.target_m:
             self._ahead = Reference(passage.target_m, self._speed_mps, CAPTURE_M, is_over_ground=True)
         return self._ahead

@@ -154,7 +154,7 @@ def test_crossing_of_16_under_current_in_ten_seeds(kind: str, current: Current) 
         assert (found.n_conflicts, found.n_arrived) == (0, 16)
 
 
-@given(st.floats(0.05, 2.5), st.floats(-7.0, 7.0), st.floats(0.0, 1.2), st.floats(-7.0, 7.0), st.floats(20.0, 500.0))
+@given(st.floats(0.05, 2.5), st.floats(-7.0, 7.0), st.floats(0.0, 1.2), st.floats(-7.0, 7.0), st.floats(100.0, 500.0))
 def test_a_speed_over_ground_is_held_where_the_greatest_speed_allows_it(
     speed_mps: float, course_rad: float, flow_mps: float, flow_rad: float, range_m: float
 ) -> None:
@@ -165,7 +165,7 @@ def test_a_speed_over_ground_is_held_where_the_greatest_speed_allows_it(
     moves = traveller(0, (0.0, 0.0), target_m, current=Current(*flow)).functional.guidance
     assert isinstance(moves, of_scenarios.GuidanceInCurrent)
     moves.move(Reference(target_m, speed_mps, is_over_ground=True), (), {}, 0.0, 1e-9)
-    (x_m, y_m), water_mps = moves._upstream(target_m, speed_mps, 1.0)
+    (x_m, y_m), water_mps = moves._upstream(target_m, speed_mps, 20.0)  # time to turn
     assert water_mps <= moves.most_mps + 1e-9
     if math.hypot(x_m, y_m) < 1e-6:
         return  # it lets itself be carried
@@ -175,3 +175,19 @@ def test_a_speed_over_ground_is_held_where_the_greatest_speed_allows_it(
         assert ground == pytest.approx((speed_mps * course[0], speed_mps * course[1]), abs=1e-6)
     else:
         assert ground[1] * course[0] - ground[0] * course[1] == pytest.approx(0.0, abs=1e-6)
+
+
+@given(st.floats(0.2, 1.8), st.floats(0.0, 1.2), st.floats(-7.0, 7.0), st.floats(-7.0, 7.0), st.floats(-7.0, 7.0))
+def test_nobody_is_faster_over_ground_while_it_turns(
+    limit_mps: float, flow_mps: float, flow_rad: float, course_rad: float, ahead_rad: float
+) -> None:
+    """From any heading to any course, where the water alone is not faster, and it brakes as fast as it likes."""
+    flow_mps = min(flow_mps, limit_mps)
+    flow = flow_mps * math.cos(flow_rad), flow_mps * math.sin(flow_rad)
+    target_m = 400.0 * math.cos(course_rad), 400.0 * math.sin(course_rad)
+    layer = traveller(0, (0.0, 0.0), target_m, current=Current(*flow), acceleration_mps2=100.0).functional
+    moves = layer.guidance
+    layer.motion.heading_rad = ahead_rad
+    for tick in range(12):
+        moves.move(Reference(target_m, limit_mps, is_over_ground=True), (), {}, float(tick), 0.5)
+        assert moves.ground_mps <= limit_mps + 1e-9
