@@ -66,6 +66,8 @@ class Perception(NamedTuple):
             works that out, which is asked only while somebody calls.
         concludes: what it has found out by comparing what it expected with what it perceives; recorded and told like
             what a sensor observes, once for each time that it is said.
+        ends: how much of the wait of a holder of a job, 0..1, the activity ends, by the name of the vehicle and its
+            role; None if it ends no such wait. Calls of holders of jobs move nothing else.
     """
 
     stimulus: float
@@ -75,6 +77,7 @@ class Perception(NamedTuple):
     answers: float | Callable[[], float] = 1.0
     concludes: tuple[Observation, ...] = ()
     makes_no_way: bool = False
+    ends: Callable[[str, str], float] | None = None
 
     @property
     def settled(self) -> float:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from exchange.arithmetic import length
 from exchange.peering.peers import PeerLinks
 from remoras.known import NOTHING_KNOWN, Known
-from remoras.work import Point
+from remoras.work import Point, Work
 
 
 @dataclass(slots=True)
@@ -128,6 +128,7 @@ class Groups:
         awaited: by group, how much of the wait for its meeting is for this vehicle, 0..1: 0 if another one is
             expected to be at work as long, 1 if all others are free.
         idle_since_s: by group that this vehicle leads, since when there is nothing left that anybody present is to do.
+        works: the work of each group, as this vehicle knew it at the end of the last frame; none where nobody signals.
         returned_s: when a peer that was absent was heard again last, by its name.
         meets_unheard: True while the vehicle, which is cut off, meets with whoever has come, heard or not.
     """
@@ -135,6 +136,7 @@ class Groups:
     gathered: set[str] = field(default_factory=set)
     planning_due: bool = False
     awaited: Mapping[str, float] = field(default_factory=dict)
+    works: Mapping[str, Work] = field(default_factory=dict)
     idle_since_s: dict[str, float] = field(default_factory=dict)
     returned_s: dict[str, float] = field(default_factory=dict)
     meets_unheard: bool = False

@@ -171,6 +171,8 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         if pulls is not self._pulls:
             self._pulls = pulls
             functional.heed(pulls)
+            executive.yields_to = functional.guidance.yields_to
+            executive.is_hindered = functional.guidance.hindered_s > 0.0
         if body.battery <= body.reserve and not self.has_resigned:  # no more is left than the way home takes
             self.has_resigned = True
             self.conclude(self.social.standing.resign(), now_s)

@@ -7,6 +7,7 @@ is open, and offered to vehicles, only once they are.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -315,20 +316,48 @@ class Work:
 
     def awaited(self, vehicle: str, now_s: float) -> float:
         """How much of the wait for the meeting of the group is for a vehicle: 0..1, see ``Groups.awaited``."""
+        held = self._held
+        own_s = self._free_at(vehicle, now_s).free_s - now_s if vehicle in held else 0.0
+        if own_s <= 0.0:
+            return 1.0
+        others_s = max((self._free_at(name, now_s).free_s - now_s for name in held if name != vehicle), default=0.0)
+        return max(0.0, 1.0 - others_s / own_s)
+
+    def ended(self, vehicle: str, caller: str, place_m: Point, waiting: Collection[str], now_s: float) -> float:
+        """How much of the wait of a caller at a place a vehicle ends by going there at once, 0..1.
+
+        It is 1 - T / T_else: T is the time of the way, T_else the least time in which a member will have done what it
+        holds and come; the vehicle itself is among them if it holds something. Where somebody else is there as soon,
+        nothing is ended.
+
+        Args:
+            vehicle: that might go; caller: who waits.
+            place_m: where.
+            waiting: members that wait themselves, whose jobs will not be done before; the caller may be missing.
+            now_s: the time now.
+        """
+        way_s = distance(self.position_m(vehicle), place_m) / self.database[vehicle].transit_speed_mps
+        else_s = math.inf
+        for name in self.members:
+            if name != caller and name not in waiting and (name != vehicle or name in self._held):
+                free = self._free_at(name, now_s)
+                to_come_s = distance(free.position_m, place_m) / self.database[name].transit_speed_mps
+                else_s = min(else_s, free.free_s - now_s + to_come_s)
+        return max(0.0, 1.0 - way_s / else_s) if else_s > 0.0 else 0.0
+
+    @cached_property
+    def _held(self) -> dict[str, list[RoleSpecification]]:
+        """By vehicle, the unfinished roles that it plays."""
         held: dict[str, list[RoleSpecification]] = {}
         for role in self.unfinished:
             for name in self.holders(role):
                 held.setdefault(name, []).append(role)
+        return held
 
-        def busy_s(name: str) -> float:
-            at = Outlook(now_s, self.position_m(name))
-            return self.after_all(at, self.database[name], held[name]).free_s - now_s
-
-        own_s = busy_s(vehicle) if vehicle in held else 0.0
-        if own_s <= 0.0:
-            return 1.0
-        others_s = max((busy_s(name) for name in held if name != vehicle), default=0.0)
-        return max(0.0, 1.0 - others_s / own_s)
+    def _free_at(self, vehicle: str, now_s: float) -> Outlook:
+        """When and where a vehicle will have done the jobs that it holds."""
+        at = Outlook(now_s, self.position_m(vehicle))
+        return self.after_all(at, self.database[vehicle], self._held.get(vehicle, ()))
 
     def seen(self, positions_m: Mapping[str, Point], now_s: float) -> Work:
         """The same work at another moment, where nobody is short of energy: all that is known of it stays known.

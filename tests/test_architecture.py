@@ -53,6 +53,8 @@ ROOMS: dict[str, set[str]] = {
     },
     "missions.pandora": {"missions.pandora", "missions.meeting", "missions.scenarios", "missions", "remoras"},
     "missions.arrows": {"missions.arrows", "missions.meeting", "missions.scenarios", "missions", "remoras"},
+    "missions.recovery": {"missions.recovery", "missions.meeting", "missions.scenarios", "missions", "remoras"},
+    "missions.ferry": {"missions.ferry", "missions.meeting", "missions.scenarios", "missions", "remoras"},
     "missions.runs": {
         "missions.runs", "missions.scenarios", "missions", "remoras", "remoras.social", "remoras.executive",
         "remoras.functional", "exchange", "exchange.acoustics", "worldmodel", "worldmodel.rdf",
@@ -104,6 +106,7 @@ DOORS: dict[str, set[str]] = {
     "missions.trident": {"exchange.acoustics.loss"},
     "missions.pandora": {"exchange.acoustics.loss"},
     "missions.arrows": {"exchange.acoustics.loss", "exchange.acoustics.link"},
+    "missions.recovery": {"exchange.acoustics.loss"},
     "missions.scenarios": {
         "remoras.executive.satisfaction",
         "exchange.peering.turns",

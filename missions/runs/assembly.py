@@ -254,7 +254,7 @@ def vehicle_of(host: Fleet | Solo, shared: Shared, life: VehicleLife) -> Vehicle
     )
     layers = Layers(
         _social(shared, data.name, beliefs, picture),
-        ExecutiveLayer(setup.decision),
+        _executive(setup, data.name),
         _functional(shared, life.real, picture),
     )
     made = next((part.vehicle for part in shared.parts if part.vehicle is not None), Vehicle)
@@ -263,6 +263,23 @@ def vehicle_of(host: Fleet | Solo, shared: Shared, life: VehicleLife) -> Vehicle
         if part.equip is not None:
             part.equip(vehicle)
     return vehicle
+
+
+def _executive(setup: Setup, vehicle: str) -> ExecutiveLayer:
+    """The executive layer of a vehicle."""
+    working: set[tuple[str, str]] = set()
+    equals: dict[tuple[str, str], set[tuple[str, str]]] = {}
+    for group in setup.agreement.groups:
+        by_name = {role.name: role for role in group.roles}
+        for role in group.roles:
+            if role.job and role.influences:
+                working.add((group.name, role.name))
+            for other in role.influences:  # who address each other, and one of whom has a job
+                to = by_name.get(other, role)
+                if other == role.name or (role.name in to.influences and (role.job or to.job)):
+                    equals.setdefault((group.name, role.name), set()).add((group.name, other))
+    passes_on = not setup.scenario.guidance.keeps_calls
+    return ExecutiveLayer(setup.decision, vehicle, working, equals, passes_on)
 
 
 def _manager(shared: Shared, model: WorldModel) -> tuple[ExchangeManager, RenewedNeeds | None]:

@@ -97,8 +97,10 @@ class DecisionTable(Section):
         return DecisionConstants(**values, signal_memory_s=self.signal_memory_frames * frame_s)
 
 
-class GuidanceTable(Section):
+class GuidanceTable(Sparse):
     """The table ``[guidance]``."""
+
+    UNSAID = frozenset({"keeps_calls"})
 
     separation_m: float = Field(
         SEPARATION_M, ge=1.0, le=20.0, description="distance that vehicles in one depth layer keep from each other"
@@ -109,10 +111,13 @@ class GuidanceTable(Section):
     repulsion: NotNegative = Field(
         2.0, description="weight by which a call makes more satisfied vehicles withdraw that are in the way, nearby"
     )
+    keeps_calls: bool = Field(
+        False, description="true: a vehicle that withdraws does not pass the call on to who is behind it"
+    )
 
     def constants(self) -> GuidanceConstants:
         """Constants of guidance."""
-        return GuidanceConstants(**self.model_dump())
+        return GuidanceConstants(self.separation_m, self.attraction, self.repulsion)
 
 
 class RallyPoint(Section):

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 from remoras.activities import ActivityKind, ActivitySet, ActivityType, WeighedSet
-from remoras.attraction import NO_PULLS, Pulls
+from remoras.attraction import NO_PULLS, UNMOVED, Pulls, own_signal, passed_signal
 from remoras.behaviours import Perception
 from remoras.executive.decision import Choice
 from remoras.executive.satisfaction import (
@@ -20,6 +21,12 @@ from remoras.executive.satisfaction import (
 )
 
 RoleKey = tuple[str, str]  # (group, role)
+Call = tuple[RoleKey, str, str]  # the role addressed, the emitter and its role
+
+STILL_PASSING = -32
+"""Weakest call of a vehicle that has called for room and is hindered still."""
+NO_EQUALS: Mapping[RoleKey, Collection[RoleKey]] = MappingProxyType({})
+"""Of vehicles of which none is another's equal."""
 
 _GUIDING = 1 << ActivityType.GUIDANCE
 _DRIVING = (1 << ActivityType.GUIDANCE) | (1 << ActivityType.PRODUCTIVE) | (1 << ActivityType.PLANNING)
@@ -58,10 +65,31 @@ class ExecutiveLayer:
 
     Args:
         constants: of the model of satisfaction and altruism.
+        name: of the vehicle.
+        working: roles with a job that call on others, for help: no act is an answer but what ends the wait for the job.
+        equals: by role, those whose holders are its equals: to them it calls for room.
+        passes_on: whoever gives way to an equal passes its call on.
+
+    Attributes:
+        yields_to: strength of the call to which the vehicle gives way, 0..1; 0 if to none.
+        is_hindered: another one has lately been in its way, and did not go the same way.
     """
 
-    def __init__(self, constants: DecisionConstants) -> None:
+    def __init__(
+        self,
+        constants: DecisionConstants,
+        name: str = "",
+        working: Collection[RoleKey] = frozenset(),
+        equals: Mapping[RoleKey, Collection[RoleKey]] = NO_EQUALS,
+        passes_on: bool = True,
+    ) -> None:
+        self._equals, self._passes_on = equals, passes_on
+        self.yields_to, self.is_hindered = 0.0, False
+        self._now_s = 0.0  # of the last decision
+        self._claims: list[tuple[float, float]] = []  # times and strengths of calls for room that it has sent
         self._constants = constants
+        self._name = name
+        self._working = working
         self.period_s = constants.period_s
         self._choice = Choice(())
         self._role_of: list[RoleKey | None] = []
@@ -69,7 +97,9 @@ class ExecutiveLayer:
         self._is_own: list[bool] = []
         self._providers: dict[int, list[int]] = {}  # of each set that needs another one: the sets that have it
         self._heard: dict[RoleKey, dict[tuple[str, str], HeardSignal]] = {}
-        self._calling: set[tuple[RoleKey, str, str]] = set()  # of these signals: those of the dissatisfied
+        self._calling: set[Call] = set()  # of these signals: those of the dissatisfied
+        self._waiting: set[Call] = set()  # those of the dissatisfied in roles with a job
+        self._ending: dict[int, Call] = {}  # by set that ends a wait: whose
         self._at_rest: Sequence[Perception] | None = None  # under which nothing changed at the last decision
         self._perceived: Sequence[Perception] | None = None  # at the last decision
         self._weighed_for: tuple[int, ...] | None = None  # what was performed when all was weighed
@@ -101,6 +131,8 @@ class ExecutiveLayer:
         self.satisfaction = {role: self.satisfaction.get(role, 0.0) for role in roles}
         self._heard = {role: heard for role, heard in self._heard.items() if role in self.satisfaction}
         self._calling = {caller for caller in self._calling if caller[0] in self.satisfaction}
+        self._waiting = {caller for caller in self._waiting if caller[0] in self.satisfaction}
+        self._ending = {}
         self._at_rest = self._perceived = self._weighed_for = None
         self.motivations = [0.0] * len(sets)
         self._stimuli, self._external = [0.0] * len(sets), [0.0] * len(sets)
@@ -119,11 +151,44 @@ class ExecutiveLayer:
         """
         if addressed in self.satisfaction:
             self._heard.setdefault(addressed, {})[emitter, emitter_role] = HeardSignal(value, now_s, slot)
-            (self._calling.add if value < 0 else self._calling.discard)((addressed, emitter, emitter_role))
+            role = addressed[0], emitter_role
+            if addressed in self._equals and role in self._equals[addressed]:
+                return  # it moves guidance alone
+            calling = self._waiting if role in self._working else self._calling
+            (calling.add if value < 0 else calling.discard)((addressed, emitter, emitter_role))
 
     def signals(self) -> list[tuple[RoleKey, int]]:
-        """Every role of this vehicle, with the signed byte of its satisfaction."""
-        return [(role, signal_of(value)) for role, value in self.satisfaction.items()]
+        """Every role of this vehicle, with the signed byte of its satisfaction, or of a call that it passes on."""
+        found = [(role, signal_of(value)) for role, value in self.satisfaction.items()]
+        if self._equals:
+            guiding = self._guiding_role()
+            found = [(role, self._told(role, value, role == guiding)) for role, value in found]
+        return found
+
+    def _told(self, role: RoleKey, value: int, guides: bool) -> int:
+        """The signal of a role: to equals it says whose call it is.
+
+        Nothing but who hinders the vehicle makes one of its own. Whoever has called goes on until nobody hinders it any
+        more, however satisfied it is meanwhile: else the other one would come back before it has passed.
+        """
+        if role not in self._equals:
+            return value
+        if guides and self.yields_to > 0.0:
+            return passed_signal(self.yields_to) if self._passes_on else 0
+        if not (guides and self.is_hindered):
+            return own_signal(max(0, value))
+        since_s, told = self._now_s - self._constants.signal_memory_s, own_signal(value)
+        self._claims = [claim for claim in self._claims if claim[0] >= since_s]
+        if self._claims:
+            told = min(told, STILL_PASSING)
+        if told < 0:
+            self._claims.append((self._now_s, call(told, 0.0, self._constants)))
+        return told
+
+    def _guiding_role(self) -> RoleKey | None:
+        """The role by which the vehicle is guided, if it is by one."""
+        guiding = next((index for index in self.decision.chosen if self.sets[index].types & _GUIDING), None)
+        return None if guiding is None else self._role_of[guiding]
 
     def decide(self, perceptions: Sequence[Perception], now_s: float, dt_s: float) -> Decision:
         """The best combination of activities now.
@@ -135,17 +200,19 @@ class ExecutiveLayer:
         Returns:
             The same object as before while the choice stays the same.
         """
-        if self._at_rest == perceptions and not self._calling:
+        self._now_s = now_s
+        if self._at_rest == perceptions and not (self._calling or self._waiting):
             return self.decision
         constants = self._constants
         stimuli = self._stimuli if perceptions is self._perceived else self._stimuli_of(perceptions)
         calls = self._strongest_calls(now_s) if self._calling else {}
-        own = self._contentment(stimuli) if calls else 0.0
+        waits = self._louder_waits(now_s) if self._waiting else ()
+        own = self._contentment(stimuli) if calls or waits else 0.0
         motivations, external = self.motivations, self._external
         performed = self.decision.chosen
-        if calls or performed != self._weighed_for or stimuli != self._stimuli:
+        if calls or waits or performed != self._weighed_for or stimuli != self._stimuli:
             weighed = self._effective
-            self._weighed_for = None if calls else performed
+            self._weighed_for = None if calls or waits else performed
         else:  # only satisfaction moves the vehicle otherwise than before
             weighed = [one for one in self._effective if one[0] in performed]
         self._stimuli = stimuli
@@ -157,6 +224,8 @@ class ExecutiveLayer:
             heeded = 0.0
             if calls and role in calls and listens:
                 heeded = answered(calls[role], perceptions[index].settled, own)
+            if waits and listens and perceptions[index].ends is not None:
+                heeded = self._ended(index, role, perceptions[index], waits, own)
             satisfaction = None if role is None or index not in performed else self.satisfaction[role]
             motivations[index] = motivation(importance, stimulus, satisfaction, heeded, constants)
             external[index] = constants.weight_external * heeded
@@ -179,10 +248,8 @@ class ExecutiveLayer:
             if not one.effective:
                 continue
             external, source, slot = self._external[index], "", None
-            if external > 0.0 and (role := self._role_of[index]) is not None:
-                heard = self._heard[role]
-                key = self._loudest(heard, now_s)
-                source, slot = key[0], heard[key].slot
+            if external > 0.0 and (key := self._caller(index, now_s)) is not None:
+                source, slot = key[1], self._heard[key[0]][key[1:]].slot
             motivation, chosen = self.motivations[index], index in self.decision.chosen
             mean = self._choice.best_mean(self.motivations, index)
             found.append(WeighedSet(one, self._stimuli[index], motivation, external, source, slot, chosen, mean))
@@ -221,24 +288,71 @@ class ExecutiveLayer:
         guiding = next((index for index in self.decision.chosen if self.sets[index].types & _GUIDING), None)
         role = None if guiding is None else self._role_of[guiding]
         heard = {} if role is None else self._heard.get(role, {})
-        if guiding is None or role is None or not heard:
+        if guiding is None or role is None or not (heard or role in self._equals):
             return NO_PULLS
+        if self._constants.weight_external == 0.0:  # no signal moves it
+            return UNMOVED if role in self._equals else NO_PULLS
         equals: dict[str, float] = {}
-        callers = {}
-        for key, signal in heard.items():
-            if key[1] != role[1]:
-                callers[key] = signal
+        passed: dict[str, float] = {}
+        has_callers = False
+        for (emitter, emitter_role), signal in heard.items():
+            if not self._are_equals(role, emitter_role):
+                has_callers = True
             elif signal.value < 0 and now_s - signal.heard_s <= self._constants.signal_memory_s:
-                equals[key[0]] = call(signal.value, 0.0, self._constants)
+                of = passed if role in self._equals and signal.value % 2 else equals
+                of[emitter] = max(of.get(emitter, 0.0), call(signal.value, 0.0, self._constants))
         answered: dict[str, float] = {}
-        if callers and self._external[guiding] > 0.0:
-            answered[self._loudest(callers, now_s)[0]] = self._external[guiding] / self._constants.weight_external
+        if has_callers and self._external[guiding] > 0.0 and (key := self._caller(guiding, now_s)) is not None:
+            answered[key[1]] = self._external[guiding] / self._constants.weight_external
         own = call(signal_of(self.satisfaction[role]), 0.0, self._constants)
-        return Pulls(own, answered, equals)
+        since_s = now_s - self._constants.signal_memory_s
+        own = max([own, *(strength for sent_s, strength in self._claims if sent_s >= since_s)])
+        return Pulls(own, answered, equals, passed, role in self._equals)
 
-    def _loudest(self, heard: Mapping[tuple[str, str], HeardSignal], now_s: float) -> tuple[str, str]:
-        """Emitter and its role of the signal that calls loudest."""
-        return max(heard, key=lambda of: call(heard[of].value, now_s - heard[of].heard_s, self._constants))
+    def _are_equals(self, role: RoleKey, other: str) -> bool:
+        """True if the holders of a role and of another one of its group are equals."""
+        return other == role[1] or (role in self._equals and (role[0], other) in self._equals[role])
+
+    def _caller(self, index: int, now_s: float) -> Call | None:
+        """The signal that moves an activity set: of who waits for it, or the loudest of those without a job."""
+        role = self._role_of[index]
+        if index in self._ending or role is None:
+            return self._ending.get(index)
+        heard = self._heard[role]
+        idle = [of for of in heard if (role[0], of[1]) not in self._working]
+        loudest = max(idle, key=lambda of: call(heard[of].value, now_s - heard[of].heard_s, self._constants))
+        return role, *loudest
+
+    def _louder_waits(self, now_s: float) -> list[tuple[Call, float]]:
+        """Calls of holders of jobs that are louder than the vehicle's own in such a role, and their strength, 0..1.
+
+        As with Simonin and Ferber nobody answers a signal that is weaker than the one that it emits itself; of two
+        alike that of the vehicle whose name comes first is the louder one. They are compared in full while remembered.
+        """
+        constants, own = self._constants, 0.0
+        for role, value in self.satisfaction.items():
+            if role in self._working:
+                own = max(own, call(signal_of(value), 0.0, constants))
+        found = []
+        for key in sorted(self._waiting):
+            signal = self._heard[key[0]][key[1:]]
+            age_s, loud = now_s - signal.heard_s, call(signal.value, 0.0, constants)
+            if age_s <= constants.signal_memory_s and (loud > own or (loud == own and key[1] < self._name)):
+                found.append((key, call(signal.value, age_s, constants)))
+        return found
+
+    def _ended(
+        self, index: int, role: RoleKey | None, of: Perception, waits: Sequence[tuple[Call, float]], own: float
+    ) -> float:
+        """What the waits of others that an activity ends move the vehicle to, 0..1."""
+        heeded = 0.0
+        self._ending.pop(index, None)
+        for key, strength in waits:
+            if key[0] == role and of.ends is not None:
+                moved = answered(strength, of.ends(key[1], key[2]), own)
+                if moved > heeded:
+                    heeded, self._ending[index] = moved, key
+        return heeded
 
     def _strongest_calls(self, now_s: float) -> dict[RoleKey, float]:
         """How loud the loudest call on each role is, 0..1; roles that nobody calls are missing."""

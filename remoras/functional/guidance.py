@@ -11,12 +11,26 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 from exchange.arithmetic import length
-from remoras.attraction import NO_PULLS, GuidanceConstants, Pulls, attracted_velocity, repelled, stronger
+from remoras.attraction import (
+    HINDERED_S,
+    LANES,
+    NO_PULLS,
+    PRESSED,
+    Courses,
+    GuidanceConstants,
+    Pulls,
+    ahead,
+    attracted_velocity,
+    named,
+    repelled,
+    yields,
+)
 from remoras.avoidance import Bounds, HalfPlane, Neighbour, Velocity, clear_velocity, walls_of, within_walls
 from remoras.behaviours import Reference
 from remoras.database import VehicleData
 from remoras.functional.detour import Detour
 from remoras.motion import Motion, advance, follow
+from remoras.picture import Peers
 from remoras.work import Point
 
 
@@ -34,7 +48,11 @@ class Guidance:
         error_m: where the vehicle takes itself to be, from where it is; guidance goes by the former.
         aimed: each gives where to go and how fast, 0 to slow down to a stop, of that by the others before it and of the
             length of the tick (s); called by ``move``.
+        walled: each gives more walls at a place, as half-planes of velocities (m/s).
         withdraws: True while the vehicle gives way to a call that is stronger than its own.
+        queues: True while who is ahead of it, and in its way, goes the same way.
+        yields_to: strength of the call to which it gives way, 0..1; 0 if to none.
+        hindered_s: above zero for ``HINDERED_S`` from when who is ahead of it, and in its way, did not go the same way.
     """
 
     def __init__(
@@ -51,8 +69,12 @@ class Guidance:
         self._detour = Detour(constants.separation_m)
         self.error_m: Point = (0.0, 0.0)
         self.aimed: list[Callable[[Point, float, float], tuple[Point, float]]] = []
+        self.walled: list[Callable[[Point], Sequence[HalfPlane]]] = []
         self._pulls = NO_PULLS
-        self.withdraws = False
+        self._courses = Courses()
+        self.withdraws = self.queues = False
+        self.yields_to = self.hindered_s = 0.0
+        self._yielded: str | None = None  # to whom, in the last tick
         self._greatest_speed_mps = max(data.transit_speed_mps, data.survey_speed_mps)
         self._speed_factor = 1.0
 
@@ -70,9 +92,11 @@ class Guidance:
         """Let the vehicle go at this share of every speed from now on."""
         self._speed_factor = factor
 
-    def heed(self, pulls: Pulls) -> None:
-        """Let signals pull like this until the next decision."""
+    def heed(self, pulls: Pulls, peers: Peers) -> None:
+        """Let signals pull like this until the next decision; peers are where they were heard last."""
         self._pulls = pulls
+        if pulls.is_among_equals:
+            self._courses.note(peers)
 
     def move(
         self,
@@ -90,7 +114,8 @@ class Guidance:
             positions_m: where others were heard last, by name.
             since_s: true time at which the motion begins; dt_s: for how long.
         """
-        self.withdraws = False
+        self.withdraws = self.queues = False
+        self.yields_to = 0.0
         if reference is None:
             target_m, speed_mps = self.motion.position_m, 0.0
         else:
@@ -101,6 +126,7 @@ class Guidance:
         for change in self.aimed:
             target_m, speed_mps = change(target_m, speed_mps, dt_s)
         motion = self.motion
+        self.hindered_s -= dt_s
         if neighbours:
             goal = _velocity(motion, target_m, speed_mps, dt_s)
             velocity = self._clear_of(neighbours, goal, positions_m)
@@ -126,18 +152,45 @@ class Guidance:
                 walls, attracted_velocity(goal, position_m, pulls, positions_m, weights.attraction), most_mps
             )
         clear = self._clear(preferred, neighbours, walls)
-        if clear is not None and pulls.equals and weights.repulsion > 0.0:
-            by = stronger(pulls, self.data.name)
-            pushed = repelled(preferred, position_m, by, positions_m, weights.repulsion * most_mps)
-            if pushed != preferred:
-                self.withdraws = True
+        if clear is not None and pulls.is_among_equals and weights.repulsion > 0.0:
+            pushed = self._withdrawn(goal, preferred, neighbours, positions_m)
+            if pushed is not preferred:
                 preferred = within_walls(walls, pushed, most_mps)
                 clear = self._clear(preferred, neighbours, walls)
+        if not self.withdraws:
+            self._yielded = None
         return preferred if clear is None else clear
+
+    def _withdrawn(
+        self, goal: Velocity, preferred: Velocity, neighbours: Sequence[Neighbour], positions_m: Mapping[str, Point]
+    ) -> Velocity:
+        """The velocity (m/s) by which the vehicle gives way to who is ahead; the preferred one if it does not."""
+        motion, weights = self.motion, self.constants
+        nearest = ahead(goal, motion.position_m, neighbours, LANES * weights.separation_m)
+        if nearest is None:
+            return preferred
+        at_m = motion.x_m + nearest.dx_m, motion.y_m + nearest.dy_m
+        off_m = self.error_m
+        other = named((at_m[0] + off_m[0], at_m[1] + off_m[1]), positions_m)
+        if other is None:
+            return preferred
+        is_against = self._courses.is_against(other, goal)
+        strength = yields(self._pulls, self.data.name, other, is_against, other == self._yielded)
+        is_in_way = is_against or other in self._pulls.passed  # who goes back is in the way until it is out of it
+        self.queues = strength == 0.0 and not is_in_way
+        if is_in_way:
+            self.hindered_s = HINDERED_S
+        if strength == 0.0:
+            return preferred
+        self.withdraws, self.yields_to, self._yielded = True, strength, other
+        return repelled(motion.position_m, at_m, min(1.0, weights.repulsion) * self.most_mps)
 
     def walls(self, position_m: Point) -> Sequence[HalfPlane]:
         """The velocities (m/s) that keep a vehicle at a place within its bounds."""
-        return walls_of(self.bounds_m, *position_m)
+        walls: list[HalfPlane] = walls_of(self.bounds_m, *position_m)
+        for more in self.walled:
+            walls += more(position_m)
+        return walls
 
     def _clear(
         self, preferred: Velocity, neighbours: Sequence[Neighbour], walls: Sequence[HalfPlane]
@@ -147,7 +200,7 @@ class Guidance:
             preferred,
             self.motion.velocity_mps,
             neighbours,
-            self.constants.separation_m,
+            self.constants.separation_m * (PRESSED if self._pulls.is_among_equals else 1.0),
             self.data.turn_rate_radps,
             self._speed_factor * self._greatest_speed_mps,
             walls,

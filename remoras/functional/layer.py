@@ -279,7 +279,8 @@ class FunctionalLayer:
                 perceptions.append(behaviour.perceive(motion, picture, index in performed))
         except Exception as error:
             raise self._broken(len(perceptions), "perceive", PERCEPTION, error) from error
-        if perceptions == self._perceived and not self.guidance.withdraws:
+        waits = self.guidance.withdraws or self.guidance.queues
+        if perceptions == self._perceived and not waits:
             return self._perceived  # as sound as they were
         try:  # one look at all of them, and only where something is wrong a search for which it is
             wrong = [p for p in perceptions if p.__class__ is not Perception or not 0.0 <= p.stimulus <= 1.0]
@@ -288,7 +289,7 @@ class FunctionalLayer:
         if wrong:
             index, unsound = _unsound(perceptions)
             raise self._broken(index, "perceive", PERCEPTION, unsound)
-        if self.guidance.withdraws and self._guiding is not None:  # whoever makes way is not thrown back by it
+        if waits and self._guiding is not None:  # whoever makes way, or queues, is not thrown back by it
             perceptions[self._guiding] = perceptions[self._guiding]._replace(advance=None)
         if perceptions != self._perceived:
             self._perceived = perceptions
@@ -323,7 +324,7 @@ class FunctionalLayer:
 
     def heed(self, pulls: Pulls) -> None:
         """Let signals of others pull at guidance like this until the next decision."""
-        self.guidance.heed(pulls)
+        self.guidance.heed(pulls, self.picture.peers)
 
     def _reference(self, index: int) -> Reference | None:
         try:

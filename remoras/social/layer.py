@@ -348,7 +348,7 @@ class SocialLayer:
         told_s = self._beliefs.model.quantise_time(now_s)
         work = self._work({**peers.positions_m, self.me: motion.position_m}, told_s)
         if self.strategy.declaration.influences:
-            self._picture.groups.awaited = Awaited(work, self.me, now_s)
+            self._picture.groups.awaited, self._picture.groups.works = Awaited(work, self.me, now_s), work
         unheard = {name: roles for name, roles in peers.unheard.items() if name not in self.standing.absent}
         for statement in self._negotiation.negotiate(
             told_s, work, peers.known_s, unheard, calls, self.missions, peers.links, is_news

@@ -102,13 +102,13 @@ def _answers(behaviour: Behaviour, moments: Sequence[DecisionInputs]) -> list[tu
             _check_holding(behaviour, reference, motion, picture, where)
         assert motion == moment.motion, f"{where}: the behaviour changed the motion, which only the control may"
         assert picture == moment.picture, f"{where}: the behaviour changed the picture, which only its owners may"
-        answers.append((perceived._replace(answers=perceived.settled), reference))
+        answers.append((perceived._replace(answers=perceived.settled, ends=None), reference))
     return answers
 
 
 def _check_perception(perceived: object, where: str) -> None:
     assert isinstance(perceived, Perception), f"{where}: perceive returned {perceived!r}, expected a Perception"
-    stimulus, advance, done, failed, _, concludes, makes_no_way = perceived
+    stimulus, advance, done, failed, _, concludes, makes_no_way, ends = perceived
     is_share = isinstance(stimulus, float | int) and 0.0 <= stimulus <= 1.0
     assert is_share, f"{where}: stimulus is {stimulus!r}, expected a number of 0..1"
     is_degree = advance is None or (isinstance(advance, float | int) and -1.0 <= advance <= 1.0)
@@ -121,6 +121,7 @@ def _check_perception(perceived: object, where: str) -> None:
     assert is_share, f"{where}: answers is {answers!r}, expected a number of 0..1"
     is_list = isinstance(concludes, tuple) and all(isinstance(found, Observation) for found in concludes)
     assert is_list, f"{where}: concludes is {concludes!r}, expected a tuple of Observation"
+    assert ends is None or callable(ends), f"{where}: ends is {ends!r}, expected a function or None"
     assert not (done and stimulus > 0.0), f"{where}: all is done, and yet the stimulus is {stimulus}"
 
 

@@ -1,6 +1,8 @@
 """A corridor: two that meet head on pass where there is room; where there is none, the less satisfied one passes."""
 
+import itertools
 import math
+from collections.abc import Sequence
 
 import crossings
 import pytest
@@ -8,11 +10,14 @@ from crossings import Traveller, travel, traveller
 
 from remoras.attraction import GuidanceConstants, Pulls
 from remoras.behaviours import Approach, distance_m
-from remoras.executive.satisfaction import DecisionConstants, call, evolved, signal_of
+from remoras.executive.layer import ExecutiveLayer
+from remoras.executive.satisfaction import DecisionConstants
 from remoras.functional.guidance import Guidance
 from remoras.separation import Separation
 
 END_M = 400.0
+ROLE = ("Operational", "Cartographer")
+"""Of the activity by which all are guided."""
 
 
 def corridor(width_m: float, monkeypatch: pytest.MonkeyPatch) -> tuple[Traveller, Traveller]:
@@ -45,53 +50,96 @@ def test_where_there_is_room_they_pass_within_the_walls(width_m: float, monkeypa
     assert farthest_m <= width_m / 2.0 + 0.01
 
 
+class Talkative:
+    """A traveller that decides, and hears in every fourth second what the others signal."""
+
+    def __init__(self, of: Traveller, satisfaction: float, constants: GuidanceConstants, passes_on: bool) -> None:
+        self.of, self.layer = of, of.functional
+        self.layer.guidance = Guidance(self.layer.motion, of.data, crossings.BOUNDS_M, constants)
+        self.executive = ExecutiveLayer(DecisionConstants(), of.data.name, (), {ROLE: {ROLE}}, passes_on)
+        self.executive.adopt(self.layer.prepare([crossings.GOING]), [ROLE])
+        self.executive.satisfaction[ROLE] = satisfaction
+        self.executive.decide(self.layer.perceive(()), 0.0, 0.0)
+        self.layer.perform(self.executive.decision.chosen)
+        self.approach = Approach(of.data.transit_speed_mps)
+
+    def decide(self, now_s: float) -> None:
+        """What ``Vehicle.think`` does, with the advance of who goes somewhere."""
+        to_go_m = distance_m(self.layer.motion, self.of.goal_m)
+        guidance, perceptions = self.layer.guidance, self.layer.perceive(self.executive.decision.chosen)
+        advance = self.approach.advance(to_go_m, now_s, performed=True) if to_go_m > 1.0 else None
+        waits = guidance.withdraws or guidance.queues
+        going = [*perceptions[:-1], perceptions[-1]._replace(advance=None if waits else advance)]
+        self.executive.decide(going, now_s, 2.0)
+        self.layer.heed(self.executive.pulls(now_s))
+        self.executive.yields_to = guidance.yields_to
+        self.executive.is_hindered = guidance.hindered_s > 0.0
+
+
 def meet(
-    fleet: tuple[Traveller, Traveller], satisfactions: list[float], constants: GuidanceConstants, until_s: int
-) -> float:
-    """Let two move that hear each other's signals; satisfactions follow their advance. Least distance (m)."""
-    decision = DecisionConstants()
-    approaches = [Approach(one.data.transit_speed_mps) for one in fleet]
+    fleet: Sequence[Traveller],
+    satisfactions: Sequence[float],
+    constants: GuidanceConstants,
+    until_s: int,
+    passes_on: bool = True,
+) -> tuple[float, str]:
+    """Let equals move that hear each other's signals until one has arrived. Least distance (m), and who it is."""
+    talkers = [
+        Talkative(one, satisfaction, constants, passes_on)
+        for one, satisfaction in zip(fleet, satisfactions, strict=True)
+    ]
     watch = Separation(fleet, 5.0)
-    for one in fleet:
-        layer = one.functional
-        layer.guidance = Guidance(layer.motion, one.data, crossings.BOUNDS_M, constants)
     closest_m = math.inf
     for now_s in range(1, until_s + 1):
         seen = watch.look()
-        signals = [call(signal_of(satisfaction), 0.0, decision) for satisfaction in satisfactions]
-        for number, one in enumerate(fleet):
-            other = fleet[1 - number]
-            one.functional.picture.peers.positions_m[other.data.name] = other.functional.motion.position_m
-            one.functional.heed(Pulls(signals[number], {}, {other.data.name: signals[1 - number]}))
-        for number, one in enumerate(fleet):
-            one.functional.act(1.0, seen.get(one.data.node, ()))
-            to_go_m = distance_m(one.functional.motion, one.goal_m)
-            if to_go_m > 1.0:
-                advance = approaches[number].advance(to_go_m, float(now_s), performed=True)
-                advance = None if one.functional.guidance.withdraws else advance  # as ``perceive`` has it
-                satisfactions[number] = evolved(satisfactions[number], advance, 1.0, decision)
-        closest_m = min(closest_m, math.dist(*(one.functional.motion.position_m for one in fleet)))
-    return closest_m
+        for talker, other in itertools.permutations(talkers, 2) if now_s % 4 == 0 else ():
+            talker.layer.picture.peers.positions_m[other.of.data.name] = other.layer.motion.position_m
+            for role, value in other.executive.signals():
+                talker.executive.hear(role, other.of.data.name, role[1], value, float(now_s))
+        for talker in talkers:
+            talker.layer.picture.body.now_s = float(now_s)
+            if now_s % 2 == 0:
+                talker.decide(float(now_s))
+            talker.layer.act(1.0, seen.get(talker.of.data.node, ()))
+        closest_m = min([closest_m, *(math.hypot(near.dx_m, near.dy_m) for near in itertools.chain(*seen.values()))])
+        for one in fleet:
+            if distance_m(one.functional.motion, one.goal_m) <= 2.0:
+                return closest_m, one.data.name
+    return closest_m, ""
 
 
-@pytest.mark.parametrize("satisfactions", [(-60.0, 0.0), (0.0, -60.0), (100.0, 127.0), (-128.0, -100.0), (0.0, 0.0)])
+@pytest.mark.parametrize("satisfactions", [(-60.0, 0.0), (0.0, -60.0), (-128.0, -100.0), (0.0, 0.0)])
 def test_in_one_too_narrow_the_less_satisfied_one_passes(
     satisfactions: tuple[float, float], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """4 m are too narrow. The other one goes back before it; of two alike the first by name passes."""
     fleet = corridor(4.0, monkeypatch)
-    closest_m = meet(fleet, list(satisfactions), GuidanceConstants(), 1200)
+    closest_m, arrived = meet(fleet, list(satisfactions), GuidanceConstants(), 1200)
     first = 0 if satisfactions[0] <= satisfactions[1] else 1
-    passed, other = fleet[first].functional.motion, fleet[1 - first].functional.motion
-    assert distance_m(passed, fleet[first].goal_m) <= 2.0
+    other = fleet[1 - first].functional.motion
+    assert arrived == fleet[first].data.name
     assert math.copysign(1.0, other.x_m) == math.copysign(1.0, fleet[first].goal_m[0])  # it never got by
     assert closest_m >= 5.0
 
 
 def test_without_repulsion_they_stand_nose_to_nose(monkeypatch: pytest.MonkeyPatch) -> None:
     fleet = corridor(4.0, monkeypatch)
-    assert meet(fleet, [-60.0, 0.0], GuidanceConstants(repulsion=0.0), 1200) >= 5.0
+    closest_m, arrived = meet(fleet, [-60.0, 0.0], GuidanceConstants(repulsion=0.0), 1200)
+    assert (closest_m >= 5.0, arrived) == (True, "")
     assert all(abs(one.functional.motion.x_m) < 10.0 for one in fleet)
+
+
+@pytest.mark.parametrize("passes_on", [True, False])
+def test_a_row_goes_back_where_the_call_is_passed_on(passes_on: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Three in a row meet a fourth that is less satisfied than all of them."""
+    monkeypatch.setattr(crossings, "BOUNDS_M", (-END_M, -2.0, END_M, 2.0))
+    row = [
+        traveller(number, (-60.0 - 15.0 * number, 0.0), (200.0, 0.0), turn_rate_radps=math.pi) for number in range(3)
+    ]
+    last = traveller(3, (40.0, 0.0), (-80.0, 0.0), turn_rate_radps=math.pi)
+    closest_m, arrived = meet([*row, last], [0.0, 0.0, 0.0, -100.0], GuidanceConstants(), 500, passes_on)
+    assert closest_m >= 5.0
+    assert (arrived == last.data.name) == passes_on
 
 
 def test_a_call_that_is_answered_draws_the_vehicle_to_the_one_that_calls(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,0 +1,180 @@
+"""Passage: ``[passage]``, a reef across the world that vehicles cross by a narrow passage alone.
+
+The reef is a band from south to north, ``x_m[0]`` to ``x_m[1]``. The passage leads through it from west to east, around
+``y_m``, ``width_m`` wide. Everybody knows where it is. A vehicle whose target lies beyond the reef heads for the mouth
+first, then for the other mouth; the walls of reef and passage are walls of guidance, as the borders of the world
+are. They hold for the ways of motion alone: neither sonars nor modems heed the reef.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from pydantic import Field
+
+from exchange.arithmetic import distance
+from missions.errors import ConfigurationFault
+from missions.feature import Feature, Joining
+from missions.files import shown
+from missions.scenarios.tables import Positive, Raw, Section, bounds_of, entries, is_number, point_of, table_of
+from remoras.avoidance import RECOVERY_S, SEPARATION_M, HalfPlane
+from remoras.events import Part
+from remoras.functional.layer import FunctionalLayer
+from remoras.work import Point
+
+if TYPE_CHECKING:
+    from remoras.mission import Mission
+
+KEY = "passage"
+MOUTH_M = 6.0
+"""Vehicles head for a place so far before the mouth, and so far before it its walls hold: no corner is cut."""
+
+
+class PassageTable(Section):
+    """The table ``[passage]``."""
+
+    x_m: tuple[float, float] = Field(description="western and eastern border of the reef")
+    y_m: float = Field(description="middle of the passage")
+    width_m: Positive = Field(description="how wide the passage is")
+
+    def passage(self, separation_m: float) -> Passage:
+        """What vehicles that keep a distance from each other, and half of it from the reef, have of it."""
+        west_m, east_m = self.x_m
+        half_m = separation_m / 2.0
+        return Passage(west_m - half_m, east_m + half_m, self.y_m, max(0.0, self.width_m / 2.0 - half_m))
+
+
+@dataclass(frozen=True)
+class Passage:
+    """Where vehicles may be that keep clear of the reef.
+
+    Attributes:
+        west_m, east_m: borders of the reef.
+        y_m: middle of the passage; half_m: how far a vehicle may be from it within the reef.
+    """
+
+    west_m: float
+    east_m: float
+    y_m: float
+    half_m: float
+
+    def side(self, x_m: float) -> int:
+        """-1 west of the reef, 1 east of it, 0 within.
+
+        >>> Passage(0.0, 80.0, 0.0, 2.0).side(90.0)
+        1
+        """
+        return -1 if x_m < self.west_m else 1 if x_m > self.east_m else 0
+
+    def mouth_m(self, side: int) -> Point:
+        """The place before the western (-1) or eastern (1) mouth."""
+        return (self.west_m - MOUTH_M if side < 0 else self.east_m + MOUTH_M), self.y_m
+
+    def way_m(self, from_m: Point, to_m: Point) -> tuple[Point, ...]:
+        """Places by which a vehicle comes from one place to another, the last of them the other one.
+
+        >>> Passage(0.0, 80.0, 0.0, 2.0).way_m((-50.0, 90.0), (120.0, -40.0))
+        ((-6.0, 0.0), (86.0, 0.0), (120.0, -40.0))
+        """
+        here, there = self.side(from_m[0]), self.side(to_m[0])
+        if here == there:
+            return (to_m,)
+        first = () if not here or self._is_before(from_m, here) else (self.mouth_m(here),)
+        return (*first, self.mouth_m(there), to_m) if there else (*first, to_m)
+
+    def length_m(self, from_m: Point, to_m: Point) -> float:
+        """Length of that way.
+
+        >>> Passage(0.0, 80.0, 0.0, 2.0).length_m((-6.0, 30.0), (86.0, 0.0))
+        122.0
+        """
+        places_m = (from_m, *self.way_m(from_m, to_m))
+        return math.fsum(distance(one, other) for one, other in pairwise(places_m))
+
+    def _is_before(self, at_m: Point, side: int) -> bool:
+        """True for a place before a mouth from which the way through is straight."""
+        x_m, y_m = self.mouth_m(side)
+        return abs(at_m[0] - x_m) <= MOUTH_M and abs(at_m[1] - y_m) <= self.half_m
+
+    def holds(self, at_m: Point) -> bool:
+        """True for a place that is not in the reef."""
+        return self.side(at_m[0]) != 0 or abs(at_m[1] - self.y_m) <= self.half_m
+
+    def walls(self, at_m: Point) -> list[HalfPlane]:
+        """Velocities (m/s) that do not take a vehicle at a place into the reef within ``RECOVERY_S``."""
+        x_m, y_m = at_m
+        is_along = abs(y_m - self.y_m) <= self.half_m
+        if not self.side(x_m) or (is_along and self.west_m - MOUTH_M <= x_m <= self.east_m + MOUTH_M):
+            north_m, south_m = self.y_m + self.half_m - y_m, self.y_m - self.half_m - y_m
+            return [
+                HalfPlane(0.0, max(0.0, north_m) / RECOVERY_S, -1.0, 0.0),
+                HalfPlane(0.0, min(0.0, south_m) / RECOVERY_S, 1.0, 0.0),
+            ]
+        if is_along:
+            return []
+        border_m, upwards = (self.west_m, 1.0) if x_m < self.west_m else (self.east_m, -1.0)
+        return [HalfPlane((border_m - x_m) / RECOVERY_S, 0.0, 0.0, upwards)]
+
+
+def in_passage(layer: FunctionalLayer, passage: Passage) -> None:
+    """Let a vehicle keep clear of the reef, and go through the passage to what lies beyond.
+
+    Args:
+        layer: of the vehicle, as it is made; passage: through the reef.
+    """
+    guidance = layer.guidance
+
+    def through(target_m: Point, speed_mps: float, dt_s: float) -> tuple[Point, float]:
+        off_x_m, off_y_m = guidance.error_m
+        x_m, y_m = passage.way_m(layer.believed.position_m, (target_m[0] + off_x_m, target_m[1] + off_y_m))[0]
+        return (x_m - off_x_m, y_m - off_y_m), speed_mps
+
+    guidance.aimed.insert(0, through)
+    guidance.walled.append(passage.walls)
+
+
+def part_of(joining: Joining) -> Part | None:
+    """Let all vehicles heed the reef, if there is one."""
+    table: PassageTable | None = joining.scenario.of_feature(KEY)
+    if table is None:
+        return None
+    passage = table.passage(joining.scenario.guidance.separation_m)
+    return Part(body=lambda layer: in_passage(layer, passage))
+
+
+def passage_faults(raw: Raw, mission: type[Mission] | None) -> Iterator[ConfigurationFault]:
+    """A passage that no vehicle fits, that leads nowhere, and what lies within the reef."""
+    table, bounds = table_of(raw, KEY), bounds_of(raw)
+    separation_m = table_of(raw, "guidance").get("separation_m", SEPARATION_M)
+    width_m, y_m, span = table.get("width_m"), table.get("y_m"), point_of(table, "x_m")
+    if not (is_number(width_m) and is_number(y_m) and is_number(separation_m) and span and bounds is not None):
+        return
+    (west_m, east_m), (x_min, y_min, x_max, y_max) = span[0], bounds
+    if 0.0 < width_m < separation_m:
+        allowed = f"narrower than the separation; allowed: guidance.separation_m = {separation_m:g} or more"
+        yield ConfigurationFault(f"{KEY}.width_m", shown(width_m), allowed)
+        return
+    if not x_min < west_m < east_m < x_max:
+        allowed = f"allowed: a western and an eastern border within the world, x {x_min:g} to {x_max:g}"
+        yield ConfigurationFault(f"{KEY}.x_m", shown([west_m, east_m]), allowed)
+        return
+    if not y_min + width_m / 2.0 <= y_m <= y_max - width_m / 2.0:
+        allowed = f"allowed: {y_min + width_m / 2.0:g} to {y_max - width_m / 2.0:g}, so that it lies within the world"
+        yield ConfigurationFault(f"{KEY}.y_m", shown(y_m), allowed)
+        return
+    passage = PassageTable(x_m=(west_m, east_m), y_m=y_m, width_m=width_m).passage(separation_m)
+    for kind, key in (("vehicle", "start_m"), ("rally_point", "position_m")):
+        for entry in entries(raw, kind):
+            for at_m in point_of(entry, key):
+                if not passage.holds(at_m) or not passage.side(at_m[0]):
+                    allowed = (
+                        f"in the reef, x {passage.west_m:g} to {passage.east_m:g}, or its passage; place it outside"
+                    )
+                    yield ConfigurationFault(f"{kind}.{entry.get('name')}.{key}", shown([*at_m]), allowed)
+
+
+FEATURE = Feature({"": {KEY: (PassageTable | None, None)}}, part_of, passage_faults)

@@ -1,0 +1,339 @@
+"""What there is to do, and how vehicles do it: a survey at a site takes one vehicle, a lift takes several at once.
+
+An object has as many ends as it takes vehicles, on a circle around its middle. A vehicle takes the nearest end where
+its obstacle sonar sees nobody. Once all ends are taken the lift is under way, and it is over after ``lift_s``; whoever
+leaves earlier spoils it. A vehicle sees that the other ends are taken, so nothing has to be said about it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+from pydantic import Field
+
+from exchange.acoustics import loss
+from exchange.arithmetic import distance, sincos
+from remoras.behaviours import (
+    ADVANCING,
+    CAPTURE_M,
+    DONE,
+    IDLE,
+    STANDING,
+    Approach,
+    Behaviour,
+    Perception,
+    Reference,
+    attracted,
+    distance_m,
+)
+from remoras.beliefs import Key
+from remoras.database import VehicleData
+from remoras.known import Known
+from remoras.motion import Motion
+from remoras.picture import Picture
+from remoras.sensor import Observation, Pose, Sensor, SensorSettings
+from remoras.work import Outlook, Point
+
+LYING_AT, HELPS, DONE_BY = "lyingAt", "helps", "jobDone"
+AT_END_M = 2.0
+"""A vehicle this near to an end has taken it."""
+NEWS_FRAMES = 20.0
+"""A helper that was heard more TDMA frames ago is not counted on."""
+MUCH_NEARER_M = 20.0
+"""Who is on its way leaves a lift to another one that is nearer by this: a position heard is some seconds old."""
+NEAREST_M = 5.0
+"""No object lies nearer to the middle of a site."""
+SEEN_SHARE = 0.9
+"""And none farther than this share of the range of the shortest sonar: whoever surveys the site sees it."""
+
+
+@dataclass(frozen=True)
+class Survey:
+    """A site: a ``remoras.work.Job``.
+
+    Attributes:
+        name: of the site; place_m: where it is; stay_s: how long a survey takes there.
+        needs: nothing must be done before.
+    """
+
+    name: str
+    place_m: Point
+    stay_s: float
+    needs: tuple[str, ...] = ()
+
+    @property
+    def done(self) -> Key:
+        """Somebody has surveyed it."""
+        return DONE_BY, self.name
+
+    def is_able(self, data: VehicleData) -> bool:
+        """Every vehicle is."""
+        return True
+
+    def after(self, outlook: Outlook, data: VehicleData) -> Outlook:
+        """When the vehicle will be free if it surveys the site next."""
+        way_s = distance(outlook.position_m, self.place_m) / data.transit_speed_mps
+        return Outlook(outlook.free_s + way_s + self.stay_s, self.place_m)
+
+
+@dataclass(frozen=True)
+class Lift:
+    """An object: a ``remoras.work.DivisibleJob`` that comes up when somebody says where it lies.
+
+    Attributes:
+        name: of the lift; lift_s: how long it takes once all are there; vehicles: how many it takes.
+        length_m: distance of two neighbouring ends.
+        place_m: middle of the object; the origin of the map before it is known.
+        share_left: 1 until it is done, then 0.
+        needs: nothing must be done before; resumed: who takes it over begins anew.
+    """
+
+    name: str
+    lift_s: float
+    vehicles: int
+    length_m: float
+    place_m: Point = (0.0, 0.0)
+    share_left: float = 1.0
+    needs: tuple[str, ...] = ()
+    resumed: ClassVar[bool] = False
+
+    @property
+    def done(self) -> Key:
+        """It has been lifted."""
+        return DONE_BY, self.name
+
+    def is_able(self, data: VehicleData) -> bool:
+        """Every vehicle is."""
+        return True
+
+    def left(self, facts: Known) -> Lift | None:
+        """The job at the place known; None while nobody has said where it is."""
+        place_m = facts.get((LYING_AT, self.name))
+        if place_m is None:
+            return None
+        return replace(self, place_m=place_m, share_left=1.0 if facts.get(self.done) is None else 0.0)
+
+    def after(self, outlook: Outlook, data: VehicleData) -> Outlook:
+        """When the vehicle will be free if it lifts the object next, and finds the others there."""
+        if self.share_left == 0.0:
+            return outlook
+        way_s = distance(outlook.position_m, self.place_m) / data.transit_speed_mps
+        return Outlook(outlook.free_s + way_s + self.lift_s, self.place_m)
+
+    def ends_m(self, middle_m: Point) -> tuple[Point, ...]:
+        """The ends of the object where its middle lies there.
+
+        >>> Lift("lift 1", 60.0, 2, 10.0).ends_m((100.0, 50.0))
+        ((105.0, 50.0), (95.0, 50.0))
+        """
+        if self.vehicles == 1:
+            return (middle_m,)
+        radius_m = self.length_m / (2.0 * sincos(math.pi / self.vehicles)[0])
+        found = []
+        for number in range(self.vehicles):
+            sin, cos = sincos(2.0 * math.pi * number / self.vehicles)
+            found.append((round(middle_m[0] + radius_m * cos, 6), round(middle_m[1] + radius_m * sin, 6)))
+        return tuple(found)
+
+
+@dataclass(frozen=True)
+class SeaField:
+    """What lies in the field in one run: the middle of each object by the name of its lift."""
+
+    lying_m: tuple[tuple[str, Point], ...]
+
+
+def drawn(lifts: Sequence[Lift], sites: Sequence[Survey], range_m: float, seed: int) -> SeaField:
+    """Where the objects lie in the run with that seed: each near a site, every site and direction as likely.
+
+    Args:
+        lifts: of the objects; sites: of the field; range_m: of the shortest sonar; seed: root of all draws.
+    """
+    found = []
+    for number, lift in enumerate(lifts):
+        which, course, far = (loss.uniform(seed, loss.FINDS, number, 0, draw) for draw in (0, 1, 2))
+        site = sites[min(int(which * len(sites)), len(sites) - 1)]
+        sin, cos = sincos(2.0 * math.pi * course)
+        away_m = NEAREST_M + far * max(0.0, SEEN_SHARE * range_m - NEAREST_M)
+        found.append((lift.name, (site.place_m[0] + away_m * cos, site.place_m[1] + away_m * sin)))
+    return SeaField(tuple(found))
+
+
+class SonarSettings(SensorSettings):
+    """The table ``[[vehicle.sensor]]`` of a sonar that shows objects."""
+
+    EQUIPMENT: ClassVar[str] = "Sonar"
+
+    range_m: float = Field(40.0, gt=NEAREST_M, description="farthest object that it shows")
+
+    def make(self, data: VehicleData) -> Sensor:
+        """The sonar of a vehicle."""
+        return Sonar(self.range_m)
+
+
+class Sonar:
+    """Shows where objects lie, each once.
+
+    Args:
+        range_m: how far it sees.
+    """
+
+    table = None
+
+    def __init__(self, range_m: float) -> None:
+        self._range_m = range_m
+        self._seen: set[str] = set()
+
+    def sense(self, pose: Pose, world: SeaField, now_s: float) -> list[Observation]:
+        """Objects within range that it has not shown yet."""
+        found = []
+        for name, (x_m, y_m) in world.lying_m:
+            if name not in self._seen and distance((x_m, y_m), (pose.x_m, pose.y_m)) <= self._range_m:
+                self._seen.add(name)
+                found.append(Observation(((name, LYING_AT, (x_m + pose.error_m[0], y_m + pose.error_m[1])),)))
+        return found
+
+
+class Surveying(Behaviour):
+    """Goes to a site and stays until it is surveyed; whoever is called away begins anew.
+
+    Args:
+        site: the job; data: of the vehicle.
+    """
+
+    def __init__(self, site: Survey, data: VehicleData) -> None:
+        self._site = site
+        self._approach = Approach(data.transit_speed_mps)
+        self._way = Reference(site.place_m, data.transit_speed_mps, CAPTURE_M)
+        self._stay = Reference(site.place_m, 0.0)
+        self._since_s: float | None = None
+
+    def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
+        """Due, the nearest first, until the vehicle has stayed long enough; it advances on the way and on site."""
+        if picture.facts.get(self._site.done) is not None:
+            return DONE
+        to_go_m, now_s = distance_m(motion, self._site.place_m), picture.body.now_s
+        if to_go_m > AT_END_M or not performed:
+            self._since_s = None
+            advance = self._approach.advance(to_go_m, now_s, performed)
+            return Perception(1.0, advance) if performed else attracted(to_go_m)
+        self._since_s = now_s if self._since_s is None else self._since_s
+        return DONE if now_s - self._since_s >= self._site.stay_s else ADVANCING
+
+    def reference(self, motion: Motion, picture: Picture) -> Reference | None:
+        """To the site in transit; stay there."""
+        return self._stay if distance_m(motion, self._site.place_m) <= CAPTURE_M else self._way
+
+
+class Lifting(Behaviour):
+    """Takes an end of an object and stays until the lift is over; alone there it stands still, and is dissatisfied.
+
+    Args:
+        lift: the job; data: of the vehicle.
+    """
+
+    def __init__(self, lift: Lift, data: VehicleData) -> None:
+        self._lift = lift
+        self._speed_mps = data.transit_speed_mps
+        self._approach = Approach(data.transit_speed_mps)
+        self._end_m: Point | None = None
+        self._since_s: float | None = None
+
+    def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
+        """Due once it is known where the object lies; it advances on the way, and while all are there."""
+        if picture.facts.get(self._lift.done) is not None:
+            return DONE
+        middle_m = picture.facts.get((LYING_AT, self._lift.name))
+        return IDLE if middle_m is None else self._perceived(middle_m, motion, picture, performed)
+
+    def _perceived(self, middle_m: Point, motion: Motion, picture: Picture, performed: bool) -> Perception:
+        """The same where the middle of the object is known."""
+        now_s = picture.body.now_s
+        ends_m = self._lift.ends_m(middle_m)
+        free_m = [end_m for end_m in ends_m if not _is_taken(end_m, picture)]
+        if self._end_m not in free_m:  # of an end that another one has taken, too
+            self._end_m = min(free_m, key=lambda end_m: distance_m(motion, end_m), default=None)
+        if self._end_m is None:
+            return IDLE
+        to_go_m = distance_m(motion, self._end_m)
+        if to_go_m > AT_END_M or not performed:
+            self._since_s = None
+            advance = self._approach.advance(to_go_m, now_s, performed)
+            return Perception(1.0, advance) if performed else attracted(to_go_m)
+        if free_m != [self._end_m]:
+            self._since_s = None
+            return STANDING
+        self._since_s = now_s if self._since_s is None else self._since_s
+        return DONE if now_s - self._since_s >= self._lift.lift_s else ADVANCING
+
+    def reference(self, motion: Motion, picture: Picture) -> Reference | None:
+        """To an end in transit; stay there."""
+        if self._end_m is None:
+            return None
+        return Reference(self._end_m, 0.0 if distance_m(motion, self._end_m) <= CAPTURE_M else self._speed_mps)
+
+
+def _is_taken(end_m: Point, picture: Picture) -> bool:
+    return any(distance(end_m, contact_m) <= AT_END_M for contact_m in picture.body.contacts_m)
+
+
+class Helping(Lifting):
+    """Takes an end of an object that another vehicle is to lift.
+
+    It says to which lift it goes. As long as enough others have said so that are nearer, it is of no use there. Who
+    holds the lift waits for it: see ``ends``.
+
+    Args:
+        lift: the job; group: whose job it is; holders: who holds it; data: of the vehicle.
+    """
+
+    def __init__(self, lift: Lift, group: str, holders: Collection[str], data: VehicleData) -> None:
+        super().__init__(lift, data)
+        self._group, self._me = group, data.name
+        self._holders = holders
+        self._picture: Picture | None = None
+        self._is_on = False
+
+    def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
+        """Due as ``Lifting`` is, as long as another one is needed; it says when it begins, and that it is done."""
+        self._picture = picture
+        began, self._is_on = performed and not self._is_on, performed
+        middle_m = picture.facts.get((LYING_AT, self._lift.name))
+        if middle_m is None or picture.facts.get(self._lift.done) is not None:
+            return IDLE
+        if self._n_nearer(middle_m, distance_m(motion, middle_m), picture) >= self._lift.vehicles - 1:
+            return IDLE
+        found = self._perceived(middle_m, motion, picture, performed)
+        if found is DONE:
+            return Perception(1.0, 1.0, concludes=(Observation(((self._lift.name, DONE_BY, self._me),)),))
+        said = (Observation(((self._me, HELPS, self._lift.name),)),) if began else ()
+        return found._replace(concludes=said, ends=self.ends) if found.stimulus else found
+
+    def _n_nearer(self, middle_m: Point, to_go_m: float, picture: Picture) -> int:
+        """How many others that are nearer have said that they help, and were heard lately."""
+        peers, late_s = picture.peers, picture.body.now_s - NEWS_FRAMES * picture.frame_s
+        margin_m = MUCH_NEARER_M if self._is_on else 0.0
+        n_nearer = 0
+        for name, at_m in peers.positions_m.items():
+            if name == self._me or name in self._holders or picture.facts.get((HELPS, name)) != self._lift.name:
+                continue
+            if peers.heard_s.get(name, -math.inf) >= late_s:
+                n_nearer += (distance(at_m, middle_m) + margin_m, name) < (to_go_m, self._me)
+        return n_nearer
+
+    def ends(self, caller: str, role: str) -> float:
+        """How much of the wait of a vehicle in a role this one ends by coming: of who holds the lift, as ``Work`` says.
+
+        Who holds a lift waits too, so its jobs will not be done before.
+        """
+        picture = self._picture
+        work = None if picture is None else picture.groups.works.get(self._group)
+        of = None if work is None else work.group.role(role)
+        if picture is None or work is None or of is None or of.job != self._lift.name:
+            return 0.0
+        middle_m = picture.facts.get((LYING_AT, self._lift.name))
+        waiting = [name for one in work.unfinished if isinstance(work.job(one), Lift) for name in work.holders(one)]
+        return 0.0 if middle_m is None else work.ended(self._me, caller, middle_m, waiting, picture.body.now_s)

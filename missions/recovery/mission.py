@@ -1,0 +1,251 @@
+"""The mission: sites, and objects that take several vehicles at once, as jobs that the strategy gives out.
+
+Whoever is given an object takes one end of it and waits. Its satisfaction falls, and its role calls on the founding
+roles of the group. These have the objective ``Helping``: one activity for each object that is not their own.
+Only that activity ends the wait for an object, so it alone is an answer to the call, and how much it settles follows
+from the way and from when somebody would come anyway, see ``Helping.ends``. What moves a vehicle to it, and away from
+work of its own, is the decision of ``remoras.executive`` alone. Whoever has nothing else to do helps uncalled.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, ClassVar
+
+from pydantic import Field
+
+from missions.errors import ConfigurationFault
+from missions.figure import Declared, Place
+from missions.meeting.job_mission import JobMission, JobScenario, JobSettings
+from missions.meeting.meeting import Pursuit
+from missions.meeting.roles import founding_of, with_roles
+from missions.metric import Metric
+from missions.recovery.lifting import (
+    DONE_BY,
+    HELPS,
+    LYING_AT,
+    Helping,
+    Lift,
+    Lifting,
+    SeaField,
+    SonarSettings,
+    Survey,
+    Surveying,
+    drawn,
+)
+from missions.recovery.truth import FIGURES, LIFTS, METRICS, RecoveryTruth
+from missions.scenarios.tables import (
+    Name,
+    PointM,
+    Positive,
+    Raw,
+    Section,
+    entries,
+    is_number,
+    names_of,
+    outside_faults,
+    point_of,
+    table_of,
+)
+from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
+from remoras.avoidance import SEPARATION_M
+from remoras.behaviours import Behaviour
+from remoras.database import VehicleData
+from remoras.htn import FactsLike
+from remoras.recorder import Recorder, Table
+from remoras.sensor import SensorSettings
+from remoras.work import Job
+
+HELPING = "Helping"
+HELPING_IMPORTANCE = 0.5
+"""Of helping, unless the scenario says otherwise: more than to meet, less than work of one's own."""
+MOST_LIFTS = 20
+ROOM = 1.65
+"""Vehicles at two ends are so many separations apart at least: their margin, and half of it."""
+URGENCY = 50
+"""How urgently vehicles need to hear of objects, and of who helps, unless the scenario says otherwise."""
+
+
+class SiteTable(Section):
+    """One ``[[site]]``."""
+
+    name: Name = Field(description="name of the site")
+    position_m: PointM = Field(description="where it is, x east, y north")
+    stay_s: Positive = Field(120.0, description="how long a survey takes there")
+
+
+class LiftsTable(Section):
+    """The table ``[lifts]``: objects that lie near sites; nobody knows where before a sonar shows one."""
+
+    number: int = Field(
+        4, ge=0, le=MOST_LIFTS, description="how many objects there are, each near a site that is drawn"
+    )
+    vehicles: int = Field(2, ge=1, le=6, description="how many vehicles it takes at once to lift one")
+    lift_s: Positive = Field(60.0, description="how long it takes once all are there")
+    length_m: Positive = Field(10.0, description="distance of the places of two of them")
+
+
+class RecoveryScenario(JobScenario):
+    """The whole input of a run of this mission."""
+
+    mission: JobSettings = JobSettings()
+    site: tuple[SiteTable, ...] = Field(min_length=1)
+    lifts: LiftsTable = LiftsTable()
+
+
+def lift_names(number: int) -> tuple[str, ...]:
+    """Names of so many lifts.
+
+    >>> lift_names(2)
+    ('lift 1', 'lift 2')
+    """
+    return tuple(f"lift {n}" for n in range(1, number + 1))
+
+
+class RecoveryMission(JobMission):
+    """The mission, made from a scenario."""
+
+    Scenario = RecoveryScenario
+    group_missions = ("Recovery",)
+    objective = "Recovering"
+    needs = (*JobMission.needs, "objectiveRecovering", DONE_BY, LYING_AT)
+    vocabulary = (Path(__file__).with_name("vocabulary.ttl"),)
+    sensors: ClassVar[Mapping[str, type[SensorSettings]]] = {"sonar": SonarSettings}
+    tables: ClassVar[tuple[Table, ...]] = (*JobMission.tables, LIFTS)
+    metrics: ClassVar[tuple[Metric, ...]] = METRICS
+    figures: ClassVar[tuple[Declared, ...]] = FIGURES
+    scenario: RecoveryScenario
+
+    @classmethod
+    def completed(cls, raw: Raw) -> Raw:
+        """With a role for every site and object."""
+        return with_jobs(raw)
+
+    @classmethod
+    def check(cls, raw: Raw) -> Iterable[ConfigurationFault]:
+        """What is wrong with sites and objects."""
+        return recovery_faults(raw)
+
+    def jobs_of(self, scenario: RecoveryScenario) -> Iterable[Job]:
+        """The sites and the objects."""
+        lifts, sites = scenario.lifts, [Survey(site.name, site.position_m, site.stay_s) for site in scenario.site]
+        names = lift_names(lifts.number)
+        self._sites = tuple(sites)
+        self._lifts = {name: Lift(name, lifts.lift_s, lifts.vehicles, lifts.length_m) for name in names}
+        return [*sites, *self._lifts.values()]
+
+    @property
+    def instances(self) -> Sequence[tuple[str, str]]:
+        """The sites and the objects."""
+        return [*(("SiteSurvey", site.name) for site in self._sites), *(("Lift", name) for name in self._lifts)]
+
+    @property
+    def places(self) -> Sequence[Place]:
+        """Rally points and sites; where objects lie differs from run to run."""
+        points = [Place(point.name, "rally point", (point.position_m,)) for point in self.scenario.rally_point]
+        return [*points, *(Place(site.name, "site", (site.place_m,)) for site in self._sites)]
+
+    def world(self, seed: int) -> SeaField:
+        """Where the objects lie in the run with that seed."""
+        ranges_m = [
+            sensor.range_m
+            for vehicle in self.scenario.vehicle
+            for sensor in (SonarSettings(**table) for table in vehicle.sensor if table.get("type") == "sonar")
+        ]
+        return drawn(tuple(self._lifts.values()), self._sites, min(ranges_m, default=0.0), seed)
+
+    def truth(self, recorder: Recorder, world: SeaField) -> RecoveryTruth:
+        """Notes what was really lifted."""
+        return RecoveryTruth(self.meeting, self.objective, recorder, self._lifts, world)
+
+    # Who does what -------------------------------------------------------------------------------
+
+    def founding_objectives(self) -> Sequence[Objective]:
+        """Heads supervise; whoever founds a group helps the others of it."""
+        helping = [
+            Objective(group.name, role.name, HELPING, group.name)
+            for group in self._groups.values()
+            for role in group.roles
+            if role.founding
+        ]
+        return [*super().founding_objectives(), *helping]
+
+    def is_individual(self, objective: Objective) -> bool:
+        """True for jobs, and not for help."""
+        return objective.name != HELPING and super().is_individual(objective)
+
+    def activity_sets(self, objective: Objective, data: VehicleData, facts: FactsLike, position_m: PointM) -> Pursuit:
+        """For help one activity for each object that is not lifted yet, and not its own to lift."""
+        if objective.name != HELPING:
+            return super().activity_sets(objective, data, facts, position_m)
+        rests_on = {("gatheredAt", objective.group)}
+        sets = []
+        importance = self.meeting.importance.get(HELPING, HELPING_IMPORTANCE)
+        for role in self._groups[objective.group].roles:
+            if role.job not in self._lifts:
+                continue
+            key, done = ("members", f"{objective.group}.{role.name}"), (DONE_BY, role.job)
+            rests_on |= {key, done}
+            holders = facts.get(key) or ()
+            if facts.get(done) is None and data.name not in holders:
+                activity = Activity(HELPING, ActivityType.GUIDANCE, (role.job, objective.group, tuple(holders)))
+                sets.append(ActivitySet(objective, ActivityKind.COLLECTIVE, (activity,), importance))
+        is_over = facts.get(("gatheredAt", objective.group)) is not None
+        return () if is_over else tuple(sets), frozenset(rests_on)
+
+    def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
+        """Help with an object, or what every mission of jobs has."""
+        if activity.name == HELPING:
+            lift, group, holders = activity.parameters
+            return Helping(self._lifts[lift], group, holders, data)
+        return super().behaviour_for(activity, data)
+
+    def behaviour_at(self, job: Job, data: VehicleData) -> Behaviour:
+        """The survey of a site, or the lift of an object."""
+        return Lifting(job, data) if isinstance(job, Lift) else Surveying(self._sites[self._sites.index(job)], data)
+
+
+# What a scenario gains ---------------------------------------------------------------------------
+
+
+def with_jobs(raw: Raw) -> Raw:
+    """The tables with a role for each site and object in the first group; the latter call on the founding roles."""
+    number = table_of(raw, "lifts").get("number", LiftsTable().number)
+    if type(number) is not int or not 0 <= number <= MOST_LIFTS:
+        return raw
+    roles: list[dict[str, Any]] = [
+        {"name": f"Surveyor of {site}", "maximum": 1, "job": site} for site in names_of(raw, "site")
+    ]
+    roles += [
+        {"name": f"Lifter of {lift}", "maximum": 1, "job": lift, "influences": founding_of(raw)}
+        for lift in lift_names(number)
+    ]
+    return with_roles(raw, roles, dict.fromkeys((LYING_AT, HELPS), URGENCY))
+
+
+def recovery_faults(raw: Raw) -> Iterator[ConfigurationFault]:
+    """Sites outside of the world or with names that are taken, objects that take too many vehicles or are too short."""
+    sites, vehicles = entries(raw, "site"), entries(raw, "vehicle")
+    placed = [(f"site.{site.get('name')}.position_m", at_m) for site in sites for at_m in point_of(site, "position_m")]
+    yield from outside_faults(raw, placed)
+    lifts, usual = table_of(raw, "lifts"), LiftsTable()
+    number = lifts.get("number", usual.number)
+    lifted = lift_names(number) if type(number) is int and 0 < number <= MOST_LIFTS else ()
+    taken = {*lifted, *(name for kind in ("vehicle", "group", "rally_point") for name in names_of(raw, kind))}
+    names = names_of(raw, "site")
+    for name in dict.fromkeys(names):
+        if name in taken or names.count(name) > 1:
+            yield ConfigurationFault(f"site.{name}.name", f'"{name}"', "is taken; sites need names of their own")
+    takes, length_m = lifts.get("vehicles", usual.vehicles), lifts.get("length_m", usual.length_m)
+    if type(takes) is int and lifted and 0 < len(vehicles) < takes:
+        allowed = f"an object takes more vehicles than there are; allowed: 1 to {len(vehicles)}"
+        yield ConfigurationFault("lifts.vehicles", str(takes), allowed)
+    separation_m = table_of(raw, "guidance").get("separation_m", SEPARATION_M)
+    least_m = ROOM * separation_m if is_number(separation_m) else 0.0
+    if is_number(length_m) and takes != 1 and 0.0 < length_m < least_m:
+        allowed = f"allowed: {least_m:.3g} or more, so that vehicles keep clear of each other there"
+        yield ConfigurationFault("lifts.length_m", str(length_m), allowed)
+    if lifted and not any(sensor.get("type") == "sonar" for v in vehicles for sensor in entries(v, "sensor")):
+        allowed = 'nobody would find one: give a vehicle a sensor of type "sonar"'
+        yield ConfigurationFault("lifts.number", str(number), allowed)

@@ -1,0 +1,129 @@
+"""Truth, metrics and figures of this mission: what was really surveyed and lifted, and how long objects waited."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping
+from typing import TYPE_CHECKING, Any
+
+from exchange.arithmetic import distance
+from missions.figure import Declared, Figure, Mark, RunResults, Style
+from missions.meeting.meeting import Meeting
+from missions.meeting.truth import JOBS, JobTruth
+from missions.metric import Better, MeasuredRun, Metric
+from missions.recovery.lifting import AT_END_M, Lift, SeaField
+from remoras.mission import FleetView
+from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+LIFTS = Table("lifts", (TIME, VEHICLE, Column("lift", "str"), Column("event", "str")))
+"""When a vehicle had come to an end of an object that nobody was at (``waits``), and when it was really ``lifted``."""
+WAITS, LIFTED = "waits", "lifted"
+
+
+class RecoveryTruth(JobTruth):
+    """Notes what was lifted, whatever vehicles believe: all ends were taken for as long as a lift takes.
+
+    Args:
+        meeting: of the mission; objective: of roles with a job; recorder: takes the rows.
+        lifts: by name; world: where they lie.
+    """
+
+    def __init__(
+        self, meeting: Meeting, objective: str, recorder: Recorder, lifts: Mapping[str, Lift], world: SeaField
+    ) -> None:
+        super().__init__(meeting, objective, recorder)
+        self._lift_rows = recorder.rows(LIFTS.name)
+        self._lifts = lifts
+        self._open = {name: lifts[name].ends_m(middle_m) for name, middle_m in world.lying_m}
+        self._since_s: dict[str, float] = {}
+        self._waited: set[str] = set()
+
+    @property
+    def jobs_done(self) -> Collection[str]:
+        """Sites that were surveyed and objects that were really lifted."""
+        return self._done - self._open.keys()
+
+    @property
+    def goal_fraction(self) -> float:
+        """Share of all sites and objects."""
+        return len(self.jobs_done) / len(self._jobs) if self._jobs else 1.0
+
+    def watch(self, fleet: FleetView, now_s: float) -> None:
+        """Note what was done since the last look."""
+        super().watch(fleet, now_s)
+        for name, ends_m in list(self._open.items()):
+            there = [
+                vehicle.name
+                for end_m in ends_m
+                for vehicle in fleet.vehicles
+                if vehicle.is_alive and distance(vehicle.position_m, end_m) <= AT_END_M
+            ]
+            if there and name not in self._waited:
+                self._waited.add(name)
+                self._lift_rows.append((now_s, there[0], name, WAITS))
+            if len(set(there)) < len(ends_m):
+                self._since_s.pop(name, None)
+            elif now_s - self._since_s.setdefault(name, now_s) >= self._lifts[name].lift_s:
+                del self._open[name]
+                self._lift_rows.append((now_s, there[0], name, LIFTED))
+                self.note(there[0], name, now_s)
+
+
+def _times_s(run: MeasuredRun, event: str) -> dict[str, float]:
+    return {row[2]: row[0] for row in run.recorder.rows(LIFTS.name) if row[3] == event}
+
+
+def mean_wait_s(run: MeasuredRun) -> float | None:
+    """Mean time from when the first vehicle was at an object to when it was lifted; one not lifted counts to the end.
+
+    None if no vehicle came to any.
+    """
+    began_s, lifted_s = _times_s(run, WAITS), _times_s(run, LIFTED)
+    waits_s = [lifted_s.get(name, run.end_s) - from_s for name, from_s in began_s.items()]
+    return math.fsum(waits_s) / len(waits_s) if waits_s else None
+
+
+def mean_done_s(run: MeasuredRun) -> float:
+    """Mean time by which a site was surveyed or an object lifted; what was not counts with the mission's duration."""
+    scenario: Any = run.scenario
+    lifted_s, done_s = _times_s(run, LIFTED), dict[str, float]()
+    for time_s, _, job in run.recorder.rows(JOBS.name):
+        done_s.setdefault(job, time_s)
+    names = [site.name for site in scenario.site]
+    times_s = [done_s[name] for name in names if name in done_s] + list(lifted_s.values())
+    n_all, duration_s = len(names) + int(scenario.lifts.number), float(scenario.scenario.duration_s)
+    return (math.fsum(times_s) + (n_all - len(times_s)) * duration_s) / n_all
+
+
+METRICS = (
+    Metric("mean_done_s", "s", Better.LOWER, "mean time until work is done", mean_done_s, headline=True),
+    Metric("mean_wait_s", "s", Better.LOWER, "mean wait at an object", mean_wait_s, headline=True),
+)
+"""Metrics of the mission, in the order of the summary."""
+
+
+def draw_done(axes: Axes, results: RunResults, style: Style) -> str:
+    """Sites surveyed and objects lifted over time."""
+    done = {row["job"]: row["time_s"] for row in reversed(results.table(JOBS.name).to_pylist())}
+    lifted = {row["lift"]: row["time_s"] for row in results.table(LIFTS.name).to_pylist() if row["event"] == LIFTED}
+    sites = [time_s for job, time_s in done.items() if not job.startswith("lift ")]
+    end_s = max((row["time_s"] for row in results.table("trajectories").to_pylist()), default=0.0)
+    for times_s, label, line in ((sites, "sites surveyed", "-"), (lifted.values(), "objects lifted", "--")):
+        ordered = sorted(times_s)
+        axes.step([0.0, *ordered, end_s], [*range(len(ordered) + 1), len(ordered)], where="post", linestyle=line,
+                  color=style.black, label=label)  # fmt: skip
+    axes.set_xlabel(style.axis("time", "s"))
+    axes.set_ylabel(style.axis("done"))
+    return "An object counts once all of its ends were taken for as long as a lift takes."
+
+
+FIGURES: tuple[Declared, ...] = (
+    Figure(
+        "recovered", "Sites surveyed and objects lifted over mission time", draw_done, needs=(JOBS.name, LIFTS.name)
+    ),
+    Mark("job_done", "job done"),
+)
+"""Figures of the mission."""
