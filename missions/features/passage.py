@@ -32,6 +32,8 @@ if TYPE_CHECKING:
 KEY = "passage"
 MOUTH_M = 6.0
 """Vehicles head for a place so far before the mouth, and so far before it its walls hold: no corner is cut."""
+SLACK_M = 0.3
+"""A vehicle that is no farther beyond the walls of the passage is in it still."""
 
 
 class PassageTable(Section):
@@ -62,13 +64,17 @@ class Passage:
     y_m: float
     half_m: float
 
-    def side(self, x_m: float) -> int:
-        """-1 west of the reef, 1 east of it, 0 within.
+    def side(self, at_m: Point) -> int:
+        """-1 west of the reef, 1 east of it, 0 within the passage; within the reef, the side that is nearer.
 
-        >>> Passage(0.0, 80.0, 0.0, 2.0).side(90.0)
-        1
+        >>> passage = Passage(0.0, 80.0, 0.0, 2.0)
+        >>> passage.side((90.0, 9.0)), passage.side((79.0, 0.0)), passage.side((79.0, 9.0)), passage.side((1.0, 9.0))
+        (1, 0, 1, -1)
         """
-        return -1 if x_m < self.west_m else 1 if x_m > self.east_m else 0
+        x_m, y_m = at_m
+        if self.west_m <= x_m <= self.east_m and abs(y_m - self.y_m) <= self.half_m + SLACK_M:
+            return 0
+        return -1 if x_m < 0.5 * (self.west_m + self.east_m) else 1
 
     def mouth_m(self, side: int) -> Point:
         """The place before the western (-1) or eastern (1) mouth."""
@@ -80,7 +86,7 @@ class Passage:
         >>> Passage(0.0, 80.0, 0.0, 2.0).way_m((-50.0, 90.0), (120.0, -40.0))
         ((-6.0, 0.0), (86.0, 0.0), (120.0, -40.0))
         """
-        here, there = self.side(from_m[0]), self.side(to_m[0])
+        here, there = self.side(from_m), self.side(to_m)
         if here == there:
             return (to_m,)
         first = () if not here or self._is_before(from_m, here) else (self.mouth_m(here),)
@@ -100,15 +106,11 @@ class Passage:
         x_m, y_m = self.mouth_m(side)
         return abs(at_m[0] - x_m) <= MOUTH_M and abs(at_m[1] - y_m) <= self.half_m
 
-    def holds(self, at_m: Point) -> bool:
-        """True for a place that is not in the reef."""
-        return self.side(at_m[0]) != 0 or abs(at_m[1] - self.y_m) <= self.half_m
-
     def walls(self, at_m: Point) -> list[HalfPlane]:
         """Velocities (m/s) that do not take a vehicle at a place into the reef within ``RECOVERY_S``."""
         x_m, y_m = at_m
-        is_along = abs(y_m - self.y_m) <= self.half_m
-        if not self.side(x_m) or (is_along and self.west_m - MOUTH_M <= x_m <= self.east_m + MOUTH_M):
+        side, is_along = self.side(at_m), abs(y_m - self.y_m) <= self.half_m + SLACK_M
+        if is_along and self.west_m - MOUTH_M <= x_m <= self.east_m + MOUTH_M:
             north_m, south_m = self.y_m + self.half_m - y_m, self.y_m - self.half_m - y_m
             return [
                 HalfPlane(0.0, max(0.0, north_m) / RECOVERY_S, -1.0, 0.0),
@@ -116,8 +118,8 @@ class Passage:
             ]
         if is_along:
             return []
-        border_m, upwards = (self.west_m, 1.0) if x_m < self.west_m else (self.east_m, -1.0)
-        return [HalfPlane((border_m - x_m) / RECOVERY_S, 0.0, 0.0, upwards)]
+        border_m = self.west_m if side < 0 else self.east_m
+        return [HalfPlane((border_m - x_m) / RECOVERY_S, 0.0, 0.0, float(-side))]
 
 
 def in_passage(layer: FunctionalLayer, passage: Passage) -> None:
@@ -166,14 +168,13 @@ def passage_faults(raw: Raw, mission: type[Mission] | None) -> Iterator[Configur
         allowed = f"allowed: {y_min + width_m / 2.0:g} to {y_max - width_m / 2.0:g}, so that it lies within the world"
         yield ConfigurationFault(f"{KEY}.y_m", shown(y_m), allowed)
         return
-    passage = PassageTable(x_m=(west_m, east_m), y_m=y_m, width_m=width_m).passage(separation_m)
+    half_m = separation_m / 2.0
     for kind, key in (("vehicle", "start_m"), ("rally_point", "position_m")):
         for entry in entries(raw, kind):
             for at_m in point_of(entry, key):
-                if not passage.holds(at_m) or not passage.side(at_m[0]):
-                    allowed = (
-                        f"in the reef, x {passage.west_m:g} to {passage.east_m:g}, or its passage; place it outside"
-                    )
+                if west_m - half_m <= at_m[0] <= east_m + half_m:
+                    reef = f"x {west_m - half_m:g} to {east_m + half_m:g}"
+                    allowed = f"in the reef, {reef}, or its passage; place it outside"
                     yield ConfigurationFault(f"{kind}.{entry.get('name')}.{key}", shown([*at_m]), allowed)
 
 

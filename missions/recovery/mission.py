@@ -213,7 +213,7 @@ def with_jobs(raw: Raw) -> Raw:
     """The tables with a role for each site and object in the first group; the latter call on the founding roles."""
     number = table_of(raw, "lifts").get("number", LiftsTable().number)
     if type(number) is not int or not 0 <= number <= MOST_LIFTS:
-        return raw
+        number = 0  # reported elsewhere
     roles: list[dict[str, Any]] = [
         {"name": f"Surveyor of {site}", "maximum": 1, "job": site} for site in names_of(raw, "site")
     ]

@@ -1,0 +1,70 @@
+"""Altruism bears the mission of recovery: objects that take two vehicles. Without its cause it does nothing."""
+
+import itertools
+import math
+
+import pytest
+from recovering import events, flown
+
+from missions.recovery.lifting import AT_END_M, Lift
+from missions.runs.run import Run
+
+OFF = "decision.weight_external=0.0"
+SHORT, LONG = "scenario.duration_s=900.0", "scenario.duration_s=2000.0"
+
+
+def tracks(of: Run) -> list[tuple[object, ...]]:
+    return list(of.recorder.trajectories)
+
+
+def waits_s(*keys: str) -> float:
+    """How long objects waited in three runs, all together; to the end where they were not lifted."""
+    runs = [flown(seed, LONG, *keys) for seed in (1, 2, 3)]
+    return math.fsum(
+        events(one, "lifted").get(name, 2000.0) - from_s
+        for one in runs
+        for name, from_s in events(one, "waits").items()
+    )
+
+
+def test_objects_wait_less_where_calls_are_answered() -> None:
+    """A call for help moves vehicles away from work of their own; else they come once they have nothing else to do."""
+    assert waits_s() < 0.6 * waits_s(OFF)
+    assert all(flown(seed, LONG).completed for seed in (1, 2, 3))
+
+
+@pytest.mark.parametrize("cause", ["lifts.vehicles=1", "decision.tedium_per_s=0.0"])
+def test_without_its_cause_altruism_does_nothing(cause: str) -> None:
+    """Where an object takes one vehicle nobody waits for another; where waiting makes nobody dissatisfied none calls."""
+    assert tracks(flown(1, SHORT, cause)) == tracks(flown(1, SHORT, cause, OFF))
+    assert tracks(flown(1, SHORT)) != tracks(flown(1, SHORT, OFF))
+
+
+def test_a_call_moves_to_the_act_that_ends_the_wait_and_to_no_other() -> None:
+    """Not to the meeting, which is a collective activity of the role that is called, too."""
+    moved = {row[4] for seed in (1, 2, 3) for row in flown(seed, LONG).recorder.decisions if row[9] > 0.0}
+    assert moved == {"Helping"}
+
+
+def test_what_is_lifted_had_a_vehicle_at_each_end() -> None:
+    """Looked at in the tracks, for as long as a lift takes."""
+    done = flown(2, LONG)
+    at_m = {(row[0], row[1]): (row[2], row[3]) for row in done.recorder.trajectories}
+    names = sorted({name for _, name in at_m})
+    lifted = events(done, "lifted")
+    assert len(lifted) == 4
+    for name, middle_m in done.mission.world(2).lying_m:
+        ends_m = Lift(name, 60.0, 2, 10.0).ends_m(middle_m)
+        for end_m, back_s in itertools.product(ends_m, range(0, 60, 10)):
+            there = [math.dist(at_m[lifted[name] - back_s, one], end_m) for one in names]
+            assert min(there) <= AT_END_M
+
+
+def test_objects_lie_where_the_seed_says_and_near_sites() -> None:
+    """Whoever surveys the site sees it, whatever the strategy does."""
+    sites_m = [site.position_m for site in flown(1, SHORT).scenario.site]
+    worlds = [flown(1, SHORT).mission.world(seed).lying_m for seed in range(20)]
+    assert worlds == [flown(1, SHORT, OFF).mission.world(seed).lying_m for seed in range(20)]
+    assert len({lying for world in worlds for lying in world}) == 80
+    for _, at_m in itertools.chain(*worlds):
+        assert 5.0 <= min(math.dist(at_m, site_m) for site_m in sites_m) <= 36.0
