@@ -6,15 +6,16 @@ a decision guides; what is compatible with it are the vectors of signals. Obstac
 ``remoras.avoidance``.
 
 A signal is dissatisfaction. From the holder of another role it means: come and help. From an equal it means: let me
-pass. Equals play the same role, which addresses itself, or roles with jobs that address each other. With the call c_j
-of vehicle j, 0..1, and u_j the direction to where j was heard last::
+pass. Equals play the same role, which addresses itself, or roles that address each other and of which one has a job.
+With u_j the direction to vehicle j::
 
-    v = v_goal + attraction |v_goal| a_j u_j - repulsion v_greatest r_k (u_k turned left by a quarter of pi)
+    v = v_goal + attraction |v_goal| a_j u_j
+    v = - min(1, repulsion) v_greatest (u_k turned left by a quarter of pi)     while it gives way to k
 
-* a_j is what the call of j moves this vehicle to, if the activity that guides answers it and j calls loudest of those
-  that call on its role: it goes to the one that calls.
-* k is the nearest vehicle ahead, and r_k its call, if this vehicle gives way to it. In a passage it goes back by that;
-  where there is room it goes aside to its right as well.
+* a_j, 0..1, is what the call of j moves this vehicle to, if the activity that guides answers it and j calls loudest of
+  those that call on its role: it goes to the one that calls.
+* k is the nearest vehicle ahead. In a passage whoever gives way goes back by that; where there is room it goes aside to
+  its right as well. How loud the call is decides whether it gives way, not how fast.
 
 Interactive satisfaction, after Simonin and Ferber (SAB 2000): a vehicle takes another one for hindrance or for
 indifferent by what the two do to each other. Whoever is ahead and goes the same way hinders nobody: one that queues

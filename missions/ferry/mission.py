@@ -187,7 +187,7 @@ def blocked_s(run: MeasuredRun) -> float | Absent:
     west_m, east_m = table.x_m
     rows = run.recorder.rows("trajectories")
     tick_s: float = run.scenario.scenario.tick_s
-    n_ticks = sum(west_m <= row[2] <= east_m and row[5] < STANDS_MPS for row in rows)
+    n_ticks: int = sum(west_m <= row[2] <= east_m and row[5] < STANDS_MPS for row in rows)
     return n_ticks * tick_s
 
 

@@ -357,6 +357,101 @@ def test_a_decision_that_stands_is_the_same_object() -> None:
     assert executive.decide([ADVANCING, DUE], 1.0, 1.0) is first
 
 
+# Calls of holders of jobs -------------------------------------------------------------------------
+
+LIFTER, INSPECTOR = ("Operational", "Lifter"), ("Operational", "Inspector")
+LIFTING = activity_set(("Lifting", ActivityType.GUIDANCE), role="Lifter", kind=ActivityKind.INDIVIDUAL, importance=0.6)
+HELPING = activity_set(("Helping", ActivityType.GUIDANCE), role="Performer", importance=0.2)
+
+
+def worker(*sets: ActivitySet, name: str = "AUV05") -> ExecutiveLayer:
+    """A vehicle that has a job, and is called by another one that has one."""
+    executive = ExecutiveLayer(replace(CONSTANTS, weight_external=2.0), name, {LIFTER, INSPECTOR})
+    executive.adopt(sets, (PERFORMER, LIFTER))
+    return executive
+
+
+def helping(share: float, of: str = "AUV01") -> Perception:
+    """Help that ends this share of the wait of one vehicle."""
+    return Perception(1.0, ends=lambda caller, role: share if (caller, role) == (of, "Lifter") else 0.0)
+
+
+def test_a_call_of_who_has_a_job_moves_to_what_ends_its_wait_and_not_to_the_meeting() -> None:
+    """Homing settles all of a call, and matters more. Helping has 0.2 + 2 * 1.0 * 0.6 = 1.4."""
+    executive = worker(HOMING, HELPING)
+    executive.hear(PERFORMER, "AUV01", "Lifter", -128, 0.0)
+    executive.decide([DUE, helping(0.6)], 0.0, 0.0)
+    assert executive.motivations == pytest.approx([0.3, 1.4])
+    assert chosen(executive) == {"Helping"}
+    assert [one.source for one in executive.candidates(0.0)] == ["", "AUV01"]
+    assert executive.pulls(0.0).answered == pytest.approx({"AUV01": 0.6})
+
+
+def test_of_several_that_wait_the_one_is_helped_whose_wait_is_ended() -> None:
+    executive = worker(HELPING, HELPING)
+    executive.hear(PERFORMER, "AUV01", "Lifter", -64, 0.0)
+    executive.hear(PERFORMER, "AUV02", "Lifter", -128, 0.0)
+    executive.decide([helping(1.0), helping(0.75, "AUV02")], 0.0, 0.0)
+    assert executive.motivations == pytest.approx([0.2 + 2 * 0.5, 0.2 + 2 * 0.75])
+
+
+@pytest.mark.parametrize(
+    ("own", "heard", "emitter", "is_answered"),
+    [(-60.0, -61, "AUV09", True), (-60.0, -59, "AUV01", False), (-60.0, -60, "AUV01", True), (-60.0, -60, "AUV09", False)],
+)  # fmt: skip
+def test_who_waits_itself_answers_louder_calls_alone(own: float, heard: int, emitter: str, is_answered: bool) -> None:
+    """Of two alike that of the first name is louder: else both would leave, and neither find the other."""
+    executive = worker(LIFTING, HELPING)
+    executive.satisfaction[LIFTER] = own
+    executive.hear(PERFORMER, emitter, "Lifter", heard, 0.0)
+    executive.decide([STANDING, helping(1.0, emitter)], 50.0, 0.0)
+    assert (executive.motivations[1] > 0.2) == is_answered
+
+
+def test_other_calls_do_not_move_to_help() -> None:
+    """What ends the wait of a holder of a job is named by ``ends``; ``answers`` is for the others."""
+    executive = worker(HOMING, HELPING)
+    executive.hear(PERFORMER, "AUV01", "Coordinator", -128, 0.0)
+    executive.decide([DUE, helping(1.0)._replace(answers=0.0)], 0.0, 0.0)
+    assert executive.motivations == pytest.approx([2.3, 0.2])
+
+
+# Calls for room -----------------------------------------------------------------------------------
+
+
+def test_signals_say_whose_call_it_is() -> None:
+    """Own ones are even and made by who is hindered, odd ones are passed on and weaker by one."""
+    executive = ExecutiveLayer(CONSTANTS, "AUV01", (), {PERFORMER: {PERFORMER}})
+    executive.adopt([HOMING], [PERFORMER, CARTOGRAPHER])
+    executive.decide([DUE], 0.0, 0.0)
+    executive.satisfaction |= {PERFORMER: -77.0, CARTOGRAPHER: -77.0}
+    assert executive.signals() == [(PERFORMER, 0), (CARTOGRAPHER, -77)]
+    executive.is_hindered = True
+    assert executive.signals() == [(PERFORMER, -78), (CARTOGRAPHER, -77)]
+    executive.satisfaction[PERFORMER] = 40.0
+    assert executive.signals()[0] == (PERFORMER, -32)  # it has called, and is hindered still
+    executive.yields_to = 100 / 128
+    assert executive.signals()[0] == (PERFORMER, -99)
+
+
+def test_a_call_of_an_equal_pulls_at_guidance_and_moves_no_activity() -> None:
+    executive = ExecutiveLayer(CONSTANTS, "AUV01", {LIFTER}, {LIFTER: {LIFTER, INSPECTOR}})
+    executive.adopt([LIFTING], [LIFTER])
+    executive.hear(LIFTER, "AUV02", "Inspector", -100, 0.0)
+    executive.hear(LIFTER, "AUV03", "Lifter", -99, 0.0)
+    executive.decide([DUE], 0.0, 0.0)
+    assert executive.motivations == [0.6]
+    assert executive.pulls(0.0) == Pulls(0.0, {}, {"AUV02": 100 / 128}, {"AUV03": 99 / 128}, True)
+
+
+def test_where_signals_have_no_weight_nobody_gives_way() -> None:
+    executive = ExecutiveLayer(replace(CONSTANTS, weight_external=0.0), "AUV01", (), {PERFORMER: {PERFORMER}})
+    executive.adopt([HOMING], [PERFORMER])
+    executive.hear(PERFORMER, "AUV02", "Performer", -100, 0.0)
+    executive.decide([DUE], 0.0, 0.0)
+    assert executive.pulls(0.0) == Pulls(is_among_equals=True)
+
+
 # What pulls at guidance ---------------------------------------------------------------------------
 
 

@@ -120,3 +120,16 @@ def test_what_follows_in_a_chain_is_left_to_who_began_it() -> None:
 def test_without_precedence_there_are_no_chains() -> None:
     free = Work(GROUP, work().organisation, FLEET, {name: Visit(name, (0.0, 0.0)) for name in JOBS})
     assert chained(free) is free
+
+
+def test_who_goes_ends_what_is_left_of_a_wait() -> None:
+    """All start at (0, 0) and go 2 m/s, so the way to (200, 0) takes 100 s.
+
+    AUV01 has 110 s to do at (100, 0), and 50 s more to the place: 160 s. So by going at once it ends 1 - 100 / 160 of
+    the wait. Where AUV02 is free and as near it ends nothing. Where all others wait themselves it ends all.
+    """
+    place_m, busy = (200.0, 0.0), work(("Dock", "AUV01"))
+    assert busy.ended("AUV01", "AUV00", place_m, {"AUV02"}, 0.0) == 1.0 - 100.0 / 160.0
+    assert busy.ended("AUV01", "AUV00", place_m, (), 0.0) == 0.0
+    assert busy.ended("AUV02", "AUV00", place_m, (), 0.0) == 1.0 - 100.0 / 160.0  # it holds nothing: who else comes
+    assert busy.ended("AUV01", "AUV00", place_m, {"AUV01", "AUV02"}, 0.0) == 1.0

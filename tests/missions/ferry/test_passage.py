@@ -19,7 +19,7 @@ def is_clear(at_m: tuple[float, float]) -> bool:
 
 
 coordinates = st.floats(-150.0, 150.0)
-places_m = st.tuples(coordinates, coordinates).filter(lambda at_m: is_clear(at_m))
+places_m = st.tuples(coordinates, coordinates).filter(is_clear)
 
 
 @given(places_m, places_m)

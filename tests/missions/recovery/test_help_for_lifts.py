@@ -35,7 +35,7 @@ def test_objects_wait_less_where_calls_are_answered() -> None:
 
 @pytest.mark.parametrize("cause", ["lifts.vehicles=1", "decision.tedium_per_s=0.0"])
 def test_without_its_cause_altruism_does_nothing(cause: str) -> None:
-    """Where an object takes one vehicle nobody waits for another; where waiting makes nobody dissatisfied none calls."""
+    """Where an object takes one vehicle none waits for another; where waiting makes none dissatisfied none calls."""
     assert tracks(flown(1, SHORT, cause)) == tracks(flown(1, SHORT, cause, OFF))
     assert tracks(flown(1, SHORT)) != tracks(flown(1, SHORT, OFF))
 

@@ -49,7 +49,7 @@ def test_objects_that_nobody_would_find(tmp_path: Path) -> None:
     tables = raw()
     for vehicle in tables["vehicle"]:
         del vehicle["sensor"]
-    with pytest.raises(ConfigurationError, match="lifts.number = 4: nobody would find one"):
+    with pytest.raises(ConfigurationError, match=r"lifts\.number = 4: nobody would find one"):
         load(str(written(tmp_path, tables)))
 
 
