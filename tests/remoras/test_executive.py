@@ -397,8 +397,13 @@ def test_of_several_that_wait_the_one_is_helped_whose_wait_is_ended() -> None:
 
 @pytest.mark.parametrize(
     ("own", "heard", "emitter", "is_answered"),
-    [(-60.0, -61, "AUV09", True), (-60.0, -59, "AUV01", False), (-60.0, -60, "AUV01", True), (-60.0, -60, "AUV09", False)],
-)  # fmt: skip
+    [
+        (-60.0, -61, "AUV09", True),
+        (-60.0, -59, "AUV01", False),
+        (-60.0, -60, "AUV01", True),
+        (-60.0, -60, "AUV09", False),
+    ],
+)
 def test_who_waits_itself_answers_louder_calls_alone(own: float, heard: int, emitter: str, is_answered: bool) -> None:
     """Of two alike that of the first name is louder: else both would leave, and neither find the other."""
     executive = worker(LIFTING, HELPING)

@@ -24,7 +24,7 @@ def refusal(folder: Path, tables: dict[str, Any]) -> str:
         ({"width_m": 4.0}, "passage.width_m = 4.0: narrower than the separation; allowed: guidance.separation_m = 5"),
         ({"width_m": -1.0}, "passage.width_m = -1.0: .*greater than 0"),
         ({"width_m": "wide"}, "passage.width_m = .*number"),
-        ({"x_m": [40.0, -40.0]}, r"passage.x_m = .*: allowed: a western and an eastern border within the world, x -200"),
+        ({"x_m": [40.0, -40.0]}, r"passage.x_m = .*: allowed: a western and an eastern border within the world, x -20"),
         ({"x_m": [-40.0, 400.0]}, r"passage.x_m = .*: allowed: a western and an eastern border within the world"),
         ({"y_m": 119.0}, "passage.y_m = 119.0: allowed: -117 to 117, so that it lies within the world"),
     ],
