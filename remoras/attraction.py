@@ -188,10 +188,10 @@ class Courses:
         return east * goal[0] + north * goal[1] <= 0.0
 
 
-def named(at_m: Point, positions_m: Mapping[str, Point]) -> str | None:
+def vehicle_at(at_m: Point, positions_m: Mapping[str, Point]) -> str | None:
     """The vehicle that was heard last next to a place where the sonar sees somebody; None if none was near.
 
-    >>> named((30.0, 0.0), {"AUV01": (33.0, 0.0), "AUV02": (28.0, 0.0)})
+    >>> vehicle_at((30.0, 0.0), {"AUV01": (33.0, 0.0), "AUV02": (28.0, 0.0)})
     'AUV02'
     """
     nearest = min(positions_m, key=lambda name: (distance(positions_m[name], at_m), name), default=None)

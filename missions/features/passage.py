@@ -43,15 +43,15 @@ class PassageTable(Section):
     y_m: float = Field(description="middle of the passage")
     width_m: Positive = Field(description="how wide the passage is")
 
-    def passage(self, separation_m: float) -> Passage:
+    def passage(self, separation_m: float) -> ReefPassage:
         """What vehicles that keep a distance from each other, and half of it from the reef, have of it."""
         west_m, east_m = self.x_m
         half_m = separation_m / 2.0
-        return Passage(west_m - half_m, east_m + half_m, self.y_m, max(0.0, self.width_m / 2.0 - half_m))
+        return ReefPassage(west_m - half_m, east_m + half_m, self.y_m, max(0.0, self.width_m / 2.0 - half_m))
 
 
 @dataclass(frozen=True)
-class Passage:
+class ReefPassage:
     """Where vehicles may be that keep clear of the reef.
 
     Attributes:
@@ -67,7 +67,7 @@ class Passage:
     def side(self, at_m: Point) -> int:
         """-1 west of the reef, 1 east of it, 0 within the passage; within the reef, the side that is nearer.
 
-        >>> passage = Passage(0.0, 80.0, 0.0, 2.0)
+        >>> passage = ReefPassage(0.0, 80.0, 0.0, 2.0)
         >>> passage.side((90.0, 9.0)), passage.side((79.0, 0.0)), passage.side((79.0, 9.0)), passage.side((1.0, 9.0))
         (1, 0, 1, -1)
         """
@@ -83,7 +83,7 @@ class Passage:
     def way_m(self, from_m: Point, to_m: Point) -> tuple[Point, ...]:
         """Places by which a vehicle comes from one place to another, the last of them the other one.
 
-        >>> Passage(0.0, 80.0, 0.0, 2.0).way_m((-50.0, 90.0), (120.0, -40.0))
+        >>> ReefPassage(0.0, 80.0, 0.0, 2.0).way_m((-50.0, 90.0), (120.0, -40.0))
         ((-6.0, 0.0), (86.0, 0.0), (120.0, -40.0))
         """
         here, there = self.side(from_m), self.side(to_m)
@@ -95,7 +95,7 @@ class Passage:
     def length_m(self, from_m: Point, to_m: Point) -> float:
         """Length of that way.
 
-        >>> Passage(0.0, 80.0, 0.0, 2.0).length_m((-6.0, 30.0), (86.0, 0.0))
+        >>> ReefPassage(0.0, 80.0, 0.0, 2.0).length_m((-6.0, 30.0), (86.0, 0.0))
         122.0
         """
         places_m = (from_m, *self.way_m(from_m, to_m))
@@ -122,7 +122,7 @@ class Passage:
         return [HalfPlane((border_m - x_m) / RECOVERY_S, 0.0, 0.0, float(-side))]
 
 
-def in_passage(layer: FunctionalLayer, passage: Passage) -> None:
+def in_passage(layer: FunctionalLayer, passage: ReefPassage) -> None:
     """Let a vehicle keep clear of the reef, and go through the passage to what lies beyond.
 
     Args:

@@ -19,7 +19,7 @@ from missions.errors import ConfigurationFault
 from missions.figure import Declared, Figure, Layer, Mark, Place, RunResults, Style
 from missions.files import tables_of
 from missions.meeting.job_mission import JobMission, JobScenario, JobSettings
-from missions.meeting.roles import founding_of, with_roles
+from missions.meeting.roles import founding_of, with_job_roles
 from missions.meeting.truth import JOBS
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
 from missions.scenarios.tables import (
@@ -283,7 +283,7 @@ def with_carriers(raw: Raw) -> Raw:
     roles = [
         {"name": name, "maximum": 1, "job": job, "influences": addressed} for name, job in zip(names, jobs, strict=True)
     ]
-    return with_roles(raw, roles, {}, names)
+    return with_job_roles(raw, roles, {}, names)
 
 
 def delivery_faults(raw: Raw) -> Iterator[ConfigurationFault]:

@@ -15,7 +15,7 @@ def founding_of(raw: Raw) -> list[str]:
     return [str(role["name"]) for role in roles if role.get("founding") is True and "name" in role]
 
 
-def with_roles(
+def with_job_roles(
     raw: Raw, roles: Sequence[Mapping[str, Any]], needs: Mapping[str, int], addressed: Sequence[str] = ()
 ) -> Raw:
     """The tables with more roles in the first group, and with needs that the scenario does not state itself.

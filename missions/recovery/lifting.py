@@ -51,7 +51,7 @@ SEEN_SHARE = 0.9
 
 
 @dataclass(frozen=True)
-class Survey:
+class SiteSurvey:
     """A site: a ``remoras.work.Job``.
 
     Attributes:
@@ -146,7 +146,7 @@ class SeaField:
     lying_m: tuple[tuple[str, Point], ...]
 
 
-def drawn(lifts: Sequence[Lift], sites: Sequence[Survey], range_m: float, seed: int) -> SeaField:
+def laid_out(lifts: Sequence[Lift], sites: Sequence[SiteSurvey], range_m: float, seed: int) -> SeaField:
     """Where the objects lie in the run with that seed: each near a site, every site and direction as likely.
 
     Args:
@@ -197,14 +197,14 @@ class Sonar:
         return found
 
 
-class Surveying(Behaviour):
+class SurveyingSite(Behaviour):
     """Goes to a site and stays until it is surveyed; whoever is called away begins anew.
 
     Args:
         site: the job; data: of the vehicle.
     """
 
-    def __init__(self, site: Survey, data: VehicleData) -> None:
+    def __init__(self, site: SiteSurvey, data: VehicleData) -> None:
         self._site = site
         self._approach = Approach(data.transit_speed_mps)
         self._way = Reference(site.place_m, data.transit_speed_mps, CAPTURE_M)

@@ -19,7 +19,7 @@ from missions.errors import ConfigurationFault
 from missions.figure import Declared, Place
 from missions.meeting.job_mission import JobMission, JobScenario, JobSettings
 from missions.meeting.meeting import Pursuit
-from missions.meeting.roles import founding_of, with_roles
+from missions.meeting.roles import founding_of, with_job_roles
 from missions.metric import Metric
 from missions.recovery.lifting import (
     DONE_BY,
@@ -29,10 +29,10 @@ from missions.recovery.lifting import (
     Lift,
     Lifting,
     SeaField,
+    SiteSurvey,
     SonarSettings,
-    Survey,
-    Surveying,
-    drawn,
+    SurveyingSite,
+    laid_out,
 )
 from missions.recovery.truth import FIGURES, LIFTS, METRICS, RecoveryTruth
 from missions.scenarios.tables import (
@@ -67,7 +67,7 @@ URGENCY = 50
 """How urgently vehicles need to hear of objects, and of who helps, unless the scenario says otherwise."""
 
 
-class SiteTable(Section):
+class SurveySiteTable(Section):
     """One ``[[site]]``."""
 
     name: Name = Field(description="name of the site")
@@ -90,7 +90,7 @@ class RecoveryScenario(JobScenario):
     """The whole input of a run of this mission."""
 
     mission: JobSettings = JobSettings()
-    site: tuple[SiteTable, ...] = Field(min_length=1)
+    site: tuple[SurveySiteTable, ...] = Field(min_length=1)
     lifts: LiftsTable = LiftsTable()
 
 
@@ -129,7 +129,7 @@ class RecoveryMission(JobMission):
 
     def jobs_of(self, scenario: RecoveryScenario) -> Iterable[Job]:
         """The sites and the objects."""
-        lifts, sites = scenario.lifts, [Survey(site.name, site.position_m, site.stay_s) for site in scenario.site]
+        lifts, sites = scenario.lifts, [SiteSurvey(site.name, site.position_m, site.stay_s) for site in scenario.site]
         names = lift_names(lifts.number)
         self._sites = tuple(sites)
         self._lifts = {name: Lift(name, lifts.lift_s, lifts.vehicles, lifts.length_m) for name in names}
@@ -153,7 +153,7 @@ class RecoveryMission(JobMission):
             for vehicle in self.scenario.vehicle
             for sensor in (SonarSettings(**table) for table in vehicle.sensor if table.get("type") == "sonar")
         ]
-        return drawn(tuple(self._lifts.values()), self._sites, min(ranges_m, default=0.0), seed)
+        return laid_out(tuple(self._lifts.values()), self._sites, min(ranges_m, default=0.0), seed)
 
     def truth(self, recorder: Recorder, world: SeaField) -> RecoveryTruth:
         """Notes what was really lifted."""
@@ -203,7 +203,7 @@ class RecoveryMission(JobMission):
 
     def behaviour_at(self, job: Job, data: VehicleData) -> Behaviour:
         """The survey of a site, or the lift of an object."""
-        return Lifting(job, data) if isinstance(job, Lift) else Surveying(self._sites[self._sites.index(job)], data)
+        return Lifting(job, data) if isinstance(job, Lift) else SurveyingSite(self._sites[self._sites.index(job)], data)
 
 
 # What a scenario gains ---------------------------------------------------------------------------
@@ -221,7 +221,7 @@ def with_jobs(raw: Raw) -> Raw:
         {"name": f"Lifter of {lift}", "maximum": 1, "job": lift, "influences": founding_of(raw)}
         for lift in lift_names(number)
     ]
-    return with_roles(raw, roles, dict.fromkeys((LYING_AT, HELPS), URGENCY))
+    return with_job_roles(raw, roles, dict.fromkeys((LYING_AT, HELPS), URGENCY))
 
 
 def recovery_faults(raw: Raw) -> Iterator[ConfigurationFault]:

@@ -21,8 +21,8 @@ from remoras.attraction import (
     Pulls,
     ahead,
     attracted_velocity,
-    named,
     repelled,
+    vehicle_at,
     yields,
 )
 from remoras.avoidance import Bounds, HalfPlane, Neighbour, Velocity, clear_velocity, walls_of, within_walls
@@ -171,7 +171,7 @@ class Guidance:
             return preferred
         at_m = motion.x_m + nearest.dx_m, motion.y_m + nearest.dy_m
         off_m = self.error_m
-        other = named((at_m[0] + off_m[0], at_m[1] + off_m[1]), positions_m)
+        other = vehicle_at((at_m[0] + off_m[0], at_m[1] + off_m[1]), positions_m)
         if other is None:
             return preferred
         is_against = self._courses.is_against(other, goal)

@@ -7,10 +7,10 @@ from ferrying import ferried
 from hypothesis import given
 from hypothesis import strategies as st
 
-from missions.features.passage import MOUTH_M, Passage
+from missions.features.passage import MOUTH_M, ReefPassage
 from remoras.avoidance import FASTEST_MPS, RECOVERY_S
 
-PASSAGE = Passage(-42.5, 42.5, 10.0, 0.5)
+PASSAGE = ReefPassage(-42.5, 42.5, 10.0, 0.5)
 
 
 def is_clear(at_m: tuple[float, float]) -> bool:
