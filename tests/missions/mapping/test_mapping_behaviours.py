@@ -50,7 +50,8 @@ def test_transit_to_the_first_point_then_as_fast_as_the_sensor_maps() -> None:
     zigzagging, picture = exploring()
     assert zigzagging.perceive(at(0.0), picture, False).stimulus > 0.95
     assert zigzagging.reference(at(0.0), picture) == Reference((112.5, 112.5), 2.0, CAPTURE_M)
-    assert zigzagging.reference(at(112.0, 112.5), picture) == Reference((337.5, 112.5), 1.25, CAPTURE_M)
+    along = Reference((337.5, 112.5), 1.25, CAPTURE_M, is_over_ground=True)
+    assert zigzagging.reference(at(112.0, 112.5), picture) == along
     picture.body.now_s = 2.0
     zigzagging.perceive(at(114.5, 112.5), picture, True)
     picture.body.now_s = 4.0

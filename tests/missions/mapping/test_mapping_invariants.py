@@ -26,7 +26,8 @@ WORLD = Seabed.of_areas(25.0, {"area": ((0.0, 0.0), (100.0, 0.0), (100.0, 25.0),
 )
 def test_the_table_is_held_against_the_ground(rows: list[Any], share: float, wrong: str | None) -> None:
     """A sensor that reaches 12.5 m lies over the second cell."""
-    layer = SimpleNamespace(motion=Motion(37.5, 12.5), data=mapper(), sensing=("mapping",))
+    guidance = SimpleNamespace(ground_mps=0.0)
+    layer = SimpleNamespace(motion=Motion(37.5, 12.5), data=mapper(), sensing=("mapping",), guidance=guidance)
     condition = SimpleNamespace(dead_sensors=frozenset())
     vehicle = SimpleNamespace(name="AUV00", is_alive=True, functional=layer, condition=condition)
     scene: Any = SimpleNamespace(finished=None, fleet=SimpleNamespace(vehicles=[vehicle]))
