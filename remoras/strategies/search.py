@@ -21,7 +21,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import combinations
+from itertools import combinations, cycle
 from typing import NamedTuple
 
 from exchange.arithmetic import distance
@@ -216,17 +216,17 @@ class Search:
 
     def _kicked(self, best: Draft) -> Held:
         """The plan after putting each job elsewhere and improving that, as often as it helps and paths are left."""
-        helps = True
-        while helps:
-            helps = False
-            for role, vehicle in ((r, v) for r in range(len(self._roles)) for v in range(len(self._free))):
-                if self._n_paths >= MOST_PATHS:
-                    return best.held
-                if best.held[vehicle] >> role & 1 or not self._able[vehicle] >> role & 1:
-                    continue
-                kicked = self._descended(*self._put(role, vehicle, best))
-                if kicked.effort < best.effort:
-                    best, helps = kicked, True
+        places = [(r, v) for r in range(len(self._roles)) for v in range(len(self._free)) if self._able[v] >> r & 1]
+        n_useless = 0  # since the last one that helped: after all of them, none will
+        for role, vehicle in cycle(places):
+            if self._n_paths >= MOST_PATHS or n_useless == len(places):
+                break
+            n_useless += 1
+            if best.held[vehicle] >> role & 1:
+                continue
+            kicked = self._descended(*self._put(role, vehicle, best))
+            if kicked.effort < best.effort:
+                best, n_useless = kicked, 0
         return best.held
 
     def _put(self, role: int, vehicle: int, plan: Draft) -> tuple[Held, list[float]]:
@@ -253,7 +253,7 @@ class Search:
         last = ends_s.index(end_s)
         barren = self._barren.get((last, held[last]))
         others = range(len(held)) if barren is None else [at for at, of in enumerate(barren) if held[at] != of]
-        fruitful: set[int] = set()
+        fruitful = set[int]()
         for kept, other, taken in self._exchanges(last, held, others):
             then_s, other_s = self._end_s(last, kept), 0.0
             if then_s > end_s or (other_s := self._end_s(other, taken)) > end_s:

@@ -71,7 +71,11 @@ def test_a_scenario_that_says_not_what_to_copy_is_named_by_the_axis(tmp_path: Pa
 def test_the_fleet_benchmark_relates_all_sizes_to_the_smallest(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(benchmarks.fleet, "SIZES", (4, 6))
     monkeypatch.setattr(benchmarks.fleet, "MISSION_S", 20.0)
-    rows = benchmarks.fleet.rows()
+    monkeypatch.setattr(benchmarks.fleet, "BIDDERS", (4, 5))
+    monkeypatch.setattr(benchmarks.fleet, "BIDDING_S", (20.0,))
+    *rows, bidding = benchmarks.fleet.rows()
+    assert bidding["name"] == "vehicle-step, cbba, 5 vehicles, 20 s"
+    assert bidding["value"] == pytest.approx(bidding["ratio"] * bidding["reference_value"])
     assert [row["name"].split(", ")[1] for row in rows] == ["4 vehicles", "6 vehicles"] * 2
     assert [row["ratio"] for row in rows[::2]] == [1.0, 1.0]
     assert all(row["value"] == pytest.approx(row["ratio"] * row["reference_value"]) for row in rows)
