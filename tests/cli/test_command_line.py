@@ -738,7 +738,7 @@ def test_the_doctor_finds_this_installation_well():
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (["run", "nope"], "a TOML file or one of arrows-archaeology, mapping-corridor"),
+        (["run", "nope"], "a TOML file or one of arrows-archaeology, ferry-passage, mapping-corridor"),
         (["run"], "Missing argument"),
         (["run", "mapping-rendezvous", "--nope"], "No such option"),
         (["frobnicate"], "No such command"),

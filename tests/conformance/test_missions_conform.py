@@ -8,8 +8,10 @@ from sampling import sampled
 from visiting_mission import VisitingMission, visiting_scenario
 
 from missions.arrows import ArrowsMission
+from missions.ferry import FerryMission
 from missions.mapping import MappingMission
 from missions.pandora import PandoraMission
+from missions.recovery import RecoveryMission
 from missions.scenarios import load
 from remoras.mission import Mission
 from stress.conformance import missions as conformance
@@ -43,6 +45,12 @@ def test_the_mission_of_service_conforms() -> None:
 def test_the_mission_of_search_conforms() -> None:
     keys = "mission.search_s=200.0", "scenario.duration_s=500.0"
     conformance.check(ArrowsMission, load("arrows-archaeology", [("--set", key) for key in keys]))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("mission", "name"), [(RecoveryMission, "recovery-field"), (FerryMission, "ferry-passage")])
+def test_the_missions_of_altruism_conform(mission: type[Mission], name: str) -> None:
+    conformance.check(mission, load(name, [("--set", "scenario.duration_s=600.0")]))
 
 
 @pytest.mark.parametrize(
