@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from benchmarks.cells import raw_of, scenario_of
+from exchange.acoustics import loss
 from exchange.packets import Fragment
 from exchange.policies import POLICIES
 from exchange.schedule import TdmaSchedule
@@ -165,6 +166,51 @@ def test_nobody_believes_what_is_false(fault: str, policy: str) -> None:
     assert "bad packet" not in {row[2] for row in made.recorder.faults}
     if not fault.startswith("anybody"):
         assert heard_from_afar(made)["c0r0", "c1r0"] > 0
+
+
+def drawn_faults(seed: int, names: list[str]) -> list[dict[str, Any]]:
+    """Four faults that a seed draws, each of another vehicle or none of them at once."""
+
+    def uniform(what: int, number: int) -> float:
+        return loss.uniform(seed, loss.FAULTS, what, number, 0)
+
+    found = []
+    for number, name in enumerate(sorted(names, key=lambda name: uniform(9, names.index(name)))[:4]):
+        kind = ("restarts", "lost", "deaf", "mute")[int(4 * uniform(1, number))]
+        at_s = round(50.0 + 300.0 * uniform(2, number))
+        table: dict[str, Any] = {"kind": kind, "vehicle": name, "at_s": at_s, "until_s": at_s + 40.0 + 10.0 * number}
+        if kind == "restarts":
+            table["memory"] = "kept" if uniform(3, number) < 0.5 else "lost"
+        found.append(table)
+    return found
+
+
+@pytest.mark.parametrize("seed", range(1, 9))
+def test_whatever_befalls_them_what_comes_from_afar_is_what_was_told_there(seed: int) -> None:
+    """All that is mapped goes on: no false belief, no packet refused, no fact that its origin did not tell."""
+    raw = in_a_row(3, 7)
+    raw["cells"]["relays"] = ["areaDone", "mappedCell"]
+    seconds = {table["vehicles"][1] for table in raw["gateway"]}
+    raw["fault"] = drawn_faults(seed, [entry["name"] for entry in raw["vehicle"] if entry["name"] not in seconds])
+    policy = ("ack", "ack-repeat", "m-ack", "mps-ack", "mps-ack-repeat", "m-ack-repeat")[seed % 6]
+    strategy = ("remoras", "cbba", "contract-net")[seed % 3]
+    settings = f"communication.policy={policy}", f"strategy.name={strategy}", f"channel.per={0.1 * (seed % 5)}"
+    made = done(*settings, "scenario.duration_s=700.0", raw=raw, seed=seed)
+    assert made.n_false_beliefs == 0
+    assert not {row[2] for row in made.recorder.faults} & {"bad packet", "another definition", "slot conflict"}
+    heard, cells = heard_from_afar(made), cell_of(made.scenario)
+    assert sum(heard.values()) > 30
+    told_s = {row[0]: (row[1], row[3]) for row in made.recorder.items if row[7] == "told"}
+    for time_s, name, item, origin, event in made.recorder.knowledge:
+        if event == "received" and cells[name] != cells[origin]:
+            assert told_s[item][0] == origin
+            assert told_s[item][1] <= time_s
+    held: Counter[tuple[str, str]] = Counter(
+        (row[1], row[2]) for row in made.recorder.knowledge if row[4] == "received"
+    )
+    anew = {table["vehicle"] for table in raw["fault"] if table["kind"] == "restarts"}
+    anew |= {second for first, second in Plan(made.scenario).gateways if first in anew}
+    assert {name for (name, _), times in held.items() if times > 1} <= anew
 
 
 def test_who_forgets_is_told_anew_what_came_from_afar() -> None:
