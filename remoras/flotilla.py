@@ -38,6 +38,8 @@ if TYPE_CHECKING:
     from remoras.work import Job
     from worldmodel import Change
 
+MOST_REASONS = 3
+"""Of so many fleets it is told why they are not done; the others are counted."""
 Place = tuple[int, int]
 """Number of a fleet, and node in it."""
 
@@ -431,7 +433,9 @@ class TruthOfAll:
         reasons = [(name, one.truth.close(one.view, now_s)) for name, one in zip(names, self._fleets, strict=True)]
         if len(reasons) == 1:
             return reasons[0][1]
-        return "; ".join(f"{name}: {reason}" for name, reason in reasons if reason)
+        left = [f"{name}: {reason}" for name, reason in reasons if reason]
+        others = [f"and {len(left) - MOST_REASONS} others"] if len(left) > MOST_REASONS else []
+        return "; ".join([*left[:MOST_REASONS], *others])
 
 
 class Flotilla(Fleet):

@@ -435,5 +435,12 @@ def test_tables_of_other_features_go_to_the_cell_that_they_name() -> None:
     assert [len(plan.scenario_of(number).of_feature("ban")) for number in range(2)] == [0, 1]
 
 
+def test_of_few_cells_it_is_said_why_they_are_not_done() -> None:
+    reason = run(scenario_of(raw_of(5, 1, 4, joined=False), "scenario.duration_s=20.0"), 1).reason
+    assert reason.startswith("c0r0: ")
+    assert reason.endswith("; and 2 others")
+    assert reason.count(":") == 3
+
+
 def test_a_fleet_without_cells_is_the_fleet_that_it_was() -> None:
     assert type(assemble(resolved(load(BASE)), 1)) is Fleet
