@@ -325,7 +325,9 @@ def test_no_such_scenario_names_the_nearest():
 
 
 def test_a_folder_is_no_scenario(tmp_path: Path):
-    with pytest.raises(ConfigurationError, match="a TOML file or one of arrows-archaeology, ferry-passage, mapping-corridor"):
+    with pytest.raises(
+        ConfigurationError, match="a TOML file or one of arrows-archaeology, ferry-passage, mapping-corridor"
+    ):
         load(str(tmp_path))
 
 
