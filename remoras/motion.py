@@ -120,8 +120,8 @@ def _turned(motion: Motion, wanted: Vector, most_rad: float) -> Vector | None:
 def turned(ahead: Vector, wanted: Vector, most_rad: float) -> Vector:
     """A direction turned towards another one (unit vectors) by at most an angle.
 
-    >>> turned((1.0, 0.0), (0.0, 1.0), PI / 2.0), turned((0.0, 1.0), (0.0, -1.0), PI)
-    ((0.0, 1.0), (0.0, -1.0))
+    >>> turned((1.0, 0.0), (0.0, 1.0), 2.0), [round(part, 6) for part in turned((1.0, 0.0), (0.0, 1.0), PI / 4.0)]
+    ((0.0, 1.0), [0.707107, 0.707107])
     """
     (x, y), (to_x, to_y) = ahead, wanted
     cosine, sine = _turn(most_rad)
