@@ -19,6 +19,7 @@ from remoras.executive.layer import ExecutiveLayer
 from remoras.fleet import Fleet, rare_collections
 from remoras.radio import Radio
 from remoras.recorder import Recorder
+from remoras.rows import Rows
 from remoras.run_log import RunLog
 
 REPEATS = 7
@@ -37,14 +38,12 @@ WRITERS: tuple[tuple[type, tuple[str, ...]], ...] = (
 """Methods that do nothing but record."""
 
 
-class _Nothing(list[Any]):
+class _Nothing(Rows):
     """Rows that nobody keeps."""
 
-    def append(self, row: Any) -> None:
-        """Forget it."""
-
-    def extend(self, rows: Any) -> None:
-        """Forget them."""
+    def __init__(self) -> None:
+        super().__init__()
+        self.append = self.extend = lambda given: None
 
 
 @contextmanager

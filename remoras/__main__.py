@@ -8,7 +8,7 @@ from remoras.plugin_folders import drop_current_folder
 
 NO_PYDANTIC_PLUGINS = "PYDANTIC_DISABLE_PLUGINS"
 """Variable of the environment by which pydantic does not ask every package that is installed for plug-ins of it."""
-RARELY = 50_000
+RARELY = 200_000
 """Objects made between two looks for garbage: nearly all that is loaded stays, and there is little to be found."""
 
 

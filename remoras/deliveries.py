@@ -71,4 +71,4 @@ def note_slot(recorder: Recorder, vehicle: str, queue: Queue, slot: int, now_s: 
     """
     note_expired(recorder, vehicle, queue.take_expired(), now_s)
     rows = recorder.rows(UNSAID.name)
-    rows += [(slot, now_s, vehicle, reason.value, count) for reason, count in queue.unsaid.items()]
+    rows.extend([(slot, now_s, vehicle, reason.value, count) for reason, count in queue.unsaid.items()])

@@ -264,6 +264,7 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
 
     def end_frame(self, frame: int, node: int | None) -> None:
         """Let a vehicle consult at the end of a frame by its clock; without a node all whose clocks are right."""
+        self.recorder.pack()
         if node is not None:
             self._consult(self.vehicles[node])
             self.traffic.await_frame(frame + 1, node)

@@ -23,7 +23,8 @@ from remoras.fleet import Fleet
 from remoras.holders import HolderCount
 from remoras.radio import SUSPECTED
 from remoras.reach import reachable_fraction
-from remoras.recorder import FAULTS, TRAJECTORIES, Recorder, Row, Table
+from remoras.recorder import FAULTS, TRAJECTORIES, Recorder, Table
+from remoras.rows import Row, Rows
 from remoras.separation import Box, Separation, boxes_apart_m
 from remoras.vehicle import Vehicle
 from remoras.view import ReadOnlyFleet
@@ -103,19 +104,18 @@ class Numbers:
         return f"{origin}{rest}"
 
 
-class _Renumbered(list[Row]):
+class _Renumbered(Rows):
     """Takes the rows of a table and hands them on with other names of items; it has the rows of all."""
 
-    def __init__(self, rows: list[Row], of_row: Callable[[Row], Row]) -> None:
+    def __init__(self, rows: Rows, of_row: Callable[[Row], Row]) -> None:
         super().__init__()
         self._handed_on, self._of_row = rows, of_row
+        self.append, self.extend = self._hand_on, self._hand_on_all
 
-    def append(self, row: Row) -> None:
-        """Hand on a row."""
+    def _hand_on(self, row: Row) -> None:
         self._handed_on.append(self._of_row(row))
 
-    def extend(self, rows: Iterable[Row]) -> None:
-        """Hand on rows."""
+    def _hand_on_all(self, rows: Iterable[Row]) -> None:
         self._handed_on.extend(map(self._of_row, rows))
 
     def __iter__(self) -> Iterator[Row]:
@@ -128,15 +128,15 @@ class _Renumbered(list[Row]):
         return len(self._handed_on)
 
 
-class _Tracks(list[Row]):
+class _Tracks(Rows):
     """Hands on where vehicles are, but for second addresses of gateways."""
 
-    def __init__(self, rows: list[Row], elsewhere: Collection[str]) -> None:
+    def __init__(self, rows: Rows, elsewhere: Collection[str]) -> None:
         super().__init__()
         self._handed_on, self._elsewhere = rows, elsewhere
+        self.append = self._hand_on
 
-    def append(self, row: Row) -> None:
-        """Hand on a row."""
+    def _hand_on(self, row: Row) -> None:
         if row[1] not in self._elsewhere:
             self._handed_on.append(row)
 

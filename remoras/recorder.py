@@ -1,7 +1,7 @@
 """Typed rows of a run, in memory; ``missions.runs.results`` writes them.
 
 Whoever writes a table declares it, with units: the vehicle and its layers those below, a sensor or a mission its own.
-Rows are appended as tuples in the order of the columns, in time order.
+Rows are appended as tuples in the order of the columns, in time order; ``remoras.rows`` keeps them.
 """
 
 from __future__ import annotations
@@ -9,18 +9,20 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from remoras.errors import PluginError
+from remoras.rows import Rows
 
 if TYPE_CHECKING:
     from remoras.contents import Content
 
-Row = tuple[Any, ...]
 KINDS = ("float", "int", "str", "bool", "list", "floats", "ints")
 """Kinds of columns; ``list`` is one of texts, ``floats`` and ``ints`` are lists of numbers."""
 KEY = "key"
 """Column that the tables of a sweep have in front."""
+MANY = 1024
+"""New rows of a table from which on they are packed."""
 UNFIT = frozenset("/\\\0")
 """Characters that a name of a file cannot have everywhere."""
 
@@ -200,7 +202,7 @@ class Recorder:
     def __init__(self, tables: Iterable[Table] = ()) -> None:
         self.bits: Counter[Content] = Counter()
         self.tables: dict[str, Table] = {}
-        self._rows: dict[str, list[Row]] = {}
+        self._rows: dict[str, Rows] = {}
         for table in (*TABLES, *tables):
             self.declare(table)
         self.trajectories = self._rows["trajectories"]
@@ -228,8 +230,15 @@ class Recorder:
         if self.tables.setdefault(table.name, table) != table:
             known = ", ".join(self.tables[table.name].column_names)
             raise PluginError(f"table {table.name!r} is declared twice, once with the columns {known}: rename one")
-        self._rows.setdefault(table.name, [])
+        self._rows.setdefault(table.name, Rows())
 
-    def rows(self, table: str) -> list[Row]:
+    def rows(self, table: str) -> Rows:
         """Rows of a table, to be read or appended to; empty for a table that nobody declared."""
-        return self._rows.get(table, [])
+        found = self._rows.get(table)
+        return Rows() if found is None else found
+
+    def pack(self) -> None:
+        """Bring the rows of long tables into columns; to be called now and then."""
+        for rows in self._rows.values():
+            if len(rows.new) >= MANY:
+                rows.pack()

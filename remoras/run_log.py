@@ -12,7 +12,8 @@ from remoras.activities import Objective, WeighedSet
 from remoras.authority import Act, Request, Ruling
 from remoras.htn import Execution, Task
 from remoras.organisation import Organisation, Outcome, RoleAssignment
-from remoras.recorder import Recorder, Row
+from remoras.recorder import Recorder
+from remoras.rows import Row
 
 RoleKey = tuple[str, str]
 

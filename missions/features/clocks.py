@@ -26,7 +26,8 @@ from missions.feature import Draws, Feature, Joining, Trial
 from missions.scenarios.deployment import scenario_sound_speed_mps
 from missions.scenarios.tables import Raw, Section, table_of
 from remoras.events import Joined, Part
-from remoras.recorder import TIME, VEHICLE, Column, Recorder, Row, Table
+from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
+from remoras.rows import Row, Rows
 from remoras.work import Point
 
 if TYPE_CHECKING:
@@ -129,23 +130,22 @@ class OwnClock:
         return self.offset_s == self.drift_ppm == self.correction_s == 0.0
 
 
-class _AtTrueTime(list[Row]):
+class _AtTrueTime(Rows):
     """Takes the rows of a table and hands them on with the true time in place of what the own clock shows."""
 
-    def __init__(self, rows: list[Row], column: int, clock: OwnClock) -> None:
+    def __init__(self, rows: Rows, column: int, clock: OwnClock) -> None:
         super().__init__()
         self._handed_on = rows
         self._column = column
         self._clock = clock
+        self.append, self.extend = self._hand_on, self._hand_on_all
 
-    def append(self, row: Row) -> None:
-        """Hand on a row."""
+    def _hand_on(self, row: Row) -> None:
         self._handed_on.append((*row[: self._column], self._clock.true_s, *row[self._column + 1 :]))
 
-    def extend(self, rows: Iterable[Row]) -> None:
-        """Hand on rows."""
+    def _hand_on_all(self, rows: Iterable[Row]) -> None:
         for row in rows:
-            self.append(row)
+            self._hand_on(row)
 
 
 NOW: Mapping[str, str] = {"items": "recorded_s"}

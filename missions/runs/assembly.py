@@ -11,7 +11,6 @@ from exchange.acoustics.channel import BroadcastChannel, Channel
 from exchange.manager import ExchangeManager, Options
 from exchange.wire.codec import renewed
 from missions.feature import Common, Joining, Yard
-from missions.runs.needs import needs_of_all
 from missions.runs.sensors import recorder_of_mission, sensors_of
 from missions.runs.setup import Setup
 from missions.runs.worlds import world_model
@@ -288,7 +287,7 @@ def _manager(shared: Shared, model: WorldModel) -> tuple[ExchangeManager, Renewe
     communication = setup.scenario.communication
     subjects, organisation = setup.subjects, setup.agreement.organisation
     by_groups = None if subjects is None else GroupNeeds(setup.tbox, setup.urgency, subjects, organisation)
-    common = by_groups or needs_of_all(setup.tbox, setup.urgency, len(setup.database))
+    common = by_groups or setup.common_needs
     stated = next((part.needs(model, common) for part in shared.parts if part.needs is not None), None)
     manager = ExchangeManager(
         model.owner,

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from missions.fault import EMPTY, Absence, absence, kind_of_row
@@ -107,14 +107,18 @@ def _least_distances_m(run: MeasuredRun) -> list[float]:
     if not names:
         return []
     n_vehicles = len(names)
-    shown = rows[: len(rows) // n_vehicles * n_vehicles]
-    at_m = np.array([row[2:4] for row in shown]).reshape(-1, n_vehicles, 2)
+    n_times = len(rows) // n_vehicles
+
+    def column(number: int) -> npt.NDArray[np.float64]:
+        return np.fromiter((row[number] for row in rows), np.float64, n_times * n_vehicles)
+
+    at_m = np.stack((column(2), column(3)), axis=-1).reshape(-1, n_vehicles, 2)
     numbers = {vehicle.name: number for number, vehicle in enumerate(run.scenario.vehicle)}
     columns = [numbers[name] for name in names]
-    present = _present(run, [row[0] for row in shown[::n_vehicles]])[:, columns]
+    present = _present(run, column(0)[::n_vehicles])[:, columns]
     at_m[~present] = np.nan
-    own_m = np.array([run.scenario.vehicle[column].depth_m for column in columns])
-    deep_m = np.where(present, np.array([row[7] for row in shown]).reshape(-1, n_vehicles), own_m)
+    own_m = np.array([run.scenario.vehicle[number].depth_m for number in columns])
+    deep_m = np.where(present, column(7).reshape(-1, n_vehicles), own_m)
     moves = bool((deep_m != own_m).any())
     pairs = [
         pair for pair in itertools.combinations(range(n_vehicles), 2)
@@ -131,7 +135,7 @@ def _least_distances_m(run: MeasuredRun) -> list[float]:
     return [math.sqrt(squared) for squared in least if squared < math.inf]
 
 
-def _present(run: MeasuredRun, times_s: Sequence[float]) -> npt.NDArray[np.bool_]:
+def _present(run: MeasuredRun, times_s: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
     """Whether each vehicle is in its layer at each of the times: there, running and with energy."""
     import numpy as np
 

@@ -12,7 +12,7 @@ import hashlib
 import io
 import json
 import platform
-from collections.abc import Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from importlib import metadata
@@ -91,15 +91,35 @@ def write_results(run: Run | MemoryResults, folder: Path, force: bool = False) -
         raise OutputError(f"--out {folder}: cannot be written: {error.strerror}") from None
 
 
-def run_id(run: Run, tables: Mapping[str, pa.Table]) -> str:
-    """Name of what a run is and gave: a hash of version, scenario, seed and tables, which all of its files carry."""
-    digest = hashlib.sha256(f"{__version__} {run.scenario.model_dump_json()} {run.seed}".encode())
-    for name in sorted(tables):
-        content = io.BytesIO()
-        with pa.ipc.new_stream(content, tables[name].schema) as out:
-            out.write_table(tables[name])
-        digest.update(name.encode() + content.getvalue())
-    return digest.hexdigest()[:20]
+class _Digest(io.RawIOBase):
+    """A file of which nothing is kept but a digest of what is written to it."""
+
+    def __init__(self, begin: str) -> None:
+        self.of = hashlib.sha256(begin.encode())
+
+    def writable(self) -> bool:
+        """It is."""
+        return True
+
+    def write(self, content: Any) -> int:
+        """Take the next bytes."""
+        self.of.update(content)
+        return len(content)
+
+
+def run_id(run: Run, tables: Iterable[tuple[str, pa.Table]]) -> str:
+    """Name of what a run is and gave: a hash of version, scenario, seed and tables, which all of its files carry.
+
+    Args:
+        run: that has ended.
+        tables: with their names, in the order of these; each is let go of before the next is taken.
+    """
+    digest = _Digest(f"{__version__} {run.scenario.model_dump_json()} {run.seed}")
+    for name, table in tables:
+        digest.write(name.encode())
+        with pa.ipc.new_stream(pa.PythonFile(digest, "w"), table.schema) as out:
+            out.write_table(table)
+    return digest.of.hexdigest()[:20]
 
 
 def _json(value: Any) -> str:
@@ -115,17 +135,13 @@ class MemoryResults:
     def __repr__(self) -> str:
         return f"<Results of {self.run!r}>"
 
-    @cached_property
-    def _tables(self) -> dict[str, pa.Table]:
-        """All tables, with the id of the run."""
+    def _made(self, name: str) -> pa.Table:
         recorder = self.run.recorder
-        made = {name: arrow_table(table, recorder.rows(name)) for name, table in recorder.tables.items()}
-        metadata = {RUN_ID: run_id(self.run, made)}
-        return {name: table.replace_schema_metadata(metadata) for name, table in made.items()}
+        return arrow_table(recorder.tables[name], recorder.rows(name))
 
-    @property
+    @cached_property
     def _run_id(self) -> str:
-        return _run_id_of(next(iter(self._tables.values()))) or ""
+        return run_id(self.run, ((name, self._made(name)) for name in self.tables))
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -152,10 +168,10 @@ class MemoryResults:
         return name in self.run.recorder.tables
 
     def table(self, name: str) -> pa.Table:
-        """An Arrow table; raises OutputError if there is none of that name."""
+        """An Arrow table, made of the rows anew; raises OutputError if there is none of that name."""
         if not self.has(name):
             raise OutputError(f"no table {name!r}; there are {', '.join(self.tables)}{suggestion(name, self.tables)}")
-        return self._tables[name]
+        return self._made(name).replace_schema_metadata({RUN_ID: self._run_id})
 
     def units(self, name: str) -> dict[str, str]:
         """Units of a table's columns; columns without a unit are left out."""

@@ -85,8 +85,20 @@ def run(
         progress: is told the mission time (s) now and then.
         strategy: replaces the one that the scenario names.
     """
+    return run_of(resolved(scenario, strategy), seed, channel, progress)
+
+
+def run_of(
+    setup: Setup, seed: int = 1, channel: Channel | None = None, progress: Callable[[float], None] | None = None
+) -> Run:
+    """Run a scenario that is resolved: any number of runs may share what follows from it.
+
+    Args:
+        setup: the scenario resolved.
+        seed, channel, progress: see ``run``.
+    """
     began = time.perf_counter()
-    setup, seed = resolved(scenario, strategy), Root(seed)
+    seed = Root(seed)
     fleet = assemble(setup, seed, channel)
     fleet.run(progress)
     settled = settled_of(setup, fleet)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 from exchange.acoustics.models import Deployment
 from exchange.acoustics.modems import Modem
@@ -13,7 +14,7 @@ from exchange.wire.codec import Codec, Framing, Widths
 from missions.feature import ALONE, Feature, Neighbourhood
 from missions.metric import Metric
 from missions.runs.metrics import metrics_of, own_metrics
-from missions.runs.needs import priorities, subjects_of
+from missions.runs.needs import needs_of_all, priorities, subjects_of
 from missions.runs.refusals import refuse_malformed, refuse_undivided
 from missions.runs.sensors import recorder_of_mission, sensors_of
 from missions.scenarios.deployment import deployment_of, scenario_sound_speed_mps
@@ -35,6 +36,7 @@ from remoras.strategy import Declaration, Strategy
 from remoras.work import Point
 from worldmodel import (
     Instance,
+    NeedsIndex,
     PropertyValue,
     TBox,
     UnknownNameError,
@@ -97,6 +99,11 @@ class Setup:
     def origins(self) -> tuple[str, ...]:
         """Names of all who may have told something, by the number of the origin: its vehicles first."""
         return (*self.database.names, *(name for _, name in self.neighbourhood.vehicles))
+
+    @cached_property
+    def common_needs(self) -> NeedsIndex:
+        """Who needs what, where every vehicle needs all that is exchanged."""
+        return needs_of_all(self.tbox, self.urgency, len(self.database))
 
     @property
     def nodes(self) -> dict[str, int]:

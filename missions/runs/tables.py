@@ -16,18 +16,22 @@ import io
 import os
 import shutil
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from missions.disk import DIGESTS, not_as_noted, note_digests, synced
 from missions.errors import OutputError
-from remoras.recorder import KEY, Recorder, Row, Table
+from missions.runs.arrays import column_array, constant_array, numbers_array
+from remoras.recorder import KEY, Recorder, Table
+from remoras.rows import Packed, Row, Rows, Texts
 
 STEPS = {"s": 2.0**-12, "m": 2.0**-7, "rad": 2.0**-10, "m/s": 2.0**-10}
 """Step to which numbers of a unit are kept: far below anything that means something."""
@@ -39,27 +43,22 @@ UNLIKE = frozenset({"uid", "value", "item_uids", "status_uids"})
 """Columns whose texts hardly ever come twice; of others a file has a dictionary."""
 LEVEL = 6
 """Of zstd: a twentieth smaller than the usual level, for a hundredth of the time of a run."""
-TYPES = {
-    "float": pa.float64(), "int": pa.int64(), "str": pa.string(), "bool": pa.bool_(), "list": pa.list_(pa.string()),
-    "floats": pa.list_(pa.float64()), "ints": pa.list_(pa.int64()),
-}  # fmt: skip
-"""Types in a file by the kind of a column."""
 GROUP_ROWS = 2**17
 """Rows from which on a row group takes no further run: a page of a column, all of which zstd looks at."""
 
 
-def _kept(values: pa.Array, unit: str) -> pa.Array:
+def _kept(unit: str, numbers: npt.NDArray[np.float64], missing: npt.NDArray[np.bool_] | None) -> pa.Array:
     """Numbers to the step of their unit; what is missing or not finite stays so, or is null among whole numbers."""
-    numbers = values.to_numpy(zero_copy_only=False)
+    if unit not in WHOLE and unit not in STEPS and unit not in DIGITS:
+        return numbers_array(numbers, pa.float64(), missing)
+    if missing is not None:
+        numbers = np.where(missing, np.nan, numbers)
     if unit in WHOLE:
-        return pa.array(np.rint(numbers), mask=~np.isfinite(numbers)).cast(pa.int64())
+        odd = ~np.isfinite(numbers)
+        return numbers_array(np.rint(numbers), pa.float64(), odd if odd.any() else None).cast(pa.int64())
     if unit in STEPS:
-        numbers = np.rint(numbers / STEPS[unit]) * STEPS[unit] + 0.0
-    elif unit in DIGITS:
-        numbers = np.round(numbers, DIGITS[unit])
-    else:
-        return values
-    return pa.array(numbers, mask=np.asarray(values.is_null())) if values.null_count else pa.array(numbers)
+        return numbers_array(np.rint(numbers / STEPS[unit]) * STEPS[unit] + 0.0, pa.float64(), missing)
+    return numbers_array(np.round(numbers, DIGITS[unit]), pa.float64(), missing)
 
 
 def arrow_table(table: Table, rows: Sequence[Row], key: str = "") -> pa.Table:
@@ -73,25 +72,36 @@ def arrow_table(table: Table, rows: Sequence[Row], key: str = "") -> pa.Table:
     Raises:
         OutputError: a row does not fit the columns that its writer declared.
     """
-    if table.name == "trajectories":
-        rows = sorted(rows, key=itemgetter(1))  # by vehicle; in order of time they are already
     fields, arrays = [], []
     if key:
-        fields, arrays = [pa.field(KEY, pa.string())], [pa.array([key] * len(rows), pa.string())]
+        fields, arrays = [pa.field(KEY, pa.string())], [constant_array(key, len(rows))]
     try:
-        columns = list(zip(*rows, strict=True)) or [()] * len(table.columns)
+        columns = _columns(table, rows)
+        order = _by_vehicle(columns[1]) if table.name == "trajectories" and rows else None
         for column, values in zip(table.columns, columns, strict=True):
-            array = pa.array(values, TYPES[column.kind])
-            if column.kind == "float":
-                array = _kept(array, column.unit)
-            elif column.kind == "floats":
-                array = pa.ListArray.from_arrays(array.offsets, _kept(array.values, column.unit))
+            array = column_array(values, column.kind, partial(_kept, column.unit), order)
             fields.append(pa.field(column.name, array.type, metadata={"unit": column.unit} if column.unit else None))
             arrays.append(array)
     except (pa.ArrowException, TypeError, ValueError) as error:
         declared = ", ".join(f"{column.name} ({column.kind})" for column in table.columns)
         raise OutputError(f"table {table.name}: a row does not fit its columns {declared}: {error}") from None
     return pa.Table.from_arrays(arrays, schema=pa.schema(fields))
+
+
+def _columns(table: Table, rows: Sequence[Row]) -> Sequence[Packed | Sequence[Any]]:
+    """The columns of the rows; raises ValueError if rows are not equally wide."""
+    if not len(rows):
+        return [()] * len(table.columns)
+    packed = (rows if isinstance(rows, Rows) else Rows(rows)).columns()
+    return list(zip(*rows, strict=True)) if packed is None else packed
+
+
+def _by_vehicle(names: Packed | Sequence[Any]) -> npt.NDArray[np.int64]:
+    """Numbers of the rows by vehicle, within it as they are: by time."""
+    if isinstance(names, Texts):
+        rank = np.argsort(np.argsort(np.array(names.names, dtype=object)))
+        return np.argsort(rank[np.array(names.numbers)], kind="stable")
+    return np.array(sorted(range(len(names)), key=list(names).__getitem__))
 
 
 def table_writer(target: Any, schema: pa.Schema) -> pq.ParquetWriter:

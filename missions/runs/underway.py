@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,7 +20,8 @@ from missions.runs.setup import Setup
 from missions.runs.summary import identity
 from missions.runs.tables import arrow_table
 from missions.verdict import KEY, VERDICT
-from remoras.recorder import PACKETS, Row
+from remoras.recorder import PACKETS
+from remoras.rows import Row
 from remoras.version import __version__
 
 IS_UNDERWAY = "is_underway"
@@ -73,7 +74,7 @@ class Underway:
             self._is_closed = True
             self._fleet.close()
 
-    def rows(self, name: str) -> list[Row]:
+    def rows(self, name: str) -> Sequence[Row]:
         """Rows of a table of which nothing will change: a packet is one once it has been heard by all who hear it."""
         rows = self.recorder.rows(name)
         if name != PACKETS.name or not self.is_running:

@@ -13,7 +13,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from missions.trident.scenario import ChoreographyTable, MessageTable
-from remoras.recorder import TIME, VEHICLE, Column, Recorder, Row, Table
+from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
+from remoras.rows import Row
 
 CHOREOGRAPHY = Table("choreography", (
     TIME, VEHICLE, Column("state", "str"), Column("says", "str"), Column("subject", "str"), Column("value", "str"),
@@ -90,7 +91,7 @@ class Monitor:
             self._allowed[message.state].append(message)
         self._alphabet = {message.says for message in pattern.message}
         self._items, self._packets = recorder.items, recorder.packets
-        self._rows: list[Row] = recorder.rows(CHOREOGRAPHY.name)
+        self._rows = recorder.rows(CHOREOGRAPHY.name)
         self._n_items = self._n_packets = 0
         self._unsaid: dict[str, list[Row]] = {}
         self.state = pattern.state[0].name if pattern.state else ""
@@ -100,16 +101,17 @@ class Monitor:
         """Take in what was said since the last look."""
         if not self.state:
             return
-        for row in self._items[self._n_items :]:
+        n_items = self._items.n_packed + len(self._items.new)
+        for row in self._items[self._n_items :] if n_items > self._n_items else ():
             if row[ATTRIBUTE] in self._alphabet and row[KIND] == "told":
                 self._unsaid.setdefault(row[UID].partition(".")[0], []).append(row)
-        self._n_items = len(self._items)
-        for packet in self._packets[self._n_packets :]:
+        n_packets = self._packets.n_packed + len(self._packets.new)
+        for packet in self._packets[self._n_packets :] if n_packets > self._n_packets else ():
             if self._unsaid:
                 for said in self._said(packet):
                     self._check_time(said.time_s)
                     self._move(said)
-        self._n_packets = len(self._packets)
+        self._n_items, self._n_packets = n_items, n_packets
         self._check_time(now_s)
 
     def _said(self, packet: Row) -> Iterator[StatedFact]:

@@ -49,19 +49,22 @@ class TridentTruth(JobTruth):
 
     def _take_note(self, now_s: float) -> None:
         """Tiles, attempts, choices, and what was said since the last look."""
-        for _, _, column, row in self._charted_rows[self._n_charted :]:
+        charted, attempts, items = self._charted_rows, self._attempt_rows, self._items
+        n_charted, n_attempts = charted.n_packed + len(charted.new), attempts.n_packed + len(attempts.new)
+        n_items = items.n_packed + len(items.new)
+        for _, _, column, row in charted[self._n_charted :] if n_charted > self._n_charted else ():
             self._charted.add((column, row))
-        self._n_charted = len(self._charted_rows)
-        for time_s, vehicle, _, does, of, _, succeeded in self._attempt_rows[self._n_attempts :]:
+        for time_s, vehicle, _, does, of, _, succeeded in (
+            attempts[self._n_attempts :] if n_attempts > self._n_attempts else ()
+        ):
             if succeeded:
                 self._note_success(time_s, vehicle, does == "handle", of == TARGET)
-        self._n_attempts = len(self._attempt_rows)
-        for item in self._items[self._n_items :]:
+        for item in items[self._n_items :] if n_items > self._n_items else ():
             if item[5] == "chosen":
                 self.milestones.append(Milestone(item[3], "chosen", item[1]))
             elif item[5] == "surveyedBy":  # on request, perhaps: then it was nobody's objective
                 self.note(item[1], item[4], now_s)
-        self._n_items = len(self._items)
+        self._n_charted, self._n_attempts, self._n_items = n_charted, n_attempts, n_items
         self._monitor.look(now_s)
 
     def _note_success(self, time_s: float, vehicle: str, is_handled: bool, is_target: bool) -> None:

@@ -394,7 +394,7 @@ def check_deterministic(*references: str) -> None:
 def strategy_digest(reference: str) -> str:
     """Digest of all that a short run of the strategy records."""
     recorder = run(small_patches(reference, "channel.per=0.4", "scenario.duration_s=400")).recorder
-    rows = {name: recorder.rows(name) for name in recorder.tables}
+    rows = {name: list(recorder.rows(name)) for name in recorder.tables}
     return hashlib.sha256(json.dumps(rows).encode()).hexdigest()
 
 

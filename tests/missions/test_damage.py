@@ -35,7 +35,7 @@ def damaged(slot: int, data: bytes, share: float, bits: int = 1, seed: int = 5) 
 def recorded(*settings: str, seed: int = 1) -> tuple[str, dict[str, object]]:
     """All rows of a run as one text, and its summary."""
     made = run(load("mapping-rendezvous", [("--set", one) for one in settings]), seed)
-    rows = {name: made.recorder.rows(name) for name in made.recorder.tables}
+    rows = {name: list(made.recorder.rows(name)) for name in made.recorder.tables}
     return json.dumps(rows, default=str), summary(made)
 
 

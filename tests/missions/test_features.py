@@ -30,7 +30,7 @@ from missions.scenarios import load
 from missions.scenarios.extending import features
 PLAIN = [("--set", "scenario.duration_s=150.0"), ("--set", "channel.per=0.3")]
 finished = run(load("mapping-rendezvous", PLAIN), 3)
-rows = {name: finished.recorder.rows(name) for name in finished.recorder.tables}
+rows = {name: list(finished.recorder.rows(name)) for name in finished.recorder.tables}
 found = json.dumps([rows, summary(finished)], default=str, sort_keys=True)
 refused = ""
 try:
@@ -195,7 +195,7 @@ lost = "fault=[{vehicle='AUV02', kind='lost', at_s=20.0}]"
 given = [f"headcount=[{{at_s=10.0}}, {{at_s={at_s}}}]", lost, "scenario.duration_s=60.0"]
 try:
     made = run(load("mapping-rendezvous", [("--set", one) for one in given]), 1)
-    print(json.dumps(made.recorder.rows("headcount")))
+    print(json.dumps(list(made.recorder.rows("headcount"))))
 except ConfigurationError as error:
     print(json.dumps(str(error)))
 """

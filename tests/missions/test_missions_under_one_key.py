@@ -110,7 +110,7 @@ def test_no_table_depends_on_the_bytes_of_packets(key_file: Path) -> None:
     setup = resolved(scenario(key_file, "channel.per=0.3"))
     (one, first), (other, second) = flown(setup, 3), flown(setup, 3)
     assert not {data for _, data in first} & {data for _, data in second}
-    tables = [{name: fleet.recorder.rows(name) for name in fleet.recorder.tables} for fleet in (one, other)]
+    tables = [{name: list(fleet.recorder.rows(name)) for name in fleet.recorder.tables} for fleet in (one, other)]
     assert repr(tables[0]) == repr(tables[1])
 
 

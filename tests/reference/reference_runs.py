@@ -81,7 +81,7 @@ def digest(name: str) -> str:
     settings = (f"scenario.duration_s={duration_s}", *given)
     finished = run(load(shipped, [("--set", one) for one in settings]), seed)
     figures = summary(finished)
-    tables = {table: finished.recorder.rows(table) for table in sorted(finished.recorder.tables)}
+    tables = {table: list(finished.recorder.rows(table)) for table in sorted(finished.recorder.tables)}
     told = json.dumps([figures, finished.distance_m, tables], default=_plain)
     return hashlib.sha256(told.encode()).hexdigest()[:20]
 

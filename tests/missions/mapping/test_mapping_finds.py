@@ -250,7 +250,7 @@ def test_without_finds_nothing_of_them_shows() -> None:
     plain = run(load("mapping-rendezvous", [("--set", one) for one in short]))
     none = run(load("mapping-rendezvous", [("--set", one) for one in (*short, "finds.number=0")]))
     assert plain.recorder.tables.keys() == none.recorder.tables.keys()
-    assert all(plain.recorder.rows(name) == none.recorder.rows(name) for name in plain.recorder.tables)
+    assert all(plain.recorder.rows(name) == list(none.recorder.rows(name)) for name in plain.recorder.tables)
     assert "finds_inspected_fraction" not in summary(none)
     assert not any("Inspector" in role.name for group in none.scenario.group for role in group.role)
 
@@ -260,7 +260,7 @@ def test_the_manifest_repeats_a_run_with_finds() -> None:
     again = run(scenario_from(Document.of_text(manifest(done)["scenario"], "manifest"), []))
     assert again.scenario == done.scenario
     assert [m.name for m in done.milestones if m.name == "found"]
-    assert all(again.recorder.rows(name) == done.recorder.rows(name) for name in done.recorder.tables)
+    assert all(again.recorder.rows(name) == list(done.recorder.rows(name)) for name in done.recorder.tables)
     roles = [role for group in done.scenario.group for role in group.role if role.job in find_names(2)]
     assert [(role.name, role.maximum) for role in roles] == [("Inspector1", 1), ("Inspector2", 1)]
     able = [vehicle.name for vehicle in done.scenario.vehicle if "Inspector1" in vehicle.playable_roles]

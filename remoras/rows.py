@@ -1,0 +1,185 @@
+"""Rows of a table of results, of which most lie in columns, which take less than a quarter of the memory of tuples.
+
+Whoever writes appends tuples, to a list, as fast as to any list. ``pack`` brings what has come since into the columns:
+of floats and of whole numbers as machine words, of texts that come again and again as numbers of a list of texts. A
+column that holds anything else stays a list of the very objects, so a row reads back as it was given: the same types,
+the same bits, and lists within it that may still change.
+"""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import chain
+from typing import Any, TypeAlias, overload
+
+Row = tuple[Any, ...]
+MOST_TEXTS = 2**16
+"""Different texts of a column that has numbers for them."""
+
+
+class Texts:
+    """A column of texts that come again: for each row the number of one of them.
+
+    Attributes:
+        numbers: of the rows, 16 bits each; names: the texts, in the order in which they first came.
+
+    Args:
+        values: of the first rows.
+    """
+
+    __slots__ = ("_number_of", "names", "numbers")
+
+    def __init__(self, values: Iterable[str]) -> None:
+        self.numbers = array("H")
+        self.names: list[str] = []
+        self._number_of: dict[str, int] = {}
+        self.extend(values)
+
+    def extend(self, values: Iterable[str]) -> bool:
+        """Take further rows; False, and nothing is taken, if there would be too many different texts."""
+        values = tuple(values)
+        new = [text for text in dict.fromkeys(values) if text not in self._number_of]
+        if len(self.names) + len(new) > MOST_TEXTS:
+            return False
+        self._number_of.update(zip(new, range(len(self.names), len(self.names) + len(new)), strict=True))
+        self.names += new
+        self.numbers.extend(map(self._number_of.__getitem__, values))
+        return True
+
+    def __len__(self) -> int:
+        return len(self.numbers)
+
+    def __iter__(self) -> Iterator[str]:
+        return map(self.names.__getitem__, self.numbers)
+
+    def __getitem__(self, place: Any) -> Any:
+        found = self.numbers[place]
+        return self.names[found] if isinstance(place, int) else [self.names[number] for number in found]
+
+
+Packed: TypeAlias = "array[float] | array[int] | Texts | list[Any]"
+"""A column."""
+
+
+def _packed(values: Sequence[Any]) -> Packed:
+    """A column of these values, as small as it gives them back as they are."""
+    kinds = set(map(type, values))
+    if kinds == {float}:
+        return array("d", values)
+    if kinds == {int}:
+        try:
+            return array("q", values)
+        except OverflowError:
+            return list(values)
+    if kinds == {str} and 2 * len(set(values)) <= len(values):
+        return Texts(values)
+    return list(values)
+
+
+def _together(column: Packed, values: Sequence[Any]) -> Packed:
+    """A column with further values, in place where they are of its kind."""
+    if isinstance(column, list):
+        column.extend(values)
+        return column
+    if isinstance(column, Texts):
+        if set(map(type, values)) == {str} and column.extend(values):
+            return column
+    else:
+        more = _packed(values)
+        if isinstance(more, array) and more.typecode == column.typecode:
+            column.extend(more)  # type: ignore[arg-type]  # of the same kind
+            return column
+    return [*column, *values]
+
+
+class Rows(Sequence[Row]):
+    """Rows of a table in the order in which they were written, to be read or appended to.
+
+    Attributes:
+        append: takes a row; extend: takes several.
+        new: rows that have come since they were packed last; n_packed: rows before them. Who follows what is written
+            asks by these two, which takes no call, whether there is more.
+
+    >>> rows = Rows([(0.5, "AUV00"), (1.0, "AUV00")])
+    >>> rows.pack()
+    True
+    >>> rows.append((1.5, "AUV01"))
+    >>> len(rows), rows[-1], rows[:2]
+    (3, (1.5, 'AUV01'), [(0.5, 'AUV00'), (1.0, 'AUV00')])
+    """
+
+    __slots__ = ("_columns", "append", "extend", "n_packed", "new")
+    append: Callable[[Row], None]
+    extend: Callable[[Iterable[Row]], None]
+
+    def __init__(self, rows: Iterable[Row] = ()) -> None:
+        self.new: list[Row] = list(rows)
+        self._columns: list[Packed] = []
+        self.n_packed = 0
+        self.append = self.new.append  # the list's own: no call of ours for a row
+        self.extend = self.new.extend
+
+    def pack(self) -> bool:
+        """Bring the new rows into columns; False, and they stay, if they are not all as wide as those before."""
+        if not self.new:
+            return True
+        widths = set(map(len, self.new))
+        if len(widths) > 1 or (self.n_packed and widths != {len(self._columns)}):
+            return False
+        values = list(zip(*self.new, strict=True))
+        if self.n_packed:
+            self._columns = [_together(column, more) for column, more in zip(self._columns, values, strict=True)]
+        else:
+            self._columns = [_packed(column) for column in values]
+        self.n_packed += len(self.new)
+        self.new.clear()
+        return True
+
+    def columns(self) -> list[Packed] | None:
+        """All rows as columns, which are not to be changed; None if rows are not equally wide."""
+        return self._columns if self.pack() else None
+
+    def __len__(self) -> int:
+        return self.n_packed + len(self.new)
+
+    def __iter__(self) -> Iterator[Row]:
+        return chain(zip(*self._columns, strict=True), self.new)
+
+    @overload
+    def __getitem__(self, place: int) -> Row: ...
+
+    @overload
+    def __getitem__(self, place: slice) -> list[Row]: ...
+
+    def __getitem__(self, place: int | slice) -> Row | list[Row]:
+        if isinstance(place, slice):
+            begin, end, step = place.indices(len(self))
+            if step != 1:
+                return [self[number] for number in range(begin, end, step)]
+            n = self.n_packed
+            packed = zip(*(column[begin : min(end, n)] for column in self._columns), strict=True) if begin < n else ()
+            return [*packed, *self.new[max(begin - n, 0) : max(end - n, 0)]]
+        number = place + len(self) if place < 0 else place
+        if number >= self.n_packed:
+            return self.new[number - self.n_packed]
+        if number < 0:
+            raise IndexError(f"row {place} of {len(self)}")
+        return tuple(column[number] for column in self._columns)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Rows | list):
+            return NotImplemented
+        return len(self) == len(other) and all(own == its for own, its in zip(self, other, strict=True))
+
+    __hash__ = None  # type: ignore[assignment]  # as lists have none
+
+    def __iadd__(self, rows: Iterable[Row]) -> Rows:
+        self.extend(rows)
+        return self
+
+    def __repr__(self) -> str:
+        return f"Rows({list(self)!r})"
+
+    def __reduce__(self) -> tuple[type[Rows], tuple[list[Row]]]:
+        return Rows, (list(self),)
