@@ -58,6 +58,7 @@ USES = {
     "navigation": ["navigation={drift=0.01}", "beacon=[{name='buoy', position_m=[0.0, 0.0], range_m=90.0}]"],
     "damage": ["damage={share=0.1}", "communication.crc_bits=16"],
     "uncertainty": ["uncertainty={p_miss=0.1, speed_spread=0.05}"],
+    "passage": ["passage={x_m=[640.0, 650.0], y_m=350.0, width_m=60.0}"],
 }
 """What a scenario has to say to use each feature."""
 
