@@ -143,13 +143,14 @@ def reaching_speed_mps(range_m: float, along: float, across: float, turn_rate_ra
 
     Args:
         range_m: distance to the target.
-        along, across: cosine and sine of the error.
+        along, across: cosine and sine of the error; without error any speed does.
         turn_rate_radps: limit of the control.
 
     >>> reaching_speed_mps(10.0, 0.0, 1.0, 0.5)
     2.5
     """
-    return turn_rate_radps * range_m / (2.0 * (abs(across) if along > 0.0 else 1.0))
+    side = abs(across) if along > 0.0 else 1.0
+    return turn_rate_radps * range_m / (2.0 * side) if side > 0.0 else math.inf
 
 
 def advance(motion: Motion, data: VehicleData, target_m: tuple[float, float], speed_mps: float, dt_s: float) -> None:

@@ -40,6 +40,9 @@ from remoras.work import Outlook, Point
 LYING_AT, HELPS, DONE_BY = "lyingAt", "helps", "jobDone"
 AT_END_M = 2.0
 """A vehicle this near to an end has taken it."""
+SURELY_M = 1.5
+"""A vehicle counts on an end that it has taken if it is this near: the place that was told is rounded, and who has just
+come swings round its end for some seconds."""
 NEWS_FRAMES = 20.0
 """A helper that was heard more TDMA frames ago is not counted on."""
 MUCH_NEARER_M = 20.0
@@ -263,7 +266,9 @@ class Lifting(Behaviour):
             self._since_s = None
             advance = self._approach.advance(to_go_m, now_s, performed)
             return Perception(1.0, advance) if performed else attracted(to_go_m)
-        if free_m != [self._end_m]:
+        if to_go_m > SURELY_M or any(
+            end_m != self._end_m and not _is_taken(end_m, picture, SURELY_M) for end_m in ends_m
+        ):
             self._since_s = None
             return STANDING
         self._since_s = now_s if self._since_s is None else self._since_s
@@ -276,8 +281,8 @@ class Lifting(Behaviour):
         return Reference(self._end_m, 0.0 if distance_m(motion, self._end_m) <= CAPTURE_M else self._speed_mps)
 
 
-def _is_taken(end_m: Point, picture: Picture) -> bool:
-    return any(distance(end_m, contact_m) <= AT_END_M for contact_m in picture.body.contacts_m)
+def _is_taken(end_m: Point, picture: Picture, within_m: float = AT_END_M) -> bool:
+    return any(distance(end_m, contact_m) <= within_m for contact_m in picture.body.contacts_m)
 
 
 class Helping(Lifting):

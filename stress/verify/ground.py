@@ -14,7 +14,7 @@ import numpy as np
 
 from stress.verify.findings import CheckReport
 from stress.verify.kinds import AWAY, dead_sensors, kind_of
-from stress.verify.motion import water_mps
+from stress.verify.motion import over_ground_mps, water_stands
 from stress.verify.record import ANGLE_STEP_RAD, PLACE_STEP_M, SPEED_STEP_MPS, Array, Record, Spell, Track
 
 SENSING = {"Mapping", "Inspecting"}
@@ -137,8 +137,7 @@ def _check_vehicle(
     time_s = track.time_s
     was_on, was_surely_on = sensor_was_on(record, name, time_s)
     awake = was_on & ~record.during(name, AWAY, time_s)
-    is_still = not record.of("current")
-    ground_mps, error_mps = _over_ground(record, track)
+    ground_mps, error_mps = over_ground_mps(record, track)
     surely: dict[tuple[int, int], float] = {}
     perhaps: dict[tuple[int, int], list[float]] = {}
     for swath in mapping_swaths(record.vehicles[name]):
@@ -146,7 +145,7 @@ def _check_vehicle(
         most_mps = swath.limit_mps * (1.0 + record.spread)
         slow = ground_mps <= most_mps * 1.000001 + error_mps
         is_slow = ground_mps < swath.limit_mps * (1.0 - record.spread) * 1.000001 - error_mps / 2.0
-        if not record.spread and is_still:
+        if not record.spread and water_stands(record):
             is_slow |= _is_steady(track, swath.limit_mps)
         is_sure = (is_slow & was_surely_on).tolist()
         for at, cell, distance_m in _below(record, track, np.flatnonzero(on & slow), swath.reach_m + REACH_M, cells):
@@ -167,19 +166,6 @@ def _check_vehicle(
             report.add(
                 "swath", "coverage", stated[cell], name, f"cell {cell} first at {stated[cell]:g} s", f"{at_s:g} s"
             )
-
-
-def _over_ground(record: Record, track: Track) -> tuple[Array, Array]:
-    """Speed over ground at each tick, and how far it may be off by rounding; without bound where surges are drawn."""
-    speed = track.speed_mps
-    if not record.of("current"):
-        return speed, np.full(len(speed), SPEED_STEP_MPS)
-    error_mps = SPEED_STEP_MPS + ANGLE_STEP_RAD * speed
-    water = water_mps(record, track.depth_m[:-1], track.time_s[:-1])
-    if water is None:
-        return speed, np.full(len(speed), math.inf)
-    east, north = (np.concatenate(([0.0], flow)) for flow in water)
-    return np.hypot(speed * np.cos(track.heading_rad) + east, speed * np.sin(track.heading_rad) + north), error_mps
 
 
 def _is_steady(track: Track, speed_mps: float) -> Array:

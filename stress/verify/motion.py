@@ -76,6 +76,24 @@ def water_mps(record: Record, depth_m: Array, times_s: Array) -> tuple[Array, Ar
     return height * current.get("east_mps", 0.0), height * current.get("north_mps", 0.0)
 
 
+def water_stands(record: Record) -> bool:
+    """True if no water moves vehicles."""
+    return not record.of("current")
+
+
+def over_ground_mps(record: Record, track: Track) -> tuple[Array, Array]:
+    """Speed over ground at each tick, and how far it may be off by rounding; without bound where surges are drawn."""
+    speed = track.speed_mps
+    if water_stands(record):
+        return speed, np.full(len(speed), SPEED_STEP_MPS)
+    error_mps = SPEED_STEP_MPS + ANGLE_STEP_RAD * speed
+    water = water_mps(record, track.depth_m[:-1], track.time_s[:-1])
+    if water is None:
+        return speed, np.full(len(speed), math.inf)
+    east, north = (np.concatenate(([0.0], flow)) for flow in water)
+    return np.hypot(speed * np.cos(track.heading_rad) + east, speed * np.sin(track.heading_rad) + north), error_mps
+
+
 def way_through_water(record: Record, name: str, track: Track) -> tuple[Array, Array] | None:
     """Way of each tick through the water (east, north, m); None where the water cannot be told.
 

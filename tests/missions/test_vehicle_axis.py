@@ -73,7 +73,12 @@ def test_the_fleet_benchmark_relates_all_sizes_to_the_smallest(monkeypatch: pyte
     monkeypatch.setattr(benchmarks.fleet, "MISSION_S", 20.0)
     monkeypatch.setattr(benchmarks.fleet, "BIDDERS", (4, 5))
     monkeypatch.setattr(benchmarks.fleet, "BIDDING_S", (20.0,))
-    *rows, bidding = benchmarks.fleet.rows()
+    monkeypatch.setattr(benchmarks.fleet, "CELLS_S", 5.0)
+    monkeypatch.setattr(benchmarks.fleet, "COLUMNS", 2)
+    monkeypatch.setattr(benchmarks.fleet, "ROWS", 1)
+    *rows, bidding, cells = benchmarks.fleet.rows()
+    assert cells["name"].startswith("vehicle-step, 19 vehicles in cells (ratios ")
+    assert cells["goal"] == "<= 1.5"
     assert bidding["name"] == "vehicle-step, cbba, 5 vehicles, 20 s"
     assert bidding["value"] == pytest.approx(bidding["ratio"] * bidding["reference_value"])
     assert [row["name"].split(", ")[1] for row in rows] == ["4 vehicles", "6 vehicles"] * 2

@@ -164,7 +164,7 @@ def test_a_speed_over_ground_is_held_where_the_greatest_speed_allows_it(
     target_m = range_m * course[0], range_m * course[1]
     moves = traveller(0, (0.0, 0.0), target_m, current=Current(*flow)).functional.guidance
     assert isinstance(moves, of_scenarios.GuidanceInCurrent)
-    moves.move(Reference(target_m, speed_mps, is_over_ground=True), (), {}, 0.0, 1e-9)
+    moves.flow_mps, moves._is_over_ground = flow, True
     (x_m, y_m), water_mps = moves._upstream(target_m, speed_mps, 20.0)  # time to turn
     assert water_mps <= moves.most_mps + 1e-9
     if math.hypot(x_m, y_m) < 1e-6:

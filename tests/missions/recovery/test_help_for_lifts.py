@@ -60,6 +60,17 @@ def test_what_is_lifted_had_a_vehicle_at_each_end() -> None:
             assert min(there) <= AT_END_M
 
 
+@pytest.mark.parametrize("seed", [1, 2, 3, 185449697741568])
+def test_nobody_takes_a_lift_for_done_that_is_not(seed: int) -> None:
+    """In the last of them a vehicle swings round its end as it comes, and is too far off for a moment."""
+    done = flown(seed, LONG)
+    lifted = events(done, "lifted")
+    claimed = {row[4]: row[3] for row in reversed(done.recorder.items) if row[5] == "jobDone" and row[4] in lifted}
+    assert len(claimed) == 4
+    assert all(claimed[name] >= lifted[name] for name in claimed)
+    assert done.completed
+
+
 def test_objects_lie_where_the_seed_says_and_near_sites() -> None:
     """Whoever surveys the site sees it, whatever the strategy does."""
     sites_m = [site.position_m for site in flown(1, SHORT).scenario.site]
