@@ -535,7 +535,7 @@ def test_the_schema_takes_every_shipped_file():
         ("cell_m = 25.0", "cells_m = 25.0"),
         ("tick_s", "ticks_s"),
         ('vehicle_type = "ASV"', 'vehicle_type = "UFO"'),
-        ("slot = 2", "slot = 99"),
+        ("slot = 2", "slot = 9999"),
         ("slot = 2", 'slot = "two"'),
     ],
 )

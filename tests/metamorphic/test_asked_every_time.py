@@ -6,6 +6,7 @@ again, nor is one searched for by the same motivations, and work is kept until w
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -52,8 +53,8 @@ def ask_every_time(monkeypatch: pytest.MonkeyPatch, n_spared: list[int]) -> None
         return decide(self, *args)
 
     def best_anew(self: Choice, motivations: Sequence[float]) -> tuple[int, ...]:
-        n_spared[2] += self._asked == motivations
-        self._asked = []
+        n_spared[2] += self._holds(motivations)
+        self._holds_within, self._found_at = 0.0, [math.nan] * len(motivations)
         return best(self, motivations)
 
     def seen_anew(self: Work, positions_m: Mapping[str, Any], now_s: float) -> Work:

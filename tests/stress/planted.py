@@ -243,7 +243,7 @@ def forget_a_tick(patch: Patch) -> None:
     def record(self: Fleet, now_s: float) -> None:
         sound(self, now_s)
         if now_s == 99.0:
-            self.recorder.trajectories.pop()
+            self.recorder.trajectories.new.pop()
 
     patch.setattr(Fleet, "_record", record)
 
@@ -263,7 +263,7 @@ def forget_that_faults_were_over(patch: Patch) -> None:
     def act(self: FaultChanges, host: Any) -> None:
         sound(self, host)
         if not self.begins:
-            host.recorder.faults.pop()
+            host.recorder.faults.new.pop()
 
     patch.setattr(FaultChanges, "act", act)
 
