@@ -14,8 +14,8 @@ import numpy as np
 
 from stress.verify.findings import CheckReport
 from stress.verify.kinds import AWAY, dead_sensors, kind_of
-from stress.verify.motion import over_ground_mps
-from stress.verify.record import ANGLE_STEP_RAD, PLACE_STEP_M, Array, Record, Spell, Track
+from stress.verify.motion import over_ground_mps, water_stands
+from stress.verify.record import ANGLE_STEP_RAD, PLACE_STEP_M, SPEED_STEP_MPS, Array, Record, Spell, Track
 
 SENSING = {"Mapping", "Inspecting"}
 """Activities while which the sensors of a vehicle are on."""
@@ -145,8 +145,8 @@ def _check_vehicle(
         most_mps = swath.limit_mps * (1.0 + record.spread)
         slow = ground_mps <= most_mps * 1.000001 + error_mps
         is_slow = ground_mps < swath.limit_mps * (1.0 - record.spread) * 1.000001 - error_mps / 2.0
-        if not record.spread:
-            is_slow |= _is_steady(track, ground_mps, error_mps, swath.limit_mps)
+        if not record.spread and water_stands(record):  # else rounded headings do not tell how fast it was
+            is_slow |= _is_steady(track, swath.limit_mps)
         is_sure = (is_slow & was_surely_on).tolist()
         for at, cell, distance_m in _below(record, track, np.flatnonzero(on & slow), swath.reach_m + REACH_M, cells):
             perhaps.setdefault(cell, []).append(time_s[at])
@@ -168,13 +168,13 @@ def _check_vehicle(
             )
 
 
-def _is_steady(track: Track, ground_mps: Array, error_mps: Array, speed_mps: float) -> Array:
+def _is_steady(track: Track, speed_mps: float) -> Array:
     """True for each tick in which, as in the one before, a vehicle goes straight on at a speed: then it is no faster.
 
     One that gains speed, or keeps clear of another, may be faster by less than the table shows; the latter turns.
     """
     turned_rad = (np.diff(track.heading_rad) + math.pi) % (2.0 * math.pi) - math.pi
-    found: Array = np.abs(ground_mps - speed_mps) <= error_mps / 2.0
+    found: Array = np.abs(track.speed_mps - speed_mps) <= SPEED_STEP_MPS / 2.0
     found[1:] &= found[:-1].copy() & (np.abs(turned_rad) <= 2.0 * ANGLE_STEP_RAD)
     return found
 
