@@ -1,8 +1,8 @@
 """Current: ``[current]`` and ``[[current.surge]]``, water that moves, and vehicles that head into it.
 
 The formulas are those of ``remoras.current``. A vehicle feels the current at its depth as a Doppler log does, and goes
-so that its course over ground is straight. Where sensors limit
-the speed it holds that over ground. A current as fast as the slowest vehicle is refused.
+so that its course over ground is straight. Where sensors limit the speed it holds that over ground. A current as fast
+as the slowest vehicle is refused.
 """
 
 from __future__ import annotations

@@ -140,6 +140,17 @@ def test_water_carries_vehicles_where_its_table_says() -> None:
     assert [median(part) for part in zip(*drifts_mps, strict=True)] == pytest.approx([0.3, -0.2], abs=1e-3)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["AUV00", "AUV01", "AUV02"])
+def test_another_one_does_what_a_vehicle_does_not_get_to(name: str) -> None:
+    """Whichever it is that is hardly faster than the water."""
+    slow = [f"vehicle.{name}.{kind}_speed_mps=1.3" for kind in ("transit", "survey")]
+    run = finished("uncertainty.speed_spread=0", "scenario.duration_s=4000", "current.north_mps=-1.2999", *slow)
+    assert {row[1] for row in run.recorder.faults if row[2] == "cannot"} == {name}
+    assert name not in {row[1] for row in run.recorder.rows("coverage")}
+    assert summary(run)["coverage_fraction"] == 1.0
+
+
 # Navigation ---------------------------------------------------------------------------------------
 
 
