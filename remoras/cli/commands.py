@@ -19,7 +19,7 @@ HOMES = {
     "live": "live.command", "export": "exports", "query": "runs", "sweep": "sweeps", "status": "sweeps",
     "compare": "sweeps", "verify": "verify", "stress": "stress", "exchange-study": "policies",
     "link-budget": "budgets", "network": "networks", "bursts": "bursts", "node": "nodes", "swarm": "nodes",
-    "replay-log": "nodes", "explain": "files", "doctor": "files",
+    "replay-log": "nodes", "plan": "planning", "explain": "files", "doctor": "files",
 }  # fmt: skip
 """Module of each command, below ``remoras.cli``; commands in the order in which one comes to use them."""
 MAKERS: dict[str, Callable[[], TyperCommand]] = {}

@@ -33,8 +33,8 @@ from remoras.htn.hddl.language import EQUAL, MethodSpec, Subtask
 from remoras.htn.hddl.reading import read_domain, read_problem
 
 __all__ = ["Problem", "load", "parse"]
-WHOLE = "problem"
-"""Name of the task, and of its method, that stands for a problem with variables."""
+WHOLE = "(problem)"
+"""Name of the task, and of its method, that stands for a problem with variables; no file can have such a name."""
 
 
 @dataclass(frozen=True)
