@@ -2,15 +2,17 @@
 
 Every vehicle keeps a bundle of jobs that it means to do, and the path through them. It adds the job that raises the
 score of its path most, among those for which it can outbid all that it has heard of. The score of a path is the sum of
-exp(-t / discount_s) over the times t at which its jobs will be finished. When it hears a stronger bid for a job of its
-bundle, it drops the job and all that it added later, whose bids rested on it, and bids anew. A job is begun when its
-claim has stood for ``settle_rounds``; from then on its claim is the strongest there is, and if two have begun the same
-job, the one of the higher node gives it up on hearing of it. Claims of a vehicle that is absent do not count.
+exp(-t / discount_s) over the times t until its jobs will be finished. They count from the round of the bid: counted
+from the start of the mission, late bids would round to nothing. When it hears a stronger bid for a job of its bundle,
+it drops the job and all that it added later, whose bids rested on it, and bids anew. A job is begun when its claim has
+stood for ``settle_rounds``; from then on its claim is the strongest there is, and if two have begun the same job, the
+one of the higher node gives it up on hearing of it. Claims of a vehicle that is absent do not count.
 
-A bundle is greedy: its bids leave out of account what the jobs that are left mean for all. With ``plans_for_all`` a
-vehicle bids instead for its part of a plan for all members, made of its own picture by the allocator that all
-strategies share; consensus settles where pictures differ. A job that nobody has claimed for long each may expect of
-another: whoever is able bids for it too, and keeps the bid until it is lost.
+A bundle is greedy: its bids leave out of account what the jobs that are left mean for all. So CBBA proper, with
+``plans_for_all`` off, divides work as sequential greedy does. With ``plans_for_all``, as shipped, this is the hybrid of
+information and plan consensus: a vehicle bids for its part of a plan for all members, made of its own picture by the
+allocator that all strategies share; consensus settles where pictures differ. A job that nobody has claimed for long
+each may expect of another: whoever is able bids for it too, and keeps the bid until it is lost.
 
 All claims of a vehicle are one message: whose they are and of which round, then each job with the strength of the
 claim; what is not named is claimed no longer. It is broadcast when it changes and every ``repeat_rounds``, those of
@@ -18,8 +20,8 @@ others too; nothing is acknowledged. The round is the time of last news of that 
 vehicle the later counts, whoever relayed it, and who relays an older one is told the newer.
 
 Source: Choi, Brunet, How 2009 (bundles, scores, vectors of bids and of times of last news); Johnson, Ponda, Choi, How
-2010 (asynchronous messages); Johnson, Choi, How 2012 (plans for all, settled by consensus). Their tables of decisions
-are replaced by ``claims``: the latest claims of each vehicle are kept, the strongest wins.
+2010 (asynchronous messages); Johnson, Choi, How 2012 (hybrid of information and plan consensus). Their tables of
+decisions are replaced by ``claims``: the latest claims of each vehicle are kept, the strongest wins.
 """
 
 from __future__ import annotations
@@ -39,8 +41,8 @@ from remoras.strategies.founding import common_roles, founded
 from remoras.strategy import JOB_DONE, Declaration, Heard, Move, Situation, Statement
 from remoras.work import Outlook, Work
 
-BEGUN = 1023
-"""Strength of the claim to a job that has been begun; bids stay below. A strength takes 10 bits."""
+BEGUN = 16383
+"""Strength of the claim to a job that has been begun; bids stay below. A strength takes 14 bits."""
 JOBS_PER_BLOCK = 13
 """Claims that go into one block; more do not fit the packet of a small modem."""
 
@@ -176,14 +178,14 @@ class Bidder:
 
     # Bundle
 
-    def _score(self, path: Sequence[str], outlook: Outlook, work: Work) -> float:
+    def _score(self, path: Sequence[str], outlook: Outlook, work: Work, now_s: float) -> float:
         data, total = work.database[self._me], 0.0
         for name in path:
             then = work.after(outlook, data, self._roles[name])
             if then is None or not work.affords(outlook, data, self._roles[name]):
                 return 0.0
             outlook = then
-            total += exp(-outlook.free_s / self._with.discount_s)
+            total += exp(-(outlook.free_s - now_s) / self._with.discount_s)
         return total
 
     def _build(self, held: Sequence[RoleSpecification], situation: Situation, claims: Claims) -> None:
@@ -196,13 +198,15 @@ class Bidder:
             self._build_by_plan(held, outlook, situation, claims)
             return
         while len(self._bundle) < self._with.bundle:
-            base = self._score(self._path, outlook, work)
+            base = self._score(self._path, outlook, work, situation.now_s)
             best: tuple[int, str, list[str]] | None = None
             for name in self._open(work, claims):
                 if name in self._bundle or not work.able(data, self._roles[name]):
                     continue
                 paths = [[*self._path[:n], name, *self._path[n:]] for n in range(len(self._path) + 1)]
-                score, path = max(((self._score(p, outlook, work), p) for p in paths), key=lambda found: found[0])
+                score, path = max(
+                    ((self._score(p, outlook, work, situation.now_s), p) for p in paths), key=lambda found: found[0]
+                )
                 bid = _strength(score - base)
                 if claims.beats(name, self._me, bid) and (best is None or bid > best[0]):
                     best = bid, name, path
@@ -244,7 +248,7 @@ class Bidder:
             mine = [*planned_for_me, *(name for name in orphans if name not in planned_for_me)][: self._with.bundle]
             base, bids = 0.0, {}
             for n, name in enumerate(mine):
-                score = self._score(mine[: n + 1], outlook, work)
+                score = self._score(mine[: n + 1], outlook, work, situation.now_s)
                 bids[name], base = _strength(score - base), score
             beaten = [
                 name for name in mine if name not in self._bundle and not claims.beats(name, self._me, bids[name])
@@ -322,12 +326,15 @@ class Cbba:
         float, Field(gt=0.0, le=1e6, description="a job finished this much later is worth 1/e of the other")
     ] = 2500.0
     plans_for_all: Annotated[
-        bool, Field(description="bid for the own part of a plan for all members, not for the own gain")
+        bool,
+        Field(
+            description="bid for the own part of a plan for all (hybrid of information and plan consensus); false: CBBA"
+        ),
     ] = True
 
     name: ClassVar[str] = "cbba"
     declaration: ClassVar[Declaration] = Declaration(
-        source="Choi, Brunet, How 2009; Johnson, Ponda, Choi, How 2010",
+        source="Choi, Brunet, How 2009; Johnson, Ponda, Choi, How 2010; Johnson, Choi, How 2012",
         messages={
             "claimsOf": "whose claims follow, and of which round: its time of last news; not acknowledged",
             "claim": "how strongly that vehicle claims a job",
