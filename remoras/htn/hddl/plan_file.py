@@ -142,9 +142,8 @@ def plan_of(problem: Problem, file: Path) -> Plan:
             "list the actions in the order of the tree: order is total"
         )
     nodes.append(Node(Task(GOAL, (tuple(problem.goal.items()),)), "met", ROOT))
-    operators = problem.domain.operators
-    cost = sum(operators[node.task.name].cost for _, node in order if node.task.name in operators)
-    return Plan(tuple(nodes), frozenset(), cost=float(cost))
+    # an action of HDDL costs 1
+    return Plan(tuple(nodes), frozenset(), cost=float(len(steps)))
 
 
 def _own_nodes(problem: Problem) -> Iterator[Node]:
