@@ -1,7 +1,7 @@
 """``python -m benchmarks [NAME...] [--json]``: every module here with a function ``rows`` is a benchmark.
 
 ``bursts``, ``tuning``, ``intervals`` and ``site`` are none: they are commands of their own, as
-``python -m benchmarks.tuning``.
+``python -m benchmarks.tuning``. ``printed`` takes options: it makes figures of the pages again.
 ``ipc`` is a part of ``htn``, ``dividing`` of ``organisation``, ``measuring`` of all.
 """
 
@@ -15,12 +15,15 @@ import sys
 from typing import Any
 
 import benchmarks
+from benchmarks import printed
 
-NO_BENCHMARKS = {"__main__", "bursts", "dividing", "intervals", "ipc", "measuring", "site", "tuning"}
+NO_BENCHMARKS = {"__main__", "bursts", "dividing", "intervals", "ipc", "measuring", "printed", "site", "tuning"}
 
 
 def main() -> int:
     """Run the named benchmarks, all of them without a name, and print their rows."""
+    if sys.argv[1:2] == ["printed"]:
+        return printed.main(sys.argv[2:])
     modules = {info.name for info in pkgutil.iter_modules(benchmarks.__path__)}
     names = sorted(modules - NO_BENCHMARKS)
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
