@@ -46,7 +46,7 @@ Summary = dict[str, Any]
 
 
 @dataclass(frozen=True)
-class Line:
+class PrintedLine:
     """A line that a page prints.
 
     Attributes:
@@ -98,8 +98,8 @@ class Measured:
         """How many seeds."""
         return len(self._summaries)
 
-    def __getattr__(self, name: str) -> Field:
-        return Field([_value(summary, name) for summary in self._summaries])
+    def __getattr__(self, name: str) -> OverSeeds:
+        return OverSeeds([_value(summary, name) for summary in self._summaries])
 
 
 def _value(summary: Summary, name: str) -> float:
@@ -116,12 +116,12 @@ def _value(summary: Summary, name: str) -> float:
     return float(times[0])
 
 
-class Field(float):
+class OverSeeds(float):
     """A field over all seeds; as a number its mean."""
 
     values: Sequence[float]
 
-    def __new__(cls, values: Sequence[float]) -> Field:
+    def __new__(cls, values: Sequence[float]) -> OverSeeds:
         made = super().__new__(cls, statistics.fmean(values))
         made.values = values
         return made
@@ -157,19 +157,19 @@ class Field(float):
         return 100.0 * self
 
     @property
-    def each(self) -> Each:
+    def each(self) -> Listed:
         """All values, in the order of the seeds."""
-        return Each(self.values)
+        return Listed(self.values)
 
 
-class Each(tuple[float, ...]):
+class Listed(tuple[float, ...]):
     """Values that are printed with commas between."""
 
     def __format__(self, spec: str) -> str:
         return ", ".join(format(value, spec) for value in self)
 
 
-def lines() -> Iterator[Line]:
+def lines() -> Iterator[PrintedLine]:
     """All lines that have an entry, tables line by line."""
     for entry in tomllib.loads(ENTRIES.read_text(encoding="utf-8"))["printed"]:
         first, _, last = str(entry["seeds"]).partition("-")
@@ -178,7 +178,7 @@ def lines() -> Iterator[Line]:
         for values in itertools.product(*where.values()):
             chosen = dict(zip(where, values, strict=True))
             runs = {name: _with(arguments, chosen) for name, arguments in entry["runs"].items()}
-            yield Line(entry["page"], _with(entry["line"], chosen), runs, seeds, entry.get("long", False))
+            yield PrintedLine(entry["page"], _with(entry["line"], chosen), runs, seeds, entry.get("long", False))
 
 
 def _with(text: str, chosen: dict[str, str]) -> str:
@@ -212,11 +212,11 @@ def runs_of_study(study: str, chosen: dict[str, str]) -> list[Summary]:
 def swept(study: str) -> list[Summary]:
     """All runs of a study."""
     with tempfile.TemporaryDirectory() as folder:
-        rows: list[Summary] = remoras.sweep(study, Path(folder) / study).runs().to_dict("records")
-    return rows
+        runs = remoras.sweep(study, Path(folder) / study).runs()
+    return [{str(column): value for column, value in row.items()} for row in runs.to_dict("records")]
 
 
-def drawn(among: Sequence[Line], share: float, seed: int) -> list[Line]:
+def drawn(among: Sequence[PrintedLine], share: float, seed: int) -> list[PrintedLine]:
     """A share of the lines, at least one, in their order."""
     chosen = set(random.Random(seed).sample(range(len(among)), max(1, round(share * len(among)))))
     return [line for place, line in enumerate(among) if place in chosen]
@@ -246,7 +246,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return repeated(chosen, given.jobs, writes=given.write)
 
 
-def repeated(chosen: Sequence[Line], jobs: int, *, writes: bool) -> int:
+def repeated(chosen: Sequence[PrintedLine], jobs: int, *, writes: bool) -> int:
     """Make lines again; 1 if a page prints something else."""
     sources = list(dict.fromkeys(source for line in chosen for source in line.sources))
     with ThreadPoolExecutor(jobs) as pool:

@@ -7,13 +7,13 @@ import pytest
 
 from benchmarks import printed
 from benchmarks.house import ROOT
-from benchmarks.printed import Line, Measured, Source, drawn, lines, main, summaries_of
+from benchmarks.printed import Measured, PrintedLine, Source, drawn, lines, main, summaries_of
 
 PAPER = "| AUV02 finishes its area | 1738 s |"
 
 
 @pytest.mark.parametrize("line", list(lines()), ids=lambda line: line.template[:40])
-def test_every_entry_is_of_one_line_of_its_page(line: Line) -> None:
+def test_every_entry_is_of_one_line_of_its_page(line: PrintedLine) -> None:
     assert line.printed((ROOT / line.page).read_text(encoding="utf-8")) is not None
     assert line.sources
 
