@@ -51,6 +51,7 @@ from exchange.schedule import TdmaSchedule
 from exchange.values import ADDITIVE, ValueRule
 from exchange.wire.codec import Codec, refuse_longer_texts
 from exchange.wire.definitions import ComparedDefinitions
+from exchange.wire.fragmentcodec import EPOCH_BITS
 from worldmodel import STATUS, Change, Needs, PropertyValue, Stated, WorldModel
 from worldmodel.facts import Guid
 
@@ -230,7 +231,11 @@ class ExchangeManager:
         sender, slot = head.sender, schedule.slot_named(head, now_s)
         frame = slot // schedule.n_slots
         try:
-            judged = self._codec.judged(data, frame, schedule.base_s(slot))
+            era = self._peers.epochs[sender] >> EPOCH_BITS
+            try:
+                judged = self._codec.judged(data, frame, schedule.base_s(slot), era)
+            except DefinitionFault:
+                judged = self._codec.judged(data, frame, schedule.base_s(slot), self._era_now(data, sender, frame, era))
             packet = judged.packet
             if not schedule.may_arrive(slot, now_s, self._model.clock_tolerance_s):
                 raise PeerFault(f"a packet of node {sender} of slot {slot} arrives in slot {schedule.slot_at(now_s)}")
@@ -261,6 +266,11 @@ class ExchangeManager:
             if frame >= relaying.due_frame:
                 relaying.look(frame, now_s)
         return heard._replace(is_unlisted=True) if is_unlisted else heard
+
+    def _era_now(self, data: bytes, sender: int, frame: int, known: int) -> int:
+        """The era that a peer is in by its packet, if that is to be believed, else the one known."""
+        era = self._codec.era_of(data, frame)
+        return era if self._definitions.claim(sender, frame, era, known) and era is not None else known
 
     def _own_slot(self, now_s: float) -> int:
         """The slot of this vehicle that opens; raises ConfigurationError if it is that of another."""

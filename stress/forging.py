@@ -27,7 +27,7 @@ def forger(codec: Codec, slots: TdmaSchedule, model: Callable[[], WorldModel]) -
     def forge(data: bytes, slot: int, draw: int) -> bytes:
         frame, start_s = slots.frame_of(slot), slots.base_s(slot)
         try:
-            packet = codec.decode(data, frame, start_s)
+            packet = codec.decode(data, frame, start_s, codec.era_of(data, frame) or 0)
             forged = _forged(packet, draw, model())
             if forged == packet:
                 return data

@@ -16,6 +16,9 @@ _new = tuple.__new__  # makes a named tuple of a tuple, in half the time
 Stated = tuple[int, int, Value] | tuple[int, int, Value, float | None]
 """Subject, attribute, value; and the uncertainty of the value, if there is one."""
 
+PLACES = 16
+"""Epochs whose instances begin far apart in the range of their owner."""
+
 
 class WorldModel(Store):
     """What one vehicle knows of the world.
@@ -122,13 +125,13 @@ class WorldModel(Store):
     def new_instance_uid(self) -> int:
         """Take the next uid out of the owner's range; record its type to create the instance.
 
-        Each epoch begins at a place of its own in the range, since after a restart the owner may not know yet which
-        instances it has created.
+        Each epoch begins at a place of its own in the range, the first ``PLACES`` far apart and later ones between,
+        since after a restart the owner may not know yet which instances it has created.
 
         Raises FactError when the owner has created all instances that it may.
         """
         allowed, first = self.run_time_instances_per_origin, self.first_uid_of(self.owner)
-        start = self.epoch * allowed // EPOCHS
+        start = (self.epoch % PLACES * allowed + self.epoch // PLACES * allowed // (EPOCHS // PLACES)) // PLACES
         for offset in range(start, start + allowed):
             uid = first + offset % allowed
             if uid not in self.own_instances:

@@ -14,8 +14,8 @@ BlockKey = tuple[float, int, int, int]
 
 STATUS = -1
 """The sequence of every status."""
-EPOCHS = 16
-"""A vehicle can restart this often, less one, without its memory: epochs are 0 to 15."""
+EPOCHS = 256
+"""A vehicle can restart this often, less one: epochs are 0 to 255."""
 MOST_ITEMS = 1 << 20
 """The number of items that one origin may record in one epoch; it bounds what a bad sequence can cost."""
 _PRIVATE_ORDER = -(1 << 40)

@@ -115,7 +115,7 @@ class Store(Answers):
             time_resolution_s: the step of all times (s).
             n_origins: the number of vehicles that may record facts.
             run_time_instances_per_origin: the number of instances that each origin may create.
-            epoch: how often the owner has restarted without its memory, 0 to 15.
+            epoch: how often the owner has restarted, 0 to 255.
             keeping: what is known beforehand, taken and kept.
 
         Raises:

@@ -7,7 +7,7 @@ packed and unpacked without a loop. The widths are those of the fleet's codec, w
 Layout, in bytes and then in bits, most significant first::
 
     table     definition hash 4 B | attribute 2 B | number of records 4 B | records | zeros to a byte
-    record    origin | epoch 2 | sequence | time | subject | value [| uncertain 1 | uncertainty]
+    record    origin | epoch 8 | sequence | time | subject | value [| uncertain 1 | uncertainty]
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ import numpy.typing as npt
 
 from exchange.errors import ConfigurationError, PeerFault
 from exchange.wire.codec import Codec
-from exchange.wire.fragmentcodec import EPOCH_BITS
-from worldmodel import Attribute, Field
+from exchange.wire.codes import width
+from worldmodel import EPOCHS, Attribute, Field
 
 Ints = npt.NDArray[np.int64]
 Floats = npt.NDArray[np.float64]
@@ -80,7 +80,7 @@ def encode_observations(codec: Codec, told: Observations) -> bytes:
     >>> told = Observations(position, row % 4, row * 0, row, row * 0.1, row % 8, places)
     >>> data = encode_observations(codec, told)
     >>> len(data), bool((decode_observations(codec, data).values == places).all())
-    (8385, True)
+    (9135, True)
     """
     kind = codec.fragments.facts.attribute(told.attribute)
     if kind.most_bytes:
@@ -149,7 +149,8 @@ class _Layout:
         self._n_instances, self._n_values = facts.n_instances, facts.count(attribute)
         values = [field.size_bits for field in self._kind.fields] or [facts.value_bits(attribute)]
         names = ["origins", "epochs", "sequences", "times_s", "subjects", *["values"] * len(values)]
-        widths = [fragments.origin_bits, EPOCH_BITS, fragments.sequence_bits, self._time.size_bits, facts.subject_bits]
+        widths = [fragments.origin_bits, width(EPOCHS), fragments.sequence_bits]
+        widths += [self._time.size_bits, facts.subject_bits]
         if self._kind.uncertainty is not None:
             names += ["uncertainties"]
             values += [1 + self._kind.uncertainty.size_bits]

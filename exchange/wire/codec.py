@@ -5,13 +5,14 @@ Layout, most significant bit first (sizes in bits; ``w(n) = ceil(log2 n)``)::
     packet    head | acknowledgements (bits that the policy's kind says are carried) | sections | 111 | zeros to a byte
               [| tag 32] [| checksum 8, 16 or 32], see `exchange.wire.sealing`; with a tag all behind the head is
               encrypted
-    head      definition hash 8 | sender w(nodes) | epoch 2 | frame mod 4 2 [| slot w(slots) | packets - 1 w(slots)]
-              [| zeros to a byte]; in brackets first what a slot list needs, then what encryption does
+    head      definition hash 8 | sender w(nodes) | epoch mod 4 2 | frame mod 4 2 [| slot w(slots)
+              | packets - 1 w(slots)] [| zeros to a byte]; in brackets first what a slot list needs, then what
+              encryption does
     section   0 age, fact, sequence: an own fragment that is a whole block of a single fact
               100 age, part, facts, sequence: any other own fragment
-              101 origin w(origins), epoch 2, age, part, facts, sequence: a relayed fragment
+              101 origin w(origins), epoch 2 or more, age, part, facts, sequence: a relayed fragment
               1100 role w(instances), value 8 (two's complement): an influence signal
-              1101 origin w(origins), epoch 2, highest + 1 w(items), mask 8: a summary of what the sender holds
+              1101 origin w(origins), epoch 2 or more, highest + 1 w(items), mask 8: a summary of what the sender holds
     part      part of a larger block 1 [index 4, count - 1 4]
     facts     fact | another follows 1 [fact | another follows 1 ...]
     fact      subject w(instances) | attribute w(those exchanged + 1), another's is longer | value
@@ -23,9 +24,11 @@ Of one origin and epoch the first sequence in a packet is written as it is, the 
 A status has no sequence, and no bit says so: a whole block is one if, and only if, all its attributes are latest-only.
 Relayed is what is not of the sender in its present epoch. A value out of range is sent exactly, in more bits.
 
-The hash covers the TBox and every width in 32 bits, of which the packet of frame k carries byte k mod 4: two vehicles
-with different definitions notice it within four frames, see ``exchange.wire.definitions``. The byte is crossed with the
-higher bits of the frame, so that a packet from another frame has another byte, even where the counter is the same.
+The hash covers grammar, TBox and every width in 32 bits, of which the packet of frame k carries byte k mod 4: two
+vehicles with different definitions notice it within four frames, see ``exchange.wire.definitions``. The byte is crossed
+with the higher bits of the frame, so that a packet from another frame has another byte, even where the counter is the
+same. It is crossed with the *era* of the sender, too, the higher bits of its epoch: so each packet has the whole epoch,
+and up to the fourth life the era is 0 and changes no bit.
 """
 
 from __future__ import annotations
@@ -45,13 +48,15 @@ from exchange.policies import AckPolicy
 from exchange.wire import codes
 from exchange.wire.codes import Bits, Reader, width
 from exchange.wire.factcodec import FactCodec
-from exchange.wire.fragmentcodec import EPOCH_BITS, EPOCHS, Before, FragmentCodec, Packing, Wired, refuse_epoch
+from exchange.wire.fragmentcodec import EPOCH_BITS, Before, FragmentCodec, Packing, Wired, refuse_epoch
 from exchange.wire.sealing import DAMAGED, UNOPENED, Checksum, Seal, nonce_of
 from exchange.wire.sizes import FieldSize
-from worldmodel import STATUS, PropertyValue, TBox
+from worldmodel import EPOCHS, STATUS, PropertyValue, TBox
 from worldmodel.facts import MOST_ITEMS
 from worldmodel.tables import compiled_attributes
 
+GRAMMAR = 2
+"""Version of the layout above: to be raised by whoever lays out bits otherwise, since the hash has widths alone."""
 HASH_BITS = 8
 """Bits of the definition hash in one packet."""
 HASH_BYTES = 4
@@ -59,8 +64,15 @@ HASH_BYTES = 4
 FRAME_BITS = 2
 """Bits of the frame counter: frames are told apart modulo 4."""
 FRAMES = 1 << FRAME_BITS
+EPOCH_MASK = (1 << EPOCH_BITS) - 1
 END_BITS = (0b111, 3)
 SIGNAL_VALUE_BITS = 8
+ERAS = EPOCHS >> EPOCH_BITS
+"""Epochs are told apart modulo 4 by the head, and fours of them by the hash byte."""
+ERA_FACTORS = (0x01, 0x9D, 0x3B, 0xE7)
+"""By byte of the hash: an era times it, modulo 256, is what the byte is crossed with. No era looks in all four bytes
+like packets of one frame that are taken for those of another."""
+ERA_INVERSES = (0x01, 0xB5, 0xF3, 0xD7)
 FULL_MASK = (1 << MASK_BITS) - 1
 SIGNAL_BITS, SUMMARY_BITS = (0b1100, 4), (0b1101, 4)
 RECENT_S = 30.0
@@ -193,7 +205,7 @@ class SideCodec:
             FieldSize("signal", "value", SIGNAL_VALUE_BITS, "-128 to 127"),
             FieldSize("summary", "summary", SUMMARY_BITS[1], "one comes"),
             FieldSize("summary", "origin", self._fragments.origin_bits, "whose items"),
-            FieldSize("summary", "origin's epoch", EPOCH_BITS),
+            FieldSize("summary", "origin's epoch", EPOCH_BITS, "more bits from 3 on"),
             FieldSize("summary", "highest", self._fragments.sequence_bits, "all up to it are held; more bits beyond"),
             FieldSize("summary", "mask", MASK_BITS, "which of those behind the first gap are held"),
         )
@@ -207,8 +219,8 @@ class SideCodec:
     def _encode_summary(self, summary: Summary) -> Bits:
         refuse_epoch(summary.epoch)
         highest, highest_bits = codes.natural(summary.highest + 1, self._fragments.sequence_bits)
-        bits = (SUMMARY_BITS[0] << self._fragments.origin_bits | summary.origin) << EPOCH_BITS | summary.epoch
-        size_bits = SUMMARY_BITS[1] + self._fragments.origin_bits + EPOCH_BITS + highest_bits + MASK_BITS
+        life, life_bits = self._fragments.encode_life(summary.origin, summary.epoch)
+        bits, size_bits = SUMMARY_BITS[0] << life_bits | life, SUMMARY_BITS[1] + life_bits + highest_bits + MASK_BITS
         return (bits << highest_bits | highest) << MASK_BITS | summary.mask, size_bits
 
     def _signal_of(self, word: int) -> InfluenceSignal:
@@ -284,7 +296,7 @@ class Codec:
         """Layout of the acknowledgements."""
         fleet = tbox.hash, n_instances, n_nodes, n_items, self.header.largest_bits
         times = duration_s, resolution_s, self._facts.names.exchanged, self.fragments.near_bits
-        shape = *fleet, *times, crc_bits, key is not None, *((n_slots,) if is_by_frame else ())
+        shape = GRAMMAR, *fleet, *times, crc_bits, key is not None, *((n_slots,) if is_by_frame else ())
         shape = *shape, *((n_beyond,) if n_beyond else ())
         self._checksums = [] if crc_bits == 0 else [Checksum(crc_bits, DAMAGED if key is None else UNOPENED)]
         self._seals = [] if key is None else [Seal(key)]
@@ -296,21 +308,24 @@ class Codec:
         self._hash = zlib.crc32(repr(shape).encode()).to_bytes(HASH_BYTES, "big")
         self._rows = compiled_attributes(tbox).rows
         self.head = lru_cache(maxsize=32)(self._head)
-        """``head(data) -> Head``: who speaks in a packet, in which of its lives and in which frame modulo 4.
+        """``head(data) -> Head``: who speaks in a packet, in which of its lives modulo 4 and in which frame modulo 4.
 
         Raises PeerFault if it is too short, or no node has that number.
         """
         self.judged = lru_cache(maxsize=32)(self._judged)
-        """``judged(data, frame=0, slot_start_s=0.0) -> Judged``: the packet, and what all who hear it have to know."""
+        """``judged(data, frame=0, slot_start_s=0.0, era=0) -> Judged``: a packet, and what all who hear it must know.
+
+        Raises DefinitionFault if its byte of the hash is that of another definition, frame or era of its sender.
+        """
         self.decode = lru_cache(maxsize=32)(self._decode)
-        """``decode(data, frame=0, slot_start_s=0.0) -> Packet``; all receivers of one broadcast decode the same."""
+        """``decode(data, frame=0, slot_start_s=0.0, era=0) -> Packet``; all who hear one packet decode the same."""
 
     def _summary_bits(self, summary: Summary) -> int:
         return self._side.encode_summary(summary)[1]
 
     @property
     def definition(self) -> bytes:
-        """The definition hash, 4 bytes: of TBox, fleet, policy and widths."""
+        """The definition hash, 4 bytes: of grammar, TBox, fleet, policy and widths."""
         return self._hash
 
     # Sizes ---------------------------------------------------------------------------------------
@@ -326,11 +341,11 @@ class Codec:
         it: subject and attribute, the value of that attribute, and whether another follows.
         """
         named = f"policy {self._policy.name}" + (", the largest" if self.header.varies else "")
-        of_hash = f"of {8 * HASH_BYTES} bits a byte in turn: TBox, fleet, policy"
+        of_hash = f"of {8 * HASH_BYTES} bits a byte in turn: grammar, TBox, fleet, policy"
         return (
             FieldSize("packet", "definition hash", HASH_BITS, of_hash),
             FieldSize("packet", "sender", self._node_bits, f"one of {self._n_nodes} nodes"),
-            FieldSize("packet", "epoch", EPOCH_BITS, "of the sender: which of its lives"),
+            FieldSize("packet", "epoch", EPOCH_BITS, "of the sender: which of its lives; in fours by the hash byte"),
             FieldSize("packet", "frame", FRAME_BITS, f"TDMA frame modulo {FRAMES}: with the sender it names the slot"),
             *_place_listing(self._n_slots),
             FieldSize("packet", "acknowledgements", self.header.largest_bits, named),
@@ -350,14 +365,22 @@ class Codec:
 
     # To bits -------------------------------------------------------------------------------------
 
-    def _hash_byte(self, frame: int) -> int:
-        return self._hash[frame % HASH_BYTES] ^ (frame // FRAMES & 0xFF)
+    def _hash_byte(self, frame: int, era: int) -> int:
+        number = frame % HASH_BYTES
+        return self._hash[number] ^ (frame // FRAMES & 0xFF) ^ (era * ERA_FACTORS[number] & 0xFF)
+
+    def era_of(self, data: bytes, frame: int) -> int | None:
+        """The era of the sender that the first byte of a packet of that frame stands for; None if for no era."""
+        number = frame % HASH_BYTES
+        era = (data[0] ^ self._hash_byte(frame, 0)) * ERA_INVERSES[number] & 0xFF
+        return era if era < ERAS else None
 
     def encode_head(self, head: Head) -> int:
         """The ``head_bits`` bits of the head of a packet, of which the frame is given as a whole number."""
         if not 0 <= head.epoch < EPOCHS:
             refuse_epoch(head.epoch)
-        bits = (self._hash_byte(head.frame) << self._node_bits | head.sender) << EPOCH_BITS | head.epoch
+        first = self._hash_byte(head.frame, head.epoch >> EPOCH_BITS)
+        bits = (first << self._node_bits | head.sender) << EPOCH_BITS | head.epoch & EPOCH_MASK
         bits = bits << FRAME_BITS | head.frame % FRAMES
         if self._n_slots:
             bits = (bits << self._place_bits | head.place) << self._place_bits | head.n_turns - 1
@@ -448,7 +471,7 @@ class Codec:
         bits = int.from_bytes(data[:n_bytes], "big") >> 8 * n_bytes - self._clear_bits
         place, more = bits >> place_bits & (1 << place_bits) - 1, bits & (1 << place_bits) - 1
         bits >>= 2 * place_bits
-        epoch, frame = bits >> FRAME_BITS & (1 << EPOCH_BITS) - 1, bits & FRAMES - 1
+        epoch, frame = bits >> FRAME_BITS & EPOCH_MASK, bits & FRAMES - 1
         sender = bits >> FRAME_BITS + EPOCH_BITS & (1 << self._node_bits) - 1
         if sender >= self._n_nodes:
             raise PeerFault(f"sender {sender} is not one of {self._n_nodes} nodes")
@@ -456,8 +479,8 @@ class Codec:
             raise PeerFault(f"slot {place} and {more + 1} packets in a frame of {self._n_slots} slots")
         return Head(sender, epoch, frame, place, more + 1)
 
-    def _judged(self, data: bytes, frame: int = 0, slot_start_s: float = 0.0) -> Judged:
-        packet, is_beyond = self._read(data, frame, slot_start_s)
+    def _judged(self, data: bytes, frame: int = 0, slot_start_s: float = 0.0, era: int = 0) -> Judged:
+        packet, is_beyond = self._read(data, frame, slot_start_s, era)
         wrong = self._out_of_range(packet.fragments) if is_beyond else None
         latest_s, concerns, relays, statuses = -math.inf, 0, False, []
         for fragment in packet.fragments:
@@ -481,34 +504,36 @@ class Codec:
                     return f"{self._facts.attribute(fact.attribute).name} is {fact.value}, out of its range"
         return None
 
-    def _decode(self, data: bytes, frame: int = 0, slot_start_s: float = 0.0) -> Packet:
-        return self._read(data, frame, slot_start_s)[0]
+    def _decode(self, data: bytes, frame: int = 0, slot_start_s: float = 0.0, era: int = 0) -> Packet:
+        return self._read(data, frame, slot_start_s, era)[0]
 
-    def _read(self, data: bytes, frame: int, slot_start_s: float) -> tuple[Packet, bool]:
+    def _read(self, data: bytes, frame: int, slot_start_s: float, era: int) -> tuple[Packet, bool]:
         """The packet of ``data``, and whether a number in it may lie outside of the range of its attribute.
 
         Args:
             data: as it was heard.
             frame: in which it was sent.
             slot_start_s: start of the slot in which it was sent.
+            era: of its sender.
 
         Raises:
-            DefinitionFault: its sender uses another definition, or it is of another frame.
+            DefinitionFault: its sender uses another definition or is in another era, or it is of another frame.
             PeerFault: it cannot be a packet of this fleet.
         """
         for checksum in self._checksums:  # first: damage makes nobody a stranger
             data = checksum.stripped(data, frame)
-        if data and data[0] != self._hash_byte(frame):
+        if data and data[0] != self._hash_byte(frame, era):
             raise DefinitionFault("definition hash differs: sender uses another TBox or other field widths")
         head, clear_bits = self.head(data), self._clear_bits
+        epoch = era << EPOCH_BITS | head.epoch
         for seal in self._seals:
-            nonce, clear_bits = nonce_of(*head[:2], frame, slot_start_s, self._hash), 0
+            nonce, clear_bits = nonce_of(head.sender, epoch, frame, slot_start_s, self._hash), 0
             data = seal.opened(head.sender, data[: self._clear_bytes], data[self._clear_bytes :], nonce)
         reader = Reader(data, clear_bits)
         if head.frame != frame % FRAMES:
             raise PeerFault(f"a packet of frame {head.frame} modulo {FRAMES} in frame {frame}")
         rows = self.header.decode(head.sender, frame, reader.take)
-        base, own = self.fragments.base_of(slot_start_s), (head.sender, head.epoch)
+        base, own = self.fragments.base_of(slot_start_s), (head.sender, epoch)
         before: Before = {}
         fragments: list[Fragment] = []
         signals: list[InfluenceSignal] = []
@@ -529,7 +554,7 @@ class Codec:
         reader.left -= END_BITS[1]
         if not reader.padding_is_clean():
             raise PeerFault("bits left over behind the packet")
-        beside = tuple(signals), head.epoch, frame, tuple(summary), head.n_turns
+        beside = tuple(signals), epoch, frame, tuple(summary), head.n_turns
         return Packet(head.sender, rows, tuple(fragments), *beside), reader.is_beyond
 
 

@@ -4,11 +4,16 @@ A packet carries one byte of it, in turn. A packet whose byte differs is refused
 of a stranger pass, or three in four where three bytes agree. So the four bytes of each peer are compared once: until
 all have agreed, a peer one of whose bytes differed is refused with all that it says, until that byte agrees too, which
 is never that of a stranger. Where all have agreed, a byte that differs is damage, and costs the one packet.
+
+The byte is that of the definition and of the sender's era, which grows with every fourth of its lives. A peer may be in
+another era than was known: it has begun anew, or this node has and knows none of its peers. So a byte that is right for
+the next era is that of a peer whose bytes have all agreed before; one of any other era counts when all four have been
+right for it. One stranger in 2**26 passes for a peer in another era.
 """
 
 from __future__ import annotations
 
-from exchange.errors import PeerFault
+from exchange.errors import DefinitionFault
 from exchange.wire.codec import HASH_BYTES
 
 ALL_BYTES = (1 << HASH_BYTES) - 1
@@ -20,6 +25,8 @@ class ComparedDefinitions:
     def __init__(self) -> None:
         self._agreed: dict[int, int] = {}  # by peer: its bytes that agreed, one bit each
         self._differs: dict[int, int] = {}  # by peer: the number of the byte that differed
+        self._claims: dict[int, tuple[int, int]] = {}  # by peer: an era, and the bytes right for it, one bit each
+        self._strangers: set[int] = set()  # of those that differ, who has been told of
         self.trusted: set[int] = set()
         """Peers all of whose bytes have agreed: nothing need be compared any more."""
 
@@ -27,20 +34,48 @@ class ComparedDefinitions:
         """The byte of this frame agrees.
 
         Raises:
-            PeerFault: another has differed.
+            DefinitionFault: another has differed.
         """
         number = frame % HASH_BYTES
         self._agreed[peer] = self._agreed.get(peer, 0) | 1 << number
         if self._differs.get(peer) == number:
             del self._differs[peer]
+            self._strangers.discard(peer)
         if peer in self._differs:
-            raise PeerFault(f"node {peer} uses another TBox or other field widths, by an earlier packet")
+            self._claims.pop(peer, None)
+            raise DefinitionFault(f"node {peer} uses another TBox or other field widths, by an earlier packet")
         if self._agreed[peer] == ALL_BYTES:
             self.trusted.add(peer)
 
     def differ(self, peer: int, frame: int) -> bool:
         """The byte of this frame differs; True if this makes the peer a stranger."""
-        if peer in self._differs or self._agreed.get(peer) == ALL_BYTES:
+        if self._agreed.get(peer) == ALL_BYTES:
             return False
-        self._differs[peer] = frame % HASH_BYTES
+        self._differs.setdefault(peer, frame % HASH_BYTES)
+        may_be_era = peer in self._claims and peer not in self._agreed
+        if peer in self._strangers or may_be_era:
+            return False
+        self._strangers.add(peer)
+        return True
+
+    def claim(self, peer: int, frame: int, era: int | None, known: int) -> bool:
+        """The byte of this frame is right for another era of the peer than the one known; True if it is in that era.
+
+        Args:
+            peer: who speaks; frame: in which.
+            era: for which the byte is right; None for no era.
+            known: era of the peer so far.
+        """
+        if peer in self.trusted and era == known + 1:
+            return True
+        before, numbers = self._claims.pop(peer, (era, 0))
+        if era is None or era != before:
+            return False
+        numbers |= 1 << frame % HASH_BYTES
+        self._claims[peer] = era, numbers
+        if numbers != ALL_BYTES:
+            return False
+        self._agreed[peer] = ALL_BYTES
+        self._differs.pop(peer, None)
+        self.trusted.add(peer)
         return True

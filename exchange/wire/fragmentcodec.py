@@ -16,10 +16,12 @@ from exchange.wire import codes
 from exchange.wire.codes import Bits, Reader, width
 from exchange.wire.factcodec import FactCodec
 from exchange.wire.sizes import FieldSize
-from worldmodel import STATUS, Field, PropertyValue
+from worldmodel import EPOCHS, STATUS, Field, PropertyValue
 
 EPOCH_BITS = 2
-EPOCHS = 1 << EPOCH_BITS
+"""Of an epoch that a packet names; a higher one is sent exactly, in more bits."""
+LONG_EPOCH = (1 << EPOCH_BITS) - 1
+"""The ones before an epoch in more bits."""
 INDEX_BITS = 4
 LONGEST_KIND_BITS = 3
 """Bits that say that a fragment comes, of the kinds with the most."""
@@ -34,7 +36,7 @@ Wired = tuple[Fragment, int, int]
 
 
 def refuse_epoch(epoch: int) -> None:
-    """Raise ConfigurationError if the epoch has no name."""
+    """Raise ConfigurationError if there is no such epoch."""
     if not 0 <= epoch < EPOCHS:
         raise ConfigurationError(f"epoch {epoch} has no name on the wire; allowed: 0 to {EPOCHS - 1}")
 
@@ -92,7 +94,9 @@ class FragmentCodec:
         if not relayed and fragment.count == 1 and len(fragment.facts) == 1:
             return 1 + size + self.facts.of_one(fragment.facts[0])[1]
         size += LONGEST_KIND_BITS + 1 + (2 * INDEX_BITS if fragment.count > 1 else 0)
-        size += self.origin_bits + EPOCH_BITS if relayed else 0
+        if relayed:
+            size += self.origin_bits + EPOCH_BITS
+            size += codes.natural(fragment.epoch, EPOCH_BITS)[1] - EPOCH_BITS if fragment.epoch >= LONG_EPOCH else 0
         return size + self.facts.of_all(fragment.facts)[1]
 
     def listing(self) -> tuple[FieldSize, ...]:
@@ -105,7 +109,7 @@ class FragmentCodec:
             FieldSize("fragment", "own single fact", 1, "a whole block of the sender's own"),
             FieldSize("fragment", "own or relayed", OWN_BITS[1], "any other"),
             FieldSize("fragment", "origin", self.origin_bits, "if relayed"),
-            FieldSize("fragment", "origin's epoch", EPOCH_BITS, "if relayed"),
+            FieldSize("fragment", "origin's epoch", EPOCH_BITS, "if relayed; more bits from 3 on"),
             FieldSize("fragment", "near age", 1 + self.near_bits, f"below {near * step_s:g} s, steps of {step_s:g} s"),
             FieldSize("fragment", "far age", far_bits, f"below {far * step_s:g} s"),
             FieldSize("fragment", "time", 2 + self._time_bits, other_times),
@@ -160,8 +164,10 @@ class FragmentCodec:
         else:
             if not 0 <= fragment.origin < self.n_origins:
                 raise ConfigurationError(f"origin {fragment.origin} is not one of {self.n_origins} nodes")
-            bits = (RELAYED_BITS[0] << self.origin_bits | fragment.origin) << EPOCH_BITS | fragment.epoch
-            size_bits = RELAYED_BITS[1] + self.origin_bits + EPOCH_BITS
+            life, life_bits = fragment.origin << EPOCH_BITS | fragment.epoch, self.origin_bits + EPOCH_BITS
+            if fragment.epoch >= LONG_EPOCH:
+                life, life_bits = self.encode_life(fragment.origin, fragment.epoch)
+            bits, size_bits = RELAYED_BITS[0] << life_bits | life, RELAYED_BITS[1] + life_bits
         bits = (bits << age_bits | age) << 1 | (count > 1)
         size_bits += age_bits + 1
         if count > 1:
@@ -169,6 +175,11 @@ class FragmentCodec:
             size_bits += 2 * INDEX_BITS
         facts_bits, facts_size = self.facts.of_all(facts)
         return bits << facts_size | facts_bits, size_bits + facts_size
+
+    def encode_life(self, origin: int, epoch: int) -> Bits:
+        """``(bits, size_bits)`` of an origin and its epoch."""
+        life, epoch_bits = codes.natural(epoch, EPOCH_BITS)
+        return origin << epoch_bits | life, self.origin_bits + epoch_bits
 
     def encode_sequence(self, sequence: int, before: int | None) -> Bits:
         """``(bits, size_bits)`` of the sequence of an item, by the one before it of the same origin and epoch."""
@@ -223,10 +234,14 @@ class FragmentCodec:
     def read_life(self, reader: Reader) -> Life:
         """Origin and epoch that come next; raises PeerFault if there is no such node."""
         word = reader.take(self.origin_bits + EPOCH_BITS)
-        origin = word >> EPOCH_BITS
+        origin, epoch = word >> EPOCH_BITS, word & LONG_EPOCH
         if origin >= self.n_origins:
             raise PeerFault(f"origin {origin} is not one of {self.n_origins} nodes")
-        return origin, word & EPOCHS - 1
+        if epoch == LONG_EPOCH:  # as ``codes.natural`` has it
+            epoch += codes.read_rest(reader.take)
+            if epoch >= EPOCHS:
+                raise PeerFault(f"epoch {epoch} of node {origin}: there are {EPOCHS}")
+        return origin, epoch
 
     def _read_time(self, reader: Reader, base: int) -> float:
         numerator, denominator = self._time_ratio

@@ -27,8 +27,8 @@ DAMAGED_FATES: tuple[Fate, ...] = tuple(
     damaged(place, *more) for place, more in enumerate([(), (), (40,), (7, 90), (), (300,), (33, 34)] * 2, 3)
 )
 """Packets with bits flipped."""
-EPOCHS = 4
-"""Lives of one number in a storm: packets have names for as many."""
+EPOCHS = 24
+"""Lives of one number in a storm."""
 PICKS = st.integers(0, 63)
 
 

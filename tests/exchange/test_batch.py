@@ -62,7 +62,7 @@ def test_a_table_may_have_any_number_of_rows(n_rows: int):
     """Also more than are packed at once."""
     told = table(POSITION, n_rows)
     data = encode_observations(CODEC, told)
-    record_bits = 2 + 2 + 14 + 18 + 3 + 32  # origin, epoch, sequence, time, one of 8 instances, a place
+    record_bits = 2 + 8 + 14 + 18 + 3 + 32  # origin, epoch, sequence, time, one of 8 instances, a place
     assert len(data) == 10 + -(-n_rows * record_bits // 8)
     assert_same(decode_observations(CODEC, data), told)
 

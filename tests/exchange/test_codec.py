@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from exchange.errors import ConfigurationError, DefinitionFault, PeerFault
 from exchange.packets import Fragment, Head, InfluenceSignal, Packet, Summary
 from exchange.policies import ACK, POLICIES, AckPolicy, header_bits
-from exchange.wire.codec import Codec, Widths
-from exchange.wire.codes import width
+from exchange.wire.codec import ERA_FACTORS, ERA_INVERSES, ERAS, GRAMMAR, Codec, Widths
+from exchange.wire.codes import Reader, width
 from missions.runs.setup import resolved
 from missions.scenarios.loading import load
 from stress.conformance.radio import (
@@ -29,7 +29,7 @@ from stress.conformance.radio import (
     codec_of,
     instances,
 )
-from worldmodel import STATUS, Attribute, Field, OntologyClass, PropertyValue, TBox, Value, ValueKind
+from worldmodel import EPOCHS, STATUS, Attribute, Field, OntologyClass, PropertyValue, TBox, Value, ValueKind
 from worldmodel.fields import Grid
 
 NODES = st.integers(2, 64)
@@ -287,12 +287,55 @@ def test_an_item_of_latest_only_attributes_would_be_read_as_a_status():
             code(codec_of(4), Fragment(0, sequence, 0.0, told))
 
 
-def test_a_fifth_epoch_has_no_name():
-    codec, wanted = codec_of(4), "epoch 4 has no name on the wire; allowed: 0 to 3"
+def test_every_epoch_has_a_name_in_heads_relayed_items_and_summaries():
+    codec = codec_of(4)
+    for epoch in range(EPOCHS):
+        relayed, summary = Fragment(1, 3, 0.0, cells(4, 1), epoch=epoch), Summary(2, epoch, 4, 0b101)
+        data = codec.encode(0, [0] * 4, [relayed], (), 9, epoch, summary=[summary])
+        assert codec.era_of(data, 9) == epoch // 4
+        received = codec.decode(data, 9, 0.0, epoch // 4)
+        assert (received.epoch, received.fragments, received.summary) == (epoch, (relayed,), (summary,))
+        with pytest.raises(PeerFault, match="definition hash differs"):
+            codec.decode(data, 9, 0.0, epoch // 4 + 1)
+
+
+def test_an_epoch_too_many_has_no_name():
+    codec, wanted = codec_of(4), f"epoch {EPOCHS} has no name on the wire; allowed: 0 to {EPOCHS - 1}"
     with pytest.raises(ConfigurationError, match=wanted):
-        code(codec, Fragment(0, 0, 0.0, cells(4, 1), epoch=4))
+        code(codec, Fragment(0, 0, 0.0, cells(4, 1), epoch=EPOCHS))
     with pytest.raises(ConfigurationError, match=wanted):
-        codec.encode(0, [0] * 4, [], epoch=4)
+        codec.encode(0, [0] * 4, [], epoch=EPOCHS)
+    bits = codec.fragments.encode_life(1, EPOCHS - 1)
+    with pytest.raises(PeerFault, match="epoch 256 of node 1: there are 256"):
+        codec.fragments.read_life(Reader(_left_aligned(bits[0] + 1, bits[1])))
+
+
+def _left_aligned(bits: int, size_bits: int) -> bytes:
+    return (bits << -size_bits % 8).to_bytes(-(-size_bits // 8), "big")
+
+
+def test_no_era_looks_like_packets_of_other_frames():
+    """Of a peer whose clock is off by up to 64 times four frames, some byte of four is that of no one era."""
+    assert [one * other % 256 for one, other in zip(ERA_FACTORS, ERA_INVERSES, strict=True)] == [1, 1, 1, 1]
+    shifts = [{(frame ^ frame + shift) & 0xFF for frame in range(256)} for shift in range(1, 64)]
+    for era in range(1, ERAS):
+        told = [era * factor & 0xFF for factor in ERA_FACTORS]
+        assert not any(all(byte in shift for byte in told) for shift in shifts)
+        assert len({era * factor & 0xFF for factor in ERA_FACTORS}) > 1
+
+
+def test_the_grammar_is_the_one_whose_version_the_hash_covers():
+    """Packets of every kind of section, bit by bit: who changes the layout raises ``GRAMMAR`` and writes this anew."""
+    codec, crc = codec_of(4), 0
+    fragments = [
+        Fragment(0, 3, 8.0, cells(4, 1)), Fragment(0, 4, 8.0, cells(4, 2)), Fragment(0, 9, 1.0, cells(4, 1), 1, 3),
+        Fragment(2, 5, 0.5, cells(4, 2)), Fragment(1, 6, 0.5, cells(4, 1), epoch=1),
+    ]  # fmt: skip
+    for frame in range(4):
+        summary, signals = [Summary(2, 1, 7, 0b1001)], [InfluenceSignal(1, -7)]
+        data = codec.encode(0, [0b1010, 0, 0, 0], fragments, signals, frame, 1, 10.0, summary)
+        crc = zlib.crc32(data[1:], crc)
+    assert (GRAMMAR, crc) == (2, 1112525204)
 
 
 def test_a_signal_that_is_no_signed_byte_is_never_sent_as_another():
@@ -341,7 +384,8 @@ def test_four_frames_carry_the_whole_hash():
     firsts = [codec.encode(0, [0] * 4, [], frame=frame)[0] for frame in range(8)]
     every = tuple(range(len(TBOX.attributes)))  # all are exchanged where none are named
     near_bits = 9  # 30 s are 300 steps
-    shape = TBOX.hash, 8, 4, N_BLOCKS, 3, DURATION_S, 0.1, every, near_bits, 0, False  # a vector of acks has 3 bits
+    fleet = GRAMMAR, TBOX.hash, 8, 4, N_BLOCKS, 3  # a vector of acks has 3 bits
+    shape = *fleet, DURATION_S, 0.1, every, near_bits, 0, False
     hashed = zlib.crc32(repr(shape).encode()).to_bytes(4, "big")
     assert bytes(firsts) == hashed + bytes(byte ^ 1 for byte in hashed)
 

@@ -5,9 +5,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from exchange.errors import PeerFault
-from exchange.packets import Fragment
+from exchange.packets import Fragment, Reception
 from exchange.policies import POLICIES
-from exchange.wire.codec import Codec
+from exchange.wire import codec as wire_codec
+from exchange.wire.codec import GRAMMAR, Codec
 from exchange.wire.definitions import ComparedDefinitions
 from stress.conformance.radio import DURATION_S, N_BLOCKS, TBOX, ManagerFleet, cells, instances
 
@@ -67,6 +68,52 @@ def test_damage_bars_nobody_whose_definition_is_known():
         definitions.agree(2, frame)
     assert not definitions.differ(2, frame=4)
     definitions.agree(2, frame=5)
+
+
+def test_another_grammar_is_noticed_within_four_frames(monkeypatch: pytest.MonkeyPatch):
+    """A release that lays bits out otherwise has another hash, with TBox, fleet, policy and widths the same."""
+    ours = stranger_codec(N_BLOCKS)
+    assert all(reception.fault is None for reception in heard_of(ours, 12).heard[1])
+    for version in range(GRAMMAR + 1, GRAMMAR + 40):
+        monkeypatch.setattr(wire_codec, "GRAMMAR", version)
+        theirs = stranger_codec(N_BLOCKS)
+        monkeypatch.undo()
+        fleet = heard_of(theirs, 12)
+        assert [reception.is_stranger for reception in fleet.heard[1]].index(True) <= 3
+        assert any(reception.fault for reception in fleet.heard[1][:4])
+        assert all(reception.fault for reception in fleet.heard[1][4:])
+
+
+def in_epoch(fleet: ManagerFleet, epoch: int, frame: int) -> Reception:
+    """Node 1 hears node 0 in one of its lives."""
+    data = fleet.codec.encode(0, [0] * 3, [Fragment(0, 0, 0.0, cells(3, 1), epoch=epoch)], frame=frame, epoch=epoch)
+    return fleet.deliver(1, data, fleet.schedule.start_s(3 * frame) + 1.0)
+
+
+def test_the_next_era_of_a_known_peer_is_heeded_at_once():
+    fleet = ManagerFleet(3)
+    for frame in range(4):
+        assert in_epoch(fleet, 3, frame).fault is None
+    assert in_epoch(fleet, 4, 4).fault is None
+    assert fleet.managers[1].knows_life(0, 4)
+    assert in_epoch(fleet, 5, 5).fault is None
+    assert in_epoch(fleet, 12, 6).fault  # two eras on: damage, until four bytes say so
+    assert fleet.managers[1].knows_life(0, 5)
+
+
+def test_the_first_era_that_is_heard_of_a_peer_counts_when_four_bytes_say_so():
+    fleet = ManagerFleet(3)
+    heard = [in_epoch(fleet, 21, frame) for frame in (0, 1, 2, 5, 6, 7, 8)]
+    assert [reception.fault is None for reception in heard] == [False, False, False, False, False, True, True]
+    assert not any(reception.is_stranger for reception in heard)
+    assert fleet.managers[1].knows_life(0, 21)
+
+
+def test_four_bytes_of_several_eras_are_of_none():
+    fleet = ManagerFleet(3)
+    heard = [in_epoch(fleet, epoch, frame) for frame, epoch in enumerate((21, 21, 21, 13, 21, 21, 21))]
+    assert all(reception.fault for reception in heard)
+    assert in_epoch(fleet, 21, 7).fault is None
 
 
 @given(st.sets(st.integers(0, 3), min_size=1), st.lists(st.integers(0, 40), min_size=1))

@@ -40,6 +40,24 @@ def test_after_restarts_nobody_believes_what_is_false(policy: str, keeps: bool, 
 
 
 @pytest.mark.parametrize("policy", ALL)
+def test_after_twenty_restarts_nobody_believes_what_is_false(policy: str):
+    """Memory is kept and lost in turn; one vehicle begins anew while nobody hears it, as often as epochs have bits."""
+    sea, draws = Sea(4, policy), random.Random(policy)
+    restarts = {20 * n + 7: (1 if n % 3 else 2, bool(n % 2)) for n in range(1, 31)}
+    for slot in storm(sea, 5, 760, 0.5, restarts):
+        if slot in (200, 420):  # it begins anew four times and eight times unheard: its epoch modulo four is the same
+            for _ in range(4 if slot == 200 else 8):
+                sea.restart(3, draws.random() < 0.5)
+        assert sea.wrong() == []
+    assert [model.epoch for model in sea.models] == [0, 20, 10, 12]
+    for _ in range(160):
+        sea.pass_slot(lambda sender, receiver: False)
+        assert sea.wrong() == []
+    assert len(set(sea.digests())) == 1
+    assert [manager.n_open for manager in sea.managers] == [0] * 4
+
+
+@pytest.mark.parametrize("policy", ALL)
 def test_what_a_restarted_vehicle_observes_reaches_all(policy: str):
     """The attack of the measurements: 20 items each, then one begins anew and observes 20 more."""
     sea = Sea(4, policy)

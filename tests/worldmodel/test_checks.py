@@ -69,7 +69,7 @@ def test_faulty_facts(code: str, fact: tuple[int, int, Value]) -> None:
         (Block(0, 1 << 20, 0.0, (PropertyValue(AUV_0, BATTERY, 0.5),)), "BAD_SEQUENCE"),
         (Block(1, -2, 0.0, (PropertyValue(AUV_0, BATTERY, 0.5),)), "BAD_SEQUENCE"),  # private to another
         (Block(0, STATUS, 0.0, (PropertyValue(ECHO, CLASSIFICATION, 1),)), "BAD_SEQUENCE"),  # is no status
-        (Block(0, 0, 0.0, (PropertyValue(AUV_0, BATTERY, 0.5),), 16), "BAD_EPOCH"),
+        (Block(0, 0, 0.0, (PropertyValue(AUV_0, BATTERY, 0.5),), 256), "BAD_EPOCH"),
         (Block(0, 0, 0.0, (PropertyValue(AUV_0, BATTERY, 0.5),), -1), "BAD_EPOCH"),
         (Block(0, 0, 0.0, (PropertyValue(AUV_0, BATTERY, 0.5, 0.1),)), "VALUE_KIND"),
         (Block(0, 0, -0.1, (PropertyValue(AUV_0, BATTERY, 0.5),)), "BAD_TIME"),
