@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MultipleLocator
 
-from exchange.study.study import KINDS, StudyRow, TrialMean
+from exchange.study.study import BOUND, KINDS, StudyRow, TrialMean
 from visualisation import style, words
 from visualisation.errors import DrawingError, unknown
 from visualisation.files import check_format
@@ -33,6 +33,7 @@ LOOKS = (
 )  # fmt: skip
 """Colour and marker of each acknowledgement: of the shipped ones in their order, then of those from outside."""
 REPEATING = (0, (4, 1.2))
+OF_THE_BOUND = (0, (1, 1.5))
 
 
 class Unloaded(NamedTuple):
@@ -131,6 +132,8 @@ def caption(rows: Sequence[StudyRow], kind: str) -> str:
     carrying = f"carrying an item {evidence} as evidence of holding it"
     censored = sum(row.censored_senders for row in rows)
     note = f" Censored, and not in the means: {censored}." if censored else ""
+    if any(row.policy == BOUND.name for row in rows):
+        note += " Dotted, the bound: each hearer takes what it lacks of what the sender holds, and knowledge is free."
     if kind == "loaded":
         return (
             f"Loaded exchange: N = {first.nodes} nodes, packet error rate {first.per:g}, items of {first.item_bits} "
@@ -193,6 +196,9 @@ def _looks(rows: Sequence[StudyRow]) -> dict[str, dict[str, Any]]:
     kinds = list(dict.fromkeys([*KINDS, *(row.acknowledgement for row in rows)]))
     looks: dict[str, dict[str, Any]] = {}
     for row in rows:
+        if row.acknowledgement == BOUND.acknowledgement.name:
+            looks[row.policy] = {"color": style.GREY, "linestyle": OF_THE_BOUND, "label": "bound"}
+            continue
         colour, marker = LOOKS[kinds.index(row.acknowledgement) % len(LOOKS)]
         looks[row.policy] = {
             "color": colour, "marker": marker, "linestyle": REPEATING if row.repeats else "-", "markeredgewidth": 0.8,

@@ -30,7 +30,7 @@ import numpy as np
 from exchange import policies
 from exchange.ack import Acknowledgement, AckRules
 from exchange.errors import ConfigurationError
-from exchange.study import montecarlo, selection, sliced, trial
+from exchange.study import bound, montecarlo, selection, sliced, trial
 from exchange.study.trial import Floats, Ints, Load, PolicyRules
 
 MachineCode = Callable[..., None]
@@ -50,6 +50,7 @@ CALLED: tuple[Callable[..., Any], ...] = (
     montecarlo.poisson_number,
     montecarlo.generate,
     montecarlo.header_sizes,
+    bound.pass_freely,
     sliced.draw,
     sliced.transpose,
     sliced.keep_lanes,
@@ -109,7 +110,7 @@ def run_narrow(
     rules: PolicyRules, load: Load, p_loss: Floats, seed: int, first_trial: int, received: Ints, outcomes: Ints
 ) -> None:
     """Entry where all items fit into one word."""
-    narrow = PolicyRules(rules.repeat, rules.carrier_evidence, rules.n_nodes, 1, 1)
+    narrow = PolicyRules(rules.repeat, rules.carrier_evidence, rules.n_nodes, 1, 1, rules.is_bound)
     montecarlo.run_trials(KIND, narrow, load, p_loss, seed, first_trial, received, outcomes)
 
 

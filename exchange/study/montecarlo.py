@@ -9,6 +9,7 @@ losses of a trial are drawn once and serve every policy.
 from exchange.ack import AckRules, Words, absorb, bits_carried, compose, has, open_slot, settled
 from exchange.acoustics.loss import link_uniform, slot_key, trial_key
 from exchange.policies import may_send
+from exchange.study.bound import pass_freely
 from exchange.study.selection import select
 from exchange.study.trial import (
     COUNT,
@@ -159,6 +160,8 @@ def pass_packet(
 def play_slot(kind: AckRules, rules: PolicyRules, load: Load, nodes: NodeStates, slot: int, heard_by: int) -> int:
     """One slot of all nodes; bit i of `heard_by` says that node i receives the packet. Returns the items sent."""
     frame, owner = slot // rules.n_nodes, slot % rules.n_nodes
+    if rules.is_bound:
+        return pass_freely(rules, load, nodes, owner, heard_by)
     open_slots(kind, rules, nodes, owner)
     n_sent = fill_packet(rules, load, nodes, owner, nodes.header_bits[slot % len(nodes.header_bits)])
     pass_packet(kind, rules, nodes, frame, owner, (heard_by,))

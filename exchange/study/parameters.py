@@ -7,6 +7,7 @@ from enum import StrEnum
 from exchange.ack import MAX_NODES
 from exchange.errors import ConfigurationError
 from exchange.policies import POLICIES, AckPolicy, checked_policy, header_bits, policy_named
+from exchange.study.bound import BOUND
 
 MAX_SEED = 1 << 62
 """Seeds are below it."""
@@ -71,6 +72,7 @@ class ExchangeStudy:
         item_bits: size of an item.
         capacity_bits: size of a packet, header charged; None for no limit.
         carrier_evidence: take a node that sends an item as holding it; the paper does not.
+        bound: add what no policy can beat, as a policy named `bound`: see `exchange.study.bound`.
         seed: of all random numbers.
         max_slots: bound of a trial; one that has not ended is reported as censored.
         queue_items: Poisson load: items of its own that a node keeps; more are refused.
@@ -93,6 +95,7 @@ class ExchangeStudy:
     queue_items: int = 32
     warmup_frames: int = 200
     window_frames: int = 200
+    bound: bool = False
 
     def __post_init__(self) -> None:
         faults = list(self._faults())
@@ -138,13 +141,14 @@ class ExchangeStudy:
 
     @property
     def chosen(self) -> tuple[AckPolicy, ...]:
-        """The policies as values."""
-        return tuple(policy_named(policy) if isinstance(policy, str) else policy for policy in self.policies)
+        """The policies as values, the bound last if it is asked for."""
+        policies = [policy_named(policy) if isinstance(policy, str) else policy for policy in self.policies]
+        return (*policies, BOUND) if self.bound else tuple(policies)
 
     def _policy_faults(self) -> Iterator[str]:
         if not self.policies:
             yield f"policies is empty: allowed are {', '.join(POLICIES)} and AckPolicy values"
-        names: dict[str, AckPolicy] = {}
+        names: dict[str, AckPolicy] = {BOUND.name: BOUND}
         for asked in self.policies:
             try:
                 policy = policy_named(asked) if isinstance(asked, str) else checked_policy(asked, str(asked))

@@ -13,6 +13,7 @@ import numpy as np
 from exchange.ack import Acknowledgement
 from exchange.policies import AckPolicy, header_bits
 from exchange.study import trial
+from exchange.study.bound import BOUND
 from exchange.study.compiler import Form, SlotLoop
 from exchange.study.estimates import Moments, moments
 from exchange.study.montecarlo import NOT_DRAWN
@@ -173,7 +174,8 @@ def memory_of(plan: TrialPlan, loop: SlotLoop, part: TrialBatch) -> Ints:
 
 def play(plan: TrialPlan, policy: AckPolicy, loop: SlotLoop, part: TrialBatch, received: Ints) -> Ints:
     """The outcomes of a policy in the trials of a part, shape (n_trials, N_QUANTITIES, 3)."""
-    rules = PolicyRules(policy.repeat, plan.carrier_evidence, plan.n_nodes, plan.n_words, 1)
+    is_bound = policy == BOUND
+    rules = PolicyRules(policy.repeat or is_bound, plan.carrier_evidence, plan.n_nodes, plan.n_words, 1, is_bound)
     outcomes = np.empty((part.n_trials, trial.N_QUANTITIES, 3), np.int64)
     loop.run(rules, plan.load, plan.matrices[part.setting], plan.seed, part.first_trial, received, outcomes)
     return outcomes

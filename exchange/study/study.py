@@ -14,6 +14,7 @@ from exchange.arithmetic import exp
 from exchange.errors import ConfigurationError
 from exchange.policies import ACKNOWLEDGEMENTS, POLICIES
 from exchange.study import trial
+from exchange.study.bound import BOUND
 from exchange.study.estimates import TrialMean
 from exchange.study.parameters import ExchangeStudy, LoadKind, StudyLoad, workload_named
 from exchange.study.parts import TrialPlan, play_all
@@ -21,6 +22,7 @@ from exchange.study.rows import StudyRow, row_of
 from exchange.study.trial import Floats
 
 __all__ = [
+    "BOUND",
     "KINDS",
     "LOADED_RATES",
     "PAPER_PER",

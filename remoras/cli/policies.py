@@ -73,6 +73,7 @@ def exchange_study(
         int | None, typer.Option(metavar="BITS", help="Size of a packet, header charged; unlimited if left out.")
     ] = None,
     carrier_evidence: Annotated[bool, typer.Option(help="Take a node that sends an item as holding it.")] = False,
+    bound: Annotated[bool, typer.Option("--bound", help="Add what no policy can beat.")] = False,
     seed: Annotated[int, typer.Option(metavar="N", help="Root of all random draws.")] = 1,
     jobs: Annotated[int, typer.Option(metavar="N", help="Cores to use; the numbers do not depend on it.")] = 1,
     out: Annotated[
@@ -102,6 +103,7 @@ def exchange_study(
         capacity_bits=capacity_bits,
         carrier_evidence=carrier_evidence,
         seed=seed,
+        bound=bound,
     )
     if out is not None:
         check_output(out, force)
