@@ -4,10 +4,11 @@
 >>> run = remoras.run("mapping-rendezvous", per=0.6, seed=3)  # doctest: +SKIP
 >>> run.summary["mission_time_s"], run.table("roles"), run.plot("trajectories")  # doctest: +SKIP
 
-``load`` and ``run`` take a scenario; ``open`` reads what was written; ``sweep`` makes the runs of a study, ``compare``
-sets them side by side; ``exchange_study`` compares acknowledgement policies without a mission. The other names are the
-seams: what one needs to add a mission, a strategy, a sensor, a kind of fault, a metric or a figure. All is loaded when
-it is first used.
+``scenarios`` lists those that are shipped; ``load``, ``run`` and ``stepping`` take one; ``open`` reads what was
+written; ``sweep`` makes the runs of a study, ``compare`` sets them side by side; ``exchange_study`` compares
+acknowledgement policies without a mission; ``network`` is a measured one as a graph. The other names are the seams:
+what one needs to add a mission, a strategy, a sensor, a kind of fault, a metric or a figure. All is loaded when it is
+first used.
 """
 
 from importlib import import_module
@@ -39,7 +40,7 @@ if TYPE_CHECKING:
     from remoras.condition import Condition
     from remoras.database import VehicleData
     from remoras.errors import RemorasError
-    from remoras.face import Run, compare, exchange_study, load, open, run, sweep
+    from remoras.face import Run, compare, exchange_study, load, network, open, run, scenarios, stepping, sweep
     from remoras.known import Known
     from remoras.mission import Finding, FleetView, Milestone, Mission, Truth, VehicleView
     from remoras.motion import Motion
@@ -47,13 +48,26 @@ if TYPE_CHECKING:
     from remoras.picture import Picture
     from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
     from remoras.sensor import SELF, Observation, Pose, Sensor, SensorSettings
+    from remoras.stepped import State, Stepping
     from remoras.strategy import Declaration, Move, Negotiator, Situation, Statement, Strategy
     from remoras.swept import Sweep
     from remoras.work import DivisibleJob, Job, Outlook, Work
 
 _HOMES = {
     "remoras.swept": ("Sweep",),
-    "remoras.face": ("Run", "compare", "exchange_study", "load", "open", "run", "sweep"),
+    "remoras.face": (
+        "Run",
+        "compare",
+        "exchange_study",
+        "load",
+        "network",
+        "open",
+        "run",
+        "scenarios",
+        "stepping",
+        "sweep",
+    ),
+    "remoras.stepped": ("State", "Stepping"),
     "missions.scenarios": ("Scenario",),
     "missions.scenarios.faults": ("DeclaredFault",),
     "missions.meeting": (
@@ -97,14 +111,15 @@ _HOMES = {
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
-    "ADVANCING", "DONE", "DUE", "IDLE", "SELF", "TIME", "VEHICLE", "Absence", "AckPolicy", "Activity", "ActivityKind",
-    "ActivitySet", "ActivityType", "Approach", "Behaviour", "Better", "Column", "Condition", "Danger", "Declaration",
-    "DeclaredFault", "DivisibleJob", "Drawing", "Figure", "Finding", "FleetView", "Group", "Job", "JobMission",
-    "JobScenario", "JobSettings", "JobTruth", "Known", "Layer", "Mark", "Meeting", "MeetingTruth", "Metric",
-    "Milestone", "Mission", "Motion", "Move", "Negotiator", "Objective", "Observation", "Outlook", "Perception",
-    "Picture", "Place", "Pose", "Recorder", "Reference", "RemorasError", "Run", "Scenario", "Sensor", "SensorSettings",
-    "Situation", "Statement", "Strategy", "Sweep", "Table", "Truth", "VehicleData", "VehicleView", "Work", "attracted",
-    "compare", "distance_m", "exchange_study", "load", "open", "run", "sweep",
+    "ADVANCING", "DONE", "DUE", "IDLE", "SELF", "TIME", "VEHICLE", "Absence", "AckPolicy", "Activity",
+    "ActivityKind", "ActivitySet", "ActivityType", "Approach", "Behaviour", "Better", "Column", "Condition",
+    "Danger", "Declaration", "DeclaredFault", "DivisibleJob", "Drawing", "Figure", "Finding", "FleetView", "Group",
+    "Job", "JobMission", "JobScenario", "JobSettings", "JobTruth", "Known", "Layer", "Mark", "Meeting",
+    "MeetingTruth", "Metric", "Milestone", "Mission", "Motion", "Move", "Negotiator", "Objective", "Observation",
+    "Outlook", "Perception", "Picture", "Place", "Pose", "Recorder", "Reference", "RemorasError", "Run", "Scenario",
+    "Sensor", "SensorSettings", "Situation", "State", "Statement", "Stepping", "Strategy", "Sweep", "Table",
+    "Truth", "VehicleData", "VehicleView", "Work", "attracted", "compare", "distance_m", "exchange_study", "load",
+    "network", "open", "run", "scenarios", "stepping", "sweep",
 ]  # fmt: skip
 
 
@@ -115,4 +130,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return [*globals(), *__all__]
+    return sorted({*__all__, *(name for name in globals() if name.startswith("__") and name.endswith("__"))})

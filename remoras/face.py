@@ -6,30 +6,42 @@ frames with the units of their columns in ``.attrs["units"]``, figures as Matplo
 
 from __future__ import annotations
 
+import re
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from missions.cards import Figures, Records, card, number
 from missions.errors import OutputError
 from missions.files import is_named, toml_value
 from missions.runs.results import MemoryResults, Results
 from missions.scenarios import Scenario
 from missions.scenarios import load as load_scenario
+from remoras.progress import Progress, is_watched
 from remoras.swept import Sweep
 from worldmodel import suggestion
 
 if TYPE_CHECKING:
-    import matplotlib.figure
+    import networkx as nx
     from pandas import DataFrame
 
     import missions.runs.known
     from missions.figure import Declared
     from missions.metric import Metric
     from remoras.mission import Mission
+    from remoras.stepped import Stepping
     from remoras.strategy import Strategy
+    from visualisation.page import CaptionedFigure
     from visualisation.replay import ReplayPage
+
+Settings = Mapping[str, Any] | str | Sequence[str]
+"""Keys of a scenario and their values: a table, which may have tables in it, or ``KEY=VALUE`` texts."""
+MOST_JOBS = 1024
+BARE = re.compile(r"[A-Za-z0-9_-]+")
+HEADLINE = ("strategy", "policy", "channel", "per", "n_vehicles", "completed", "mission_time_s")
+"""Fields of a summary that the card of a run shows beside those metrics that studies compare unasked."""
 
 
 def load(
@@ -40,7 +52,7 @@ def load(
     channel: str | None = None,
     network: str | None = None,
     per: float | None = None,
-    set: Mapping[str, Any] | None = None,
+    set: Settings | None = None,
 ) -> Scenario:
     """A scenario, checked whole.
 
@@ -49,7 +61,9 @@ def load(
         strategy, policy, channel: names to put in place of the scenario's.
         network: name of one whose losses were measured, or a file of one, for the channel of that name.
         per: packet error rate, 0 to below 1.
-        set: other keys of the scenario and their values, as ``{"decision.weight_external": 0}``.
+        set: other keys of the scenario and their values, as ``{"decision.weight_external": 0}``. A table is merged into
+            that of the scenario; a list takes the place of the other. Or texts as the command line takes them:
+            ``"decision.weight_external=0"``, or a list of such.
 
     Raises:
         ConfigurationError: with every fault of the file and of what was put in place.
@@ -66,8 +80,44 @@ def load(
         ("per", "channel.per", per),
     )
     overrides = [(name, f"{key}={toml_value(value)}") for name, key, value in given if value is not None]
-    overrides += [("set", f"{key}={toml_value(value)}") for key, value in (set or {}).items()]
-    return load_scenario(str(scenario), overrides)
+    return load_scenario(str(scenario), [*overrides, *_settings(set)])
+
+
+def _settings(given: Settings | None) -> list[tuple[str, str]]:
+    """Overrides as ``missions.scenarios.load`` takes them."""
+    if isinstance(given, str):
+        return [("set", given)]
+    if isinstance(given, Mapping):
+        return [("set", f"{key}={toml_value(value)}") for key, value in _leaves(given)]
+    if given is not None and not (isinstance(given, Sequence) and all(isinstance(text, str) for text in given)):
+        raise TypeError(f"set is {given!r}; allowed: a table of keys and values, 'KEY=VALUE', or a list of these texts")
+    return [("set", text) for text in given or ()]
+
+
+def _leaves(table: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
+    """Dotted keys of nested tables with their values; an empty table is a value."""
+    for key, value in table.items():
+        part = key if not above or BARE.fullmatch(key) else toml_value(key)
+        path = f"{above}.{part}" if above else part
+        if isinstance(value, Mapping) and value:
+            yield from _leaves(value, path)
+        else:
+            yield path, value
+
+
+def scenarios() -> DataFrame:
+    """The shipped scenarios: title and longest duration (s) of each, by the name that ``run`` takes.
+
+    >>> list(scenarios().columns)
+    ['title', 'duration_s']
+    """
+    import pandas as pd
+
+    from missions.files import shipped_abouts
+
+    abouts = shipped_abouts()
+    rows = [{"title": about.get("title", ""), "duration_s": about["duration_s"]} for about in abouts.values()]
+    return pd.DataFrame(rows, index=pd.Index(list(abouts), name="scenario"))
 
 
 def run(
@@ -79,7 +129,8 @@ def run(
     network: str | None = None,
     per: float | None = None,
     seed: int = 1,
-    set: Mapping[str, Any] | None = None,
+    set: Settings | None = None,
+    progress: bool | None = None,
 ) -> Run:
     """Run a scenario to its end, in memory; nothing is written.
 
@@ -88,6 +139,7 @@ def run(
         strategy: a name, or an object with the parts of ``remoras.Strategy``.
         policy, channel, network, per, set: see ``load``; not for a scenario that is loaded already.
         seed: root of all draws; the same scenario and seed give the same run.
+        progress: say on the standard error how far it is; on a terminal and in a notebook if left out.
 
     Returns:
         The finished run.
@@ -99,6 +151,64 @@ def run(
     False
     """
     from missions.runs.run import run as run_scenario
+
+    loaded, own = _loaded(scenario, strategy, policy, channel, network, per, seed, set)
+    if not _shows(progress):
+        return Run(MemoryResults(run_scenario(loaded, seed, strategy=own)))
+    about = loaded.scenario
+    with Progress(f"run {about.name}", about.duration_s, "s of mission time") as shown:
+        return Run(MemoryResults(run_scenario(loaded, seed, progress=shown.at, strategy=own)))
+
+
+def stepping(
+    scenario: str | Path | Scenario,
+    *,
+    strategy: str | Strategy | None = None,
+    policy: str | None = None,
+    channel: str | None = None,
+    network: str | None = None,
+    per: float | None = None,
+    seed: int = 1,
+    set: Settings | None = None,
+) -> Stepping:
+    """Run a scenario tick by tick: ``for state in remoras.stepping("mapping-rendezvous")``.
+
+    Args:
+        scenario, strategy, policy, channel, network, per, seed, set: see ``run``.
+
+    Returns:
+        An iterator of states; its ``run()`` is the finished run, the one that ``remoras.run`` gives.
+
+    Raises:
+        ConfigurationError: see ``load``.
+
+    >>> steps = stepping("mapping-rendezvous", set={"scenario.duration_s": 3.0})
+    >>> [state.time_s for state in steps]
+    [0.0, 1.0, 2.0, 3.0]
+    """
+    from missions.runs.setup import resolved
+    from missions.runs.underway import Underway
+    from remoras.stepped import Stepping
+
+    loaded, own = _loaded(scenario, strategy, policy, channel, network, per, seed, set)
+    return Stepping(Underway(resolved(loaded, own), seed))
+
+
+def _shows(progress: bool | None) -> bool:
+    return is_watched() if progress is None else progress
+
+
+def _loaded(
+    scenario: str | Path | Scenario,
+    strategy: str | Strategy | None,
+    policy: str | None,
+    channel: str | None,
+    network: str | None,
+    per: float | None,
+    seed: int,
+    set: Settings | None,
+) -> tuple[Scenario, Strategy | None]:
+    """The scenario that is meant, and a strategy of the caller's own."""
     from remoras.strategy import faults_of_strategy
 
     if isinstance(scenario, Scenario):
@@ -113,7 +223,7 @@ def run(
     own = None if isinstance(strategy, str) else strategy
     if own is not None and (faults := list(faults_of_strategy(own))):
         raise TypeError(f"strategy {own!r}: {'; '.join(faults)}; give a name, or an object as remoras.Strategy says")
-    return Run(MemoryResults(run_scenario(loaded, seed, strategy=own)))
+    return loaded, own
 
 
 def open(folder: str | Path) -> Run | Sweep:
@@ -140,7 +250,13 @@ def _warn(note: str) -> None:
         warnings.warn(note, stacklevel=3)
 
 
-def sweep(study: str | Path, out: str | Path, jobs: int = 1, strategies: Sequence[str] = ()) -> Sweep:
+def sweep(
+    study: str | Path,
+    out: str | Path,
+    jobs: int = 1,
+    strategies: Sequence[str] = (),
+    progress: bool | None = None,
+) -> Sweep:
     """Make all runs of a study that ``out`` does not have yet; an interrupted sweep goes on with the same call.
 
     So does a study that has grown since: by repeats, strategies, policies, channels, vehicles, scenarios or points.
@@ -150,16 +266,49 @@ def sweep(study: str | Path, out: str | Path, jobs: int = 1, strategies: Sequenc
         out: folder for the runs.
         jobs: processes; a script that uses more than one has its calls below ``if __name__ == "__main__":``.
         strategies: to add to those of the study, as ``["central", "mine.py:Mine"]``.
+        progress: see ``run``.
 
     Raises:
         ConfigurationError: with every fault of the study.
+        TypeError: ``jobs`` is no number of processes.
         PartlyDoneError: the workers were lost or the disk is full; what is finished is kept.
     """
     from missions.sweeps import SweepResults, load_study
     from missions.sweeps import sweep as make
 
-    make(load_study(str(study), strategies), Path(out), jobs)
+    _check_jobs(jobs)
+    loaded = load_study(str(study), strategies)
+    if _shows(progress):
+        with Progress(f"sweep {loaded.design.name}", 1, "runs") as shown:
+            make(loaded, Path(out), jobs, progress=shown.of)
+    else:
+        make(loaded, Path(out), jobs)
     return Sweep(SweepResults.read(Path(out)))
+
+
+def network(name: str | Path) -> nx.DiGraph:
+    """A network whose losses were measured, as a graph: an edge for each link, with the share lost (``per``).
+
+    Args:
+        name: a shipped network, see ``remoras list networks``, or a file of one.
+
+    Raises:
+        LinkFileError: there is no such network, or losses are over range, so that there are no links.
+        OutputError: networkx is not installed.
+    """
+    from exchange.acoustics.linkfile import LinkFileError
+    from exchange.acoustics.network import network_of
+    from missions.graphs import network_graph
+
+    found = network_of(str(name))
+    if not found.node:
+        raise LinkFileError(f"{name}: has losses over range, and no links; allowed: a network with nodes")
+    return network_graph(found)
+
+
+def _check_jobs(jobs: int) -> None:
+    if isinstance(jobs, bool) or not isinstance(jobs, int) or not 1 <= jobs <= MOST_JOBS:
+        raise TypeError(f"jobs is {jobs!r}; allowed: a whole number, 1 to {MOST_JOBS}")
 
 
 def compare(folder: str | Path, *metrics: str | Metric, baseline: str | None = None) -> DataFrame:
@@ -193,8 +342,9 @@ def exchange_study(
 
     Raises:
         ExchangeError: a parameter out of its range.
-        TypeError: a number or a text where a list is asked for.
+        TypeError: a number or a text where a list is asked for, or ``jobs`` is no number of threads.
     """
+    _check_jobs(jobs)
     for name, given in (("per", per), ("policies", policies)):
         if isinstance(given, float | int | str):
             raise TypeError(f"{name} is {given!r}; allowed: a list, as [{given!r}]")
@@ -224,15 +374,35 @@ class Run:
         how = "completed" if found["completed"] else f"not completed: {found['reason']}"
         return f"<Run of {found['scenario']}, seed {found['seed']}: {how}, {found['mission_time_s']:.1f} s>"
 
+    def _repr_html_(self) -> str:
+        figures, units = self.summary, self._units()
+        shown = [name for name in figures if name in HEADLINE or name in self._headline]
+        rows = [(name, number(figures[name]), units.get(name, "")) for name in shown]
+        rows.append(("tables", ", ".join(self.tables), ""))
+        return card(repr(self)[1:-1], rows, "run.summary has all figures, run.plot() and run.replay() show it")
+
+    def _units(self) -> dict[str, str]:
+        return {metric.name: metric.unit for metric in self._metrics}
+
+    @cached_property
+    def _metrics(self) -> tuple[Metric, ...]:
+        from missions.runs.metrics import metrics_of
+
+        return tuple(metrics_of(self.scenario).values())
+
+    @cached_property
+    def _headline(self) -> frozenset[str]:
+        return frozenset(metric.name for metric in self._metrics if metric.headline)
+
     @property
     def summary(self) -> dict[str, Any]:
         """The figures of the run, by the names of the metrics."""
-        return self._results.summary
+        return Figures(self._results.summary, self._units)
 
     @property
     def milestones(self) -> list[dict[str, Any]]:
         """What happened when: name, vehicle, group, time_s, in time order."""
-        return list(self.summary["milestones"])
+        return Records(self._results.summary["milestones"])
 
     @property
     def tables(self) -> tuple[str, ...]:
@@ -266,7 +436,7 @@ class Run:
         width_in: float | None = None,
         at_s: float | None = None,
         viewer: str = "",
-    ) -> matplotlib.figure.Figure:
+    ) -> CaptionedFigure:
         """A figure of the run.
 
         Args:
@@ -289,6 +459,42 @@ class Run:
         (asked,), figures = with_figures([kind], mission.figures, KINDS)
         about = figures, mission.places, width_in, ViewAt(at_s, viewer)
         return run_picture(self._results, asked, *about).shown()
+
+    def graph(
+        self,
+        name: str,
+        *,
+        at_s: float | None = None,
+        viewer: str = "",
+        from_s: float | None = None,
+        until_s: float | None = None,
+    ) -> nx.DiGraph:
+        """A graph of the run, of networkx; the module ``missions.graphs`` says what its nodes and edges have.
+
+        Args:
+            name: organisation (who plays what), heard (who heard whom), plan (tasks) or jobs (what they need).
+            at_s, viewer: of organisation and plan: when, else at the end; in whose view, else each vehicle's of itself.
+            from_s, until_s: of heard: packets from then, and before then.
+
+        Raises:
+            OutputError: no such graph, vehicle or time, or the graph does not go by what was asked for.
+        """
+        from missions import graphs
+
+        asked = {"at_s": at_s, "viewer": viewer or None, "from_s": from_s, "until_s": until_s}
+        taken = graphs.TAKES[graphs.checked_name(name)]
+        if foreign := [key for key, value in asked.items() if value is not None and key not in taken]:
+            raise OutputError(f"graph {name!r} takes {' and '.join(taken) or 'nothing else'}; not {foreign[0]}")
+        if name == "organisation":
+            return graphs.organisation_graph(self._results, at_s, viewer)
+        if name == "heard":
+            return graphs.heard_graph(self._results, from_s, until_s)
+        if name == "plan":
+            return graphs.plan_graph(self._results, at_s, viewer)
+        from missions.scenarios.parts import database_of
+
+        mission = self._mission
+        return graphs.jobs_graph(mission.jobs.values(), database_of(self.scenario, type(mission)))
 
     def metric(self, metric: str | Metric) -> float | None:
         """The value of a metric in the run, be it in memory or in a folder.

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from missions.cards import card
+
 if TYPE_CHECKING:
-    import matplotlib.figure
     from pandas import DataFrame
 
     from missions.metric import Metric
     from missions.sweeps.folder import SweepResults
+    from visualisation.page import CaptionedFigure
 
 
 class Sweep:
@@ -25,6 +27,16 @@ class Sweep:
     def __repr__(self) -> str:
         status = self._results.status()
         return f"<Sweep in {self._results.folder}: {status.done} of {status.planned} runs done, {status.failed} failed>"
+
+    def _repr_html_(self) -> str:
+        design, status = self._results.file.study, self._results.status()
+        rows = [
+            ("scenarios", ", ".join(design.scenario)),
+            ("strategies", ", ".join(design.strategies or ()) or "that of the scenario"),
+            ("metrics", ", ".join(self._results.compared)),
+            ("runs", f"{status.done} of {status.planned} done, {status.failed} failed, {status.censored} censored"),
+        ]
+        return card(f"Sweep {design.name} in {self._results.folder}", rows, "sweep.compare() and sweep.plot() show it")
 
     @property
     def status(self) -> dict[str, int]:
@@ -60,7 +72,7 @@ class Sweep:
 
     def plot(
         self, kind: str | Metric = "overview", metric: str | Metric = "mission_time_s", width_in: float | None = None
-    ) -> matplotlib.figure.Figure:
+    ) -> CaptionedFigure:
         """A figure of the sweep.
 
         Args:

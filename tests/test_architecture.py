@@ -135,7 +135,7 @@ STAND_ALONE = {
     "remoras.htn": {"remoras.errors"},
     "remoras.executive.satisfaction": {"remoras.activities"},
 }
-FACE = ("remoras", "remoras.face", "remoras.swept", "remoras.testing", "remoras.conformance")
+FACE = ("remoras", "remoras.face", "remoras.swept", "remoras.stepped", "remoras.testing", "remoras.conformance")
 ROOF = "remoras.cli"
 ENTRY = "remoras.__main__"
 WORDS_OF = {

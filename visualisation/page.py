@@ -215,9 +215,23 @@ class DrawnPage(NamedTuple):
     caption: str
     notes: tuple[str, ...] = ()
 
-    def shown(self) -> Figure:
+    def shown(self) -> CaptionedFigure:
         """The figure as notebooks show it by themselves, with its caption as ``.caption``."""
         figure = self.figure
-        figure._repr_png_ = lambda: style.rendered(figure, "png")  # type: ignore[attr-defined]  # what IPython asks for
-        figure.caption = self.caption  # type: ignore[attr-defined]
+        figure.__class__ = CaptionedFigure
+        assert isinstance(figure, CaptionedFigure)
+        figure.caption = self.caption
         return figure
+
+
+class CaptionedFigure(Figure):
+    """A Matplotlib figure that has a caption, and that notebooks show by themselves.
+
+    Attributes:
+        caption: what it shows, with units, n and seeds.
+    """
+
+    caption: str
+
+    def _repr_png_(self) -> bytes:  # what IPython asks for
+        return style.rendered(self, "png")

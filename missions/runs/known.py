@@ -18,6 +18,7 @@ from numbers import Real
 from typing import Any, NamedTuple, TypeVar
 
 from exchange.packets import guid_of
+from missions.cards import card
 from missions.errors import OutputError
 from missions.figure import RunResults
 from missions.runs.rebuilt import blocks_of, fill, formed, gave_up_s, left_over, lives_of, memories, tidied_s
@@ -91,6 +92,15 @@ class KnownAt:
 
     def __repr__(self) -> str:
         return f"<Known to {self.vehicle} at {self.at_s:g} s>"
+
+    def _repr_html_(self) -> str:
+        played = self.organisation
+        groups = []
+        for group in played.groups:
+            roles = [of for name in played.members(group) for of in played.roles_of(name, group)]
+            groups.append((f"group {group}", ", ".join(f"{of.role}: {of.vehicle}" for of in roles)))
+        about = [("absent", ", ".join(sorted(self.absent)) or "none"), ("latest values", str(len(list(self.beliefs))))]
+        return card(f"Known to {self.vehicle} at {self.at_s:g} s", [*groups, *about], "known.beliefs has all of them")
 
     @property
     def beliefs(self) -> Iterator[Belief]:

@@ -20,6 +20,7 @@ from missions.runs.setup import Setup
 from missions.runs.summary import identity
 from missions.runs.tables import arrow_table
 from missions.verdict import KEY, VERDICT
+from remoras.mission import FleetView, Milestone
 from remoras.recorder import PACKETS
 from remoras.rows import Row
 from remoras.version import __version__
@@ -60,6 +61,21 @@ class Underway:
         self._fleet.step()
         self.now_s, self.is_running = self._fleet.now_s, bool(self._fleet.running)
         self._spent_s += time.perf_counter() - began
+
+    @property
+    def view(self) -> FleetView:
+        """The vehicles as they really are now."""
+        return self._fleet.view
+
+    @property
+    def milestones(self) -> Sequence[Milestone]:
+        """What happened so far, in time order."""
+        return tuple(self._truth.milestones)
+
+    @property
+    def goal_fraction(self) -> float:
+        """Share of the mission's whole goal that is reached on the ground, 0..1."""
+        return self._truth.goal_fraction
 
     def finish(self) -> Run:
         """The finished run, as ``run`` gives it; the vehicles are gone after that."""

@@ -10,6 +10,7 @@ from typing import Any, Final, Literal
 
 from pydantic import ConfigDict, Field, field_validator
 
+from missions.cards import card, number
 from missions.scenarios.channel import ChannelTable
 from missions.scenarios.communication import Communication
 from missions.scenarios.copies import MAX_VEHICLES, SPACING_M
@@ -302,3 +303,22 @@ class Scenario(Sparse):
     def names_by_slot(self) -> list[str]:
         """Names of the vehicles in the order of their nodes."""
         return [vehicle.name for vehicle in sorted(self.vehicle, key=lambda vehicle: vehicle.slot)]
+
+    def __repr__(self) -> str:
+        """What it is, in a line."""
+        named = f"strategy {self.strategy.name}, policy {self.communication.policy}, channel {self.channel.name}"
+        return f"<Scenario {self.scenario.name}: {len(self.vehicle)} vehicles, {named}>"
+
+    def _repr_html_(self) -> str:
+        about, groups = self.scenario, ((group.name, [role.name for role in group.role]) for group in self.group)
+        rows = [
+            ("mission", about.mission),
+            ("ends after", f"{number(about.duration_s)} s at the latest"),
+            ("vehicles", ", ".join(f"{vehicle.name} ({vehicle.vehicle_type})" for vehicle in self.vehicle)),
+            *((f"group {name}", ", ".join(roles)) for name, roles in groups),
+            ("strategy", self.strategy.name),
+            ("policy, modem", f"{self.communication.policy}, {self.communication.modem}"),
+            ("channel", self.channel.name),
+            ("faults", ", ".join(fault.kind for fault in self.fault) or "none"),
+        ]
+        return card(f"{about.name}: {about.title}", rows, "its attributes, such as scenario.channel, are its tables")

@@ -8,6 +8,7 @@ from typing import Annotated, Any, ClassVar, TypeGuard
 
 from pydantic import BaseModel, ConfigDict, Field, SerializerFunctionWrapHandler, model_serializer
 
+from missions.cards import card, number, own_names
 from missions.errors import ConfigurationFault
 from missions.files import shown
 from worldmodel import suggestion
@@ -18,6 +19,8 @@ Probability = Annotated[float, Field(ge=0.0, le=1.0)]
 Name = Annotated[str, Field(min_length=1, max_length=40, pattern=r"^[^./\\\x00-\x1f]+$")]
 """Files are named by it: it has no dot, no slash and no control character."""
 PointM = tuple[float, float]
+LONGEST_REPR = 120
+"""Characters of a table in a terminal or notebook."""
 QUEUE_LIMIT = 10_000
 """Items in the queue of a vehicle, if a scenario does not say how many."""
 
@@ -29,6 +32,25 @@ class Section(BaseModel):
     """A TOML table: frozen, and no key that is not listed here."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
+
+    def __repr__(self) -> str:
+        """All of a small table; of a large one its name and size."""
+        whole = super().__repr__()
+        name = getattr(self, "name", "")
+        named = f" {name}" if isinstance(name, str) and name else ""
+        if len(whole) <= LONGEST_REPR:
+            return whole
+        return f"<{type(self).__name__}{named}: {len(self.model_fields_set)} keys set>"
+
+    def _repr_html_(self) -> str:
+        return card(type(self).__name__, ((name, _shown(getattr(self, name))) for name in type(self).model_fields))
+
+    def __dir__(self) -> list[str]:
+        return own_names(self)
+
+
+def _shown(value: Any) -> str:
+    return repr(value) if isinstance(value, BaseModel | tuple | dict) else number(value)
 
 
 class Sparse(Section):

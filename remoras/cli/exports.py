@@ -27,6 +27,7 @@ class ExportFormat(StrEnum):
     NETCDF = "netcdf"
     CSV = "csv"
     ALOG = "alog"
+    GRAPHML = "graphml"
     TRACE = "trace"
     TURTLE = "ttl"
     TRIG = "trig"
@@ -36,7 +37,8 @@ class ExportFormat(StrEnum):
 
 FORMAT_HELP = (
     "mcap for Foxglove, rosbag2 for ROS 2, geojson for QGIS and Neptus, kml for Google Earth, "
-    "netcdf with CF conventions, csv for anything, alog for alogview of MOOS-IvP, trace for the channel trace; "
+    "netcdf with CF conventions, csv for anything, alog for alogview of MOOS-IvP, "
+    "graphml for Gephi and yEd, trace for the channel trace; "
     "what vehicles knew as RDF: ttl, trig, jsonld, nt."
 )
 Vehicle = Annotated[
@@ -61,7 +63,7 @@ def export(
     ] = False,
     as_json: Json = False,
 ) -> None:
-    """Write a run for another tool: Foxglove, ROS 2, QGIS, Google Earth, MOOS-IvP, netCDF, CSV, RDF, or as a trace."""
+    """Write a run for another tool: Foxglove, ROS 2, QGIS, Google Earth, MOOS-IvP, netCDF, CSV, RDF, graphs, traces."""
     from missions.runs.knowledge import form_of
     from missions.runs.results import Results
 

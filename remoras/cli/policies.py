@@ -12,8 +12,8 @@ import typer
 
 from missions.errors import LONGEST_VALUE, cut
 from remoras.cli.app import Format, Json, command, fail, show_json
-from remoras.cli.progress import Progress
 from remoras.cli.tables import on_terminal, show_table
+from remoras.progress import Progress
 
 if TYPE_CHECKING:
     from exchange.policies import AckPolicy

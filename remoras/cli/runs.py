@@ -15,8 +15,8 @@ import typer
 from remoras.cli import completion
 from remoras.cli.app import FAILED, Format, Json, command, fail, give_up, remark, show_json
 from remoras.cli.exports import At, Vehicle
-from remoras.cli.progress import Progress
 from remoras.cli.tables import on_terminal, show_table
+from remoras.progress import Progress
 
 if TYPE_CHECKING:
     from missions.runs.results import Results

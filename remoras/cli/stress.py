@@ -14,8 +14,8 @@ import typer
 
 from missions.errors import LONGEST_VALUE, cut
 from remoras.cli.app import FAILED, Json, command, fail, show_json
-from remoras.cli.progress import Progress
 from remoras.cli.runs import Settings, StrategyName
+from remoras.progress import Progress
 
 UNITS_S = {"s": 1.0, "m": 60.0, "h": 3600.0}
 DEFAULT_SEEDS = "1:20"

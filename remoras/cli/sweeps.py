@@ -14,8 +14,8 @@ import typer
 
 from remoras.cli import completion
 from remoras.cli.app import FAILED, Json, command, fail, remark, show_json
-from remoras.cli.progress import Progress
 from remoras.cli.tables import on_terminal, show_table
+from remoras.progress import Progress
 
 if TYPE_CHECKING:
     from missions.comparison.rows import Comparison

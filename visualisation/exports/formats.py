@@ -58,6 +58,7 @@ FORMATS: Mapping[str, FormatOfExport] = {
     "netcdf": FormatOfExport("trajectories with CF conventions", ".nc", ("netCDF4",), needs_datum=True),
     "csv": FormatOfExport("a folder with a file for each table", "", inside=(".csv",)),
     "alog": FormatOfExport("a folder with a log for each vehicle, for alogview of MOOS-IvP", "", inside=(".alog",)),
+    "graphml": FormatOfExport("a folder with graphs for Gephi and yEd", "", ("networkx",), inside=(".graphml",)),
     "trace": FormatOfExport("who heard and lost each packet, for the channel trace", ".trace.csv"),
 }
 """All formats; the module of each has its name."""

@@ -10,12 +10,12 @@ from typing import Any, Protocol
 from missions.errors import ConfigurationError
 from missions.figure import Place, RunResults
 from missions.files import tables_of
+from missions.structure import group_nodes
 from visualisation.errors import DrawingError
 from visualisation.replay import tables as of_run
 from visualisation.replay.columns import Columns
 from visualisation.replay.own_tables import add_own
 from visualisation.replay.tables import EVENTS, TIME_STEP_S, Names, Tables
-from visualisation.structure import group_nodes
 
 FORM = 1
 """Form of the data; the page says so where it cannot read it."""

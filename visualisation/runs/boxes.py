@@ -13,9 +13,9 @@ from matplotlib.colors import to_rgb
 from matplotlib.patches import Rectangle
 
 from missions.figure import VehicleLook
+from missions.structure import GroupNode
 from visualisation import style
 from visualisation.runs.views import View
-from visualisation.structure import GroupNode
 
 LINE_IN, CHIP_IN, TITLE_IN = 0.155, 0.118, 0.19
 """Height of a line of a box, of a name in it, and of the head of a box."""

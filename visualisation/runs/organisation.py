@@ -10,6 +10,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from missions.figure import RunResults
+from missions.structure import GroupNode
 from visualisation import style, words
 from visualisation.page import Box, DrawnPage
 from visualisation.runs import boxes, captions, reading
@@ -29,7 +30,6 @@ from visualisation.runs.views import (
     checked_time_s,
     view_of,
 )  # fmt: skip
-from visualisation.structure import GroupNode
 
 TALLEST_IN = 9.0
 """Height of a page of a paper."""

@@ -9,11 +9,11 @@ from itertools import accumulate, pairwise
 from typing import Any, NamedTuple
 
 from missions.figure import RunResults
+from missions.structure import GroupNode, RoleKey, group_nodes
 from visualisation.errors import DrawingError, unknown
 from visualisation.outages import Outage, outages, outside
 from visualisation.runs import reading
 from visualisation.runs.reading import Span
-from visualisation.structure import GroupNode, RoleKey, group_nodes
 
 CREATED, DISSOLVED, MISSION, SUCCEEDED = "create", "dissolve", "mission", "succeed"
 """Acts that are marked."""

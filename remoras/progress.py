@@ -1,4 +1,6 @@
-"""Progress on the standard error: a bar on a terminal, a line now and then elsewhere, nothing for what is quick."""
+"""Progress on the standard error: a bar on a terminal, a line that is written over in a notebook, lines now and then
+elsewhere, nothing for what is quick.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +12,17 @@ from typing import Any
 QUIET_S = 1.0
 """What takes no longer than this shows no progress."""
 LINE_EVERY_S = 10.0
+NOTEBOOK_EVERY_S = 0.5
+
+
+def is_notebook() -> bool:
+    """True in the kernel of a notebook."""
+    return "ipykernel" in sys.modules
+
+
+def is_watched() -> bool:
+    """True if somebody looks at the standard error: a terminal, or a notebook."""
+    return is_notebook() or sys.stderr.isatty()
 
 
 class Progress:
@@ -26,6 +39,7 @@ class Progress:
         self._unit = unit
         self._began = self._last_line = time.monotonic()
         self._first: float | None = None
+        self._rewritten = 0
         self._bar: Any = None
         self._task: Any = None
 
@@ -46,12 +60,16 @@ class Progress:
             return
         if sys.stderr.isatty():
             self._show_bar(done)
-        elif now - self._last_line >= LINE_EVERY_S:
+        elif now - self._last_line >= (NOTEBOOK_EVERY_S if is_notebook() else LINE_EVERY_S):
             self._last_line = now
             rate = (done - self._first) / (now - self._began)
             left = f", {(self._total - done) / rate:.0f} s left" if rate > 0.0 else ""
             text = f"{self._label}: {done:.0f} of {self._total:.0f} {self._unit}, {rate:.2g} per s{left}"
-            print(text, file=sys.stderr)
+            if is_notebook():  # which writes a line over the one before
+                self._rewritten = max(self._rewritten, len(text))
+                print(f"\r{text:{self._rewritten}}", end="", file=sys.stderr, flush=True)
+            else:
+                print(text, file=sys.stderr)
 
     def _show_bar(self, done: float) -> None:
         if self._bar is None:
@@ -73,3 +91,5 @@ class Progress:
     ) -> None:
         if self._bar is not None:
             self._bar.stop()
+        if self._rewritten:
+            print("\r" + " " * self._rewritten + "\r", end="", file=sys.stderr, flush=True)

@@ -1,0 +1,88 @@
+"""Cards: what a notebook shows of a value, a small table in HTML, and the names that Tab offers of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from html import escape
+from typing import Any
+
+LONGEST_TEXT = 160
+"""Characters of a value that a card shows."""
+MOST_ROWS = 60
+"""Rows of a card; a line says how many more there are."""
+LIBRARIES = ("builtins", "pydantic", "typing", "abc")
+"""Packages whose names are not ours to offer."""
+
+
+def card(title: str, rows: Iterable[tuple[str, ...]], note: str = "") -> str:
+    """A title, a table of texts below it, and a note.
+
+    >>> card("A & B", [("depth", "12 m")])
+    '<div><strong>A &amp; B</strong><table><tr><th style="text-align:left">depth</th><td>12 m</td></tr></table></div>'
+    """
+    listed = [tuple(_cut(cell) for cell in row) for row in rows]
+    more = [f"and {len(listed) - MOST_ROWS} more"] if len(listed) > MOST_ROWS else []
+    lines = "".join(_row(row) for row in listed[:MOST_ROWS])
+    notes = "".join(f"<p>{escape(text)}</p>" for text in [*more, *([note] if note else [])])
+    return f"<div><strong>{escape(title)}</strong><table>{lines}</table>{notes}</div>"
+
+
+def _row(cells: Sequence[str]) -> str:
+    first, *others = map(escape, cells)
+    style = ' style="text-align:left"'
+    return f"<tr><th{style}>{first}</th>{''.join(f'<td>{cell}</td>' for cell in others)}</tr>"
+
+
+def _cut(text: str) -> str:
+    return text if len(text) <= LONGEST_TEXT else f"{text[: LONGEST_TEXT - 3]}..."
+
+
+def number(value: Any) -> str:
+    """A value as a card shows it: numbers to six digits.
+
+    >>> number(1234.56789), number(True), number(None)
+    ('1234.57', 'yes', 'none')
+    """
+    if value is None or isinstance(value, bool):
+        return {None: "none", True: "yes", False: "no"}[value]
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def own_names(value: object) -> list[str]:
+    """Public names of a value, without those that a library gave its class; what Python itself needs stays."""
+    kinds = [kind for kind in type(value).__mro__ if kind.__module__.partition(".")[0] not in LIBRARIES]
+    fields = set(getattr(type(value), "model_fields", ()))
+    names = {name for kind in kinds for name in vars(kind)} | fields
+    return sorted(name for name in names if name in fields or _is_offered(name))
+
+
+def _is_offered(name: str) -> bool:
+    if name.startswith("_"):
+        return name.endswith("__") and not name.startswith("__pydantic")
+    return not name.startswith("model_") and not name.isupper()
+
+
+class Figures(dict[str, Any]):
+    """The figures of a run by name; a notebook shows them as a table with units.
+
+    Args:
+        values: by the names of the metrics.
+        units: units by name, asked for when they are shown.
+    """
+
+    def __init__(self, values: Mapping[str, Any], units: Callable[[], Mapping[str, str]] = dict) -> None:
+        super().__init__(values)
+        self._units = units
+
+    def _repr_html_(self) -> str:
+        units = self._units()
+        shown = {name: value for name, value in self.items() if not isinstance(value, list | dict)}
+        return card("Figures", ((name, number(value), units.get(name, "")) for name, value in shown.items()))
+
+
+class Records(list[dict[str, Any]]):
+    """Records of one kind, in their order; a notebook shows them as a table."""
+
+    def _repr_html_(self) -> str:
+        keys = list(self[0]) if self else []
+        return card(" · ".join(keys), (tuple(number(record[key]) for key in keys) for record in self))

@@ -1,0 +1,132 @@
+"""The Python face of a run that the caller steps: ``for state in remoras.stepping("mapping-rendezvous"): ...``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from missions.cards import card, number
+from missions.runs.results import MemoryResults
+from missions.runs.underway import Underway
+from remoras.face import Run
+from remoras.mission import Milestone
+
+if TYPE_CHECKING:
+    from types import TracebackType
+
+    from pandas import DataFrame
+
+
+@dataclass(frozen=True)
+class VehicleNow:
+    """A vehicle as it really is.
+
+    Attributes:
+        x_m, y_m: position, x east and y north; speed_mps: over ground.
+        is_alive: it has energy, and no fault has taken it away.
+        roles: those that it takes itself to hold, as ``Group.Role``; activities: what it performs.
+    """
+
+    x_m: float
+    y_m: float
+    speed_mps: float
+    is_alive: bool
+    roles: tuple[str, ...]
+    activities: tuple[str, ...]
+
+
+@dataclass(frozen=True, repr=False)
+class State:
+    """A run after a motion tick; nothing of it changes later.
+
+    Attributes:
+        time_s: of the mission; goal_fraction: share of its goal that is reached, 0..1.
+        vehicles: by name; milestones: those that are new since the state before.
+    """
+
+    time_s: float
+    goal_fraction: float
+    vehicles: Mapping[str, VehicleNow]
+    milestones: tuple[Milestone, ...]
+
+    def __repr__(self) -> str:
+        return f"<State at {self.time_s:g} s: {self.goal_fraction:.0%} of the goal, {len(self.vehicles)} vehicles>"
+
+    def _repr_html_(self) -> str:
+        rows = [
+            (name, f"({now.x_m:.1f} m, {now.y_m:.1f} m)", f"{number(now.speed_mps)} m/s", ", ".join(now.roles))
+            for name, now in self.vehicles.items()
+        ]
+        return card(f"{self.time_s:g} s, {self.goal_fraction:.0%} of the goal", rows)
+
+
+class Stepping:
+    """A run that goes on by one motion tick for each state that is taken of it.
+
+    What it gives at its end is the run that ``remoras.run`` gives. Whoever stops before calls ``close``, or uses it in
+    a ``with`` statement.
+
+    Args:
+        underway: the run.
+    """
+
+    def __init__(self, underway: Underway) -> None:
+        self._underway = underway
+        self._n_milestones = 0
+        self._finished: Run | None = None
+
+    def __repr__(self) -> str:
+        how = "ended" if self._finished else "is underway"
+        return f"<Stepping of {self._underway.setup.scenario.scenario.name}: {how}, {self._underway.now_s:g} s>"
+
+    def __iter__(self) -> Iterator[State]:
+        return self
+
+    def __next__(self) -> State:
+        if self._finished or not self._underway.is_running:
+            self.run()
+            raise StopIteration
+        self._underway.step()
+        milestones = self._underway.milestones
+        new, self._n_milestones = milestones[self._n_milestones :], len(milestones)
+        vehicles = {
+            vehicle.name: VehicleNow(
+                *vehicle.position_m,
+                vehicle.speed_mps,
+                vehicle.is_alive,
+                tuple(sorted(f"{of.group}.{of.role}" for of in vehicle.organisation.roles_of(vehicle.name))),
+                vehicle.performed if vehicle.is_alive else (),
+            )
+            for vehicle in self._underway.view.vehicles
+        }
+        return State(self._underway.now_s, self._underway.goal_fraction, vehicles, tuple(new))
+
+    def table(self, name: str) -> DataFrame:
+        """The rows of a table so far, as a pandas data frame.
+
+        Raises:
+            KeyError: there is no such table.
+        """
+        frame: DataFrame = self._underway.table(name).to_pandas()
+        return frame
+
+    def run(self) -> Run:
+        """The finished run; what is left of it is run without a stop."""
+        if self._finished is None:
+            while self._underway.is_running:
+                self._underway.step()
+            self._finished = Run(MemoryResults(self._underway.finish()))
+        return self._finished
+
+    def close(self) -> None:
+        """Let go of the vehicles of a run that is not to end."""
+        self._underway.close()
+
+    def __enter__(self) -> Stepping:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()

@@ -1,0 +1,201 @@
+"""Graphs of runs: equal to what the tables say, and what follows from them."""
+
+import subprocess
+import sys
+from collections import Counter
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import remoras
+from exchange.acoustics.linkfile import LinkFileError
+from exchange.acoustics.network import shipped
+from missions.connectivity import CONNECTED, CONNECTIVITY, CUTTING, windows
+from missions.errors import OutputError
+from missions.graphs import cutting, heard_among, is_connected
+from visualisation.exports.formats import FORMATS
+
+nx = pytest.importorskip("networkx")
+LOST = [{"vehicle": "AUV02", "kind": "lost", "at_s": 120.0}]
+
+
+@pytest.fixture(scope="module")
+def run() -> remoras.Run:
+    return remoras.run("mapping-rendezvous", per=0.4, seed=3, set={"scenario.duration_s": 400.0, "fault": LOST})
+
+
+def test_who_plays_what_is_what_each_vehicle_takes_itself_to_hold(run: remoras.Run) -> None:
+    for at_s in (0.0, 100.0, 400.0):
+        graph = run.graph("organisation", at_s=at_s)
+        for vehicle in ("ASV00", "AUV00", "AUV01", "AUV02"):
+            known = run.known(vehicle, at_s=at_s).organisation.roles_of(vehicle)
+            assert set(graph[vehicle]) == {f"{of.group}.{of.role}" for of in known}, (vehicle, at_s)
+    held = graph["ASV00"]["Coordination.MissionAdministrator"]
+    assert held["kind"] == "plays"
+    assert set(graph["Operational.Performer"]) == {"Operational"}
+    assert set(graph["Operational"]) == {"Coordination"}
+    assert graph.graph["units"] == {"since_s": "s"}
+
+
+def test_in_a_view_is_what_that_vehicle_had_heard(run: remoras.Run) -> None:
+    views = {}
+    for viewer in ("ASV00", "AUV01"):
+        for at_s in (5.0, 60.0, 390.0):
+            known = run.known(viewer, at_s=at_s)
+            graph = run.graph("organisation", at_s=at_s, viewer=viewer)
+            played = {(v, r) for v, r, edge in graph.edges(data=True) if edge["kind"] == "plays"}
+            names = [name for name, data in graph.nodes(data=True) if data["kind"] == "vehicle"]
+            assert played == {(v, f"{of.group}.{of.role}") for v in names for of in known.organisation.roles_of(v)}
+            absent = {name for name, data in graph.nodes(data=True) if data.get("is_absent")}
+            assert absent == known.absent
+            views[viewer, at_s] = played, absent
+    assert any(absent for _, absent in views.values())
+
+
+def test_who_heard_whom_is_counted_from_the_packets(run: remoras.Run) -> None:
+    rows = run.table("packets")
+    for from_s, until_s in ((0.0, 400.0), (100.0, 150.0)):
+        inside = rows[(rows.time_s >= from_s) & (rows.time_s < until_s)]
+        counts: Counter[tuple[str, str, str]] = Counter()
+        bits: Counter[tuple[str, str]] = Counter()
+        for row in inside.itertuples():
+            for what in ("receivers", "lost_by", "collided_at"):
+                counts.update((row.sender, other, what) for other in getattr(row, what))
+            bits.update({(row.sender, other): row.size_bits for other in row.receivers})
+        graph = run.graph("heard", from_s=from_s, until_s=None if until_s == 400.0 else until_s)
+        links = {(one, two) for one, two, _ in counts}
+        assert set(graph.edges) == links
+        for one, two in links:
+            heard, lost, collided = (counts[one, two, what] for what in ("receivers", "lost_by", "collided_at"))
+            assert graph.edges[one, two] == {
+                "kind": "heard", "n_heard": heard, "n_lost": lost, "n_collided": collided, "heard_bits": bits[one, two],
+                "heard_fraction": heard / (heard + lost + collided),
+            }  # fmt: skip
+        assert {name: data["n_sent"] for name, data in graph.nodes(data=True)} == {
+            name: int((inside.sender == name).sum()) for name in graph
+        }
+    assert graph.graph["units"] == {"heard_bits": "bit", "heard_fraction": "1", "sent_bits": "bit"}
+
+
+def test_plans_are_trees_as_the_table_has_them(run: remoras.Run) -> None:
+    rows = run.table("plans")
+    for at_s in (60.0, 400.0):
+        graph = run.graph("plan", at_s=at_s)
+        plan = ["vehicle", "group", "role", "objective", "argument", "node"]
+        newest = rows[rows.time_s <= at_s].groupby(plan, sort=False).last()
+        assert len(graph) == len(newest)
+        assert Counter(nx.get_node_attributes(graph, "status").values()) == Counter(newest.status)
+        assert graph.number_of_edges() == int((newest.parent >= 0).sum())
+        assert nx.is_forest(graph)
+    assert set(nx.get_node_attributes(run.graph("plan", viewer="ASV00"), "vehicle").values()) == {"ASV00"}
+
+
+def test_jobs_have_who_is_able_and_what_comes_before() -> None:
+    run = remoras.run("trident-intervention", set={"scenario.duration_s": 5.0})
+    graph, mission = run.graph("jobs"), run._mission
+    before = {(one, two) for one, two, edge in graph.edges(data=True) if edge["kind"] == "before"}
+    assert before == {(needed, job.name) for job in mission.jobs.values() for needed in job.needs} != set()
+    able = Counter(two for _, two, edge in graph.edges(data=True) if edge["kind"] == "able")
+    assert set(able) == set(mission.jobs)
+    assert nx.is_directed_acyclic_graph(graph)
+
+
+def test_what_is_not_there_is_refused_in_a_line(run: remoras.Run) -> None:
+    for asked, told in (
+        ({"name": "herd"}, "graph 'herd': allowed are .*did you mean 'heard'"),
+        ({"name": "heard", "at_s": 5.0}, "takes from_s and until_s; not at_s"),
+        ({"name": "jobs", "viewer": "AUV00"}, "takes nothing else; not viewer"),
+        ({"name": "plan", "viewer": "AUV09"}, "viewer 'AUV09': there are ASV00"),
+        ({"name": "organisation", "at_s": 1e9}, "at_s is .*allowed: 0 to 400"),
+        ({"name": "heard", "from_s": 50.0, "until_s": 50.0}, "from_s is 50; allowed: below until_s"),
+        ({"name": "organisation", "at_s": True}, "at_s is True"),
+    ):
+        with pytest.raises(OutputError, match=told):
+            run.graph(**asked)  # type: ignore[arg-type]
+
+
+def test_a_network_is_its_links() -> None:
+    for name, network in shipped().items():
+        if network.node:
+            graph = remoras.network(name)
+            assert {(one, two): edge["per"] for one, two, edge in graph.edges(data=True)} == network.per
+            assert [graph.nodes[node.name].get("depth_m") for node in network.node] == [n.depth_m for n in network.node]
+        else:
+            with pytest.raises(LinkFileError, match="losses over range, and no links"):
+                remoras.network(name)
+
+
+def test_what_is_exported_is_read_back(run: remoras.Run, tmp_path: Path) -> None:
+    folder = run.export("graphml", tmp_path / "graphs")
+    assert {path.name for path in folder.iterdir()} == {"organisation.graphml", "heard.graphml", "plan.graphml"}
+    for name in ("organisation", "heard", "plan"):
+        read, graph = nx.read_graphml(folder / f"{name}.graphml"), run.graph(name)
+        assert dict(read.nodes(data=True)) == dict(graph.nodes(data=True))
+        assert {edge[:2]: edge[2] for edge in read.edges(data=True)} == {e[:2]: e[2] for e in graph.edges(data=True)}
+    assert FORMATS["graphml"].inside == (".graphml",)
+
+
+def packet(slot: int, sender: str, *receivers: str, lost_by: tuple[str, ...] = ()) -> Mapping[str, Any]:
+    return {
+        "slot": slot, "time_s": 3.0 * slot, "sender": sender, "size_bits": 8, "receivers": list(receivers),
+        "lost_by": list(lost_by), "collided_at": [],
+    }  # fmt: skip
+
+
+def line(first: int) -> list[Mapping[str, Any]]:
+    """A - B - C in a line, each of which speaks twice: all depends on B."""
+    rows = []
+    for slot in range(first, first + 6, 3):
+        rows += [packet(slot, "A", "B", lost_by=("C",)), packet(slot + 1, "B", "A", "C"), packet(slot + 2, "C", "B")]
+    return rows
+
+
+def test_who_alone_ties_the_fleet_is_named() -> None:
+    graph = heard_among("ABC", line(0))
+    assert cutting(graph) == {"B"}
+    assert is_connected(graph)
+    closed = heard_among("ABC", [*line(0), packet(6, "A", "C"), packet(7, "C", "A")])
+    assert cutting(closed) == frozenset()
+    one_way = heard_among("ABC", [row for row in line(0) if row["sender"] != "C"])
+    assert cutting(one_way) == frozenset()
+    assert not is_connected(one_way)
+
+
+def test_windows_are_of_two_slots_each_and_whole() -> None:
+    found = list(windows(["A", "B", "C"], [*line(0), *line(6)[:4], *line(12), packet(18, "A", "B")]))
+    assert [window.from_s for window in found] == [0.0, 18.0, 36.0]
+    assert [window.is_connected for window in found] == [True, True, True]
+    silent = [row for row in line(6) if row["sender"] == "A"]
+    apart = list(windows(["A", "B", "C"], [*line(0), *silent, *line(12)]))
+    assert [(window.is_connected, window.n_components) for window in apart] == [(True, 1), (False, 3), (True, 1)]
+
+
+def test_a_lost_vehicle_is_apart_and_without_losses_all_is_one(run: remoras.Run) -> None:
+    calm = remoras.run("mapping-rendezvous", per=0.0, set={"scenario.duration_s": 400.0})
+    assert (calm.metric(CONNECTED), calm.metric(CUTTING)) == (1.0, 0.0)
+    struck = run.metric("missions.connectivity:CONNECTED")
+    assert struck is not None
+    assert 0.1 < struck < 0.4  # AUV02 is lost after 120 of 400 s, so that it is at most connected before
+    assert (run.metric(CUTTING) or 0.0) > 0.0
+
+
+def test_the_figure_says_the_share(run: remoras.Run) -> None:
+    figure = run.plot(CONNECTIVITY, width_in=3.5)
+    share = run.metric(CONNECTED)
+    assert f"In {share:.0%} of" in figure.caption
+    assert "In 100% of" not in figure.caption
+
+
+def test_a_run_loads_no_graphs() -> None:
+    program = (
+        "import missions.graphs, remoras, networkx as nx\n"
+        "def refused(*_, **__): raise AssertionError('a graph was made')\n"
+        "nx.Graph.__init__ = nx.DiGraph.__init__ = refused\n"
+        "run = remoras.run('mapping-rendezvous', set={'scenario.duration_s': 20.0}); run.summary\n"
+        "try: run.graph('heard')\n"
+        "except AssertionError: print('not before it is asked for')\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert done.stdout.strip() == "not before it is asked for", done.stderr
