@@ -7,6 +7,7 @@ from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from pydantic import BaseModel
+from pydantic.fields import FieldInfo
 
 from missions.fault import kinds
 from missions.files import shipped_abouts, toml_value
@@ -62,6 +63,8 @@ def _in_words(annotation: Any) -> str:
     ('list of texts', 'list of 2 numbers', 'table of whole numbers')
     >>> _in_words(Literal["grid", "list"]), _in_words(bool), _in_words(dict[str, Any]), _in_words(int | float)
     ('one of "grid", "list"', 'true or false', 'table', 'whole number or number')
+    >>> _in_words(tuple[Literal["top", "bottom"], Literal["left", "right"]])
+    'list of 2: one of "top", "bottom"; then one of "left", "right"'
     """
     origin, arguments = get_origin(annotation), get_args(annotation)
     if origin is Annotated:
@@ -71,14 +74,31 @@ def _in_words(annotation: Any) -> str:
     if origin in (Union, UnionType):
         return " or ".join(_in_words(kind) for kind in arguments if kind is not NoneType)
     if origin in (tuple, list):
-        inner = _plural(_in_words(arguments[0])) if arguments else "values"
         several = origin is tuple and len(arguments) > 1 and arguments[-1] is not Ellipsis
+        words = [_in_words(argument) for argument in arguments if argument is not Ellipsis]
+        if several and len({*arguments}) > 1:
+            return f"list of {len(arguments)}: {'; then '.join(words)}"
+        inner = f"{_plural(words[0])}{_each(arguments[0])}" if arguments else "values"
         return f"list of {len(arguments)} {inner}" if several else f"list of {inner}"
     if origin is dict:
         return "table" if arguments[1] is Any else f"table of {_plural(_in_words(arguments[1]))}"
     if isinstance(annotation, type) and issubclass(annotation, Enum):
         return f"one of {', '.join(toml_value(member.value) for member in annotation)}"
     return WORDS.get(annotation, "value")
+
+
+def _each(annotation: Any) -> str:
+    """Limits of every entry of a list.
+
+    >>> from missions.scenarios.tables import Positive
+    >>> _in_words(tuple[Positive, Positive])
+    'list of 2 numbers, each above 0'
+    """
+    if get_origin(annotation) is not Annotated:
+        return ""
+    constraints = [part for part in get_args(annotation)[1:] if isinstance(part, FieldInfo)]
+    limits = [text for info in constraints for part in info.metadata if (text := _limit(part))]
+    return f", each {', '.join(limits)}" if limits else ""
 
 
 def _plural(words: str) -> str:

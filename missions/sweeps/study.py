@@ -7,6 +7,7 @@ faults are reported at once.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from copy import deepcopy
 from dataclasses import dataclass, replace
 from importlib import resources
 from pathlib import Path
@@ -25,12 +26,21 @@ from missions.scenarios.explanations import explanations_of
 from missions.scenarios.named import METRICS, importable, metric_named
 from missions.sweeps.additions import OPTION, with_strategies
 from missions.sweeps.design import FAULT, Combination, Settings, combinations
-from missions.sweeps.study_checks import faults_between, faults_of_no_fault
-from missions.sweeps.study_file import Design, StudyFile
+from missions.sweeps.study_checks import TABLE_OF, faults_between, faults_of_no_fault
+from missions.sweeps.study_file import Design, StudyFile, flattened
 from remoras.errors import PluginError
 from worldmodel import suggestion
 
 KEY_OF_METRICS = "study.metrics"
+HARMLESS: Mapping[str, Any] = {
+    "study.repeats": 1,
+    "study.name": "study",
+    "stopping.maximum": 10,
+    "stopping.metric": "completed",
+}
+"""What takes the place of compulsory values that are malformed, while others are looked at."""
+SWEPT_BY = frozenset({"study.strategies", "study.policies", "study.sampling"})
+"""Keys on which others rest: where one is malformed, nothing is said of what is wrong between the tables."""
 
 
 @dataclass(frozen=True)
@@ -109,18 +119,21 @@ def load_study(name_or_path: str, strategies: Sequence[str] = ()) -> Study:
     tables = dict(document.raw)
     if isinstance(tables.get("channel"), dict):
         tables["channel"] = [tables["channel"]]
-    try:
-        file = StudyFile.model_validate(tables)
-    except ValidationError as error:
-        raise document.error(document.faults_of(error, StudyFile)) from None
+    file, faults, malformed = _validated(document, tables)
     folder = Path(document.path).parent
     file, unknown = _with_strategies(file, strategies, folder)
-    between = list(faults_between(file))
+    between = [] if malformed & SWEPT_BY else list(faults_between(file))
+    faults += [fault for fault in [*between, *unknown] if fault.key not in malformed]
     file, own, no_metrics = _with_own_metrics(file, folder)
-    if faults := [*between, *unknown, *no_metrics]:
-        raise document.error(faults)
-    configurations, faults = _resolved(file, folder, own)
-    metrics, more = _metrics(configurations)
+    faults += no_metrics
+    try:
+        configurations, bases, more = _resolved(_without(file, faults), folder, own)
+        faults += more
+        metrics, more = _metrics(bases)
+    except ConfigurationError:
+        if faults:
+            raise document.error(faults) from None
+        raise  # of a scenario, which is another file
     if metrics:
         more += _metric_faults(file, metrics)
     if faults or more:
@@ -128,6 +141,61 @@ def load_study(name_or_path: str, strategies: Sequence[str] = ()) -> Study:
     text = "".join(f"# {OPTION} {name}\n" for name in strategies) + document.text
     named = {metric.name: None for part in configurations for metric in own_metrics(part.scenario).values()}
     return Study(text, _with_metrics(file, metrics), tuple(configurations), metrics, tuple(named))
+
+
+def _validated(
+    document: Document, tables: Mapping[str, Any]
+) -> tuple[StudyFile, list[ConfigurationFault], frozenset[str]]:
+    """The tables of a study, without values that are malformed; faults of these, and their dotted keys.
+
+    Raises:
+        ConfigurationError: nothing is left that a study could be, as where a compulsory key is missing or malformed.
+    """
+    faults: list[ConfigurationFault] = []
+    malformed: set[str] = set()
+    left = deepcopy(dict(tables))
+    while True:
+        try:
+            return StudyFile.model_validate(left), faults, frozenset(malformed)
+        except ValidationError as error:
+            if not faults:
+                faults = document.faults_of(error, StudyFile)
+            places = [tuple(detail["loc"]) for detail in error.errors()]
+            if not sum(_taken_out(left, place) for place in places):
+                raise document.error(faults) from None
+            malformed |= {".".join(map(str, place[:2])) for place in places}
+
+
+def _taken_out(tables: dict[str, Any], place: Sequence[str | int]) -> bool:
+    """Take a malformed value out of the tables, or put something harmless in its place; False if that changes nothing.
+
+    Of a list the whole goes, since the others would be numbered anew.
+    """
+    above: Any = tables
+    for part in place[:-1]:
+        if not isinstance(above.get(part), dict):
+            return above.pop(part, None) is not None
+        above = above[part]
+    key, harmless = place[-1], HARMLESS.get(".".join(map(str, place)))
+    if harmless is None:
+        return above.pop(key, None) is not None
+    was, above[key] = above.get(key), harmless
+    return bool(was != harmless)
+
+
+def _without(file: StudyFile, faults: Iterable[ConfigurationFault]) -> StudyFile:
+    """The study without the keys and tables at fault, so that what is wrong with the others can be told too."""
+    keys = {fault.key for fault in faults}
+    emptied: dict[str, Any] = {
+        name: {key: value for key, value in flattened(getattr(file, name)) if f"{name}.{key}" not in keys}
+        for name in ("set", "grid", "latin")
+        if any(key.startswith(f"{name}.") for key in keys)
+    }
+    emptied |= {name: () for name in ("channel", "point", "unforeseen") if {key.split(".")[0] for key in keys} & {name}}
+    table = TABLE_OF[file.study.sampling]
+    if table != "grid" and not emptied.get(table, getattr(file, table)):
+        emptied |= {"study": file.study.model_copy(update={"sampling": "grid"}), "grid": {}}
+    return file.model_copy(update=emptied)
 
 
 def _with_strategies(file: StudyFile, added: Sequence[str], folder: Path) -> tuple[StudyFile, list[ConfigurationFault]]:
@@ -169,8 +237,9 @@ def _with_own_metrics(file: StudyFile, folder: Path) -> tuple[StudyFile, tuple[s
 
 def _resolved(
     file: StudyFile, folder: Path, own: Sequence[str]
-) -> tuple[list[Configuration], list[ConfigurationFault]]:
-    """Every configuration once, and the faults of those that the scenario does not allow."""
+) -> tuple[list[Configuration], dict[str, Scenario], list[ConfigurationFault]]:
+    """Every configuration once, a scenario of each source, and the faults of what the scenarios do not allow."""
+    bases: dict[str, Scenario] = {}
     resolved_by_text: dict[str, Configuration] = {}
     faults: dict[tuple[str, str], ConfigurationFault] = {}
     known = shipped()
@@ -181,6 +250,7 @@ def _resolved(
             faults.setdefault((fault.key, fault.allowed), fault)
             continue
         base = load(source)  # its own faults are raised as such
+        bases.setdefault(source, _naming(base, own))
         has_faults = bool(getattr(base, FAULT, ()))
         for combination in combinations(file):
             lacking = [] if has_faults else list(faults_of_no_fault(combination.settings, source))
@@ -198,7 +268,9 @@ def _resolved(
                 if (case := combination.unforeseen) != first.unforeseen:
                     allowed = f'{source} runs alike with it and with "{first.unforeseen}"; leave one of the two out'
                     faults.setdefault((case, ""), ConfigurationFault(f"unforeseen.{case}.name", f'"{case}"', allowed))
-    return list(resolved_by_text.values()), list(faults.values())
+    resolved = list(resolved_by_text.values())
+    bases |= {configured.source: configured.scenario for configured in reversed(resolved)}
+    return resolved, bases, list(faults.values())
 
 
 def _source(name: str, folder: Path, known: Mapping[str, Path]) -> str | None:
@@ -226,11 +298,15 @@ def _configuration(source: str, combination: Combination, own: Sequence[str]) ->
         last = {key: setting for key, setting in last.items() if not is_left_aside(key, channel.value)}
     overrides = [(setting.place, f"{setting.key}={toml_value(setting.value)}") for setting in last.values()]
     pairs = tuple((setting.key, setting.value) for setting in last.values())
-    scenario = load(source, overrides)
-    if own:
-        metrics = tuple(dict.fromkeys((*scenario.scenario.metrics, *own)))
-        scenario = scenario.model_copy(update={"scenario": scenario.scenario.model_copy(update={"metrics": metrics})})
-    return Configuration(source, pairs, scenario, combination.unforeseen)
+    return Configuration(source, pairs, _naming(load(source, overrides), own), combination.unforeseen)
+
+
+def _naming(scenario: Scenario, own: Sequence[str]) -> Scenario:
+    """A scenario that names these metrics, too."""
+    if not own:
+        return scenario
+    metrics = tuple(dict.fromkeys((*scenario.scenario.metrics, *own)))
+    return scenario.model_copy(update={"scenario": scenario.scenario.model_copy(update={"metrics": metrics})})
 
 
 def _in_study(faults: Iterable[ConfigurationFault], settings: Settings) -> Iterator[ConfigurationFault]:
@@ -243,12 +319,15 @@ def _in_study(faults: Iterable[ConfigurationFault], settings: Settings) -> Itera
         yield replace(fault, key=key or fault.key, line=None)
 
 
-def _metrics(configurations: Sequence[Configuration]) -> tuple[dict[str, Metric], list[ConfigurationFault]]:
-    """Metrics of all missions of the study by name, and faults where two missions mean different things by one name."""
+def _metrics(scenarios: Mapping[str, Scenario]) -> tuple[dict[str, Metric], list[ConfigurationFault]]:
+    """Metrics of all missions of the study by name, and faults where two missions mean different things by one name.
+
+    Args:
+        scenarios: one of each source.
+    """
     metrics: dict[str, Metric] = {}
     faults = []
-    for source in dict.fromkeys(configuration.source for configuration in configurations):
-        scenario = next(configured.scenario for configured in configurations if configured.source == source)
+    for scenario in scenarios.values():
         try:
             known = metrics_of(scenario)
         except ConfigurationError as error:
@@ -266,7 +345,7 @@ def _metrics(configurations: Sequence[Configuration]) -> tuple[dict[str, Metric]
 
 def _metric_faults(file: StudyFile, metrics: Mapping[str, Metric]) -> list[ConfigurationFault]:
     """Metrics that the study names and that its missions do not have."""
-    named = [(KEY_OF_METRICS, name) for name in file.study.metrics or ()]
+    named = [(KEY_OF_METRICS, name) for name in file.study.metrics or () if not is_named(name)]  # told already
     named += [("stopping.metric", file.stopping.metric)] if file.stopping else []
     return [
         ConfigurationFault(key, f'"{name}"', f"allowed: {', '.join(metrics)}{suggestion(name, metrics)}")
