@@ -29,7 +29,7 @@ from missions.sweeps.driver import sweep
 from missions.sweeps.folder import SweepResults
 from missions.sweeps.study import load_study
 from missions.sweeps.study_file import StudyFile
-from remoras.strategies import parameters, strategies
+from remoras.strategies import Parameter, parameters, strategies
 from remoras.strategy import Strategy
 
 Value = bool | int | float | str
@@ -172,9 +172,14 @@ class Verdict:
         }
 
 
+def tuned(strategy: Strategy) -> tuple[Parameter, ...]:
+    """The parameters of a strategy that are searched: those with a range; factors without one say what it is."""
+    return tuple(one for one in parameters(strategy) if {one.name, f"{strategy.name}.{one.name}"} & RANGES.keys())
+
+
 def tunable() -> dict[str, Strategy]:
-    """The shipped strategies that have parameters, by name."""
-    return {name: strategy for name, strategy in strategies().items() if parameters(strategy)}
+    """The shipped strategies that have parameters to search, by name."""
+    return {name: strategy for name, strategy in strategies().items() if tuned(strategy)}
 
 
 def range_of(strategy: str, parameter: str) -> Range:
@@ -189,7 +194,7 @@ def points_of(strategy: Strategy, n_points: int) -> list[Point]:
         strategy: with parameters.
         n_points: of both together, 3 at least.
     """
-    declared = parameters(strategy)
+    declared = tuned(strategy)
     file = StudyFile.model_validate(
         {
             "study": {"name": "points", "scenario": "any", "repeats": 1, "seed": HYPERCUBE_SEED, "sampling": "latin"}

@@ -40,10 +40,10 @@ from missions.scenarios.tables import (
     text_at,
 )
 from missions.scenarios.values import value_faults
-from remoras.errors import PluginError, StrategyError
+from remoras.errors import PluginError
 from remoras.executive.satisfaction import DecisionConstants
 from remoras.mission import Mission
-from remoras.strategies import configured
+from remoras.strategies import faults_of_settings
 from remoras.work import Job
 from worldmodel import OntologyError
 
@@ -248,11 +248,9 @@ def _choices(raw: Raw) -> Iterator[ConfigurationFault]:
         prefix = "" if ":" in name else "allowed: "
         yield ConfigurationFault("strategy.name", f'"{name}"', f"{prefix}{error}")
         return
-    for key, value in table_of(table_of(raw, "strategy"), "parameters").items():
-        try:
-            configured(strategy, {key: value})
-        except StrategyError as error:
-            yield ConfigurationFault(f"strategy.parameters.{key}", json.dumps(value), error.allowed)
+    settings = table_of(table_of(raw, "strategy"), "parameters")
+    for fault in faults_of_settings(strategy, settings):
+        yield ConfigurationFault(f"strategy.parameters.{fault.key}", json.dumps(settings[fault.key]), fault.allowed)
 
 
 def _needs(raw: Raw, mission: type[Mission]) -> Iterator[ConfigurationFault]:

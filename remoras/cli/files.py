@@ -33,7 +33,7 @@ def list_(
 ) -> None:
     """List what can be named: scenarios, strategies, policies, channels, modems, networks; or studies.
 
-    Of strategies alone it also lists source, messages and parameters.
+    Of strategies alone it also lists source, factors, messages and parameters.
     """
     if kind:
         check_known("kind", kind, KINDS)
@@ -67,6 +67,8 @@ def list_(
 
 def _detail_lines(details: Mapping[str, Any]) -> Iterator[str]:
     yield f"source: {details['source']}"
+    if factors := details["factors"]:
+        yield f"factors: {', '.join(f'{name} {level}' for name, level in factors.items())}"
     yield from (f"message {name}: {meaning}" for name, meaning in details["messages"].items())
     yield from (f"parameter {p['name']} = {p['default']}: {p['description']}" for p in details["parameters"])
 

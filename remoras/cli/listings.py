@@ -16,7 +16,7 @@ from exchange.acoustics.network import shipped as shipped_networks
 from exchange.acoustics.shipped import CHANNELS
 from exchange.policies import POLICIES
 from missions.files import shipped_abouts, shipped_studies
-from remoras.strategies import bounds, parameters, strategies
+from remoras.strategies import bounds, factors_of, parameters, strategies
 
 UNVERIFIED = "(?)"
 """Stands behind a number of a modem's profile for which no source was found."""
@@ -37,6 +37,7 @@ def _of_strategy(name: str) -> dict[str, Any]:
     return {
         "source": strategy.declaration.source,
         "messages": dict(strategy.declaration.messages),
+        "factors": None if (factors := factors_of(strategy)) is None else asdict(factors),
         "authorities": sorted(authority.value for authority in strategy.declaration.authorities),
         "parameters": [asdict(parameter) for parameter in parameters(strategy)],
     }

@@ -116,6 +116,7 @@ class SocialLayer:
         self.me = me
         self.database = database
         self.strategy = strategy
+        self._declaration = strategy.declaration
         self.finished: list[Objective] = []
         self._beliefs = beliefs
         self._mission = mission
@@ -131,7 +132,7 @@ class SocialLayer:
         self.pursuit = Pursuit(database[me], mission, self._mission_name)
         self.conclusions = Conclusions(me, mission, self._mission_name, beliefs)
         self._gatherings = Gatherings(beliefs, [group.name for group in agreement.groups], agreement.meets_after)
-        rules = Rules(database, strategy.declaration.authorities, self._jobs, agreement.supervisors, agreement.at_sea)
+        rules = Rules(database, self._declaration.authorities, self._jobs, agreement.supervisors, agreement.at_sea)
         self.standing = Standing(
             me, rules, beliefs, agreement.organisation, lease or Lease(math.inf, picture.frame_s), until_s
         )
@@ -147,7 +148,7 @@ class SocialLayer:
         self._attributes: set[int | None] = {self._gatherings.attribute, *noted}
         self._attribute_uids = {attribute.name: attribute.uid for attribute in beliefs.model.tbox.attributes}
         self._await_facts([*self.planner.rests_on, *(job.done for job in self._jobs.values())])
-        if strategy.declaration.meets and not self._negotiation.takes_part:
+        if self._declaration.meets and not self._negotiation.takes_part:
             self._negotiation.expect_away(self._work().values())
 
     @property
@@ -343,11 +344,11 @@ class SocialLayer:
         if is_news:
             of_all = [*self.standing.claims(), self.standing.correction(), self._taken_back()]
             stated = [(facts, True) for facts in of_all if facts]
-        if not (self._negotiation.takes_part or self.strategy.declaration.influences):
+        if not (self._negotiation.takes_part or self._declaration.influences):
             return stated
         told_s = self._beliefs.model.quantise_time(now_s)
         work = self._work({**peers.positions_m, self.me: motion.position_m}, told_s)
-        if self.strategy.declaration.influences:
+        if self._declaration.influences:
             self._picture.groups.awaited, self._picture.groups.works = Awaited(work, self.me, now_s), work
         unheard = {name: roles for name, roles in peers.unheard.items() if name not in self.standing.absent}
         for statement in self._negotiation.negotiate(
@@ -432,7 +433,7 @@ class SocialLayer:
 
     def addressed(self, change: Change) -> dict[str, set[str]]:
         """Who has to hear of a block of this vehicle's own, by name, and the roles that it gives them."""
-        return self.standing.addressed(change, everybody=not self.strategy.declaration.planned_before)
+        return self.standing.addressed(change, everybody=not self._declaration.planned_before)
 
     def completed(self, objective: Objective) -> list[Fact]:
         """What to make known when all has been done for ``objective``."""

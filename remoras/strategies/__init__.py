@@ -9,14 +9,18 @@ import dataclasses
 import importlib
 import pkgutil
 import typing
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from remoras.errors import StrategyError
+from remoras.strategies.factors import SETTINGS, Factors, factors_of, refusal
 from remoras.strategy import Declaration, Strategy
 from worldmodel import suggestion
 
-__all__ = ["Declaration", "Parameter", "Strategy", "bounds", "configured", "parameters", "shipped", "strategies"]
+__all__ = [
+    "Declaration", "Factors", "Parameter", "Strategy", "bounds", "configured", "factors_of", "faults_of_settings",
+    "parameters", "shipped", "strategies",
+]  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,6 +77,34 @@ def parameters(strategy: Strategy) -> tuple[Parameter, ...]:
     )
 
 
+def faults_of_settings(strategy: Strategy, settings: Mapping[str, object]) -> Iterator[StrategyError]:
+    """What is wrong with parameters that are set together: each alone first, then what excludes each other."""
+    from pydantic import TypeAdapter, ValidationError
+
+    known = [parameter.name for parameter in parameters(strategy)]
+    annotated = typing.get_type_hints(type(strategy), include_extras=True)
+    is_sound = True
+    for name, value in settings.items():
+        if name not in known:
+            of_factor = refusal(strategy, name, strategies()) if name in SETTINGS else None
+            allowed = f"{strategy.name} has {', '.join(known) or 'no parameters'}{suggestion(name, known)}"
+            is_sound = False
+            yield StrategyError(name, of_factor or allowed)
+            continue
+        try:
+            TypeAdapter(annotated[name]).validate_python(value, strict=True)
+        except ValidationError as error:
+            message = error.errors()[0]["msg"]
+            is_sound = False
+            yield StrategyError(name, message[0].lower() + message[1:])
+    if is_sound and settings:
+        try:
+            dataclasses.replace(strategy, **settings)  # type: ignore[type-var]  # it has fields, so it is a dataclass
+        except StrategyError as error:
+            set_here = next(name for name in (error.key, *settings) if name in settings)
+            yield StrategyError(set_here, error.allowed)
+
+
 def configured(strategy: Strategy, settings: Mapping[str, object]) -> Strategy:
     """The strategy with some of its parameters set.
 
@@ -81,17 +113,6 @@ def configured(strategy: Strategy, settings: Mapping[str, object]) -> Strategy:
     """
     if not settings:
         return strategy
-    from pydantic import TypeAdapter, ValidationError
-
-    known = [parameter.name for parameter in parameters(strategy)]
-    annotated = typing.get_type_hints(type(strategy), include_extras=True)
-    for name, value in settings.items():
-        if name not in known:
-            allowed = f"{strategy.name} has {', '.join(known) or 'no parameters'}{suggestion(name, known)}"
-            raise StrategyError(name, allowed)
-        try:
-            TypeAdapter(annotated[name]).validate_python(value, strict=True)
-        except ValidationError as error:
-            message = error.errors()[0]["msg"]
-            raise StrategyError(name, message[0].lower() + message[1:]) from None
+    for fault in faults_of_settings(strategy, settings):
+        raise fault
     return dataclasses.replace(strategy, **settings)  # type: ignore[type-var]  # it has fields, so it is a dataclass

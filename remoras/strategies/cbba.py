@@ -37,6 +37,7 @@ from remoras.authority import Authority
 from remoras.organisation import Group, RoleSpecification
 from remoras.strategies.allocation import Engagement, Expectations, planned
 from remoras.strategies.claims import Claims, RoleClaim
+from remoras.strategies.factors import AtSea, Factors, known_from
 from remoras.strategies.founding import common_roles, founded
 from remoras.strategy import JOB_DONE, Declaration, Heard, Move, Situation, Statement
 from remoras.work import Outlook, Work
@@ -311,6 +312,25 @@ def _strength(gain: float) -> int:
     return max(1, min(BEGUN - 1, round(BEGUN * gain)))
 
 
+PlansForAll = Annotated[
+    bool,
+    Field(description="bid for the own part of a plan for all (hybrid of information and plan consensus); false: CBBA"),
+]
+_PLANNED = Declaration(
+    source="Choi, Brunet, How 2009; Johnson, Ponda, Choi, How 2010; Johnson, Choi, How 2012",
+    messages={
+        "claimsOf": "whose claims follow, and of which round: its time of last news; not acknowledged",
+        "claim": "how strongly that vehicle claims a job",
+        JOB_DONE: "the sender has done a job",
+    },
+    blocks_per_round=2,
+    authorities=frozenset({Authority.TAKE}),
+    private_jobs=True,
+)
+DECLARATIONS = {level: known_from(level, _PLANNED) for level in ("none", "missions")}
+"""By ``common_plan``."""
+
+
 @dataclass(frozen=True, slots=True)
 class Cbba:
     """Bids and bundles; see the module's text."""
@@ -325,27 +345,23 @@ class Cbba:
     discount_s: Annotated[
         float, Field(gt=0.0, le=1e6, description="a job finished this much later is worth 1/e of the other")
     ] = 2500.0
-    plans_for_all: Annotated[
-        bool,
-        Field(
-            description="bid for the own part of a plan for all (hybrid of information and plan consensus); false: CBBA"
-        ),
-    ] = True
+    plans_for_all: PlansForAll = True
+    common_plan: AtSea = "missions"
 
     name: ClassVar[str] = "cbba"
-    declaration: ClassVar[Declaration] = Declaration(
-        source="Choi, Brunet, How 2009; Johnson, Ponda, Choi, How 2010; Johnson, Choi, How 2012",
-        messages={
-            "claimsOf": "whose claims follow, and of which round: its time of last news; not acknowledged",
-            "claim": "how strongly that vehicle claims a job",
-            JOB_DONE: "the sender has done a job",
-        },
-        blocks_per_round=2,
-        authorities=frozenset({Authority.TAKE}),
-        private_jobs=True,
-    )
     form = staticmethod(founded)
     adapt = staticmethod(common_roles)
+
+    @property
+    def declaration(self) -> Declaration:
+        """What it is and what it takes from the vehicles."""
+        return DECLARATIONS[self.common_plan]
+
+    @property
+    def factors(self) -> Factors:
+        """Its levels."""
+        plan = "all" if self.plans_for_all else "own"
+        return Factors(self.common_plan, "each", plan, "claims", "no", "changes")
 
     def negotiator(self, me: str, group: Group) -> Bidder:
         """A bidder for each member."""

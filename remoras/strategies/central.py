@@ -14,36 +14,21 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
-from remoras.organisation import Group
-from remoras.strategies.dispatch import ACKNOWLEDGE, HELP, MARGIN, QUEUE, Dispatcher, Dispatching
-from remoras.strategies.founding import common_roles, founded
-from remoras.strategy import JOB_DONE, Declaration
+from remoras.strategies.dispatch import NEXT_JOBS, QUEUE
+from remoras.strategies.factors import Announces, CommonPlan
+from remoras.strategies.head_led import HeadLed
 
 
 @dataclass(frozen=True, slots=True)
-class Central:
+class Central(HeadLed):
     """A leader that assigns and is told; see the module's text."""
 
-    queue: Annotated[int, QUEUE] = 2
-    margin: Annotated[float, MARGIN] = 0.05
-    help_s: Annotated[float, HELP] = 60.0
-    acknowledge_rounds: Annotated[int, ACKNOWLEDGE] = 400
+    queue: Annotated[int, QUEUE] = NEXT_JOBS
+    common_plan: CommonPlan = "missions"
+    announces: Announces = "next-jobs"
 
     name: ClassVar[str] = "central"
-    declaration: ClassVar[Declaration] = Declaration(
-        source="leader-follower assignment, as in most fleets today",
-        messages={
-            "playsRole": "the head gives a member a job",
-            "leftRole": "the head takes a job back",
-            JOB_DONE: "a vehicle has done a job",
-        },
-    )
-    form = staticmethod(founded)
-    adapt = staticmethod(common_roles)
-
-    def negotiator(self, me: str, group: Group) -> Dispatcher:
-        """The head's part, for each member."""
-        return Dispatcher(me, group, Dispatching(self.queue, self.margin, self.help_s, self.acknowledge_rounds))
+    source: ClassVar[str] = "leader-follower assignment, as in most fleets today"
 
 
 STRATEGY = Central()

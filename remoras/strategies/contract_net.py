@@ -32,6 +32,7 @@ from remoras.organisation import Group, RoleSpecification
 from remoras.strategies.allocation import Engagement, Expectations, planned
 from remoras.strategies.claims import Claims, RoleClaim
 from remoras.strategies.dispatch import MARGIN, QUEUE
+from remoras.strategies.factors import AtSea, Factors, known_from
 from remoras.strategies.founding import common_roles, founded
 from remoras.strategy import JOB_DONE, Declaration, Heard, Move, Situation, Statable, Statement
 from remoras.work import Outlook
@@ -333,6 +334,22 @@ def _together(facts: Sequence[Statable]) -> Iterable[Statement]:
     return [Statement(tuple(facts[n : n + FACTS_PER_BLOCK])) for n in range(0, len(facts), FACTS_PER_BLOCK)]
 
 
+_PLANNED = Declaration(
+    source="Smith 1980; Sariel, Balch, Erdogan 2008",
+    messages={
+        "auctionEnds": "a job is auctioned until then; not acknowledged",
+        "bid": "when the sender expects to have done the job; not acknowledged",
+        "playsRole": "award by the announcer, acceptance by the winner",
+        "leftRole": "cancellation by the announcer, or withdrawal",
+        JOB_DONE: "the sender has done a job",
+    },
+    blocks_per_round=2,
+    authorities=frozenset({Authority.RECRUIT}),
+)
+DECLARATIONS = {level: known_from(level, _PLANNED) for level in ("none", "missions")}
+"""By ``common_plan``."""
+
+
 @dataclass(frozen=True, slots=True)
 class ContractNet:
     """Announce, bid, award; see the module's text."""
@@ -346,21 +363,22 @@ class ContractNet:
     margin: Annotated[float, MARGIN] = 0.05
     looks_ahead: Annotated[bool, Field(description="award by a plan of all jobs, else the lowest bids")] = True
 
+    common_plan: AtSea = "missions"
+
     name: ClassVar[str] = "contract-net"
-    declaration: ClassVar[Declaration] = Declaration(
-        source="Smith 1980; Sariel, Balch, Erdogan 2008",
-        messages={
-            "auctionEnds": "a job is auctioned until then; not acknowledged",
-            "bid": "when the sender expects to have done the job; not acknowledged",
-            "playsRole": "award by the announcer, acceptance by the winner",
-            "leftRole": "cancellation by the announcer, or withdrawal",
-            JOB_DONE: "the sender has done a job",
-        },
-        blocks_per_round=2,
-        authorities=frozenset({Authority.RECRUIT}),
-    )
     form = staticmethod(founded)
     adapt = staticmethod(common_roles)
+
+    @property
+    def declaration(self) -> Declaration:
+        """What it is and what it takes from the vehicles."""
+        return DECLARATIONS[self.common_plan]
+
+    @property
+    def factors(self) -> Factors:
+        """Its levels."""
+        plan = "all" if self.looks_ahead else "own"
+        return Factors(self.common_plan, "each", plan, "bids", "no", "changes")
 
     def negotiator(self, me: str, group: Group) -> Contractor:
         """An announcer and bidder for each member."""

@@ -14,7 +14,7 @@ from pydantic import Field
 
 from remoras.database import VehicleData
 from remoras.organisation import Group
-from remoras.strategies.allocation import AllocationPlan, Engagement, Expectations, affordable, helped, revised
+from remoras.strategies.allocation import AllocationPlan, Engagement, Expectations, affordable, helped, planned, revised
 from remoras.strategies.founding import common_roles
 from remoras.strategy import Move, Situation, Statable, Statement
 from remoras.work import Work, share_left
@@ -26,9 +26,9 @@ MARGIN = Field(
 HELP = Field(ge=0.0, le=1e6, description="time that helping at another's job has to save (s)")
 ACKNOWLEDGE = Field(ge=1, le=10_000, description="TDMA frames that a member may take to acknowledge a job")
 
+NEXT_JOBS = 2
+"""Queue of a head that tells next jobs only, where it is no parameter."""
 NOT_HEAD = Move(until_news=True)
-ALL = 64
-"""Queue of a head that gives out all it has planned."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,17 +40,17 @@ class Dispatching:
         margin: share of the time left by which the end has to come earlier for jobs to be moved.
         help_s: time that helping at another's job has to save.
         acknowledge_rounds: TDMA frames that a member may take to acknowledge a job.
-        on_call: only while somebody without work calls for it, or something is vacant.
-        keeps_group: the group does not count as gathered while there is work left; else it may where members have
-            begun it and given way.
+        repairs: ``changes``: the plan is mended when something has changed, and the group does not count as gathered
+            while there is work left. ``calls``: only while somebody without work calls for it, or something is vacant,
+            and the group may gather where members have begun the work and given way. ``never``: what was given once
+            stays as it was given.
     """
 
     queue: int
     margin: float
     help_s: float
     acknowledge_rounds: int
-    on_call: bool = False
-    keeps_group: bool = True
+    repairs: str = "changes"
 
 
 class Dispatcher:
@@ -65,10 +65,13 @@ class Dispatcher:
         self._planned_on: object = None
         self._taken: dict[tuple[str, str], tuple[float, float]] = {}  # share left and time due, by (vehicle, role)
         self._was_led = False
+        self._given: set[str] = set()  # jobs that somebody has been given, where nothing is mended
 
     def negotiate(self, situation: Situation) -> Move:
         """Plan anew if something has changed, and state what that changes."""
         work = situation.work
+        if self._with.repairs == "never":
+            self._given.update(role.name for role in work.unfinished if work.holders(role))
         if self._me not in work.heads:
             self._was_led = True
             return NOT_HEAD
@@ -126,7 +129,7 @@ class Dispatcher:
         Who was given a job is waited for until it gets on with it, or should have done it.
         """
         work = situation.work
-        if self._with.keeps_group:
+        if self._with.repairs != "calls":
             return bool(work.unfinished)
         taken = {}
         for data in work.workers:
@@ -152,7 +155,7 @@ class Dispatcher:
         return self._expectations.of(data, work.held_by(name), work, now_s, seen_s, unheard)
 
     def _is_due(self, engaged: Mapping[str, Engagement], late: Collection[object], situation: Situation) -> bool:
-        """True if something has changed since the last plan and, with ``on_call``, somebody calls for work."""
+        """True if something has changed since the last plan and, with ``calls``, somebody calls for work."""
         work = situation.work
         idle = {name for name, engagement in engaged.items() if not engagement.begun}
         short = frozenset(
@@ -160,7 +163,7 @@ class Dispatcher:
             for name, engagement in engaged.items()
             if affordable(work, work.database[name], engagement) != engagement.queued
         )
-        if self._with.on_call:
+        if self._with.repairs == "calls":
             calling = {name for name in idle if name == self._me or situation.calls.get(name, 0.0) > 0.0}
             if not (calling or late or work.vacant or short):
                 return False
@@ -184,6 +187,8 @@ class Dispatcher:
     ) -> list[Statable]:
         """Roles that change hands, by the plan of now."""
         work, path = situation.work, self._group.path
+        if self._with.repairs == "never":
+            return self._first_given(engaged, situation)
         held = {
             (name, role.name)
             for name, engagement in engaged.items()
@@ -203,6 +208,19 @@ class Dispatcher:
             said += [(data.name, "leftRole", path(role.name)) for role in engagement.queued if role not in meant]
             given += [(data.name, "playsRole", path(role.name)) for role in meant if role not in engagement.queued]
         return [*said, *given, *self._help(engaged, plan, deaf, situation)]
+
+    def _first_given(self, engaged: Mapping[str, Engagement], situation: Situation) -> list[Statable]:
+        """Jobs that nobody was ever given, by a plan on top of what each vehicle holds."""
+        work = situation.work
+        new = [role for role in work.open if not work.holders(role) and role.name not in self._given]
+        after = {data.name: engaged[data.name].end(data, work) for data in work.workers}
+        plan = planned(work, new, work.workers, after)
+        said: list[Statable] = []
+        for data in work.workers:
+            engagement = engaged[data.name]
+            room = max(0, self._with.queue - len(engagement.begun) - len(engagement.queued))
+            said += [(data.name, "playsRole", self._group.path(role.name)) for role in plan.roles[data.name][:room]]
+        return said
 
     def _help(
         self, engaged: Mapping[str, Engagement], plan: AllocationPlan, deaf: Collection[str], situation: Situation

@@ -19,6 +19,7 @@ from remoras.authority import Authority
 from remoras.organisation import Group, RoleAssignment, RoleSpecification
 from remoras.strategies.allocation import all_jobs
 from remoras.strategies.chains import chained, chains
+from remoras.strategies.factors import Factors
 from remoras.strategies.founding import common_roles, founded
 from remoras.strategy import Declaration, Move, Situation, Statement
 from remoras.work import Outlook, Work
@@ -90,6 +91,7 @@ class FixedPartition:
         authorities=frozenset({Authority.FOLLOW}),
         private_jobs=True,
     )
+    factors: ClassVar[Factors] = Factors("jobs", "nobody", "all", "nothing", "no", "never")
     form = staticmethod(founded)
 
     def adapt(self, work: Work) -> tuple[RoleAssignment, ...]:

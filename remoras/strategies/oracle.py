@@ -13,7 +13,8 @@ from typing import ClassVar
 from remoras.bound import AT_ONCE
 from remoras.organisation import Group, RoleAssignment
 from remoras.strategies.allocation import all_jobs
-from remoras.strategies.dispatch import ALL, Dispatcher, Dispatching
+from remoras.strategies.dispatch import Dispatcher, Dispatching
+from remoras.strategies.factors import ALL
 from remoras.strategies.founding import common_roles, founded
 from remoras.strategy import Declaration
 from remoras.work import Work

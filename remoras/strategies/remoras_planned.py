@@ -6,20 +6,20 @@ costs. Source: as of ``remoras``; planning before is ours.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import ClassVar
 
-from remoras.strategies.remoras import STRATEGY as AT_SEA
+from remoras.strategies.factors import CommonPlan
 from remoras.strategies.remoras import Remoras
-from remoras.strategy import Declaration
 
 
 @dataclass(frozen=True, slots=True)
 class RemorasPlanned(Remoras):
     """The same organisation, agreed before; see the module's text."""
 
+    common_plan: CommonPlan = "jobs"
+
     name: ClassVar[str] = "remoras-planned"
-    declaration: ClassVar[Declaration] = replace(AT_SEA.declaration, planned_before=True)
 
 
 STRATEGY = RemorasPlanned()

@@ -24,6 +24,7 @@ from exchange.arithmetic import distance
 from remoras.database import VehicleData
 from remoras.organisation import Group, RoleAssignment, RoleSpecification
 from remoras.strategies.allocation import assignments, job_plan, planned
+from remoras.strategies.factors import Factors
 from remoras.strategies.founding import common_roles, founded
 from remoras.strategy import JOB_DONE, Declaration, Move, Situation, Statable, Statement
 from remoras.work import Outlook, Work
@@ -143,6 +144,7 @@ class RendezvousSync:
         },
         meets=True,
     )
+    factors: ClassVar[Factors] = Factors("jobs", "head", "all", "meetings", "no", "changes")
     form = staticmethod(founded)
 
     def adapt(self, work: Work) -> tuple[RoleAssignment, ...]:

@@ -29,6 +29,7 @@ from remoras.database import VehicleData
 from remoras.organisation import Group
 from remoras.strategies.allocation import AllocationPlan, helped, planned
 from remoras.strategies.dispatch import HELP
+from remoras.strategies.factors import AtSea, Factors, helps, known_from
 from remoras.strategies.founding import common_roles, founded
 from remoras.strategy import JOB_DONE, Declaration, Heard, Move, Situation, Statable, Statement
 from remoras.work import Outlook, Point, Work, share_left
@@ -218,6 +219,22 @@ class Broadcaster:
         return said
 
 
+_PLANNED = Declaration(
+    source="Sotzing, Lane 2010 (DELPHIS)",
+    messages={
+        "worksOn": "the job that the sender is at, or a role without one; not acknowledged",
+        "worksSince": "since when; not acknowledged",
+        "knownDone": "a job that the sender knows to be done; not acknowledged",
+        JOB_DONE: "the sender has done a job",
+    },
+    blocks_per_round=1,
+    authorities=frozenset({Authority.TAKE}),
+    private_jobs=True,
+)
+DECLARATIONS = {level: known_from(level, _PLANNED) for level in ("none", "missions")}
+"""By ``common_plan``."""
+
+
 @dataclass(frozen=True, slots=True)
 class StatusBroadcast:
     """Mission states, repeated; see the module's text."""
@@ -229,22 +246,21 @@ class StatusBroadcast:
         int, Field(ge=0, le=10_000, description="TDMA frames that a job may be late before another vehicle does it too")
     ] = 30
     help_s: Annotated[float, HELP] = 60.0
+    common_plan: AtSea = "missions"
 
     name: ClassVar[str] = "status-broadcast"
-    declaration: ClassVar[Declaration] = Declaration(
-        source="Sotzing, Lane 2010 (DELPHIS)",
-        messages={
-            "worksOn": "the job that the sender is at, or a role without one; not acknowledged",
-            "worksSince": "since when; not acknowledged",
-            "knownDone": "a job that the sender knows to be done; not acknowledged",
-            JOB_DONE: "the sender has done a job",
-        },
-        blocks_per_round=1,
-        authorities=frozenset({Authority.TAKE}),
-        private_jobs=True,
-    )
     form = staticmethod(founded)
     adapt = staticmethod(common_roles)
+
+    @property
+    def declaration(self) -> Declaration:
+        """What it is and what it takes from the vehicles."""
+        return DECLARATIONS[self.common_plan]
+
+    @property
+    def factors(self) -> Factors:
+        """Its levels."""
+        return Factors(self.common_plan, "all", "all", "states", helps(self.help_s), "changes")
 
     def negotiator(self, me: str, group: Group) -> Broadcaster:
         """A broadcaster for each member."""

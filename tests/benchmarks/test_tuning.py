@@ -20,6 +20,7 @@ from benchmarks.tuning import (
     swept,
     table,
     tunable,
+    tuned,
 )
 from missions.files import shipped_studies
 from missions.sweeps.plan import seed_of
@@ -46,7 +47,7 @@ seed = {{seed}}
 def test_every_parameter_has_a_range_that_the_strategy_allows() -> None:
     searched = set()
     for name, strategy in tunable().items():
-        for parameter in parameters(strategy):
+        for parameter in tuned(strategy):
             low, high = (type(parameter.default)(end) for end in range_of(name, parameter.name))
             assert low < high
             for end in (low, high):
@@ -54,6 +55,11 @@ def test_every_parameter_has_a_range_that_the_strategy_allows() -> None:
             own = f"{name}.{parameter.name}"
             searched.add(own if own in RANGES else parameter.name)
     assert searched == set(RANGES)
+
+
+def test_what_is_not_searched_is_a_factor() -> None:
+    left = {one.name for strategy in tunable().values() for one in set(parameters(strategy)) - set(tuned(strategy))}
+    assert left == {"common_plan", "repairs", "announces"}
 
 
 def test_the_seeds_of_the_search_are_in_no_shipped_study_and_in_no_other_round() -> None:
@@ -149,7 +155,7 @@ def test_runs_that_do_not_end_count_with_the_whole_duration_and_are_made_once(tm
 @pytest.mark.parametrize(
     ("given", "says"),
     [
-        (["oracle"], "unknown strategy oracle: allowed are cbba, central,"),
+        (["oracle"], "unknown strategy oracle: allowed are cbba, cbba-plain, central,"),
         (["central", "--points", "2"], "--points 2: 3 at least"),
         (["central", "--jobs", "0"], "--jobs 0: 1 at least"),
     ],

@@ -20,14 +20,14 @@ from remoras.work import Work
 class Unexplained(Central):
     """Tells its vehicles something that the ontology has no word for."""
 
-    declaration: ClassVar[Declaration] = replace(Central.declaration, messages={"whistle": "come here"})
+    declaration: ClassVar[Declaration] = replace(Central().declaration, messages={"whistle": "come here"})
 
 
 @dataclass(frozen=True, slots=True)
 class SecretSignals(Central):
     """Sends influence signals without a word about it."""
 
-    declaration: ClassVar[Declaration] = replace(Central.declaration, influences=True)
+    declaration: ClassVar[Declaration] = replace(Central().declaration, influences=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,7 +187,7 @@ class _Fickle(_Altered):
 @dataclass(frozen=True, slots=True)
 class Fickle(FixedPartition):
     declaration: ClassVar[Declaration] = replace(
-        Central.declaration, messages={"playsRole": "now", "leftRole": "not now"}, blocks_per_round=1
+        Central().declaration, messages={"playsRole": "now", "leftRole": "not now"}, blocks_per_round=1
     )
 
     def negotiator(self, me: str, group: Group) -> Negotiator:

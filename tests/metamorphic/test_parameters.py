@@ -7,7 +7,7 @@ from functools import cache
 import pytest
 from sampling import sampled
 
-from benchmarks.tuning import range_of, tunable
+from benchmarks.tuning import range_of, tunable, tuned
 from missions.runs.run import run
 from missions.scenarios import load
 from remoras.strategies import parameters
@@ -45,8 +45,8 @@ SEED = 1
 TUNED = [
     (name, one.name)
     for name, strategy in tunable().items()
-    if name != "remoras-planned"  # it has those of remoras, in the same code
-    for one in parameters(strategy)
+    if name not in ("remoras-planned", "cbba-plain")  # they have those of remoras and cbba, in the same code
+    for one in tuned(strategy)
 ]
 """Strategies and their parameters."""
 

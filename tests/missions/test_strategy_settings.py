@@ -10,6 +10,8 @@ from missions.scenarios.parts import strategy_of
 from remoras.strategies import parameters, strategies
 from remoras.strategies.remoras import Remoras
 
+OF_CENTRAL = "central has margin, help_s, acknowledge_rounds, common_plan, announces, repairs, queue"
+
 
 class Speechless:
     """A strategy that forgot what its vehicles negotiate with, and where it is from."""
@@ -35,7 +37,14 @@ def faults_of(*settings: str) -> tuple[ConfigurationFault, ...]:
 def test_a_parameter_is_set_and_the_others_keep_their_defaults() -> None:
     options = ("strategy.name=central", "strategy.parameters.queue=3")
     strategy = strategy_of(load("mapping-patches", [("--set", option) for option in options]))
-    others = {"margin": 0.05, "help_s": 60.0, "acknowledge_rounds": 400}
+    others = {
+        "margin": 0.05,
+        "help_s": 60.0,
+        "acknowledge_rounds": 400,
+        "common_plan": "missions",
+        "announces": "next-jobs",
+        "repairs": "changes",
+    }
     assert {p.name: p.default for p in parameters(strategy)} == {"queue": 3} | others
     assert {p.name: p.default for p in parameters(strategies()["central"])} == {"queue": 2} | others
 
@@ -43,8 +52,18 @@ def test_a_parameter_is_set_and_the_others_keep_their_defaults() -> None:
 @pytest.mark.parametrize(
     ("strategy", "setting", "given", "says"),
     [
-        ("central", "queu=3", "3", "central has queue, margin, help_s, acknowledge_rounds; did you mean 'queue'"),
-        ("central", "bundle=3", "3", "central has queue, margin, help_s, acknowledge_rounds$"),
+        (
+            "central",
+            "queu=3",
+            "3",
+            f"{OF_CENTRAL}; did you mean 'queue'",
+        ),
+        (
+            "central",
+            "bundle=3",
+            "3",
+            f"{OF_CENTRAL}$",
+        ),
         ("oracle", "queue=3", "3", "oracle has no parameters"),
         ("central", "queue=0", "0", "greater than or equal to 1"),
         ("central", "queue=65", "65", "less than or equal to 64"),

@@ -45,6 +45,7 @@ RUNS: dict[str, tuple[str, float, int, tuple[str, ...]]] = {
         ("strategy.name=status-broadcast", "communication.policy=m-ack-repeat", "channel.per=0.4"),
     ),
     "cbba": ("mapping-patches", 400.0, 6, ("strategy.name=cbba", "communication.policy=mps-ack", "channel.per=0.3")),
+    "cbba, plain": ("mapping-patches", 400.0, 24, ("strategy.name=cbba-plain", "channel.per=0.3")),
     "rendezvous sync": (
         "mapping-rendezvous", 900.0, 8,
         ("strategy.name=rendezvous-sync", "communication.policy=mps-ack-repeat", "channel.per=0.5"),

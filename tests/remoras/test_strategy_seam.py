@@ -32,7 +32,7 @@ SITUATION = Situation(1.0, 1, WORK, None, (), {})
 
 class Lacking:
     name = "lacking"
-    declaration = Central.declaration
+    declaration = Central().declaration
     form = staticmethod(Central.form)
 
 

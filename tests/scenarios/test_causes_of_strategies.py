@@ -130,7 +130,7 @@ def test_what_a_silent_vehicle_should_have_done_is_done_by_others_once_its_lease
 class Mute(Remoras):
     """REMORAS without influence signals."""
 
-    declaration: ClassVar[Declaration] = replace(Remoras.declaration, influences=False)
+    declaration: ClassVar[Declaration] = replace(Remoras().declaration, influences=False)
 
 
 MUTE = Mute()
