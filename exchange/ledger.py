@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from exchange.ack import Words
 from exchange.blocks import joined_block
-from exchange.packets import Fragment, ItemUid
+from exchange.packets import Fragment, ItemUid, Named, named
 from exchange.values import Waiting
 from worldmodel import Block, PropertyValue
 from worldmodel.facts import Guid
@@ -61,7 +61,7 @@ class Ledger:
         self.origins = [0] * n_nodes
         """Item set that each node has recorded in the life that it is in: these it holds."""
         self._epochs = [0] * n_nodes
-        self.parts: dict[Guid, list[int]] = {}
+        self.parts: dict[Guid, tuple[int, ...]] = {}
         """Columns of the parts of each block, as far as they are known."""
         self.ends: dict[Life, int] = {}
         """By origin and epoch, the sequence behind the highest of which anything is known."""
@@ -88,15 +88,14 @@ class Ledger:
         column = self.column_of.get(uid)
         return None if column is None else self.entries[column].fragment
 
-    def add(self, entry: LedgerEntry) -> int:
-        """Take in a new item; returns its column."""
-        column, fragment = len(self.entries), entry.fragment
-        uid = fragment.uid
+    def add(self, entry: LedgerEntry, item: Named | None = None) -> int:
+        """Take in a new item, with its names where these are made already; returns its column."""
+        column, (_, uid, guid, _) = len(self.entries), item or named(entry.fragment)
         self.column_of[uid] = column
         self.uids.append(uid)
         self.entries.append(entry)
-        origin, epoch, sequence = guid = fragment.origin, fragment.epoch, fragment.sequence
-        self.parts.setdefault(guid, []).append(column)
+        origin, epoch, sequence = guid
+        self.parts[guid] = *self.parts.get(guid, ()), column
         self.ends[origin, epoch] = max(self.ends.get((origin, epoch), 0), sequence + 1)
         if origin >= self.n_nodes:
             self.brought[self.speakers[origin]] |= 1 << column

@@ -135,7 +135,8 @@ class ExchangeManager:
         refuse_longer_texts(codec, self._room_bits)
         self.n_nodes = schedule.n_nodes
         """Size of the fleet."""
-        states, kind = (ack.new_state(self.n_nodes), ack.new_state(self.n_nodes)), policy.acknowledgement
+        kind, n_states = policy.acknowledgement, 2 if schedule.is_by_frame else 1  # ByFrames has a coming one, too
+        states = [ack.new_state(self.n_nodes) for _ in range(n_states)]
         self._state = states[0]
         self._ledger = Ledger(self.n_nodes, speakers)
         self.queue = Queue(options.value, options.queue_limit)
@@ -150,7 +151,7 @@ class ExchangeManager:
         out."""
         self._peers = PeerStates(me, self.n_nodes, states, kind, self.parking, self.relaying, self._ledger.speakers)
         self._turns = [Turns(me, schedule, model)] if schedule.is_by_frame else []
-        by_frames, by_slots = (me, schedule, *states, kind), (me, schedule, self._state, kind)
+        by_frames, by_slots = (me, schedule, states[0], states[-1], kind), (me, schedule, self._state, kind)
         self._ageing: Ageing = ByFrames(*by_frames) if schedule.is_by_frame else BySlots(*by_slots)
         own = Holdings()
         self.summaries = [Summaries(self._state, self._ledger, own, codec.summary_bits)]

@@ -123,6 +123,26 @@ class Fragment:
         return _new(Block, (self.origin, self.sequence, self.time_s, self.facts, self.epoch))
 
 
+class Named(NamedTuple):
+    """An item with its names, which all who hear it share.
+
+    Attributes:
+        fragment: itself; uid: its name as an item.
+        guid: name of the block that it is a part of.
+        block: that block, if it is all of it.
+    """
+
+    fragment: Fragment
+    uid: ItemUid
+    guid: Guid
+    block: Block | None
+
+
+def named(fragment: Fragment) -> Named:
+    """An item, with names that are made once."""
+    return _new(Named, (fragment, fragment.uid, fragment.guid, fragment.block if fragment.count == 1 else None))
+
+
 class InfluenceSignal(NamedTuple):
     """Personal satisfaction of the sender in one role of one group, -128..127 (REMORAS, section V.A).
 
@@ -212,7 +232,7 @@ class Judged(NamedTuple):
         concerns: nodes, one bit each, of whose items or holdings it tells; all nodes if it has an alarm.
         relays: True if it tells items or statuses that are not its sender's own.
         statuses: its statuses, as blocks.
-        has_items: True if it tells items.
+        items: its items and statuses, in their order, with the names of items; none if it tells no item.
         heard: nodes, one bit each, whose packets its sender, or one whose word it passes on, has heard lately.
     """
 
@@ -222,7 +242,7 @@ class Judged(NamedTuple):
     concerns: int
     relays: bool
     statuses: tuple[Block, ...]
-    has_items: bool
+    items: tuple[Named | Block, ...]
     heard: int
 
 

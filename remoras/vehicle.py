@@ -94,7 +94,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         self._weighed: tuple[ActivitySet, ...] = ()
         self._uneventful: Sequence[Perception] = ()  # perceived last, if nothing was to be made known of it
         self._organisation = self.social.organisation
-        self._shared: dict[str, frozenset[str]] = {}  # by peer: groups that both are members of
+        self._shared: dict[str, tuple[str, ...]] = {}  # by peer: groups that both are members of
         self._run_log.founded(self.social.organisation, self.social.objectives.values(), began_s)
         self._adopt()
 
@@ -318,7 +318,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
             self._shared.clear()
         shared = self._shared.get(peer)
         if shared is None:
-            shared = self._shared[peer] = organisation.shared_groups(self.name, peer)
+            shared = self._shared[peer] = tuple(organisation.shared_groups(self.name, peer))
         return shared
 
     def take_in(self, changes: Sequence[Change], now_s: float) -> None:

@@ -10,7 +10,7 @@ from exchange import ack
 from exchange.blocks import Assembly, fragments_of, joined_block
 from exchange.interests import Interests
 from exchange.ledger import Ledger, LedgerEntry, columns_of
-from exchange.packets import Fragment, ItemUid, Judged, Met, Packet, Reception
+from exchange.packets import Fragment, ItemUid, Judged, Met, Named, Packet, Reception
 from exchange.peering.holders import Holders
 from exchange.peering.peers import Ageing, PeerStates
 from exchange.peering.summaries import Summaries
@@ -93,9 +93,9 @@ class Listener:
         self._passed_on_s: dict[tuple[int, int], float] = {}  # times of the newest statuses that it was to relay
         self.assembly = Assembly()
 
-    def register(self, entry: LedgerEntry, now_s: float) -> int:
-        """Hold an item that is new here, and send it if this vehicle is to; returns its column."""
-        column = self._ledger.add(entry)
+    def register(self, entry: LedgerEntry, now_s: float, item: Named | None = None) -> int:
+        """Hold an item that is new here, see ``Ledger.add``, and send it if this vehicle is to; returns its column."""
+        column = self._ledger.add(entry, item)
         self._holders.take(column)
         is_list = any(fact.attribute == self._slot_list for fact in entry.fragment.facts)
         speaker = self._ledger.speakers[entry.fragment.origin]
@@ -127,7 +127,7 @@ class Listener:
         before = [*state.believes]
         missed = judged.heard & ~(state.heard[0] | 1 << sender | 1 << self._me)
         told = self._told(packet, missed, now_s) if missed or judged.relays else ()
-        taken = self._take_in(packet, now_s) if judged.has_items else _Taken(0, judged.statuses)
+        taken = self._take_in(judged.items, now_s) if judged.items else _Taken(0, judged.statuses)
         lacked: list[int] = []
         if taken.is_ambiguous or (frame < peers.trusted_from and peers.is_doubted(sender, frame)):
             state.believes[self._me] |= taken.content  # neither acknowledged nor heeded
@@ -269,26 +269,24 @@ class Listener:
                 told[origin] = fragment.epoch
         return [(node, epoch) for node, epoch in told.items() if epoch != epochs[node]]
 
-    def _take_in(self, packet: Packet, now_s: float) -> _Taken:
-        """Take in the fragments of a packet."""
+    def _take_in(self, told: Sequence[Named | Block], now_s: float) -> _Taken:
+        """Take in the items and statuses of a packet."""
         ledger, content, is_ambiguous = self._ledger, 0, False
         blocks: list[Block] = []
         items: list[ItemUid] = []
         aside: list[Fragment] = []
-        for fragment in packet.fragments:
-            if fragment.sequence == STATUS:
-                blocks.append(fragment.block)
+        for item in told:
+            if isinstance(item, Block):
+                blocks.append(item)
                 continue
-            uid, guid = fragment.uid, (fragment.origin, fragment.epoch, fragment.sequence)
+            fragment, uid, guid, block = item
             column = ledger.column_of.get(uid)
             if fragment.origin == self._me and self._is_misquote(fragment):
                 is_ambiguous = True
                 continue
             if column is None:
-                column = self.register(LedgerEntry(fragment, fragment.facts), now_s)
-                if fragment.count == 1:
-                    block: Block | None = fragment.block
-                else:
+                column = self.register(LedgerEntry(fragment, fragment.facts), now_s, item)
+                if block is None:
                     parts = [ledger.entries[part].fragment for part in ledger.parts[guid]]
                     block = self.assembly.add(fragment, parts)
                 if block is not None:

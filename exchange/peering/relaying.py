@@ -19,11 +19,13 @@ given it up, what is some times as old as when it was said last is said once mor
 
 from __future__ import annotations
 
+from array import array
+
 from exchange.ack import AckState
 from exchange.ledger import Ledger, columns_of
 from exchange.packets import Packet
 from exchange.peering.listening import Listener
-from exchange.peering.peers import HEARD, LOST, LossEstimate, PeerStates
+from exchange.peering.peers import HEARD, KEPT, LOST, PRIOR_LOSS, PRIOR_WEIGHT, PeerStates
 
 LOOK_FRAMES = 4
 """TDMA frames between two looks at what links lose."""
@@ -33,6 +35,40 @@ EQUAL = 0.8
 """Whose link is worth so much of the best relays, too: all judge by what they heard."""
 AGED = 4.0
 """What rests is said once more when it is so many times as old as when it was said last."""
+
+
+class LossesAt:
+    """Running estimates of what one receiver loses of each sender, of all of whom a packet of it tells at once.
+
+    Each is as a `LossEstimate` has it; of 32 nodes a vehicle keeps a thousand.
+
+    Args:
+        n_nodes: size of the fleet.
+
+    >>> losses = LossesAt(2)
+    >>> losses.note([0b01, 0b01, 0b11])
+    >>> [round(share, 2) for share in losses.p_reckoned]
+    [0.2, 0.6]
+    """
+
+    __slots__ = ("_lost", "_weight")
+
+    def __init__(self, n_nodes: int) -> None:
+        self._lost = array("d", [0.0] * n_nodes)
+        self._weight = 0.0
+
+    def note(self, rows: list[int]) -> None:
+        """Take note of what packets have said of whose packets were received, one bit each, in their order."""
+        for row in rows:
+            self._weight = KEPT * self._weight + 1.0
+            for sender, lost in enumerate(self._lost):
+                self._lost[sender] = KEPT * lost + (HEARD if row >> sender & 1 else LOST)
+
+    @property
+    def p_reckoned(self) -> list[float]:
+        """By sender, the share of lost packets to be reckoned with."""
+        weight = self._weight + PRIOR_WEIGHT
+        return [(lost + PRIOR_LOSS * PRIOR_WEIGHT) / weight for lost in self._lost]
 
 
 class Relaying:
@@ -52,7 +88,7 @@ class Relaying:
         self._listener = listener
         self.rows: list[list[int]] = [[] for _ in self._nodes]
         """By peer, what its packets have said since the last look of whose packets it has received."""
-        self._links = [[LossEstimate() for _ in self._nodes] for _ in self._nodes]  # by receiver and sender
+        self._losses = [LossesAt(len(self._nodes)) for _ in self._nodes]  # by receiver
         self.due_frame = LOOK_FRAMES
         """TDMA frame of the next look."""
         self.left: list[tuple[int, int]] = []
@@ -67,11 +103,10 @@ class Relaying:
             now_s: the time (s).
         """
         self.due_frame = frame + LOOK_FRAMES
-        for links, rows in zip(self._links, self.rows, strict=True):
-            for sender, link in enumerate(links):
-                link.samples += [HEARD if row >> sender & 1 else LOST for row in rows]
+        for losses, rows in zip(self._losses, self.rows, strict=True):
+            losses.note(rows)
             rows.clear()
-        lost = [[link.p_reckoned for link in links] for links in self._links]
+        lost = [losses.p_reckoned for losses in self._losses]
         between = [share for one, shares in enumerate(lost) for other, share in enumerate(shares) if one != other]
         if FAVOUR * (1.0 - max(between)) >= 1.0 - min(between):  # no link is worth so much more than another
             self.left = []

@@ -142,6 +142,7 @@ class Summaries:
         self.telling = Telling(holdings, size_bits)
         """Which of them it tells."""
         self._noted: dict[int, dict[Life, Summary]] = {}  # by peer
+        self._lives: dict[Life, Life] = {}
 
     def take(self, uid: ItemUid, column: int) -> None:
         """An item is new to this vehicle: a peer that told that it holds it need not be told."""
@@ -163,7 +164,10 @@ class Summaries:
             summary: one of its own.
         """
         noted, life, highest = self._noted.setdefault(sender, {}), summary[:2], summary.highest
-        known, noted[life] = noted.get(life), summary
+        known = noted.get(life)
+        if known is None:  # the same key for all peers
+            life = self._lives.setdefault(life, life)
+        noted[life] = summary
         first = known.highest + 1 if known is not None and known.highest <= highest else 0
         lacked: list[int] = []
         ledger, believes = self._ledger, self._state.believes

@@ -43,7 +43,7 @@ from typing import NamedTuple
 
 from exchange.ack import Acknowledgement
 from exchange.errors import ConfigurationError, DefinitionFault, PeerFault
-from exchange.packets import MASK_BITS, Fragment, Head, InfluenceSignal, Judged, Packet, Summary
+from exchange.packets import MASK_BITS, Fragment, Head, InfluenceSignal, Judged, Named, Packet, Summary, named
 from exchange.policies import AckPolicy
 from exchange.wire import codes
 from exchange.wire.codes import Bits, Reader, width
@@ -51,7 +51,7 @@ from exchange.wire.factcodec import FactCodec
 from exchange.wire.fragmentcodec import EPOCH_BITS, Before, FragmentCodec, Packing, Wired, refuse_epoch
 from exchange.wire.sealing import DAMAGED, UNOPENED, Checksum, Seal, nonce_of
 from exchange.wire.sizes import FieldSize
-from worldmodel import EPOCHS, STATUS, PropertyValue, TBox
+from worldmodel import EPOCHS, STATUS, Block, PropertyValue, TBox
 from worldmodel.facts import MOST_ITEMS
 from worldmodel.tables import compiled_attributes
 
@@ -490,10 +490,13 @@ class Codec:
                 statuses.append(fragment.block)
         for summary in packet.summary:
             concerns |= -1 if summary.highest >= MOST_ITEMS else 1 << summary.origin
-        has_items, heard = len(statuses) < len(packet.fragments), 0
+        items: tuple[Named | Block, ...] = ()
+        if len(statuses) < len(packet.fragments):
+            items = tuple([of.block if of.sequence == STATUS else named(of) for of in packet.fragments])
+        heard = 0
         for row in packet.rows:
             heard |= row
-        return Judged(packet, wrong, latest_s, concerns, relays, tuple(statuses), has_items, heard)
+        return Judged(packet, wrong, latest_s, concerns, relays, tuple(statuses), items, heard)
 
     def _out_of_range(self, fragments: Iterable[Fragment]) -> str | None:
         """What value nobody can have recorded, if there is one; what is in its range is on its grid, too."""
