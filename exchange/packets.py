@@ -7,7 +7,6 @@ Blocks are delimited and acknowledged; influence signals are ephemeral bytes in 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum
 from functools import cache, lru_cache
 from typing import NamedTuple
@@ -90,16 +89,15 @@ def guid_of(name: str) -> Guid:
     return int(origin), int(epoch or 0), sequence
 
 
-@dataclass(frozen=True, slots=True)
-class Fragment:
+class Fragment(NamedTuple):
     """Part ``index`` of ``count`` of a block; a block that fits one packet has ``count == 1``, as every status has."""
 
     origin: int
     sequence: int
     time_s: float
     facts: tuple[PropertyValue, ...]
-    index: int = 0
-    count: int = 1
+    index: int = 0  # type: ignore[assignment]  # a tuple has methods of these names
+    count: int = 1  # type: ignore[assignment]
     epoch: int = 0
 
     @property
@@ -140,7 +138,9 @@ class Named(NamedTuple):
 
 def named(fragment: Fragment) -> Named:
     """An item, with names that are made once."""
-    return _new(Named, (fragment, fragment.uid, fragment.guid, fragment.block if fragment.count == 1 else None))
+    origin, sequence, time_s, facts, index, count, epoch = fragment
+    block = _new(Block, (origin, sequence, time_s, facts, epoch)) if count == 1 else None
+    return _new(Named, (fragment, _new(ItemUid, (origin, sequence, index, epoch)), (origin, epoch, sequence), block))
 
 
 class InfluenceSignal(NamedTuple):

@@ -18,6 +18,8 @@ from exchange.wire.factcodec import FactCodec
 from exchange.wire.sizes import FieldSize
 from worldmodel import EPOCHS, STATUS, Field, PropertyValue
 
+_new = tuple.__new__  # makes a named tuple of a tuple, in half the time
+
 EPOCH_BITS = 2
 """Of an epoch that a packet names; a higher one is sent exactly, in more bits."""
 LONG_EPOCH = (1 << EPOCH_BITS) - 1
@@ -279,9 +281,9 @@ class FragmentCodec:
         else:
             reader.left += self._single_bits - 1
             time_s, fact = self._read_time(reader, base), facts.read_one(reader)
-        if fact.attribute in facts.latest_only:
-            return Fragment(own[0], STATUS, time_s, (fact,), 0, 1, own[1])
-        return Fragment(own[0], self._read_sequence(reader, own, before), time_s, (fact,), 0, 1, own[1])
+        is_status = fact.attribute in facts.latest_only
+        sequence = STATUS if is_status else self._read_sequence(reader, own, before)
+        return _new(Fragment, (own[0], sequence, time_s, (fact,), 0, 1, own[1]))
 
     def read_other(self, reader: Reader, own: Life, base: int, before: Before) -> Fragment:
         """The fragment of any other kind that comes next; the same arguments."""

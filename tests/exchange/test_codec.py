@@ -3,7 +3,6 @@
 import random
 import time
 import zlib
-from dataclasses import replace
 from functools import cache
 
 import pytest
@@ -136,7 +135,7 @@ def quantised(fragment: Fragment) -> Fragment:
     )
     tenths = Grid(0.0, 0.1)
     time_s = tenths.value_at(tenths.index_of(fragment.time_s))
-    return replace(fragment, time_s=time_s, facts=stored)
+    return fragment._replace(time_s=time_s, facts=stored)
 
 
 def bits_sent(packet: Packet, policy: AckPolicy, n_nodes: int) -> tuple[int, ...]:
@@ -639,7 +638,7 @@ def test_a_packing_takes_what_fits_and_nothing_changes_by_what_does_not():
     assert packing.add(items[1])
     assert not packing.add(items[2])  # one bit too little
     assert (packing.left_bits, packing.fragments) == (54, [items[1]])
-    assert packing.add(replace(items[2], sequence=STATUS, facts=(PropertyValue(900, 1, (12.3, 45.6)),)))
+    assert packing.add(items[2]._replace(sequence=STATUS, facts=(PropertyValue(900, 1, (12.3, 45.6)),)))
     assert packing.left_bits == 0
 
 

@@ -1,7 +1,5 @@
 """What a manager makes of packets that contradict what it knows, come from the future, or from another life."""
 
-from dataclasses import replace
-
 import pytest
 
 from exchange.manager import ExchangeManager
@@ -85,7 +83,7 @@ def test_what_is_of_use_has_an_attribute_that_is_exchanged(priorities: dict[int,
 def test_an_item_with_other_content_than_before_reaches_the_check_for_conflicts():
     fleet = ManagerFleet(2)
     one = Fragment(0, 0, 0.0, cells(2, 1))
-    other = replace(one, facts=(PropertyValue(bay(2), MAPPED_CELL, 99.0),))
+    other = one._replace(facts=(PropertyValue(bay(2), MAPPED_CELL, 99.0),))
     assert heard(fleet, 1, one) == ()
     assert heard(fleet, 1, one, frame=1) == ()  # said again: no news
     (fault,) = heard(fleet, 1, other, frame=2)
@@ -94,7 +92,7 @@ def test_an_item_with_other_content_than_before_reaches_the_check_for_conflicts(
 
 def test_whichever_content_comes_first_the_same_stays():
     one = Fragment(0, 0, 0.0, cells(2, 1))
-    other = replace(one, facts=(PropertyValue(bay(2), MAPPED_CELL, 99.0),))
+    other = one._replace(facts=(PropertyValue(bay(2), MAPPED_CELL, 99.0),))
     hashes = set()
     for first, second in ((one, other), (other, one)):
         fleet = ManagerFleet(2)
@@ -107,7 +105,7 @@ def test_whichever_content_comes_first_the_same_stays():
 def test_a_part_with_other_content_makes_a_block_with_that_part():
     """Three parts of one cell each; the second comes once more with another cell."""
     parts = [Fragment(0, 0, 0.0, (fact,), index, 3) for index, fact in enumerate(cells(2, 3))]
-    other = replace(parts[1], facts=(PropertyValue(bay(2), MAPPED_CELL, 99.0),))
+    other = parts[1]._replace(facts=(PropertyValue(bay(2), MAPPED_CELL, 99.0),))
     fleet = ManagerFleet(2)
     assert heard(fleet, 1, *parts) == ()
     (fault,) = heard(fleet, 1, other, frame=1)
@@ -116,7 +114,7 @@ def test_a_part_with_other_content_makes_a_block_with_that_part():
 
 def test_a_part_with_other_content_before_the_block_is_whole_waits_for_nothing():
     parts = [Fragment(0, 0, 0.0, (fact,), index, 2) for index, fact in enumerate(cells(2, 2))]
-    other = replace(parts[0], facts=(PropertyValue(bay(2), MAPPED_CELL, 99.0),))
+    other = parts[0]._replace(facts=(PropertyValue(bay(2), MAPPED_CELL, 99.0),))
     fleet = ManagerFleet(2)
     assert heard(fleet, 1, parts[0]) == heard(fleet, 1, other, frame=1) == ()
     assert heard(fleet, 1, parts[1], frame=2) == ()
@@ -127,7 +125,7 @@ def test_a_block_that_was_first_heard_cut_otherwise_still_comes_in():
     """A damaged count: part 0 of 2 of an item that was whole."""
     fleet = ManagerFleet(2)
     whole = Fragment(0, 0, 0.0, cells(2, 1))
-    heard(fleet, 1, replace(whole, count=2))
+    heard(fleet, 1, whole._replace(count=2))
     heard(fleet, 1, whole, frame=1)
     assert fleet.models[1].value(bay(2), MAPPED_CELL) == 0.0
 
@@ -171,7 +169,7 @@ def test_what_was_refused_as_from_the_future_is_said_again_and_the_truth_comes()
     uid = fleet.maps(0, cell=7)
     sent = fleet.managers[0].packet_to_send(0.0)
     told = fleet.codec.decode(sent.data).fragments[0]
-    damaged = packet_of(fleet, 0, replace(told, time_s=told.time_s + 3276.8))
+    damaged = packet_of(fleet, 0, told._replace(time_s=told.time_s + 3276.8))
     assert "from the future" in str(fleet.deliver(1, damaged, 1.0).fault)
     fleet.slot = 1
     fleet.pass_slot()  # node 1 has nothing to acknowledge

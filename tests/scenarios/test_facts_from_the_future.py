@@ -1,7 +1,5 @@
 """A damaged time of one position report: it hid the truth until its hour came, and is refused."""
 
-from dataclasses import replace
-
 import pytest
 from sampling import sampled
 
@@ -45,7 +43,7 @@ class Flipping:
     def _flipped(self, fragment: Fragment) -> Fragment:
         if fragment.facts[0].attribute != self._position:
             return fragment
-        return replace(fragment, time_s=(round(10 * fragment.time_s) ^ BIT) / 10)
+        return fragment._replace(time_s=(round(10 * fragment.time_s) ^ BIT) / 10)
 
 
 def mission(strategy: str, *settings: str, flips: bool) -> Run:
