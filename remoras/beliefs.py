@@ -173,21 +173,32 @@ class Beliefs:
                 one.values.add(self._plain(one.attribute, observation.value))
                 self.n_told += 1
 
-    def fused(self, key: Key, prior: Mapping[Any, float] | None = None, independent: bool = True) -> Fused | None:
+    def fused(
+        self,
+        key: Key,
+        prior: Mapping[Any, float] | None = None,
+        independent: bool = True,
+        since_s: float | None = None,
+        drift: float | None = None,
+        shared: float = 0.0,
+    ) -> Fused | None:
         """What all vehicles say of a fact together; None if nobody whom it believes has said anything.
 
         Args:
             key: attribute and instance.
             prior: weight of each symbol or truth value before anything was observed; even if None.
             independent: False where vehicles may have taken over what others said; see ``worldmodel.fusion``.
+            since_s: observed at this time or later; from the first if None.
+            drift, shared: as of ``worldmodel.fused``.
 
         Raises:
             UnknownNameError: no such instance or attribute.
-            FactError: a prior that cannot be.
+            FactError: a prior, drift or shared error that cannot be.
         """
         subject, attribute = self._slots.get(key) or self._slot(key)
         weights = None if prior is None else {self._value(attribute, one): w for one, w in prior.items()}
-        found = fused(attribute, self.model.history(subject, attribute.uid), weights, independent)
+        observations = self.model.history(subject, attribute.uid, since_s)
+        found = fused(attribute, observations, weights, independent, drift, shared)
         if found is None:
             return None
         return Fused(

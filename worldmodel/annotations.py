@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from decimal import Decimal
 from typing import Any
 
@@ -17,7 +18,9 @@ from worldmodel.units import QUDT_UNITS, symbol_of
 
 RM = Namespace("https://w3id.org/remoras/marine#")
 BOUNDS = (RM.minimum, RM.maximum, RM.resolution)
-ANNOTATIONS = {*BOUNDS, RM.unit, RM.latestOnly, RM.sigma, RM.probability, RM.coarseResolution, RM.maxBytes}
+ANNOTATIONS = {
+    *BOUNDS, RM.unit, RM.latestOnly, RM.sigma, RM.probability, RM.drift, RM.coarseResolution, RM.maxBytes
+}  # fmt: skip
 SIGMAS = 64
 """Standard deviations that a value may carry: as many steps of ``rm:sigma``, six bits."""
 
@@ -98,6 +101,17 @@ class Annotations:
         except (ValueError, ArithmeticError) as error:
             fault(iri, f"{shown(own)} {step}: {error}", "a step above 0; of a probability, a part of 1 below 0.5")
             return None
+
+    def drift(self, iri: URIRef) -> float:
+        """How far a number or point walks at random, per square root of a second; 0 where nothing is stated."""
+        stated = [_python(term) for term in self._graph.objects(iri, RM.drift)]
+        if not stated:
+            return 0.0
+        if len(stated) == 1 and type(stated[0]) in (int, float, Decimal) and 0.0 <= float(stated[0]) < math.inf:
+            return float(stated[0])
+        got = " and ".join(map(repr, stated))
+        self._reader.fault(iri, f"rm:drift is {got}", "one number of 0 or more")
+        return 0.0
 
     def most_bytes(self, iri: URIRef, kind: ValueKind) -> int:
         """How long a text may be; 0 for another kind."""

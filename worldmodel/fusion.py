@@ -1,25 +1,29 @@
 """Fusion: one estimate of an attribute of what several origins observed. It is a view; nothing fused is stored or sent.
 
-Of each origin the newest value counts alone: observations of one origin share its sensor and its errors, so that ten of
-them are no better than one. The errors of two origins are taken as independent, unless the caller says otherwise. Only
-values that carry an uncertainty are fused, since nobody can weigh the others; where none does, the newest stands as it
-is.
+Every observation counts whose error is its own. Only values that carry an uncertainty are fused, since nobody can weigh
+the others; where none does, the newest stands as it is.
 
-Numbers and points, each axis alike, by inverse variance (Cochran 1937; the greatest likelihood of normal errors)::
+Numbers and points, each axis alike, by a Kalman filter (Kalman 1960) over the observations in order of time. What is
+observed is at rest, or drifts as a random walk of ``drift`` per square root of a second (``rm:drift`` in the ontology).
+Before the first observation anything is as likely. At rest this is the mean by inverse variance (Cochran 1937)::
 
     estimate = sum(x / sigma^2) / sum(1 / sigma^2)        sigma of the estimate = sum(1 / sigma^2)^-1/2
+
+Observations of one origin may share an error beside, of standard deviation ``shared``: of its navigation, say. The
+filter then estimates these errors too, one for each origin, and no number of observations outdoes them.
 
 Truth values, symbols, types and links by Bayes' theorem. A value with probability p says: my value is right with
 probability p, and each of the other n - 1 hypotheses is as likely as any other to have looked like it::
 
-    P(said v | true h) = p if h = v, else (1 - p) / (n - 1)        posterior(h) ~ prior(h) * product over origins
+    P(said v | true h) = p if h = v, else (1 - p) / (n - 1)     posterior(h) ~ prior(h) * product over observations
 
 The hypotheses are both truth values, or all symbols. Of types and links they are those that anybody named, and one more
 that stands for all others. The prior is even, unless the caller gives another.
 
-Where origins may have heard of each other (``independent=False``), the most certain origin counts alone. This is what
-covariance intersection comes to where errors have one variance: it weighs two estimates so that the variance is least
-whatever their correlation, and the least is that of the better one (Julier and Uhlmann 1997).
+Where origins may have heard of each other (``independent=False``), the most certain origin counts alone, of truth
+values and the like by its newest observation. This is what covariance intersection comes to where errors have one
+variance: it weighs two estimates so that the variance is least whatever their correlation, and the least is that of the
+better one (Julier and Uhlmann 1997).
 """
 
 import math
@@ -56,6 +60,8 @@ def fused(
     observations: Iterable[Observation],
     prior: Mapping[Value, float] | None = None,
     independent: bool = True,
+    drift: float | None = None,
+    shared: float = 0.0,
 ) -> Estimate | None:
     """Return the estimate that observations of one slot come to, in whatever order they are given.
 
@@ -65,31 +71,39 @@ def fused(
         prior: weight of each hypothesis of a truth value or symbol before anything was observed, 0 or more; what is not
             listed has weight 0. Even if None.
         independent: False where origins may have taken over what others said; the most certain then counts alone.
+        drift: of what is observed, per square root of a second, in the unit of the attribute and of each axis alike;
+            what the ontology declares if None. Numbers and points only.
+        shared: standard deviation of the error that all observations of one origin have in common, in the unit of the
+            attribute. Numbers and points only.
 
     Raises:
-        FactError: a prior for another kind of attribute, or one without a positive finite sum.
+        FactError: a prior for another kind of attribute, or one without a positive finite sum; a drift or shared error
+            that is below 0 or not finite.
     """
-    newest: dict[int, Observation] = {}
-    for observation in observations:
-        before = newest.get(observation.origin)
-        if before is None or _key(before) < _key(observation):
-            newest[observation.origin] = observation
+    drift = attribute.drift if drift is None else drift
+    for name, given in (("drift", drift), ("shared", shared)):
+        if not (math.isfinite(given) and given >= 0.0):
+            raise FactError(f"{attribute.name}: {name} is {given}; allowed: 0 or more")
     if prior is not None:
         _refuse_bad_prior(attribute, prior)
-    if not newest:
+    ordered = sorted(observations, key=_key)
+    if not ordered:
         return None
-    weighed = [newest[origin] for origin in sorted(newest) if newest[origin].fact.uncertainty is not None]
+    weighed = [observation for observation in ordered if observation.fact.uncertainty is not None]
     if not weighed:
-        last = max(newest.values(), key=_key)
+        last = ordered[-1]
         return Estimate(last.value, None, last.time_s, (last.origin,))
     if attribute.kind in MEASURED:
-        if not independent:
-            weighed = [min(weighed, key=lambda observation: (observation.fact.uncertainty, observation.origin))]
-        return _by_inverse_variance(weighed)
-    if not independent:
-        weighed = [
-            min(weighed, key=lambda observation: (-cast(float, observation.fact.uncertainty), observation.origin))
+        if independent:
+            return _filtered(weighed, drift, shared)
+        alone = [
+            _filtered([one for one in weighed if one.origin == origin], drift, shared)
+            for origin in sorted({one.origin for one in weighed})
         ]
+        return min(alone, key=lambda estimate: cast(float, estimate.uncertainty))
+    if not independent:
+        newest = {observation.origin: observation for observation in weighed}
+        weighed = [min(newest.values(), key=lambda one: (-cast(float, one.fact.uncertainty), one.origin))]
     return _by_bayes(attribute, weighed, prior)
 
 
@@ -97,23 +111,41 @@ def _key(observation: Observation) -> tuple[object, ...]:
     return (*observation.block.key, observation.position)
 
 
-def _by_inverse_variance(weighed: Sequence[Observation]) -> Estimate:
-    sigmas = [cast(float, observation.fact.uncertainty) for observation in weighed]
-    weights = [1.0 / (sigma * sigma) for sigma in sigmas]
-    total = math.fsum(weights)
+def _filtered(weighed: Sequence[Observation], drift: float, shared: float) -> Estimate:
+    """The estimate at the time of the last observation.
 
-    def mean(numbers: Iterable[float]) -> float:
-        return math.fsum(weight * number for weight, number in zip(weights, numbers, strict=True)) / total
-
-    values = [observation.value for observation in weighed]
-    if isinstance(values[0], tuple):
-        points = cast(list[tuple[float, float]], values)
-        value: Value = (mean(east for east, _ in points), mean(north for _, north in points))
-    else:
-        value = mean(cast(list[float], values))
-    return Estimate(
-        value, math.sqrt(1.0 / total), _time_s(weighed), tuple(observation.origin for observation in weighed)
-    )
+    The state is the value, and behind it the shared error of each origin; axes differ in their means alone. The first
+    observation makes the state known, so that nothing has to stand for complete ignorance.
+    """
+    origins = sorted({observation.origin for observation in weighed})
+    n = 1 + len(origins) if shared > 0.0 else 1
+    at_s = weighed[0].time_s
+    means: list[list[float]] = []
+    covariance: list[list[float]] = []
+    for number, observation in enumerate(weighed):
+        own = 1 + origins.index(observation.origin) if n > 1 else 0
+        sigma = cast(float, observation.fact.uncertainty)
+        axes = observation.value if isinstance(observation.value, tuple) else (cast(float, observation.value),)
+        if not number:
+            means = [[axis, *[0.0] * (n - 1)] for axis in axes]
+            covariance = [[shared * shared * (row == column) for column in range(n)] for row in range(n)]
+            covariance[0][0] = sigma * sigma + shared * shared
+            if own:
+                covariance[0][own] = covariance[own][0] = -shared * shared
+            continue
+        covariance[0][0] += drift * drift * (observation.time_s - at_s)
+        at_s = observation.time_s
+        along = [row[0] + (row[own] if own else 0.0) for row in covariance]  # of what is observed with each part
+        gains = [part / (along[0] + (along[own] if own else 0.0) + sigma * sigma) for part in along]
+        for mean, axis in zip(means, axes, strict=True):
+            surprise = axis - mean[0] - (mean[own] if own else 0.0)
+            mean[:] = [part + gain * surprise for part, gain in zip(mean, gains, strict=True)]
+        covariance = [
+            [part - gain * other for part, other in zip(row, along, strict=True)]
+            for row, gain in zip(covariance, gains, strict=True)
+        ]
+    value: Value = (means[0][0], means[1][0]) if len(means) == 2 else means[0][0]
+    return Estimate(value, math.sqrt(max(0.0, covariance[0][0])), at_s, tuple(origins))
 
 
 def _by_bayes(attribute: Attribute, weighed: Sequence[Observation], prior: Mapping[Value, float] | None) -> Estimate:
@@ -127,7 +159,7 @@ def _by_bayes(attribute: Attribute, weighed: Sequence[Observation], prior: Mappi
         weights = [w * (p if h == observation.value else else_p) for w, h in zip(weights, hypotheses, strict=True)]
         others *= else_p
     total = math.fsum((*weights, others))
-    origins = tuple(observation.origin for observation in weighed)
+    origins = tuple(sorted({observation.origin for observation in weighed}))
     if total == 0.0:  # all that was said is ruled out by the prior
         last = max(weighed, key=_key)
         return Estimate(last.value, 0.0, last.time_s, origins)

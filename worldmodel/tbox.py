@@ -59,7 +59,8 @@ class Attribute:
     the IRI of the datatype of its literals in RDF, empty where its values are IRIs. ``uncertainty`` is the grid of what
     a value may carry: the standard deviation of a NUMBER or POINT, the probability of any other; None for nothing.
     ``coarse`` are the wider grids of a NUMBER or POINT, if it declares them, see ``worldmodel.coarse``. ``most_bytes``
-    is how long a TEXT may be.
+    is how long a TEXT may be. ``drift`` is how far a NUMBER or POINT walks at random, per square root of a second; 0 of
+    what is at rest.
     """
 
     uid: int
@@ -75,6 +76,7 @@ class Attribute:
     uncertainty: Field | None = None
     coarse: tuple[Field, ...] = field(default=(), repr=False)
     most_bytes: int = field(default=0, repr=False)
+    drift: float = field(default=0.0, repr=False)
 
     def encode(self, value: Value) -> tuple[int, ...]:
         """Return the integers that stand for ``value``: one for each field, else one.
@@ -201,6 +203,9 @@ class TBox:
         table += "".join(f"{attribute.name}: {attribute.coarse}" for attribute in self.attributes if attribute.coarse)
         table += "".join(
             f"{attribute.name}: {attribute.most_bytes} bytes" for attribute in self.attributes if attribute.most_bytes
+        )
+        table += "".join(
+            f"{attribute.name}: drift {attribute.drift}" for attribute in self.attributes if attribute.drift
         )
         derived = {
             "hash": int.from_bytes(hashlib.sha256(table.encode()).digest()[:4], "big"),

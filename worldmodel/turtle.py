@@ -13,7 +13,8 @@ range decides the kind:
     a named class                          LINK
 
 ``rm:sigma`` is the step of the standard deviation that a number or point may carry, ``rm:probability`` that of the
-probability of any other value. ``rm:coarseResolution``, which any file may state, is in ``worldmodel.coarse``.
+probability of any other value. ``rm:drift`` says how far a number or point walks at random, see ``worldmodel.fusion``.
+``rm:coarseResolution``, which any file may state, is in ``worldmodel.coarse``.
 
 Annotations, and every individual, stay in the graph for SPARQL and for reasoners, and have no effect at run
 time. Any other axiom on a class or attribute is refused. A term is defined in one file alone: ``_DEFINING``
@@ -305,7 +306,7 @@ class _Reader:
         if kind is ValueKind.SYMBOL and (listed := self.graph.value(target, OWL.oneOf)) is not None:
             symbols = self._symbols(iri, listed)
         if kind not in {ValueKind.NUMBER, ValueKind.POINT}:
-            for annotation in (*BOUNDS, RM.unit, RM.coarseResolution):
+            for annotation in (*BOUNDS, RM.unit, RM.coarseResolution, RM.drift):
                 if (iri, annotation, None) in self.graph:
                     self.fault(iri, f"{self.shown(annotation)} on a {kind.value}", "bounds of numbers and points")
         owl_type = OWL.ObjectProperty if kind is ValueKind.LINK else OWL.DatatypeProperty
@@ -319,6 +320,7 @@ class _Reader:
             annotations.uncertainty(iri, kind, fields),
             annotations.coarse(iri, fields),
             annotations.most_bytes(iri, kind),
+            annotations.drift(iri),
         )
         of = self.class_uid[domain], kind, fields, range_class, symbols, latest_only, datatype
         return Attribute(uid, _local_name(iri), str(iri), *of, *more)

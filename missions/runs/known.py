@@ -123,21 +123,31 @@ class KnownAt:
         return int(value) if value is not None and self._is_whole(attribute) else value
 
     def fused(
-        self, subject: str, attribute: str, prior: Mapping[Any, float] | None = None, independent: bool = True
+        self,
+        subject: str,
+        attribute: str,
+        prior: Mapping[Any, float] | None = None,
+        independent: bool = True,
+        drift: float | None = None,
+        shared: float = 0.0,
     ) -> Fused | None:
         """What all vehicles say of an attribute of an instance, together, as far as this one has heard.
 
-        Of each vehicle the newest observation counts, and of banned ones none; ``worldmodel.fusion`` says how.
+        Every observation with an uncertainty counts, but none of banned vehicles; ``worldmodel.fusion`` says how.
 
         Args:
             subject: name of the instance; attribute: its name.
             prior: weight of each symbol or truth value before anything was observed; even if None.
             independent: False where vehicles may have taken over what others said: the most certain counts alone.
+            drift: how far what is observed walks at random, per square root of a second; as the ontology says if None.
+            shared: standard deviation of the error that all observations of one vehicle have in common.
 
         Raises:
             UnknownNameError: no such instance or attribute.
+            FactError: a prior, drift or shared error that cannot be.
         """
-        return Beliefs(self.model).fused((attribute, subject), prior, independent)
+        key = attribute, subject
+        return Beliefs(self.model).fused(key, prior, independent, drift=drift, shared=shared)
 
     def history(
         self, subject: str, attribute: str, since_s: float | None = None, until_s: float | None = None

@@ -1,7 +1,10 @@
 """Fusion against check values with their source, and laws that hold for any observations."""
 
+import math
 import random
+from dataclasses import replace
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -74,12 +77,108 @@ def test_a_link_leaves_room_for_what_nobody_named() -> None:
     assert found.probabilities == ((5, pytest.approx(0.6)),)
 
 
-def test_of_one_origin_the_newest_counts_alone() -> None:
-    """Ten readings of one sensor are as good as one: its errors are the same in all."""
+def test_every_observation_of_an_origin_counts() -> None:
+    """By hand: the mean of 0 to 9 is 4.5, and its standard deviation 10^-1/2."""
     often = [seen(0, float(n), 1.0, float(n)) for n in range(10)]
     found = fused(NUMBER, often)
     assert found is not None
-    assert (found.value, found.uncertainty) == (9.0, 1.0)
+    assert (found.value, found.uncertainty) == pytest.approx((4.5, 10.0**-0.5))
+    assert found.origins == (0,)
+
+
+def test_looks_of_one_origin_are_multiplied() -> None:
+    """By hand: 0.8^2 against 0.2^2 for two looks at a truth value, and a third that differs takes one of them back."""
+    looks = [seen(0, True, 0.8, 1.0), seen(0, True, 0.8, 2.0), seen(0, False, 0.8, 3.0)]
+    two, three = fused(TRUTH, looks[:2]), fused(TRUTH, looks)
+    assert two is not None
+    assert three is not None
+    assert two.uncertainty == pytest.approx(0.64 / 0.68)
+    assert (three.value, three.uncertainty) == (True, pytest.approx(0.8))
+
+
+def test_an_error_that_is_shared_is_not_averaged_out() -> None:
+    """By hand: n readings of sigma 1, a shared error of 2: (4 + 1/n)^1/2; of two such origins 2^-1/2 of it."""
+    often = [seen(origin, 50.0, 1.0, float(n)) for origin in (0, 1) for n in range(10)]
+    for some, sigma in ((often[:10], 4.1**0.5), (often, (4.1 / 2.0) ** 0.5)):
+        found = fused(NUMBER, some, shared=2.0)
+        assert found is not None
+        assert found.uncertainty == pytest.approx(sigma)
+
+
+def test_an_old_observation_of_what_drifts_counts_less() -> None:
+    """By hand: 9 s at 1 m/s^1/2 add 9 to the variance 1 of the first, so weights are 1/10 and 1."""
+    told = [seen(0, 10.0, 1.0, 0.0), seen(1, 21.0, 1.0, 9.0)]
+    found = fused(NUMBER, told, drift=1.0)
+    assert found is not None
+    assert found.value == pytest.approx((10.0 / 10.0 + 21.0) / 1.1)
+    assert found.uncertainty == pytest.approx(1.1**-0.5)
+    declared = fused(replace(NUMBER, drift=1.0), told)
+    assert declared == found
+    assert fused(replace(NUMBER, drift=1.0), told, drift=0.0) == fused(NUMBER, told)
+
+
+DRIFTS, SHARED, NUMBERS = (0.0, 1.0), (0.0, 3.0), (1, 10, 30)
+SIGMAS, BETWEEN_S, N_TRIALS = (4.0, 6.0, 8.0), 7.0, 1500
+
+
+def simulated(draw: np.random.Generator, n_each: int, drift: float, shared: float) -> tuple[list[Observation], float]:
+    """Observations of three vehicles in turn, and where the thing is at the time of the last."""
+    at, told, own = 50.0, list[Observation](), draw.normal(0.0, 1.0, 3) * shared
+    for number in range(3 * n_each):
+        at += drift * math.sqrt(BETWEEN_S) * draw.normal() if number else 0.0
+        sigma = SIGMAS[number % 3]
+        told.append(seen(number % 3, at + own[number % 3] + sigma * draw.normal(), sigma, BETWEEN_S * number))
+    return told, at
+
+
+def least_squares(told: list[Observation], drift: float, shared: float) -> float:
+    """The best linear estimate (Gauss, Markov, Aitken 1935), all at once, by the covariance of all errors."""
+    times_s, origins = np.array([one.time_s for one in told]), np.array([one.origin for one in told])
+    sigmas = np.array([one.fact.uncertainty for one in told])
+    covariance = np.diag(sigmas**2) + shared**2 * (origins[:, None] == origins[None, :])
+    covariance += drift**2 * (times_s[-1] - np.maximum(times_s[:, None], times_s[None, :]))
+    weights = np.linalg.solve(covariance, np.ones(len(told)))
+    return float(weights @ np.array([one.value for one in told]) / weights.sum())
+
+
+@pytest.mark.parametrize("shared", SHARED)
+@pytest.mark.parametrize("drift", DRIFTS)
+@pytest.mark.parametrize("n_each", NUMBERS)
+def test_the_estimate_is_the_best_there_is_and_its_deviation_is_true(n_each: int, drift: float, shared: float) -> None:
+    """The normalised squared error of n trials is 1 where stated deviations are true, +- (2 / n)^1/2."""
+    draw = np.random.default_rng(11)
+    squares, best = list[float](), list[float]()
+    of_stated = list[float]()
+    for _ in range(N_TRIALS if n_each == 1 else N_TRIALS // 3):
+        told, at = simulated(draw, n_each, drift, shared)
+        found = fused(NUMBER, told, drift=drift, shared=shared)
+        assert found is not None
+        assert isinstance(found.value, float)
+        assert found.value == pytest.approx(least_squares(told, drift, shared), abs=1e-6)
+        squares.append((found.value - at) ** 2)
+        best.append((least_squares(told, drift, shared) - at) ** 2)
+        of_stated.append(squares[-1] / (found.uncertainty or math.inf) ** 2)
+    assert sum(squares) <= 1.1**2 * sum(best)
+    spread = 4.0 * (2.0 / len(of_stated)) ** 0.5
+    assert 1.0 - spread <= sum(of_stated) / len(of_stated) <= 1.0 + spread
+
+
+def test_a_model_that_is_wrong_states_a_wrong_deviation() -> None:
+    """What drifts and is taken to be at rest is far from where its stated deviation has it."""
+    draw = np.random.default_rng(12)
+    of_stated = list[float]()
+    for _ in range(300):
+        told, at = simulated(draw, 10, 1.0, 0.0)
+        found = fused(NUMBER, told)
+        assert found is not None
+        of_stated.append((float(found.value) - at) ** 2 / (found.uncertainty or math.inf) ** 2)  # type: ignore[arg-type]
+    assert sum(of_stated) / 300 > 2.0
+
+
+@pytest.mark.parametrize("given", [{"drift": -1.0}, {"drift": math.inf}, {"shared": -0.1}, {"shared": math.nan}])
+def test_a_model_that_cannot_be_is_refused(given: dict[str, float]) -> None:
+    with pytest.raises(FactError, match="allowed: 0 or more"):
+        fused(NUMBER, [seen(0, 1.0, 1.0)], **given)
 
 
 def test_of_sources_that_heard_of_each_other_the_most_certain_counts_alone() -> None:

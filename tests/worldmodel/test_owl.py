@@ -79,6 +79,14 @@ CASES = [
         "ex:p: rm:coarseResolution on a boolean; allowed: bounds of numbers and points",
     ),
     (
+        f"ex:p {ATTRIBUTE} rdfs:range xsd:double ; {BOUNDS} ; rm:drift -1 .",
+        "ex:p: rm:drift is -1; allowed: one number of 0 or more",
+    ),
+    (
+        f"ex:p {ATTRIBUTE} rdfs:range xsd:boolean ; rm:drift 1 .",
+        "ex:p: rm:drift on a boolean; allowed: bounds of numbers",
+    ),
+    (
         f"ex:p {ATTRIBUTE} rdfs:range xsd:double ; {BOUNDS} ; rm:coarseResolution 0.25 .",
         "ex:p: rm:coarseResolution: 0.25 is not two or more whole steps of 0.1; allowed: one number, some steps of "
         "rm:resolution, a part of the range",
@@ -92,13 +100,21 @@ CASES = [
         " is not one number; allowed:",
     ),
     (
+        f"ex:p {ATTRIBUTE} rdfs:range xsd:double ; {BOUNDS} ; rm:drift -1 .",
+        "ex:p: rm:drift is -1; allowed: one number of 0 or more",
+    ),
+    (
+        f"ex:p {ATTRIBUTE} rdfs:range xsd:boolean ; rm:drift 1 .",
+        "ex:p: rm:drift on a boolean; allowed: bounds of numbers",
+    ),
+    (
         f"ex:p {ATTRIBUTE} rdfs:range xsd:boolean ; rm:latestOnly 1 .",
         "ex:p: rm:latestOnly is 1; allowed: true or false",
     ),
     (
         f"ex:p {ATTRIBUTE} rdfs:range xsd:boolean ; rm:latestonly true .",
-        "ex:p: unknown annotation rm:latestonly; allowed: rm:coarseResolution, rm:latestOnly, rm:maxBytes, rm:maximum, "
-        "rm:minimum, rm:probability, rm:resolution, rm:sigma, rm:unit; did you mean 'latestOnly'?",
+        "ex:p: unknown annotation rm:latestonly; allowed: rm:coarseResolution, rm:drift, rm:latestOnly, rm:maxBytes, "
+        "rm:maximum, rm:minimum, rm:probability, rm:resolution, rm:sigma, rm:unit; did you mean 'latestOnly'?",
     ),
     (
         f"ex:p {ATTRIBUTE} rdfs:range rm:Role .",
