@@ -209,6 +209,12 @@ class Beliefs:
             {self._plain(attribute, value): share for value, share in found.probabilities},
         )
 
+    def count(self, key: Key, value: Any) -> int:
+        """How often a value of a fact was observed, by whom one believes."""
+        subject, attribute = self._slots.get(key) or self._slot(key)
+        stored = self._value(attribute, value)
+        return sum(observation.value == stored for observation in self.model.history(subject, attribute.uid))
+
     def observed_s(self, key: Key) -> float | None:
         """When the latest value of a fact was observed; None if it is not known."""
         latest = self._latest(key)

@@ -30,6 +30,8 @@ from remoras.work import Point
 
 CREEP_MPS, NEAR_M, IN_PLACE_M = 0.3, 8.0, 0.1
 """Over the last metres a vehicle goes this slowly, from so far away, until it is so near."""
+LOOKS_S = 300.0
+"""A step that finds something again has failed when looks for so long have decided nothing."""
 ATTEMPTS = 12
 """A step by an effector has failed when so many attempts could have been made."""
 MARGIN_S = 60.0
@@ -200,29 +202,45 @@ class Ranging(Behaviour):
 
 
 class Reacquiring(Behaviour):
-    """Goes to where the chosen candidate should be and searches around, on squares, until it is seen.
+    """Goes to where the chosen candidate should be, searches around until it is seen, and looks at it there.
 
     Args:
         job: of the recovery; candidate: that is chosen.
         settings: of the module; data: of the vehicle.
         search_m: how far around it searches; then the step has failed.
+        patience_s: a candidate not seen for so long is searched for again.
     """
 
-    def __init__(self, job: str, candidate: str, settings: FinderSettings, data: VehicleData, search_m: float) -> None:
+    def __init__(
+        self,
+        job: str,
+        candidate: str,
+        settings: FinderSettings,
+        data: VehicleData,
+        search_m: float,
+        patience_s: float,
+    ) -> None:
         self._job, self._candidate, self._data = job, candidate, data
         self._search_mps = min(data.survey_speed_mps, settings.speed_limit_mps)
-        self._step_m, self._search_m = 1.5 * settings.range_m, search_m
+        self._step_m, self._search_m, self._patience_s = 1.5 * settings.range_m, search_m, patience_s
         self._approach = Approach(data.transit_speed_mps)
         self._corner = -1
+        self._places: int | None = None  # at which it has been seen
+        self._first_s = self._last_s = math.inf
+        self._at_m: Point | None = None  # where it is seen from near
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Due until something is known of the candidate from near; failed once the search is over."""
-        if picture.facts.get(("verdict", self._candidate)) is not None:
+        """Due until it is known what the candidate is; failed once the search is over, or looks decide nothing."""
+        if picture.facts.get(("verdict", self._candidate)) not in (None, "open"):
             return IDLE
         place_m = self._place(picture.facts)
         if place_m is None:
             return IDLE
-        now_s, to_go_m = picture.body.now_s, distance_m(motion, self._next(place_m))
+        now_s = picture.body.now_s
+        self._note_look(picture.facts, now_s)
+        if self._at_m is not None:
+            return FAILED if now_s - self._first_s > LOOKS_S else ADVANCING
+        to_go_m = distance_m(motion, self._next(place_m))
         if performed and to_go_m <= CAPTURE_M:
             self._corner += 1
             if self._corner > self._n_corners:
@@ -230,6 +248,16 @@ class Reacquiring(Behaviour):
         if self._corner < 0:
             return Perception(attracted(to_go_m).stimulus, self._approach.advance(to_go_m, now_s, performed))
         return ADVANCING if performed else attracted(to_go_m)
+
+    def _note_look(self, facts: Known, now_s: float) -> None:
+        """Stay where it is seen; who sees it no more goes on with the search."""
+        places = len(facts.values(("location", self._candidate)))
+        if self._places is not None and places > self._places:
+            self._first_s, self._last_s = min(now_s, self._first_s), now_s
+            self._at_m = self._at_m or facts.get(("location", self._candidate))
+        elif now_s - self._last_s > self._patience_s:
+            self._at_m = None
+        self._places = places
 
     @property
     def _n_corners(self) -> int:
@@ -254,6 +282,8 @@ class Reacquiring(Behaviour):
         place_m = self._place(picture.facts)
         if place_m is None:
             return None
+        if self._at_m is not None:
+            return Reference(self._at_m, min(CREEP_MPS, self._search_mps))
         target_m = self._next(place_m)
         is_far = self._corner < 0 and distance_m(motion, target_m) > 2.0 * self._step_m
         if is_far:

@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
+from missions.meeting.sequential_test import decided
+from missions.trident.scenario import TridentSettings
 from missions.trident.services import AVAILABLE, CHOOSE, FAILED, Matching, Service, parties
 from missions.trident.site import SeabedBlock
 from remoras.beliefs import Beliefs
@@ -48,14 +50,14 @@ class Concluding:
         matching: says which services are able to do what.
         groups: by name; blocks: by name.
         recovery: name of the job.
-        reach_limit_s: a candidate not found again so long after the choice counts as absent.
+        settings: of the mission.
     """
 
     matching: Matching
     groups: Mapping[str, Group]
     blocks: Mapping[str, SeabedBlock]
     recovery: str
-    reach_limit_s: float
+    settings: TridentSettings
 
     def of(self, me: str, organisation: Organisation, beliefs: Beliefs, picture: Picture) -> Sequence[Finding]:
         """What a vehicle makes known now; the first that there is, so that packets stay short.
@@ -73,6 +75,7 @@ class Concluding:
             self._asked(me, organisation, facts),
             self._served(me, beliefs),
             self._chosen(me, organisation, beliefs, facts, now_s),
+            self._judged(me, organisation, beliefs),
             self._absent(me, organisation, beliefs, now_s),
             self._adrift(me, beliefs),
         ):
@@ -129,7 +132,10 @@ class Concluding:
             return []
         if beliefs.get(("serviceStatus", chooser.name)) != AVAILABLE:
             return []
-        likely = [(_likeness(beliefs, name), name) for name in beliefs.instances(CANDIDATE) if _is_open(beliefs, name)]
+        candidates = beliefs.instances(CANDIDATE)
+        likely = [(_likeness(beliefs, name), name) for name in candidates if _is_open(beliefs, name)]
+        anew = [] if likely else [name for name in candidates if self._may_look_again(beliefs, name)]
+        likely += [(_likeness(beliefs, name), name) for name in anew]
         if not likely:
             return []
         name = min(likely, key=lambda weighed: (-weighed[0], weighed[1]))[1]
@@ -137,7 +143,12 @@ class Concluding:
         at_m: Point | None = None if place is None else place.value
         if at_m is None:
             return []
-        return [Finding(self.recovery, "chosen", name), Finding(self.recovery, "chosenAt", at_m)]
+        opened = [Finding(name, "verdict", "open")] if anew else []
+        return [*opened, Finding(self.recovery, "chosen", name), Finding(self.recovery, "chosenAt", at_m)]
+
+    def _may_look_again(self, beliefs: Beliefs, candidate: str) -> bool:
+        """True unless a candidate has been looked at anew as often as is allowed."""
+        return beliefs.count(("verdict", candidate), "open") < self.settings.looks_again
 
     def _due_s(self, beliefs: Beliefs) -> float | None:
         """Since when a choice is due: the last block is surveyed, what was chosen turned out to be none, or something
@@ -150,25 +161,54 @@ class Concluding:
             if not _is_open(beliefs, chosen):
                 return beliefs.observed_s(("verdict", chosen))
             known = [name for name, verdict in verdicts.items() if verdict == "target" and name != chosen]
-            return beliefs.observed_s(("verdict", known[0])) if known and verdicts[chosen] is None else None
+            is_unknown = verdicts[chosen] in (None, "open")
+            return beliefs.observed_s(("verdict", known[0])) if known and is_unknown else None
         surveyed_s = [beliefs.observed_s(("surveyedBy", block)) for block in self.blocks]
         known_s = [time_s for time_s in surveyed_s if time_s is not None]
         return max(known_s) if len(known_s) == len(surveyed_s) else None
 
-    def _absent(self, me: str, organisation: Organisation, beliefs: Beliefs, now_s: float) -> list[Finding]:
-        """Who is to recover it says that a candidate is not there, if it is not found again in time."""
-        chosen = beliefs.get(("chosen", self.recovery))
-        if chosen is None or beliefs.get(("verdict", chosen)) is not None:
-            return []
-        chosen_s = beliefs.observed_s(("chosen", self.recovery))
-        if chosen_s is None or now_s - chosen_s <= self.reach_limit_s:
-            return []
-        holds = any(
+    def _recovers(self, me: str, organisation: Organisation) -> bool:
+        """True for who is to recover what is chosen."""
+        return any(
             role.job == self.recovery and organisation.plays(me, group.name, role.name)
             for group in self.groups.values()
             for role in group.roles
         )
-        return [Finding(chosen, "verdict", "absent")] if holds else []
+
+    def _judged(self, me: str, organisation: Organisation, beliefs: Beliefs) -> list[Finding]:
+        """Who is to recover it says what a candidate is once all looks at it together are sure enough.
+
+        Looks of all vehicles count, of a candidate that was opened anew those since then. Where the target lies is what
+        the looks since the choice come to: the vehicle has gone on erring since those before.
+        """
+        if beliefs.get(("chosen", self.recovery)) is None or not self._recovers(me, organisation):
+            return []  # nobody looks from near before a choice
+        for candidate in beliefs.instances(CANDIDATE):
+            known = ("verdict", candidate)
+            if beliefs.get(known) not in (None, "open"):
+                continue
+            looks = beliefs.fused(("looksLike", candidate), since_s=beliefs.observed_s(known))
+            if looks is None:
+                continue
+            p_target = looks.probabilities.get("target", 0.0)
+            is_target = decided(p_target, self.settings.p_mistaken, self.settings.p_missed)
+            if is_target is None:
+                continue
+            found = [Finding(candidate, "verdict", "target" if is_target else "decoy")]
+            chosen_s = beliefs.observed_s(("chosen", self.recovery))
+            place = beliefs.fused(("location", candidate), since_s=chosen_s) if is_target else None
+            return [*found, Finding(candidate, "location", place.value)] if place is not None else found
+        return []
+
+    def _absent(self, me: str, organisation: Organisation, beliefs: Beliefs, now_s: float) -> list[Finding]:
+        """Who is to recover it says that a candidate is not there, if it is not found again in time."""
+        chosen = beliefs.get(("chosen", self.recovery))
+        if chosen is None or beliefs.get(("verdict", chosen)) not in (None, "open"):
+            return []
+        chosen_s = beliefs.observed_s(("chosen", self.recovery))
+        if chosen_s is None or now_s - chosen_s <= self.settings.reach_limit_s:
+            return []
+        return [Finding(chosen, "verdict", "absent")] if self._recovers(me, organisation) else []
 
     def _adrift(self, me: str, beliefs: Beliefs) -> list[Finding]:
         """A fix is of no use any more once the candidate that it was taken for has turned out to be none."""

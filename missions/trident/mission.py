@@ -77,7 +77,7 @@ class TridentMission(JobMission):
     objective = WORKING
     needs = (
         *JobMission.needs, f"objective{WORKING}", "surveyedBy", "recoveredBy", "chosen", "chosenAt", "verdict",
-        "location", "likeness", "serviceStatus", "providedBy", "requestedOf", "chartedTile",
+        "looksLike", "location", "likeness", "serviceStatus", "providedBy", "requestedOf", "chartedTile",
     )  # fmt: skip
     vocabulary = (Path(__file__).with_name("vocabulary.ttl"),)
     sensors: ClassVar[Mapping[str, type[SensorSettings]]] = {
@@ -109,7 +109,7 @@ class TridentMission(JobMission):
         }
         super().__init__(scenario)
         recovery = scenario.recovery.name
-        self.concluding = Concluding(self.matching, self._groups, self.blocks, recovery, scenario.mission.reach_limit_s)
+        self.concluding = Concluding(self.matching, self._groups, self.blocks, recovery, scenario.mission)
         self._activity_domain = activity_domain(self.matching, self._groups, recovery)
 
     @classmethod
@@ -271,7 +271,7 @@ class TridentMission(JobMission):
             return Ranging(self.scenario.transponder.position_m, data, settings.patience_work_s)
         job, candidate = activity.parameters[1:3]
         if activity.name == REACQUIRING and isinstance(of, FinderSettings):
-            return Reacquiring(job, candidate, of, data, settings.search_m)
+            return Reacquiring(job, candidate, of, data, settings.search_m, settings.patience_work_s)
         if isinstance(of, EffectorSettings):
             return Intervening(job, candidate, of, data)
         raise PlanningError(f"activity {activity.name!r} cannot be done by {service.name!r}")

@@ -143,7 +143,7 @@ class FinderSettings(ModuleSettings):
     range_m: float = Field(gt=0.0, description="farthest object that it sees")
     speed_limit_mps: float = Field(0.8, gt=0.0, description="greatest speed over ground at which it sees something")
     sigma_m: float = Field(gt=0.0, le=32.0, description="standard deviation of the place that it sees, on each axis")
-    p_right: float = Field(gt=0.5, le=1.0, description="probability that it takes an object for what it is")
+    p_right: float = Field(gt=0.5, le=1.0, description="probability that a look takes an object for what it is")
 
     def make(self, data: VehicleData) -> Sensor:
         """The module of a vehicle."""
@@ -151,7 +151,7 @@ class FinderSettings(ModuleSettings):
 
 
 class Finder:
-    """Sees objects from near: it takes each for one thing, and goes on looking where it is."""
+    """Sees objects from near: each look takes an object for one thing, apart from all others, and says how surely."""
 
     table = None
 
@@ -160,18 +160,17 @@ class Finder:
         self._limit_mps = settings.speed_limit_mps * 1.000001
 
     def sense(self, pose: Pose, world: Site, now_s: float) -> list[Observation]:
-        """Place of each object in range, and with the first look what it is."""
+        """Place of each object in range, and what it looks like."""
         settings, at_m, found = self._settings, (pose.x_m, pose.y_m), []
         if pose.ground_mps > self._limit_mps:
             return []
         for number, one in enumerate(world.objects):
             if distance(one.position_m, at_m) > settings.range_m or not self._looks.is_due(number, now_s):
                 continue
-            is_first = self._looks.count(number) == 0
             right, *off = self._looks.draws(world.seed, number, 3)
             place = _placed(one, pose, off, settings.sigma_m)
             takes_for = "target" if one.is_target == (right < settings.p_right) else "decoy"
-            found.append(_seen(place, settings.sigma_m, *([(SELF, "verdict", takes_for)] if is_first else ())))
+            found.append(_seen(place, settings.sigma_m, (SELF, "looksLike", takes_for, settings.p_right)))
         return found
 
 
@@ -269,10 +268,6 @@ class Looks:
         self._stream, self._node = KINDS.index(kind), node
         self._next_s: dict[int, float] = {}
         self._n: Counter[int] = Counter()
-
-    def count(self, number: int) -> int:
-        """Looks at an object so far."""
-        return self._n[number]
 
     def is_due(self, number: int, now_s: float, times: float = 1.0) -> bool:
         """True if an object is to be looked at again, ``times`` the usual time after the last look."""

@@ -38,6 +38,15 @@ class TridentSettings(JobSettings):
     reach_limit_s: Positive = Field(
         1200.0, description="a candidate that is not found again so long after the choice counts as absent"
     )
+    p_mistaken: float = Field(
+        0.01, gt=0.0, lt=0.5, description="rate at which looks from near may take a decoy for the target"
+    )
+    p_missed: float = Field(
+        0.01, gt=0.0, lt=0.5, description="rate at which looks from near may take the target for a decoy"
+    )
+    looks_again: int = Field(
+        2, ge=0, le=10, description="how often a candidate that was rejected is looked at anew once none is left"
+    )
 
 
 class BlockTable(Section):

@@ -93,17 +93,21 @@ def test_what_a_look_shows_does_not_depend_on_the_looks_at_others() -> None:
     assert first == [one for one in both.sense(here, site(3, TARGET, DECOY), 90.0) if one.found]
 
 
-def test_a_finder_says_once_what_it_takes_an_object_for_and_is_right_as_often_as_it_says() -> None:
-    right = 0
+def test_each_look_of_a_finder_is_right_as_often_as_it_says_whatever_the_one_before_was() -> None:
+    both = {(first, second): 0 for first in (True, False) for second in (True, False)}
     for seed in range(400):
-        module = made(FinderSettings(name="camera", capability="OpticalImaging", range_m=8.0, sigma_m=0.5, p_right=0.9))
+        module = made(FinderSettings(name="camera", capability="OpticalImaging", range_m=8.0, sigma_m=0.5, p_right=0.8))
         assert module.sense(pose(50.0, 59.0), site(seed), 0.0) == []  # 9 m away
         (first,) = module.sense(pose(50.0, 55.0), site(seed), 1.0)
         assert module.sense(pose(50.0, 55.0), site(seed), 5.0) == []
         (again,) = module.sense(pose(50.0, 55.0), site(seed), 12.0)
-        assert [fact[1] for fact in again.facts] == ["location"]
-        right += first.facts[1][1:] == ("verdict", "target")
-    assert right / 400 == pytest.approx(0.9, abs=0.045)
+        assert {look.facts[1][1] for look in (first, again)} == {"looksLike"}
+        assert {look.facts[1][3] for look in (first, again)} == {0.8}
+        both[first.facts[1][2] == "target", again.facts[1][2] == "target"] += 1
+    right, wrong = both[True, True] + both[True, False], both[False, True] + both[False, False]
+    assert right / 400 == pytest.approx(0.8, abs=0.06)  # three standard errors of 0.02
+    assert both[True, True] / right == pytest.approx(0.8, abs=0.07)
+    assert both[False, True] / wrong == pytest.approx(0.8, abs=0.14)
 
 
 @pytest.mark.parametrize("off_m", [0.0, 0.5, 1.0, 2.0])
