@@ -1,7 +1,7 @@
 """The look that all figures share: widths, type sizes, colours, and how a figure becomes a file.
 
-Colours are those of Okabe and Ito (Color Universal Design, 2008), which stay apart for colour-blind readers; wine is
-from Tol's "muted" scheme (2021).
+Colours are those of Okabe and Ito (Color Universal Design, 2008), which stay apart for colour-blind readers; wine and
+indigo are from Tol's "muted" scheme (2021).
 A series also has a line style and a marker of its own, so that a grey print can be read.
 """
 
@@ -41,14 +41,15 @@ BLUE = "#0072B2"
 VERMILLION = "#D55E00"
 PURPLE = "#CC79A7"
 WINE = "#882255"
+INDIGO = "#332288"
 GREY = "#666666"
 PALE = "#EEEEEE"
 
 COLOURS = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY_BLUE, BLACK)
 """Colours of series, in order; yellow is left out because a yellow line vanishes on white paper."""
-VEHICLES = (*COLOURS[:-1], WINE)
-"""Colours of vehicles in all figures of a run. There black is the fleet, yellow a place or a milestone, and a shade of
-grey (darker is worse) a share or an age."""
+VEHICLES = (*COLOURS[:-1], WINE, INDIGO)
+"""Colours of vehicles in all figures of a run: eight that stay apart. There black is the fleet, yellow a place or a
+milestone, and a shade of grey (darker is worse) a share or an age."""
 LINES: tuple[Any, ...] = ("-", (0, (4, 1.2)), (0, (1.2, 1)), (0, (5, 1.2, 1.2, 1.2)))
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<", ">")
 
@@ -112,12 +113,15 @@ def look(number: int) -> Look:
 
 
 def vehicle_look(number: int) -> Look:
-    """The look of vehicle ``number`` of a fleet, counted from 0, in all figures of a run.
+    """The look of vehicle ``number`` of a fleet, counted from 0, in all figures of a run; 32 differ.
 
     >>> vehicle_look(0) == look(0), vehicle_look(6).colour == BLACK
     (True, False)
+    >>> len({vehicle_look(number)[:2] for number in range(32)})
+    32
     """
-    return look(number)._replace(colour=VEHICLES[number % len(VEHICLES)])
+    turn, place = divmod(number, len(VEHICLES))
+    return Look(VEHICLES[place], LINES[(place + turn) % len(LINES)], MARKERS[number % len(MARKERS)])
 
 
 def tint(colour: str, strength: float) -> tuple[float, float, float]:

@@ -226,10 +226,13 @@ def plot(
     viewer: Annotated[
         str, typer.Option(metavar="VEHICLE", help="In whose view the figure organisation is; else as each sees itself.")
     ] = "",
+    draw_all: Annotated[
+        bool, typer.Option("--all", help="Every figure of a sweep; else the eight that say most of what it varies.")
+    ] = False,
 ) -> None:
     """Draw the figures of a run (trajectories, roles and more) or of a sweep (metrics over loss, ranking and more)."""
     with _glyphs_noted():
-        _plot(folder, kinds or (), out or folder, file_format, metric, width, at, viewer)
+        _plot(folder, kinds or (), out or folder, file_format, metric, width, at, viewer, draw_all)
 
 
 @contextmanager
@@ -254,13 +257,16 @@ def _plot(
     width: float | None,
     at_s: float | None,
     viewer: str,
+    draw_all: bool,
 ) -> None:
     """Draw what a folder holds, a run or a sweep."""
     if (folder / "study.json").is_file():
         if at_s is not None or viewer:
             fail(f"--at and --viewer: are about the organisation of a single run, and {folder} holds a sweep")
-        _plot_sweep(folder, kinds, out, file_format, metric, width)
+        _plot_sweep(folder, kinds, out, file_format, metric, width, draw_all)
         return
+    if draw_all:
+        fail(f"--all: is about the figures of a sweep, and {folder} holds a single run, of which all are drawn")
     if not (folder / "summary.json").is_file():
         fail(f"{folder}: no results of a run (summary.json is missing), nor of a sweep (study.json is missing)")
     if metric is not None:
@@ -300,7 +306,13 @@ def _show_drawn(drawn: Drawn) -> None:
 
 
 def _plot_sweep(
-    folder: Path, kinds: Sequence[str], out: Path, file_format: Format, metric: str | None, width_in: float | None
+    folder: Path,
+    kinds: Sequence[str],
+    out: Path,
+    file_format: Format,
+    metric: str | None,
+    width_in: float | None,
+    draw_all: bool,
 ) -> None:
     from missions.sweeps.folder import SweepResults
     from visualisation.sweeps import draw_sweep_figures
@@ -313,7 +325,7 @@ def _plot_sweep(
     results, (ranked,) = results.naming([metric or RANKED])
     results, kinds = results.naming(kinds, "KIND")
     with Progress(f"plot {folder}", 1, "steps") as progress:
-        drawn = draw_sweep_figures(results, kinds, out, file_format.value, ranked, progress.of, width_in)
+        drawn = draw_sweep_figures(results, kinds, out, file_format.value, ranked, progress.of, width_in, draw_all)
     _show_drawn(drawn)
 
 

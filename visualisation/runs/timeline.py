@@ -29,7 +29,9 @@ VEHICLE_ROOM_IN = 1.0
 ROLE_ROOM_IN, NARROW_ROLE_ROOM_IN = 1.5, 0.8
 GROUP_ROOM_IN = 2.5
 TALLEST_IN = 9.0
-"""Height of a page of a paper; vehicles that are alike share a lane where the figure would be taller."""
+"""Height of a page of a paper."""
+MOST_LANES = 12
+"""Vehicles that are alike share a lane where there would be more, or where the figure would be taller than a page."""
 HELD, DRIVING = 0.3, 0.68
 """Share of a row that a bar fills."""
 HATCHES = ("", "/////", ".....", "xxxxx", "-----", "|||||")
@@ -56,7 +58,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
     with style.paper():
         for fold, row in product(FOLDS, ROWS):
             timeline = _Timeline(results, fold(tenures), hatches, bool(faults), width_in, row)
-            if timeline.page.page.height_in <= TALLEST_IN:
+            if timeline.page.page.height_in <= TALLEST_IN and len(timeline.lanes) <= MOST_LANES:
                 break
         timeline.draw(faults)
     folded = [lane.vehicles for lane in timeline.lanes if lane.is_folded]

@@ -16,6 +16,7 @@ from matplotlib.ticker import MaxNLocator
 from missions.figure import Layer, Mark, Place, PointM, RunResults
 from visualisation import labels, style, words
 from visualisation.labels import Label
+from visualisation.outages import outages
 from visualisation.page import Box, DrawnPage, Legend, Page
 from visualisation.runs import captions, declared, reading, windows
 from visualisation.runs.reading import PlanTrack, Span
@@ -32,6 +33,9 @@ NAME_ROOM_IN = 1.4
 LEAST_EXTENT_M = 20.0
 CLOSE = 0.4
 """Ends this near together, relative to the panel before, get a panel of their own."""
+MOST_NAMED = 12
+"""Entries of vehicles in the legend: more line styles cannot be told apart."""
+OTHERS = style.Look(style.GREY, "-", "")
 BELOW = 0.1
 """Layers keep their order, but stay below places and tracks."""
 
@@ -115,6 +119,8 @@ class MapContents(NamedTuple):
     layers: list[Layer]
     events: list[TrackEvent]
     end_s: float
+    out: frozenset[str] = frozenset()
+    """Vehicles that are lost, or without energy, at the end: where they are is no end."""
 
     @property
     def symbols(self) -> dict[str, Symbol]:
@@ -198,11 +204,11 @@ def _scene(results: RunResults, places: Sequence[Place], layers: Sequence[Layer]
         mark.milestone: Symbol(marker, mark.label, size_pt, style.YELLOW)
         for mark, (marker, size_pt) in zip(marks, cycle(MARKS), strict=False)
     }
-    tracks = reading.tracks(results)
+    tracks, end_s = reading.tracks(results), reading.end_s(results)
     faults = [TrackEvent(fault.vehicle, fault.span.start_s, FAULT) for fault in reading.vehicle_faults(results)]
     return MapContents(
         tracks=tracks,
-        looks=declared.Kit(results).looks,
+        looks=_looks(declared.Kit(results).looks, tracks),
         points=points,
         outlines=outlines,
         layers=list(layers),
@@ -212,8 +218,22 @@ def _scene(results: RunResults, places: Sequence[Place], layers: Sequence[Layer]
             if milestone.name in symbols and milestone.vehicle in tracks
         ]
         + [event for event in faults if event.vehicle in tracks],
-        end_s=reading.end_s(results),
+        end_s=end_s,
+        out=frozenset(
+            vehicle
+            for vehicle, gaps in outages(results).items()
+            if any(gap.start_s <= end_s < gap.end_s for gap in gaps)
+        ),
     )
+
+
+def _looks(looks: Mapping[str, style.Look], tracks: Mapping[str, PlanTrack]) -> Mapping[str, style.Look]:
+    """The looks of the vehicles; in a large fleet those that went farthest have their own, and the others are grey."""
+    if len(looks) <= MOST_NAMED:
+        return looks
+    length_m = {name: float(np.hypot(np.diff(t.x_m), np.diff(t.y_m)).sum()) for name, t in tracks.items()}
+    named = sorted(looks, key=lambda name: -length_m.get(name, 0.0))[: MOST_NAMED - 1]
+    return {name: look if name in named else OTHERS for name, look in looks.items()}
 
 
 def _panels(scene: MapContents, eventful: Span | None) -> list[Panel]:
@@ -228,7 +248,7 @@ def _panels(scene: MapContents, eventful: Span | None) -> list[Panel]:
         moves = [track.between(*eventful) for track in scene.tracks.values()]
         title = f"{eventful.start_s:.0f} to {eventful.end_s:.0f} s"
         panels.append(Panel(title, frame_of(points_of(moves)), eventful))
-    at_end = [track.at(scene.end_s) for track in scene.tracks.values()]
+    at_end = [track.at(scene.end_s) for name, track in scene.tracks.items() if name not in scene.out]
     ends = frame_of([*at_end, *points])
     if ends.size_m >= CLOSE * panels[-1].frame.size_m:
         ends = frame_of(at_end)
@@ -366,8 +386,10 @@ def _legend(scene: MapContents) -> list[Artist]:
             [], [], color=look.colour, linestyle=look.line, marker=look.marker, markeredgecolor="white",
             markeredgewidth=0.3, label=style.fitted(name, NAME_ROOM_IN, style.SMALL_PT), linewidth=0.9,
         )
-        for name, look in scene.looks.items()
+        for name, look in scene.looks.items() if look != OTHERS
     ]  # fmt: skip
+    n_others = sum(look == OTHERS for look in scene.looks.values())
+    entries += [Line2D([], [], color=OTHERS.colour, linewidth=0.9, label=f"{n_others} others")] if n_others else []
     entries += [START.at(), END.at()] if scene.tracks else []
     entries += [symbol.at() for symbol in dict.fromkeys(event.symbol for event in scene.events)]
     entries += [symbol.at() for symbol in scene.symbols.values()]
@@ -389,6 +411,9 @@ def _caption(results: RunResults, scene: MapContents, said: str) -> str:
     for (kind, of_kind), what in shapes:
         sentences.append(f"{what} ({kind}): {words.listed([place.name for place in of_kind])}.")
     sentences.append(said)
+    others = [name for name, look in scene.looks.items() if look == OTHERS]
+    if others:
+        sentences.append(f"Those that went farthest are named; the others are grey: {words.listed(others)}.")
     for event in scene.events:
         if event.symbol is not FAULT:
             sentences.append(f"{event.vehicle}: {event.symbol.meaning} at {words.time(event.time_s)}.")

@@ -31,7 +31,7 @@ def metric_caption(
     return words.joined(
         f"{words.capital(measure.name)} over {arrangement.axis_label}.",
         f"Lines: rates; bars: {OF_RATES}." if rate else f"Lines: means; bands: {INTERVALS_OF_MEANS}.",
-        _of_certainty(rows) if rate else without_intervals(rows),
+        "" if rate else without_intervals(rows),
         measure.metric.note,
         _without_values(arrangement, rows),
         _aside(arrangement),
@@ -51,7 +51,6 @@ def overview_caption(arrangement: Arrangement, rows: Sequence[Comparison], measu
     return words.joined(
         f"Overview over {arrangement.axis_label}.",
         f"Lines: means; bands: {INTERVALS_OF_MEANS}{f', for the success rate {OF_RATES}' if rates else ''}.",
-        _of_certainty(rows) if rates else "",
         without_intervals(rows),
         *notes,
         _aside(arrangement),
@@ -193,13 +192,6 @@ def _aside(arrangement: Arrangement) -> str:
     """Said where points of one place on the axis are drawn side by side."""
     several = len(arrangement.series) > 1
     return f"Points of one {arrangement.axis_label} are drawn side by side." if several else ""
-
-
-def _of_certainty(rows: Sequence[Comparison]) -> str:
-    """Said of the intervals of rates of 1, which are not drawn."""
-    certain = [row.success_ci95_low for row in rows if row.success_rate == 1.0]
-    lows = {f"{low:.2f}" for low in certain if low is not None}
-    return f"Those of a rate of 1, from {' or '.join(sorted(lows))} to 1, are not drawn." if lows else ""
 
 
 def _without_values(arrangement: Arrangement, rows: Sequence[Comparison]) -> str:

@@ -235,9 +235,8 @@ def _intervals(
             at, [low for low, _ in bounds], [high for _, high in bounds], color=colour, alpha=opacity, linewidth=0
         )
     if measure.whiskers or apart or len(rows) == 1:
-        for x, (low, high), row in zip(at, bounds, rows, strict=True):
-            if not measure.whiskers or row.mean < 1.0:
-                axes.vlines(x, low, high, color=colour, linewidth=0.7)
+        for x, (low, high) in zip(at, bounds, strict=True):
+            axes.vlines(x, low, high, color=colour, linewidth=0.7)
 
 
 def _place_ticks(axes: Axes, places: Places, arrangement: Arrangement) -> None:

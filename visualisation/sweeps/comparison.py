@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     from visualisation.page import DrawnPage
 
 MOST_PANELS = 6
+MOST_FIGURES = 8
+"""Figures that are drawn where none is named."""
 DIRECTIONS = (Better.HIGHER, Better.LOWER)
 
 
@@ -123,8 +125,12 @@ def draw_sweep_figures(
     ranked: str = RANKED,
     progress: Callable[[float, float], None] = lambda done, total: None,
     width_in: float | None = None,
+    draw_all: bool = False,
 ) -> Drawn:
-    """Write figures of a sweep, finished or not; no kinds means all that there are numbers for.
+    """Write figures of a sweep, finished or not; no kinds means those that say most of what the study varies.
+
+    These are at most ``MOST_FIGURES``: the overview, the ranking and the differences where strategies or policies are
+    compared, the trade-off where policies are, and the metrics of the study in their order.
 
     Args:
         results: of the sweep.
@@ -134,6 +140,7 @@ def draw_sweep_figures(
         ranked: name of the metric that the ranking is by, and whose differences are drawn.
         progress: told what is done of how much.
         width_in: of all figures; a column or a page of a paper if left out.
+        draw_all: every kind that there are numbers for, where no kinds are named.
 
     Returns:
         The files written (a figure, its numbers, its caption, the next figure, ...), and notes for the user.
@@ -142,11 +149,18 @@ def draw_sweep_figures(
         DrawingError: a kind or the format is not known, or a kind that was named has nothing to draw.
         OutputError: no run has finished, or the metric of the ranking is not known.
     """
-    numbers, asked, notes = _prepared(results, kinds, ranked, width_in, progress, format)
+    numbers, asked, notes = _prepared(results, kinds, ranked, width_in, progress, format, draw_all)
     files: list[Path] = []
+    left, left_out = (None if kinds or draw_all else MOST_FIGURES), 0
     for number, kind in enumerate(asked):
-        files += _written(results, kind, numbers, folder, format, width_in)
+        charts = list(_charts(kind, numbers))
+        files += _written(results, kind, charts[:left], numbers, folder, format, width_in)
+        if left is not None:
+            left, left_out = max(0, left - len(charts)), left_out + max(0, len(charts) - left)
         progress(len(numbers.rows) + number + 1, len(numbers.rows) + len(asked))
+    others = left is not None and len(numbers.kinds) + len(SWEEP_KINDS) > len(asked)
+    if left_out or others:
+        notes.append(f"at most {MOST_FIGURES} figures are drawn unasked; --all draws all, KIND one of its own")
     return Drawn(files, notes)
 
 
@@ -157,10 +171,11 @@ def _prepared(
     width_in: float | None,
     progress: Callable[[float, float], None] = lambda done, total: None,
     format: str = "png",
+    draw_all: bool = False,
 ) -> tuple[Numbers, list[str], list[str]]:
     """The numbers behind figures, the kinds that can be drawn of them, and notes on what is missing."""
     charts = by_kind(list(results.metrics.values()))
-    asked = _asked(kinds, charts)
+    asked = _asked(kinds, charts) if kinds or draw_all else _telling(results, charts)
     check_format(format)
     check_width(width_in)
     if len(results.file.sampled_keys) > 1:
@@ -175,6 +190,17 @@ def _prepared(
     if remaining := results.status().remaining:
         notes.append(f"the sweep is not finished, {remaining} runs are missing in the figures")
     return numbers, [kind for kind in asked if kind not in missing], notes
+
+
+def _telling(results: SweepResults, charts: Mapping[str, MetricRecord]) -> list[str]:
+    """Kinds that say most of what the study varies, those that say most first; each draws one figure or more."""
+    design = results.file.study
+    strategies, policies = len(design.strategies or ()) > 1, len(design.policies or ()) > 1
+    kinds = {metric.name: kind for kind, metric in charts.items()}
+    compared = [kinds[name] for name in results.compared if name in kinds]
+    general = ["overview", *(["ranking", "differences"] if strategies or policies else [])]
+    general += ["trade-off"] if policies else []
+    return list(dict.fromkeys([*general, *compared]))
 
 
 def _asked(kinds: Sequence[str], charts: Mapping[str, MetricRecord]) -> list[str]:
@@ -230,16 +256,22 @@ def _numbers(
 
 
 def _written(
-    results: SweepResults, kind: str, numbers: Numbers, folder: Path, format: str, width_in: float | None
+    results: SweepResults,
+    kind: str,
+    drawn_charts: Sequence[SweepChart],
+    numbers: Numbers,
+    folder: Path,
+    format: str,
+    width_in: float | None,
 ) -> list[Path]:
-    """Draw a kind, then write its files."""
+    """Draw charts of a kind, then write their files."""
     from visualisation import about, style
 
     said = about.of_sweep(results)
     ranked = numbers.ranked_by.name
     stem = f"{kind}-{ranked}" if kind in ("ranking", "differences") and ranked != RANKED else kind
     taken: set[str] = set()
-    charts = {_file_name(stem, chart.title, taken): chart for chart in _charts(kind, numbers)}
+    charts = {_file_name(stem, chart.title, taken): chart for chart in drawn_charts}
     pictures = {name: style.rendered(chart.figure(width_in), format, said) for name, chart in charts.items()}
     files: list[Path] = []
     for name, chart in charts.items():

@@ -60,8 +60,7 @@ class Measure:
     def whiskers(self) -> bool:
         """True if intervals are lines instead of bands.
 
-        A success rate is equal in so many series that bands would pile up. Intervals of a rate of 1 are left out:
-        nearly all of them would be of one length, and hide the lines.
+        A success rate is equal in so many series that bands would pile up.
         """
         return self.metric.name == RATE and not self.signed
 

@@ -1,5 +1,7 @@
 """Lanes that stand for several vehicles, and the pages that they save."""
 
+from pathlib import Path
+
 import pytest
 from legibility import check_texts
 from synthetic_runs import Fiction
@@ -55,6 +57,17 @@ def test_32_vehicles_fit_a_page_of_a_paper(fleet: Results, kind: str, monkeypatc
     assert drawn.figure.get_figwidth() == 7.2
     assert drawn.figure.get_figheight() <= 9.0
     check_texts(drawn.figure, monkeypatch)
+
+
+@pytest.mark.parametrize(("n_vehicles", "n_lanes"), [(12, 12), (13, 1)])
+def test_more_than_twelve_lanes_are_folded(tmp_path: Path, n_vehicles: int, n_lanes: int) -> None:
+    """Although both would fit a page."""
+    fleet = FLEET[:n_vehicles]
+    roles = [(0.0, name, "Team", "Diver", "assigned") for name in fleet]
+    fiction = Fiction(vehicles=fleet, roles=(), extra_roles=roles)  # type: ignore[arg-type]
+    drawn = run_picture(fiction.write(tmp_path / "run"), "roles")
+    names = [text.get_text() for text in drawn.figure.texts if text.get_weight() == "bold"]
+    assert names == (fleet if n_lanes == 12 else ["13 vehicles"])
 
 
 def test_the_caption_names_who_shares_a_lane(fleet: Results) -> None:

@@ -23,7 +23,7 @@ from missions.sweeps.folder import SweepResults
 from visualisation import SWEEP_KINDS, style
 from visualisation.errors import DrawingError
 from visualisation.sweeps import draw_sweep_figures, sweep_picture
-from visualisation.sweeps.comparison import _charts, _file_name, _numbers
+from visualisation.sweeps.comparison import MOST_FIGURES, _charts, _file_name, _numbers
 from visualisation.sweeps.measures import RANKED, by_kind
 
 CHARTS = by_kind([MetricRecord.of(metric) for metric in METRICS])
@@ -95,7 +95,10 @@ def test_every_mean_is_inside_the_frame(sweeps: dict[str, SweepResults], name: s
 def test_the_same_sweep_gives_the_same_bytes(
     tmp_path: Path, seven: SweepResults, file_format: str, kinds: Sequence[str]
 ) -> None:
-    first, again = (draw_sweep_figures(seven, kinds, tmp_path / name, file_format) for name in ("first", "again"))
+    made = [
+        draw_sweep_figures(seven, kinds, tmp_path / name, file_format, draw_all=True) for name in ("first", "again")
+    ]
+    first, again = made
     names = [path.name for path in first.files]
     drawn = kinds or (*DRAWN, *SWEEP_KINDS)
     assert set(names) >= {f"{kind}.{suffix}" for kind in drawn for suffix in (file_format, "csv", "txt")}
@@ -104,12 +107,57 @@ def test_the_same_sweep_gives_the_same_bytes(
 
 
 def test_all_kinds_are_those_with_values_and_notes_on_the_others(tmp_path: Path, seven: SweepResults) -> None:
-    drawn = draw_sweep_figures(seven, (), tmp_path, "svg")
+    drawn = draw_sweep_figures(seven, (), tmp_path, "svg", draw_all=True)
     missing = {metric.name for metric in METRICS} - {CHARTS[kind].name for kind in DRAWN}
     missing -= {"distance_m", "n_packets", "delivery_ratio", "false_beliefs"}
     assert len(drawn.files) == 3 * (len(METRICS) - len(missing) + len(SWEEP_KINDS))
     assert len(drawn.notes) == len(missing)
     assert all(any(note.endswith(f"no run has a value of {name}") for note in drawn.notes) for name in missing)
+
+
+def kinds_of(drawn: Sequence[Path]) -> list[str]:
+    """Kinds of the figures that were written, in their order."""
+    return [path.stem for path in drawn if path.suffix == ".svg"]
+
+
+def test_unasked_the_figures_that_say_most_are_drawn(tmp_path: Path, seven: SweepResults) -> None:
+    """Of strategies: which is best, by how much, and the headline metrics; never more than eight."""
+    drawn = draw_sweep_figures(seven, (), tmp_path, "svg")
+    kinds = kinds_of(drawn.files)
+    assert kinds[:3] == ["overview", "ranking", "differences"]
+    assert "trade-off" not in kinds
+    assert kinds[3:] == [kind for metric in OVERVIEW for kind in DRAWN if CHARTS[kind].name == metric][:5]
+    assert any("--all draws all" in note for note in drawn.notes)
+
+
+def test_of_policies_the_trade_off_is_drawn_and_of_one_series_no_ranking(tmp_path: Path) -> None:
+    policies = Sweep(("remoras",), policies=("ack", "mps-ack"), channels=[("bernoulli", FEW, {})], repeats=4)
+    assert kinds_of(draw_sweep_figures(policies.write(tmp_path / "two"), (), tmp_path / "of two", "svg").files)[:4] == [
+        "overview", "ranking", "differences", "trade-off",
+    ]  # fmt: skip
+    single = Sweep(("remoras",), channels=[("bernoulli", FEW, {})], repeats=4).write(tmp_path / "one")
+    kinds = kinds_of(draw_sweep_figures(single, (), tmp_path / "of one", "svg").files)
+    assert kinds[0] == "overview"
+    assert not {"ranking", "differences", "trade-off"} & {*kinds}
+
+
+@pytest.mark.parametrize("name", SWEEPS)
+def test_never_more_than_eight_are_drawn_unasked(sweeps: dict[str, SweepResults], name: str, tmp_path: Path) -> None:
+    drawn = draw_sweep_figures(sweeps[name], (), tmp_path, "svg")
+    assert 1 <= len(kinds_of(drawn.files)) <= MOST_FIGURES
+
+
+def test_a_success_of_all_has_its_interval(tmp_path: Path) -> None:
+    """Of 10 runs that all succeed Wilson's interval is [0.72, 1]; it is drawn as every other."""
+    results = Sweep(("remoras", "central"), channels=[("bernoulli", FEW, {})], repeats=10).write(tmp_path / "sweep")
+    (axes,) = sweep_picture(results, "success-rate").figure.axes
+    ends = [tuple(segment[:, 1]) for lines in axes.collections for segment in lines.get_segments()]  # type: ignore[attr-defined]
+    rows = compare(results, ["completed"])
+    assert len(ends) == len(rows)
+    certain = [row for row in rows if row.mean == 1.0]
+    assert certain
+    assert sum(end == pytest.approx((0.722, 1.0), abs=0.001) for end in ends) == len(certain)
+    assert axes.get_ylim()[0] < 0.722
 
 
 @pytest.mark.parametrize("kind", DRAWN)
@@ -149,7 +197,7 @@ def test_captions_say_what_the_figure_rests_on(tmp_path: Path, kind: str) -> Non
 
 def test_a_metric_without_values_is_left_out_or_refused(tmp_path: Path, sweeps: dict[str, SweepResults]) -> None:
     results = sweeps["one strategy"]
-    drawn = draw_sweep_figures(results, (), tmp_path / "all", "svg")
+    drawn = draw_sweep_figures(results, (), tmp_path / "all", "svg", draw_all=True)
     assert "consistency-time is left out: no run has a value of consistency_time_s" in drawn.notes
     assert "consistency-time.svg" not in {path.name for path in drawn.files}
     with pytest.raises(DrawingError, match="consistency-time: no run has a value of consistency_time_s"):
