@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import tomli_w
 
@@ -111,20 +112,30 @@ class NodePlan:
 
 @dataclass(frozen=True, slots=True)
 class LoneVehicle:
-    """A vehicle by itself, with what it follows from: its plan, the scenario of the plan resolved, and its salt."""
+    """A vehicle by itself, with what it follows from: its plan, the scenario of the plan resolved, and its salt.
+
+    Attributes:
+        lives: how often it has begun so far: more than once if it goes on after its process was ended.
+    """
 
     plan: NodePlan
     setup: Setup
     solo: Solo
     salt: bytes | None = None
+    lives: int = 1
 
 
-def alone(plan: NodePlan, salt: bytes | None = None) -> LoneVehicle:
+Pause = tuple[float, float]
+"""From when to when a vehicle was off (s of the mission)."""
+
+
+def alone(plan: NodePlan, salt: bytes | None = None, pauses: Sequence[Pause] = ()) -> LoneVehicle:
     """The vehicle of a plan: what it is in the run of its scenario and seed, without the others.
 
     Args:
         plan: what it follows from.
         salt: of its packets, where its scenario has a key: a fresh one if None. To play a log, that of the log.
+        pauses: when its process was not there; after each the vehicle begins anew with its memory.
 
     Raises:
         ConfigurationError: see ``NodePlan.setup``.
@@ -149,20 +160,22 @@ def alone(plan: NodePlan, salt: bytes | None = None) -> LoneVehicle:
     times = Times(scenario.scenario.tick_s, plan.begins_s, plan.until_s)
     faults = [fault for fault in faults_in(setup, plan.seed) if fault.vehicle == plan.vehicle]
     if plan.begins_s > 0.0:
-        faults.insert(0, _not_there(setup, plan))
+        faults.insert(0, _away(setup, plan, Absence.BEFORE, at_s=plan.begins_s))
+    for from_s, until_s in pauses:
+        faults.append(_away(setup, plan, Absence.PAUSE, at_s=from_s, until_s=until_s, memory="kept"))
     everything = (faults_part(faults), *parts)
     solo = Solo(make, make_anew, setup.schedule, recorder, times, plan.seed, introductions, everything)
-    return LoneVehicle(plan, setup, solo, salt)
+    return LoneVehicle(plan, setup, solo, salt, 1 + len(pauses))
 
 
-def _not_there(setup: Setup, plan: NodePlan) -> Fault:
-    """What keeps a vehicle away until it begins: a fault of the kind that a scenario would declare for that."""
-    late = next((name for name, kind in kinds().items() if kind.ABSENCE is Absence.BEFORE), None)
-    if late is None:
-        given = ConfigurationFault("begins_s", f"{plan.begins_s:g}", "0: no kind of fault keeps a vehicle away before")
+def _away(setup: Setup, plan: NodePlan, absence: Absence, *, at_s: float, **keys: Any) -> Fault:
+    """What keeps a vehicle away: a fault of the kind that a scenario would declare for that, with these keys."""
+    away = next((name for name, kind in kinds().items() if kind.ABSENCE is absence), None)
+    if away is None:
+        given = ConfigurationFault("begins", f"{at_s:g}", f"no kind of fault keeps a vehicle away as {absence}: 0 s")
         raise ConfigurationError(setup.scenario.scenario.name, [given])
-    declared = kind_named(late)(kind=late, vehicle=plan.vehicle, at_s=plan.begins_s)
-    return declared.befalling(setup.database[plan.vehicle], plan.begins_s)
+    declared = kind_named(away)(kind=away, vehicle=plan.vehicle, at_s=at_s, **keys)
+    return declared.befalling(setup.database[plan.vehicle], at_s)
 
 
 def _introductions(setup: Setup, vehicle: str, key: bytes, salt: bytes) -> Introductions:

@@ -2,11 +2,13 @@
 
 A log is a text file of one JSON object a line, each written at once:
 
-* ``{"log": "remoras node", "version": ..., "plan": {...}}`` first, with all that the vehicle follows from;
+* ``{"log": "remoras node", "version": ..., "plan": {...}, "began": {...}}`` first, with all that the vehicle follows
+  from, and when its mission began by Unix time;
 * ``{"kind": "salt", ...}`` under a key, with the salt that the process drew;
 * ``{"kind": "sent", "time_s": ..., "data": HEX}`` for a packet of its own, with the time at which its slot opened;
 * ``{"kind": "heard", ...}`` for one of others, with the time at which it was heard, twice for one heard twice;
 * ``{"kind": "lost", ...}`` for one that was drawn to be lost here; playing passes it over;
+* ``{"kind": "back", "time_s": ..., "data": ""}`` where a node that was ended goes on: it was off since the line before;
 * ``{"kind": "end", "time_s": ..., "state_hash": ...}`` last, unless the node was killed.
 """
 
@@ -14,15 +16,18 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+import os
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass, replace
 from enum import StrEnum
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from exchange.drivers import Paced
 from missions.errors import ConfigurationError, ConfigurationFault, OutputError
 from missions.files import text_of
-from missions.nodes.alone import NodePlan, alone
+from missions.nodes.alone import LoneVehicle, NodePlan, Pause, alone
 from remoras.solo import Sent, just_after
 from remoras.version import __version__
 
@@ -39,11 +44,12 @@ class LineKind(StrEnum):
     SENT = "sent"
     HEARD = "heard"
     LOST = "lost"
+    BACK = "back"
     END = "end"
 
 
 class LogEntry(NamedTuple):
-    """A packet of a log, or the salt of its packets."""
+    """A packet of a log, the salt of its packets, or that the vehicle is back (without data)."""
 
     kind: LineKind
     time_s: float
@@ -58,25 +64,62 @@ def refuse_written(folder: Path, plan: NodePlan) -> Path:
     return path
 
 
+class Began(NamedTuple):
+    """When a mission began, by the clock of the machine.
+
+    Attributes:
+        unix_s: by Unix time, which goes on while a machine is off.
+        speed: seconds of the mission in a second.
+    """
+
+    unix_s: float
+    speed: float
+
+    @classmethod
+    def of(cls, pace: Paced) -> Began:
+        """Of a mission that goes by ``time.monotonic``, which begins anew with the machine."""
+        return cls(time.time() - (time.monotonic() - pace.start_s), pace.speed)
+
+    @property
+    def pace(self) -> Paced:
+        """The pace of the mission on the machine as it runs now."""
+        return Paced(time.monotonic() - (time.time() - self.unix_s), self.speed)
+
+
 class NodeLog:
     """A log that is being written.
 
     Args:
         folder: that it is written to, made if it is not there; its name is that of the vehicle.
         plan: what the vehicle follows from.
+        began: when its mission began, and how fast it goes; None where no machine's time bears on it.
 
     Raises:
         OutputError: the file is there already, or cannot be written.
     """
 
-    def __init__(self, folder: Path, plan: NodePlan) -> None:
+    def __init__(self, folder: Path, plan: NodePlan, began: Began | None = None) -> None:
         self.path = refuse_written(folder, plan)
         try:
             folder.mkdir(parents=True, exist_ok=True)
             self._file = self.path.open("x", encoding="utf-8")
         except OSError as error:
             raise OutputError(f"{self.path}: cannot be written: {error.strerror}") from None
-        self._line({"log": FORMAT, "version": __version__, "plan": asdict(plan)})
+        self._line({"log": FORMAT, "version": __version__, "plan": asdict(plan), "began": began and began._asdict()})
+
+    @classmethod
+    def going_on(cls, path: Path) -> NodeLog:
+        """A log that is written on, behind its last whole line; raises OutputError if it cannot be."""
+        log = cls.__new__(cls)
+        log.path = path
+        try:
+            whole = path.read_bytes()
+            log._file = path.open("r+", encoding="utf-8")
+            log._file.truncate(whole.rfind(b"\n") + 1)
+            log._file.seek(0, os.SEEK_END)
+        except OSError as error:
+            raise OutputError(f"{path}: cannot be written: {error.strerror}") from None
+        return log
 
     def write(self, entry: LogEntry) -> None:
         """Add a packet."""
@@ -93,6 +136,7 @@ class NodeLog:
     def _line(self, value: dict[str, Any]) -> None:
         self._file.write(json.dumps(value) + "\n")
         self._file.flush()
+        os.fsync(self._file.fileno())  # it outlives a loss of power
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,11 +147,37 @@ class Logged:
         plan: what the vehicle followed from.
         entries: its packets in order.
         state_hash: at the end; None for a node that was killed.
+        began: when its mission began; None if the log does not say.
     """
 
     plan: NodePlan
     entries: tuple[LogEntry, ...]
     state_hash: str | None
+    began: Began | None = None
+
+    @property
+    def salt(self) -> bytes | None:
+        """Of its packets, under a key."""
+        return next((entry.data for entry in self.entries if entry.kind is LineKind.SALT), None)
+
+    @property
+    def last_s(self) -> float:
+        """When the last of its lines happened (s)."""
+        return max((entry.time_s for entry in self.entries), default=self.plan.begins_s)
+
+    @property
+    def pauses(self) -> list[Pause]:
+        """When it was off, from just after the line before it went on."""
+        found, last_s = [], self.plan.begins_s
+        for entry in self.entries:
+            if entry.kind is LineKind.BACK:
+                found.append((just_after(last_s), entry.time_s))
+            last_s = max(last_s, entry.time_s)
+        return found
+
+    def of(self, kind: LineKind) -> list[LogEntry]:
+        """Its lines of a kind."""
+        return [entry for entry in self.entries if entry.kind is kind]
 
 
 def read_log(path: Path) -> Logged:
@@ -120,7 +190,7 @@ def read_log(path: Path) -> Logged:
     unfinished = lines.pop()
     if not lines:
         raise _no_log(path, 1, unfinished)
-    plan = _plan(path, lines[0])
+    plan, began = _first(path, lines[0])
     entries: list[LogEntry] = []
     state_hash = None
     for number, line in enumerate(lines[1:], start=2):
@@ -135,15 +205,16 @@ def read_log(path: Path) -> Logged:
                 entries.append(LogEntry(kind, time_s, bytes.fromhex(value["data"])))
         except (ValueError, TypeError, KeyError):
             raise _no_log(path, number, line) from None
-    return Logged(plan, tuple(entries), state_hash)
+    return Logged(plan, tuple(entries), state_hash, began)
 
 
-def _plan(path: Path, line: str) -> NodePlan:
+def _first(path: Path, line: str) -> tuple[NodePlan, Began | None]:
     try:
         value = json.loads(line)
         if value["log"] != FORMAT:
             raise ValueError
-        return NodePlan(**value["plan"])
+        began = value.get("began")
+        return NodePlan(**value["plan"]), began and Began(float(began["unix_s"]), float(began["speed"]))
     except (ValueError, TypeError, KeyError):
         raise _no_log(path, 1, line) from None
 
@@ -177,12 +248,8 @@ def play(log: Logged) -> Played:
     Raises:
         ConfigurationError: this version cannot read the scenario in the log.
     """
-    salt = next((entry.data for entry in log.entries if entry.kind is LineKind.SALT), None)
-    plan, solo = log.plan, alone(log.plan, salt).solo
-    heard = [entry for entry in log.entries if entry.kind is LineKind.HEARD]
-    logged = [entry for entry in log.entries if entry.kind is LineKind.SENT]
-    for entry in heard:
-        solo.hear(entry.data, entry.time_s)
+    plan, solo = log.plan, _hearing(log, log.pauses).solo
+    heard, logged = log.of(LineKind.HEARD), log.of(LineKind.SENT)
     is_whole = log.state_hash is not None
     until_s = plan.end_s if is_whole else just_after(logged[-1].time_s) if logged else 0.0
     difference = next(_differences(logged, solo.advance(until_s)), "")
@@ -190,6 +257,51 @@ def play(log: Logged) -> Played:
     if is_whole and not difference and state_hash != log.state_hash:
         difference = f"state at {plan.end_s:g} s: {state_hash}, not {log.state_hash} as in the log"
     return Played(plan.vehicle, len(logged), len(heard), state_hash, difference)
+
+
+def gone_on(path: Path, plan: NodePlan) -> tuple[LoneVehicle, NodeLog, Paced]:
+    """A vehicle whose process was ended, as it goes on now: with all it knew and had told until its last line.
+
+    Its body is where that of its log is: off since the last line, and back now, in the next epoch.
+
+    Args:
+        path: its log, which is written on.
+        plan: what is asked for now; all but when it begins has to be that of the log.
+
+    Returns:
+        The vehicle, its log, and the pace of its mission.
+
+    Raises:
+        ConfigurationError: the log is of another plan, is complete, has no start, or does not repeat.
+    """
+    log = read_log(path)
+    if replace(log.plan, begins_s=0.0, epoch=plan.epoch) != replace(plan, begins_s=0.0):
+        raise _cannot(path, "of another scenario, seed or end", "give what its node was started with, or another --out")
+    if log.state_hash is not None:
+        raise _cannot(path, "complete", "a mission that is over does not go on; name another folder by --out")
+    if log.began is None:
+        raise _cannot(path, "without a start", "a log of a node that goes by the clock of its machine")
+    pace = log.began.pace
+    now_s = max(pace.now_s, just_after(log.last_s))
+    own = _hearing(log, [*log.pauses, (just_after(log.last_s), now_s)])
+    if difference := next(_differences(log.of(LineKind.SENT), own.solo.advance(just_after(log.last_s))), ""):
+        raise _cannot(path, f"not repeated by this version: {difference}", "the version that wrote it")
+    own.solo.advance(just_after(now_s))
+    going_on = NodeLog.going_on(path)
+    going_on.write(LogEntry(LineKind.BACK, now_s, b""))
+    return own, going_on, pace
+
+
+def _hearing(log: Logged, pauses: Sequence[Pause]) -> LoneVehicle:
+    """The vehicle of a log, which is to hear what it heard."""
+    own = alone(log.plan, log.salt, pauses)
+    for entry in log.of(LineKind.HEARD):
+        own.solo.hear(entry.data, entry.time_s)
+    return own
+
+
+def _cannot(path: Path, why: str, allowed: str) -> ConfigurationError:
+    return ConfigurationError(str(path), [ConfigurationFault("log", why, allowed)])
 
 
 def _differences(logged: list[LogEntry], said: list[Sent]) -> Iterator[str]:

@@ -100,7 +100,7 @@ class VehicleNode:
         self._counts: Counter[LineKind] = Counter()
         self._n_doubled = 0
         self._late_s = 0.0
-        if log is not None and own.salt is not None:
+        if log is not None and own.salt is not None and own.lives == 1:
             log.write(LogEntry(LineKind.SALT, own.plan.begins_s, own.salt))
 
     @property

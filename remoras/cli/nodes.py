@@ -13,8 +13,9 @@ from remoras.cli.app import FAILED, Json, command, fail, show_json
 from remoras.cli.runs import ScenarioName, Seed, Settings
 
 if TYPE_CHECKING:
-    from exchange.drivers.udp import Address
-    from missions.nodes.alone import NodePlan
+    from exchange.drivers.seam import Driver, Paced
+    from exchange.drivers.udp import Address, Socket
+    from missions.nodes.alone import LoneVehicle, NodePlan
     from missions.nodes.node import NodeOutcome
     from missions.scenarios.scenario import Scenario
 
@@ -23,6 +24,7 @@ SETTLE_S = 300.0
 LISTEN_FRAMES = 2.0
 """For how many TDMA frames a node that was told no start listens whether the mission is under way."""
 MOST_PORT, MOST_AWAY_S = 65_535, 365.0 * 86_400.0
+ANY_PORT = "127.0.0.1:0"
 
 Speed = Annotated[float, typer.Option(metavar="X", help="Seconds of the mission in a second: 1 is real time.")]
 Until = Annotated[
@@ -42,7 +44,7 @@ def node(
     vehicle: Annotated[str, typer.Argument(metavar="VEHICLE", help="Which vehicle of the scenario this is.")],
     bind: Annotated[
         str, typer.Option(metavar="HOST:PORT", help="Where it listens; port 0 is any that is free.")
-    ] = "127.0.0.1:0",
+    ] = ANY_PORT,
     peers: Annotated[
         str, typer.Option(metavar="NAME=HOST:PORT,...", help="Where the others listen; who is not named is not heard.")
     ] = "",
@@ -51,6 +53,15 @@ def node(
         float | None,
         typer.Option(metavar="T", help="When the mission begins, by Python's time.monotonic(); see the how-to."),
     ] = None,
+    start_utc: Annotated[
+        str, typer.Option(metavar="TIME", help="The same by UTC, such as 2026-05-01T09:00:00; for machines apart.")
+    ] = "",
+    serial: Annotated[
+        Path | None, typer.Option(metavar="PORT", help="Serial port of a Nanomodem v3, in place of UDP.")
+    ] = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on where the log in --out ends, if there is one; as after a reboot.")
+    ] = False,
     epoch: Annotated[
         int, typer.Option(min=0, metavar="N", help="How often it has begun anew, if it was ended and is started again.")
     ] = 0,
@@ -67,37 +78,98 @@ def node(
 
     Without --start it listens first: if a peer speaks, it joins the mission of that peer, else its own begins.
     """
-    from exchange.drivers.seam import Paced
-    from exchange.drivers.udp import Socket, UdpDriver, address_of
-    from missions.nodes.alone import alone
-    from missions.nodes.logs import NodeLog
+    from missions.nodes.logs import ENDING, Began, NodeLog, gone_on
     from missions.nodes.node import Mishaps, VehicleNode
 
     _check(speed, settle, drop, double)
-    if start is not None and not abs(start - now_by_machine()) <= MOST_AWAY_S:
-        fail(f"--start {start:g}: allowed is a time by time.monotonic(), within a year of {now_by_machine():.0f}")
+    begins_s = _start(start, start_utc)
     loaded, (plan,) = _plans(scenario, [vehicle], settings, seed, until, settle)
     plan = replace(plan, epoch=epoch)
+    if resume and out is None:
+        fail("--resume: --out is missing; name the folder of the log to go on with")
+    written = None if out is None else out / f"{vehicle}{ENDING}"
+    if serial is not None and (bind != ANY_PORT or peers):
+        fail("--serial: a modem takes the place of UDP; leave out --bind and --peers")
+    if serial is not None and begins_s is None:
+        fail("--serial: --start-utc is missing; packets of a modem do not say when the mission began")
     others = _peers(peers, vehicle, [table.name for table in loaded.vehicle])
-    own = alone(plan)
-    port = Socket(address_of(bind, "--bind"))
-    host, number = port.address
-    print(f"remoras: {vehicle} listens on {host}:{number}", file=sys.stderr)
-    begun_s = start
-    if begun_s is None and others:
-        begun_s = port.heard_start_s(others, LISTEN_FRAMES * own.setup.schedule.frame_s / speed, speed)
-    pace = Paced(now_by_machine() if begun_s is None else begun_s, speed)
-    if pace.now_s > own.setup.schedule.slot_s:
-        plan = replace(plan, begins_s=pace.now_s)
-        own = alone(plan)
-        print(f"remoras: {vehicle} joins at {plan.begins_s:.1f} s of the mission", file=sys.stderr)
-    log = None if out is None else NodeLog(out, plan)
-    driver = UdpDriver(port, others, pace, own.setup.modem.packet_s)
+    port = _listening(bind, vehicle) if serial is None else None
+    log: NodeLog | None = None
+    if resume and written is not None and written.is_file():
+        own, log, pace = gone_on(written, plan)
+        print(f"remoras: {vehicle} goes on at {pace.now_s:.1f} s of the mission", file=sys.stderr)
+    else:
+        own, pace = _begun(plan, begins_s, speed, port, others)
+        if out is not None:
+            log = NodeLog(out, own.plan, Began.of(pace))
+    driver = _driver(port, serial, others, pace, own)
     found = VehicleNode(own, driver, pace, log, Mishaps(drop, double)).run()
     if as_json:
         show_json(asdict(found))
         return
     _print_outcomes([found])
+
+
+def _listening(bind: str, vehicle: str) -> Socket:
+    """The port of a vehicle."""
+    from exchange.drivers.udp import Socket, address_of
+
+    port = Socket(address_of(bind, "--bind"))
+    host, number = port.address
+    print(f"remoras: {vehicle} listens on {host}:{number}", file=sys.stderr)
+    return port
+
+
+def _begun(
+    plan: NodePlan, begins_s: float | None, speed: float, port: Socket | None, others: list[Address]
+) -> tuple[LoneVehicle, Paced]:
+    """A vehicle that begins now: at the start of the mission, or later if that is under way."""
+    from exchange.drivers.seam import Paced
+    from missions.nodes.alone import alone
+
+    own = alone(plan)
+    if begins_s is None and others and port is not None:
+        begins_s = port.heard_start_s(others, LISTEN_FRAMES * own.setup.schedule.frame_s / speed, speed)
+    pace = Paced(now_by_machine() if begins_s is None else begins_s, speed)
+    if pace.now_s > own.setup.schedule.slot_s:
+        own = alone(replace(plan, begins_s=pace.now_s))
+        print(f"remoras: {plan.vehicle} joins at {own.plan.begins_s:.1f} s of the mission", file=sys.stderr)
+    return own, pace
+
+
+def _driver(port: Socket | None, serial: Path | None, others: list[Address], pace: Paced, own: LoneVehicle) -> Driver:
+    """What carries the packets of a vehicle."""
+    if port is not None:
+        from exchange.drivers.udp import UdpDriver
+
+        return UdpDriver(port, others, pace, own.setup.modem.packet_s)
+    from exchange.drivers.nanomodem import MOST_BYTES, Nanomodem
+
+    assert serial is not None
+    if own.setup.modem.payload_bits > 8 * MOST_BYTES:
+        fail(f"--serial {serial}: a Nanomodem v3 takes {MOST_BYTES} bytes; set communication.modem to nanomodem-v3")
+    return Nanomodem(serial, pace)
+
+
+def _start(start: float | None, start_utc: str) -> float | None:
+    """When the mission begins, by the clock of the machine; None if nothing was given."""
+    if start is not None and start_utc:
+        fail("--start-utc: --start says it already; leave out one of them")
+    now_s = now_by_machine()
+    if start_utc:
+        import time
+        from datetime import UTC, datetime
+
+        try:
+            begins = datetime.fromisoformat(start_utc)
+        except ValueError:
+            fail(f"--start-utc {start_utc!r}: allowed is a time of ISO 8601 such as 2026-05-01T09:00:00")
+        start = now_s + (begins.replace(tzinfo=begins.tzinfo or UTC).timestamp() - time.time())
+    if start is not None and not abs(start - now_s) <= MOST_AWAY_S:
+        given = f"--start-utc {start_utc}" if start_utc else f"--start {start:g}"
+        by = "within a year of now" if start_utc else f"by time.monotonic(), within a year of {now_s:.0f}"
+        fail(f"{given}: allowed is a time {by}")
+    return start
 
 
 def now_by_machine() -> float:
