@@ -1,6 +1,6 @@
 """``python -m benchmarks [NAME...] [--json]``: every module here with a function ``rows`` is a benchmark.
 
-``bursts``, ``tuning``, ``intervals`` and ``site`` are none: they are commands of their own, as
+``bursts``, ``tuning``, ``intervals``, ``mechanisms`` and ``site`` are none: they are commands of their own, as
 ``python -m benchmarks.tuning``. ``printed`` takes options: it makes figures of the pages again.
 ``ipc`` is a part of ``htn``, ``dividing`` of ``organisation``, ``measuring`` of all.
 """
@@ -17,7 +17,9 @@ from typing import Any
 import benchmarks
 from benchmarks import printed
 
-NO_BENCHMARKS = {"__main__", "bursts", "dividing", "intervals", "ipc", "measuring", "printed", "site", "tuning"}
+NO_BENCHMARKS = {
+    "__main__", "bursts", "dividing", "intervals", "ipc", "measuring", "mechanisms", "printed", "site", "tuning",
+}  # fmt: skip
 
 
 def main() -> int:

@@ -55,6 +55,9 @@ ROOMS: dict[str, set[str]] = {
     "missions.arrows": {"missions.arrows", "missions.meeting", "missions.scenarios", "missions", "remoras"},
     "missions.recovery": {"missions.recovery", "missions.meeting", "missions.scenarios", "missions", "remoras"},
     "missions.ferry": {"missions.ferry", "missions.meeting", "missions.scenarios", "missions", "remoras"},
+    "missions.minehunting": {
+        "missions.minehunting", "missions.meeting", "missions.scenarios", "missions", "remoras",
+    },
     "missions.runs": {
         "missions.runs", "missions.scenarios", "missions", "remoras", "remoras.social", "remoras.executive",
         "remoras.functional", "exchange", "exchange.acoustics", "worldmodel", "worldmodel.rdf",
@@ -107,6 +110,7 @@ DOORS: dict[str, set[str]] = {
     "missions.pandora": {"exchange.acoustics.loss"},
     "missions.arrows": {"exchange.acoustics.loss", "exchange.acoustics.link"},
     "missions.recovery": {"exchange.acoustics.loss"},
+    "missions.minehunting": {"exchange.acoustics.loss"},
     "missions.scenarios": {
         "remoras.executive.satisfaction",
         "exchange.peering.turns",

@@ -16,6 +16,7 @@ _SYMBOLS = {
     "L": "L",
     "J": "J",
     "W": "W",
+    "DeciB": "dB",
     "PERCENT": "%",
 }
 

@@ -10,6 +10,7 @@ from visiting_mission import VisitingMission, visiting_scenario
 from missions.arrows import ArrowsMission
 from missions.ferry import FerryMission
 from missions.mapping import MappingMission
+from missions.minehunting import MinehuntingMission
 from missions.pandora import PandoraMission
 from missions.recovery import RecoveryMission
 from missions.scenarios import load
@@ -48,8 +49,15 @@ def test_the_mission_of_search_conforms() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("mission", "name"), [(RecoveryMission, "recovery-field"), (FerryMission, "ferry-passage")])
-def test_the_missions_of_altruism_conform(mission: type[Mission], name: str) -> None:
+@pytest.mark.parametrize(
+    ("mission", "name"),
+    [
+        (RecoveryMission, "recovery-field"),
+        (FerryMission, "ferry-passage"),
+        (MinehuntingMission, "minehunting-contacts"),
+    ],
+)
+def test_the_missions_of_one_question_conform(mission: type[Mission], name: str) -> None:
     conformance.check(mission, load(name, [("--set", "scenario.duration_s=600.0")]))
 
 

@@ -1,0 +1,220 @@
+"""What each mechanism is worth: missions with it and with it taken out, paired by seed.
+
+``python -m benchmarks.mechanisms [NAME...] [--runs N]`` makes the runs of the mechanisms that are named, all of them
+without a name, with seeds from 1 on, and prints a row for each: what is measured, its mean with the mechanism, by how
+much it changes without, with the 95 % interval (Student's t) of the difference, and in how many pairs it is the same.
+A time counts with the whole duration where a mission is not completed.
+
+A mechanism is taken out by keys of its scenario, or where there is no key by a patch that puts something simpler in its
+place for as long as the run lasts.
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+from unittest import mock
+
+from exchange.ack import AckState, Words
+from exchange.policies import ACK, AckPolicy
+from missions.runs.run import run
+from missions.runs.summary import summary
+from missions.scenarios import load
+from missions.statistics import t_half_width
+from remoras.htn import Execution, FactsLike
+from remoras.vehicle import Vehicle
+from worldmodel.arrivals import Arrivals
+
+RUNS = 20
+TIME, CLASSIFIED = "mission_time_s", "mean_classified_s"
+
+
+def nothing(state: AckState, n_nodes: int, frame: int, sender: int, rows: Words) -> None:
+    """Learn nothing from a header."""
+
+
+UNHEEDED = AckPolicy(ACK._replace(name="unheeded", learn=nothing, bit_sliced=False), repeat=False)
+"""Vehicles acknowledge, and nobody heeds it: all say for good what they have to say."""
+
+
+@contextmanager
+def dropped() -> Iterator[None]:
+    """Blocks that come before what they rest on are thrown away, though they were acknowledged."""
+    with mock.patch.object(Arrivals, "wait", return_value=None):
+        yield
+
+
+@contextmanager
+def at_once() -> Iterator[None]:
+    """What is said of roles and objectives counts when it is heard, and not at the end of the frame."""
+    hear = Vehicle.hear
+
+    def heard(self: Vehicle, data: bytes, now_s: float) -> Any:
+        reception = hear(self, data, now_s)
+        if reception is not None and self.functional.is_on:
+            self._take_effect(now_s)
+        return reception
+
+    with mock.patch.object(Vehicle, "hear", heard):
+        yield
+
+
+@contextmanager
+def unrepaired() -> Iterator[None]:
+    """A step of a plan that fails has the whole plan fail."""
+
+    def fail(self: Execution, place: int, facts: FactsLike) -> bool:
+        self.abandon()
+        return False
+
+    with mock.patch.object(Execution, "fail", fail):
+        yield
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """A mechanism and how it is taken out.
+
+    Attributes:
+        scenario: of the mission that it bears; keys: that hold with it and without.
+        out: keys that take it out; into: keys that put it in, where the scenario is without.
+        patch: makes the context in which it is out, if no key takes it out.
+        measure: field of the summary.
+    """
+
+    scenario: str
+    out: tuple[str, ...] = ()
+    into: tuple[str, ...] = ()
+    keys: tuple[str, ...] = ()
+    patch: Callable[[], AbstractContextManager[None]] = nullcontext
+    measure: str = TIME
+
+
+HUNT, LIFT, FERRY, MAP = "minehunting-contacts", "recovery-field", "ferry-passage", "mapping-patches"
+FOR_ALL = ('group.Hunters.information="replicated"', 'communication.needs_follow="all"')
+"""All vehicles need all strips."""
+CUT = 'channel.link=[{sender="AUV05",receiver="ASV00",per=0.97},{sender="ASV00",receiver="AUV05",per=0.97}]'
+"""One vehicle hardly reaches the analyst."""
+
+
+def _fault(kind: str, vehicle: str, at_s: int) -> str:
+    return f'fault=[{{kind="{kind}",vehicle="{vehicle}",at_s={at_s}}}]'
+
+
+MECHANISMS: Mapping[str, Mechanism] = {
+    "acknowledgements": Mechanism(HUNT, ('communication.policy="benchmarks.mechanisms:UNHEEDED"',), measure=CLASSIFIED),
+    "policies": Mechanism(HUNT, ('communication.policy="m-ack"',), measure=CLASSIFIED),
+    "priorities": Mechanism(
+        HUNT,
+        ("communication.needs.hasTargetStrip=20", "communication.needs.hasFloorStrip=20"),
+        measure=CLASSIFIED,
+    ),
+    "needs by groups": Mechanism(HUNT, FOR_ALL, measure=CLASSIFIED),
+    "dependencies between blocks": Mechanism(HUNT, patch=dropped, measure=CLASSIFIED),
+    "detail": Mechanism(HUNT, into=("communication.coarse_above=4",), measure=CLASSIFIED),
+    "parking": Mechanism(
+        HUNT, ("communication.parking=false",), keys=(*FOR_ALL, _fault("lost", "AUV02", 400)), measure=CLASSIFIED
+    ),
+    "carrier evidence": Mechanism(
+        HUNT,
+        ("communication.carrier_evidence=false",),
+        keys=(*FOR_ALL, 'communication.policy="ack-repeat"'),
+        measure=CLASSIFIED,
+    ),
+    "relaying": Mechanism(
+        HUNT, ("communication.relaying=false",), keys=(*FOR_ALL, 'channel.name="matrix"', CUT), measure=CLASSIFIED
+    ),
+    "summaries": Mechanism(
+        HUNT,
+        ("communication.summaries=false",),
+        keys=('fault=[{kind="restarts",vehicle="ASV00",at_s=700,until_s=760,memory="lost"}]',),
+        measure=CLASSIFIED,
+    ),
+    "slots": Mechanism(HUNT, ('communication.mac="aloha"',), measure=CLASSIFIED),
+    "altruism": Mechanism(LIFT, ("decision.weight_external=0.0",)),
+    "dissatisfaction": Mechanism(LIFT, ("decision.tedium_per_s=0.0",)),
+    "hysteresis": Mechanism(LIFT, ("decision.hysteresis=0.0", "decision.weight_continuing=0.0")),
+    "consultation": Mechanism(LIFT, patch=at_once),
+    "passing on of calls": Mechanism(FERRY, ("guidance.keeps_calls=true",), keys=("scenario.duration_s=3600.0",)),
+    "lease": Mechanism(MAP, ("communication.lease_frames=100000",), keys=(_fault("lost", "AUV02", 600),)),
+    "succession": Mechanism(MAP, ("group.Operational.succession=[]",), keys=(_fault("lost", "AUV00", 600),)),
+    "repair of plans": Mechanism(
+        "pandora-inspection", patch=unrepaired, keys=("fault=[]", "current.surge=[]"), measure="serviced_fraction"
+    ),
+}
+"""By name, in the order of the page."""
+
+
+def measured(of: Mechanism, seed: int, is_out: bool, more: Sequence[str] = ()) -> float:
+    """What one run measures; a time counts with the whole duration where the mission is not completed."""
+    keys = (*of.keys, *(of.out if is_out else of.into), *more)
+    return _measured(of.scenario, keys, of.patch if is_out else nullcontext, of.measure, seed)
+
+
+@cache
+def _measured(
+    scenario: str, keys: tuple[str, ...], patch: Callable[[], AbstractContextManager[None]], measure: str, seed: int
+) -> float:
+    with patch():
+        finished = run(load(scenario, [("--set", key) for key in keys]), seed)
+    if measure == TIME and not finished.completed:
+        return float(finished.scenario.scenario.duration_s)
+    return float(summary(finished)[measure])
+
+
+def row(name: str, n_runs: int, more: Sequence[str] = ()) -> dict[str, Any]:
+    """The runs of one mechanism, and what comes of taking it out.
+
+    Args:
+        name: of the mechanism; n_runs: pairs, with seeds from 1 on.
+        more: keys that are set in all of them.
+    """
+    of, seeds = MECHANISMS[name], range(1, n_runs + 1)
+    with_it = [measured(of, seed, False, more) for seed in seeds]
+    without = [measured(of, seed, True, more) for seed in seeds]
+    differences = [there - here for here, there in zip(with_it, without, strict=True)]
+    half_width = t_half_width(differences) if len(set(differences)) > 1 else 0.0
+    mean, change = statistics.fmean(with_it), statistics.fmean(differences)
+    return {
+        "name": name,
+        "scenario": of.scenario,
+        "measure": of.measure,
+        "with": mean,
+        "change": change,
+        "interval": (change - half_width, change + half_width),
+        "share": change / mean if mean else 0.0,
+        "n": n_runs,
+        "same": differences.count(0.0),
+    }
+
+
+def main() -> int:
+    """Make the runs and print the rows."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.mechanisms", description=__doc__)
+    parser.add_argument("name", nargs="*", help=f"of {', '.join(MECHANISMS)}")
+    parser.add_argument("--runs", type=int, default=RUNS, help="pairs of runs of each, 2 or more")
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="set in all runs")
+    arguments = parser.parse_args()
+    if unknown := sorted(set(arguments.name) - set(MECHANISMS)):
+        parser.error(f"unknown mechanism {', '.join(unknown)}: allowed are {', '.join(MECHANISMS)}")
+    if arguments.runs < 2:
+        parser.error(f"--runs = {arguments.runs}: allowed: 2 or more")
+    for name in arguments.name or MECHANISMS:
+        of = row(name, arguments.runs, arguments.set)
+        low, high = of["interval"]
+        print(
+            f"{name:<28} {of['scenario']:<22} {of['measure']:<18} {of['with']:9.4g}  without {of['change']:+9.4g} "
+            f"({low:.4g} to {high:.4g}; {100.0 * of['share']:+.1f} %)  n {of['n']}, same {of['same']}",
+            flush=True,
+        )
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

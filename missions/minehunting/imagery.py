@@ -1,0 +1,296 @@
+"""What there is to look at, how vehicles do it, and what their sonars show.
+
+A view is a place beside a contact. Who stays there gets a snippet, strip by strip. Some strips show the contact, most
+the seabed beside it. The echoes of a strip are levels of highlight and shadow, relative to a level that the snippet
+states. Whether a contact is a mine, and every echo, is drawn by seed, contact and view. So no strategy, loss or fault
+changes what a view shows, and who looks twice from one place sees the same twice.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cache
+from typing import ClassVar
+
+from exchange.acoustics import loss
+from exchange.arithmetic import TAU, distance, normal_quantile, sincos
+from remoras.behaviours import (
+    ADVANCING,
+    CAPTURE_M,
+    DONE,
+    IDLE,
+    Approach,
+    Behaviour,
+    Perception,
+    Reference,
+    attracted,
+    distance_m,
+)
+from remoras.beliefs import Key
+from remoras.database import VehicleData
+from remoras.known import Known
+from remoras.motion import Motion
+from remoras.picture import Picture
+from remoras.recorder import TIME, VEHICLE, Column, Table
+from remoras.sensor import SELF, Fact, Observation, Pose, Sensor, SensorSettings
+from remoras.work import Outlook, Point
+
+STRIPS = Table("strips", (TIME, VEHICLE, Column("contact", "str"), Column("view", "int"), Column("strip", "int")))
+"""When a vehicle had taken a strip of a snippet."""
+SNIPPET = "Snippet"
+SHOWN, ON_TARGET, ON_FLOOR, TAKEN_FROM, REFERENCE = (
+    "hasSnippet", "hasTargetStrip", "hasFloorStrip", "takenFrom", "referenceLevel",
+)  # fmt: skip
+"""Attributes of contacts and snippets."""
+ECHOES = 5
+"""Echoes of a strip, each an attribute."""
+TARGET_ECHOES = tuple(f"targetEcho{n}" for n in range(1, ECHOES + 1))
+FLOOR_ECHOES = tuple(f"floorEcho{n}" for n in range(1, ECHOES + 1))
+REVISITS, DONE_BY = "revisits", "jobDone"
+AT_VIEW_M = 3.0
+"""A sonar shows the contact of a view within this distance of its place."""
+STAYS_M = 2.0
+"""Who views stays within this."""
+OF_ONE_VIEW_M = 1.0
+"""Snippets that were taken nearer to each other are one."""
+MOST_LEVEL_DB = 60.0
+"""Levels beyond are cut off, as those of a receiver are."""
+REFERENCE_DB = 20.0
+"""Reference levels are drawn within this on both sides of 0."""
+MOST_SHARE = 0.999
+"""A normal error is cut off here, and at the other end: at 3.1 standard deviations."""
+DRAWS_OF_STRIP = 64
+"""Draws of one strip have numbers below this."""
+
+
+@dataclass(frozen=True)
+class Imagery:
+    """What images of a contact are like.
+
+    Attributes:
+        strips: of a snippet; target_strips: those of them, in the middle, that show the contact.
+        strip_s: how long a strip takes.
+        target_db, floor_db: by how much a mine is above the level halfway between mine and rock, and a rock below, in
+            strips that show it, and beside it.
+        sigma_db: standard deviation of an echo.
+    """
+
+    strips: int
+    target_strips: int
+    strip_s: float
+    target_db: float
+    floor_db: float
+    sigma_db: float
+
+    def is_target(self, strip: int) -> bool:
+        """True if the strip with that number, from 0, shows the contact.
+
+        >>> [Imagery(5, 2, 10.0, 2.0, 1.0, 6.0).is_target(strip) for strip in range(5)]
+        [False, True, True, False, False]
+        """
+        first = (self.strips - self.target_strips) // 2
+        return first <= strip < first + self.target_strips
+
+
+@dataclass(frozen=True)
+class View:
+    """To look at a contact: a ``remoras.work.DivisibleJob``. A revisit comes up when an analyst says what it is of.
+
+    Attributes:
+        name: of the job; number: of the view, 0 for the first of a contact.
+        contact: that it is of; empty for a revisit of which nobody has said so.
+        view_s: how long it takes.
+        contacts_m: where contacts are, by name.
+        beside_m: where its place is seen from the contact.
+        share_left: 1 until it is done, then 0.
+        needs: nothing must be done before; resumed: who takes it over begins anew.
+    """
+
+    name: str
+    number: int
+    contact: str
+    view_s: float
+    contacts_m: Mapping[str, Point] = field(hash=False)
+    beside_m: Point
+    share_left: float = 1.0
+    needs: tuple[str, ...] = ()
+    resumed: ClassVar[bool] = False
+
+    @property
+    def place_m(self) -> Point:
+        """Where the vehicle has to be; the origin of the map while nobody has said what a revisit is of."""
+        x_m, y_m = self.contacts_m.get(self.contact, (0.0, 0.0))
+        return x_m + self.beside_m[0], y_m + self.beside_m[1]
+
+    @property
+    def done(self) -> Key:
+        """Somebody has looked."""
+        return DONE_BY, self.name
+
+    def is_able(self, data: VehicleData) -> bool:
+        """True if the vehicle has a sonar."""
+        return data.sensor(SonarSettings) is not None
+
+    def left(self, facts: Known) -> View | None:
+        """The job at its place; None while nobody has said what a revisit is of."""
+        contact = self.contact if self.number == 0 else facts.get((REVISITS, self.name))
+        if contact is None:
+            return None
+        return replace(self, contact=contact, share_left=1.0 if facts.get(self.done) is None else 0.0)
+
+    def after(self, outlook: Outlook, data: VehicleData) -> Outlook | None:
+        """When and where the vehicle will be free if it looks next."""
+        if not self.is_able(data):
+            return None
+        if self.share_left == 0.0:
+            return outlook
+        way_s = distance(outlook.position_m, self.place_m) / data.transit_speed_mps
+        return Outlook(outlook.free_s + way_s + self.view_s, self.place_m)
+
+
+def beside(number: int, n_views: int, view_m: float) -> Point:
+    """Where a view is, seen from its contact: the views of a run lie on a circle.
+
+    >>> beside(1, 4, 10.0)
+    (0.0, 10.0)
+    """
+    sin, cos = sincos(TAU * number / n_views)
+    return round(view_m * cos, 1) + 0.0, round(view_m * sin, 1) + 0.0
+
+
+@dataclass(frozen=True)
+class Minefield:
+    """What lies there in one run, and what images of it show.
+
+    Attributes:
+        seed: root of all draws.
+        views: place, contact with its number, and number of each view that there may be.
+        mines: names of the contacts that are mines.
+        imagery: what images are like.
+    """
+
+    seed: int
+    views: tuple[tuple[Point, str, int, int], ...]
+    mines: frozenset[str]
+    imagery: Imagery
+
+    def view_at(self, at_m: Point) -> int | None:
+        """Which of the views a vehicle there has; None if it has none."""
+        for which, (place_m, *_) in enumerate(self.views):
+            if distance(place_m, at_m) <= AT_VIEW_M:
+                return which
+        return None
+
+    def header(self, which: int) -> Observation:
+        """The snippet of a view: what its levels are relative to."""
+        place_m, contact, of, number = self.views[which]
+        said: tuple[Fact, ...] = (
+            (SELF, TAKEN_FROM, place_m), (SELF, REFERENCE, self._reference_db(of, number)), (contact, SHOWN, SELF),
+        )  # fmt: skip
+        return Observation(said, found=SNIPPET, within_m=OF_ONE_VIEW_M)
+
+    def strip(self, which: int, strip: int) -> Observation:
+        """A strip of the snippet of a view, by its number."""
+        place_m, contact, of, number = self.views[which]
+        shows = self.imagery.is_target(strip)
+        names, link = (TARGET_ECHOES, ON_TARGET) if shows else (FLOOR_ECHOES, ON_FLOOR)
+        louder_db = self.imagery.target_db if shows else self.imagery.floor_db
+        mean_db = louder_db if contact in self.mines else -louder_db
+        reference_db = self._reference_db(of, number)
+        said: list[Fact] = [(SELF, TAKEN_FROM, place_m)]
+        for echo, name in enumerate(names):
+            pair_db = tuple(
+                self._level_db(reference_db[side] + mean_db, of, number, DRAWS_OF_STRIP * (strip + 1) + 2 * echo + side)
+                for side in (0, 1)
+            )
+            said.append((SELF, name, (pair_db[0], pair_db[1])))
+        return Observation((*said, (contact, link, SELF)), (contact, number, strip), SNIPPET, OF_ONE_VIEW_M)
+
+    def _reference_db(self, of: int, number: int) -> Point:
+        high, low = (loss.uniform(self.seed, loss.LOOKS, of, number, side) for side in (0, 1))
+        return round((2.0 * high - 1.0) * REFERENCE_DB, 1), round((2.0 * low - 1.0) * REFERENCE_DB, 1)
+
+    def _level_db(self, mean_db: float, of: int, number: int, draw: int) -> float:
+        error = _normal(loss.uniform(self.seed, loss.LOOKS, of, number, draw))
+        level_db = mean_db + self.imagery.sigma_db * error
+        return round(min(max(level_db, -MOST_LEVEL_DB), MOST_LEVEL_DB), 1)
+
+
+@cache
+def _normal(share: float) -> float:
+    return normal_quantile(min(max(share, 1.0 - MOST_SHARE), MOST_SHARE))
+
+
+class SonarSettings(SensorSettings):
+    """The table ``[[vehicle.sensor]]`` of a sonar that takes snippets."""
+
+    EQUIPMENT: ClassVar[str] = "SideScanSonar"
+
+    def make(self, data: VehicleData) -> Sensor:
+        """The sonar of a vehicle."""
+        return Sonar()
+
+
+class Sonar:
+    """Takes the snippet of each view where its vehicle is, strip after strip, each once."""
+
+    table = STRIPS
+
+    def __init__(self) -> None:
+        self._at: int | None = None
+        self._since_s = 0.0
+        self._n_taken: Counter[int] = Counter()
+
+    def sense(self, pose: Pose, world: Minefield, now_s: float) -> Sequence[Observation]:
+        """The next strip, once the vehicle has been there for long enough; with the first what the levels rest on."""
+        at = world.view_at((pose.x_m, pose.y_m))
+        if at != self._at:
+            self._at, self._since_s = at, now_s
+        if at is None or now_s - self._since_s < world.imagery.strip_s:
+            return ()
+        number = self._n_taken[at]
+        if number >= world.imagery.strips:
+            return ()
+        self._n_taken[at] += 1
+        self._since_s = now_s
+        strip = world.strip(at, number)
+        return (world.header(at), strip) if number == 0 else (strip,)
+
+
+class Viewing(Behaviour):
+    """Goes to the place of a view and stays until the snippet is taken; whoever is called away begins anew.
+
+    Args:
+        view: the job; data: of the vehicle.
+    """
+
+    def __init__(self, view: View, data: VehicleData) -> None:
+        self._view = view
+        self._speed_mps = data.transit_speed_mps
+        self._approach = Approach(data.transit_speed_mps)
+        self._since_s: float | None = None
+        self._place_m: Point | None = None
+
+    def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
+        """Due, the nearest first, until the vehicle has stayed long enough; it advances on the way and on site."""
+        view = self._view.left(picture.facts)
+        if view is None:
+            return IDLE
+        if view.share_left == 0.0:
+            return DONE
+        self._place_m = view.place_m
+        to_go_m, now_s = distance_m(motion, view.place_m), picture.body.now_s
+        if to_go_m > STAYS_M or not performed:
+            self._since_s = None
+            advance = self._approach.advance(to_go_m, now_s, performed)
+            return Perception(1.0, advance) if performed else attracted(to_go_m)
+        self._since_s = now_s if self._since_s is None else self._since_s
+        return DONE if now_s - self._since_s >= view.view_s else ADVANCING
+
+    def reference(self, motion: Motion, picture: Picture) -> Reference | None:
+        """To the place in transit; stay there."""
+        if self._place_m is None:
+            return None
+        return Reference(self._place_m, 0.0 if distance_m(motion, self._place_m) <= CAPTURE_M else self._speed_mps)

@@ -1,0 +1,285 @@
+"""The mission: views of contacts as jobs that the strategy gives out, and an analyst that tells the contacts apart.
+
+The head of the group is the analyst, wherever it is. It holds what it was told and nothing else, so what decides a
+contact is which strips have come through the channel. What it cannot tell it asks to be looked at once more.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any, ClassVar
+
+from pydantic import Field
+
+from exchange.acoustics import loss
+from exchange.arithmetic import distance
+from missions.errors import ConfigurationFault
+from missions.figure import Declared, Place
+from missions.meeting.job_mission import JobMission, JobScenario, JobSettings
+from missions.meeting.meeting import Pursuit
+from missions.meeting.roles import with_job_roles
+from missions.metric import Metric
+from missions.minehunting.analysis import CLASSIFIED, Analysing, Analysis
+from missions.minehunting.imagery import (
+    DONE_BY,
+    ON_FLOOR,
+    ON_TARGET,
+    REVISITS,
+    SHOWN,
+    STRIPS,
+    Imagery,
+    Minefield,
+    SonarSettings,
+    View,
+    Viewing,
+    beside,
+)
+from missions.minehunting.truth import CLASSIFICATIONS, FIGURES, METRICS, MinehuntingTruth
+from missions.scenarios.tables import (
+    Name,
+    PointM,
+    Positive,
+    Raw,
+    Section,
+    entries,
+    names_of,
+    outside_faults,
+    point_of,
+    table_of,
+)
+from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
+from remoras.behaviours import Behaviour
+from remoras.beliefs import Beliefs
+from remoras.database import VehicleData
+from remoras.htn import FactsLike
+from remoras.mission import Finding
+from remoras.motion import Motion
+from remoras.organisation import Group, Organisation
+from remoras.picture import Picture
+from remoras.recorder import Recorder, Table
+from remoras.sensor import SensorSettings
+from remoras.work import Job
+
+ANALYSING = "Analysing"
+MOST_REVISITS = 40
+MOST_STRIPS = 40
+LEAST_APART_M = 7.0
+"""Places of two views of one contact are so far apart at least: more than twice the reach of a view."""
+URGENCY = {REVISITS: 50, CLASSIFIED: 50, SHOWN: 20, ON_TARGET: 20, ON_FLOOR: 2}
+"""How urgently vehicles need what this mission is about, unless the scenario says otherwise."""
+
+
+class ContactTable(Section):
+    """One ``[[contact]]``."""
+
+    name: Name = Field(description="name of the contact")
+    position_m: PointM = Field(description="where it is, x east, y north")
+
+
+class ImageryTable(Section):
+    """The table ``[imagery]``: snippets, and what mines and rocks look like in them."""
+
+    strips: int = Field(8, ge=1, le=MOST_STRIPS, description="strips of a snippet, five echoes each")
+    target_strips: int = Field(3, ge=1, le=MOST_STRIPS, description="strips of it that show the contact")
+    strip_s: Positive = Field(10.0, description="how long a strip takes")
+    target_db: Positive = Field(1.8, description="by how much a mine is above, a rock below, in strips that show it")
+    floor_db: Positive = Field(0.6, description="the same in the other strips")
+    sigma_db: Positive = Field(6.0, description="standard deviation of an echo")
+    mine_share: Annotated[float, Field(ge=0.0, le=1.0)] = Field(0.5, description="probability that a contact is a mine")
+
+
+class MinehuntingSettings(JobSettings):
+    """The ``[mission]`` table."""
+
+    confidence: float = Field(0.99, gt=0.5, lt=1.0, description="probability of being right at which analysts decide")
+    waits_s: Positive = Field(900.0, description="how long an analyst waits for strips that do not come")
+    revisits: int = Field(6, ge=0, le=MOST_REVISITS, description="views more that analysts may ask for")
+    view_m: float = Field(15.0, ge=LEAST_APART_M, description="how far from its contact a view is")
+
+
+class MinehuntingScenario(JobScenario):
+    """The whole input of a run of this mission."""
+
+    mission: MinehuntingSettings = MinehuntingSettings()
+    contact: tuple[ContactTable, ...] = Field(min_length=1)
+    imagery: ImageryTable = ImageryTable()
+
+
+def revisit_names(number: int) -> tuple[str, ...]:
+    """Names of so many revisits.
+
+    >>> revisit_names(2)
+    ('revisit 1', 'revisit 2')
+    """
+    return tuple(f"revisit {n}" for n in range(1, number + 1))
+
+
+class MinehuntingMission(JobMission):
+    """The mission, made from a scenario."""
+
+    Scenario = MinehuntingScenario
+    group_missions = ("Minehunting",)
+    objective = "Viewing"
+    needs = (*JobMission.needs, "objectiveViewing", DONE_BY, *URGENCY)
+    vocabulary = (Path(__file__).with_name("vocabulary.ttl"),)
+    sensors: ClassVar[Mapping[str, type[SensorSettings]]] = {"sonar": SonarSettings}
+    tables: ClassVar[tuple[Table, ...]] = (*JobMission.tables, STRIPS, CLASSIFICATIONS)
+    metrics: ClassVar[tuple[Metric, ...]] = METRICS
+    figures: ClassVar[tuple[Declared, ...]] = FIGURES
+    scenario: MinehuntingScenario
+
+    @classmethod
+    def completed(cls, raw: Raw) -> Raw:
+        """With a role for every contact and revisit."""
+        return with_views(raw)
+
+    @classmethod
+    def check(cls, raw: Raw) -> Iterable[ConfigurationFault]:
+        """What is wrong with contacts and imagery."""
+        return minehunting_faults(raw)
+
+    def jobs_of(self, scenario: MinehuntingScenario) -> Iterable[Job]:
+        """The first view of each contact, and the revisits."""
+        table, settings = scenario.imagery, scenario.mission
+        self._imagery = Imagery(
+            table.strips, table.target_strips, table.strip_s, table.target_db, table.floor_db, table.sigma_db
+        )
+        self._analysis = Analysis(self._imagery, settings.confidence, settings.waits_s)
+        contacts_m = {one.name: one.position_m for one in scenario.contact}
+        view_s, n_views = (table.strips + 1) * table.strip_s, settings.revisits + 1
+
+        def view(name: str, number: int, contact: str) -> View:
+            return View(name, number, contact, view_s, contacts_m, beside(number, n_views, settings.view_m))
+
+        self._firsts = tuple(view(name, 0, name) for name in contacts_m)
+        self._revisits = tuple(view(name, n, "") for n, name in enumerate(revisit_names(settings.revisits), 1))
+        self._views = {one.name: one for one in (*self._firsts, *self._revisits)}
+        return self._views.values()
+
+    @property
+    def instances(self) -> Sequence[tuple[str, str]]:
+        """The contacts and the revisits."""
+        return [
+            *(("ContactView", one.name) for one in self._firsts),
+            *(("Revisit", one.name) for one in self._revisits),
+        ]
+
+    @property
+    def instances_found_per_vehicle(self) -> int:
+        """Snippets: at most one of each view that there is, whoever takes it."""
+        return len(self._views)
+
+    @property
+    def places(self) -> Sequence[Place]:
+        """Rally points and contacts."""
+        points = [Place(point.name, "rally point", (point.position_m,)) for point in self.scenario.rally_point]
+        return [*points, *(Place(one.name, "contact", (one.position_m,)) for one in self.scenario.contact)]
+
+    def world(self, seed: int) -> Minefield:
+        """Which contacts are mines in the run with that seed, and what images show."""
+        contacts, views = self.scenario.contact, (self._firsts[0], *self._revisits)
+        places = tuple(
+            ((one.position_m[0] + view.beside_m[0], one.position_m[1] + view.beside_m[1]), one.name, of, view.number)
+            for of, one in enumerate(contacts)
+            for view in views
+        )
+        share = self.scenario.imagery.mine_share
+        mines = [one.name for of, one in enumerate(contacts) if loss.uniform(seed, loss.FINDS, of, 0, 0) < share]
+        return Minefield(seed, places, frozenset(mines), self._imagery)
+
+    def truth(self, recorder: Recorder, world: Minefield) -> MinehuntingTruth:
+        """Notes what was classified."""
+        contacts = [one.name for one in self._firsts]
+        return MinehuntingTruth(self.meeting, self.objective, recorder, contacts, world)
+
+    # Who does what -------------------------------------------------------------------------------
+
+    def groups_of(self, subject: str) -> Collection[str] | None:
+        """What a revisit is of concerns everybody, since whoever may make it has to know that it is to be made."""
+        return () if subject in self._views and self._views[subject].number else None
+
+    def founding_objectives(self) -> Sequence[Objective]:
+        """Heads supervise, and tell contacts apart."""
+        heads = [(group.name, role.name) for group in self._groups.values() for role in group.roles if role.head]
+        return [*super().founding_objectives(), *(Objective(*head, ANALYSING, head[0]) for head in heads)]
+
+    def is_individual(self, objective: Objective) -> bool:
+        """True for views, and not for what the analyst does."""
+        return objective.name != ANALYSING and super().is_individual(objective)
+
+    def activity_sets(self, objective: Objective, data: VehicleData, facts: FactsLike, position_m: PointM) -> Pursuit:
+        """For the analyst an activity beside all others."""
+        if objective.name != ANALYSING:
+            return super().activity_sets(objective, data, facts, position_m)
+        analysing = Activity(ANALYSING, ActivityType.ORGANISATIONAL)
+        return (ActivitySet(objective, ActivityKind.INDIVIDUAL, (analysing,), 0.0),), frozenset()
+
+    def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
+        """To tell contacts apart, or what every mission of jobs has."""
+        if activity.name == ANALYSING:
+            return Analysing(self._analysis, self._firsts, self._revisits)
+        return super().behaviour_for(activity, data)
+
+    def behaviour_at(self, job: Job, data: VehicleData) -> Behaviour:
+        """To look at a contact."""
+        return Viewing(self._views[job.name], data)
+
+    def findings(
+        self, group: Group, organisation: Organisation, beliefs: Beliefs, picture: Picture, motion: Motion
+    ) -> Sequence[Finding]:
+        """A group meets once all contacts are classified, since views may be asked for until then."""
+        is_open = any(beliefs.get((CLASSIFIED, one.name)) is None for one in self._firsts)
+        if is_open and not self.meeting.is_overdue(group, beliefs, picture):
+            return ()
+        return super().findings(group, organisation, beliefs, picture, motion)
+
+
+# What a scenario gains ---------------------------------------------------------------------------
+
+
+def with_views(raw: Raw) -> Raw:
+    """The tables with a role for each contact and revisit in the first group."""
+    number = table_of(raw, "mission").get("revisits", MinehuntingSettings().revisits)
+    if type(number) is not int or not 0 <= number <= MOST_REVISITS:
+        number = 0  # reported elsewhere
+    jobs = [*names_of(raw, "contact"), *revisit_names(number)]
+    roles: list[dict[str, Any]] = [{"name": f"Viewer of {job}", "maximum": 1, "job": job} for job in jobs]
+    return with_job_roles(raw, roles, URGENCY)
+
+
+def minehunting_faults(raw: Raw) -> Iterator[ConfigurationFault]:
+    """Contacts outside of the world, too near to each other or with names that are taken; images that show nothing."""
+    settings, imagery, usual = table_of(raw, "mission"), table_of(raw, "imagery"), MinehuntingSettings()
+    number, view_m = settings.get("revisits", usual.revisits), settings.get("view_m", usual.view_m)
+    revisits = revisit_names(number) if type(number) is int and 0 < number <= MOST_REVISITS else ()
+    contacts = entries(raw, "contact")
+    placed = [
+        (f"contact.{one.get('name')}.position_m", at_m) for one in contacts for at_m in point_of(one, "position_m")
+    ]
+    yield from outside_faults(raw, placed)
+    taken = {*revisits, *(name for kind in ("vehicle", "group", "rally_point") for name in names_of(raw, kind))}
+    names = names_of(raw, "contact")
+    for name in dict.fromkeys(names):
+        if name in taken or names.count(name) > 1:
+            yield ConfigurationFault(f"contact.{name}.name", f'"{name}"', "is taken; contacts need names of their own")
+    if type(view_m) in (int, float) and revisits:
+        apart_m = distance(beside(0, len(revisits) + 1, view_m), beside(1, len(revisits) + 1, view_m))
+        if apart_m < LEAST_APART_M:
+            allowed = (
+                f"its views would be {apart_m:.3g} m apart; {LEAST_APART_M:g} m or more, so fewer revisits or farther"
+            )
+            yield ConfigurationFault("mission.view_m", str(view_m), allowed)
+        for number, (key, at_m) in enumerate(placed):
+            near = next((other for other, to_m in placed[:number] if distance(at_m, to_m) < 3.0 * view_m), None)
+            if near is not None:
+                allowed = f"nearer than {3.0 * view_m:g} m to {near}: views of the two could be taken for each other"
+                yield ConfigurationFault(key, f"[{at_m[0]:g}, {at_m[1]:g}]", allowed)
+    strips, targets = (imagery.get(key, getattr(ImageryTable(), key)) for key in ("strips", "target_strips"))
+    if type(strips) is int and type(targets) is int and targets > strips > 0:
+        yield ConfigurationFault("imagery.target_strips", str(targets), f"allowed: 1 to {strips}, the strips there are")
+    if contacts and not any(
+        one.get("type") == "sonar" for v in entries(raw, "vehicle") for one in entries(v, "sensor")
+    ):
+        allowed = 'nobody would see one: give a vehicle a sensor of type "sonar"'
+        yield ConfigurationFault("contact", str(len(contacts)), allowed)

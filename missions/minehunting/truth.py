@@ -1,0 +1,145 @@
+"""Truth, metrics and figures of this mission: what was classified, by whom, when, and whether that is right."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Sequence
+from typing import TYPE_CHECKING, Any
+
+from missions.figure import Declared, Figure, Mark, RunResults, Style
+from missions.meeting.meeting import Meeting
+from missions.meeting.truth import JOBS, JobTruth
+from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
+from missions.minehunting.analysis import CLASSIFIED, MINE, ROCK
+from missions.minehunting.imagery import REVISITS, STRIPS, Minefield
+from remoras.mission import FleetView, Milestone
+from remoras.organisation import Group
+from remoras.reach import left
+from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+CLASSIFICATIONS = Table(
+    "classifications", (TIME, VEHICLE, Column("contact", "str"), Column("kind", "str"), Column("truth", "str"))
+)
+"""When an analyst first said of a contact what it is, and what it really is."""
+
+
+class MinehuntingTruth(JobTruth):
+    """Notes what analysts say of contacts: the goal is that all are classified.
+
+    Args:
+        meeting: of the mission; objective: of roles with a view; recorder: takes the rows, and has what was said.
+        contacts: names of all; world: what lies there.
+    """
+
+    work = "classify"
+
+    def __init__(
+        self, meeting: Meeting, objective: str, recorder: Recorder, contacts: Sequence[str], world: Minefield
+    ) -> None:
+        super().__init__(meeting, objective, recorder)
+        self._contacts, self._world = contacts, world
+        self._items = recorder.items
+        self._n_items = 0
+        self._classification_rows = recorder.rows(CLASSIFICATIONS.name)
+        self._classified: set[str] = set()
+
+    def watch(self, fleet: FleetView, now_s: float) -> None:
+        """Note what was said since the last look."""
+        super().watch(fleet, now_s)
+        while self._n_items < len(self._items):
+            item = self._items[self._n_items]
+            self._n_items += 1
+            by, subject, attribute, value = item[1], item[4], item[5], item[6]
+            if attribute == CLASSIFIED and subject not in self._classified:
+                self._classified.add(subject)
+                truth = MINE if subject in self._world.mines else ROCK
+                self._classification_rows.append((now_s, by, subject, value, truth))
+                self.milestones.append(Milestone(now_s, "classified", by))
+
+    @property
+    def goal_fraction(self) -> float:
+        """Share of all contacts that are classified."""
+        return len(self._classified) / len(self._contacts)
+
+    @property
+    def jobs_done(self) -> Collection[str]:
+        """Views of classified contacts, and those that were made."""
+        return self._done | self._classified
+
+    def reachable_fraction(self, fleet: FleetView) -> float:
+        """Share of the contacts that are classified, or may be since they were seen or somebody left may see them."""
+        workers = left(fleet)
+        if not workers:
+            return self.goal_fraction
+        return (len(self._contacts) - len(self.out_of_reach(fleet))) / len(self._contacts)
+
+    def out_of_reach(self, fleet: FleetView) -> Sequence[str]:
+        """Contacts that nobody has seen, and nobody left is able to."""
+        within = super().out_of_reach(fleet)
+        return [name for name in self._contacts if name in within]
+
+    def is_worked_off(self, group: Group) -> bool:
+        """True once all contacts are classified."""
+        return self.goal_fraction >= 1.0
+
+    def _undone(self, group: Group) -> list[str]:
+        return [name for name in self._contacts if name not in self._classified]
+
+
+# What the results say ----------------------------------------------------------------------------
+
+
+def mean_classified_s(run: MeasuredRun) -> float:
+    """Mean time by which a contact was classified; one that was not counts with the duration of the mission."""
+    scenario: Any = run.scenario
+    times_s = [row[0] for row in run.recorder.rows(CLASSIFICATIONS.name)]
+    n_open = len(scenario.contact) - len(times_s)
+    return (math.fsum(times_s) + n_open * float(scenario.scenario.duration_s)) / len(scenario.contact)
+
+
+def wrong_fraction(run: MeasuredRun) -> float | Absent:
+    """Share of the classified contacts that are not what they were taken for."""
+    wrong = [row[3] != row[4] for row in run.recorder.rows(CLASSIFICATIONS.name)]
+    return sum(wrong) / len(wrong) if wrong else NOT_APPLICABLE
+
+
+def n_revisits(run: MeasuredRun) -> int:
+    """Views more that were asked for."""
+    return sum(row[5] == REVISITS for row in run.recorder.rows("items"))
+
+
+METRICS = (
+    Metric("mean_classified_s", "s", Better.LOWER, "mean time until classification", mean_classified_s, headline=True),
+    Metric("wrong_fraction", "", Better.LOWER, "contacts taken for what they are not", wrong_fraction, headline=True),
+    Metric("n_revisits", "", Better.LOWER, "revisits asked for", n_revisits),
+)
+"""Metrics of the mission, in the order of the summary."""
+
+
+def draw_classified(axes: Axes, results: RunResults, style: Style) -> str:
+    """Strips taken and contacts classified, over time."""
+    taken_s = [row["time_s"] for row in results.table(STRIPS.name).to_pylist()]
+    said_s = [row["time_s"] for row in results.table(CLASSIFICATIONS.name).to_pylist()]
+    end_s = max((row["time_s"] for row in results.table("trajectories").to_pylist()), default=0.0)
+    for times_s, label, color, line in (
+        (taken_s, "strips taken", style.grey, "--"),
+        (said_s, "contacts classified", style.black, "-"),
+    ):
+        shares = [number / max(1, len(times_s)) for number in range(len(times_s) + 1)]
+        axes.step([0.0, *times_s, end_s], [*shares, shares[-1]], where="post", color=color, linestyle=line, label=label)
+    axes.set_xlabel(style.axis("time", "s"))
+    axes.set_ylabel(style.axis("share of all that were"))
+    return "Between the two lies what the channel takes, and the analyst's doubt."
+
+
+FIGURES: tuple[Declared, ...] = (
+    Figure(
+        "classified", "Strips taken and contacts classified over mission time", draw_classified,
+        needs=(STRIPS.name, CLASSIFICATIONS.name, JOBS.name),
+    ),
+    Mark("job_done", "view done"),
+)  # fmt: skip
+"""Figures of the mission."""
