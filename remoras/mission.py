@@ -27,6 +27,7 @@ staying within the borders are the vehicle's own; a mission need not and cannot 
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -49,7 +50,7 @@ from remoras.work import Job, Point
 
 __all__ = [
     "ALLOCATE_ROLES", "ASSIGN_OBJECTIVE", "DISSOLVE_GROUP", "ELEMENTARY_TASKS", "FORM_GROUP", "GIVE_MISSION", "PURSUE",
-    "Finding", "FleetView", "FunctionalPart", "Milestone", "Mission", "SocialPart", "Truth", "VehicleView",
+    "Finding", "FleetView", "FunctionalPart", "Milestone", "Mission", "Nothing", "SocialPart", "Truth", "VehicleView",
 ]  # fmt: skip
 
 ALLOCATE_ROLES, GIVE_MISSION, ASSIGN_OBJECTIVE = "AllocateRoles", "GiveMission", "AssignObjective"
@@ -68,6 +69,33 @@ class Finding:
     subject: str
     attribute: str
     value: str | float | bool | Point
+
+
+class Nothing(Sequence[Finding]):
+    """No finding, and none before a time as long as there is no news: until then a vehicle need not be asked.
+
+    News is any fact that is told or found out but where vehicles are and what energy they have left, another
+    organisation, and other sensors of the vehicle that answer.
+
+    Args:
+        until_s: by the vehicle's clock (s); infinite if time alone changes nothing.
+
+    Raises:
+        ValueError: that is not a number.
+    """
+
+    __slots__ = ("until_s",)
+
+    def __init__(self, until_s: float = math.inf) -> None:
+        if math.isnan(until_s):
+            raise ValueError("nothing is concluded until a time that is not a number: give seconds, or infinity")
+        self.until_s = until_s
+
+    def __len__(self) -> int:
+        return 0
+
+    def __getitem__(self, place: Any) -> Any:
+        raise IndexError(f"finding {place} of none")
 
 
 class SocialPart(Protocol):
@@ -177,7 +205,8 @@ class SocialPart(Protocol):
     ) -> Sequence[Finding]:
         """What a vehicle concludes for itself at each decision, whomever it leads; nothing by default.
 
-        It is told to whoever needs it. What is concluded once should not be concluded again from what follows.
+        It is told to whoever needs it. What is concluded once should not be concluded again from what follows. Who
+        returns `Nothing` is not asked again before there is news, or the time that it names.
         """
         return ()
 

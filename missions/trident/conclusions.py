@@ -6,6 +6,7 @@ drawn again once it stands.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -15,12 +16,14 @@ from missions.trident.services import AVAILABLE, CHOOSE, FAILED, Matching, Servi
 from missions.trident.site import SeabedBlock
 from remoras.beliefs import Beliefs
 from remoras.htn import FactsLike
-from remoras.mission import Finding
+from remoras.mission import Finding, Nothing
 from remoras.organisation import Group, Organisation
 from remoras.picture import Picture
 from remoras.work import Point
 
 CANDIDATE = "Candidate"
+NEAR_S = 1.0
+"""So near to a time at which something is concluded it is asked at each decision: times are rounded."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +84,15 @@ class Concluding:
         ):
             if found:
                 return found
-        return ()
+        return Nothing(self._until_s(beliefs, now_s))
+
+    def _until_s(self, beliefs: Beliefs, now_s: float) -> float:
+        """Until when time alone changes nothing: whoever chooses waits, and so does who searches for a candidate."""
+        due_s, chosen_s = self._due_s(beliefs), beliefs.observed_s(("chosen", self.recovery))
+        times_s = [] if chosen_s is None else [chosen_s + self.settings.reach_limit_s]
+        if due_s is not None:
+            times_s += [due_s + service.settings.delay_s for service in self.matching.services.values()]
+        return min([time_s - NEAR_S for time_s in times_s if now_s <= time_s + NEAR_S], default=math.inf)
 
     def _asked(self, me: str, organisation: Organisation, facts: FactsLike) -> list[Finding]:
         """Ask for the service of another vehicle, where that is the first that is able to survey an own block."""

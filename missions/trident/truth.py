@@ -41,6 +41,7 @@ class TridentTruth(JobTruth):
         self._n_charted = self._n_attempts = self._n_items = 0
         self._charted: set[Tile] = set()
         self.is_recovered = False
+        self._reached: tuple[tuple[object, ...], float] | None = None  # what is within reach, and what that rests on
 
     def observe(self, fleet: FleetView, now_s: float) -> bool:
         """Note what has happened, whoever is in contact; True once all is done and the group is together."""
@@ -93,6 +94,12 @@ class TridentTruth(JobTruth):
 
     def reachable_fraction(self, fleet: FleetView) -> float:
         """With all tiles of the blocks that somebody left is able to see surveyed, and the recovery if it is open."""
+        of = tuple([v.able_data for v in fleet.vehicles]), len(self._charted), len(self._done), self.is_recovered
+        if self._reached is None or self._reached[0] != of:
+            self._reached = of, self._reachable_fraction(fleet)
+        return self._reached[1]
+
+    def _reachable_fraction(self, fleet: FleetView) -> float:
         jobs = self._jobs
         within = within_reach(jobs, self._groups, fleet, self.jobs_done)
         able = within_reach({name: jobs[name] for name in jobs if name != self._recovery}, self._groups, fleet, ())

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 
 from remoras.activities import Objective
 from remoras.beliefs import Beliefs, Fact, Key
 from remoras.database import VehicleData
-from remoras.mission import Finding, SocialPart
+from remoras.mission import Finding, Nothing, SocialPart
 from remoras.motion import Motion
 from remoras.organisation import Organisation
 from remoras.picture import Picture
 from remoras.plugins import answer, broken_promise
 from remoras.social.gatherings import GATHERED_AT, Gatherings
 from remoras.social.negotiation import Negotiation
+from remoras.social.reports import BATTERY
 from remoras.social.requests import OBJECTIVE_PREFIX
 from remoras.social.workload import Workload
+from worldmodel import Change
 
 
 class Conclusions:
@@ -35,6 +38,11 @@ class Conclusions:
         self._mission = mission
         self._mission_name = mission_name
         self._beliefs = beliefs
+        self._until_s = -math.inf  # nothing is concluded before, without news
+        self._asked_of: tuple[Organisation, tuple[str, ...]] | None = None
+        model = beliefs.model
+        self._is_told_always = {model.tbox.attribute_named(name).uid for name in ("position", BATTERY)}
+        self._is_told_always -= model.inference.heeded
         self.are_of_its_own = getattr(type(mission), "conclusions", None) is not SocialPart.conclusions
 
     def completion(self, objective: Objective) -> list[Fact]:
@@ -69,7 +77,19 @@ class Conclusions:
                     self._beliefs.count_from(key, said_s)
                 workload.give_anew(ends)
                 negotiation.begin(objective.group)
+        if over:
+            self._until_s = -math.inf
         return over
+
+    def note(self, changes: Iterable[Change]) -> None:
+        """Facts were recorded or merged: unless they are what each vehicle tells in its slots, they are news."""
+        if self._until_s == -math.inf:
+            return
+        for change in changes:
+            for fact in change.block.facts:
+                if fact.attribute not in self._is_told_always:
+                    self._until_s = -math.inf
+                    return
 
     def _completing(self, objective: Objective) -> Sequence[Finding]:
         finding = answer(
@@ -103,14 +123,40 @@ class Conclusions:
 
     def of_its_own(self, data: VehicleData, organisation: Organisation, picture: Picture, motion: Motion) -> list[Fact]:
         """What a vehicle concludes for itself; arguments as of ``of_head``."""
-        findings: Sequence[Finding] = answer(
+        if self.holds(organisation, picture):
+            return []
+        findings = self._own(data, organisation, picture, motion)
+        self._until_s = findings.until_s if isinstance(findings, Nothing) else -math.inf
+        self._asked_of = organisation, picture.body.answering
+        return self._facts_of(findings)
+
+    def holds(self, organisation: Organisation, picture: Picture) -> bool:
+        """True while the mission has said that it concludes nothing; arguments as of ``of_head``."""
+        of = self._asked_of
+        if of is None or not picture.body.now_s < self._until_s:
+            return False
+        return of[0] is organisation and of[1] == picture.body.answering
+
+    def anew(
+        self, data: VehicleData, organisation: Organisation, picture: Picture, motion: Motion
+    ) -> Sequence[Finding]:
+        """What the mission would conclude now where it has said that it concludes nothing; see ``of_its_own``."""
+        return self._own(data, organisation, picture, motion) if self.holds(organisation, picture) else ()
+
+    def _own(
+        self, data: VehicleData, organisation: Organisation, picture: Picture, motion: Motion
+    ) -> Sequence[Finding]:
+        def asked() -> Sequence[Finding]:
+            found = self._mission.conclusions(data, organisation, self._beliefs, picture, motion)
+            return found if isinstance(found, Nothing) else tuple(found)
+
+        return answer(
             self._mission_name,
             "conclusions",
             "a list of Finding",
             lambda findings: all(isinstance(finding, Finding) for finding in findings),
-            lambda: tuple(self._mission.conclusions(data, organisation, self._beliefs, picture, motion)),
+            asked,
         )
-        return self._facts_of(findings)
 
     def _facts_of(self, findings: Iterable[Finding]) -> list[Fact]:
         return [self._beliefs.fact(finding.subject, finding.attribute, finding.value) for finding in findings]

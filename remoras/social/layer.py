@@ -193,6 +193,8 @@ class SocialLayer:
             changes: of the world model.
             told: False if this vehicle keeps to itself what it states.
         """
+        if self.conclusions.are_of_its_own:
+            self.conclusions.note(changes)
         if self._workload.note(changes):
             for change in changes:
                 self.planner.orders.note(change)

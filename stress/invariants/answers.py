@@ -2,7 +2,8 @@
 
 Whoever says how long an answer holds is not asked meanwhile. Here it is asked all the same, as it would be without
 that, and has to answer alike: behaviours of their references, decisions of the best combination of activities, and
-negotiators of moves that stand until there is news.
+negotiators of moves that stand until there is news. A mission that concludes nothing before then concludes nothing
+still.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ class AnswersHold:
         """The first answer that is another one before it was to be."""
         for vehicle in scene.fleet.vehicles:
             if vehicle.is_alive:
-                found = _reference(vehicle) or _decision(vehicle) or _move(vehicle, scene.now_s)
+                found = _reference(vehicle) or _decision(vehicle) or _move(vehicle, scene.now_s) or _conclusion(vehicle)
                 if found is not None:
                     return f"{found}, at {scene.now_s:g} s"
         return None
@@ -58,3 +59,10 @@ def _move(vehicle: Vehicle, now_s: float) -> str | None:
         if now != move:
             return f"negotiate of {vehicle.name} for {group} said to stand until news, and answers {now} for {move}"
     return None
+
+
+def _conclusion(vehicle: Vehicle) -> str | None:
+    """A mission that has said that it concludes nothing before there is news concludes something."""
+    of = vehicle.social.present, vehicle.functional.picture, vehicle.functional.believed
+    found = vehicle.social.conclusions.anew(vehicle.data, *of)
+    return f"conclusions of {vehicle.name} said to be none until news, and are {list(found)}" if found else None

@@ -3,7 +3,8 @@
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, ClassVar
 
 import pytest
 
@@ -14,8 +15,9 @@ from missions.scenarios import load
 from missions.trident import TridentMission
 from remoras.condition import Condition
 from remoras.faults import Fault, condition_under
-from remoras.mission import Finding
+from remoras.mission import Finding, Nothing
 from remoras.navigation import Beacon, Navigation, NavigationConstants
+from stress.invariants.answers import AnswersHold
 
 NAME = "trident-intervention"
 
@@ -124,3 +126,66 @@ def test_who_is_back_looks_at_nothing_before_it_acts_again() -> None:
         assert vehicle.functional.motion.speed_mps == 0.0
     whole.step()
     assert vehicle.functional.sensing
+
+
+class Patient(TridentMission):
+    """Counts how often it is asked, and says of nothing that it holds for ten seconds, or until there is news."""
+
+    asked: ClassVar[list[tuple[str, float]]] = []
+
+    def conclusions(self, data: Any, organisation: Any, beliefs: Any, picture: Any, motion: Any) -> Sequence[Finding]:
+        Patient.asked.append((data.name, picture.body.now_s))
+        return Nothing(10.0)
+
+
+def test_who_concludes_nothing_until_a_time_is_not_asked_before() -> None:
+    """Both are asked as they plan and hear of it, and from 10 s on at each decision, every 2 s to the end at 30 s."""
+    Patient.asked.clear()
+    fleet = of_mission(Patient)
+    fleet.run()
+    late = {name: [time_s for of, time_s in Patient.asked if of == name and time_s >= 10.0] for name in fleet.names}
+    early = [time_s for _, time_s in Patient.asked if time_s < 10.0]
+    assert all(len(times) >= 10 for times in late.values())
+    assert len(early) < 10
+
+
+class Unsaid(TridentMission):
+    """Says of nothing how long it holds."""
+
+    def conclusions(self, *of: Any) -> Sequence[Finding]:
+        return list(super().conclusions(*of))
+
+
+@pytest.mark.slow
+def test_what_holds_until_there_is_news_is_what_would_be_answered() -> None:
+    """A mission that is asked at each decision leaves the same rows: two blocks, a choice and a recovery."""
+    setup = resolved(load(NAME, [("--set", "scenario.duration_s=4000")]))
+    runs = [assemble(replace(setup, mission=of.from_scenario(setup.scenario)), 1) for of in (TridentMission, Unsaid)]
+    for fleet in runs:
+        fleet.run()
+    held, asked = (fleet.recorder for fleet in runs)
+    assert {name for name in held.tables if held.rows(name) != asked.rows(name)} == set()
+    assert "chosen" in {row[5] for row in held.items}
+
+
+class Boastful(TridentMission):
+    """Says that it concludes nothing until there is news, and does all the same after 20 s."""
+
+    def conclusions(self, data: Any, organisation: Any, beliefs: Any, picture: Any, motion: Any) -> Sequence[Finding]:
+        return Nothing() if picture.body.now_s < 20.0 else [Finding("ASV00 usbl", "serviceCost", 7.0)]
+
+
+def test_who_concludes_something_before_is_named() -> None:
+    fleet = of_mission(Boastful)
+    broken = None
+    while fleet.running and broken is None:
+        fleet.step()
+        broken = AnswersHold().broken(SimpleNamespace(fleet=fleet, now_s=fleet.now_s))
+    assert broken is not None
+    assert broken.startswith("conclusions of ")
+    assert fleet.now_s >= 20.0
+
+
+def test_nothing_until_no_number_is_refused() -> None:
+    with pytest.raises(ValueError, match="not a number"):
+        Nothing(math.nan)
