@@ -22,13 +22,14 @@ from typing import Any
 
 from worldmodel.axioms import Axioms, Definition, ValueCondition
 from worldmodel.fields import Field
-from worldmodel.tbox import Attribute, OntologyClass, Source, TBox, ValueKind
+from worldmodel.tbox import Attribute, Individual, OntologyClass, Source, TBox, ValueKind
 
 MOST_FILES = 64
 """Ontologies that are kept: of more the oldest go."""
 _DIGEST_BYTES = 32
 _KINDS: dict[str, Callable[..., Any]] = {
-    kind.__name__: kind for kind in (Attribute, Axioms, Definition, Field, OntologyClass, ValueCondition, ValueKind)
+    kind.__name__: kind
+    for kind in (Attribute, Axioms, Definition, Field, Individual, OntologyClass, ValueCondition, ValueKind)
 }
 
 
@@ -60,15 +61,15 @@ def kept(sources: Sequence[Source]) -> TBox | None:
         content = _file(sources).read_bytes()
         if hashlib.sha256(content[_DIGEST_BYTES:]).digest() != content[:_DIGEST_BYTES]:
             return None
-        classes, attributes, disjoint, axioms = map(_made, json.loads(content[_DIGEST_BYTES:]))
-        return TBox(classes, attributes, disjoint, tuple(sources), axioms)
+        classes, attributes, disjoint, axioms, individuals = map(_made, json.loads(content[_DIGEST_BYTES:]))
+        return TBox(classes, attributes, disjoint, tuple(sources), axioms, individuals)
     except (OSError, RuntimeError, ValueError, TypeError, KeyError, AttributeError, IndexError):
         return None
 
 
 def keep(tbox: TBox) -> None:
     """Keep the tables for the next process, if they can be written."""
-    tables = json.dumps(_plain((tbox.classes, tbox.attributes, tbox.disjoint, tbox.axioms))).encode()
+    tables = json.dumps(_plain((tbox.classes, tbox.attributes, tbox.disjoint, tbox.axioms, tbox.individuals))).encode()
     with suppress(OSError, RuntimeError):
         file = _file(tbox.sources)
         file.parent.mkdir(parents=True, exist_ok=True)

@@ -78,7 +78,7 @@ def _source(file: Path | Source) -> Source:
 
 
 def graph_of(tbox: TBox) -> "Graph":
-    """Return the files of a TBox as one rdflib graph; read it, do not write to it."""
+    """Return the files of a TBox as one rdflib graph, without individuals; read it, do not write to it."""
     return _parsed(tbox.sources)
 
 
@@ -97,6 +97,12 @@ def _compiled(sources: tuple[Source, ...]) -> TBox:
 
 @lru_cache(maxsize=8)
 def _parsed(sources: tuple[Source, ...]) -> "Graph":
+    from rdflib import OWL, RDF
+
+    from worldmodel.stated import subjects_of
     from worldmodel.turtle import parse_turtle
 
-    return parse_turtle(sources).graph
+    graph = parse_turtle(sources).graph
+    for individual in list(subjects_of(graph, set(graph.subjects(RDF.type, OWL.Class)))):
+        graph.remove((individual, None, None))  # the world models have it, under the name of an instance
+    return graph

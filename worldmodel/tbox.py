@@ -154,6 +154,18 @@ class Attribute:
 
 
 @dataclass(frozen=True, slots=True)
+class Individual:
+    """A thing that the files name: all vehicles have a name for it, and know its links from the start.
+
+    ``links`` are (attribute uid, name of another individual).
+    """
+
+    name: str
+    class_uid: int
+    links: tuple[tuple[int, str], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class Source:
     """One Turtle file as it was read."""
 
@@ -174,6 +186,7 @@ class TBox:
         disjoint: pairs of class uids that have no instance in common; their subclasses have none either.
         sources: the files that the tables were made of, if any; they do not count in a comparison.
         axioms: what is concluded from facts beyond the hierarchy; ``rules`` are these, compiled.
+        individuals: things that the files name, by name.
         hash: a 32-bit digest of the tables.
     """
 
@@ -182,6 +195,7 @@ class TBox:
     disjoint: tuple[tuple[int, int], ...] = field(default=(), compare=False)
     sources: tuple[Source, ...] = field(default=(), compare=False)
     axioms: Axioms = NO_AXIOMS
+    individuals: tuple[Individual, ...] = ()
     hash: int = field(init=False)
     rules: CompiledAxioms = field(init=False, compare=False)
     _ancestors: tuple[int, ...] = field(init=False, compare=False)
@@ -207,6 +221,7 @@ class TBox:
         table += "".join(
             f"{attribute.name}: drift {attribute.drift}" for attribute in self.attributes if attribute.drift
         )
+        table += repr(self.individuals) if self.individuals else ""
         derived = {
             "hash": int.from_bytes(hashlib.sha256(table.encode()).digest()[:4], "big"),
             "rules": CompiledAxioms(self.classes, self.attributes, self.axioms),

@@ -16,9 +16,10 @@ range decides the kind:
 probability of any other value. ``rm:drift`` says how far a number or point walks at random, see ``worldmodel.fusion``.
 ``rm:coarseResolution``, which any file may state, is in ``worldmodel.coarse``.
 
-Annotations, and every individual, stay in the graph for SPARQL and for reasoners, and have no effect at run
-time. Any other axiom on a class or attribute is refused. A term is defined in one file alone: ``_DEFINING``
-lists the predicates that define it. Labels, comments and alignments define nothing; any file may add them.
+Individuals, which ``worldmodel.stated`` reads, become instances with links that all know from the start. Annotations
+stay in the graph for SPARQL and for reasoners, and have no effect at run time. Any other axiom on a class or attribute
+is refused. A term is defined in one file alone: ``_DEFINING`` lists the predicates that define it. Labels, comments and
+alignments define nothing; any file may add them.
 """
 
 import re
@@ -34,8 +35,11 @@ from worldmodel.annotations import ANNOTATIONS, BOUNDS, RM, Annotations
 from worldmodel.definitions import DEFINING, Definitions
 from worldmodel.errors import OntologyError, suggestion
 from worldmodel.fields import Field
+from worldmodel.stated import Individuals
 from worldmodel.tbox import TYPE_UID, Attribute, OntologyClass, Source, TBox, ValueKind
 
+CORE, MARINE = URIRef("https://w3id.org/remoras/core"), URIRef("https://w3id.org/remoras/marine")
+"""The file that brings those of the core to other tools, and one of these: who reads them needs no file for it."""
 SIT = Namespace("https://w3id.org/remoras/situation#")
 
 _KINDS: dict[Node, ValueKind] = {
@@ -120,7 +124,7 @@ def _unmet_imports(union: Graph, file_of: dict[Node, str]) -> list[str]:
         f"{file_of[importing]}: it imports <{imported}>, which is none of the files that are read; "
         f"allowed: {allowed}{suggestion(str(imported), allowed.split(', '))}; name the file that holds it, too"
         for importing, imported in sorted(union.subject_objects(OWL.imports), key=str)
-        if imported not in read
+        if imported not in read and not (imported == CORE and MARINE in read)
     ]
 
 
@@ -137,7 +141,8 @@ def compile_tbox(sources: tuple[Source, ...]) -> TBox:
     if not reader.faults:
         classes = reader.definitions.classified(classes, attributes, axioms)
     if not reader.faults:
-        tbox = TBox(tuple(classes), tuple(attributes), tuple(disjoint), sources, axioms)
+        individuals = Individuals(parsed.graph, reader.class_uid, classes, attributes, reader).read()
+        tbox = TBox(tuple(classes), tuple(attributes), tuple(disjoint), sources, axioms, individuals)
         reader.refuse_empty_classes(tbox)
     if reader.faults:
         raise OntologyError(sorted(reader.faults))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -146,6 +146,7 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None, among: Neighb
     # nobody tells facts about equipment, so it needs no names on the wire unless new instances come behind it
     n_named = len(instances) + (len(equipment) if mission.instances_found_per_vehicle else 0)
     instances += equipment
+    common_facts += _links_between(tbox, instances)
     modem, world = deployment.modem, scenario.world
     is_aloha, slots = scenario.communication.mac == "aloha", _turns(scenario, used)
     packet_s = modem.packet_s(modem.payload_bits)
@@ -206,10 +207,23 @@ def _instances(
     named += [("Mission", name) for name in mission.group_missions]
     named += [instance for feature in used for instance in feature.instances(scenario)]
     named += among.instances
+    named += [(tbox.classes[individual.class_uid].name, individual.name) for individual in tbox.individuals]
     try:
         return tuple(Instance(uid, tbox.class_named(kind).uid, name) for uid, (kind, name) in enumerate(named))
     except UnknownNameError as error:
         raise PluginError(f"mission {scenario.scenario.mission}: instances: {error}") from error
+
+
+def _links_between(tbox: TBox, instances: Sequence[Instance]) -> tuple[PropertyValue, ...]:
+    """What the ontology says of the things that it names."""
+    if not tbox.individuals:
+        return ()
+    uids = {instance.name: instance.uid for instance in instances}
+    return tuple(
+        PropertyValue(uids[individual.name], attribute, uids[target])
+        for individual in tbox.individuals
+        for attribute, target in individual.links
+    )
 
 
 def _codec(

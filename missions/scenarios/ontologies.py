@@ -12,7 +12,7 @@ from typing import Any
 
 from missions.errors import ConfigurationError, ConfigurationFault
 from missions.files import is_file, shown, text_of
-from missions.scenarios.tables import Raw, table_of
+from missions.scenarios.tables import Raw, entries, table_of
 from remoras.mission import Mission
 from worldmodel import OntologyError, Source, TBox, core_ontology_paths, read_tbox
 
@@ -66,13 +66,21 @@ def words_of(raw: Raw, mission: type[Mission]) -> TBox:
     return read_tbox(*core_ontology_paths(), *mission.vocabulary, *own)
 
 
+def _names_twice(raw: Raw, words: TBox) -> Iterator[ConfigurationFault]:
+    """Individuals of the ontology that are called like something of the scenario."""
+    taken = {entry.get("name"): table for table in ("vehicle", "group", "rally_point") for entry in entries(raw, table)}
+    for name in (individual.name for individual in words.individuals if individual.name in taken):
+        yield ConfigurationFault(KEY, shown(name), f"is the name of a {taken[name]}; allowed: names of their own")
+
+
 def ontology_faults(raw: Raw, mission: type[Mission]) -> Iterator[ConfigurationFault]:
     """What is wrong with the ontology files that a scenario names, in themselves or beside the others."""
     texts = table_of(table_of(raw, TABLE), TEXTS)
     if not texts:
         return
     try:
-        words_of(raw, mission)
+        words = words_of(raw, mission)
+        yield from _names_twice(raw, words)
     except OntologyError as error:
         for fault in error.faults:
             name = next((text for text in texts if fault.startswith(f"{text}: ")), None)

@@ -1,0 +1,123 @@
+"""Reading individuals: what an ontology says of single things, as instances with links.
+
+An individual is whatever is of a declared class, or an owl:NamedIndividual. It has one class, and links to others; a
+value of another kind is refused, since values have a time and an origin. No thing has two names, so owl:differentFrom
+and owl:AllDifferent say nothing new, and owl:sameAs is refused.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence, Set
+
+from rdflib import OWL, RDF, RDFS, Graph, URIRef
+from rdflib.term import Node
+
+from worldmodel.definitions import HARMLESS, OntologyReader
+from worldmodel.tbox import Attribute, Individual, OntologyClass, ValueKind, closure
+
+SITUATION = "https://w3id.org/remoras/situation#"
+NAME = re.compile(r"[A-Za-z][\w-]*", re.ASCII)
+_TERMS = {
+    *(OWL.Class, RDFS.Class, RDFS.Datatype, OWL.Ontology, OWL.Restriction, OWL.AnnotationProperty, RDF.Property),
+    *(OWL.DatatypeProperty, OWL.ObjectProperty, OWL.AllDisjointClasses, OWL.AllDifferent, RDF.List),
+}
+_ALLOWED = {RDF.type, OWL.differentFrom}
+
+
+def subjects_of(graph: Graph, classes: Set[Node]) -> Iterator[Node]:
+    """Yield whatever is said to be of one of these classes, or an individual, or the same as another thing."""
+    for subject in set(graph.subjects(unique=True)):
+        kinds = set(graph.objects(subject, RDF.type))
+        if str(subject).startswith(SITUATION) or kinds & _TERMS or subject in classes:
+            continue
+        is_told = (subject, OWL.sameAs, None) in graph or (subject, OWL.differentFrom, None) in graph
+        if is_told or OWL.NamedIndividual in kinds or kinds & classes:
+            yield subject
+
+
+class Individuals:
+    """Reads the individuals of ``graph``; ``reader`` takes the faults."""
+
+    def __init__(
+        self,
+        graph: Graph,
+        class_uid: Mapping[Node, int],
+        classes: Sequence[OntologyClass],
+        attributes: Sequence[Attribute],
+        reader: OntologyReader,
+    ) -> None:
+        self.graph, self.reader, self.class_uid = graph, reader, class_uid
+        self.superclasses = closure(classes)
+        self.names = {c.uid: c.name for c in classes}
+        self.attributes = {URIRef(attribute.iri): attribute for attribute in attributes[1:]}
+        self.found: dict[URIRef, int] = {}
+
+    def read(self) -> tuple[Individual, ...]:
+        """Return the individuals by name, or note what is wrong with them."""
+        for subject in sorted(subjects_of(self.graph, self.class_uid.keys()), key=str):
+            if (of_class := self._class_of(subject)) is not None and isinstance(subject, URIRef):
+                self.found[subject] = of_class
+        names: dict[str, URIRef] = {}
+        for iri in self.found:
+            name = _local_name(iri)
+            if not NAME.fullmatch(name):
+                self.reader.fault(iri, f"its name {name!r} is no name", "a letter, then letters, digits, - and _")
+            elif names.setdefault(name, iri) != iri:
+                self.reader.fault(iri, f"its name {name!r} is that of <{names[name]}> too", "one IRI for each name")
+        made = [Individual(_local_name(iri), uid, tuple(self._links(iri))) for iri, uid in self.found.items()]
+        return tuple(sorted(made, key=lambda individual: individual.name))
+
+    def _class_of(self, subject: Node) -> int | None:
+        kinds = sorted(set(self.graph.objects(subject, RDF.type)) - {OWL.NamedIndividual}, key=str)
+        shown = self.reader.shown
+        if not isinstance(subject, URIRef):
+            self.reader.fault(subject, "it is an individual without a name", "individuals with an IRI")
+            return None
+        for kind in kinds:
+            if kind not in self.class_uid:
+                hint = self.reader.hint(kind, self.class_uid)
+                self.reader.fault(subject, f"its class {shown(kind)} is not declared", f"one declared class{hint}")
+                return None
+        if len(kinds) != 1:
+            wrong = f"it is of {len(kinds)} classes" if kinds else "it is of no class"
+            self.reader.fault(subject, wrong, "one declared class, of which others follow")
+            return None
+        return self.class_uid[kinds[0]]
+
+    def _links(self, iri: URIRef) -> Iterator[tuple[int, str]]:
+        shown = self.reader.shown
+        for predicate, term in sorted(self.graph.predicate_objects(iri), key=str):
+            if predicate in self.attributes:
+                target = self._target(iri, self.attributes[predicate], term)
+                if target is not None:
+                    yield self.attributes[predicate].uid, target
+            elif predicate == OWL.differentFrom and term not in self.found:
+                self.reader.fault(iri, f"it differs from {shown(term)}, which is no individual", "an individual")
+            elif predicate not in _ALLOWED | HARMLESS and str(predicate).startswith((str(OWL), str(RDFS))):
+                allowed = "owl:differentFrom, links and annotations"
+                self.reader.fault(iri, f"{shown(predicate)} is not compiled", allowed)
+
+    def _target(self, iri: URIRef, attribute: Attribute, term: Node) -> str | None:
+        """The name of what a link leads to, or None and a fault."""
+        fault, shown = self.reader.fault, self.reader.shown
+        if not self.superclasses[self.found[iri]] >> attribute.domain & 1:
+            wrong = f"it is a {self.names[self.found[iri]]}, and {attribute.name} is of {self.names[attribute.domain]}"
+            fault(iri, wrong, "attributes of its class and of those above it")
+            return None
+        if attribute.kind is ValueKind.LINK:
+            if not isinstance(term, URIRef) or term not in self.found:
+                fault(iri, f"its {attribute.name} is {shown(term)}", "an individual of these files")
+                return None
+            if attribute.range_class is None or not self.superclasses[self.found[term]] >> attribute.range_class & 1:
+                wrong = f"its {attribute.name} {shown(term)} is a {self.names[self.found[term]]}"
+                fault(iri, wrong, f"a {self.names[attribute.range_class or 0]}")
+                return None
+            return _local_name(term)
+        allowed = "links to individuals; a value has a time and an origin, so let a sensor or the mission state it"
+        fault(iri, f"its {attribute.name} is {shown(term)}, which is no link", allowed)
+        return None
+
+
+def _local_name(iri: str) -> str:
+    return re.split(r"[#/:]", iri)[-1]
