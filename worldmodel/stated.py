@@ -50,7 +50,7 @@ class Individuals:
         self.graph, self.reader, self.class_uid = graph, reader, class_uid
         self.superclasses = closure(classes)
         self.names = {c.uid: c.name for c in classes}
-        self.attributes = {URIRef(attribute.iri): attribute for attribute in attributes[1:]}
+        self.attributes: dict[Node, Attribute] = {URIRef(attribute.iri): attribute for attribute in attributes[1:]}
         self.found: dict[URIRef, int] = {}
 
     def read(self) -> tuple[Individual, ...]:

@@ -205,6 +205,7 @@ def test_a_vocabulary_adds_classes_attributes_and_individuals(tmp_path: Path) ->
         [] a owl:AllDisjointClasses ; owl:members ( ex:Kite rm:ASV rm:AUV ) .
         ex:charge {ATTRIBUTE} rdfs:range xsd:double ; {BOUNDS} .
         ex:north a ex:Kite ; rm:playsRole ex:Marker .
+        ex:Marker a rm:Role .
         rm:Role rdfs:label "papel"@es .
         """
     )
@@ -212,6 +213,7 @@ def test_a_vocabulary_adds_classes_attributes_and_individuals(tmp_path: Path) ->
     core = read_tbox(*core_ontology_paths())
     assert {c.name for c in tbox.classes} - {c.name for c in core.classes} == {"Kite"}
     assert {a.name for a in tbox.attributes} - {a.name for a in core.attributes} == {"charge"}
+    assert [individual.name for individual in tbox.individuals] == ["Marker", "north"]
     assert tbox.are_disjoint(tbox.class_named("Kite").uid, tbox.class_named("ASV").uid)
     assert read_tbox(path, *core_ontology_paths(), path) == tbox  # whatever the order; twice is once
     assert [c.iri for c in tbox.classes] == sorted(c.iri for c in tbox.classes)
