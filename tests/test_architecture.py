@@ -70,6 +70,10 @@ ROOMS: dict[str, set[str]] = {
         "missions.sweeps", "missions.runs", "missions.scenarios", "missions", "remoras", "remoras.strategies",
         "worldmodel",
     },
+    "missions.benchmark": {
+        "missions.benchmark", "missions.sweeps", "missions.runs", "missions.scenarios", "missions", "remoras",
+        "remoras.strategies", "exchange.acoustics", "worldmodel",
+    },
     "missions.comparison": {"missions.comparison", "missions.sweeps", "missions", "worldmodel"},
     "visualisation": {"visualisation", "missions", "exchange.study", "exchange", "worldmodel"},
     "visualisation.runs": {"visualisation.runs", "visualisation", "missions", "worldmodel"},

@@ -30,6 +30,7 @@ MODULES = {"cmath", "scipy", "statistics"}
 EXCEPT = {
     "missions.figure": "ends of axes, which enter no result",
     "missions.statistics": "figures about finished runs, which enter none",
+    "missions.benchmark": "figures about finished runs, which enter none",
     "missions.comparison": "figures about finished runs, which enter none",
     "missions.sweeps.design": "SciPy's hypercube is made of shuffles and uniform draws; values are kept to six digits",
     "remoras.strategies.matching": "costs are whole milliseconds, so all sums of the assignment are exact",

@@ -115,7 +115,11 @@ def load_study(name_or_path: str, strategies: Sequence[str] = ()) -> Study:
     Raises:
         ConfigurationError: with every fault of the file, or of the scenario that it names.
     """
-    document = Document.read(name_or_path, shipped_studies(), STUDY)
+    return study_of(Document.read(name_or_path, shipped_studies(), STUDY), strategies)
+
+
+def study_of(document: Document, strategies: Sequence[str] = ()) -> Study:
+    """The study of a document, every configuration resolved; see ``load_study``."""
     tables = dict(document.raw)
     if isinstance(tables.get("channel"), dict):
         tables["channel"] = [tables["channel"]]

@@ -17,7 +17,8 @@ from typer.core import TyperCommand, TyperGroup
 HOMES = {
     "list": "files", "example": "files", "validate": "files", "run": "runs", "plot": "runs", "replay": "replay",
     "live": "live.command", "export": "exports", "query": "runs", "sweep": "sweeps", "status": "sweeps",
-    "compare": "sweeps", "verify": "verify", "stress": "stress", "exchange-study": "policies",
+    "compare": "sweeps", "benchmark": "benchmark", "check": "benchmark", "verify": "verify", "stress": "stress",
+    "exchange-study": "policies",
     "link-budget": "budgets", "network": "networks", "bursts": "bursts", "node": "nodes", "swarm": "nodes",
     "replay-log": "nodes", "plan": "planning", "explain": "files", "doctor": "files",
 }  # fmt: skip

@@ -181,7 +181,7 @@ def test_links_of_a_channel_from_outside_lose_by_range(executed: Any) -> None:
 def test_a_strategy_from_outside_conforms(executed: Any) -> None:
     folder, said = executed("strategy")
     assert summary(folder / "mine")["strategy"] == "nearest:NEAREST"
-    checks = next(text for line, text in said.items() if "remoras.testing" in line)
+    checks = next(text for line, text in said.items() if "remoras check" in line)
     assert checks.count("ok  check_") >= 8
 
 

@@ -1,0 +1,10 @@
+"""Benchmark: one strategy placed among others, on a suite of cases that stays as it is.
+
+>>> from missions.benchmark import suite_named
+>>> len(suite_named("fathom-1").cells)
+40
+"""
+
+from missions.benchmark.suite import Cell, Suite, suite_named
+
+__all__ = ["Cell", "Suite", "suite_named"]

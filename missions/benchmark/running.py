@@ -1,0 +1,189 @@
+"""Running: the runs of strategies in the cells of a suite, by the sweeps, and the bound of each."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from missions.benchmark.scoring import CellRun, Scored
+from missions.benchmark.suite import Suite
+from missions.errors import OutputError
+from missions.rounds import Rounds, least_time_s
+from missions.runs.assembly import actual
+from missions.runs.setup import Setup, resolved
+from missions.scenarios import Scenario
+from missions.scenarios.named import importable
+from missions.scenarios.parts import strategy_named
+from missions.sweeps.driver import Limits, ReportProgress, sweep
+from missions.sweeps.folder import SweepResults
+from missions.sweeps.ledger import FAILED
+from missions.sweeps.plan import SweepPlan, seed_of
+from missions.sweeps.study import Study
+from remoras.database import VehicleData
+from remoras.errors import PluginError
+from remoras.plugins import named_object
+
+LONGEST_RUN_S = 600.0
+"""Wall-clock time after which a run has failed: one takes a few seconds, so a strategy that takes this hangs."""
+GetRounds = Callable[..., Rounds]
+
+
+@dataclass(frozen=True)
+class Contest:
+    """Strategies on a suite.
+
+    Attributes:
+        suite: with the cells.
+        strategies: shipped names, or ``package.module:object``.
+        repeats: of each cell, from the first on.
+    """
+
+    suite: Suite
+    strategies: tuple[str, ...]
+    repeats: int
+    study: Study = field(repr=False)
+
+    @cached_property
+    def _bounds(self) -> _Bounds:
+        return _Bounds(named_object(self.suite.about.bound))
+
+    @classmethod
+    def of(cls, suite: Suite, strategies: Iterable[str], repeats: int | None = None) -> Contest:
+        """Strategies as a user names them, each once.
+
+        Raises:
+            PluginError: one cannot be had.
+            OutputError: there are more repeats asked for than the suite has.
+            ConfigurationError: a scenario does not allow a case.
+        """
+        named = []
+        for given in strategies:
+            try:
+                named.append(importable(given))
+                strategy_named(named[-1])
+            except PluginError as error:
+                raise PluginError(f'--strategy "{given}": allowed: {error}') from error
+        n = suite.about.repeats if repeats is None else repeats
+        if n > suite.about.repeats:
+            raise OutputError(f"--repeats {n}: allowed: 1 to {suite.about.repeats}, as {suite.about.name} has")
+        chosen = tuple(dict.fromkeys(named))
+        return cls(suite, chosen, n, suite.study(chosen, n))
+
+    def make(self, folder: Path, jobs: int, progress: ReportProgress | None = None) -> None:
+        """Make the runs that the folder does not have yet; see ``missions.sweeps.sweep``."""
+        sweep(self.study, folder, jobs, progress=progress, limits=Limits(timeout_s=LONGEST_RUN_S))
+
+    def scored(self, folder: Path) -> list[Scored]:
+        """The strategies with their runs, in the order in which they were named.
+
+        Raises:
+            OutputError: runs are missing.
+        """
+        results = SweepResults.read(folder)
+        plan, lines = SweepPlan(self.study), results.lines
+        summaries = {key: line["summary"] for key, line in lines.items()}
+        found = []
+        for place, reference in enumerate(self.strategies):
+            cells = {}
+            for at, cell in enumerate(self.suite.cells):
+                number = self.suite.number(at, place, len(self.strategies))
+                made = plan.schedule.repeats(
+                    number, summaries
+                )  # fewer, where nothing is drawn: all repeats are one run
+                keys = [plan.schedule.key(number, min(repeat, made - 1)) for repeat in range(self.repeats)]
+                if any(key not in lines for key in keys):
+                    raise OutputError(f"{folder}: runs of {reference} are missing; the same command goes on")
+                cells[cell] = [self.run_of(lines[key], repeat, number) for repeat, key in enumerate(keys)]
+            found.append(Scored(strategy_named(reference).name, reference, cells))
+        return found
+
+    def run_of(self, line: Mapping[str, Any], repeat: int, number: int) -> CellRun:
+        """How a run ended.
+
+        Args:
+            line: of the ledger.
+            repeat: of the run; number: of its configuration.
+        """
+        summary, failed = line["summary"], line["status"] == FAILED
+        seed = seed_of(self.suite.about.seed, repeat)
+        bound_s = self._bounds.bound_s(number, self.study.configurations[number].scenario, seed)
+        completed = not failed and bool(summary["completed"])
+        return CellRun(
+            repeat,
+            seed,
+            bound_s,
+            float(summary["mission_time_s"]) if completed else self.suite.about.limit_s,
+            completed,
+            summary.get("n_bytes"),
+            summary.get("wrong_belief_fraction"),
+            failed,
+        )
+
+    def cpu_s(self, folder: Path) -> float | None:
+        """Mean CPU time of a run on the machines that made them; None where none was noted."""
+        known = [line["machine"]["cpu_s"] for line in SweepResults.read(folder).lines.values()]
+        known = [value for value in known if value is not None]
+        return math.fsum(known) / len(known) if known else None
+
+
+class _Bounds:
+    """Bounds of runs, each worked out once.
+
+    Args:
+        rounds: gives the least ways and work of a scenario.
+    """
+
+    def __init__(self, rounds: GetRounds) -> None:
+        self._rounds = rounds
+        self._setups: dict[int, Setup] = {}
+        self._known: dict[tuple[Any, ...], float] = {}
+
+    def bound_s(self, number: int, scenario: Scenario, seed: int) -> float:
+        """Time that no strategy beats in the run with that seed, with the speeds that the vehicles really have.
+
+        Args:
+            number: of the configuration.
+            scenario: of the run; seed: root of its draws.
+        """
+        if number not in self._setups:
+            self._setups[number] = resolved(scenario)
+        setup = self._setups[number]
+        fleet = tuple(actual(setup, data, seed) for data in setup.database.values())
+        latest_s = max((_latest_s(fault.at_s) for fault in scenario.fault), default=-1.0)
+        key = scenario.scenario.name, latest_s, repr(fleet)
+        if key not in self._known:
+            self._known[key] = round(self._worked_out(scenario, fleet, latest_s), 4)
+        return self._known[key]
+
+    def _worked_out(self, scenario: Scenario, fleet: Sequence[VehicleData], latest_s: float) -> float:
+        """With the meeting, wherever a vehicle that is lost has no time to work that the meeting would take.
+
+        Who is lost at a time t need not come to the meeting. It works until t at most; that is no more than one may who
+        has to come, in all times that are at least t and the way home. So where the bound without a meeting is as much,
+        the bound with it holds.
+        """
+        meeting = self._rounds(scenario, fleet, True)
+        least_s = least_time_s(meeting)
+        if latest_s < 0.0:
+            return least_s
+        home_s = max(max(vehicle.home_m) / vehicle.transit_mps for vehicle in meeting.vehicles)
+        alone_s = least_time_s(self._rounds(scenario, fleet, False))
+        return least_s if alone_s >= latest_s + home_s else alone_s
+
+
+def _latest_s(at_s: object) -> float:
+    """When a fault may begin at the latest (s); infinite where nobody can say.
+
+    >>> _latest_s([300.0, 1200.0]), _latest_s(900.0), _latest_s(None)
+    (1200.0, 900.0, inf)
+    """
+    match at_s:
+        case list() | tuple():
+            return max(map(float, at_s))
+        case float() | int():
+            return float(at_s)
+    return math.inf

@@ -1,0 +1,66 @@
+"""Rounds: what mapping all areas takes at least, for the bound of a benchmark.
+
+A cell counts as mapped once a vehicle comes within half a swath of its centre. Along the rows of a survey, n cells of
+an area so take n - 1 sides of a cell at least, less what corners are cut where a waypoint counts as reached before its
+time. From area to area it is not farther than between their nearest cells, each seen from half a swath away. Cells that
+the goal leaves out, time to turn, and whatever has to be found first, count for nothing.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from exchange.arithmetic import distance
+from missions.mapping.ground import grounds_of
+from missions.mapping.scenario import MappingScenario
+from missions.mapping.sensors import mapping_speed_mps, swath_m
+from missions.mapping.survey import Point
+from missions.rounds import Rounder, Rounds
+from missions.scenarios import Scenario
+from remoras.behaviours import CAPTURE_M
+from remoras.database import VehicleData
+
+
+def rounds(scenario: Scenario, vehicles: Sequence[VehicleData], meets: bool = True) -> Rounds:
+    """The least ways and work of a scenario of this mission.
+
+    Args:
+        scenario: of the mapping mission.
+        vehicles: as they really are in a run.
+        meets: False where vehicles may be lost that then need not come to the meeting.
+    """
+    assert isinstance(scenario, MappingScenario)
+    able = [vehicle for vehicle in vehicles if swath_m(vehicle) > 0.0]
+    reach_m = max(swath_m(vehicle) for vehicle in able) / 2.0
+    cell_m, corners = scenario.world.cell_m, tuple((area.name, area.corners_m) for area in scenario.area)
+    grounds = grounds_of(cell_m, corners).values()
+    centres = [[ground.centre_m(index) for index in range(len(ground.cells))] for ground in grounds]
+    swath = 2.0 * reach_m
+    work_m = 0.0
+    for ground in grounds:
+        track_m = len(ground.cells) * cell_m * cell_m / swath - max(cell_m, swath)
+        work_m += max(0.0, track_m - 2.0 * CAPTURE_M * len(ground.survey(swath).rows))
+    left_out_m = (1.0 - scenario.mission.goal) * sum(map(len, centres)) * cell_m * cell_m / swath
+    legs_m = tuple(tuple(_apart_m(one, other, 2.0 * reach_m) for other in centres) for one in centres)
+    near_m = scenario.mission.arrival_radius_m + reach_m
+    rallies = [[point.position_m] for point in scenario.rally_point]
+    home_m = tuple(min(_apart_m(one, rally, near_m) for rally in rallies) for one in centres)
+    return Rounds(
+        legs_m,
+        max(0.0, work_m - left_out_m),
+        tuple(
+            Rounder(
+                tuple(_apart_m([vehicle.start_m], one, reach_m) for one in centres),
+                home_m if meets else (0.0,) * len(home_m),
+                vehicle.transit_speed_mps,
+                mapping_speed_mps(vehicle),
+            )
+            for vehicle in able
+        ),
+    )
+
+
+def _apart_m(one: Sequence[Point], other: Sequence[Point], reach_m: float) -> float:
+    """Least distance between points of two sets, less what is seen from afar."""
+    return max(0.0, min((distance(a, b) for a in one for b in other), default=math.inf) - reach_m)

@@ -1,0 +1,193 @@
+"""Commands about strategies of one's own: benchmark, check."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from remoras.cli import completion
+from remoras.cli.app import FAILED, Json, check_known, command, fail, show_json
+from remoras.cli.sweeps import PARTLY_DONE
+from remoras.progress import Progress
+
+if TYPE_CHECKING:
+    from missions.benchmark.scoring import Scored
+    from missions.benchmark.suite import Suite
+    from missions.benchmark.tables import Table
+
+CARD, TABLE, LATEX, CITATION, RUNS = "card.json", "table.md", "table.tex", "cite.bib", "runs"
+
+
+class Split(StrEnum):
+    """Parts of a suite: one to develop on, one to be judged by."""
+
+    DEV = "dev"
+    TEST = "test"
+
+
+@command("benchmark", "remoras benchmark fathom-1 --strategy mine.py:MINE --jobs 2 --out results/mine")
+def benchmark(
+    suite: Annotated[str, typer.Argument(metavar="SUITE", help="Shipped suite, fathom-1, or a TOML file of one.")],
+    strategies: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--strategy",
+            metavar="NAME",
+            autocompletion=completion.strategy,
+            help="Strategy to place: a shipped name, mine.py:MINE or package.module:object.",
+        ),
+    ] = None,
+    split: Annotated[
+        Split, typer.Option(metavar="dev|test", help="Cases to develop on, or to be judged by.")
+    ] = Split.DEV,
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Folder for runs, card and tables; run again to go on.")
+    ] = None,
+    jobs: Annotated[int, typer.Option(min=1, max=1024, metavar="N", help="Processes on this machine.")] = os.cpu_count()
+    or 1,
+    repeats: Annotated[
+        int | None, typer.Option(min=1, metavar="N", help="Runs of each cell, if fewer than the suite has.")
+    ] = None,
+    verified: Annotated[
+        Path | None, typer.Option("--verify", metavar="CARD", help="Repeat drawn runs of a card instead, and compare.")
+    ] = None,
+    drawn: Annotated[int, typer.Option("--runs", min=1, metavar="K", help="Runs that --verify repeats.")] = 3,
+    as_json: Json = False,
+) -> None:
+    """Place a strategy among the shipped ones on a suite of cases, with a score and an interval."""
+    from missions.benchmark.suite import suite_named
+
+    found = suite_named(suite)
+    if split is Split.TEST:
+        fail(f"--split test: the cases of {found.about.name} to be judged by are not out yet; allowed: dev")
+    if verified is not None:
+        _verify(verified, found, drawn, as_json)
+        return
+    if out is None:
+        fail("--out DIR is missing; it says where runs, card and tables go")
+    if not strategies:
+        fail("--strategy NAME is missing; allowed: a shipped name, mine.py:MINE or package.module:object")
+    from missions.benchmark.card import card_of, written
+    from missions.benchmark.running import Contest
+    from missions.benchmark.tables import Table
+    from missions.disk import write_synced
+    from missions.errors import StudyChangedError
+    from missions.sweeps.driver import PartlyDoneError
+
+    contest = Contest.of(found, strategies, repeats)
+    _conform(contest.strategies)
+    with Progress(f"benchmark {found.about.name}", 1, "runs") as progress:
+        try:
+            contest.make(out / RUNS, jobs, progress.of)
+        except PartlyDoneError as error:
+            fail(f"{error}; finished runs are kept in {out}, the same command goes on", PARTLY_DONE)
+        except StudyChangedError as error:
+            changed = str(error).splitlines()[1].strip()
+            fail(f"--out {out}: holds other runs than these ({changed}); name another folder")
+    scored = contest.scored(out / RUNS)
+    card = card_of(contest, scored, split.value)
+    table = Table(card, scored, _shipped_rows(found))
+    for name, text in (
+        (CARD, written(card)),
+        (TABLE, table.markdown()),
+        (LATEX, table.latex()),
+        (CITATION, table.bibtex()),
+    ):
+        write_synced(out / name, text)
+    if as_json:
+        show_json({**card, "strategies": [{**entry, "runs": None} for entry in card["strategies"]]})
+    else:
+        _show(table, contest.cpu_s(out / RUNS))
+    _tell_failures(scored, out)
+
+
+def _conform(references: Sequence[str]) -> None:
+    """Hold strategies from outside against the seam; end the command at the first that does not conform."""
+    for reference in references:
+        if ":" in reference:
+            for passed in _checks("strategy", reference):
+                print(f"ok  {passed}", file=sys.stderr, flush=True)
+
+
+def _checks(kind: str, name: str) -> Sequence[str]:
+    """Names of the checks that a plug-in passes; ends the command if it fails one."""
+    from stress.conformance.command import conforms
+
+    try:
+        return list(conforms(kind, name))
+    except AssertionError as error:
+        fail(f"{kind} {name} does not conform: {str(error).splitlines()[0]}", FAILED)
+    except ModuleNotFoundError as error:
+        if error.name != "hypothesis":
+            raise
+        fail("the checks of a strategy need Hypothesis: pip install hypothesis")
+
+
+def _shipped_rows(suite: Suite) -> list[tuple[dict[str, object], Scored]]:
+    """Entries of the card of the shipped strategies that comes with a suite, with their runs; none without it."""
+    from missions.benchmark.card import read_card, read_strategies
+
+    path = Path(suite.document.path).with_suffix(".json")
+    if not path.is_file():
+        return []
+    card = read_card(path, suite)
+    return list(zip(card["strategies"], read_strategies(card), strict=True))
+
+
+def _show(table: Table, cpu_s: float | None) -> None:
+    """Print the tables as text."""
+    print(table.caption)
+    for rows in ([table.heads, *table.rows()], list(table.shapes())):
+        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+        for row in rows:
+            print("  " + "  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip())
+        print()
+    if cpu_s is not None:
+        print(f"CPU time of a run: {cpu_s:.2f} s on average")
+
+
+def _tell_failures(scored: Sequence[Scored], out: Path) -> None:
+    """End with an error if runs failed: they count as not completed."""
+    failed = {strategy.name: sum(run.failed for run in strategy.runs) for strategy in scored}
+    texts = [f"{n} runs of {name} failed and count as not completed" for name, n in failed.items() if n]
+    if texts:
+        fail(f"{'; '.join(texts)}: remoras status {out / RUNS}", FAILED)
+
+
+def _verify(path: Path, suite: Suite, count: int, as_json: bool) -> None:
+    """Repeat drawn runs of a card; end with an error if one ends otherwise."""
+    from missions.benchmark.card import verify
+
+    found = dict(verify(path, suite, count))
+    other = {name: text for name, text in found.items() if text}
+    if as_json:
+        show_json({"verified": len(found), "other": other})
+    else:
+        print(f"{len(found)} runs made again, {len(other)} end otherwise")
+        print(*[f"{name}: {text}" for name, text in other.items()], sep="\n", end="\n" if other else "")
+    if other:
+        raise typer.Exit(FAILED)
+
+
+@command("check", "remoras check strategy mine.py:MINE")
+def check(
+    kind: Annotated[str, typer.Argument(metavar="KIND", help="strategy, mission, policy, channel or fault.")],
+    name: Annotated[str, typer.Argument(metavar="NAME", help="mine.py:MINE, a shipped name; of a mission a scenario.")],
+    as_json: Json = False,
+) -> None:
+    """Hold a plug-in against its seam: every check that it has to pass."""
+    from missions.scenarios.named import importable
+    from stress.conformance.command import KINDS
+
+    check_known("kind", kind, KINDS)
+    passed = _checks(kind, name if kind == "mission" else importable(name))
+    if as_json:
+        show_json({"passed": passed})
+    else:
+        print(*[f"ok  {text}" for text in passed], sep="\n")

@@ -1,0 +1,116 @@
+"""The commands benchmark and check."""
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from invoked import refused, remoras
+
+from missions.sweeps.ledger import LEDGER
+
+SHORT = """
+[suite]
+name = "short"
+grounds = ["mapping-patches"]
+bound = "missions.mapping.rounds:rounds"
+limit_s = 7200.0
+repeats = 3
+
+[set]
+scenario.duration_s = 100.0
+
+[[network]]
+name = "alike"
+set."channel.per" = 0.42
+
+[[network]]
+name = "measured"
+set."channel.name" = "network"
+
+[[unforeseen]]
+name = "nothing"
+"""
+
+
+@pytest.fixture
+def suite(tmp_path: Path) -> Path:
+    path = tmp_path / "short.toml"
+    path.write_text(SHORT, encoding="utf-8")
+    return path
+
+
+def test_a_benchmark_writes_card_tables_and_citation_and_can_be_verified(suite: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    done = remoras("benchmark", suite, "--strategy", "cbba", "--repeats", 1, "--jobs", 1, "--out", out, "--json")
+    assert done.exit_code == 0, done.output
+    card = json.loads((out / "card.json").read_text())
+    assert json.loads(done.stdout)["strategies"][0]["score"] == card["strategies"][0]["score"]
+    assert {path.name for path in out.iterdir()} == {"card.json", "cite.bib", "runs", "table.md", "table.tex"}
+    again = remoras("benchmark", suite, "--verify", out / "card.json", "--runs", 2, "--json")
+    assert (again.exit_code, json.loads(again.stdout)) == (0, {"verified": 2, "other": {}})
+
+
+def test_what_is_wrong_is_one_line(suite: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    assert "one of fathom-1" in refused("benchmark", "fathom-2", "--strategy", "cbba", "--out", out)
+    assert "--split test" in refused("benchmark", "fathom-1", "--strategy", "cbba", "--split", "test", "--out", out)
+    assert "--out DIR is missing" in refused("benchmark", suite, "--strategy", "cbba")
+    assert "--strategy NAME is missing" in refused("benchmark", suite, "--out", out)
+    assert '--strategy "cbb"' in refused("benchmark", suite, "--strategy", "cbb", "--out", out)
+    assert "kind 'stratgy'" in refused("check", "stratgy", "cbba")
+    (tmp_path / "card.json").write_text("[]")
+    assert "no card of a benchmark" in refused("benchmark", suite, "--verify", tmp_path / "card.json")
+    assert not out.exists()
+
+
+def test_a_folder_of_other_runs_is_refused(suite: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    begin = "benchmark", suite, "--jobs", 1, "--out", out
+    assert remoras(*begin, "--strategy", "cbba", "--repeats", 2).exit_code == 0
+    message = refused(*begin, "--strategy", "cbba", "--repeats", 1)
+    assert "repeats" in message
+    assert "name another folder" in message
+    assert "--accept-code" not in message
+
+
+def test_a_strategy_that_does_not_conform_makes_no_run(
+    suite: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mute.py").write_text(
+        "from dataclasses import dataclass\n"
+        "from typing import ClassVar\n"
+        "from remoras.strategies.remoras import Remoras\n"
+        "from remoras.strategy import Declaration\n"
+        "@dataclass(frozen=True)\n"
+        "class Mute(Remoras):\n"
+        "    name: ClassVar[str] = 'mute'\n"
+        "    declaration: ClassVar = Declaration(source='', messages={})\n"
+    )
+    done = remoras("benchmark", suite, "--strategy", "mute.py:Mute", "--out", tmp_path / "out")
+    assert done.exit_code == 1
+    assert "does not conform" in done.stderr
+    assert not (tmp_path / "out").exists()
+    assert remoras("check", "strategy", "mute.py:Mute").exit_code == 1
+
+
+@pytest.mark.slow
+def test_killed_thrice_it_ends_with_the_same_card(suite: Path, tmp_path: Path) -> None:
+    arguments = ["benchmark", str(suite), "--strategy", "cbba", "--strategy", "remoras", "--jobs", "1", "--out"]
+    assert remoras(*arguments, tmp_path / "whole").exit_code == 0
+    cut = tmp_path / "cut"
+    ledger = cut / "runs" / LEDGER
+    for number in range(3):
+        process = subprocess.Popen([sys.executable, "-m", "remoras", *arguments, str(cut)], stderr=subprocess.DEVNULL)
+        while process.poll() is None and (not ledger.is_file() or ledger.read_bytes().count(b"\n") <= 3 * number):
+            time.sleep(0.005)
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+        assert not (cut / "card.json").exists()
+    assert remoras(*arguments, cut).exit_code == 0
+    for name in ("card.json", "table.md", "table.tex", "cite.bib"):
+        assert (cut / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()

@@ -1,0 +1,125 @@
+"""The time that nobody beats: against all divisions and all orders, and against what strategies do."""
+
+import itertools
+import math
+import random
+
+import pytest
+
+from missions.benchmark.running import Contest
+from missions.benchmark.suite import suite_named
+from missions.mapping.rounds import rounds
+from missions.rounds import MOST_JOBS, Rounder, Rounds, least_time_s, shortest_m
+from missions.runs.assembly import actual
+from missions.runs.run import run
+from missions.runs.setup import resolved
+from missions.scenarios import load
+
+
+def drawn(draws: random.Random, n_jobs: int, n_vehicles: int) -> Rounds:
+    """Jobs and vehicles at random places of a square of 1 km."""
+    places = [(draws.uniform(0.0, 1000.0), draws.uniform(0.0, 1000.0)) for _ in range(n_jobs + n_vehicles + 1)]
+    jobs, starts, rally = places[:n_jobs], places[n_jobs:-1], places[-1]
+    return Rounds(
+        tuple(tuple(max(0.0, math.dist(a, b) - 150.0) for b in jobs) for a in jobs),
+        draws.uniform(0.0, 8000.0),
+        tuple(
+            Rounder(
+                tuple(math.dist(start, job) for job in jobs),
+                tuple(math.dist(job, rally) for job in jobs),
+                draws.uniform(1.0, 3.0),
+                draws.uniform(0.5, 2.0),
+            )
+            for start in starts
+        ),
+    )
+
+
+def by_brute_force(found: Rounds) -> float:
+    """All sets of vehicles that work, all divisions of the jobs, all orders of each."""
+    n = len(found.legs_m)
+    legs = [list(row) for row in found.legs_m]
+    for by, a, b in itertools.product(range(n), repeat=3):
+        legs[a][b] = min(legs[a][b], legs[a][by] + legs[by][b])
+
+    def round_s(vehicle: Rounder, jobs: tuple[int, ...]) -> float:
+        ways = (
+            vehicle.out_m[order[0]] + sum(legs[a][b] for a, b in itertools.pairwise(order)) + vehicle.home_m[order[-1]]
+            for order in itertools.permutations(jobs)
+        )
+        return min(ways) / vehicle.transit_mps
+
+    costs = [
+        {
+            jobs: vehicle.work_mps * round_s(vehicle, jobs)
+            for size in range(1, n + 1)
+            for jobs in itertools.combinations(range(n), size)
+        }
+        for vehicle in found.vehicles
+    ]
+    best_s = math.inf
+    for size in range(1, len(costs) + 1):
+        for working in itertools.combinations(range(len(costs)), size):
+            work_mps = sum(found.vehicles[number].work_mps for number in working)
+            for owners in itertools.product(working, repeat=n):
+                lost_m = 0.0
+                for number in working:
+                    own = tuple(job for job in range(n) if owners[job] == number)
+                    lost_m += costs[number][own] if own else min(costs[number][(job,)] for job in range(n))
+                best_s = min(best_s, (found.work_m + lost_m) / work_mps)
+    return best_s
+
+
+@pytest.mark.parametrize("part", range(4))
+def test_the_search_is_as_good_as_all_divisions_and_orders(part: int) -> None:
+    draws = random.Random(part)
+    for _ in range(50):
+        found = drawn(draws, draws.randint(1, 5), draws.randint(1, 3))
+        assert least_time_s(found) == pytest.approx(by_brute_force(found), rel=1e-12)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("n_vehicles", [1, 2, 3])
+def test_it_is_with_eight_jobs_too(n_vehicles: int) -> None:
+    found = drawn(random.Random(8), 8, n_vehicles)
+    assert least_time_s(found) == pytest.approx(by_brute_force(found), rel=1e-12)
+
+
+def test_a_job_between_two_others_is_crossed_for_nothing() -> None:
+    assert shortest_m([[0.0, 0.0, 90.0], [0.0, 0.0, 0.0], [90.0, 0.0, 0.0]])[0, 2] == 0.0
+
+
+def test_more_vehicles_less_work_and_greater_speeds_take_no_more_time() -> None:
+    draws = random.Random(5)
+    for _ in range(20):
+        found = drawn(draws, 4, 2)
+        least_s = least_time_s(found)
+        more = drawn(draws, 4, 1).vehicles
+        assert least_time_s(Rounds(found.legs_m, found.work_m, (*found.vehicles, *more))) <= least_s
+        assert least_time_s(Rounds(found.legs_m, 0.9 * found.work_m, found.vehicles)) <= least_s
+
+
+def test_what_cannot_be_searched_is_refused() -> None:
+    with pytest.raises(ValueError, match=f"allowed: 1 or more, and 1 to {MOST_JOBS}"):
+        least_time_s(Rounds((), 100.0, ()))
+
+
+@pytest.mark.parametrize("ground", ["mapping-patches", "mapping-corridor"])
+def test_the_bound_of_a_ground_is_below_what_an_oracle_takes_and_not_far(ground: str) -> None:
+    setup = resolved(load(ground, [("--set", "strategy.name=oracle"), ("--set", "uncertainty.speed_spread=0.3")]))
+    fleet = [actual(setup, data, 3) for data in setup.database.values()]
+    least_s, taken_s = least_time_s(rounds(setup.scenario, fleet)), run(setup.scenario, 3).end_s
+    assert 0.7 * taken_s < least_s <= taken_s
+    assert least_time_s(rounds(setup.scenario, fleet, meets=False)) <= least_s
+
+
+def test_a_vehicle_that_is_lost_late_need_not_come_to_the_meeting() -> None:
+    suite = suite_named("fathom-1")
+    contest = Contest.of(suite, ["oracle"], 1)
+    bounds = {}
+    for at_s in (600.0, 1600.0):
+        scenario = contest.study.configurations[0].scenario
+        fault = load("mapping-patches", [("", f'fault=[{{vehicle="any", kind="lost", at_s={at_s}}}]')]).fault
+        bounds[at_s] = contest._bounds.bound_s(0, scenario.model_copy(update={"fault": fault}), 1)
+    least_s = contest._bounds.bound_s(0, contest.study.configurations[0].scenario, 1)
+    assert bounds[1600.0] < bounds[600.0] == least_s
