@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 import tomli_w
 
-from tests.tools.mutants import Mutant, MutantError, check, main, read
+from tests.tools.mutants import LIST, Mutant, MutantError, check, main, read
 
 MUTANT = Mutant("sums.py", "a + b", "a - b", ("test_sums.py",))
 
@@ -23,8 +23,9 @@ def checkout(root: Path, *mutants: Mutant) -> list[str]:
     return ["--list", str(root / "list.toml"), "--root", str(root)]
 
 
-def test_every_mutant_of_the_list_can_be_put_in() -> None:
-    mutants = read()
+@pytest.mark.parametrize("path", [LIST, LIST.parent / "conformance" / "agr" / "mutants.toml"], ids=["all", "agr"])
+def test_every_mutant_of_the_list_can_be_put_in(path: Path) -> None:
+    mutants = read(path)
     check(mutants)
     assert len(set(mutants)) == len(mutants)
 
