@@ -19,3 +19,5 @@ KINDS: Mapping[str, tuple[str, ...]] = {
 """Kinds of figures that every run has, with the tables that each needs; its mission may declare more."""
 SWEEP_KINDS = ("differences", "trade-off", "ranking", "overview")
 """Kinds of figures of a sweep, beside a chart of each metric."""
+FACTORIAL_KINDS = ("effects",)
+"""Kinds of figures of a sweep whose study has a factorial design: they take the place of all others by default."""

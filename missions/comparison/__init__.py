@@ -1,6 +1,7 @@
 """Comparison: what the runs of a sweep say of strategies and policies.
 
-``compare`` puts every treatment beside a baseline, ``ranks`` orders those that met the same conditions. Both take the
+``compare`` puts every treatment beside a baseline, ``ranks`` orders those that met the same conditions,
+``effects`` says what the factors of a two-level study do. All take the
 ``SweepResults`` of ``missions.sweeps`` and are loaded when they are first used.
 """
 
@@ -9,12 +10,16 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from missions.comparison.baseline import compare
+    from missions.comparison.effects import Effect, effects
     from missions.comparison.ranking import ranks
     from missions.comparison.rows import Comparison, Rank
 
-__all__ = ["Comparison", "Rank", "compare", "ranks"]
+__all__ = ["Comparison", "Effect", "Rank", "compare", "effects", "ranks"]
 
-_HOMES = {"compare": "baseline", "ranks": "ranking", "Comparison": "rows", "Rank": "rows"}
+_HOMES = {
+    "compare": "baseline", "ranks": "ranking", "effects": "effects", "Comparison": "rows", "Rank": "rows",
+    "Effect": "effects",
+}  # fmt: skip
 
 
 def __getattr__(name: str) -> Any:

@@ -7,8 +7,12 @@ import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from missions.files import drafted
+
+if TYPE_CHECKING:
+    from missions.comparison.effects import Effect
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -106,10 +110,14 @@ class Rank:
     deterministic: bool = False
 
 
-def write_csv(rows: Sequence[Comparison | Rank], path: Path) -> None:
+def write_csv(rows: Sequence[Comparison] | Sequence[Rank] | Sequence[Effect], path: Path) -> None:
     """Write rows of one kind as a table, settings as JSON; no rows make a table of comparisons without rows."""
     columns = [field.name for field in fields(rows[0] if rows else Comparison)]
     with drafted(path) as draft, draft.open("w", encoding="utf-8", newline="") as file:
         writer = csv.DictWriter(file, columns, lineterminator="\n")
         writer.writeheader()
-        writer.writerows({**asdict(row), "settings": json.dumps(row.settings)} for row in rows)
+        for row in rows:
+            values = asdict(row)
+            writer.writerow(
+                {**values, **({"settings": json.dumps(values["settings"])} if "settings" in values else {})}
+            )

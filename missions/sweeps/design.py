@@ -1,7 +1,8 @@
 """Design: the combinations of settings that a study asks for.
 
 It is the product of scenarios, vehicles, strategies, policies, channels, points and what is unforeseen. A point sets
-keys of the scenario, named as ``--set`` names them; points come from a full grid, a list or a Latin hypercube.
+keys of the scenario, named as ``--set`` names them; points come from a full grid, a list, a Latin hypercube or a
+two-level factorial design.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
+from missions.sweeps.factorial import HIGH, FactorialDesign, designed
 from missions.sweeps.study_checks import LISTS, TABLE_OF, channel_place
 from missions.sweeps.study_file import StudyFile, StudySetting, Unforeseen, flattened, is_axis
 
@@ -70,7 +72,23 @@ def points(file: StudyFile) -> list[Settings]:
         ]
     if table == "latin":
         return _latin_hypercube(dict(flattened(file.latin)), file.study.samples, file.study.seed)
+    if table == "factorial":
+        return _factorial(file)
     return _product([StudySetting(key, value, f"grid.{key}") for key, value in flattened(file.grid)])
+
+
+def factorial_of(file: StudyFile) -> FactorialDesign:
+    """The two-level design of a study."""
+    return designed(tuple(file.factors), file.study.halvings)
+
+
+def _factorial(file: StudyFile) -> list[Settings]:
+    """Settings of every run of a two-level design."""
+    levels = file.factors
+    return [
+        tuple(StudySetting(key, levels[key][level == HIGH], f"factorial.{key}") for key, level in run.items())
+        for run in factorial_of(file).runs
+    ]
 
 
 def _latin_hypercube(bounds: Mapping[str, tuple[float, float]], samples: int, seed: int) -> list[Settings]:

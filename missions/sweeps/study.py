@@ -192,10 +192,14 @@ def _without(file: StudyFile, faults: Iterable[ConfigurationFault]) -> StudyFile
     keys = {fault.key for fault in faults}
     emptied: dict[str, Any] = {
         name: {key: value for key, value in flattened(getattr(file, name)) if f"{name}.{key}" not in keys}
-        for name in ("set", "grid", "latin")
+        for name in ("set", "grid", "latin", "factorial")
         if any(key.startswith(f"{name}.") for key in keys)
     }
     emptied |= {name: () for name in ("channel", "point", "unforeseen") if {key.split(".")[0] for key in keys} & {name}}
+    if "factorial" in keys:
+        emptied["factorial"] = {}
+    if any(key.startswith(("factorial", "study.halvings")) for key in keys):  # fewer factors cannot be halved as often
+        file = file.model_copy(update={"study": file.study.model_copy(update={"halvings": 0})})
     table = TABLE_OF[file.study.sampling]
     if table != "grid" and not emptied.get(table, getattr(file, table)):
         emptied |= {"study": file.study.model_copy(update={"sampling": "grid"}), "grid": {}}

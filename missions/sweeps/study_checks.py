@@ -7,12 +7,16 @@ from collections.abc import Iterable, Iterator
 
 from missions.errors import ConfigurationFault
 from missions.files import shown, toml_value
+from missions.sweeps.factorial import MOST_FACTORS, most_halvings
 from missions.sweeps.study_file import StudyFile, StudySetting, flattened
 
-TABLE_OF = {"grid": "grid", "list": "point", "latin": "latin"}
+TABLE_OF = {"grid": "grid", "list": "point", "latin": "latin", "factorial": "factorial"}
 """The table that each kind of sampling reads."""
 LISTS = {"strategies": "strategy.name", "policies": "communication.policy", "vehicles": "fleet.size"}
 """Lists of ``[study]``, and the key of the scenario that each of them sets."""
+
+CONDITIONS = ("channel.name", "channel.per")
+"""Keys that name the conditions of a comparison."""
 
 
 def faults_between(file: StudyFile) -> Iterator[ConfigurationFault]:
@@ -27,6 +31,8 @@ def faults_between(file: StudyFile) -> Iterator[ConfigurationFault]:
             yield ConfigurationFault(f"study.{name}", toml_value(values), "a value is listed twice")
     if "samples" in design.model_fields_set and design.sampling != "latin":
         yield ConfigurationFault("study.samples", str(design.samples), 'not used: study.sampling is not "latin"')
+    if "halvings" in design.model_fields_set and design.sampling != "factorial":
+        yield ConfigurationFault("study.halvings", str(design.halvings), 'not used: study.sampling is not "factorial"')
     if stopping and stopping.minimum > stopping.maximum:
         yield ConfigurationFault("stopping.minimum", str(stopping.minimum), f"allowed: 2 to {stopping.maximum}")
     if stopping and stopping.half_width is None and stopping.half_width_share is None:
@@ -35,6 +41,7 @@ def faults_between(file: StudyFile) -> Iterator[ConfigurationFault]:
     yield from _sampling_faults(file)
     yield from _empty_axes(file)
     yield from _bounds_faults(file)
+    yield from _factorial_faults(file)
     yield from _conflicts(file)
 
 
@@ -85,13 +92,37 @@ def _bounds_faults(file: StudyFile) -> Iterator[ConfigurationFault]:
             yield ConfigurationFault(f"latin.{key}", toml_value(bounds), "allowed: [lowest, highest], two numbers")
 
 
+def _factorial_faults(file: StudyFile) -> Iterator[ConfigurationFault]:
+    """Factors without two levels, of the channel, or too few or too many for the design."""
+    factors, halvings = file.factors, file.study.halvings
+    for key, levels in factors.items():
+        if not isinstance(levels, list) or len(levels) != 2 or levels[0] == levels[1]:
+            yield ConfigurationFault(f"factorial.{key}", shown(levels), "allowed: [low, high], two levels that differ")
+        if key in CONDITIONS:
+            allowed = "a condition, not a factor of this design; give it as [[channel]]"
+            yield ConfigurationFault(f"factorial.{key}", "", allowed)
+    if not factors:
+        return
+    if not 2 <= len(factors) <= MOST_FACTORS:
+        yield ConfigurationFault("factorial", f"{len(factors)} factors", f"allowed: 2 to {MOST_FACTORS}")
+    elif halvings > (most := most_halvings(len(factors))):
+        allowed = f"allowed for {len(factors)} factors: 0 to {most}; with more, main effects are mixed with each other"
+        yield ConfigurationFault("study.halvings", str(halvings), allowed)
+
+
 def _conflicts(file: StudyFile) -> Iterator[ConfigurationFault]:
     """Keys of the scenario that two tables of the study set."""
     places: dict[str, str] = {}
     own_faults = any(unforeseen.fault for unforeseen in file.unforeseen)
     set_by = [(f"study.{name}", key) for name, key in LISTS.items() if getattr(file.study, name) is not None]
     set_by += [(f"channel.{key}", f"channel.{key}") for table in file.channel for key in table]
-    for table, given in (("set", [file.set]), ("grid", [file.grid]), ("point", file.point), ("latin", [file.latin])):
+    for table, given in (
+        ("set", [file.set]),
+        ("grid", [file.grid]),
+        ("point", file.point),
+        ("latin", [file.latin]),
+        ("factorial", [file.factorial]),
+    ):
         set_by += [(f"{table}.{key}", key) for setting in given for key, _ in flattened(setting)]
     for place, key in set_by:
         if own_faults and key.partition(".")[0] == "fault":

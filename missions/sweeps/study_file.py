@@ -31,8 +31,11 @@ class Design(Section):
         "the headline metrics of the mission if absent",
     )
     baseline: str | None = Field(None, description="strategy or policy the others are compared with; else the first")
-    sampling: Literal["grid", "list", "latin"] = Field("grid", description="where the points come from")
+    sampling: Literal["grid", "list", "latin", "factorial"] = Field("grid", description="where the points come from")
     samples: int = Field(10, ge=2, le=100_000, strict=True, description="points of a Latin hypercube")
+    halvings: int = Field(
+        0, ge=0, le=5, strict=True, description="how many times a factorial design is halved; 0 for all combinations"
+    )
     keep_tables: int = Field(1, ge=0, description="repeats of each configuration whose tables are kept")
 
     @field_validator("scenario", mode="before")
@@ -82,10 +85,18 @@ class StudyFile(Section):
     latin: dict[str, Any] = Field(
         {}, description='keys of the scenario with their [lowest, highest]; for sampling = "latin"'
     )
+    factorial: dict[str, Any] = Field(
+        {}, description='keys of the scenario with their [low, high] levels; for sampling = "factorial"'
+    )
     unforeseen: tuple[Unforeseen, ...] = Field(
         (), description="an axis of its own: the runs of every entry are made with what it sets"
     )
     stopping: StoppingRule | None = None
+
+    @property
+    def factors(self) -> dict[str, Any]:
+        """Keys of the scenario that a factorial design crosses, with their two levels; empty for other designs."""
+        return dict(flattened(self.factorial))
 
     @property
     def sampled_keys(self) -> tuple[str, ...]:

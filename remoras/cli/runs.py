@@ -290,11 +290,11 @@ def draw_run(
     """Draw a run with what its mission declares, and figures of a user's own."""
     from missions.scenarios.named import with_figures
     from missions.scenarios.parts import mission_of
-    from visualisation.kinds import KINDS, SWEEP_KINDS
+    from visualisation.kinds import FACTORIAL_KINDS, KINDS, SWEEP_KINDS
     from visualisation.runs import ViewAt, draw_run_figures
 
     mission, moment = mission_of(results.scenario), ViewAt(at_s, viewer)
-    asked, figures = with_figures(kinds, mission.figures, (*KINDS, *SWEEP_KINDS))
+    asked, figures = with_figures(kinds, mission.figures, (*KINDS, *SWEEP_KINDS, *FACTORIAL_KINDS))
     return draw_run_figures(results, asked, out, file_format.value, figures, mission.places, width_in, moment)
 
 

@@ -18,7 +18,9 @@ from remoras.cli.tables import on_terminal, show_table
 from remoras.progress import Progress
 
 if TYPE_CHECKING:
+    from missions.comparison.effects import Effect
     from missions.comparison.rows import Comparison
+    from missions.sweeps.folder import SweepResults
     from missions.sweeps.study import Study
 
 PARTLY_DONE = 3
@@ -148,6 +150,9 @@ def compare(
             autocompletion=completion.baseline,
         ),
     ] = None,
+    of_factors: Annotated[
+        bool, typer.Option("--effects", help="Main effects of a factorial study, and interactions, paired by seed.")
+    ] = False,
     out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the rows to this CSV file too.")] = None,
     as_json: Json = False,
 ) -> None:
@@ -159,27 +164,41 @@ def compare(
         _show_metrics(folder, metrics or (), as_json)
         return
     from missions.comparison.baseline import compare as compared
-    from missions.comparison.rows import write_csv
-    from missions.errors import OutputError
+    from missions.comparison.effects import effects
     from missions.sweeps.folder import SweepResults
 
     results = SweepResults.read(folder)
     remark(results.verdict_note)
-    found = compared(results, tuple(dict.fromkeys(metrics or ())), baseline)
+    names = tuple(dict.fromkeys(metrics or ()))
     state = results.status()
     if state.failed or state.remaining > 0:
         counted = f"{state.failed} runs failed and count as not completed, {state.remaining} have not been made"
         print(f"remoras: {counted}; what has finished is compared", file=sys.stderr)
-    rows = [asdict(row) for row in found]
-    if out is not None:
-        try:
-            write_csv(found, out)
-        except OSError as error:
-            raise OutputError(f"--out {out}: cannot be written: {error.strerror}") from None
+    if of_factors:
+        if baseline is not None:
+            fail(f"--baseline {baseline}: effects compare the two levels of each factor; leave it out")
+        of_levels = effects(results, names)
+        _written(of_levels, out)
+        _show([asdict(row) for row in of_levels], as_json, list(_effect_lines(results, of_levels)))
+        return
+    found = compared(results, names, baseline)
+    _written(found, out)
     if as_json or not on_terminal():
-        _show(rows, as_json, [] if as_json else list(_comparison_lines(found)))
+        _show([asdict(row) for row in found], as_json, [] if as_json else list(_comparison_lines(found)))
     else:
         _show_comparison(found)
+
+
+def _written(rows: Sequence[Comparison] | Sequence[Effect], out: Path | None) -> None:
+    """Write the rows to a CSV file, where one is asked for."""
+    from missions.comparison.rows import write_csv
+    from missions.errors import OutputError
+
+    if out is not None:
+        try:
+            write_csv(rows, out)
+        except OSError as error:
+            raise OutputError(f"--out {out}: cannot be written: {error.strerror}") from None
 
 
 def _show_metrics(folder: Path, metrics: Sequence[str], as_json: bool) -> None:
@@ -196,6 +215,24 @@ def _show_metrics(folder: Path, metrics: Sequence[str], as_json: bool) -> None:
 
 def _status_line(status: dict[str, Any]) -> str:
     return ", ".join(f"{count} {name}" for name, count in status.items())
+
+
+def _effect_lines(results: SweepResults, rows: Sequence[Effect]) -> Iterator[str]:
+    """Effects as text: the design, then a table for each metric and condition."""
+    from missions.sweeps.design import factorial_of
+
+    yield factorial_of(results.file).said()
+    for (metric, condition), same in itertools.groupby(rows, key=lambda row: (row.metric, row.condition)):
+        own = list(same)
+        yield f"{metric}, {condition}: mean {own[0].mean:.4g}, n = {own[0].n}"
+        width = max(len(row.term) for row in own)
+        for row in own:
+            levels = f"  {row.low} -> {row.high}" if row.is_main else ""
+            aliases = f"  mixed with {row.aliases}" if row.aliases else ""
+            note = f"  {row.note}" if row.note else ""
+            yield f"  {row.term:<{width}}  {_interval(row.effect, row.ci95_low, row.ci95_high)}{levels}{aliases}{note}"
+        if own[0].n_missing:
+            yield f"  {own[0].n_missing} runs that did not get there count with the whole duration"
 
 
 def _marked(strategy: str) -> str:

@@ -31,19 +31,20 @@ def test_every_key_of_a_study_is_in_the_example() -> None:
 
 def test_what_the_example_has_in_comments_loads_too(tmp_path: Path) -> None:
     text = example_study()
-    points_from, latin_from, stopping_from = (
-        text.index(start) for start in ("# [[point]]", "# [latin]", "# [stopping]")
+    points_from, latin_from, factorial_from, stopping_from = (
+        text.index(start) for start in ("# [[point]]", "# [latin]", "# [factorial]", "# [stopping]")
     )
-    point, latin, stopping = (
+    point, latin, factorial, stopping = (
         re.sub(r"^# ?", "", part, flags=re.MULTILINE)
         for part in (
             text[points_from : text.index('# With sampling = "latin"')],
-            text[latin_from : text.index("# Optional")],
+            text[latin_from : text.index('# With sampling = "factorial"')],
+            text[factorial_from : text.index("# Optional")],
             text[stopping_from:],
         )
     )
     head = text[: text.index("# Keys of the scenario and their values")]
-    for sampling, tables in (("grid", stopping), ("latin", latin), ("list", point)):
+    for sampling, tables in (("grid", stopping), ("latin", latin), ("factorial", factorial), ("list", point)):
         file = tmp_path / f"{sampling}.toml"
         file.write_text(head.replace('sampling = "grid"', f'sampling = "{sampling}"') + tables, encoding="utf-8")
         assert load_study(str(file)).file.study.sampling == sampling

@@ -17,6 +17,7 @@ from missions.comparison.treatments import FIELDS
 from missions.mapping.metrics import METRICS as MAPPING_METRICS
 from missions.metric import Metric, MetricRecord
 from missions.runs.metrics import CORE_METRICS
+from missions.sweeps.factorial import HIGH, designed
 from missions.sweeps.folder import STUDY, SweepResults
 from missions.sweeps.ledger import DONE, FAILED, LEDGER
 from missions.sweeps.plan import Demand, RunSchedule, seed_of
@@ -68,6 +69,8 @@ class Sweep:
     scenarios: Sequence[str] = ("mapping-rendezvous",)
     channels: Sequence[tuple[str, Sequence[float], dict[str, Any]]] = (("bernoulli", TEN, {}),)
     grid: dict[str, Sequence[Any]] = field(default_factory=dict)
+    factorial: dict[str, list[Any]] = field(default_factory=dict)
+    halvings: int = 0
     unforeseen: Sequence[str] = ()
     repeats: int = 30
     n_failed: int = 0
@@ -81,6 +84,9 @@ class Sweep:
         """The folder of the sweep, read back."""
         folder.mkdir(parents=True)
         points = [dict(zip(self.grid, values, strict=True)) for values in itertools.product(*self.grid.values())]
+        if self.factorial:
+            runs = designed(tuple(self.factorial), self.halvings).runs
+            points = [{key: self.factorial[key][level == HIGH] for key, level in run.items()} for run in runs]
         channels = [(name, per, keys) for name, rates, keys in self.channels for per in rates]
         cases = self.unforeseen or [""]
         cells = list(itertools.product(self.scenarios, self.strategies, self.policies, channels, points, cases))
@@ -88,10 +94,14 @@ class Sweep:
             "name": "synthetic", "scenario": list(self.scenarios), "strategies": list(self.strategies),
             "policies": list(self.policies), "repeats": self.repeats, "seed": 11,
         }  # fmt: skip
+        if self.factorial:
+            design |= {"sampling": "factorial", "halvings": self.halvings}
         if self.metrics:
             design["metrics"] = list(self.metrics)
         axis = [{"name": name, "set": {"unforeseen.key": number}} for number, name in enumerate(self.unforeseen)]
-        file = StudyFile.model_validate({"study": design, "grid": self.grid, "unforeseen": axis})
+        file = StudyFile.model_validate(
+            {"study": design, "grid": self.grid, "factorial": self.factorial, "unforeseen": axis}
+        )
         digests = [hashlib.sha256(repr(cell).encode()).hexdigest() for cell in cells]
         study = {"version": "9.8.7", "study": file.model_dump(mode="json"), "scenario": {}, "digests": digests}
         if self.declared:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
+from missions.comparison.effects import Effect
 from missions.comparison.intervals import FEW, INTERVALS_OF_MEANS
 from missions.comparison.pairs import SIGNIFICANT
 from missions.comparison.ranking import are_too_few, of_unequal_work
 from missions.comparison.rows import Comparison, Rank
 from missions.metric import Better, MetricRecord
+from missions.sweeps.design import factorial_of
 from missions.sweeps.folder import SweepResults
 from visualisation import words
 from visualisation.sweeps.arrangement import Arrangement, PanelSettings
@@ -180,6 +182,33 @@ def _counts(arrangement: Arrangement, rows: Sequence[Comparison | Rank]) -> str:
         at = [f"{place:g}{f' ({chr(44).join(sorted(once[place]))})' * (place in drawn)}" for place in sorted(once)]
         n.append(f"deterministic, n = 1, at {arrangement.axis_label} {', '.join(at)}: nothing was drawn")
     return "; ".join(n)
+
+
+def effects_caption(rows: Sequence[Effect], metric: MetricRecord) -> str:
+    """Caption of the main effects on one metric."""
+    main = [row for row in rows if row.is_main]
+    mixed = [f"{row.term} with {row.aliases}" for row in main if row.aliases]
+    n_missing = max((row.n_missing for row in rows), default=0)
+    numbers = sorted({row.n for row in main})
+    return words.joined(
+        f"Main effects on {words.within(metric.label)}: mean at the second level less mean at the first, by runs of "
+        f"the same repeat (n = {' or '.join(map(str, numbers))} repeats).",
+        f"Whiskers: {INTERVALS_OF_MEANS}.",
+        f"Mixed with interactions of two factors: {'; '.join(dict.fromkeys(mixed))}." if mixed else "",
+        f"Effects of fewer than {FEW} repeats have no interval: n is too small."
+        if numbers and numbers[0] < FEW
+        else "",
+        RESTRICTED if n_missing else "",
+        f"Panels: {'; '.join(dict.fromkeys(row.condition for row in rows))}.",
+    )
+
+
+def effects_conditions(results: SweepResults) -> str:
+    """Of which design, seed and version the effects are."""
+    design = results.file.study
+    return (
+        f"Design: {factorial_of(results.file).said()}; master seed {design.seed}, version {results.schedule.version}."
+    )
 
 
 def without_intervals(rows: Sequence[Comparison]) -> str:

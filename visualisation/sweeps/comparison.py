@@ -1,7 +1,8 @@
 """Figures of a sweep, each with the numbers behind it as CSV and a caption.
 
 Up to six combinations of scenario, channel, other settings and what is unforeseen share a figure as panels; more have
-a figure each, with the combination in its name. The overview and the ranking always have one each.
+a figure each, with the combination in its name. The overview and the ranking always have one each. Of a factorial study
+there are effects.
 """
 
 from __future__ import annotations
@@ -14,13 +15,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from missions.comparison.baseline import compare
+from missions.comparison.effects import Effect, effects
 from missions.comparison.ranking import ranks as ranked_by_metric
 from missions.comparison.rows import Comparison, Rank, write_csv
 from missions.metric import Better, MetricRecord
 from missions.sweeps.folder import SweepResults
 from visualisation.errors import DrawingError, unknown
 from visualisation.files import Drawn, check_format, check_width, write_folder
-from visualisation.kinds import KINDS, SWEEP_KINDS
+from visualisation.kinds import FACTORIAL_KINDS, KINDS, SWEEP_KINDS
 from visualisation.sweeps import captions
 from visualisation.sweeps.arrangement import Arrangement, PanelSettings, arranged
 from visualisation.sweeps.measures import MOST_IN_OVERVIEW, RANKED, TRADE_OFF, Measure, by_kind, measure, of_differences
@@ -48,6 +50,7 @@ class Numbers:
         rows: of the comparison, by the name of the metric.
         ranks: of all combinations; empty if no ranking is asked for.
         arrangement: axis, series and combinations.
+        effects: of the factors on the metric of the ranking; empty if none are asked for.
     """
 
     kinds: Mapping[str, MetricRecord]
@@ -57,6 +60,7 @@ class Numbers:
     rows: Mapping[str, Sequence[Comparison]]
     ranks: Sequence[Rank]
     arrangement: Arrangement
+    effects: Sequence[Effect] = ()
 
     def drawn_by(self, kind: str) -> tuple[str, ...]:
         """Names of the metrics that a kind draws; none for the ranking."""
@@ -86,7 +90,7 @@ class SweepChart:
     """One figure to write: the end of its file's name, its numbers, its caption, and how it is drawn in a width."""
 
     title: str
-    rows: Sequence[Comparison] | Sequence[Rank]
+    rows: Sequence[Comparison] | Sequence[Rank] | Sequence[Effect]
     caption: str
     figure: Callable[[float | None], Figure]
 
@@ -176,6 +180,8 @@ def _prepared(
     """The numbers behind figures, the kinds that can be drawn of them, and notes on what is missing."""
     charts = by_kind(list(results.metrics.values()))
     asked = _asked(kinds, charts) if kinds or draw_all else _telling(results, charts)
+    if results.file.factors and not kinds:
+        asked = list(FACTORIAL_KINDS)
     check_format(format)
     check_width(width_in)
     if len(results.file.sampled_keys) > 1:
@@ -205,7 +211,8 @@ def _telling(results: SweepResults, charts: Mapping[str, MetricRecord]) -> list[
 
 def _asked(kinds: Sequence[str], charts: Mapping[str, MetricRecord]) -> list[str]:
     """The kinds to draw, each once; a metric's field stands for its chart."""
-    known = (*charts, *SWEEP_KINDS)
+    usual = (*charts, *SWEEP_KINDS)
+    known = (*usual, *FACTORIAL_KINDS)
     fields = {metric.name: kind for kind, metric in charts.items()}
     found = [fields.get(kind, kind) for kind in kinds]
     for kind in found:
@@ -214,11 +221,11 @@ def _asked(kinds: Sequence[str], charts: Mapping[str, MetricRecord]) -> list[str
             raise DrawingError(f"{kind!r} is a figure of a single run, and this folder holds a sweep; known: {names}")
         if kind not in known:
             raise unknown("kind of figure of a sweep", kind, known)
-    return list(dict.fromkeys(found)) or list(known)
+    return list(dict.fromkeys(found)) or list(usual)
 
 
 def _drawn_by(kind: str, charts: Mapping[str, MetricRecord], overview: tuple[str, ...], ranked: str) -> tuple[str, ...]:
-    of_kind = {"overview": overview, "trade-off": TRADE_OFF, "differences": (ranked,), "ranking": ()}
+    of_kind = {"overview": overview, "trade-off": TRADE_OFF, "differences": (ranked,), "ranking": (), "effects": ()}
     return of_kind[kind] if kind in of_kind else (charts[kind].name,)
 
 
@@ -239,7 +246,8 @@ def _numbers(
     if ranked_by is None:
         raise unknown("metric", ranked, declared)
     drawn = (name for kind in asked for name in _drawn_by(kind, charts, overview, ranked))
-    wanted = [name for name in dict.fromkeys([RANKED, *drawn]) if name in declared]
+    of_an_axis = set(asked) - set(FACTORIAL_KINDS)  # the runs of a design have none
+    wanted = [name for name in dict.fromkeys([RANKED, *drawn]) if name in declared] if of_an_axis else []
     rows: dict[str, Sequence[Comparison]] = {}
     for name in wanted:
         rows[name] = compare(results, [name])
@@ -252,6 +260,7 @@ def _numbers(
         rows=rows,
         ranks=ranks,
         arrangement=arranged([row for found in rows.values() for row in found], results.bounds),
+        effects=effects(results, [ranked]) if "effects" in asked else (),
     )
 
 
@@ -269,7 +278,7 @@ def _written(
 
     said = about.of_sweep(results)
     ranked = numbers.ranked_by.name
-    stem = f"{kind}-{ranked}" if kind in ("ranking", "differences") and ranked != RANKED else kind
+    stem = f"{kind}-{ranked}" if kind in ("ranking", "differences", *FACTORIAL_KINDS) and ranked != RANKED else kind
     taken: set[str] = set()
     charts = {_file_name(stem, chart.title, taken): chart for chart in drawn_charts}
     pictures = {name: style.rendered(chart.figure(width_in), format, said) for name, chart in charts.items()}
@@ -284,12 +293,21 @@ def _written(
 
 def _caption(results: SweepResults, numbers: Numbers, chart: SweepChart) -> str:
     """What a figure shows, of which runs."""
-    conditions = captions.sweep_conditions(results, numbers.arrangement, chart.rows)
+    rows = [row for row in chart.rows if not isinstance(row, Effect)]
+    if not rows:
+        return f"{chart.caption} {captions.effects_conditions(results)}"
+    conditions = captions.sweep_conditions(results, numbers.arrangement, rows)
     return f"{chart.title}{': ' * bool(chart.title)}{chart.caption} {conditions}"
 
 
 def _charts(kind: str, numbers: Numbers) -> Iterator[SweepChart]:
     """The figures of a kind: one for all combinations, or one for each."""
+    if kind in FACTORIAL_KINDS:
+        from visualisation.sweeps import effects as drawn
+
+        text = captions.effects_caption(numbers.effects, numbers.ranked_by)
+        yield SweepChart("", numbers.effects, text, partial(drawn.figure, numbers.effects, numbers.ranked_by))
+        return
     arrangement = numbers.arrangement
     combinations = list(arrangement.titles)
     together = len(combinations) <= MOST_PANELS and kind not in ("ranking", "overview")

@@ -1,0 +1,143 @@
+"""Effects of factors: what a law with known effects gives back, and how it is drawn."""
+
+import csv
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from synthetic_sweeps import HORIZON_S, Sweep, law
+
+from missions.comparison.effects import Effect, effects
+from missions.errors import OutputError
+from missions.sweeps.folder import SweepResults
+from visualisation.errors import DrawingError
+from visualisation.sweeps import draw_sweep_figures, sweep_picture
+
+FACTORS = {"decision.weight_external": [0.0, 1.0], "guidance.attraction": [0.0, 2.0], "guidance.repulsion": [4.0, 8.0]}
+OF_TIME = {"decision.weight_external": 30.0, "guidance.attraction": -10.0, "guidance.repulsion": 0.0}
+"""From the low level to the high one; half of them at the middle of an interaction of 16 s."""
+
+
+def time_of(strategy: str, policy: str, per: float, repeat: int, settings: dict[str, Any]) -> dict[str, Any]:
+    """Effects as above, an interaction of the first two, a large part that all runs of a seed share, a small one."""
+    a, b, _ = (settings[key] / 1.0 == high for key, (_, high) in FACTORS.items())
+    seed = np.random.Generator(np.random.Philox([repeat, int(10 * per)])).standard_normal()
+    own = np.random.Generator(np.random.Philox([repeat, int(10 * per), a, b, *map(int, settings.values())]))
+    time_s = 1000.0 + 22.0 * a - 18.0 * b + 16.0 * a * b + 200.0 * seed + 2.0 * own.standard_normal() + 500.0 * per
+    return {**law("remoras", "ack", 0.0, 0, {}), "completed": True, "mission_time_s": time_s}
+
+
+def sweep(**given: Any) -> Sweep:
+    usual = {"channels": [("bernoulli", (0.2, 0.6), {})], "repeats": 12, "summary": time_of}
+    return Sweep(["remoras"], factorial=FACTORS, **{**usual, **given})
+
+
+def of_all(rows: list[Effect]) -> dict[str, Effect]:
+    return {row.term: row for row in rows if row.condition == "all"}
+
+
+@pytest.fixture
+def results(tmp_path: Path) -> SweepResults:
+    return sweep().write(tmp_path / "sweep")
+
+
+def test_effects_are_those_of_the_law(results: SweepResults) -> None:
+    """The part of the seed, 200 s, cancels out; that of each run, 2 s, is left."""
+    found = of_all(effects(results, ["mission_time_s"]))
+    for factor, effect in OF_TIME.items():
+        row = found[factor]
+        assert row.ci95_low is not None
+        assert row.ci95_high is not None
+        assert row.ci95_low - 1.0 < effect < row.ci95_high + 1.0
+        assert row.ci95_high - row.ci95_low < 5.0
+        assert (row.low, row.high) == tuple(map(str, FACTORS[factor]))
+        assert (row.n, row.n_missing, row.aliases, row.is_main) == (12, 0, "", True)
+    crossed = found["decision.weight_external x guidance.attraction"]
+    assert crossed.effect == pytest.approx(8.0, abs=1.0)
+    assert not crossed.is_main
+    assert {row.condition for row in effects(results, ["mission_time_s"])} == {
+        "all", "mapping-rendezvous, remoras, m-ack, bernoulli per 0.2",
+        "mapping-rendezvous, remoras, m-ack, bernoulli per 0.6",
+    }  # fmt: skip
+
+
+def test_seeds_that_are_not_paired_would_hide_them(results: SweepResults) -> None:
+    """The spread of the runs of one level is more than thirty times the width of the interval."""
+    times = [line["summary"]["mission_time_s"] for line in results.lines.values()]
+    row = of_all(effects(results, ["mission_time_s"]))["decision.weight_external"]
+    assert row.ci95_low is not None
+    assert row.ci95_high is not None
+    assert np.std(times) > 30.0 * (row.ci95_high - row.ci95_low)
+
+
+def test_a_half_gives_main_effects_mixed_with_interactions_and_says_so(tmp_path: Path) -> None:
+    """With C = AB the interaction of 8 s goes to C."""
+    rows = of_all(effects(sweep(halvings=1).write(tmp_path / "half"), ["mission_time_s"]))
+    mixed = rows["guidance.repulsion"]
+    assert mixed.aliases == "decision.weight_external x guidance.attraction"
+    assert mixed.effect == pytest.approx(8.0, abs=1.5)
+
+
+def test_runs_that_do_not_get_there_are_counted(tmp_path: Path) -> None:
+    def never(*given: Any) -> dict[str, Any]:
+        summary = time_of(*given)
+        late = given[-1]["decision.weight_external"] > 0.0
+        return summary | ({"completed": False, "mission_time_s": HORIZON_S} if late else {})
+
+    row = of_all(effects(sweep(summary=never).write(tmp_path / "late"), ["mission_time_s"]))["decision.weight_external"]
+    assert row.n_missing == 12 * 4 * 2
+    assert row.effect > 5000.0
+
+
+def test_few_repeats_have_no_interval(tmp_path: Path) -> None:
+    rows = effects(sweep(repeats=7).write(tmp_path / "few"), ["mission_time_s"])
+    assert all(row.ci95_low is None and row.note == "n too small" for row in rows)
+
+
+def test_a_condition_that_lacks_a_run_is_left_out(tmp_path: Path) -> None:
+    """The second loss rate comes last for each point; the last configuration of it was not made."""
+    rows = effects(sweep(n_remaining=12).write(tmp_path / "part"), ["mission_time_s"])
+    assert {row.condition for row in rows} == {"mapping-rendezvous, remoras, m-ack, bernoulli per 0.2"}
+
+
+def test_other_studies_have_none(tmp_path: Path) -> None:
+    other = Sweep(["remoras"], repeats=2).write(tmp_path / "other")
+    with pytest.raises(OutputError, match='effects need a study with sampling = "factorial"'):
+        effects(other)
+    with pytest.raises((OutputError, DrawingError), match="factorial"):
+        draw_sweep_figures(other, ["effects"], tmp_path / "figures")
+
+
+def test_the_figure_has_a_panel_for_each_condition_and_a_whisker_for_each_factor(results: SweepResults) -> None:
+    drawn = sweep_picture(results, "effects")
+    panels = drawn.figure.axes
+    assert [axes.get_title(loc="left") for axes in panels] == [
+        "(a) all",
+        "(b) bernoulli per 0.2",
+        "(c) bernoulli per 0.6",
+    ]
+    for axes in panels:
+        whiskers = [line for line in axes.lines if len(line.get_xdata()) == 2 and line.get_linewidth() > 1.0]
+        assert len(whiskers) == len(FACTORS)
+        assert [round(float(line.get_ydata()[0])) for line in whiskers] == [0, 1, 2]
+    labels = [label.get_text() for label in panels[0].get_yticklabels()]
+    assert labels[0] == "weight_external\n0.0 to 1.0"
+    for part in ("n = 12 repeats", "full factorial, 2^3 = 8 runs", "master seed 11", "95 % intervals"):
+        assert part in drawn.caption
+
+
+def test_a_design_of_one_condition_is_drawn_though_its_runs_have_no_axis(tmp_path: Path) -> None:
+    one = sweep(channels=[("bernoulli", (0.8,), {})], halvings=1).write(tmp_path / "one")
+    panels = sweep_picture(one, "effects").figure.axes
+    assert [axes.get_title(loc="left") for axes in panels] == [""]
+
+
+def test_a_factorial_study_is_drawn_as_effects_alone(results: SweepResults, tmp_path: Path) -> None:
+    drawn = draw_sweep_figures(results, [], tmp_path / "figures")
+    assert [path.name for path in drawn.files] == ["effects.png", "effects.csv", "effects.txt"]
+    with (tmp_path / "figures" / "effects.csv").open() as file:
+        table = list(csv.DictReader(file))
+    assert {row["term"] for row in table if row["is_main"] == "True"} == set(FACTORS)
+    named = draw_sweep_figures(results, ["effects"], tmp_path / "bytes", ranked="n_bytes")
+    assert named.files[0].name == "effects-n_bytes.png"

@@ -1,0 +1,86 @@
+"""Main effects of the factors of a study: a row for each factor, a panel for each condition, whiskers of 95 %."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from missions.comparison.effects import ALL, Effect
+from missions.metric import MetricRecord
+from visualisation import style, words
+from visualisation.page import Page, PanelGrid
+
+ROW_IN, TOP_IN, TITLE_IN, AXIS_IN, GAP_IN, RIGHT_IN = 0.34, 0.06, 0.2, 0.42, 0.14, 0.12
+MOST_LABEL_IN = 1.9
+COLUMNS = 2
+
+
+def short(term: str) -> str:
+    """The last part of the key of a factor."""
+    return term.rpartition(".")[2]
+
+
+def titles(conditions: Sequence[str]) -> list[str]:
+    """What tells conditions from each other: the parts that not all of them have.
+
+    >>> titles(["all", "patches, per 0.4", "patches, per 0.8"])
+    ['all', 'per 0.4', 'per 0.8']
+    """
+    parts = [condition.split(", ") for condition in conditions if condition != ALL]
+    shared = set(parts[0]).intersection(*parts[1:]) if parts else set()
+    return [", ".join(part for part in condition.split(", ") if part not in shared) for condition in conditions]
+
+
+def figure(rows: Sequence[Effect], metric: MetricRecord, width_in: float | None = None) -> Figure:
+    """Main effects on one metric; the first factor is on top.
+
+    Args:
+        rows: effects on it, of all conditions.
+        metric: how its axis is called.
+        width_in: of the figure; a page of a paper if left out.
+    """
+    conditions = list(dict.fromkeys(row.condition for row in rows))
+    factors = list(dict.fromkeys(row.term for row in rows if row.is_main))
+    levels = {row.term: f"{row.low} to {row.high}" for row in rows if row.is_main}
+    page_in = style.PAGE_IN if width_in is None else width_in
+    columns = min(COLUMNS if page_in > style.COLUMN_IN else 1, len(conditions))
+    wanted_in = max(style.width_in(text, style.SMALL_PT) for text in (*map(short, factors), *levels.values())) + 0.12
+    label_in = min(MOST_LABEL_IN, wanted_in)
+    grid = PanelGrid(
+        len(conditions), columns, page_in, label_in, RIGHT_IN, TOP_IN + TITLE_IN, ROW_IN * len(factors) + 0.1, GAP_IN,
+        AXIS_IN,
+    )  # fmt: skip
+    with style.paper():
+        page = Page(page_in, grid.height_in + AXIS_IN)
+        panels = page.open_panels(grid, titles(conditions) if len(conditions) > 1 else ())
+        ends = [
+            end
+            for row in rows
+            if row.is_main
+            for end in (row.effect, row.ci95_low, row.ci95_high, 0.0)
+            if end is not None
+        ]
+        spare = 0.06 * ((max(ends) - min(ends)) or 1.0)
+        for number, (axes, condition) in enumerate(zip(panels, conditions, strict=True)):
+            axes.axvline(0.0, color=style.GREY, linewidth=0.6, zorder=1)
+            for row in (row for row in rows if row.is_main and row.condition == condition):
+                place = factors.index(row.term)
+                if row.ci95_low is not None and row.ci95_high is not None:
+                    axes.plot([row.ci95_low, row.ci95_high], [place, place], color=style.BLUE, linewidth=1.2, zorder=2)
+                axes.plot([row.effect], [place], marker="o", color=style.BLUE, linestyle="none", zorder=3)
+            axes.set_xlim(min(ends) - spare, max(ends) + spare)
+            axes.set_ylim(len(factors) - 0.5, -0.5)
+            axes.xaxis.set_major_locator(MaxNLocator(5))
+            axes.set_yticks(range(len(factors)), labels=[])
+            if number % columns == 0:
+                axes.set_yticks(
+                    range(len(factors)),
+                    labels=[
+                        "\n".join(style.fitted(text, label_in - 0.1, style.SMALL_PT) for text in (short(f), levels[f]))
+                        for f in factors
+                    ],
+                )
+            axes.set_xlabel(f"effect on {words.within(metric.label)}{f' ({metric.unit})' if metric.unit else ''}")
+    return page.figure
