@@ -643,7 +643,7 @@ def test_all_figures_of_a_sweep_leave_out_what_has_no_values(tmp_path: Path):
         '[[channel]]\nname = "bernoulli"\nper = [0.1, 0.5]\n[set]\nscenario.duration_s = 30\n'
     )
     assert remoras("sweep", study, "--out", tmp_path / "out", "--jobs", "1").exit_code == 0
-    result = remoras("plot", tmp_path / "out", "--format", "svg", "--out", tmp_path / "figures")
+    result = remoras("plot", tmp_path / "out", "--all", "--format", "svg", "--out", tmp_path / "figures")
     assert result.exit_code == 0
     assert "overview.svg" in result.stdout
     assert "no run has a value of consistency_time_s" in result.stderr
@@ -654,6 +654,7 @@ def test_figures_of_a_run_and_of_a_sweep_are_not_confused(results: Path, swept: 
     assert "'trajectories' is a figure of a single run" in refused("plot", swept, "trajectories")
     assert "'trade-off' is a figure of a sweep" in refused("plot", results, "trade-off")
     assert "holds a single run" in refused("plot", results, "--metric", "n_bytes")
+    assert "--all: is about the figures of a sweep" in refused("plot", results, "--all")
     assert "name the figure ranking or differences too" in refused("plot", swept, "bytes", "--metric", "n_bytes")
     assert "did you mean 'n_bytes'" in refused("plot", swept, "ranking", "--metric", "n_byte")
 
