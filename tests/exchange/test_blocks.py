@@ -10,7 +10,7 @@ from exchange.blocks import MAX_FRAGMENTS, Assembly, fragments_of
 from exchange.errors import ConfigurationError
 from exchange.packets import Fragment
 from stress.conformance.radio import BATTERY, MAPPED_CELL, POSITION, bay, block_of_cells, codec_of
-from worldmodel import Block, PropertyValue
+from worldmodel import EPOCHS, Block, PropertyValue
 
 N_NODES = 4
 CODEC = codec_of(N_NODES)
@@ -28,6 +28,7 @@ blocks = st.builds(
     st.integers(0, 9999),
     st.integers(0, 9999).map(float),
     st.lists(facts, min_size=1, max_size=MAX_FRAGMENTS).map(tuple),
+    st.integers(0, EPOCHS - 1),
 )
 capacities = st.integers(HEAD_BITS + 60, 800)
 """A position, the largest fact here, has 3 + 5 + 2 * 16 + 1 = 41 bits; any block here goes in with a fact to a part."""
@@ -50,7 +51,7 @@ def test_parts_are_in_order_within_capacity_and_as_few_as_can_be(block: Block, c
     assert all(CODEC.fragment_bits(part) <= capacity_bits for part in parts)
     assert len({part.uid for part in parts}) == len(parts)
     for one, following in itertools.pairwise(parts):  # not even its first fact would have gone in before
-        fuller = Fragment(one.origin, one.sequence, one.time_s, (*one.facts, following.facts[0]), 0, 2)
+        fuller = Fragment(one.origin, one.sequence, one.time_s, (*one.facts, following.facts[0]), 0, 2, one.epoch)
         assert CODEC.fragment_bits(fuller) > capacity_bits
 
 
