@@ -52,10 +52,11 @@ class TdmaSchedule:
         object.__setattr__(self, "n_slots", len(self.slots) or self.n_nodes)
         object.__setattr__(self, "frame_s", self.n_slots * self.slot_s)
         object.__setattr__(self, "is_by_frame", bool(self.slots) or self.is_aloha)
-        if self.n_nodes < 2 or self.n_slots < 2 or self.packet_s <= 0.0 or not 0.0 <= self.phase_s <= self.guard_s:
+        has_turns = self.n_nodes >= 1 and self.n_slots >= min(2, self.n_nodes)
+        if not has_turns or self.packet_s <= 0.0 or not 0.0 <= self.phase_s <= self.guard_s:
             raise ConfigurationError(
-                "a TDMA schedule needs n_nodes >= 2, 2 slots or more, packet_s > 0 and guard_s >= phase_s >= 0, "
-                f"not {self}"
+                "a TDMA schedule needs n_nodes >= 1, for several nodes 2 slots or more, packet_s > 0 and "
+                f"guard_s >= phase_s >= 0, not {self}"
             )
 
     @classmethod

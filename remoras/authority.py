@@ -26,7 +26,7 @@ from enum import Enum
 from remoras.activities import Objective
 from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, Outcome, RoleSpecification
-from remoras.work import Job
+from remoras.work import Job, is_ever_able
 
 NOBODY: frozenset[str] = frozenset()
 
@@ -164,7 +164,7 @@ class Rules:
         data = self.database[vehicle]
         job = self.jobs.get(role.job) if role.job is not None else None
         leads = data.social_layer or not role.head
-        return data.can_play(group, role.name) and leads and (job is None or job.is_able(data))
+        return data.can_play(group, role.name) and leads and (job is None or is_ever_able(job, data))
 
 
 def may_assign(

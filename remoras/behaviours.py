@@ -68,6 +68,7 @@ class Perception(NamedTuple):
             what a sensor observes, once for each time that it is said.
         ends: how much of the wait of a holder of a job, 0..1, the activity ends, by the name of the vehicle and its
             role; None if it ends no such wait. Calls of holders of jobs move nothing else.
+        is_beyond_it: True if it has failed since this job is beyond the vehicle, which takes others, with its sensors.
     """
 
     stimulus: float
@@ -78,6 +79,7 @@ class Perception(NamedTuple):
     concludes: tuple[Observation, ...] = ()
     makes_no_way: bool = False
     ends: Callable[[str, str], float] | None = None
+    is_beyond_it: bool = False
 
     @property
     def settled(self) -> float:

@@ -180,6 +180,9 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
             _plan(self, now_s)
         if facts := self.social.findings(functional.believed):
             self.conclude(facts, now_s, not self.social.standing.is_cut_off)
+        for what, facts in self.social.impossible():
+            self._run_log.fault(now_s, "impossible", what)
+            self.conclude(facts, now_s)
         if self.social.conclusions.are_of_its_own:
             of = self.social.present, functional.picture, functional.believed
             self.conclude(self.social.conclusions.of_its_own(self.data, *of), now_s)
@@ -214,6 +217,10 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
             self._run_log.fault(now_s, "failed step", f"{failed.name} of {objective}")
             self._adopt()
             return True
+        if perception.is_beyond_it and (job := self.social.job_of(objective)):
+            if facts := self.social.unable_to(job):
+                self.conclude(facts, now_s)
+            return bool(facts)  # it leaves the job at the end of the round
         blind = not perception.makes_no_way and any(activity.sensors for activity in failed.activities)
         if facts := self.social.standing.give_up(objective, blind):
             self._run_log.fault(now_s, "cannot", str(objective))
@@ -229,6 +236,9 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         self.radio.tidy(now_s)
         changed = self._look_around(now_s)
         changed |= self._take_effect(now_s)
+        for what, facts in self.social.leave():
+            self._run_log.fault(now_s, "cannot", what)
+            self.conclude(facts, now_s)
         calls = self.executive.calls(now_s) if self.radio.influences else {}
         if stated := self.social.negotiate(now_s, self.functional.believed, calls):
             for facts, told in stated:

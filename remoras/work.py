@@ -81,7 +81,11 @@ class Job(Protocol):
         ...
 
     def is_able(self, data: VehicleData) -> bool:
-        """True if a vehicle has what the job takes (a sensor, an arm, the depth); roles are asked for apart."""
+        """True if a vehicle has what the job takes (a sensor, an arm, the depth); roles are asked for apart.
+
+        What it has is static; what has failed of that, and what the job has turned out to take, are facts: see
+        ``HinderedJob``.
+        """
         ...
 
     def after(self, outlook: Outlook, data: VehicleData) -> Outlook | None:
@@ -108,14 +112,47 @@ class DivisibleJob(Job, Protocol):
         """The job as far as it is left to a vehicle that knows ``facts``; None while it is not known to exist.
 
         Facts about other instances than the job's own may not matter: the answer is kept until one about it comes. As
-        long as something is left, the same vehicles are able to do it.
+        long as something is left, the same vehicles are able to do it, but for what ``HinderedJob`` says.
         """
+        ...
+
+
+class HinderedJob(Job, Protocol):
+    """A job of which facts say at sea that it takes more than was planned, or that vehicles lack what it takes."""
+
+    @property
+    def rests_on(self) -> Collection[Key]:
+        """Facts, beside those about its own instance, that ``left`` looks at."""
+        ...
+
+    @property
+    def hindrances(self) -> tuple[str, ...]:
+        """What is in the way, in words; nobody else is able to do the job while they stay the same."""
+        ...
+
+    def left(self, facts: Known) -> HinderedJob:
+        """The job as far as it is left, of which ``is_able`` answers by what is known."""
+        ...
+
+    def is_ever_able(self, data: VehicleData) -> bool:
+        """True if a vehicle is able to do it under some hindrances: then it may be given the job."""
         ...
 
 
 def share_left(job: Job) -> float:
     """Share of a job that is left, 0..1; a job that is not divisible is left whole until it is done."""
     return getattr(job, "share_left", 1.0)
+
+
+def hindrances(job: Job) -> tuple[str, ...]:
+    """What is in the way of a job, in words, see ``HinderedJob``; nothing where it says nothing."""
+    return getattr(job, "hindrances", ())
+
+
+def is_ever_able(job: Job, data: VehicleData) -> bool:
+    """True if a vehicle may be given a job, whatever is known of it; see ``HinderedJob``."""
+    asked = getattr(job, "is_ever_able", job.is_able)
+    return bool(asked(data))
 
 
 def is_resumed(job: Job) -> bool:
@@ -159,6 +196,7 @@ class Work:
         now_s: time from which outlooks count.
         barred: (vehicle, role) of jobs that a vehicle is not to be given.
         given_anew: jobs that were given anew although they were said to be done; who repeats that is not believed.
+        unable: (vehicle, job) where a vehicle says of itself that each of its ways to do the job has failed.
     """
 
     group: Group
@@ -173,6 +211,7 @@ class Work:
     now_s: float = 0.0
     barred: frozenset[tuple[str, str]] = frozenset()
     given_anew: frozenset[str] = frozenset()
+    unable: frozenset[tuple[str, str]] = frozenset()
 
     @cached_property
     def roles(self) -> tuple[RoleSpecification, ...]:
@@ -220,6 +259,15 @@ class Work:
             self.holders(role) or any(self._may_do(worker, role) for worker in self.workers) for role in self.unfinished
         )
 
+    @cached_property
+    def impossible(self) -> frozenset[str]:
+        """Unfinished jobs that nobody holds, and that no member which takes jobs is able to do."""
+        return frozenset(
+            role.job
+            for role in self.unfinished
+            if role.job and not self.holders(role) and not any(self.able(data, role) for data in self.workers)
+        )
+
     @property
     def members(self) -> tuple[str, ...]:
         """Vehicles of the group, by name."""
@@ -251,6 +299,8 @@ class Work:
     def able(self, data: VehicleData, role: RoleSpecification) -> bool:
         """True if the vehicle can play the role, beside those that it plays, and has what its job takes."""
         if self.barred and (data.name, role.name) in self.barred:
+            return False
+        if self.unable and (data.name, role.job) in self.unable:
             return False
         if role.incompatible and self.organisation.is_excluded(data.name, role):
             return False
@@ -474,11 +524,12 @@ def works(
     energy_j: Mapping[str, float] = ALL_HAVE_ENOUGH,
     now_s: float = 0.0,
     given_anew: frozenset[str] = frozenset(),
+    unable: frozenset[tuple[str, str]] = frozenset(),
 ) -> dict[str, Work]:
     """The work of every group, by its name; see ``Work`` for the arguments."""
     known = positions_m, unavailable, is_enough, energy_j, now_s
     return {
-        name: Work(group, organisation, database, jobs, done, *known, given_anew=given_anew)
+        name: Work(group, organisation, database, jobs, done, *known, given_anew=given_anew, unable=unable)
         for name, group in organisation.groups.items()
     }
 

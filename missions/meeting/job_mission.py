@@ -56,7 +56,10 @@ from remoras.organisation import Group, Organisation
 from remoras.picture import Picture
 from remoras.recorder import Recorder, Table
 from remoras.work import Job, Point
+from worldmodel import ontology_path
 
+ABILITIES = ontology_path("abilities")
+"""Words by which vehicles say what they are not able to do; a mission lists the file in its ``vocabulary``."""
 WORK = "Work"
 """Key of an importance: of every job's objective, unless its own name is listed. Task of a group, one of its roles and
 the role's job."""
@@ -123,6 +126,7 @@ class JobMission(Mission):
             settings.importance,
             self.meets_from_s(scenario),
             self._jobs,
+            ABILITIES in self.vocabulary_used,
         )
         self._domain = Domain.of(
             self.meeting.operators(self._jobs, self.objective),
@@ -205,6 +209,13 @@ class JobMission(Mission):
         roles = [(role.name, role.job) for role in group.roles if role.job is not None]
         return [(role, job) for role, job in roles if facts.get(self._jobs[job].done) is None]
 
+    def _open(self, facts: FactsLike, group: Group) -> bool:
+        """True while a job of the group is not known to be done, nor to be impossible."""
+        unfinished = self._unfinished(facts, group)
+        if not self.meeting.says_impossible:
+            return bool(unfinished)
+        return any(not facts.get(("isImpossible", job)) for _, job in unfinished)
+
     def founding_objectives(self) -> Sequence[Objective]:
         """Heads supervise their groups."""
         return self.meeting.founding_objectives()
@@ -244,10 +255,10 @@ class JobMission(Mission):
     ) -> Sequence[Finding]:
         """A head at the rally point that has lately heard all others there takes the group for gathered.
 
-        It does not before it knows that all jobs of the group are done, since vehicles may start at the rally point,
-        or has waited there to the deadline.
+        It does not before it knows that all jobs of the group are done or impossible, since vehicles may start at the
+        rally point, or has waited there to the deadline.
         """
-        if self._unfinished(beliefs, group) and not self.meeting.is_overdue(group, beliefs, picture):
+        if self._open(beliefs, group) and not self.meeting.is_overdue(group, beliefs, picture):
             return ()
         return self.meeting.findings(group, organisation, beliefs, picture, motion)
 

@@ -88,6 +88,7 @@ class Meeting:
         importance: of objectives, see ``importance_of``.
         opens_s: nobody meets before; a head waits for others from then on.
         jobs: to be done before the groups meet, by name; of a mission whose goal these are.
+        says_impossible: vehicles say what nobody is able to do.
     """
 
     groups: Mapping[str, Group]
@@ -99,6 +100,7 @@ class Meeting:
     importance: Mapping[str, float]
     opens_s: float = 0.0
     jobs: Mapping[str, Job] = field(default_factory=dict)
+    says_impossible: bool = False
 
     def founding_objectives(self) -> list[Objective]:
         """Heads supervise their groups from the start."""

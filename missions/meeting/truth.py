@@ -7,7 +7,8 @@ losses never bring the goal nearer. Where a head has waited to the deadline, the
 milestone ``missed_meeting`` says who did not.
 
 A mission that has failed is not over while somebody out of contact will return. It is over once nobody left is able to
-bring the goal nearer, and all who are alive have come home or to a rally point.
+bring the goal nearer, or vehicles say that all which is left is impossible, and all who are alive have come home or to
+a rally point.
 """
 
 from __future__ import annotations
@@ -26,6 +27,9 @@ from remoras.work import Job, Point
 
 JOBS = Table("jobs", (TIME, VEHICLE, Column("job", "str")))
 """When a vehicle had done a job; a job that two vehicles do has two rows."""
+IS_IMPOSSIBLE = "isImpossible"
+ORIGIN, SUBJECT, ATTRIBUTE, VALUE = 1, 4, 5, 6
+"""Columns of the table ``items`` that count here."""
 
 
 class MeetingTruth:
@@ -80,6 +84,11 @@ class MeetingTruth:
         return ()
 
     @property
+    def is_given_up(self) -> bool:
+        """True if vehicles say of all that is left that it is impossible; never where there is no work."""
+        return False
+
+    @property
     def is_over(self) -> bool:
         """True once nothing more will come of the run; a mission may say so earlier."""
         return self._is_stranded
@@ -113,7 +122,7 @@ class MeetingTruth:
                 return False
         if self.goal_fraction >= 1.0:
             return False
-        return self.reachable_fraction(fleet) <= self.goal_fraction
+        return self.reachable_fraction(fleet) <= self.goal_fraction or self.is_given_up
 
     def _is_at_rest(self, vehicle: VehicleView) -> bool:
         """True for a vehicle that is home, or at a rally point."""
@@ -304,13 +313,34 @@ class JobTruth(MeetingTruth):
         self._rows = recorder.rows(JOBS.name)
         self._noted: set[tuple[str, str]] = set()
         self._done: set[str] = set()
+        self._says_impossible, self._items, self._n_read = meeting.says_impossible, recorder.items, 0
+        self._impossible: dict[str, float] = {}  # jobs that are said to be, and since when
 
     def watch(self, fleet: FleetView, now_s: float) -> None:
-        """Note the jobs done since the last look."""
+        """Note the jobs done, and said to be impossible, since the last look."""
+        if self._says_impossible:
+            self._note_impossible(now_s)
         for vehicle in fleet.vehicles:
             for objective in vehicle.finished:
                 if objective.name == self._objective:
                     self.note(vehicle.name, objective.argument, now_s)
+
+    def _note_impossible(self, now_s: float) -> None:
+        since, self._n_read = self._n_read, self._items.n_packed + len(self._items.new)
+        for row in self._items[since:] if self._n_read > since else ():
+            if row[ATTRIBUTE] != IS_IMPOSSIBLE:
+                continue
+            job = row[SUBJECT]
+            if row[VALUE] != "true":
+                self._impossible.pop(job, None)
+            elif job not in self._impossible:
+                self._impossible[job] = now_s
+                self.milestones.append(Milestone(now_s, "impossible", row[ORIGIN]))
+
+    @property
+    def is_given_up(self) -> bool:
+        """True if each job that is not done is said to be impossible."""
+        return bool(self._impossible) and self._jobs.keys() <= self._impossible.keys() | set(self.jobs_done)
 
     def note(self, vehicle: str, job: str, now_s: float) -> None:
         """Note that a vehicle has done a job, unless that is noted; for jobs that are not done as objectives, too."""
@@ -327,17 +357,22 @@ class JobTruth(MeetingTruth):
         return len(self._done & jobs) / len(jobs) if jobs else super().goal_fraction
 
     @property
+    def jobs_as_they_are(self) -> Mapping[str, Job]:
+        """All jobs by name, with what they really take; a mission may know more than what was planned."""
+        return self._jobs
+
+    @property
     def jobs_done(self) -> Collection[str]:
         """Names of the jobs that are done; a mission may know better than those who did them."""
         return self._done
 
     def reachable_fraction(self, fleet: FleetView) -> float:
         """Share of the goal that is reached, or is within reach since somebody left is able to do the jobs."""
-        return reachable_by_jobs(self.goal_fraction, self._jobs, self._groups, fleet, self.jobs_done)
+        return reachable_by_jobs(self.goal_fraction, self.jobs_as_they_are, self._groups, fleet, self.jobs_done)
 
     def out_of_reach(self, fleet: FleetView) -> Sequence[str]:
         """Jobs that nobody left is able to do."""
-        within = within_reach(self._jobs, self._groups, fleet, self.jobs_done)
+        within = within_reach(self.jobs_as_they_are, self._groups, fleet, self.jobs_done)
         return [name for name in self._jobs if name not in within]
 
     def is_worked_off(self, group: Group) -> bool:
@@ -348,7 +383,9 @@ class JobTruth(MeetingTruth):
         """Say who is missing where, and which jobs are not done."""
         reason = super().close(fleet, now_s)
         undone = [job for group in self._groups for job in self._undone(group)]
-        return f"{reason}; jobs not done: {', '.join(undone)}" if reason and undone else reason
+        told = [f"{job} impossible, as vehicles say since {at_s:.0f} s" for job, at_s in self._impossible.items()]
+        missing = [f"jobs not done: {', '.join(undone)}"] if reason and undone else []
+        return "; ".join(text for text in (reason, *missing, *told) if text)
 
     def _undone(self, group: Group) -> list[str]:
         return [role.job for role in group.roles if role.job is not None and role.job not in self._done]

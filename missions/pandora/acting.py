@@ -67,6 +67,7 @@ class Acting(Behaviour):
         self._status = "proceeding"
         self._waits = False
         self._is_done, self._has_failed = False, False
+        self._is_beyond_it = False  # it has failed at this part, and is fit for others
 
     # What a step says of itself ------------------------------------------------------------------
 
@@ -84,8 +85,9 @@ class Acting(Behaviour):
         raise NotImplementedError
 
     def resign(self) -> list[Fact]:
-        """The action has failed: it ends, or the plan is to go another way."""
-        self._is_done = True
+        """The action has failed: the plan is to go another way, or it ends where plans are not repaired."""
+        self._has_failed = self._is_beyond_it = self._orders.repairs
+        self._is_done = not self._orders.repairs
         return [(self._part.of, "outcome", "failed")]
 
     # The seam of behaviours ----------------------------------------------------------------------
@@ -95,7 +97,7 @@ class Acting(Behaviour):
         if self._is_done:
             return Perception(0.0, done=True)
         if self._has_failed:
-            return Perception(0.0, failed=True)
+            return Perception(0.0, failed=True, is_beyond_it=self._is_beyond_it)
         facts, now_s = picture.facts, picture.body.now_s
         to_go_m = distance_m(motion, self.place_m(facts))
         advance = self._approach.advance(to_go_m, now_s, performed)
@@ -113,7 +115,7 @@ class Acting(Behaviour):
         found = self._carry_on(motion, picture, to_go_m, dt_s) if self._orders.assesses else self._by_the_clock()
         return replace_ends(
             Perception(1.0, 1.0 if is_there else advance, concludes=as_observations(found) + self.created()),
-            self._is_done, self._has_failed,
+            self._is_done, self._has_failed, self._is_beyond_it,
         )  # fmt: skip
 
     def created(self) -> tuple[Observation, ...]:
@@ -185,8 +187,9 @@ class Acting(Behaviour):
         return [*self.resign(), (self._data.name, "actionStatus", "failed")]
 
 
-def replace_ends(perceived: Perception, is_done: bool, has_failed: bool) -> Perception:
+def replace_ends(perceived: Perception, is_done: bool, has_failed: bool, is_beyond_it: bool) -> Perception:
     """The perception of an action that has come to its end, if it has."""
     if is_done or has_failed:
-        return perceived._replace(stimulus=0.0, done=is_done, failed=has_failed and not is_done)
+        failed = has_failed and not is_done
+        return perceived._replace(stimulus=0.0, done=is_done, failed=failed, is_beyond_it=failed and is_beyond_it)
     return perceived

@@ -59,7 +59,7 @@ class Looking(Acting):
         missing: Fact = part.of, "anomaly", "missing"
         if not self._orders.repairs:
             return [missing, *self._failed()]
-        self._has_failed = True
+        self._has_failed = self._is_beyond_it = True
         focus: tuple[Fact, ...] = (
             (SELF, "centre", part.place_m), (SELF, "radius", self._orders.settings.focus_radius_m),
             (part.of, "focusArea", SELF),
@@ -159,6 +159,8 @@ class WorkingOnPart(Acting):
     ) -> None:
         super().__init__(part, data, orders)
         self._pace, self._is_wrench = pace, is_wrench
+        self._has_felt = False
+        self._dead = "wrench" if is_wrench else "arm"
 
     def work_s(self) -> float:
         """As planned."""
@@ -167,16 +169,24 @@ class WorkingOnPart(Acting):
     def work(self, facts: Known) -> list[Fact]:
         """Done when the tool feels the end; resisted when it feels nothing though the place is held."""
         part, share = self._part, facts.get(("workedShare", self._part.of))
+        self._has_felt = self._has_felt or share is not None
+        if facts.get(("toolDead", self._data.name)) not in (None, self._dead):
+            self._dead = "both"
         if share is not None and share >= 1.0:
             self._is_done = True
             return [(part.of, "outcome", "done")]
         if self._is_wrench or share != 0.0 or self._there_s * self._monitor.quality < NO_ADVANCE_SHARE * self.work_s():
             return self._placed_anew(facts)
         resists: Fact = part.of, "anomaly", "resists"
-        if not (self._orders.repairs and self._data.sensor(WrenchSettings)):
+        if not self._orders.repairs:
             return [resists, *self._failed()]
-        self._has_failed = True
+        self._has_failed = self._is_beyond_it = True
         return [resists, (self._data.name, "actionStatus", "failed")]
+
+    def _failed(self) -> list[Fact]:
+        """It has failed in time; a tool that felt nothing in all that time is dead."""
+        dead: Fact = self._data.name, "toolDead", self._dead
+        return [*super()._failed(), *([] if self._has_felt or not self._orders.repairs else [dead])]
 
     def _placed_anew(self, facts: Known) -> list[Fact]:
         """Where the part is by what is known of the camera now, if that is elsewhere."""

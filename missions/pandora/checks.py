@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from exchange.arithmetic import distance
 from missions.errors import ConfigurationFault
 from missions.pandora.scenario import ANY, KINDS
+from missions.scenarios.abilities import sensor_tables
 from missions.scenarios.tables import (
     PointM,
     Raw,
@@ -39,9 +40,21 @@ def parts_faults(raw: Raw) -> Iterator[ConfigurationFault]:
     keys = [(f"{key}.{_key_of(key)}", point_m) for key, points_m in placed for point_m in points_m]
     yield from outside_faults(raw, keys)
     yield from _overlaps(raw)
+    yield from _tools(raw)
     for valve in entries(raw, "valve"):
         yield from one_of(f"valve.{valve.get('name')}.panel", valve.get("panel"), names_of(raw, "panel"))
     yield from _upsets(raw)
+
+
+def _tools(raw: Raw) -> Iterator[ConfigurationFault]:
+    """Kinds of sensors that the plan demands, and that no vehicle has. Nobody plans to use a wrench."""
+    carried = {table.get("type", "camera") for vehicle in entries(raw, "vehicle") for table in sensor_tables(vehicle)}
+    demanded = {"camera": tuple(KINDS), "arm": ("valve", "anode")}
+    for kind, parts in demanded.items():
+        names = [name for part in parts for name in names_of(raw, part)]
+        if names and carried and kind not in carried:
+            allowed = f'no vehicle has one, and the plan demands it for {names[0]}; allowed: type = "{kind}" in one'
+            yield ConfigurationFault("vehicle.sensor", kind, allowed)
 
 
 def _key_of(key: str) -> str:

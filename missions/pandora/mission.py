@@ -21,7 +21,7 @@ from typing import Any, ClassVar
 
 from missions.errors import ConfigurationFault
 from missions.figure import Declared, Place
-from missions.meeting.job_mission import WORK, JobMission
+from missions.meeting.job_mission import ABILITIES, WORK, JobMission
 from missions.meeting.meeting import importance_of
 from missions.meeting.orders import expected_of
 from missions.metric import Metric
@@ -77,7 +77,7 @@ class PandoraMission(JobMission):
     group_missions = ("Maintenance",)
     objective, kind = "Servicing", "ServiceTask"
     needs = (*JobMission.needs, "objectiveServicing", "jobDone")
-    vocabulary = (Path(__file__).with_name("vocabulary.ttl"),)
+    vocabulary = (Path(__file__).with_name("vocabulary.ttl"), ABILITIES)
     sensors: ClassVar[Mapping[str, type[SensorSettings]]] = {
         "camera": CameraSettings, "log": LogSettings, "arm": ArmSettings, "wrench": WrenchSettings,
     }  # fmt: skip
@@ -155,9 +155,15 @@ class PandoraMission(JobMission):
         def is_hidden(facts: FactsLike, job: str, data: VehicleData) -> bool:
             return is_fit(facts, data) and bool(facts.get(("isA", f"{self._parts[job].of}.HiddenPart")))
 
+        def has(facts: FactsLike, data: VehicleData, kind: type[SensorSettings], tool: str) -> bool:
+            return data.sensor(kind) is not None and facts.get(("toolDead", data.name)) not in (tool, "both")
+
         def is_stuck(facts: FactsLike, job: str, data: VehicleData) -> bool:
-            has_wrench = data.sensor(WrenchSettings) is not None
+            has_wrench = has(facts, data, WrenchSettings, "wrench")
             return has_wrench and is_fit(facts, data) and bool(facts.get(("isA", f"{self._parts[job].of}.StuckValve")))
+
+        def is_planned(facts: FactsLike, job: str, data: VehicleData) -> bool:
+            return not (repairs and self._parts[job].takes_arm) or has(facts, data, ArmSettings, "arm")
 
         def is_left(facts: FactsLike, objective: Objective, data: VehicleData) -> bool:
             ends = self._parts[objective.argument].done, ("gatheredAt", objective.group)
@@ -189,7 +195,7 @@ class PandoraMission(JobMission):
         seek = Method("seek in the focus area", lambda facts, *of: [Task("Seeking", of)], is_hidden, ("Seeking",))
         force = Method("with the wrench", lambda facts, *of: [Task("Wrenching", of)], is_stuck, ("Wrenching",))
         find = Method("where the plan has it", lambda facts, *of: [Task("Looking", of)], uses=("Looking",))
-        do = Method("as planned", by_kind, uses=tuple(sorted(set(BY_KIND.values()))))
+        do = Method("as planned", by_kind, is_planned, uses=tuple(sorted(set(BY_KIND.values()))))
         return Domain.of(
             [operator(name) for name in ACTIONS],
             {

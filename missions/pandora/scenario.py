@@ -24,6 +24,7 @@ KINDS = {"panel": "Panel", "valve": "Valve", "chain": "Chain", "anode": "Anode"}
 """Tables of the parts of a structure, and the classes of the ontology that they are of."""
 TOLD = (
     "objectiveServicing", "jobDone", "diagnosis", "anomaly", "outcome", "placedAt", "focusArea", "centre", "radius",
+    "toolDead", "unableTo", "isImpossible",
 )  # fmt: skip
 """Attributes that vehicles need of each other in this mission; all others they keep to themselves."""
 URGENCY = 10

@@ -15,11 +15,15 @@ from itertools import pairwise
 from exchange.acoustics import loss
 from exchange.arithmetic import TAU, distance, length, sincos
 from missions.pandora.scenario import ANY, KINDS, PandoraScenario, UpsetTable, ValveTable, job_of
-from missions.pandora.sensors import ArmSettings, CameraSettings
+from missions.pandora.sensors import ArmSettings, CameraSettings, WrenchSettings
 from missions.pandora.things import Structure, TruePart
 from remoras.beliefs import Key
 from remoras.database import VehicleData
+from remoras.known import Known
 from remoras.work import Outlook, Point
+
+TOOLS = "arm", "wrench"
+"""Tools of which a vehicle may say that they are dead."""
 
 
 @dataclass(frozen=True)
@@ -34,6 +38,9 @@ class PlannedPart:
         panel_m: where the panel is on which it sits; None if it sits on none.
         panel: name of that panel, or empty.
         needs: nothing has to be done before.
+        resists: a valve that has turned out to take a wrench.
+        dead: (vehicle, tool) of tools that have turned out to be dead.
+        vehicles: that say so of their tools; nobody where plans are not repaired.
     """
 
     of: str
@@ -43,6 +50,9 @@ class PlannedPart:
     panel_m: Point | None = None
     panel: str = ""
     needs: tuple[str, ...] = ()
+    resists: bool = False
+    dead: tuple[tuple[str, str], ...] = ()
+    vehicles: tuple[str, ...] = ()
 
     @cached_property
     def name(self) -> str:
@@ -70,8 +80,41 @@ class PlannedPart:
         return "jobDone", self.name
 
     def is_able(self, data: VehicleData) -> bool:
-        """True if the vehicle has a camera and, where the part takes one, an arm."""
-        return data.sensor(CameraSettings) is not None and (not self.takes_arm or data.sensor(ArmSettings) is not None)
+        """True if the vehicle has a camera and, where the part takes one, a tool for it that is not said to be dead."""
+        if data.sensor(CameraSettings) is None:
+            return False
+        if not self.takes_arm:
+            return True
+        kind, tool = (WrenchSettings, "wrench") if self.resists else (ArmSettings, "arm")
+        return data.sensor(kind) is not None and (data.name, tool) not in self.dead
+
+    def is_ever_able(self, data: VehicleData) -> bool:
+        """True if it is able with the one tool or the other."""
+        return replace(self, resists=False, dead=()).is_able(data) or replace(self, resists=True, dead=()).is_able(data)
+
+    @property
+    def rests_on(self) -> tuple[Key, ...]:
+        """What was found out about the part, and about the tools of vehicles."""
+        if not (self.vehicles and self.takes_arm):
+            return ()
+        return ("anomaly", self.of), *(("toolDead", name) for name in self.vehicles)
+
+    @property
+    def hindrances(self) -> tuple[str, ...]:
+        """That it resists, and which tools are dead."""
+        resists = (f"{self.of} resists, it takes a wrench",) if self.resists else ()
+        return *resists, *(f"the {tool} of {name} is dead" for name, tool in self.dead)
+
+    def left(self, facts: Known) -> PlannedPart:
+        """What it takes by what was found out."""
+        if not self.rests_on:
+            return self
+        resists = self.kind == "Valve" and facts.get(("anomaly", self.of)) == "resists"
+        told = {name: facts.get(("toolDead", name)) for name in self.vehicles}
+        dead = tuple((name, tool) for name, of in told.items() for tool in TOOLS if of in (tool, "both"))
+        if (resists, dead) == (self.resists, self.dead):
+            return self
+        return replace(self, resists=resists, dead=dead)
 
     def work_there_s(self, data: VehicleData) -> float:
         """How long the work takes on site: all points, and the way between them at survey speed."""
@@ -89,13 +132,14 @@ class PlannedPart:
 def planned_parts(scenario: PandoraScenario) -> dict[str, PlannedPart]:
     """The service tasks by name, each with its part."""
     panels = {panel.name: panel.position_m for panel in scenario.panel}
+    hands_on = tuple(vehicle.name for vehicle in scenario.vehicle) if scenario.mission.adaptation == "all" else ()
     found = {}
     for kind, of_class in KINDS.items():
         for table in getattr(scenario, kind):
             points_m = getattr(table, "points_m", None) or (table.position_m,)
             panel = table.panel if isinstance(table, ValveTable) else table.name if kind == "panel" else ""
             found[job_of(table.name)] = PlannedPart(
-                table.name, of_class, points_m, table.work_s, panels.get(panel), panel
+                table.name, of_class, points_m, table.work_s, panels.get(panel), panel, vehicles=hands_on
             )
     return found
 

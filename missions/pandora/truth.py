@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 
 from exchange.arithmetic import distance
 from missions.meeting.meeting import Meeting
@@ -12,6 +13,7 @@ from missions.pandora.structure import PlannedPart
 from missions.pandora.things import Structure
 from remoras.mission import FleetView, Milestone
 from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
+from remoras.work import Job
 
 SERVICED = Table("serviced", (TIME, VEHICLE, Column("part", "str")))
 """When a part was really serviced: a valve closed, an anode clean, all points of a panel or chain looked at."""
@@ -50,12 +52,21 @@ class PandoraTruth(JobTruth):
         }
         self._parts, self._serviced = {part.of: part for part in parts.values()}, set[str]()
         self._states = {thing.name: thing.state for thing in structure.things if thing.kind == "Valve"}
+        stuck = {thing.name for thing in structure.things if thing.is_stuck}
+        self._as_they_are = {
+            name: replace(part, resists=True) if part.of in stuck else part for name, part in parts.items()
+        }
         self._to_meet = {thing.name: thing for thing in structure.things if thing.upset}
 
     @property
     def goal_fraction(self) -> float:
         """Share of the parts that are really serviced."""
         return len(self._serviced) / len(self._parts) if self._parts else 1.0
+
+    @property
+    def jobs_as_they_are(self) -> Mapping[str, Job]:
+        """With the valves that are stuck."""
+        return self._as_they_are
 
     @property
     def jobs_done(self) -> Collection[str]:

@@ -296,7 +296,7 @@ class Scenario(Sparse):
     )
     group: tuple[GroupTable, ...] = Field(min_length=1)
     fleet: FleetTable | None = Field(None, exclude=True)
-    vehicle: tuple[VehicleTable, ...] = Field(min_length=2, max_length=MOST_VEHICLES)
+    vehicle: tuple[VehicleTable, ...] = Field(min_length=1, max_length=MOST_VEHICLES)
     fault: tuple[DeclaredFault, ...] = ()
 
     @property

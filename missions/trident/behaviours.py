@@ -28,6 +28,8 @@ from remoras.motion import Motion
 from remoras.picture import Picture
 from remoras.work import Point
 
+BEYOND_IT = FAILED._replace(is_beyond_it=True)
+"""A step that has failed says nothing of other jobs."""
 CREEP_MPS, NEAR_M, IN_PLACE_M = 0.3, 8.0, 0.1
 """Over the last metres a vehicle goes this slowly, from so far away, until it is so near."""
 LOOKS_S = 300.0
@@ -96,7 +98,7 @@ class Surveying(Behaviour):
             self._note_yield(motion, charted, max(0.0, now_s - self._looked_s))
         self._looked_s = now_s
         if self._blank_s > self._patience_s:
-            return FAILED
+            return BEYOND_IT
         if self._is_on_lane and performed:
             return ADVANCING
         to_go_m = distance_m(motion, self._lane.begin_m)
@@ -192,7 +194,7 @@ class Ranging(Behaviour):
         if to_go_m > NEAR_M:
             return Perception(attracted(to_go_m).stimulus, self._approach.advance(to_go_m, now_s, performed))
         self._since_s = now_s if self._since_s is None else self._since_s
-        return FAILED if now_s - self._since_s > self._patience_s else ADVANCING
+        return BEYOND_IT if now_s - self._since_s > self._patience_s else ADVANCING
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """To the transponder; there it stays."""
@@ -244,7 +246,7 @@ class Reacquiring(Behaviour):
         if performed and to_go_m <= CAPTURE_M:
             self._corner += 1
             if self._corner > self._n_corners:
-                return FAILED
+                return BEYOND_IT
         if self._corner < 0:
             return Perception(attracted(to_go_m).stimulus, self._approach.advance(to_go_m, now_s, performed))
         return ADVANCING if performed else attracted(to_go_m)
@@ -318,7 +320,7 @@ class Intervening(Behaviour):
         if to_go_m > CAPTURE_M:
             return Perception(attracted(to_go_m).stimulus, self._approach.advance(to_go_m, now_s, performed))
         self._since_s = now_s if self._since_s is None else self._since_s
-        return FAILED if now_s - self._since_s > self._longest_s else ADVANCING
+        return BEYOND_IT if now_s - self._since_s > self._longest_s else ADVANCING
 
     def _place(self, facts: Known) -> Point | None:
         found: Point | None = facts.get(("location", self._candidate))

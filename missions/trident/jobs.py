@@ -2,20 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 
 from exchange.arithmetic import distance
-from missions.trident.modules import EffectorSettings, SurveyorSettings
+from missions.trident.modules import EffectorSettings, FinderSettings, SurveyorSettings
+from missions.trident.services import FAILED
 from missions.trident.site import SeabedBlock
 from remoras.beliefs import Key
 from remoras.database import VehicleData
+from remoras.known import Known
 from remoras.work import Outlook, Point
 
 SHARE_USED = 0.8
 """Lanes are so much nearer to each other than a module sees: who errs about its place leaves fewer gaps."""
 RECOVERY_S = 400.0
 """What a recovery is expected to take beside the way there, fitted to runs without faults."""
+
+
+def statuses(services: Iterable[str]) -> tuple[Key, ...]:
+    """The facts by which services say whether they work."""
+    return tuple(("serviceStatus", name) for name in services)
+
+
+def failed_of(services: Iterable[str], facts: Known) -> frozenset[str]:
+    """Of these services, those that are known to have failed."""
+    return frozenset(name for name in services if facts.get(("serviceStatus", name)) == FAILED)
+
+
+def failures(failed: Iterable[str]) -> tuple[str, ...]:
+    """In words, that services have failed."""
+    return tuple(f"{name} has failed" for name in sorted(failed))
 
 
 def surveyor(data: VehicleData) -> SurveyorSettings | None:
@@ -36,11 +53,14 @@ class BlockSurvey:
         block: of the seabed.
         vehicles: that are able to see it done.
         needs: jobs that must be done before.
+        services: that survey, and say whether they work; failed: of these, that say that they do not.
     """
 
     block: SeabedBlock
     vehicles: frozenset[str]
     needs: tuple[str, ...] = ()
+    services: tuple[str, ...] = ()
+    failed: frozenset[str] = frozenset()
 
     @property
     def name(self) -> str:
@@ -59,7 +79,28 @@ class BlockSurvey:
 
     def is_able(self, data: VehicleData) -> bool:
         """True for a vehicle that has a service for it, or may ask another for one."""
+        if self.failed and self.failed.issuperset(self.services):
+            return False
         return data.name in self.vehicles and surveyor(data) is not None
+
+    def is_ever_able(self, data: VehicleData) -> bool:
+        """True for a vehicle that is able while its services work."""
+        return replace(self, failed=frozenset()).is_able(data)
+
+    @property
+    def rests_on(self) -> tuple[Key, ...]:
+        """What the services say of themselves."""
+        return statuses(self.services)
+
+    @property
+    def hindrances(self) -> tuple[str, ...]:
+        """The services that have failed."""
+        return failures(self.failed)
+
+    def left(self, facts: Known) -> BlockSurvey:
+        """With the services that have failed."""
+        failed = failed_of(self.services, facts)
+        return self if failed == self.failed else replace(self, failed=failed)
 
     def after(self, outlook: Outlook, data: VehicleData) -> Outlook | None:
         """Its way, and the length of all lanes of the first module that surveys."""
@@ -81,11 +122,14 @@ class RecoveryJob:
         name: of its instance.
         place_m: middle of the site, until more is known.
         needs: names of the blocks.
+        services: that have to be on board, and say whether they work; failed: of these, that say that they do not.
     """
 
     name: str
     place_m: Point
     needs: tuple[str, ...]
+    services: tuple[str, ...] = ()
+    failed: frozenset[str] = frozenset()
 
     @property
     def done(self) -> Key:
@@ -93,9 +137,29 @@ class RecoveryJob:
         return "recoveredBy", self.name
 
     def is_able(self, data: VehicleData) -> bool:
-        """True for a vehicle that has modules to hold on and to handle."""
-        does: Collection[str] = {sensor.does for sensor in data.sensors if isinstance(sensor, EffectorSettings)}
-        return len(does) == 2
+        """True for a vehicle with modules to find, to hold and to handle it that are not said to have failed."""
+        working = [sensor for sensor in data.sensors if f"{data.name} {sensor.name}" not in self.failed]
+        does = {sensor.does for sensor in working if isinstance(sensor, EffectorSettings)}
+        return len(does) == 2 and any(isinstance(sensor, FinderSettings) for sensor in working)
+
+    def is_ever_able(self, data: VehicleData) -> bool:
+        """True for a vehicle that is able while its modules work."""
+        return replace(self, failed=frozenset()).is_able(data)
+
+    @property
+    def rests_on(self) -> tuple[Key, ...]:
+        """What the services say of themselves."""
+        return statuses(self.services)
+
+    @property
+    def hindrances(self) -> tuple[str, ...]:
+        """The services that have failed."""
+        return failures(self.failed)
+
+    def left(self, facts: Known) -> RecoveryJob:
+        """With the services that have failed."""
+        failed = failed_of(self.services, facts)
+        return self if failed == self.failed else replace(self, failed=failed)
 
     def after(self, outlook: Outlook, data: VehicleData) -> Outlook | None:
         """Its way, and what a recovery usually takes."""

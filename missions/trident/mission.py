@@ -9,12 +9,12 @@ from typing import ClassVar
 
 from missions.errors import ConfigurationFault
 from missions.figure import Mark, Place, Tiles
-from missions.meeting.job_mission import JobMission
+from missions.meeting.job_mission import ABILITIES, JobMission
 from missions.meeting.meeting import Pursuit, importance_of
 from missions.meeting.truth import JOBS
 from missions.scenarios.extending import locating
 from missions.scenarios.parts import database_of
-from missions.scenarios.tables import Raw
+from missions.scenarios.tables import Raw, table_of
 from missions.trident.behaviours import AwaitingPartner, Intervening, Ranging, Reacquiring, Surveying
 from missions.trident.checks import trident_faults
 from missions.trident.choreography import CHOREOGRAPHY
@@ -60,6 +60,8 @@ from remoras.recorder import Recorder
 from remoras.sensor import SensorSettings
 from remoras.work import Job, Point
 
+UNABLE_NEEDS = {"unableTo": 40, "isImpossible": 20}
+"""How urgently vehicles need these of each other, where the scenario does not say."""
 ESCORTING = "Escorting"
 ESCORT_IMPORTANCE = 0.55
 """Of keeping near to a vehicle that gets fixes: below work, above the meeting."""
@@ -79,7 +81,7 @@ class TridentMission(JobMission):
         *JobMission.needs, f"objective{WORKING}", "surveyedBy", "recoveredBy", "chosen", "chosenAt", "verdict",
         "looksLike", "location", "likeness", "serviceStatus", "providedBy", "requestedOf", "chartedTile",
     )  # fmt: skip
-    vocabulary = (Path(__file__).with_name("vocabulary.ttl"),)
+    vocabulary = (Path(__file__).with_name("vocabulary.ttl"), ABILITIES)
     sensors: ClassVar[Mapping[str, type[SensorSettings]]] = {
         "module": ModuleSettings,
         "surveyor": SurveyorSettings,
@@ -117,19 +119,31 @@ class TridentMission(JobMission):
         """What is wrong with blocks, services, and the choreography."""
         return trident_faults(raw, cls)
 
+    @classmethod
+    def completed(cls, raw: Raw) -> Raw:
+        """With the need for what vehicles say that they are not able to do."""
+        communication = table_of(raw, "communication")
+        if not isinstance(needs := communication.get("needs"), dict):
+            return raw
+        return {**raw, "communication": {**communication, "needs": {**UNABLE_NEEDS, **needs}}}
+
     # What there is -------------------------------------------------------------------------------
 
     def jobs_of(self, scenario: TridentScenario) -> Iterable[Job]:
         """A survey for each block, and the recovery."""
-        everybody = frozenset(self._database)
+        everybody, services = frozenset(self._database), self.matching.services
+        heeded = services.items() if self.matching.response == "matching" else ()  # other plans go by what comes of it
+        surveying = tuple(name for name, one in heeded if isinstance(one.settings, SurveyorSettings))
+        on_board = tuple(name for name, one in heeded if isinstance(one.settings, EffectorSettings | FinderSettings))
         for name, block in self.blocks.items():
             of = self.matching.blocks[name]
             listed = {of.service, *(of.spare if self.matching.response == "repair" else ())}
-            own = {one.vehicle for service, one in self.matching.services.items() if service in listed}
-            yield BlockSurvey(block, everybody if self.matching.response == "matching" else frozenset(own))
+            own = {one.vehicle for service, one in services.items() if service in listed}
+            vehicles = everybody if self.matching.response == "matching" else frozenset(own)
+            yield BlockSurvey(block, vehicles, services=surveying)
         xs, ys = zip(*(block.centre_m for block in self.blocks.values()), strict=True)
         middle_m = math.fsum(xs) / len(xs), math.fsum(ys) / len(ys)
-        yield RecoveryJob(scenario.recovery.name, middle_m, tuple(self.blocks))
+        yield RecoveryJob(scenario.recovery.name, middle_m, tuple(self.blocks), on_board)
 
     @property
     def instances(self) -> Sequence[tuple[str, str]]:

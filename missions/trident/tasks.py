@@ -9,10 +9,9 @@
                               there          -> Ranging(vehicle, candidate, service)
                               without        ->
     FindAgain, HoldOn, HandleIt  by a service -> Reacquiring, Holding, Handling(recovery, candidate, service)
-    any                       leave it       ->                         nobody is able to: others may be
 
 A step is bound to a service when it is planned. There is a way for each service that is able to do it; a step that has
-failed goes the next way, and a match that has changed makes the plan anew.
+failed goes the next way, and a match that has changed makes the plan anew. A vehicle without a way leaves the job.
 """
 
 from __future__ import annotations
@@ -84,12 +83,10 @@ def activity_domain(matching: Matching, groups: Mapping[str, Group], recovery: s
         Method("there", ranges, uses=(RANGING,)),
         Method("without", _nothing, uses=()),
     ]
-    leave = Method("leave it", _nothing, uses=())
     pursue = [
         Method("survey it", surveys, is_block, (SURVEYING,)),
         Method("await a choice", lambda facts, *of: [Task(STANDING_BY, (recovery,))], is_awaited, (STANDING_BY,)),
         Method("recover", recovers, is_chosen, ("Fix", *COMPOSED)),
-        leave,
     ]
     methods = {
         PURSUE + WORKING: pursue,

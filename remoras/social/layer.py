@@ -42,7 +42,7 @@ from remoras.social.receivers import aims
 from remoras.social.requests import HAS_MISSION
 from remoras.social.standing import Footing, Seen, Standing
 from remoras.social.succession import LEFT_ROLE, ROLE_ATTRIBUTES
-from remoras.social.workload import Workload
+from remoras.social.workload import IS_IMPOSSIBLE, UNABLE_TO, Workload
 from remoras.strategy import Move, Strategy
 from remoras.work import Awaited, Point, Work
 from worldmodel import Change
@@ -129,7 +129,6 @@ class SocialLayer:
         }
         self._founding = frozenset(agreement.objectives)
         self._jobs = mission.jobs
-        self.pursuit = Pursuit(database[me], mission, self._mission_name)
         self.conclusions = Conclusions(me, mission, self._mission_name, beliefs)
         self._gatherings = Gatherings(beliefs, [group.name for group in agreement.groups], agreement.meets_after)
         rules = Rules(database, self._declaration.authorities, self._jobs, agreement.supervisors, agreement.at_sea)
@@ -137,6 +136,8 @@ class SocialLayer:
             me, rules, beliefs, agreement.organisation, lease or Lease(math.inf, picture.frame_s), until_s
         )
         self._workload = Workload(me, rules, mission, beliefs, self.standing.reports)
+        self.pursuit = Pursuit(database[me], mission, self._mission_name, self._workload.has_words)
+        self._impossible: dict[str, frozenset[str]] = {}  # by group that it leads, as it has seen last
         self._led = self.standing.led
         self._is_news = True  # since the last round, of what its groups rest on
         planned = {group: agreement.plans[group] for group in self._led if group in agreement.plans}
@@ -198,6 +199,9 @@ class SocialLayer:
         if self._workload.note(changes):
             for change in changes:
                 self.planner.orders.note(change)
+        if self._workload.take_anew():
+            self._is_news = True
+            self.planner.plan_again(self._led)
         if not self._is_concerned(changes):
             return NOTHING_CONSIDERED
         self._is_news = True
@@ -412,6 +416,52 @@ class SocialLayer:
             if not self._holds(work[name]):
                 facts += self.conclusions.of_head(name, present, self._picture, motion)
         return facts
+
+    # What is beyond it, and beyond all ------------------------------------------------------------
+
+    def job_of(self, objective: Objective) -> str | None:
+        """The job of the role whose objective it is, if vehicles of this mission say what they are not able to do."""
+        group = self.organisation.groups.get(objective.group)
+        role = None if group is None else group.role(objective.role)
+        return role.job if role is not None and self._workload.has_words else None
+
+    def unable_to(self, job: str) -> list[Fact]:
+        """That each of its ways to do a job has failed; nothing if it lacks what the job takes, or has said so."""
+        return [self._beliefs.fact(self.me, UNABLE_TO, job)] if self._workload.is_able(job) else []
+
+    def leave(self) -> list[tuple[str, list[Fact]]]:
+        """End of a round: jobs that it is not able to do, with the reason, and by which facts it leaves them."""
+        if not self._workload.has_words:
+            return []
+        left, hopeless = list[tuple[str, list[Fact]]](), {(of.group, of.role) for of in self.pursuit.hopeless}
+        for name, work in self._work().items():
+            for role in work.held_by(self.me):
+                job, said = role.job or "", list[Fact]()
+                if (name, role.name) in hopeless:
+                    said = self.unable_to(job)
+                if said or not self._workload.is_able(job):
+                    facts = [*said, self._beliefs.fact(self.me, LEFT_ROLE, f"{name}.{role.name}")]
+                    left.append((f"{job}: {self._workload.why_not(job) or 'no way left'}", facts))
+        return left
+
+    def impossible(self) -> list[tuple[str, list[Fact]]]:
+        """Jobs of the groups that it leads which nobody who is there is able to do, with the reason; once each.
+
+        What somebody is able to do again is possible again.
+        """
+        if not self._led or not self._workload.has_words or self.standing.is_cut_off:
+            return []
+        found, works_of = list[tuple[str, list[Fact]]](), self._work()
+        for name in self._led:
+            work = works_of[name]
+            now = work.impossible
+            if now is not self._impossible.get(name):
+                self._impossible[name] = now
+                for job in [role.job or "" for role in work.unfinished]:
+                    if (job in now) is not bool(self._beliefs.get((IS_IMPOSSIBLE, job))):
+                        why = self._workload.why_not(job) if job in now else "possible again"
+                        found.append((f"{job}: {why}", [self._beliefs.fact(job, IS_IMPOSSIBLE, job in now)]))
+        return found
 
     def gives_out(self, group: str) -> bool:
         """True while ``group`` has work, for somebody present, that this vehicle has to give out or to see done."""

@@ -14,7 +14,7 @@ from remoras.activities import ActivitySet, Objective
 from remoras.beliefs import Key
 from remoras.database import VehicleData
 from remoras.errors import PlanningError
-from remoras.htn import Domain, Execution, FactsLike, Plan, Task, plan
+from remoras.htn import Domain, Execution, FactsLike, NoPlan, Plan, Task, plan
 from remoras.mission import PURSUE, SocialPart
 from remoras.plugins import answer
 from remoras.work import Point
@@ -29,14 +29,18 @@ class Pursuit:
     Args:
         data: of the vehicle.
         mission: turns objectives into activities; mission_name: what messages call it.
+        leaves: True if the vehicle says what it has no way for, and leaves it; else that is a fault of the mission.
 
     Attributes:
         executions: plans of the objectives that it has had, as far as they are carried out.
+        hopeless: objectives for which it has no way now.
         rests_on: keys of all facts that the activities rest on.
     """
 
-    def __init__(self, data: VehicleData, mission: SocialPart, mission_name: str) -> None:
+    def __init__(self, data: VehicleData, mission: SocialPart, mission_name: str, leaves: bool = False) -> None:
         self._data = data
+        self._leaves = leaves
+        self.hopeless: set[Objective] = set()
         self._mission = mission
         self._mission_name = mission_name
         self._domain = mission.activity_domain
@@ -71,6 +75,7 @@ class Pursuit:
             for objective in ordered
         }
         self.rests_on = frozenset().union(*(rests_on for _, rests_on in self._means.values()))
+        self.hopeless.intersection_update(self._means)
         return tuple(activity_set for sets, _ in self._means.values() for activity_set in sets)
 
     def fail(self, objective: Objective, activities: Collection[str], facts: FactsLike) -> bool:
@@ -97,6 +102,8 @@ class Pursuit:
                 lambda: self._mission.activity_sets(objective, self._data, facts, position_m),
             )
         execution = self._planned(self._domain, objective, facts)
+        if isinstance(execution, NoPlan):
+            return (), execution.rests_on
         beside: dict[int, list[Task]] = {}
         for step in execution.running:
             beside.setdefault(execution.branches[step.place].parent, []).append(step.task)
@@ -107,8 +114,11 @@ class Pursuit:
         )
         return sets, rests_on | execution.rests_on | execution.awaited
 
-    def _planned(self, domain: Domain, objective: Objective, facts: FactsLike) -> Execution:
+    def _planned(self, domain: Domain, objective: Objective, facts: FactsLike) -> Execution | NoPlan:
         """The plan for an objective, made anew unless a branch of it has just been, and carried on.
+
+        Returns:
+            It under way; or why there is no way, if the vehicle then leaves the objective.
 
         Raises:
             PlanningError: it cannot be pursued, even before anything has failed.
@@ -117,7 +127,10 @@ class Pursuit:
         if execution is None:
             planned = plan(domain, facts, task)
             if not isinstance(planned, Plan):
-                raise PlanningError(f"{self._data.name} has no way to pursue {objective}")
+                if not self._leaves:
+                    raise PlanningError(f"{self._data.name} has no way to pursue {objective}")
+                self.hopeless.add(objective)
+                return planned
             execution = self.executions[objective] = Execution(domain, planned)
         elif objective not in self._mended:
             execution.settle(facts)
@@ -126,6 +139,10 @@ class Pursuit:
                 execution.renew(again)
             else:
                 execution.abandon()
+                if self._leaves:
+                    self.hopeless.add(objective)
+                    return again
+        self.hopeless.discard(objective)
         self._mended.discard(objective)
         for _ in execution.advance(facts):
             pass  # the vehicle performs what its decision chooses of the running steps

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
+from typing import cast
 
 from remoras.authority import Rules
 from remoras.beliefs import Beliefs, Fact, Key
@@ -12,14 +13,18 @@ from remoras.picture import Picture
 from remoras.plugins import answer
 from remoras.social.reports import Reports
 from remoras.social.standing import Footing
-from remoras.work import Job, Point, Work, WorksSeen, jobs_left, works
-from worldmodel import Change
+from remoras.work import HinderedJob, Job, Point, Work, WorksSeen, hindrances, jobs_left, works
+from worldmodel import Change, PropertyValue
+
+UNABLE_TO, IS_IMPOSSIBLE = "unableTo", "isImpossible"
+"""By what vehicles say that they, or all who are there, are not able to do a job; some missions have no such words."""
 
 
 class Workload:
     """Jobs and work as one vehicle sees them.
 
-    What is left of a job follows from facts about its own instance, so only these make it worked out anew.
+    What is left of a job follows from facts about its own instance, and from those that it says it rests on, so only
+    these make it worked out anew.
 
     Args:
         me: own name.
@@ -40,6 +45,16 @@ class Workload:
         for name, job in jobs.items():
             for instance in (name, job.done[1]):
                 self._about.setdefault(beliefs.uid(instance), set()).add(name)
+        tbox = beliefs.model.tbox
+        words = {attribute.name: attribute.uid for attribute in tbox.attributes}
+        self._unable_to = words.get(UNABLE_TO)
+        self.has_words = self._unable_to is not None
+        self._resting: dict[tuple[int, int], set[str]] = {}  # the same of other facts, by subject and attribute
+        for name, job in jobs.items():
+            for attribute, instance in getattr(job, "rests_on", ()):
+                self._resting.setdefault((beliefs.uid(instance), words[attribute]), set()).add(name)
+        self.unable: frozenset[tuple[str, str]] = frozenset()
+        self._is_anew = False  # who is able to do what is, since that was asked last
         self._stale = set(jobs)
         self._left: dict[str, Job] = {}
         self._done: frozenset[str] = frozenset()
@@ -57,7 +72,45 @@ class Workload:
                 if fact.subject in about:
                     self._stale |= about[fact.subject]
                     is_about_jobs = True
+                if fact.attribute == self._unable_to:
+                    self._note_unable(change, fact)
+                elif self._resting:
+                    self._note_resting(fact)
         return is_about_jobs
+
+    def _note_unable(self, change: Change, fact: PropertyValue) -> None:
+        """A vehicle says of itself what it is not able to do."""
+        if fact.subject == change.block.origin:
+            said = self._beliefs.name(fact.subject), self._beliefs.name(fact.target)
+            self._is_anew = self._is_anew or said not in self.unable
+            self.unable |= {said}
+
+    def _note_resting(self, fact: PropertyValue) -> None:
+        """Jobs that rest on a fact, if any, have to be worked out anew."""
+        for name in self._resting.get((fact.subject, fact.attribute), ()):
+            self._stale.add(name)
+            job = cast(HinderedJob, self._jobs[name])
+            now = hindrances(job.left(self._beliefs))
+            self._is_anew = self._is_anew or now != hindrances(self._left.get(name, job))
+
+    def take_anew(self) -> bool:
+        """True if, since this was asked last, others may be able to do what than before."""
+        is_anew, self._is_anew = self._is_anew, False
+        return is_anew
+
+    def is_able(self, job: str) -> bool:
+        """True if this vehicle is able to do a job, by what is known of it and of the job."""
+        if self._stale:
+            self._work_out()
+        left = self._left.get(job)
+        is_able = left is None or left.is_able(self._reports.database[self._me])
+        return is_able and (self._me, job) not in self.unable
+
+    def why_not(self, job: str) -> str:
+        """What is in the way of a job, in words."""
+        known = self._left.get(job, self._jobs[job])
+        failed = [f"{vehicle} has no way left" for vehicle, of in sorted(self.unable) if of == job]
+        return "; ".join([*hindrances(known), *failed])
 
     def give_anew(self, ends: Collection[Key]) -> None:
         """The facts by which jobs end count no longer as they were told: these jobs were given anew."""
@@ -90,7 +143,7 @@ class Workload:
                 kept until it changes.
             from_s: time from which outlooks count.
         """
-        asked = *at, self._reports.blind
+        asked = *at, self._reports.blind, self.unable
         if self._stale:
             self._work_out()
         energy_j = self._reports.scarce_energy_j(picture.body.now_s) if self._reports.frugal else None
@@ -113,7 +166,7 @@ class Workload:
         no_jobs, database = at.takes_no_jobs | self._apart, self._reports.database
         by_group = works(
             at.present, database, self._left, self._done, positions_m, no_jobs, self._is_enough, energy_j, from_s,
-            self._given_anew,
+            self._given_anew, self.unable,
         )  # fmt: skip
         if at.barred:
             by_group = {name: replace(work, barred=at.barred) for name, work in by_group.items()}
@@ -125,6 +178,7 @@ class Workload:
         """Work out anew what is left of the jobs that facts were told about."""
         left, done = jobs_left({name: job for name, job in self._jobs.items() if name in self._stale}, self._beliefs)
         known = self._left | left
+        is_anew = any(hindrances(job) != hindrances(self._left.get(name, job)) for name, job in left.items())
         before = self._left.keys(), self._done, self._is_enough, self._n_given_anew
         self._left = {name: known[name] for name in self._jobs if name in known}
         self._done = self._done.difference(self._stale) | done
@@ -134,7 +188,7 @@ class Workload:
             lambda is_enough: isinstance(is_enough, bool), lambda: self._mission.is_enough(self._beliefs),
         )  # fmt: skip
         self._stale = set()
-        if before == (self._left.keys(), self._done, self._is_enough, self._n_given_anew):
+        if not is_anew and before == (self._left.keys(), self._done, self._is_enough, self._n_given_anew):
             self._kept = {name: work.with_less(self._left) for name, work in self._kept.items()}
         else:
             self._asked = None  # what is kept rests on what was known before

@@ -108,7 +108,7 @@ def _answers(behaviour: Behaviour, moments: Sequence[DecisionInputs]) -> list[tu
 
 def _check_perception(perceived: object, where: str) -> None:
     assert isinstance(perceived, Perception), f"{where}: perceive returned {perceived!r}, expected a Perception"
-    stimulus, advance, done, failed, _, concludes, makes_no_way, ends = perceived
+    stimulus, advance, done, failed, _, concludes, makes_no_way, ends, is_beyond_it = perceived
     is_share = isinstance(stimulus, float | int) and 0.0 <= stimulus <= 1.0
     assert is_share, f"{where}: stimulus is {stimulus!r}, expected a number of 0..1"
     is_degree = advance is None or (isinstance(advance, float | int) and -1.0 <= advance <= 1.0)
@@ -116,6 +116,7 @@ def _check_perception(perceived: object, where: str) -> None:
     assert isinstance(done, bool), f"{where}: done is {done!r}, expected a bool"
     assert isinstance(failed, bool), f"{where}: failed is {failed!r}, expected a bool"
     assert isinstance(makes_no_way, bool), f"{where}: makes_no_way is {makes_no_way!r}, expected a bool"
+    assert isinstance(is_beyond_it, bool), f"{where}: is_beyond_it is {is_beyond_it!r}, expected a bool"
     answers = perceived.settled
     is_share = isinstance(answers, float | int) and 0.0 <= answers <= 1.0
     assert is_share, f"{where}: answers is {answers!r}, expected a number of 0..1"

@@ -44,9 +44,9 @@ def test_every_node_has_one_slot_in_a_frame():
     assert [schedule.owner(slot) for slot in range(12)] == [0, 1, 2, 3, 4, 0, 1, 2, 3, 4, 0, 1]
 
 
-@pytest.mark.parametrize(("n_nodes", "packet_s", "guard_s"), [(1, 1.0, 0.0), (2, 0.0, 1.0), (2, 1.0, -0.1)])
+@pytest.mark.parametrize(("n_nodes", "packet_s", "guard_s"), [(0, 1.0, 0.0), (2, 0.0, 1.0), (2, 1.0, -0.1)])
 def test_a_schedule_that_cannot_be_is_refused_with_what_was_given(n_nodes: int, packet_s: float, guard_s: float):
-    with pytest.raises(ConfigurationError, match=f"n_nodes >= 2.*n_nodes={n_nodes}"):
+    with pytest.raises(ConfigurationError, match=f"n_nodes >= 1.*n_nodes={n_nodes}"):
         TdmaSchedule(n_nodes, packet_s, guard_s)
 
 

@@ -55,13 +55,16 @@ def test_a_valve_is_not_where_or_as_it_should_be(
 
 
 def test_without_a_focus_area_nobody_looks_there(tmp_path: Path) -> None:
-    """It directs the camera: with one that is too little, the part is not found."""
+    """It directs the camera: with one that is too little, no vehicle finds the part, and all say so and come home."""
     small = flown(tmp_path, mission={"adaptation": "all", "focus_radius_m": 4.0}, **MOVED)
     assert failed(small) == {"valve A1"}
     assert not small.completed
-    areas = [row[6] for row in small.recorder.items if row[5] == "focusArea"]
-    assert len(areas) == 1
-    assert (areas[0], "radius", "4.0") in {(row[4], row[5], row[6]) for row in small.recorder.items}
+    areas = {row[1]: row[6] for row in small.recorder.items if row[5] == "focusArea"}
+    assert sorted(areas) == ["AUV00", "AUV01"]
+    facts = {(row[4], row[5], row[6]) for row in small.recorder.items}
+    assert {(area, "radius", "4.0") for area in areas.values()} <= facts
+    assert {(name, "unableTo", job_of("valve A1")) for name in areas} <= facts
+    assert "impossible" in small.reason
 
 
 class WithoutInference(PandoraMission):
@@ -75,14 +78,14 @@ def test_without_inference_the_plan_is_not_repaired(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, upset: Mapping[str, Any]
 ) -> None:
     """The definitions of HiddenPart and StuckValve are what leads from what was asserted to the other way."""
-    (shipped,) = PandoraMission.vocabulary
+    shipped, abilities = PandoraMission.vocabulary
     text = shipped.read_text(encoding="utf-8")
     for word in ("missing", "resists"):
         before, _, after = text.partition(f'owl:hasValue "{word}" ] ) ] .')
         text = before[: before.rindex(";\n    owl:equivalentClass")] + "." + after
     words = tmp_path / "words.ttl"
     words.write_text(text, encoding="utf-8")
-    monkeypatch.setattr(WithoutInference, "vocabulary", (words,))
+    monkeypatch.setattr(WithoutInference, "vocabulary", (words, abilities))
     scenario = little(tmp_path, "all", **upset)
     about = scenario.scenario.model_copy(update={"mission": f"{__name__}:WithoutInference"})
     done = run(scenario.model_copy(update={"scenario": about}), 1)

@@ -1,0 +1,91 @@
+"""A vehicle whose modules have failed leaves the recovery to one that has what it takes, whichever that is."""
+
+import math
+import random
+
+import pytest
+from intervening import Run, metric, run, said
+
+from missions.trident.jobs import RecoveryJob
+from remoras.social.layer import SocialLayer
+
+SOUND = 3
+"""Seed of runs in which no finder takes a decoy for the target, or the target for a decoy."""
+
+
+def recovered_by(of: Run) -> str:
+    return next((stone.vehicle for stone in of.milestones if stone.name == "recovered"), "")
+
+
+def rows(of: Run, kind: str) -> list[tuple[str, str]]:
+    return [(row[1], row[3]) for row in of.recorder.rows("faults") if row[2] == kind]
+
+
+def two(*failing: str, at_s: float, seed: int = SOUND, until_s: float = 3600.0) -> Run:
+    return run("fleet.size=3", failing=failing, at_s=at_s, seed=seed, until_s=until_s)
+
+
+def test_without_fault_the_first_of_two_recovers_it() -> None:
+    assert recovered_by(two(at_s=0.0)) == "IAUV00"
+
+
+@pytest.mark.parametrize("failing", ["arm gripper", "clamp hover", "camera forward_sonar"])
+@pytest.mark.parametrize("dead", ["IAUV00", "IAUV01"])
+def test_who_lacks_all_ways_of_one_step_is_not_given_the_recovery(dead: str, failing: str) -> None:
+    services = [f"{dead} {module.replace('_', ' ')}" for module in failing.split()]
+    done = two(*services, at_s=100.0)
+    assert done.completed, done.reason
+    assert recovered_by(done) != dead
+
+
+def test_who_has_it_already_leaves_it_with_the_reason() -> None:
+    """Both fail while it is on its way: the head gives it to the other vehicle in the next round."""
+    done = two("IAUV00 arm", "IAUV00 gripper", at_s=1400.0)
+    assert rows(done, "cannot") == [("IAUV00", "recovery: IAUV00 arm has failed; IAUV00 gripper has failed")]
+    assert recovered_by(done) == "IAUV01"
+
+
+@pytest.mark.parametrize("draw", range(4))
+def test_drawn_times_and_vehicles(draw: int) -> None:
+    rng = random.Random(draw)
+    dead, at_s = f"IAUV0{rng.randrange(2)}", round(rng.uniform(0.0, 1500.0))
+    done = two(f"{dead} arm", f"{dead} gripper", at_s=at_s)
+    assert done.completed, (dead, at_s, done.reason)
+
+
+def test_without_asking_what_has_failed_it_is_given_to_who_has_no_way(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Who is able is what was so at the start; a vehicle finds out by its plan, says so, and leaves it to the other."""
+    monkeypatch.setattr(RecoveryJob, "rests_on", ())
+    monkeypatch.setattr(RecoveryJob, "left", lambda self, facts: self)
+    done = two("IAUV00 arm", "IAUV00 gripper", at_s=101.0)
+    assert rows(done, "cannot")[0] == ("IAUV00", "recovery: no way left")
+    assert [(vehicle, job) for _, vehicle, _, job in said(done, "unableTo")] == [("IAUV00", "recovery")]
+    assert recovered_by(done) == "IAUV01"
+
+
+def test_without_leaving_what_it_has_no_way_for_the_recovery_is_lost(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The cause taken out: it keeps the role, and nobody else gets it."""
+    monkeypatch.setattr(SocialLayer, "leave", lambda self: [])
+    done = two("IAUV00 arm", "IAUV00 gripper", at_s=1402.0)
+    assert not done.completed
+    assert recovered_by(done) == ""
+
+
+def test_what_nobody_is_able_to_do_is_said_and_all_come_home() -> None:
+    done = run(failing=("IAUV00 arm", "IAUV00 gripper"), at_s=100.0, until_s=7200.0)
+    assert rows(done, "impossible") == [("ASV00", "recovery: IAUV00 arm has failed; IAUV00 gripper has failed")]
+    assert not done.completed
+    assert done.recorder.rows("trajectories")[-1][0] < 1800.0
+    assert metric(done, "charted_fraction") == 1.0  # what could be done was
+    assert "recovery impossible, as vehicles say since" in done.reason
+
+
+def test_a_module_that_fails_for_a_while_makes_it_possible_again() -> None:
+    settings = [
+        f'{{kind="sensor",vehicle="IAUV00",sensor="{one}",at_s=100.0,until_s=700.0}}' for one in ("arm", "gripper")
+    ]
+    done = run(f"fault=[{','.join(settings)}]")
+    told = [value for _, _, _, value in said(done, "isImpossible")]
+    assert told == ["true", "false"]
+    assert done.completed, done.reason
+    assert metric(done, "target_recovered_s") < math.inf
