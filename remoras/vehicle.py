@@ -180,9 +180,11 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
             _plan(self, now_s)
         if facts := self.social.findings(functional.believed):
             self.conclude(facts, now_s, not self.social.standing.is_cut_off)
-        for what, facts in self.social.impossible():
-            self._run_log.fault(now_s, "impossible", what)
-            self.conclude(facts, now_s)
+        if self.social.judged:
+            judged, self.social.judged = self.social.judged, []
+            for what, facts in judged:
+                self._run_log.fault(now_s, "impossible", what)
+                self.conclude(facts, now_s)
         if self.social.conclusions.are_of_its_own:
             of = self.social.present, functional.picture, functional.believed
             self.conclude(self.social.conclusions.of_its_own(self.data, *of), now_s)
@@ -236,9 +238,10 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         self.radio.tidy(now_s)
         changed = self._look_around(now_s)
         changed |= self._take_effect(now_s)
-        for what, facts in self.social.leave():
-            self._run_log.fault(now_s, "cannot", what)
-            self.conclude(facts, now_s)
+        if self.social.says_impossible:
+            for what, facts in self.social.leave():
+                self._run_log.fault(now_s, "cannot", what)
+                self.conclude(facts, now_s)
         calls = self.executive.calls(now_s) if self.radio.influences else {}
         if stated := self.social.negotiate(now_s, self.functional.believed, calls):
             for facts, told in stated:

@@ -86,7 +86,8 @@ class SocialLayer:
     """Organisation, missions and objectives as one vehicle sees them.
 
     ``organisation`` is what was agreed, ``present``, by which the vehicle acts, the same without the absent. ``facts``
-    are what its plans are made of; ``planner`` and ``pursuit`` carry out those of its groups and its own.
+    are what its plans are made of; ``planner`` and ``pursuit`` carry out those of its groups and its own. It
+    ``says_impossible`` what it and others are not able to do, if its mission has the words.
 
     Args:
         me: own name.
@@ -137,7 +138,10 @@ class SocialLayer:
         )
         self._workload = Workload(me, rules, mission, beliefs, self.standing.reports)
         self.pursuit = Pursuit(database[me], mission, self._mission_name, self._workload.has_words)
+        self.says_impossible = self._workload.has_words
         self._impossible: dict[str, frozenset[str]] = {}  # by group that it leads, as it has seen last
+        self.judged: list[tuple[str, list[Fact]]] = []
+        """What it has to say of jobs being impossible or not: in words, and as facts."""
         self._led = self.standing.led
         self._is_news = True  # since the last round, of what its groups rest on
         planned = {group: agreement.plans[group] for group in self._led if group in agreement.plans}
@@ -199,8 +203,8 @@ class SocialLayer:
         if self._workload.note(changes):
             for change in changes:
                 self.planner.orders.note(change)
-        if self._workload.take_anew():
-            self._is_news = True
+        if self._workload.is_anew:
+            self._workload.is_anew, self._is_news = False, True
             self.planner.plan_again(self._led)
         if not self._is_concerned(changes):
             return NOTHING_CONSIDERED
@@ -413,6 +417,9 @@ class SocialLayer:
             self._picture.groups.note_work(name, work[name].has_something_left, self._picture.body.now_s)
             if standing.is_patient:  # with its own work done it meets with whoever has come
                 self._picture.groups.meets_unheard = not self._has_left(work[name])
+            if self.says_impossible and work[name].impossible is not self._impossible.get(name):
+                if not standing.is_cut_off:
+                    self._see_what_is_impossible(work[name])
             if not self._holds(work[name]):
                 facts += self.conclusions.of_head(name, present, self._picture, motion)
         return facts
@@ -423,7 +430,7 @@ class SocialLayer:
         """The job of the role whose objective it is, if vehicles of this mission say what they are not able to do."""
         group = self.organisation.groups.get(objective.group)
         role = None if group is None else group.role(objective.role)
-        return role.job if role is not None and self._workload.has_words else None
+        return role.job if role is not None and self.says_impossible else None
 
     def unable_to(self, job: str) -> list[Fact]:
         """That each of its ways to do a job has failed; nothing if it lacks what the job takes, or has said so."""
@@ -431,7 +438,7 @@ class SocialLayer:
 
     def leave(self) -> list[tuple[str, list[Fact]]]:
         """End of a round: jobs that it is not able to do, with the reason, and by which facts it leaves them."""
-        if not self._workload.has_words:
+        if not (self.pursuit.hopeless or self._workload.is_hindered):
             return []
         left, hopeless = list[tuple[str, list[Fact]]](), {(of.group, of.role) for of in self.pursuit.hopeless}
         for name, work in self._work().items():
@@ -444,24 +451,13 @@ class SocialLayer:
                     left.append((f"{job}: {self._workload.why_not(job) or 'no way left'}", facts))
         return left
 
-    def impossible(self) -> list[tuple[str, list[Fact]]]:
-        """Jobs of the groups that it leads which nobody who is there is able to do, with the reason; once each.
-
-        What somebody is able to do again is possible again.
-        """
-        if not self._led or not self._workload.has_words or self.standing.is_cut_off:
-            return []
-        found, works_of = list[tuple[str, list[Fact]]](), self._work()
-        for name in self._led:
-            work = works_of[name]
-            now = work.impossible
-            if now is not self._impossible.get(name):
-                self._impossible[name] = now
-                for job in [role.job or "" for role in work.unfinished]:
-                    if (job in now) is not bool(self._beliefs.get((IS_IMPOSSIBLE, job))):
-                        why = self._workload.why_not(job) if job in now else "possible again"
-                        found.append((f"{job}: {why}", [self._beliefs.fact(job, IS_IMPOSSIBLE, job in now)]))
-        return found
+    def _see_what_is_impossible(self, work: Work) -> None:
+        """Take note of the jobs of a group that nobody who is there is able to do, or that somebody is able to again."""
+        now = self._impossible[work.group.name] = work.impossible
+        for job in [role.job or "" for role in work.unfinished]:
+            if (job in now) is not bool(self._beliefs.get((IS_IMPOSSIBLE, job))):
+                why = self._workload.why_not(job) if job in now else "possible again"
+                self.judged.append((f"{job}: {why}", [self._beliefs.fact(job, IS_IMPOSSIBLE, job in now)]))
 
     def gives_out(self, group: str) -> bool:
         """True while ``group`` has work, for somebody present, that this vehicle has to give out or to see done."""

@@ -54,7 +54,9 @@ class Workload:
             for attribute, instance in getattr(job, "rests_on", ()):
                 self._resting.setdefault((beliefs.uid(instance), words[attribute]), set()).add(name)
         self.unable: frozenset[tuple[str, str]] = frozenset()
-        self._is_anew = False  # who is able to do what is, since that was asked last
+        self._is_hindered = False
+        self.is_anew = False
+        """True once others may be able to do what than before; whoever has taken note of that sets it back."""
         self._stale = set(jobs)
         self._left: dict[str, Job] = {}
         self._done: frozenset[str] = frozenset()
@@ -66,15 +68,15 @@ class Workload:
 
     def note(self, changes: Iterable[Change]) -> bool:
         """Facts were recorded or merged: jobs that some of them are about, if any, have to be worked out anew."""
-        about, is_about_jobs = self._about, False
+        about, is_about_jobs, unable_to, resting = self._about, False, self._unable_to, self._resting
         for change in changes:
             for fact in change.block.facts:
                 if fact.subject in about:
                     self._stale |= about[fact.subject]
                     is_about_jobs = True
-                if fact.attribute == self._unable_to:
+                if fact.attribute == unable_to and unable_to is not None:
                     self._note_unable(change, fact)
-                elif self._resting:
+                elif resting and (fact.subject, fact.attribute) in resting:
                     self._note_resting(fact)
         return is_about_jobs
 
@@ -82,21 +84,23 @@ class Workload:
         """A vehicle says of itself what it is not able to do."""
         if fact.subject == change.block.origin:
             said = self._beliefs.name(fact.subject), self._beliefs.name(fact.target)
-            self._is_anew = self._is_anew or said not in self.unable
+            self.is_anew = self.is_anew or said not in self.unable
             self.unable |= {said}
 
     def _note_resting(self, fact: PropertyValue) -> None:
         """Jobs that rest on a fact, if any, have to be worked out anew."""
-        for name in self._resting.get((fact.subject, fact.attribute), ()):
+        for name in self._resting[fact.subject, fact.attribute]:
             self._stale.add(name)
             job = cast(HinderedJob, self._jobs[name])
             now = hindrances(job.left(self._beliefs))
-            self._is_anew = self._is_anew or now != hindrances(self._left.get(name, job))
+            self.is_anew = self.is_anew or now != hindrances(self._left.get(name, job))
 
-    def take_anew(self) -> bool:
-        """True if, since this was asked last, others may be able to do what than before."""
-        is_anew, self._is_anew = self._is_anew, False
-        return is_anew
+    @property
+    def is_hindered(self) -> bool:
+        """True if anything is in the way of some job."""
+        if self._stale:
+            self._work_out()
+        return self._is_hindered or bool(self.unable)
 
     def is_able(self, job: str) -> bool:
         """True if this vehicle is able to do a job, by what is known of it and of the job."""
@@ -180,6 +184,7 @@ class Workload:
         known = self._left | left
         is_anew = any(hindrances(job) != hindrances(self._left.get(name, job)) for name, job in left.items())
         before = self._left.keys(), self._done, self._is_enough, self._n_given_anew
+        self._is_hindered = any(map(hindrances, known.values())) if is_anew else self._is_hindered
         self._left = {name: known[name] for name in self._jobs if name in known}
         self._done = self._done.difference(self._stale) | done
         self._n_given_anew = len(self._given_anew)
