@@ -160,6 +160,8 @@ def _choreography(raw: Raw, tbox: TBox) -> Iterator[ConfigurationFault]:
             yield ConfigurationFault(f"choreography.state.{name}", "", f"listed {count} times; allowed: once")
     attributes = {attribute.name: attribute for attribute in tbox.attributes}
     needs = list(table_of(table_of(raw, "communication"), "needs"))
+    roles = [role for group in entries(raw, "group") for role in names_of(group, "role")]
+    speakers = list(dict.fromkeys([*names_of(raw, "vehicle"), *roles]))
     is_whole = True
     for number, one in enumerate(messages, 1):
         key = f"choreography.message.{number}"
@@ -167,7 +169,7 @@ def _choreography(raw: Raw, tbox: TBox) -> Iterator[ConfigurationFault]:
             *one_of(f"{key}.state", one.get("state"), states),
             *one_of(f"{key}.to", one.get("to"), states),
             *one_of(f"{key}.says", one.get("says"), [name for name in needs if name in attributes]),
-            *(one_of(f"{key}.by", one["by"], names_of(raw, "vehicle")) if one.get("by") else ()),
+            *(one_of(f"{key}.by", one["by"], speakers) if one.get("by") else ()),
             *_value(key, one, attributes.get(str(one.get("says")))),
         ]
         is_whole = is_whole and not found

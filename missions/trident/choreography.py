@@ -22,20 +22,23 @@ CHOREOGRAPHY = Table("choreography", (
 ))  # fmt: skip
 """What was said of the choreography's messages: in which state, and which state followed. A violation is named; the
 state stays as it is then. One that is overdue has no vehicle."""
-UID, ORIGIN, SUBJECT, ATTRIBUTE, VALUE, KIND = 0, 1, 4, 5, 6, 7
+UID, ORIGIN, RECORDED, SUBJECT, ATTRIBUTE, VALUE, KIND = 0, 1, 3, 4, 5, 6, 7
 """Columns of the table ``items`` that count here."""
+PLAYING = {"assigned": True, "left": False}
+"""Events of the table ``roles`` by which a vehicle begins and ceases to play one."""
 PACKET_TIME, SENDER, ITEM_UIDS = 1, 2, 10
 """Columns of the table ``packets`` that count here."""
 
 
 class StatedFact(NamedTuple):
-    """A fact that a vehicle said first at a time."""
+    """A fact that a vehicle said first at a time, and had recorded before."""
 
     time_s: float
     vehicle: str
     subject: str
     attribute: str
     value: str
+    recorded_s: float
 
 
 def reachable(arrows: Mapping[str, Iterable[str]], start: Iterable[str]) -> set[str]:
@@ -90,7 +93,10 @@ class Monitor:
         for message in pattern.message:
             self._allowed[message.state].append(message)
         self._alphabet = {message.says for message in pattern.message}
-        self._items, self._packets = recorder.items, recorder.packets
+        self._items, self._packets, self._roles = recorder.items, recorder.packets, recorder.roles
+        self._n_roles = 0
+        self._plays: dict[tuple[str, str], list[tuple[float, bool]]] = defaultdict(list)
+        self._is_by_role = any(message.by for message in pattern.message)
         self._rows = recorder.rows(CHOREOGRAPHY.name)
         self._n_items = self._n_packets = 0
         self._unsaid: dict[str, list[Row]] = {}
@@ -105,6 +111,8 @@ class Monitor:
         for row in self._items[self._n_items :] if n_items > self._n_items else ():
             if row[ATTRIBUTE] in self._alphabet and row[KIND] == "told":
                 self._unsaid.setdefault(row[UID].partition(".")[0], []).append(row)
+        if self._is_by_role:
+            self._note_roles()
         n_packets = self._packets.n_packed + len(self._packets.new)
         for packet in self._packets[self._n_packets :] if n_packets > self._n_packets else ():
             if self._unsaid:
@@ -120,11 +128,30 @@ class Monitor:
             if block is None or block[0][ORIGIN] != packet[SENDER]:
                 continue
             for row in self._unsaid.pop(uid):
-                yield StatedFact(packet[PACKET_TIME], packet[SENDER], row[SUBJECT], row[ATTRIBUTE], row[VALUE])
+                of = row[SUBJECT], row[ATTRIBUTE], row[VALUE]
+                yield StatedFact(packet[PACKET_TIME], packet[SENDER], *of, row[RECORDED])
+
+    def _note_roles(self) -> None:
+        """Who has begun or ceased to play which role since the last look, as vehicles see themselves."""
+        since, self._n_roles = self._n_roles, self._roles.n_packed + len(self._roles.new)
+        for time_s, vehicle, _, role, event in self._roles[since:] if self._n_roles > since else ():
+            if event in PLAYING:
+                self._plays[vehicle, role].append((time_s, PLAYING[event]))
+
+    def _is_by(self, message: MessageTable, said: StatedFact) -> bool:
+        """True if it was said by who is to say it: a vehicle, or who played a role when it found it out."""
+        if message.by in ("", said.vehicle):
+            return True
+        plays = False
+        for time_s, begins in self._plays.get((said.vehicle, message.by), ()):
+            if time_s > said.recorded_s or (time_s == said.recorded_s and not begins):
+                break
+            plays = begins
+        return plays
 
     def _move(self, said: StatedFact) -> None:
         allowed = self._allowed[self.state]
-        fitting = [message for message in allowed if _fits(message, said)]
+        fitting = [message for message in allowed if _fits(message, said) and self._is_by(message, said)]
         said_row = said.time_s, said.vehicle, self.state, said.attribute, said.subject, said.value
         if not fitting:
             expected = "; ".join(_shown(message) for message in allowed) or "nothing"
@@ -144,7 +171,7 @@ class Monitor:
 
 
 def _fits(message: MessageTable, said: StatedFact) -> bool:
-    return message.says == said.attribute and message.value in ("", said.value) and message.by in ("", said.vehicle)
+    return message.says == said.attribute and message.value in ("", said.value)
 
 
 def _shown(message: MessageTable) -> str:

@@ -99,7 +99,7 @@ class MessageTable(Section):
     state: str = Field(description="state in which it may be said")
     says: str = Field(description="attribute of the fact that is said")
     value: str = Field("", description="value of the fact, as tables write it; any if absent")
-    by: str = Field("", description="vehicle that says it; any if absent")
+    by: str = Field("", description="vehicle that says it, or role that it plays; any if absent")
     to: str = Field(description="state that follows")
 
 

@@ -417,9 +417,9 @@ class SocialLayer:
             self._picture.groups.note_work(name, work[name].has_something_left, self._picture.body.now_s)
             if standing.is_patient:  # with its own work done it meets with whoever has come
                 self._picture.groups.meets_unheard = not self._has_left(work[name])
-            if self.says_impossible and work[name].impossible is not self._impossible.get(name):
-                if not standing.is_cut_off:
-                    self._see_what_is_impossible(work[name])
+            is_new = self.says_impossible and work[name].impossible is not self._impossible.get(name)
+            if is_new and not standing.is_cut_off:
+                self._see_what_is_impossible(work[name])
             if not self._holds(work[name]):
                 facts += self.conclusions.of_head(name, present, self._picture, motion)
         return facts
@@ -452,7 +452,7 @@ class SocialLayer:
         return left
 
     def _see_what_is_impossible(self, work: Work) -> None:
-        """Take note of the jobs of a group that nobody who is there is able to do, or that somebody is able to again."""
+        """Take note of the jobs of a group that nobody who is there is able to do, or that are possible again."""
         now = self._impossible[work.group.name] = work.impossible
         for job in [role.job or "" for role in work.unfinished]:
             if (job in now) is not bool(self._beliefs.get((IS_IMPOSSIBLE, job))):

@@ -3,8 +3,9 @@
 from typing import Any
 
 import pytest
-from intervening import metric, run, said
+from intervening import metric, run, said, tables
 
+from missions.trident import TridentMission
 from missions.trident.choreography import CHOREOGRAPHY, Monitor, unsound
 from missions.trident.scenario import ChoreographyTable
 from remoras.recorder import Recorder
@@ -122,3 +123,46 @@ def test_a_run_that_does_what_the_pattern_forbids_is_found_out(failing: str) -> 
     violations = [row for row in finished.recorder.rows(CHOREOGRAPHY.name) if row[-1]]
     assert violations[0][1:6] == ("IAUV00", "c", "chosen", "recovery", chosen)
     assert violations[0][-1] == "not allowed in state c; allowed: chosen by ASV00"
+
+
+BY_ROLE = {**PATTERN, "message": [{**PATTERN["message"][0], "by": "Recoverer"}, *PATTERN["message"][1:]]}
+
+
+def test_a_message_is_of_who_plays_the_role_when_it_finds_it_out() -> None:
+    """Who leaves the role before it is heard may say so still; who took it later may not have said it before."""
+    fleet = Fleet(BY_ROLE)
+    fleet.recorder.roles += [(5.0, "IAUV00", "Trident", "Recoverer", "assigned")]
+    early, late = (fleet.record(name, "chosen", "Candidate-1", 10.0) for name in ("IAUV01", "IAUV00"))
+    fleet.recorder.roles += [(10.0, "IAUV00", "Trident", "Recoverer", "left")]
+    fleet.recorder.roles += [(12.0, "IAUV01", "Trident", "Recoverer", "assigned")]
+    fleet.send("IAUV01", early, 20.0)
+    fleet.send("IAUV00", late, 30.0)
+    assert [(row[1], row[6], bool(row[7])) for row in fleet.rows] == [
+        ("IAUV01", "asked", True),
+        ("IAUV00", "chosen", False),
+    ]
+    fleet.say("ASV00", "verdict", "decoy", 40.0)
+    fleet.say("IAUV01", "chosen", "Candidate-2", 50.0)
+    assert fleet.monitor.state == "chosen"
+
+
+@pytest.mark.parametrize(("by", "n"), [("Recoverer", 0), ("IAUV00", 2)])
+def test_a_lawful_takeover_breaks_no_pattern_of_roles(by: str, n: int) -> None:
+    """The same run, read by a pattern that names the vehicle, has violations: the target is identified by another."""
+    told = [f'{{state="{one}",says="surveyedBy",to="{to}"}}' for one, to in (("a", "b"), ("b", "c"))]
+    told += ['{state="c",says="chosen",to="d"}', f'{{state="d",says="verdict",value="target",by="{by}",to="e"}}']
+    told += [f'{{state="e",says="recoveredBy",by="{by}",to="f"}}']
+    states = ",".join(f'{{name="{one}"}}' for one in "abcde") + ',{name="f",final=true}'
+    pattern = (f"choreography.state=[{states}]", f"choreography.message=[{','.join(told)}]")
+    finished = run("fleet.size=3", *pattern, failing=("IAUV00 arm", "IAUV00 gripper"), at_s=100.0, seed=3)
+    assert finished.completed, finished.reason
+    assert metric(finished, "n_violations") == n
+
+
+def test_a_speaker_that_is_neither_vehicle_nor_role_is_refused() -> None:
+    raw = tables()
+    raw["choreography"]["message"][3]["by"] = "Captain"
+    (fault,) = TridentMission.check(raw)
+    assert (fault.key, fault.given) == ("choreography.message.4.by", '"Captain"')
+    assert "IAUV00" in fault.allowed
+    assert "Recoverer" in fault.allowed
