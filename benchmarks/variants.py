@@ -1,0 +1,115 @@
+"""``python -m benchmarks.variants [--repeats N] [NAME...]``: missions where another vehicle has the tool, or one dies.
+
+Each variant changes the shipped scenario in one respect; its seeds are 1 to N. Of each it prints how many runs were
+complete, with the Wilson interval, when the latest was over, and in how many vehicles said that a job is impossible.
+"""
+
+from __future__ import annotations
+
+import argparse
+import copy
+import random
+import tempfile
+import tomllib
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+
+from missions.runs.run import Run, run
+from missions.scenarios import load, shipped
+from missions.statistics import wilson_interval
+
+Raw = dict[str, Any]
+NAMES = ("pandora-inspection", "trident-intervention")
+
+
+def _tables(name: str) -> Raw:
+    return copy.deepcopy(tomllib.loads(shipped()[name].read_text(encoding="utf-8")))
+
+
+def _pandora(n_stuck: int, n_vehicles: int = 3, **tools: Iterable[int]) -> Raw:
+    """The inspection without its faults, with stuck valves, and each tool on the vehicles of these numbers alone."""
+    raw = _tables(NAMES[0])
+    del raw["fault"]
+    raw["upset"] = [{"kind": "stuck"}] * n_stuck
+    raw["vehicle"] = raw["vehicle"][:n_vehicles]
+    for number, vehicle in enumerate(raw["vehicle"]):
+        vehicle["sensor"] = [one for one in vehicle["sensor"] if number in tools.get(one["type"], range(3))]
+    return raw
+
+
+def _drawn(seed: int) -> Raw:
+    """One tool of one vehicle dies, at a time that is drawn."""
+    rng, raw = random.Random(seed), _pandora(2)
+    vehicle, tool = f"AUV0{rng.randrange(3)}", rng.choice(["arm", "wrench", "camera"])
+    raw["fault"] = [{"vehicle": vehicle, "kind": "sensor", "sensor": tool, "at_s": rng.uniform(20.0, 1500.0)}]
+    return raw
+
+
+def _split(seed: int) -> Raw:
+    """Arm and wrench on one vehicle each, which are drawn."""
+    arm, wrench = random.Random(seed).sample(range(3), 2)
+    return _pandora(2, arm=[arm], wrench=[wrench])
+
+
+def _trident(dead: str, at_s: float, n_divers: int = 2) -> Raw:
+    """Arm and gripper of one vehicle die."""
+    raw = _tables(NAMES[1])
+    raw["fleet"]["size"] = 1 + n_divers
+    raw["fault"] = [{"vehicle": dead, "kind": "sensor", "sensor": one, "at_s": at_s} for one in ("arm", "gripper")]
+    return raw
+
+
+VARIANTS: dict[str, Callable[[int], Raw]] = {
+    **{
+        f"pandora: {tool} on AUV0{number} only": lambda seed, tool=tool, number=number: _pandora(
+            3 if tool == "wrench" else 1, **{tool: [number]}
+        )
+        for tool in ("wrench", "arm", "camera")
+        for number in range(3)
+    },
+    "pandora: arm and wrench on one each": _split,
+    "pandora: no wrench": lambda seed: _pandora(3, wrench=[]),
+    "pandora: a tool dies": _drawn,
+    "pandora: one vehicle": lambda seed: _pandora(1, 1),
+    "pandora: one vehicle, no wrench": lambda seed: _pandora(1, 1, wrench=[]),
+    **{
+        f"trident: {dead} at {at_s:.0f} s": lambda seed, dead=dead, at_s=at_s: _trident(dead, at_s)
+        for dead in ("IAUV00", "IAUV01")
+        for at_s in (100.0, 1600.0)
+    },
+    "trident: one diver at 100 s": lambda seed: _trident("IAUV00", 100.0, 1),
+}
+
+
+def flown(raw: Raw, seed: int) -> Run:
+    """A run of these tables."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "variant.toml"
+        path.write_text(tomli_w.dumps(raw), encoding="utf-8")
+        return run(load(str(path)), seed)
+
+
+def main() -> int:
+    """Print a line for each variant."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.variants", description=__doc__)
+    parser.add_argument("name", nargs="*", help="beginnings of variants; all by default")
+    parser.add_argument("--repeats", type=int, default=10)
+    arguments = parser.parse_args()
+    for name, tables in VARIANTS.items():
+        if arguments.name and not name.startswith(tuple(arguments.name)):
+            continue
+        runs = [flown(tables(seed), seed) for seed in range(1, arguments.repeats + 1)]
+        done = sum(one.completed for one in runs)
+        low, high = wilson_interval(done, len(runs))[:2]
+        over_s = max(one.recorder.rows("trajectories")[-1][0] for one in runs)
+        n_said = sum(any(stone.name == "impossible" for stone in one.milestones) for one in runs)
+        of = f"{done} of {len(runs)} ({low:.0%} to {high:.0%})"
+        print(f"{name}: {of}, over by {over_s:.0f} s, impossible said in {n_said}", flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
