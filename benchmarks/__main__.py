@@ -18,7 +18,8 @@ import benchmarks
 from benchmarks import printed
 
 NO_BENCHMARKS = {
-    "__main__", "bursts", "dividing", "intervals", "ipc", "measuring", "mechanisms", "printed", "site", "tuning", "variants",
+    "__main__", "bursts", "dividing", "intervals", "ipc", "measuring", "mechanisms", "printed", "site", "tuning",
+    "variants",
 }  # fmt: skip
 
 
