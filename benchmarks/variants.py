@@ -11,7 +11,7 @@ import copy
 import random
 import tempfile
 import tomllib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +22,7 @@ from missions.scenarios import load, shipped
 from missions.statistics import wilson_interval
 
 Raw = dict[str, Any]
+NO_CHANGE: Mapping[str, Collection[int]] = {}
 NAMES = ("pandora-inspection", "trident-intervention")
 
 
@@ -29,7 +30,7 @@ def _tables(name: str) -> Raw:
     return copy.deepcopy(tomllib.loads(shipped()[name].read_text(encoding="utf-8")))
 
 
-def _pandora(n_stuck: int, n_vehicles: int = 3, **tools: Iterable[int]) -> Raw:
+def _pandora(n_stuck: int, n_vehicles: int = 3, tools: Mapping[str, Collection[int]] = NO_CHANGE) -> Raw:
     """The inspection without its faults, with stuck valves, and each tool on the vehicles of these numbers alone."""
     raw = _tables(NAMES[0])
     del raw["fault"]
@@ -51,7 +52,7 @@ def _drawn(seed: int) -> Raw:
 def _split(seed: int) -> Raw:
     """Arm and wrench on one vehicle each, which are drawn."""
     arm, wrench = random.Random(seed).sample(range(3), 2)
-    return _pandora(2, arm=[arm], wrench=[wrench])
+    return _pandora(2, 3, {"arm": [arm], "wrench": [wrench]})
 
 
 def _trident(dead: str, at_s: float, n_divers: int = 2) -> Raw:
@@ -62,24 +63,23 @@ def _trident(dead: str, at_s: float, n_divers: int = 2) -> Raw:
     return raw
 
 
+def _on_one(tool: str, number: int) -> Callable[[int], Raw]:
+    """A tool on one vehicle alone; the valves are stuck where that is the wrench."""
+    tools = {tool: [number]}
+    return lambda seed: _pandora(3 if tool == "wrench" else 1, 3, tools)
+
+
 VARIANTS: dict[str, Callable[[int], Raw]] = {
-    **{
-        f"pandora: {tool} on AUV0{number} only": lambda seed, tool=tool, number=number: _pandora(
-            3 if tool == "wrench" else 1, **{tool: [number]}
-        )
-        for tool in ("wrench", "arm", "camera")
-        for number in range(3)
-    },
+    **{f"pandora: {tool} on AUV0{n} only": _on_one(tool, n) for tool in ("wrench", "arm", "camera") for n in range(3)},
     "pandora: arm and wrench on one each": _split,
-    "pandora: no wrench": lambda seed: _pandora(3, wrench=[]),
+    "pandora: no wrench": lambda seed: _pandora(3, 3, {"wrench": []}),
     "pandora: a tool dies": _drawn,
     "pandora: one vehicle": lambda seed: _pandora(1, 1),
-    "pandora: one vehicle, no wrench": lambda seed: _pandora(1, 1, wrench=[]),
-    **{
-        f"trident: {dead} at {at_s:.0f} s": lambda seed, dead=dead, at_s=at_s: _trident(dead, at_s)
-        for dead in ("IAUV00", "IAUV01")
-        for at_s in (100.0, 1600.0)
-    },
+    "pandora: one vehicle, no wrench": lambda seed: _pandora(1, 1, {"wrench": []}),
+    "trident: IAUV00 at 100 s": lambda seed: _trident("IAUV00", 100.0),
+    "trident: IAUV00 at 1600 s": lambda seed: _trident("IAUV00", 1600.0),
+    "trident: IAUV01 at 100 s": lambda seed: _trident("IAUV01", 100.0),
+    "trident: IAUV01 at 1600 s": lambda seed: _trident("IAUV01", 1600.0),
     "trident: one diver at 100 s": lambda seed: _trident("IAUV00", 100.0, 1),
 }
 
