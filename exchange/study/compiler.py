@@ -110,7 +110,7 @@ def run_narrow(
     rules: PolicyRules, load: Load, p_loss: Floats, seed: int, first_trial: int, received: Ints, outcomes: Ints
 ) -> None:
     """Entry where all items fit into one word."""
-    narrow = PolicyRules(rules.repeat, rules.carrier_evidence, rules.n_nodes, 1, 1, rules.is_bound)
+    narrow = PolicyRules(rules.repeat, rules.carrier_evidence, rules.n_nodes, 1, 1, rules.knows_all)
     montecarlo.run_trials(KIND, narrow, load, p_loss, seed, first_trial, received, outcomes)
 
 

@@ -160,7 +160,7 @@ def pass_packet(
 def play_slot(kind: AckRules, rules: PolicyRules, load: Load, nodes: NodeStates, slot: int, heard_by: int) -> int:
     """One slot of all nodes; bit i of `heard_by` says that node i receives the packet. Returns the items sent."""
     frame, owner = slot // rules.n_nodes, slot % rules.n_nodes
-    if rules.is_bound:
+    if rules.knows_all:
         return pass_freely(rules, load, nodes, owner, heard_by)
     open_slots(kind, rules, nodes, owner)
     n_sent = fill_packet(rules, load, nodes, owner, nodes.header_bits[slot % len(nodes.header_bits)])

@@ -72,7 +72,7 @@ class ExchangeStudy:
         item_bits: size of an item.
         capacity_bits: size of a packet, header charged; None for no limit.
         carrier_evidence: take a node that sends an item as holding it; the paper does not.
-        bound: add what no policy can beat, as a policy named `bound`: see `exchange.study.bound`.
+        bound: add a bound, in which knowledge is free, as a policy named `bound`: see `exchange.study.bound`.
         seed: of all random numbers.
         max_slots: bound of a trial; one that has not ended is reported as censored.
         queue_items: Poisson load: items of its own that a node keeps; more are refused.

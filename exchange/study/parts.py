@@ -174,8 +174,8 @@ def memory_of(plan: TrialPlan, loop: SlotLoop, part: TrialBatch) -> Ints:
 
 def play(plan: TrialPlan, policy: AckPolicy, loop: SlotLoop, part: TrialBatch, received: Ints) -> Ints:
     """The outcomes of a policy in the trials of a part, shape (n_trials, N_QUANTITIES, 3)."""
-    is_bound = policy == BOUND
-    rules = PolicyRules(policy.repeat or is_bound, plan.carrier_evidence, plan.n_nodes, plan.n_words, 1, is_bound)
+    knows_all = policy == BOUND
+    rules = PolicyRules(policy.repeat or knows_all, plan.carrier_evidence, plan.n_nodes, plan.n_words, 1, knows_all)
     outcomes = np.empty((part.n_trials, trial.N_QUANTITIES, 3), np.int64)
     loop.run(rules, plan.load, plan.matrices[part.setting], plan.seed, part.first_trial, received, outcomes)
     return outcomes

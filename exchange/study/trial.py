@@ -52,7 +52,7 @@ class PolicyRules(NamedTuple):
     n_nodes: int
     n_words: int
     set_words: int = 1
-    is_bound: bool = False
+    knows_all: bool = False
 
 
 class Load(NamedTuple):

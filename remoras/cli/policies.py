@@ -73,7 +73,7 @@ def exchange_study(
         int | None, typer.Option(metavar="BITS", help="Size of a packet, header charged; unlimited if left out.")
     ] = None,
     carrier_evidence: Annotated[bool, typer.Option(help="Take a node that sends an item as holding it.")] = False,
-    bound: Annotated[bool, typer.Option("--bound", help="Add what no policy can beat.")] = False,
+    bound: Annotated[bool, typer.Option("--bound", help="Add a bound: all know what all hold, for nothing.")] = False,
     seed: Annotated[int, typer.Option(metavar="N", help="Root of all random draws.")] = 1,
     jobs: Annotated[int, typer.Option(metavar="N", help="Cores to use; the numbers do not depend on it.")] = 1,
     out: Annotated[

@@ -153,7 +153,7 @@ def test_what_can_be_named_is_listed_and_described(kind: str, among: str):
     assert text.exit_code == 0
     assert re.search(rf"^ +{among} +\S", text.stdout, re.MULTILINE)
     rows = json.loads(remoras("list", kind, "--json").stdout)
-    details = {"source", "messages", "authorities", "parameters"} if kind == "strategies" else set()
+    details = {"source", "factors", "messages", "authorities", "parameters"} if kind == "strategies" else set()
     assert [set(row) for row in rows] == [{"name", "description"} | details] * len(rows)
     assert among in {row["name"] for row in rows}
     assert all(row["description"] for row in rows)
@@ -167,14 +167,19 @@ def test_what_can_be_set_of_a_strategy_is_listed():
     assert central["messages"]["jobDone"] == "a vehicle has done a job"
     assert central["authorities"] == []
     assert [(p["name"], p["default"]) for p in central["parameters"]] == [
-        ("queue", 2),
         ("margin", 0.05),
         ("help_s", 60.0),
         ("acknowledge_rounds", 400),
+        ("common_plan", "missions"),
+        ("announces", "next-jobs"),
+        ("repairs", "changes"),
+        ("queue", 2),
     ]
-    assert central["parameters"][0]["description"] == "most jobs that a vehicle holds, the one it is at included"
+    assert central["parameters"][-1]["description"] == "most jobs that a vehicle holds, the one it is at included"
     text = remoras("list", "strategies").stdout
-    assert re.search(r"^  central .*\n      source: .*\n      message playsRole: ", text, re.MULTILINE)
+    assert re.search(
+        r"^  central .*\n      source: .*\n      factors: .*\n      message playsRole: ", text, re.MULTILINE
+    )
     assert "      parameter queue = 2: most jobs that a vehicle holds, the one it is at included\n" in text
     assert "parameter queue" not in remoras("list").stdout
 
@@ -507,7 +512,7 @@ def test_no_key_is_explained_by_a_type_of_python():
         ("communication.needs", "table of whole numbers"),
         ("fault.at_s", "number or list of 2 numbers, may be left out"),
         ("fleet.size", "whole number, at least 2, at most 64, may be left out"),
-        ("study.sampling", 'one of "grid", "list", "latin", default "grid"'),
+        ("study.sampling", 'one of "grid", "list", "latin", "factorial", default "grid"'),
         ("study.strategies", "list of texts, at least 1, may be left out"),
     ],
 )
