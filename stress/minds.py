@@ -153,7 +153,7 @@ class _Said:
 def is_found_out(jobs: Collection[Job], declaration: Declaration) -> bool:
     """True if a false word is: of every job it shows in other facts how much is left, and vehicles tell each other."""
     told = _Said(frozenset(job.done for job in jobs))
-    left = [getattr(job, "left", lambda _: None)(told) for job in jobs]
+    left = [getattr(job, "left", lambda _: None)(told) if hasattr(job, "share_left") else None for job in jobs]
     return declaration.tells and all(state is not None and share_left(state) == 1.0 for state in left)
 
 

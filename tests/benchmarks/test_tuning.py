@@ -73,7 +73,7 @@ def test_the_seeds_of_the_search_are_in_no_shipped_study_and_in_no_other_round()
 
 def test_the_defaults_are_the_first_point_and_the_others_meet_every_stratum_once() -> None:
     default, *drawn = points_of(Central(), 12)
-    assert default.values == (("queue", 2), ("margin", 0.05), ("help_s", 60.0), ("acknowledge_rounds", 400))
+    assert default.values == (("margin", 0.05), ("help_s", 60.0), ("acknowledge_rounds", 400), ("queue", 2))
     assert len(drawn) == 11
     margins = [dict(point.values)["margin"] for point in drawn]
     assert sorted(int(11 * float(margin) / 0.3) for margin in margins) == list(range(11))  # 0 to 0.3 in 11 strata
