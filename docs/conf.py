@@ -23,6 +23,7 @@ from missions.files import MISSIONS  # noqa: E402
 from missions.scenarios.explanations import explanations  # noqa: E402
 from missions.scenarios.formation import FORMATION_WORDS  # noqa: E402
 from missions.sweeps.study import study_explanations  # noqa: E402
+from remoras.mission import ABILITIES  # noqa: E402
 from worldmodel import core_ontology_paths, ontology_path, read_tbox  # noqa: E402
 from worldmodel.vocabulary import terms_of  # noqa: E402
 
@@ -96,7 +97,7 @@ class Terms(SphinxDirective):
         """A definition for each term."""
         listed = nodes.definition_list()
         mission, _, file = self.arguments[0].rpartition("/")
-        optional = (ontology_path("bans"), ontology_path("needs"), ontology_path("slots"), FORMATION_WORDS)
+        optional = (ontology_path("bans"), ontology_path("needs"), ontology_path("slots"), ABILITIES, FORMATION_WORDS)
         more = sorted((MISSIONS / mission).glob("*.ttl")) if mission else optional
         for term in terms_of(read_tbox(*core_ontology_paths(), *more)):
             if term.file == file:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from exchange.ack import Words
 from exchange.blocks import joined_block
-from exchange.packets import Fragment, ItemUid, Named, named
+from exchange.packets import Fragment, ItemUid, Named, name_of_item
 from exchange.values import Waiting
 from worldmodel import Block, PropertyValue
 from worldmodel.facts import Guid
@@ -90,7 +90,7 @@ class Ledger:
 
     def add(self, entry: LedgerEntry, item: Named | None = None) -> int:
         """Take in a new item, with its names where these are made already; returns its column."""
-        column, (_, uid, guid, _) = len(self.entries), item or named(entry.fragment)
+        column, (_, uid, guid, _) = len(self.entries), item or name_of_item(entry.fragment)
         self.column_of[uid] = column
         self.uids.append(uid)
         self.entries.append(entry)

@@ -136,7 +136,7 @@ class Named(NamedTuple):
     block: Block | None
 
 
-def named(fragment: Fragment) -> Named:
+def name_of_item(fragment: Fragment) -> Named:
     """An item, with names that are made once."""
     origin, sequence, time_s, facts, index, count, epoch = fragment
     block = _new(Block, (origin, sequence, time_s, facts, epoch)) if count == 1 else None

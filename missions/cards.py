@@ -20,27 +20,27 @@ def card(title: str, rows: Iterable[tuple[str, ...]], note: str = "") -> str:
     >>> card("A & B", [("depth", "12 m")])
     '<div><strong>A &amp; B</strong><table><tr><th style="text-align:left">depth</th><td>12 m</td></tr></table></div>'
     """
-    listed = [tuple(_cut(cell) for cell in row) for row in rows]
+    listed = [tuple(_cut(text) for text in row) for row in rows]
     more = [f"and {len(listed) - MOST_ROWS} more"] if len(listed) > MOST_ROWS else []
     lines = "".join(_row(row) for row in listed[:MOST_ROWS])
     notes = "".join(f"<p>{escape(text)}</p>" for text in [*more, *([note] if note else [])])
     return f"<div><strong>{escape(title)}</strong><table>{lines}</table>{notes}</div>"
 
 
-def _row(cells: Sequence[str]) -> str:
-    first, *others = map(escape, cells)
+def _row(texts: Sequence[str]) -> str:
+    first, *others = map(escape, texts)
     style = ' style="text-align:left"'
-    return f"<tr><th{style}>{first}</th>{''.join(f'<td>{cell}</td>' for cell in others)}</tr>"
+    return f"<tr><th{style}>{first}</th>{''.join(f'<td>{text}</td>' for text in others)}</tr>"
 
 
 def _cut(text: str) -> str:
     return text if len(text) <= LONGEST_TEXT else f"{text[: LONGEST_TEXT - 3]}..."
 
 
-def number(value: Any) -> str:
+def number_text(value: Any) -> str:
     """A value as a card shows it: numbers to six digits.
 
-    >>> number(1234.56789), number(True), number(None)
+    >>> number_text(1234.56789), number_text(True), number_text(None)
     ('1234.57', 'yes', 'none')
     """
     if value is None or isinstance(value, bool):
@@ -77,7 +77,7 @@ class Figures(dict[str, Any]):
     def _repr_html_(self) -> str:
         units = self._units()
         shown = {name: value for name, value in self.items() if not isinstance(value, list | dict)}
-        return card("Figures", ((name, number(value), units.get(name, "")) for name, value in shown.items()))
+        return card("Figures", ((name, number_text(value), units.get(name, "")) for name, value in shown.items()))
 
 
 class Records(list[dict[str, Any]]):
@@ -85,4 +85,4 @@ class Records(list[dict[str, Any]]):
 
     def _repr_html_(self) -> str:
         keys = list(self[0]) if self else []
-        return card(" · ".join(keys), (tuple(number(record[key]) for key in keys) for record in self))
+        return card(" · ".join(keys), (tuple(number_text(record[key]) for key in keys) for record in self))

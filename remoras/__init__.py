@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     from remoras.picture import Picture
     from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
     from remoras.sensor import SELF, Observation, Pose, Sensor, SensorSettings
-    from remoras.stepped import State, Stepping
+    from remoras.stepped import MissionState, Stepping
     from remoras.strategy import Declaration, Move, Negotiator, Situation, Statement, Strategy
     from remoras.swept import Sweep
     from remoras.work import DivisibleJob, Job, Outlook, Work
@@ -67,7 +67,7 @@ _HOMES = {
         "stepping",
         "sweep",
     ),
-    "remoras.stepped": ("State", "Stepping"),
+    "remoras.stepped": ("MissionState", "Stepping"),
     "missions.scenarios": ("Scenario",),
     "missions.scenarios.faults": ("DeclaredFault",),
     "missions.meeting": (
@@ -115,9 +115,9 @@ __all__ = [
     "ActivityKind", "ActivitySet", "ActivityType", "Approach", "Behaviour", "Better", "Column", "Condition",
     "Danger", "Declaration", "DeclaredFault", "DivisibleJob", "Drawing", "Figure", "Finding", "FleetView", "Group",
     "Job", "JobMission", "JobScenario", "JobSettings", "JobTruth", "Known", "Layer", "Mark", "Meeting",
-    "MeetingTruth", "Metric", "Milestone", "Mission", "Motion", "Move", "Negotiator", "Objective", "Observation",
+    "MeetingTruth", "Metric", "Milestone", "Mission", "MissionState", "Motion", "Move", "Negotiator", "Objective", "Observation",
     "Outlook", "Perception", "Picture", "Place", "Pose", "Recorder", "Reference", "RemorasError", "Run", "Scenario",
-    "Sensor", "SensorSettings", "Situation", "State", "Statement", "Stepping", "Strategy", "Sweep", "Table",
+    "Sensor", "SensorSettings", "Situation", "Statement", "Stepping", "Strategy", "Sweep", "Table",
     "Truth", "VehicleData", "VehicleView", "Work", "attracted", "compare", "distance_m", "exchange_study", "load",
     "network", "open", "run", "scenarios", "stepping", "sweep",
 ]  # fmt: skip

@@ -13,7 +13,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from missions.cards import Figures, Records, card, number
+from missions.cards import Figures, Records, card, number_text
 from missions.errors import OutputError
 from missions.files import is_named, toml_value
 from missions.runs.results import MemoryResults, Results
@@ -377,7 +377,7 @@ class Run:
     def _repr_html_(self) -> str:
         figures, units = self.summary, self._units()
         shown = [name for name in figures if name in HEADLINE or name in self._headline]
-        rows = [(name, number(figures[name]), units.get(name, "")) for name in shown]
+        rows = [(name, number_text(figures[name]), units.get(name, "")) for name in shown]
         rows.append(("tables", ", ".join(self.tables), ""))
         return card(repr(self)[1:-1], rows, "run.summary has all figures, run.plot() and run.replay() show it")
 

@@ -47,7 +47,10 @@ from remoras.recorder import Recorder, Table
 from remoras.sensor import SensorSettings
 from remoras.truth import FleetView, Milestone, Truth, VehicleView
 from remoras.work import Job, Point
+from worldmodel import ontology_path
 
+ABILITIES = ontology_path("abilities")
+"""Words by which vehicles say what they are not able to do; a mission lists the file in its ``vocabulary``."""
 __all__ = [
     "ALLOCATE_ROLES", "ASSIGN_OBJECTIVE", "DISSOLVE_GROUP", "ELEMENTARY_TASKS", "FORM_GROUP", "GIVE_MISSION", "PURSUE",
     "Finding", "FleetView", "FunctionalPart", "Milestone", "Mission", "Nothing", "SocialPart", "Truth", "VehicleView",

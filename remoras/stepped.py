@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from missions.cards import card, number
+from missions.cards import card, number_text
 from missions.runs.results import MemoryResults
 from missions.runs.underway import Underway
 from remoras.face import Run
@@ -37,7 +37,7 @@ class VehicleNow:
 
 
 @dataclass(frozen=True, repr=False)
-class State:
+class MissionState:
     """A run after a motion tick; nothing of it changes later.
 
     Attributes:
@@ -51,11 +51,13 @@ class State:
     milestones: tuple[Milestone, ...]
 
     def __repr__(self) -> str:
-        return f"<State at {self.time_s:g} s: {self.goal_fraction:.0%} of the goal, {len(self.vehicles)} vehicles>"
+        return (
+            f"<MissionState at {self.time_s:g} s: {self.goal_fraction:.0%} of the goal, {len(self.vehicles)} vehicles>"
+        )
 
     def _repr_html_(self) -> str:
         rows = [
-            (name, f"({now.x_m:.1f} m, {now.y_m:.1f} m)", f"{number(now.speed_mps)} m/s", ", ".join(now.roles))
+            (name, f"({now.x_m:.1f} m, {now.y_m:.1f} m)", f"{number_text(now.speed_mps)} m/s", ", ".join(now.roles))
             for name, now in self.vehicles.items()
         ]
         return card(f"{self.time_s:g} s, {self.goal_fraction:.0%} of the goal", rows)
@@ -80,10 +82,10 @@ class Stepping:
         how = "ended" if self._finished else "is underway"
         return f"<Stepping of {self._underway.setup.scenario.scenario.name}: {how}, {self._underway.now_s:g} s>"
 
-    def __iter__(self) -> Iterator[State]:
+    def __iter__(self) -> Iterator[MissionState]:
         return self
 
-    def __next__(self) -> State:
+    def __next__(self) -> MissionState:
         if self._finished or not self._underway.is_running:
             self.run()
             raise StopIteration
@@ -100,7 +102,7 @@ class Stepping:
             )
             for vehicle in self._underway.view.vehicles
         }
-        return State(self._underway.now_s, self._underway.goal_fraction, vehicles, tuple(new))
+        return MissionState(self._underway.now_s, self._underway.goal_fraction, vehicles, tuple(new))
 
     def table(self, name: str) -> DataFrame:
         """The rows of a table so far, as a pandas data frame.

@@ -99,10 +99,10 @@ def _compiled(sources: tuple[Source, ...]) -> TBox:
 def _parsed(sources: tuple[Source, ...]) -> "Graph":
     from rdflib import OWL, RDF
 
-    from worldmodel.stated import subjects_of
+    from worldmodel.stated import stated_subjects
     from worldmodel.turtle import parse_turtle
 
     graph = parse_turtle(sources).graph
-    for individual in list(subjects_of(graph, set(graph.subjects(RDF.type, OWL.Class)))):
+    for individual in list(stated_subjects(graph, set(graph.subjects(RDF.type, OWL.Class)))):
         graph.remove((individual, None, None))  # the world models have it, under the name of an instance
     return graph

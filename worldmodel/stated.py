@@ -25,7 +25,7 @@ _TERMS = {
 _ALLOWED = {RDF.type, OWL.differentFrom}
 
 
-def subjects_of(graph: Graph, classes: Set[Node]) -> Iterator[Node]:
+def stated_subjects(graph: Graph, classes: Set[Node]) -> Iterator[Node]:
     """Yield whatever is said to be of one of these classes, or an individual, or the same as another thing."""
     for subject in set(graph.subjects(unique=True)):
         kinds = set(graph.objects(subject, RDF.type))
@@ -36,7 +36,7 @@ def subjects_of(graph: Graph, classes: Set[Node]) -> Iterator[Node]:
             yield subject
 
 
-class Individuals:
+class StatedIndividuals:
     """Reads the individuals of ``graph``; ``reader`` takes the faults."""
 
     def __init__(
@@ -55,7 +55,7 @@ class Individuals:
 
     def read(self) -> tuple[Individual, ...]:
         """Return the individuals by name, or note what is wrong with them."""
-        for subject in sorted(subjects_of(self.graph, self.class_uid.keys()), key=str):
+        for subject in sorted(stated_subjects(self.graph, self.class_uid.keys()), key=str):
             if (of_class := self._class_of(subject)) is not None and isinstance(subject, URIRef):
                 self.found[subject] = of_class
         names: dict[str, URIRef] = {}

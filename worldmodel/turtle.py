@@ -35,7 +35,7 @@ from worldmodel.annotations import ANNOTATIONS, BOUNDS, RM, Annotations
 from worldmodel.definitions import DEFINING, Definitions
 from worldmodel.errors import OntologyError, suggestion
 from worldmodel.fields import Field
-from worldmodel.stated import Individuals
+from worldmodel.stated import StatedIndividuals
 from worldmodel.tbox import TYPE_UID, Attribute, OntologyClass, Source, TBox, ValueKind
 
 CORE, MARINE = URIRef("https://w3id.org/remoras/core"), URIRef("https://w3id.org/remoras/marine")
@@ -141,7 +141,7 @@ def compile_tbox(sources: tuple[Source, ...]) -> TBox:
     if not reader.faults:
         classes = reader.definitions.classified(classes, attributes, axioms)
     if not reader.faults:
-        individuals = Individuals(parsed.graph, reader.class_uid, classes, attributes, reader).read()
+        individuals = StatedIndividuals(parsed.graph, reader.class_uid, classes, attributes, reader).read()
         tbox = TBox(tuple(classes), tuple(attributes), tuple(disjoint), sources, axioms, individuals)
         reader.refuse_empty_classes(tbox)
     if reader.faults:

@@ -43,7 +43,7 @@ from typing import NamedTuple
 
 from exchange.ack import Acknowledgement
 from exchange.errors import ConfigurationError, DefinitionFault, PeerFault
-from exchange.packets import MASK_BITS, Fragment, Head, InfluenceSignal, Judged, Named, Packet, Summary, named
+from exchange.packets import MASK_BITS, Fragment, Head, InfluenceSignal, Judged, Named, Packet, Summary, name_of_item
 from exchange.policies import AckPolicy
 from exchange.wire import codes
 from exchange.wire.codes import Bits, Reader, width
@@ -340,7 +340,7 @@ class Codec:
         Fields of ``packet`` come once. Those of ``fragment`` come for each fragment, those of ``fact`` for each fact in
         it: subject and attribute, the value of that attribute, and whether another follows.
         """
-        named = f"policy {self._policy.name}" + (", the largest" if self.header.varies else "")
+        policy = f"policy {self._policy.name}" + (", the largest" if self.header.varies else "")
         of_hash = f"of {8 * HASH_BYTES} bits a byte in turn: grammar, TBox, fleet, policy"
         return (
             FieldSize("packet", "definition hash", HASH_BITS, of_hash),
@@ -348,7 +348,7 @@ class Codec:
             FieldSize("packet", "epoch", EPOCH_BITS, "of the sender: which of its lives; in fours by the hash byte"),
             FieldSize("packet", "frame", FRAME_BITS, f"TDMA frame modulo {FRAMES}: with the sender it names the slot"),
             *_place_listing(self._n_slots),
-            FieldSize("packet", "acknowledgements", self.header.largest_bits, named),
+            FieldSize("packet", "acknowledgements", self.header.largest_bits, policy),
             FieldSize("packet", "end", END_BITS[1], "behind all that follows"),
             *_guard_listing(self._seals, self.head_bits - self._clear_bits, self._checksums),
             *self.fragments.listing(),
@@ -492,7 +492,7 @@ class Codec:
             concerns |= -1 if summary.highest >= MOST_ITEMS else 1 << summary.origin
         items: tuple[Named | Block, ...] = ()
         if len(statuses) < len(packet.fragments):
-            items = tuple([of.block if of.sequence == STATUS else named(of) for of in packet.fragments])
+            items = tuple([of.block if of.sequence == STATUS else name_of_item(of) for of in packet.fragments])
         heard = 0
         for row in packet.rows:
             heard |= row

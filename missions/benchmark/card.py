@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import random
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -82,7 +81,7 @@ def code_of(contest: Contest, place: int) -> str:
     return short(fingerprint([contest.study.configurations[number].scenario.model_dump(mode="json")]))
 
 
-def written(card: Mapping[str, Any]) -> str:
+def card_text(card: Mapping[str, Any]) -> str:
     """A card as its file has it: a line for the runs of each cell."""
     head, between = json.dumps({**card, "strategies": None}, indent=1, allow_nan=False), ",\n"
     entries = []
@@ -139,7 +138,7 @@ def read_strategies(card: Mapping[str, Any]) -> list[Scored]:
     ]
 
 
-def verify(path: Path, suite: Suite, count: int) -> Iterator[tuple[str, str]]:
+def verify_card(path: Path, suite: Suite, count: int) -> Iterator[tuple[str, str]]:
     """Make drawn runs of a card again: for each its name, and what is other now; empty if nothing is.
 
     Which are drawn follows from what the card says, so nobody can choose them.
@@ -166,8 +165,9 @@ def verify(path: Path, suite: Suite, count: int) -> Iterator[tuple[str, str]]:
         for at, cell in enumerate(suite.cells)
         for run in strategy.cells[cell]
     ]
-    draws = random.Random(hashlib.sha256(written(card).encode()).hexdigest())
-    for place, at, run in draws.sample(known, min(count, len(known))):
+    text = card_text(card)
+    order = sorted(range(len(known)), key=lambda number: hashlib.sha256(f"{number} {text}".encode()).digest())
+    for place, at, run in [known[number] for number in order[:count]]:
         name = f"{strategies[place].name}, {suite.cells[at].label}, repeat {run.repeat}"
         if run.seed != seed_of(suite.about.seed, run.repeat):
             yield name, f"seed: was {run.seed}, now {seed_of(suite.about.seed, run.repeat)}"

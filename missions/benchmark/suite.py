@@ -29,7 +29,7 @@ SUITE = "suite"
 NETWORK_KEY = "channel.network"
 
 
-class About(Section):
+class SuiteAbout(Section):
     """The table ``[suite]``."""
 
     name: Name = Field(description="name of the suite")
@@ -51,7 +51,7 @@ class NetworkCase(Section):
 class SuiteFile(Section):
     """A suite as its file has it."""
 
-    suite: About
+    suite: SuiteAbout
     set: dict[str, Any] = Field({}, description="keys of the scenario that are the same in all runs")
     network: tuple[NetworkCase, ...] = Field(min_length=1)
     unforeseen: tuple[Unforeseen, ...] = Field(min_length=1)
@@ -82,7 +82,7 @@ class Suite:
     file: SuiteFile
 
     @property
-    def about(self) -> About:
+    def about(self) -> SuiteAbout:
         """The table ``[suite]``."""
         return self.file.suite
 

@@ -11,7 +11,7 @@ from remoras.strategies import bounds
 HEADS = ("strategy", "score [95 %]", "completed", "worst cell", "bytes", "wrong beliefs", "n")
 
 
-class Table:
+class ScoreTable:
     """Rows of strategies, best first.
 
     Args:

@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from missions.comparison.baseline import compare
-    from missions.comparison.effects import Effect, effects
+    from missions.comparison.effects import MainEffect, effects
     from missions.comparison.ranking import ranks
     from missions.comparison.rows import Comparison, Rank
 
-__all__ = ["Comparison", "Effect", "Rank", "compare", "effects", "ranks"]
+__all__ = ["Comparison", "MainEffect", "Rank", "compare", "effects", "ranks"]
 
 _HOMES = {
     "compare": "baseline", "ranks": "ranking", "effects": "effects", "Comparison": "rows", "Rank": "rows",
-    "Effect": "effects",
+    "MainEffect": "effects",
 }  # fmt: skip
 
 

@@ -29,7 +29,7 @@ OWN_NAMES = {"strategy.name": "strategy", "communication.policy": "policy"}
 
 
 @dataclass(frozen=True, kw_only=True)
-class Effect:
+class MainEffect:
     """A row of ``effects``; None where too few runs can say.
 
     Args:
@@ -74,7 +74,7 @@ class Response:
     constant: bool
 
 
-def effects(results: SweepResults, metrics: Sequence[str] = ()) -> list[Effect]:
+def effects(results: SweepResults, metrics: Sequence[str] = ()) -> list[MainEffect]:
     """Effects of the factors of a study whose sampling is ``factorial``.
 
     Args:
@@ -93,7 +93,7 @@ def effects(results: SweepResults, metrics: Sequence[str] = ()) -> list[Effect]:
     for name in names:
         check_name("--metric", name, results.metrics)
     design, levels = factorial_of(results.file), results.file.factors
-    rows: list[Effect] = []
+    rows: list[MainEffect] = []
     for name in names:
         responses = _responses(results, design, results.metrics[name])
         for condition, response in responses.items():
@@ -166,7 +166,7 @@ def _row(
     condition: str,
     response: Response,
     term: Term,
-) -> Effect:
+) -> MainEffect:
     """One effect on one metric under one condition."""
     column = design.column(term)
     of_repeats = [
@@ -177,7 +177,7 @@ def _row(
     low, high = (None, None) if isinstance(interval, NoInterval) else interval
     is_main = len(term) == 1
     name = design.named(term)
-    return Effect(
+    return MainEffect(
         condition=condition,
         metric=metric,
         term=name,

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from missions.files import drafted
 
 if TYPE_CHECKING:
-    from missions.comparison.effects import Effect
+    from missions.comparison.effects import MainEffect
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -110,7 +110,7 @@ class Rank:
     deterministic: bool = False
 
 
-def write_csv(rows: Sequence[Comparison] | Sequence[Rank] | Sequence[Effect], path: Path) -> None:
+def write_csv(rows: Sequence[Comparison] | Sequence[Rank] | Sequence[MainEffect], path: Path) -> None:
     """Write rows of one kind as a table, settings as JSON; no rows make a table of comparisons without rows."""
     columns = [field.name for field in fields(rows[0] if rows else Comparison)]
     with drafted(path) as draft, draft.open("w", encoding="utf-8", newline="") as file:

@@ -50,16 +50,13 @@ from remoras.beliefs import Beliefs
 from remoras.database import VehicleData
 from remoras.errors import PluginError
 from remoras.htn import Domain, FactsLike, Method, Task
-from remoras.mission import ALLOCATE_ROLES, ASSIGN_OBJECTIVE, Finding, Mission
+from remoras.mission import ABILITIES, ALLOCATE_ROLES, ASSIGN_OBJECTIVE, Finding, Mission
 from remoras.motion import Motion
 from remoras.organisation import Group, Organisation
 from remoras.picture import Picture
 from remoras.recorder import Recorder, Table
 from remoras.work import Job, Point
-from worldmodel import ontology_path
 
-ABILITIES = ontology_path("abilities")
-"""Words by which vehicles say what they are not able to do; a mission lists the file in its ``vocabulary``."""
 WORK = "Work"
 """Key of an importance: of every job's objective, unless its own name is listed. Task of a group, one of its roles and
 the role's job."""

@@ -1,4 +1,4 @@
-"""The sequential probability ratio test: looks are taken until a hypothesis is decided at error rates that are stated.
+"""The sequential probability ratio test: looks are taken until a hypothesis is tested at error rates that are stated.
 
 With looks that are independent under both hypotheses, their likelihood ratios are multiplied until the product leaves
 the bounds ::
@@ -19,7 +19,7 @@ LEAST = 1e-12
 """Nobody is surer than by so much."""
 
 
-def decided(p_true: float, p_mistaken: float, p_missed: float) -> bool | None:
+def tested(p_true: float, p_mistaken: float, p_missed: float) -> bool | None:
     """Whether a hypothesis is accepted or rejected by the looks so far; None while another one is needed.
 
     Args:
@@ -28,7 +28,7 @@ def decided(p_true: float, p_mistaken: float, p_missed: float) -> bool | None:
         p_missed: rate at which what is true may be rejected, above 0 and below 1/2.
 
     >>> three_to_one = 0.85**3 / (0.85**3 + 0.15**3)  # three looks that are right in 85 of 100
-    >>> decided(0.85, 0.01, 0.01), decided(three_to_one, 0.01, 0.01), decided(1.0 - three_to_one, 0.01, 0.01)
+    >>> tested(0.85, 0.01, 0.01), tested(three_to_one, 0.01, 0.01), tested(1.0 - three_to_one, 0.01, 0.01)
     (None, True, False)
     """
     p_true = min(1.0 - LEAST, max(LEAST, p_true))

@@ -18,8 +18,8 @@ from missions.minehunting.imagery import (
     REVISITS,
     SHOWN,
     TARGET_ECHOES,
+    ContactView,
     Imagery,
-    View,
 )
 from remoras.behaviours import Behaviour, Perception, Reference
 from remoras.known import Known
@@ -95,7 +95,7 @@ class Analysing(Behaviour):
         firsts: first views, one of each contact; revisits: views that it may ask for.
     """
 
-    def __init__(self, analysis: Analysis, firsts: Sequence[View], revisits: Sequence[View]) -> None:
+    def __init__(self, analysis: Analysis, firsts: Sequence[ContactView], revisits: Sequence[ContactView]) -> None:
         self._analysis = analysis
         self._firsts, self._revisits = firsts, revisits
         self._news_s: dict[str, tuple[tuple[int, ...], float]] = {}
@@ -115,7 +115,7 @@ class Analysing(Behaviour):
                 found.append(Observation(((first.contact, CLASSIFIED, verdict),)))
         return Perception(0.0, concludes=tuple(found))
 
-    def _verdict(self, first: View, facts: Known, now_s: float, may_ask: bool) -> str:
+    def _verdict(self, first: ContactView, facts: Known, now_s: float, may_ask: bool) -> str:
         """What it takes the contact for; ``REVISITS`` to ask for one more view; empty to wait."""
         imagery = self._analysis.imagery
         known = evidence_of(first.contact, facts, imagery)

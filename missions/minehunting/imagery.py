@@ -95,7 +95,7 @@ class Imagery:
 
 
 @dataclass(frozen=True)
-class View:
+class ContactView:
     """To look at a contact: a ``remoras.work.DivisibleJob``. A revisit comes up when an analyst says what it is of.
 
     Attributes:
@@ -131,9 +131,9 @@ class View:
 
     def is_able(self, data: VehicleData) -> bool:
         """True if the vehicle has a sonar."""
-        return data.sensor(SonarSettings) is not None
+        return data.sensor(SnippetSonarSettings) is not None
 
-    def left(self, facts: Known) -> View | None:
+    def left(self, facts: Known) -> ContactView | None:
         """The job at its place; None while nobody has said what a revisit is of."""
         contact = self.contact if self.number == 0 else facts.get((REVISITS, self.name))
         if contact is None:
@@ -150,10 +150,10 @@ class View:
         return Outlook(outlook.free_s + way_s + self.view_s, self.place_m)
 
 
-def beside(number: int, n_views: int, view_m: float) -> Point:
+def beside_contact(number: int, n_views: int, view_m: float) -> Point:
     """Where a view is, seen from its contact: the views of a run lie on a circle.
 
-    >>> beside(1, 4, 10.0)
+    >>> beside_contact(1, 4, 10.0)
     (0.0, 10.0)
     """
     sin, cos = sincos(TAU * number / n_views)
@@ -223,17 +223,17 @@ def _normal(share: float) -> float:
     return normal_quantile(min(max(share, 1.0 - MOST_SHARE), MOST_SHARE))
 
 
-class SonarSettings(SensorSettings):
+class SnippetSonarSettings(SensorSettings):
     """The table ``[[vehicle.sensor]]`` of a sonar that takes snippets."""
 
     EQUIPMENT: ClassVar[str] = "SideScanSonar"
 
     def make(self, data: VehicleData) -> Sensor:
         """The sonar of a vehicle."""
-        return Sonar()
+        return SnippetSonar()
 
 
-class Sonar:
+class SnippetSonar:
     """Takes the snippet of each view where its vehicle is, strip after strip, each once."""
 
     table = STRIPS
@@ -266,7 +266,7 @@ class Viewing(Behaviour):
         view: the job; data: of the vehicle.
     """
 
-    def __init__(self, view: View, data: VehicleData) -> None:
+    def __init__(self, view: ContactView, data: VehicleData) -> None:
         self._view = view
         self._speed_mps = data.transit_speed_mps
         self._approach = Approach(data.transit_speed_mps)

@@ -28,12 +28,12 @@ from missions.minehunting.imagery import (
     REVISITS,
     SHOWN,
     STRIPS,
+    ContactView,
     Imagery,
     Minefield,
-    SonarSettings,
-    View,
+    SnippetSonarSettings,
     Viewing,
-    beside,
+    beside_contact,
 )
 from missions.minehunting.truth import CLASSIFICATIONS, FIGURES, METRICS, MinehuntingTruth
 from missions.scenarios.tables import (
@@ -123,7 +123,7 @@ class MinehuntingMission(JobMission):
     objective = "Viewing"
     needs = (*JobMission.needs, "objectiveViewing", DONE_BY, *URGENCY)
     vocabulary = (Path(__file__).with_name("vocabulary.ttl"),)
-    sensors: ClassVar[Mapping[str, type[SensorSettings]]] = {"sonar": SonarSettings}
+    sensors: ClassVar[Mapping[str, type[SensorSettings]]] = {"sonar": SnippetSonarSettings}
     tables: ClassVar[tuple[Table, ...]] = (*JobMission.tables, STRIPS, CLASSIFICATIONS)
     metrics: ClassVar[tuple[Metric, ...]] = METRICS
     figures: ClassVar[tuple[Declared, ...]] = FIGURES
@@ -149,8 +149,10 @@ class MinehuntingMission(JobMission):
         contacts_m = {one.name: one.position_m for one in scenario.contact}
         view_s, n_views = (table.strips + 1) * table.strip_s, settings.revisits + 1
 
-        def view(name: str, number: int, contact: str) -> View:
-            return View(name, number, contact, view_s, contacts_m, beside(number, n_views, settings.view_m))
+        def view(name: str, number: int, contact: str) -> ContactView:
+            return ContactView(
+                name, number, contact, view_s, contacts_m, beside_contact(number, n_views, settings.view_m)
+            )
 
         self._firsts = tuple(view(name, 0, name) for name in contacts_m)
         self._revisits = tuple(view(name, n, "") for n, name in enumerate(revisit_names(settings.revisits), 1))
@@ -209,7 +211,7 @@ class MinehuntingMission(JobMission):
         return objective.name != ANALYSING and super().is_individual(objective)
 
     def activity_sets(self, objective: Objective, data: VehicleData, facts: FactsLike, position_m: PointM) -> Pursuit:
-        """For the analyst an activity beside all others."""
+        """For the analyst an activity beside_contact all others."""
         if objective.name != ANALYSING:
             return super().activity_sets(objective, data, facts, position_m)
         analysing = Activity(ANALYSING, ActivityType.ORGANISATIONAL)
@@ -264,7 +266,7 @@ def minehunting_faults(raw: Raw) -> Iterator[ConfigurationFault]:
         if name in taken or names.count(name) > 1:
             yield ConfigurationFault(f"contact.{name}.name", f'"{name}"', "is taken; contacts need names of their own")
     if type(view_m) in (int, float) and revisits:
-        apart_m = distance(beside(0, len(revisits) + 1, view_m), beside(1, len(revisits) + 1, view_m))
+        apart_m = distance(beside_contact(0, len(revisits) + 1, view_m), beside_contact(1, len(revisits) + 1, view_m))
         if apart_m < LEAST_APART_M:
             allowed = (
                 f"its views would be {apart_m:.3g} m apart; {LEAST_APART_M:g} m or more, so fewer revisits or farther"

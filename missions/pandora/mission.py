@@ -21,7 +21,7 @@ from typing import Any, ClassVar
 
 from missions.errors import ConfigurationFault
 from missions.figure import Declared, Place
-from missions.meeting.job_mission import ABILITIES, WORK, JobMission
+from missions.meeting.job_mission import WORK, JobMission
 from missions.meeting.meeting import importance_of
 from missions.meeting.orders import expected_of
 from missions.metric import Metric
@@ -48,7 +48,7 @@ from remoras.behaviours import Behaviour
 from remoras.beliefs import Key
 from remoras.database import VehicleData
 from remoras.htn import ANY, Domain, FactsLike, Method, Operator, Task
-from remoras.mission import PURSUE
+from remoras.mission import ABILITIES, PURSUE
 from remoras.recorder import Recorder, Table
 from remoras.sensor import SensorSettings
 from remoras.work import Point

@@ -10,7 +10,7 @@ from typing import Any, Final, Literal
 
 from pydantic import ConfigDict, Field, field_validator
 
-from missions.cards import card, number
+from missions.cards import card, number_text
 from missions.scenarios.channel import ChannelTable
 from missions.scenarios.communication import Communication
 from missions.scenarios.copies import MAX_VEHICLES, SPACING_M
@@ -313,7 +313,7 @@ class Scenario(Sparse):
         about, groups = self.scenario, ((group.name, [role.name for role in group.role]) for group in self.group)
         rows = [
             ("mission", about.mission),
-            ("ends after", f"{number(about.duration_s)} s at the latest"),
+            ("ends after", f"{number_text(about.duration_s)} s at the latest"),
             ("vehicles", ", ".join(f"{vehicle.name} ({vehicle.vehicle_type})" for vehicle in self.vehicle)),
             *((f"group {name}", ", ".join(roles)) for name, roles in groups),
             ("strategy", self.strategy.name),

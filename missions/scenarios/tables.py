@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, TypeGuard
 
 from pydantic import BaseModel, ConfigDict, Field, SerializerFunctionWrapHandler, model_serializer
 
-from missions.cards import card, number, own_names
+from missions.cards import card, number_text, own_names
 from missions.errors import ConfigurationFault
 from missions.files import shown
 from worldmodel import suggestion
@@ -50,7 +50,7 @@ class Section(BaseModel):
 
 
 def _shown(value: Any) -> str:
-    return repr(value) if isinstance(value, BaseModel | tuple | dict) else number(value)
+    return repr(value) if isinstance(value, BaseModel | tuple | dict) else number_text(value)
 
 
 class Sparse(Section):

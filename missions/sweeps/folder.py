@@ -37,6 +37,7 @@ from missions.sweeps.record import ASSUMED, DECLARATIONS, IDENTITY, LABELS, OWN,
 from missions.verdict import older_verdict
 
 if TYPE_CHECKING:
+    from missions.sweeps.factorial import FactorialDesign
     from missions.sweeps.plan import SweepPlan
     from missions.sweeps.study_file import StudyFile
 
@@ -164,6 +165,13 @@ class SweepResults:
             return RunSchedule(record["version"], demand, tuple(record["digests"]), labels, restricted)
         except (ValueError, TypeError, KeyError, AttributeError):
             raise self._unreadable() from None
+
+    @cached_property
+    def factorial(self) -> FactorialDesign:
+        """The two-level design of the study."""
+        from missions.sweeps.design import factorial_of
+
+        return factorial_of(self.file)
 
     @cached_property
     def file(self) -> StudyFile:

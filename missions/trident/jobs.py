@@ -20,7 +20,7 @@ RECOVERY_S = 400.0
 """What a recovery is expected to take beside the way there, fitted to runs without faults."""
 
 
-def statuses(services: Iterable[str]) -> tuple[Key, ...]:
+def status_keys(services: Iterable[str]) -> tuple[Key, ...]:
     """The facts by which services say whether they work."""
     return tuple(("serviceStatus", name) for name in services)
 
@@ -90,7 +90,7 @@ class BlockSurvey:
     @property
     def rests_on(self) -> tuple[Key, ...]:
         """What the services say of themselves."""
-        return statuses(self.services)
+        return status_keys(self.services)
 
     @property
     def hindrances(self) -> tuple[str, ...]:
@@ -149,7 +149,7 @@ class RecoveryJob:
     @property
     def rests_on(self) -> tuple[Key, ...]:
         """What the services say of themselves."""
-        return statuses(self.services)
+        return status_keys(self.services)
 
     @property
     def hindrances(self) -> tuple[str, ...]:

@@ -9,7 +9,7 @@ from typing import ClassVar
 
 from missions.errors import ConfigurationFault
 from missions.figure import Mark, Place, Tiles
-from missions.meeting.job_mission import ABILITIES, JobMission
+from missions.meeting.job_mission import JobMission
 from missions.meeting.meeting import Pursuit, importance_of
 from missions.meeting.truth import JOBS
 from missions.scenarios.extending import locating
@@ -52,7 +52,7 @@ from remoras.beliefs import Beliefs
 from remoras.database import VehicleData
 from remoras.errors import PlanningError
 from remoras.htn import Domain, FactsLike, Task
-from remoras.mission import Finding
+from remoras.mission import ABILITIES, Finding
 from remoras.motion import Motion
 from remoras.organisation import Organisation
 from remoras.picture import Picture

@@ -19,7 +19,7 @@ from remoras.progress import Progress
 if TYPE_CHECKING:
     from missions.benchmark.scoring import Scored
     from missions.benchmark.suite import Suite
-    from missions.benchmark.tables import Table
+    from missions.benchmark.tables import ScoreTable
 
 CARD, TABLE, LATEX, CITATION, RUNS = "card.json", "table.md", "table.tex", "cite.bib", "runs"
 
@@ -73,9 +73,9 @@ def benchmark(
         fail("--out DIR is missing; it says where runs, card and tables go")
     if not strategies:
         fail("--strategy NAME is missing; allowed: a shipped name, mine.py:MINE or package.module:object")
-    from missions.benchmark.card import card_of, written
+    from missions.benchmark.card import card_of, card_text
     from missions.benchmark.running import Contest
-    from missions.benchmark.tables import Table
+    from missions.benchmark.tables import ScoreTable
     from missions.disk import write_synced
     from missions.errors import StudyChangedError
     from missions.sweeps.driver import PartlyDoneError
@@ -92,9 +92,9 @@ def benchmark(
             fail(f"--out {out}: holds other runs than these ({changed}); name another folder")
     scored = contest.scored(out / RUNS)
     card = card_of(contest, scored, split.value)
-    table = Table(card, scored, _shipped_rows(found))
+    table = ScoreTable(card, scored, _shipped_rows(found))
     for name, text in (
-        (CARD, written(card)),
+        (CARD, card_text(card)),
         (TABLE, table.markdown()),
         (LATEX, table.latex()),
         (CITATION, table.bibtex()),
@@ -140,7 +140,7 @@ def _shipped_rows(suite: Suite) -> list[tuple[dict[str, object], Scored]]:
     return list(zip(card["strategies"], read_strategies(card), strict=True))
 
 
-def _show(table: Table, cpu_s: float | None) -> None:
+def _show(table: ScoreTable, cpu_s: float | None) -> None:
     """Print the tables as text."""
     print(table.caption)
     for rows in ([table.heads, *table.rows()], list(table.shapes())):
@@ -162,9 +162,9 @@ def _tell_failures(scored: Sequence[Scored], out: Path) -> None:
 
 def _verify(path: Path, suite: Suite, count: int, as_json: bool) -> None:
     """Repeat drawn runs of a card; end with an error if one ends otherwise."""
-    from missions.benchmark.card import verify
+    from missions.benchmark.card import verify_card
 
-    found = dict(verify(path, suite, count))
+    found = dict(verify_card(path, suite, count))
     other = {name: text for name, text in found.items() if text}
     if as_json:
         show_json({"verified": len(found), "other": other})

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 @command("network", "remoras network mission-2012 --out seas")
-def network(
+def describe_network(
     name: Annotated[
         str,
         typer.Argument(

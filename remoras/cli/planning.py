@@ -27,7 +27,7 @@ def plan_problem(
     """Plan a problem of the planning competition, or check a plan of it; its format is that of IPC 2020."""
     from remoras.htn import NoPlan, check_plan, plan
     from remoras.htn.hddl import load
-    from remoras.htn.hddl.plan_file import plan_of, plan_text
+    from remoras.htn.hddl.plan_file import plan_text, read_plan
 
     for file in (domain, problem, *([check] if check else [])):
         if not file.is_file():
@@ -37,7 +37,7 @@ def plan_problem(
     began = time.process_time()
     read = load(domain, problem)
     if check:
-        made = plan_of(read, check)
+        made = read_plan(read, check)
     else:
         answer = plan(read.domain, read.facts, read.tasks, goal=read.goal, max_expansions=expansions)
         if isinstance(answer, NoPlan):

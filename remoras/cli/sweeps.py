@@ -18,7 +18,7 @@ from remoras.cli.tables import on_terminal, show_table
 from remoras.progress import Progress
 
 if TYPE_CHECKING:
-    from missions.comparison.effects import Effect
+    from missions.comparison.effects import MainEffect
     from missions.comparison.rows import Comparison
     from missions.sweeps.folder import SweepResults
     from missions.sweeps.study import Study
@@ -189,7 +189,7 @@ def compare(
         _show_comparison(found)
 
 
-def _written(rows: Sequence[Comparison] | Sequence[Effect], out: Path | None) -> None:
+def _written(rows: Sequence[Comparison] | Sequence[MainEffect], out: Path | None) -> None:
     """Write the rows to a CSV file, where one is asked for."""
     from missions.comparison.rows import write_csv
     from missions.errors import OutputError
@@ -217,7 +217,7 @@ def _status_line(status: dict[str, Any]) -> str:
     return ", ".join(f"{count} {name}" for name, count in status.items())
 
 
-def _effect_lines(results: SweepResults, rows: Sequence[Effect]) -> Iterator[str]:
+def _effect_lines(results: SweepResults, rows: Sequence[MainEffect]) -> Iterator[str]:
     """Effects as text: the design, then a table for each metric and condition."""
     from missions.sweeps.design import factorial_of
 

@@ -56,7 +56,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     [
         ("ru", ["run"]),
         ("run mapping-", [name for name in shipped() if name.startswith("mapping-")]),
-        ("run mi", ["mine.toml"]),
+        ("run mine.", ["mine.toml"]),
         ("run mapping-rendezvous --strategy ''", [*strategies()]),
         ("run mapping-rendezvous --policy mps", ["mps-ack", "mps-ack-repeat"]),
         ("run mapping-rendezvous --channel ''", [*CHANNELS]),

@@ -10,7 +10,7 @@ from invoked import refused, remoras
 from benchmarks.ipc.problems import FOLDER, towers, transport
 from remoras.htn import NoPlan, plan
 from remoras.htn.hddl import load
-from remoras.htn.hddl.plan_file import plan_of, plan_text
+from remoras.htn.hddl.plan_file import plan_text, read_plan
 
 
 @pytest.fixture
@@ -83,7 +83,7 @@ def test_what_is_written_is_read_again_under_any_numbers(domain: str, problem: s
     assert not isinstance(made, NoPlan)
     for seed in range(5):
         written.write_text(renumbered(plan_text(made), seed), encoding="utf-8")
-        assert plan_of(read, written).nodes == made.nodes
+        assert read_plan(read, written).nodes == made.nodes
         assert remoras("plan", FOLDER / f"{domain}.hddl", file, "--check", written).exit_code == 0
 
 

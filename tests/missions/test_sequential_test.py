@@ -5,15 +5,15 @@ import random
 
 import pytest
 
-from missions.meeting.sequential_test import decided
+from missions.meeting.sequential_test import tested
 
 N = 4000
 
 
 def played(draw: random.Random, is_true: bool, p_right: float, rate: float) -> tuple[bool, int]:
-    """What is decided, and after how many looks."""
+    """What is tested, and after how many looks."""
     odds, n = 1.0, 0
-    while (verdict := decided(odds / (1.0 + odds), rate, rate)) is None:
+    while (verdict := tested(odds / (1.0 + odds), rate, rate)) is None:
         looks_true = is_true == (draw.random() < p_right)
         odds *= p_right / (1.0 - p_right) if looks_true else (1.0 - p_right) / p_right
         n += 1
@@ -36,7 +36,7 @@ def test_errors_are_as_rare_as_stated_and_looks_few(is_true: bool, p_right: floa
 
 
 def test_a_stricter_rate_takes_more_looks_and_certainty_needs_no_more() -> None:
-    assert decided(0.99, 0.02, 0.02) is True
-    assert decided(0.99, 0.005, 0.005) is None
-    assert decided(1.0, 0.001, 0.001) is True
-    assert decided(0.0, 0.001, 0.001) is False
+    assert tested(0.99, 0.02, 0.02) is True
+    assert tested(0.99, 0.005, 0.005) is None
+    assert tested(1.0, 0.001, 0.001) is True
+    assert tested(0.0, 0.001, 0.001) is False

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from missions.comparison.effects import Effect
+from missions.comparison.effects import MainEffect
 from missions.comparison.intervals import FEW, INTERVALS_OF_MEANS
 from missions.comparison.pairs import SIGNIFICANT
 from missions.comparison.ranking import are_too_few, of_unequal_work
 from missions.comparison.rows import Comparison, Rank
 from missions.metric import Better, MetricRecord
-from missions.sweeps.design import factorial_of
 from missions.sweeps.folder import SweepResults
 from visualisation import words
 from visualisation.sweeps.arrangement import Arrangement, PanelSettings
@@ -184,7 +183,7 @@ def _counts(arrangement: Arrangement, rows: Sequence[Comparison | Rank]) -> str:
     return "; ".join(n)
 
 
-def effects_caption(rows: Sequence[Effect], metric: MetricRecord) -> str:
+def effects_caption(rows: Sequence[MainEffect], metric: MetricRecord) -> str:
     """Caption of the main effects on one metric."""
     main = [row for row in rows if row.is_main]
     mixed = [f"{row.term} with {row.aliases}" for row in main if row.aliases]
@@ -206,9 +205,7 @@ def effects_caption(rows: Sequence[Effect], metric: MetricRecord) -> str:
 def effects_conditions(results: SweepResults) -> str:
     """Of which design, seed and version the effects are."""
     design = results.file.study
-    return (
-        f"Design: {factorial_of(results.file).said()}; master seed {design.seed}, version {results.schedule.version}."
-    )
+    return f"Design: {results.factorial.said()}; master seed {design.seed}, version {results.schedule.version}."
 
 
 def without_intervals(rows: Sequence[Comparison]) -> str:

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from missions.comparison.baseline import compare
-from missions.comparison.effects import Effect, effects
+from missions.comparison.effects import MainEffect, effects
 from missions.comparison.ranking import ranks as ranked_by_metric
 from missions.comparison.rows import Comparison, Rank, write_csv
 from missions.metric import Better, MetricRecord
@@ -60,7 +60,7 @@ class Numbers:
     rows: Mapping[str, Sequence[Comparison]]
     ranks: Sequence[Rank]
     arrangement: Arrangement
-    effects: Sequence[Effect] = ()
+    effects: Sequence[MainEffect] = ()
 
     def drawn_by(self, kind: str) -> tuple[str, ...]:
         """Names of the metrics that a kind draws; none for the ranking."""
@@ -90,7 +90,7 @@ class SweepChart:
     """One figure to write: the end of its file's name, its numbers, its caption, and how it is drawn in a width."""
 
     title: str
-    rows: Sequence[Comparison] | Sequence[Rank] | Sequence[Effect]
+    rows: Sequence[Comparison] | Sequence[Rank] | Sequence[MainEffect]
     caption: str
     figure: Callable[[float | None], Figure]
 
@@ -293,7 +293,7 @@ def _written(
 
 def _caption(results: SweepResults, numbers: Numbers, chart: SweepChart) -> str:
     """What a figure shows, of which runs."""
-    rows = [row for row in chart.rows if not isinstance(row, Effect)]
+    rows = [row for row in chart.rows if not isinstance(row, MainEffect)]
     if not rows:
         return f"{chart.caption} {captions.effects_conditions(results)}"
     conditions = captions.sweep_conditions(results, numbers.arrangement, rows)
@@ -306,7 +306,7 @@ def _charts(kind: str, numbers: Numbers) -> Iterator[SweepChart]:
         from visualisation.sweeps import effects as drawn
 
         text = captions.effects_caption(numbers.effects, numbers.ranked_by)
-        yield SweepChart("", numbers.effects, text, partial(drawn.figure, numbers.effects, numbers.ranked_by))
+        yield SweepChart("", numbers.effects, text, partial(drawn.effects_figure, numbers.effects, numbers.ranked_by))
         return
     arrangement = numbers.arrangement
     combinations = list(arrangement.titles)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from missions.comparison.effects import ALL, Effect
+from missions.comparison.effects import ALL, MainEffect
 from missions.metric import MetricRecord
 from visualisation import style, words
 from visualisation.page import Page, PanelGrid
@@ -17,7 +17,7 @@ MOST_LABEL_IN = 1.9
 COLUMNS = 2
 
 
-def short(term: str) -> str:
+def short_label(term: str) -> str:
     """The last part of the key of a factor."""
     return term.rpartition(".")[2]
 
@@ -33,7 +33,7 @@ def titles(conditions: Sequence[str]) -> list[str]:
     return [", ".join(part for part in condition.split(", ") if part not in shared) for condition in conditions]
 
 
-def figure(rows: Sequence[Effect], metric: MetricRecord, width_in: float | None = None) -> Figure:
+def effects_figure(rows: Sequence[MainEffect], metric: MetricRecord, width_in: float | None = None) -> Figure:
     """Main effects on one metric; the first factor is on top.
 
     Args:
@@ -46,7 +46,9 @@ def figure(rows: Sequence[Effect], metric: MetricRecord, width_in: float | None 
     levels = {row.term: f"{row.low} to {row.high}" for row in rows if row.is_main}
     page_in = style.PAGE_IN if width_in is None else width_in
     columns = min(COLUMNS if page_in > style.COLUMN_IN else 1, len(conditions))
-    wanted_in = max(style.width_in(text, style.SMALL_PT) for text in (*map(short, factors), *levels.values())) + 0.12
+    wanted_in = (
+        max(style.width_in(text, style.SMALL_PT) for text in (*map(short_label, factors), *levels.values())) + 0.12
+    )
     label_in = min(MOST_LABEL_IN, wanted_in)
     grid = PanelGrid(
         len(conditions), columns, page_in, label_in, RIGHT_IN, TOP_IN + TITLE_IN, ROW_IN * len(factors) + 0.1, GAP_IN,
@@ -78,7 +80,9 @@ def figure(rows: Sequence[Effect], metric: MetricRecord, width_in: float | None 
                 axes.set_yticks(
                     range(len(factors)),
                     labels=[
-                        "\n".join(style.fitted(text, label_in - 0.1, style.SMALL_PT) for text in (short(f), levels[f]))
+                        "\n".join(
+                            style.fitted(text, label_in - 0.1, style.SMALL_PT) for text in (short_label(f), levels[f])
+                        )
                         for f in factors
                     ],
                 )

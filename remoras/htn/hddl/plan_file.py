@@ -23,7 +23,7 @@ from remoras.htn.domain import GOAL, Task
 from remoras.htn.hddl import WHOLE, Problem
 from remoras.htn.plans import ROOT, Node, Plan
 
-__all__ = ["plan_of", "plan_text"]
+__all__ = ["plan_text", "read_plan"]
 BEGIN, END, ARROW = "==>", "<==", "->"
 OWN = GOAL, WHOLE
 """Tasks that stand for the goal, and for a problem with variables; the format has no line for them."""
@@ -102,7 +102,7 @@ def _split(words: list[str]) -> tuple[list[str], bool, list[str]]:
     return words[:place], True, words[place + 1 :]
 
 
-def plan_of(problem: Problem, file: Path) -> Plan:
+def read_plan(problem: Problem, file: Path) -> Plan:
     """The plan in a file, of whoever made it, to be checked by ``check_plan``.
 
     Args:

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from missions.benchmark.card import card_of, figures, read_card, read_strategies, verify, written
+from missions.benchmark.card import card_of, card_text, figures, read_card, read_strategies, verify_card
 from missions.benchmark.running import Contest
 from missions.benchmark.scoring import CellRun, Scored, against, bootstrap
 from missions.benchmark.suite import Cell, Suite, suite_named
-from missions.benchmark.tables import Table
+from missions.benchmark.tables import ScoreTable
 from missions.errors import OutputError
 from remoras.strategies import strategies
 
@@ -141,20 +141,20 @@ def test_alone_among_others_or_in_another_order_a_strategy_has_the_same_figures(
 def test_a_card_is_read_and_its_runs_end_as_it_says(suite: Suite, contest: Contest, made: Path, tmp_path: Path) -> None:
     card = card_of(contest, contest.scored(made), "dev")
     path = tmp_path / "card.json"
-    path.write_text(written(card), encoding="utf-8")
-    assert read_card(path, suite) == json.loads(written(card))
+    path.write_text(card_text(card), encoding="utf-8")
+    assert read_card(path, suite) == json.loads(card_text(card))
     assert [figures(strategy, suite) for strategy in read_strategies(card)] == [
         {key: entry[key] for key in figures(strategy, suite)}
         for entry, strategy in zip(card["strategies"], read_strategies(card), strict=True)
     ]
-    verified = dict(verify(path, suite, 3))
+    verified = dict(verify_card(path, suite, 3))
     assert len(verified) == 3
     assert set(verified.values()) == {""}
 
 
 def altered(card: dict[str, object], path: Path, how: str) -> None:
     """Write the card with something else in it."""
-    found = json.loads(written(card))
+    found = json.loads(card_text(card))
     if how == "suite":
         found["digest"] = "0" * 64
     elif how == "score":
@@ -184,7 +184,7 @@ def test_a_card_that_was_altered_is_refused(
     path = tmp_path / "card.json"
     altered(card_of(contest, contest.scored(made), "dev"), path, how)
     with pytest.raises(OutputError, match=said):
-        list(verify(path, suite, 1))
+        list(verify_card(path, suite, 1))
 
 
 def test_runs_that_were_altered_with_all_that_follows_from_them_end_otherwise_when_repeated(
@@ -196,8 +196,8 @@ def test_runs_that_were_altered_with_all_that_follows_from_them_end_otherwise_wh
             run[3], run[4] = 2000.0, True
     card["strategies"][0].update(figures(read_strategies(card)[0], suite))
     path = tmp_path / "card.json"
-    path.write_text(written(card), encoding="utf-8")
-    found = dict(verify(path, suite, 8))
+    path.write_text(card_text(card), encoding="utf-8")
+    found = dict(verify_card(path, suite, 8))
     assert sum("time_s: was 2000.0, now 7200.0" in text for text in found.values()) == 4
 
 
@@ -211,7 +211,7 @@ def test_the_card_of_the_shipped_strategies_is_one_of_the_suite() -> None:
 
 def test_tables_have_the_best_first_and_escape_what_papers_cannot_have(contest: Contest, made: Path) -> None:
     scored = contest.scored(made)
-    table = Table(card_of(contest, scored, "dev"), scored)
+    table = ScoreTable(card_of(contest, scored, "dev"), scored)
     names = [row[0] for row in table.rows()]
     assert names == [strategy.name for strategy in sorted(scored, key=lambda found: (-found.score, found.name))]
     assert r"0.0 \%" in table.latex()

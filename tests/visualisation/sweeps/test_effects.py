@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from synthetic_sweeps import HORIZON_S, Sweep, law
 
-from missions.comparison.effects import Effect, effects
+from missions.comparison.effects import MainEffect, effects
 from missions.errors import OutputError
 from missions.sweeps.folder import SweepResults
 from visualisation.errors import DrawingError
@@ -33,7 +33,7 @@ def sweep(**given: Any) -> Sweep:
     return Sweep(["remoras"], factorial=FACTORS, **{**usual, **given})
 
 
-def of_all(rows: list[Effect]) -> dict[str, Effect]:
+def of_all(rows: list[MainEffect]) -> dict[str, MainEffect]:
     return {row.term: row for row in rows if row.condition == "all"}
 
 

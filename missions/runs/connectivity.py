@@ -1,7 +1,7 @@
 """Does the fleet hang together: components and vehicles without which it would fall apart, as metrics and a figure.
 
 A studied or drawn run is cut into windows in which every vehicle has two TDMA slots. Study files, `remoras plot` and
-Python callers name what is here: ``missions.connectivity:CONNECTED``.
+Python callers name what is here: ``missions.runs.connectivity:CONNECTED``.
 """
 
 from __future__ import annotations
