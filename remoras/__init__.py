@@ -115,9 +115,9 @@ __all__ = [
     "ActivityKind", "ActivitySet", "ActivityType", "Approach", "Behaviour", "Better", "Column", "Condition",
     "Danger", "Declaration", "DeclaredFault", "DivisibleJob", "Drawing", "Figure", "Finding", "FleetView", "Group",
     "Job", "JobMission", "JobScenario", "JobSettings", "JobTruth", "Known", "Layer", "Mark", "Meeting",
-    "MeetingTruth", "Metric", "Milestone", "Mission", "MissionState", "Motion", "Move", "Negotiator", "Objective", "Observation",
-    "Outlook", "Perception", "Picture", "Place", "Pose", "Recorder", "Reference", "RemorasError", "Run", "Scenario",
-    "Sensor", "SensorSettings", "Situation", "Statement", "Stepping", "Strategy", "Sweep", "Table",
+    "MeetingTruth", "Metric", "Milestone", "Mission", "MissionState", "Motion", "Move", "Negotiator", "Objective",
+    "Observation", "Outlook", "Perception", "Picture", "Place", "Pose", "Recorder", "Reference", "RemorasError", "Run",
+    "Scenario", "Sensor", "SensorSettings", "Situation", "Statement", "Stepping", "Strategy", "Sweep", "Table",
     "Truth", "VehicleData", "VehicleView", "Work", "attracted", "compare", "distance_m", "exchange_study", "load",
     "network", "open", "run", "scenarios", "stepping", "sweep",
 ]  # fmt: skip
