@@ -14,7 +14,7 @@ from exchange.arithmetic import log
 
 SHORT = "scenario.duration_s=30.0"
 COARSE = "communication.coarse_above=4"
-NAMES = ("acknowledgements", "policies", "priorities", "needs by groups")
+MORE = ("policies", "priorities", "needs by groups")
 
 
 @cache
@@ -25,7 +25,9 @@ def mean_s(name: str, *more: str) -> float:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize(
+    "name", ["acknowledgements", *(pytest.param(name, marks=pytest.mark.thorough) for name in MORE)]
+)
 def test_each_part_of_the_exchange_bears_while_the_channel_is_full(name: str) -> None:
     """Without it contacts are classified at least 5 % later; where all fits, not even a quarter of that."""
     later_s, later_with_room_s = mean_s(name) - mean_s(""), mean_s(name, AMPLE) - mean_s("", AMPLE)
