@@ -271,7 +271,7 @@ class ExchangeManager:
     def _era_now(self, data: bytes, sender: int, frame: int, known: int) -> int:
         """The era that a peer is in by its packet, if that is to be believed, else the one known."""
         era = self._codec.era_of(data, frame)
-        return era if self._definitions.claim(sender, frame, era, known) and era is not None else known
+        return era if self._definitions.claim(sender, frame, era) and era is not None else known
 
     def _own_slot(self, now_s: float) -> int:
         """The slot of this vehicle that opens; raises ConfigurationError if it is that of another."""

@@ -6,9 +6,10 @@ all have agreed, a peer one of whose bytes differed is refused with all that it 
 is never that of a stranger. Where all have agreed, a byte that differs is damage, and costs the one packet.
 
 The byte is that of the definition and of the sender's era, which grows with every fourth of its lives. A peer may be in
-another era than was known: it has begun anew, or this node has and knows none of its peers. So a byte that is right for
-the next era is that of a peer whose bytes have all agreed before; one of any other era counts when all four have been
-right for it. One stranger in 2**26 passes for a peer in another era.
+another era than was known: it has begun anew, or this node has and knows none of its peers. One byte does not tell:
+that of an old packet, played again four frames later, may be right for the next era. So another era counts when all
+four bytes have been right for it, and none for the era known in between. One stranger in 2**26 passes for a peer in
+another era.
 """
 
 from __future__ import annotations
@@ -28,21 +29,21 @@ class ComparedDefinitions:
         self._claims: dict[int, tuple[int, int]] = {}  # by peer: an era, and the bytes right for it, one bit each
         self._strangers: set[int] = set()  # of those that differ, who has been told of
         self.trusted: set[int] = set()
-        """Peers all of whose bytes have agreed: nothing need be compared any more."""
+        """Peers all of whose bytes have agreed, with none right for another era since: nothing need be compared."""
 
     def agree(self, peer: int, frame: int) -> None:
-        """The byte of this frame agrees.
+        """The byte of this frame agrees, so the peer is in the era known and in no other.
 
         Raises:
             DefinitionFault: another has differed.
         """
         number = frame % HASH_BYTES
+        self._claims.pop(peer, None)
         self._agreed[peer] = self._agreed.get(peer, 0) | 1 << number
         if self._differs.get(peer) == number:
             del self._differs[peer]
             self._strangers.discard(peer)
         if peer in self._differs:
-            self._claims.pop(peer, None)
             raise DefinitionFault(f"node {peer} uses another TBox or other field widths, by an earlier packet")
         if self._agreed[peer] == ALL_BYTES:
             self.trusted.add(peer)
@@ -58,24 +59,21 @@ class ComparedDefinitions:
         self._strangers.add(peer)
         return True
 
-    def claim(self, peer: int, frame: int, era: int | None, known: int) -> bool:
+    def claim(self, peer: int, frame: int, era: int | None) -> bool:
         """The byte of this frame is right for another era of the peer than the one known; True if it is in that era.
 
         Args:
             peer: who speaks; frame: in which.
             era: for which the byte is right; None for no era.
-            known: era of the peer so far.
         """
-        if peer in self.trusted and era == known + 1:
-            return True
         before, numbers = self._claims.pop(peer, (era, 0))
         if era is None or era != before:
             return False
         numbers |= 1 << frame % HASH_BYTES
         self._claims[peer] = era, numbers
+        self.trusted.discard(peer)  # so that the next byte that agrees ends the claim
         if numbers != ALL_BYTES:
             return False
         self._agreed[peer] = ALL_BYTES
         self._differs.pop(peer, None)
-        self.trusted.add(peer)
         return True

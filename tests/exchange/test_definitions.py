@@ -90,15 +90,53 @@ def in_epoch(fleet: ManagerFleet, epoch: int, frame: int) -> Reception:
     return fleet.deliver(1, data, fleet.schedule.start_s(3 * frame) + 1.0)
 
 
-def test_the_next_era_of_a_known_peer_is_heeded_at_once():
+@pytest.mark.parametrize("later", [4, 5, 12])
+def test_another_era_of_a_known_peer_counts_when_four_bytes_say_so(later: int):
+    """The next one, too: the byte of an old packet may be right for it."""
     fleet = ManagerFleet(3)
     for frame in range(4):
         assert in_epoch(fleet, 3, frame).fault is None
-    assert in_epoch(fleet, 4, 4).fault is None
-    assert fleet.managers[1].knows_life(0, 4)
-    assert in_epoch(fleet, 5, 5).fault is None
-    assert in_epoch(fleet, 12, 6).fault  # two eras on: damage, until four bytes say so
-    assert fleet.managers[1].knows_life(0, 5)
+    heard = [in_epoch(fleet, later, frame) for frame in (4, 5, 8, 10, 11)]
+    assert [reception.fault is None for reception in heard] == [False] * 4 + [True]
+    assert not any(reception.is_stranger for reception in heard)
+    assert fleet.managers[1].knows_life(0, later)
+    assert in_epoch(fleet, later + 1, 12).fault is None
+
+
+def test_bytes_of_another_era_do_not_add_up_beside_those_of_the_era_known():
+    """Three, the known era, another three: neither damage nor old packets add up to another life."""
+    fleet = ManagerFleet(3)
+    for frame in range(4):
+        in_epoch(fleet, 0, frame)
+    for first in (4, 9, 14):
+        assert all(in_epoch(fleet, 4, frame).fault for frame in range(first, first + 3))
+        assert in_epoch(fleet, 0, first + 3).fault is None
+    assert not fleet.managers[1].knows_life(0, 4)
+
+
+def test_an_era_that_is_over_has_to_be_shown_anew():
+    fleet = ManagerFleet(3)
+    for epoch in (0, 4, 8):
+        for frame in range(epoch, epoch + 4):
+            in_epoch(fleet, epoch, frame)
+        assert fleet.managers[1].knows_life(0, epoch)
+    assert in_epoch(fleet, 4, 12).fault
+    assert in_epoch(fleet, 4, 13).fault
+    assert in_epoch(fleet, 8, 14).fault is None
+
+
+def test_a_packet_played_again_in_another_frame_is_always_refused():
+    """Each of 32 packets of a known peer, up to 64 times four frames later; the byte of some is right for an era."""
+    fleet, n_eras = ManagerFleet(3), 0
+    for frame in range(4):
+        in_epoch(fleet, 0, frame)
+    for sent in range(32):
+        data = fleet.codec.encode(0, [0] * 3, [Fragment(0, 0, 0.0, cells(3, 1))], frame=sent)
+        for frame in range(sent + 4, sent + 4 * 64, 4):
+            n_eras += fleet.codec.era_of(data, frame) is not None
+            assert fleet.deliver(1, data, fleet.schedule.start_s(3 * frame) + 1.0).fault
+    assert n_eras > 100
+    assert not any(fleet.managers[1].knows_life(0, epoch) for epoch in range(1, 256))
 
 
 def test_the_first_era_that_is_heard_of_a_peer_counts_when_four_bytes_say_so():
