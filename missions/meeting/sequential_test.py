@@ -19,7 +19,7 @@ LEAST = 1e-12
 """Nobody is surer than by so much."""
 
 
-def tested(p_true: float, p_mistaken: float, p_missed: float) -> bool | None:
+def sequential_verdict(p_true: float, p_mistaken: float, p_missed: float) -> bool | None:
     """Whether a hypothesis is accepted or rejected by the looks so far; None while another one is needed.
 
     Args:
@@ -28,7 +28,7 @@ def tested(p_true: float, p_mistaken: float, p_missed: float) -> bool | None:
         p_missed: rate at which what is true may be rejected, above 0 and below 1/2.
 
     >>> three_to_one = 0.85**3 / (0.85**3 + 0.15**3)  # three looks that are right in 85 of 100
-    >>> tested(0.85, 0.01, 0.01), tested(three_to_one, 0.01, 0.01), tested(1.0 - three_to_one, 0.01, 0.01)
+    >>> sequential_verdict(0.85, 0.01, 0.01), sequential_verdict(three_to_one, 0.01, 0.01), sequential_verdict(1.0 - three_to_one, 0.01, 0.01)
     (None, True, False)
     """
     p_true = min(1.0 - LEAST, max(LEAST, p_true))

@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from missions.meeting.sequential_test import tested
+from missions.meeting.sequential_test import sequential_verdict
 from missions.trident.scenario import TridentSettings
 from missions.trident.services import AVAILABLE, CHOOSE, FAILED, Matching, Service, parties
 from missions.trident.site import SeabedBlock
@@ -202,7 +202,7 @@ class Concluding:
             if looks is None:
                 continue
             p_target = looks.probabilities.get("target", 0.0)
-            is_target = tested(p_target, self.settings.p_mistaken, self.settings.p_missed)
+            is_target = sequential_verdict(p_target, self.settings.p_mistaken, self.settings.p_missed)
             if is_target is None:
                 continue
             found = [Finding(candidate, "verdict", "target" if is_target else "decoy")]

@@ -5,7 +5,7 @@ import random
 
 import pytest
 
-from missions.meeting.sequential_test import tested
+from missions.meeting.sequential_test import sequential_verdict
 
 N = 4000
 
@@ -13,7 +13,7 @@ N = 4000
 def played(draw: random.Random, is_true: bool, p_right: float, rate: float) -> tuple[bool, int]:
     """What is tested, and after how many looks."""
     odds, n = 1.0, 0
-    while (verdict := tested(odds / (1.0 + odds), rate, rate)) is None:
+    while (verdict := sequential_verdict(odds / (1.0 + odds), rate, rate)) is None:
         looks_true = is_true == (draw.random() < p_right)
         odds *= p_right / (1.0 - p_right) if looks_true else (1.0 - p_right) / p_right
         n += 1
@@ -36,7 +36,7 @@ def test_errors_are_as_rare_as_stated_and_looks_few(is_true: bool, p_right: floa
 
 
 def test_a_stricter_rate_takes_more_looks_and_certainty_needs_no_more() -> None:
-    assert tested(0.99, 0.02, 0.02) is True
-    assert tested(0.99, 0.005, 0.005) is None
-    assert tested(1.0, 0.001, 0.001) is True
-    assert tested(0.0, 0.001, 0.001) is False
+    assert sequential_verdict(0.99, 0.02, 0.02) is True
+    assert sequential_verdict(0.99, 0.005, 0.005) is None
+    assert sequential_verdict(1.0, 0.001, 0.001) is True
+    assert sequential_verdict(0.0, 0.001, 0.001) is False
