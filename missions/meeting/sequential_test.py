@@ -1,4 +1,4 @@
-"""The sequential probability ratio test: looks are taken until a hypothesis is tested at error rates that are stated.
+"""The sequential probability ratio test: looks are taken until a hypothesis is decided at error rates that are stated.
 
 With looks that are independent under both hypotheses, their likelihood ratios are multiplied until the product leaves
 the bounds ::

@@ -11,7 +11,7 @@ N = 4000
 
 
 def played(draw: random.Random, is_true: bool, p_right: float, rate: float) -> tuple[bool, int]:
-    """What is tested, and after how many looks."""
+    """What is decided, and after how many looks."""
     odds, n = 1.0, 0
     while (verdict := sequential_verdict(odds / (1.0 + odds), rate, rate)) is None:
         looks_true = is_true == (draw.random() < p_right)
