@@ -28,8 +28,8 @@ def sequential_verdict(p_true: float, p_mistaken: float, p_missed: float) -> boo
         p_missed: rate at which what is true may be rejected, above 0 and below 1/2.
 
     >>> three_to_one = 0.85**3 / (0.85**3 + 0.15**3)  # three looks that are right in 85 of 100
-    >>> sequential_verdict(0.85, 0.01, 0.01), sequential_verdict(three_to_one, 0.01, 0.01), sequential_verdict(1.0 - three_to_one, 0.01, 0.01)
-    (None, True, False)
+    >>> [sequential_verdict(p_true, 0.01, 0.01) for p_true in (0.85, three_to_one, 1.0 - three_to_one)]
+    [None, True, False]
     """
     p_true = min(1.0 - LEAST, max(LEAST, p_true))
     log_ratio = log(p_true / (1.0 - p_true))
