@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from missions.comparison.baseline import compare
-    from missions.comparison.effects import MainEffect, effects
+    from missions.comparison.effects import MainEffect, effects_of
     from missions.comparison.ranking import ranks
     from missions.comparison.rows import Comparison, Rank
 
-__all__ = ["Comparison", "MainEffect", "Rank", "compare", "effects", "ranks"]
+__all__ = ["Comparison", "MainEffect", "Rank", "compare", "effects_of", "ranks"]
 
 _HOMES = {
-    "compare": "baseline", "ranks": "ranking", "effects": "effects", "Comparison": "rows", "Rank": "rows",
+    "compare": "baseline", "ranks": "ranking", "effects_of": "effects", "Comparison": "rows", "Rank": "rows",
     "MainEffect": "effects",
 }  # fmt: skip
 

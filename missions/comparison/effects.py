@@ -74,7 +74,7 @@ class Response:
     constant: bool
 
 
-def effects(results: SweepResults, metrics: Sequence[str] = ()) -> list[MainEffect]:
+def effects_of(results: SweepResults, metrics: Sequence[str] = ()) -> list[MainEffect]:
     """Effects of the factors of a study whose sampling is ``factorial``.
 
     Args:

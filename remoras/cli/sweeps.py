@@ -164,7 +164,7 @@ def compare(
         _show_metrics(folder, metrics or (), as_json)
         return
     from missions.comparison.baseline import compare as compared
-    from missions.comparison.effects import effects
+    from missions.comparison.effects import effects_of
     from missions.sweeps.folder import SweepResults
 
     results = SweepResults.read(folder)
@@ -177,7 +177,7 @@ def compare(
     if of_factors:
         if baseline is not None:
             fail(f"--baseline {baseline}: effects compare the two levels of each factor; leave it out")
-        of_levels = effects(results, names)
+        of_levels = effects_of(results, names)
         _written(of_levels, out)
         _show([asdict(row) for row in of_levels], as_json, list(_effect_lines(results, of_levels)))
         return

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from missions.comparison.baseline import compare
-from missions.comparison.effects import MainEffect, effects
+from missions.comparison.effects import MainEffect, effects_of
 from missions.comparison.ranking import ranks as ranked_by_metric
 from missions.comparison.rows import Comparison, Rank, write_csv
 from missions.metric import Better, MetricRecord
@@ -260,7 +260,7 @@ def _numbers(
         rows=rows,
         ranks=ranks,
         arrangement=arranged([row for found in rows.values() for row in found], results.bounds),
-        effects=effects(results, [ranked]) if "effects" in asked else (),
+        effects=effects_of(results, [ranked]) if "effects" in asked else (),
     )
 
 

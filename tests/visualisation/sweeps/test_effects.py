@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from synthetic_sweeps import HORIZON_S, Sweep, law
 
-from missions.comparison.effects import MainEffect, effects
+from missions.comparison.effects import MainEffect, effects_of
 from missions.errors import OutputError
 from missions.sweeps.folder import SweepResults
 from visualisation.errors import DrawingError
@@ -44,7 +44,7 @@ def results(tmp_path: Path) -> SweepResults:
 
 def test_effects_are_those_of_the_law(results: SweepResults) -> None:
     """The part of the seed, 200 s, cancels out; that of each run, 2 s, is left."""
-    found = of_all(effects(results, ["mission_time_s"]))
+    found = of_all(effects_of(results, ["mission_time_s"]))
     for factor, effect in OF_TIME.items():
         row = found[factor]
         assert row.ci95_low is not None
@@ -56,7 +56,7 @@ def test_effects_are_those_of_the_law(results: SweepResults) -> None:
     crossed = found["decision.weight_external x guidance.attraction"]
     assert crossed.effect == pytest.approx(8.0, abs=1.0)
     assert not crossed.is_main
-    assert {row.condition for row in effects(results, ["mission_time_s"])} == {
+    assert {row.condition for row in effects_of(results, ["mission_time_s"])} == {
         "all", "mapping-rendezvous, remoras, m-ack, bernoulli per 0.2",
         "mapping-rendezvous, remoras, m-ack, bernoulli per 0.6",
     }  # fmt: skip
@@ -65,7 +65,7 @@ def test_effects_are_those_of_the_law(results: SweepResults) -> None:
 def test_seeds_that_are_not_paired_would_hide_them(results: SweepResults) -> None:
     """The spread of the runs of one level is more than thirty times the width of the interval."""
     times = [line["summary"]["mission_time_s"] for line in results.lines.values()]
-    row = of_all(effects(results, ["mission_time_s"]))["decision.weight_external"]
+    row = of_all(effects_of(results, ["mission_time_s"]))["decision.weight_external"]
     assert row.ci95_low is not None
     assert row.ci95_high is not None
     assert np.std(times) > 30.0 * (row.ci95_high - row.ci95_low)
@@ -73,7 +73,7 @@ def test_seeds_that_are_not_paired_would_hide_them(results: SweepResults) -> Non
 
 def test_a_half_gives_main_effects_mixed_with_interactions_and_says_so(tmp_path: Path) -> None:
     """With C = AB the interaction of 8 s goes to C."""
-    rows = of_all(effects(sweep(halvings=1).write(tmp_path / "half"), ["mission_time_s"]))
+    rows = of_all(effects_of(sweep(halvings=1).write(tmp_path / "half"), ["mission_time_s"]))
     mixed = rows["guidance.repulsion"]
     assert mixed.aliases == "decision.weight_external x guidance.attraction"
     assert mixed.effect == pytest.approx(8.0, abs=1.5)
@@ -85,26 +85,28 @@ def test_runs_that_do_not_get_there_are_counted(tmp_path: Path) -> None:
         late = given[-1]["decision.weight_external"] > 0.0
         return summary | ({"completed": False, "mission_time_s": HORIZON_S} if late else {})
 
-    row = of_all(effects(sweep(summary=never).write(tmp_path / "late"), ["mission_time_s"]))["decision.weight_external"]
+    row = of_all(effects_of(sweep(summary=never).write(tmp_path / "late"), ["mission_time_s"]))[
+        "decision.weight_external"
+    ]
     assert row.n_missing == 12 * 4 * 2
     assert row.effect > 5000.0
 
 
 def test_few_repeats_have_no_interval(tmp_path: Path) -> None:
-    rows = effects(sweep(repeats=7).write(tmp_path / "few"), ["mission_time_s"])
+    rows = effects_of(sweep(repeats=7).write(tmp_path / "few"), ["mission_time_s"])
     assert all(row.ci95_low is None and row.note == "n too small" for row in rows)
 
 
 def test_a_condition_that_lacks_a_run_is_left_out(tmp_path: Path) -> None:
     """The second loss rate comes last for each point; the last configuration of it was not made."""
-    rows = effects(sweep(n_remaining=12).write(tmp_path / "part"), ["mission_time_s"])
+    rows = effects_of(sweep(n_remaining=12).write(tmp_path / "part"), ["mission_time_s"])
     assert {row.condition for row in rows} == {"mapping-rendezvous, remoras, m-ack, bernoulli per 0.2"}
 
 
 def test_other_studies_have_none(tmp_path: Path) -> None:
     other = Sweep(["remoras"], repeats=2).write(tmp_path / "other")
     with pytest.raises(OutputError, match='effects need a study with sampling = "factorial"'):
-        effects(other)
+        effects_of(other)
     with pytest.raises((OutputError, DrawingError), match="factorial"):
         draw_sweep_figures(other, ["effects"], tmp_path / "figures")
 
