@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from typing import Any, Self, cast
 
 from exchange.arithmetic import distance
 from missions.trident.modules import EffectorSettings, FinderSettings, SurveyorSettings
@@ -20,21 +20,6 @@ RECOVERY_S = 400.0
 """What a recovery is expected to take beside the way there, fitted to runs without faults."""
 
 
-def status_keys(services: Iterable[str]) -> tuple[Key, ...]:
-    """The facts by which services say whether they work."""
-    return tuple(("serviceStatus", name) for name in services)
-
-
-def failed_of(services: Iterable[str], facts: Known) -> frozenset[str]:
-    """Of these services, those that are known to have failed."""
-    return frozenset(name for name in services if facts.get(("serviceStatus", name)) == FAILED)
-
-
-def failures(failed: Iterable[str]) -> tuple[str, ...]:
-    """In words, that services have failed."""
-    return tuple(f"{name} has failed" for name in sorted(failed))
-
-
 def surveyor(data: VehicleData) -> SurveyorSettings | None:
     """The first module of a vehicle that surveys."""
     return data.sensor(SurveyorSettings)
@@ -45,8 +30,45 @@ def survey_speed_mps(data: VehicleData, settings: SurveyorSettings) -> float:
     return min(data.survey_speed_mps, data.speed_factor * settings.speed_limit_mps)
 
 
+class OnServices:
+    """What both jobs share: services on board do them, and say whether they work; see ``remoras.work.HinderedJob``.
+
+    Attributes:
+        services: that say whether they work; failed: of these, that say that they do not.
+    """
+
+    services: tuple[str, ...]
+    failed: frozenset[str]
+
+    def is_able(self, data: VehicleData) -> bool:
+        """True for a vehicle with services that do the job and are not said to have failed."""
+        raise NotImplementedError
+
+    def is_ever_able(self, data: VehicleData) -> bool:
+        """True for a vehicle that is able while its services work."""
+        return self._with(frozenset()).is_able(data)
+
+    @property
+    def rests_on(self) -> tuple[Key, ...]:
+        """What the services say of themselves."""
+        return tuple(("serviceStatus", name) for name in self.services)
+
+    @property
+    def hindrances(self) -> tuple[str, ...]:
+        """The services that have failed."""
+        return tuple(f"{name} has failed" for name in sorted(self.failed))
+
+    def left(self, facts: Known) -> Self:
+        """With the services that have failed."""
+        failed = frozenset(name for name in self.services if facts.get(("serviceStatus", name)) == FAILED)
+        return self if failed == self.failed else self._with(failed)
+
+    def _with(self, failed: frozenset[str]) -> Self:
+        return cast(Self, replace(cast(Any, self), failed=failed))  # a dataclass, as both jobs are
+
+
 @dataclass(frozen=True)
-class BlockSurvey:
+class BlockSurvey(OnServices):
     """The survey of a block: a ``remoras.work.Job``.
 
     Attributes:
@@ -83,25 +105,6 @@ class BlockSurvey:
             return False
         return data.name in self.vehicles and surveyor(data) is not None
 
-    def is_ever_able(self, data: VehicleData) -> bool:
-        """True for a vehicle that is able while its services work."""
-        return replace(self, failed=frozenset()).is_able(data)
-
-    @property
-    def rests_on(self) -> tuple[Key, ...]:
-        """What the services say of themselves."""
-        return status_keys(self.services)
-
-    @property
-    def hindrances(self) -> tuple[str, ...]:
-        """The services that have failed."""
-        return failures(self.failed)
-
-    def left(self, facts: Known) -> BlockSurvey:
-        """With the services that have failed."""
-        failed = failed_of(self.services, facts)
-        return self if failed == self.failed else replace(self, failed=failed)
-
     def after(self, outlook: Outlook, data: VehicleData) -> Outlook | None:
         """Its way, and the length of all lanes of the first module that surveys."""
         settings = surveyor(data) if self.is_able(data) else None
@@ -115,7 +118,7 @@ class BlockSurvey:
 
 
 @dataclass(frozen=True)
-class RecoveryJob:
+class RecoveryJob(OnServices):
     """The recovery of the object that is chosen once all blocks are surveyed: a ``remoras.work.Job``.
 
     Attributes:
@@ -141,25 +144,6 @@ class RecoveryJob:
         working = [sensor for sensor in data.sensors if f"{data.name} {sensor.name}" not in self.failed]
         does = {sensor.does for sensor in working if isinstance(sensor, EffectorSettings)}
         return len(does) == 2 and any(isinstance(sensor, FinderSettings) for sensor in working)
-
-    def is_ever_able(self, data: VehicleData) -> bool:
-        """True for a vehicle that is able while its modules work."""
-        return replace(self, failed=frozenset()).is_able(data)
-
-    @property
-    def rests_on(self) -> tuple[Key, ...]:
-        """What the services say of themselves."""
-        return status_keys(self.services)
-
-    @property
-    def hindrances(self) -> tuple[str, ...]:
-        """The services that have failed."""
-        return failures(self.failed)
-
-    def left(self, facts: Known) -> RecoveryJob:
-        """With the services that have failed."""
-        failed = failed_of(self.services, facts)
-        return self if failed == self.failed else replace(self, failed=failed)
 
     def after(self, outlook: Outlook, data: VehicleData) -> Outlook | None:
         """Its way, and what a recovery usually takes."""
