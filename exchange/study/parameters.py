@@ -157,8 +157,10 @@ class ExchangeStudy:
                 continue
             if names.setdefault(policy.name, policy) != policy:
                 yield f"two policies have the name {policy.name}: give the acknowledgement of one another name"
+            if self.capacity_bits is None or not 2 <= self.nodes <= MAX_NODES:
+                continue
             least = header_bits(policy, self.nodes) + self.item_bits
-            if self.capacity_bits is not None and self.capacity_bits < least:
+            if self.capacity_bits < least:
                 yield (
                     f"capacity_bits is {self.capacity_bits}: with {self.nodes} nodes policy {policy.name} "
                     f"needs {least}, {least - self.item_bits} for its header and {self.item_bits} for one item"

@@ -117,10 +117,13 @@ def _conform(references: Sequence[str]) -> None:
 
 def _checks(kind: str, name: str) -> Sequence[str]:
     """Names of the checks that a plug-in passes; ends the command if it fails one."""
+    from remoras.errors import PluginError
     from stress.conformance.command import conforms
 
     try:
         return list(conforms(kind, name))
+    except PluginError as error:
+        fail(f"{kind} {name!r}: {'' if ':' in name else 'allowed: '}{error}")
     except AssertionError as error:
         fail(f"{kind} {name} does not conform: {str(error).splitlines()[0]}", FAILED)
     except ModuleNotFoundError as error:

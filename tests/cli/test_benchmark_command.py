@@ -60,6 +60,7 @@ def test_what_is_wrong_is_one_line(suite: Path, tmp_path: Path) -> None:
     assert "--split test" in refused("benchmark", "fathom-1", "--strategy", "cbba", "--split", "test", "--out", out)
     assert "--out DIR is missing" in refused("benchmark", suite, "--strategy", "cbba")
     assert "--strategy NAME is missing" in refused("benchmark", suite, "--out", out)
+    assert refused("check", "strategy", "nope").startswith("remoras: strategy 'nope': allowed: cbba, ")
     assert '--strategy "cbb"' in refused("benchmark", suite, "--strategy", "cbb", "--out", out)
     assert "kind 'stratgy'" in refused("check", "stratgy", "cbba")
     (tmp_path / "card.json").write_text("[]")
