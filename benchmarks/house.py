@@ -124,7 +124,8 @@ def naming() -> dict[str, int]:
 def shared_names() -> dict[str, list[str]]:
     """Public functions and classes that two or more modules define on their top level, with the files of each."""
     homes: dict[str, list[str]] = defaultdict(list)
-    for file in (file for package in PACKAGES for file in sorted((ROOT / package).rglob("*.py"))):
+    files = (file for package in PACKAGES for file in sorted((ROOT / package).rglob("*.py")))
+    for file in (file for file in files if "templates" not in file.parts):
         for node in ast.parse(file.read_text(encoding="utf-8")).body:
             if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_"):
                 homes[node.name].append(file.relative_to(ROOT).as_posix())

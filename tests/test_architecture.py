@@ -164,6 +164,8 @@ INDEPENDENT = "stress.verify"
 DESIGNED = "missions.benchmark", "remoras.cli.benchmark"  # cells of an experiment's design
 CELLULAR = "missions.features.cells"
 """There a cell is what it is in cellular networks: a part of a fleet with slots of its own. No mission knows it."""
+BEGINS = "remoras.cli.new"
+"""The first scenario of one's own is one of mapping, and the options that it comes from are called so."""
 GENERAL = ("ReturningToArea", "area of operations", "areas of operations", "FocusArea", "focusArea", "focus area")
 """A vehicle stays in the area of operations whatever its mission is; focus areas are of the core ontology."""
 SAYS_WHEN = {  # a sweep stamps lines of its log with the time at which a run ended; a node outlives its machine's clock
@@ -190,6 +192,8 @@ def sources() -> dict[str, str]:
     for package in OURS:
         for path in sorted((ROOT / package).rglob("*.py")):
             parts = path.relative_to(ROOT).with_suffix("").parts
+            if "templates" in parts:  # as users write plug-ins
+                continue
             found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path.read_text(encoding="utf-8")
     return found
 
@@ -374,6 +378,8 @@ def own_words(module: str) -> set[str]:
     """Words of the mission that a module belongs to: another one may have the same."""
     if within(module, INDEPENDENT) or within(module, TRIES):
         return {word for words in WORDS_OF.values() for word in words}
+    if module == BEGINS:
+        return {"area", "areas"}
     if module == CELLULAR or any(within(module, one) for one in DESIGNED):
         return {"cell", "cells"}
     return {word for mission, words in WORDS_OF.items() if within(module, mission) for word in words}

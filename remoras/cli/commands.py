@@ -15,7 +15,8 @@ from typing import Any
 from typer.core import TyperCommand, TyperGroup
 
 HOMES = {
-    "list": "files", "example": "files", "validate": "files", "run": "runs", "plot": "runs", "replay": "replay",
+    "list": "files", "new": "new", "example": "files", "validate": "files", "run": "runs", "plot": "runs",
+    "replay": "replay",
     "live": "live.command", "export": "exports", "query": "runs", "sweep": "sweeps", "status": "sweeps",
     "compare": "sweeps", "benchmark": "benchmark", "check": "benchmark", "verify": "verify", "stress": "stress",
     "exchange-study": "policies",

@@ -76,6 +76,12 @@ def _channels(ctx: typer.Context) -> Iterable[str]:
     return CHANNELS
 
 
+def _modems(ctx: typer.Context) -> Iterable[str]:
+    from exchange.acoustics.modems import modems
+
+    return modems()
+
+
 def _networks(ctx: typer.Context) -> Iterable[str]:
     from exchange.acoustics.network import shipped
 
@@ -147,6 +153,7 @@ strategy = _offering(_strategies, (".py",))
 strategy_name = _offering(_strategies)
 policy = _offering(_policies)
 channel = _offering(_channels)
+modem = _offering(_modems)
 network = _offering(_networks, (".toml", ".csv"))
 setting = _offering(lambda ctx: [f"{key}=" for key in _keys(ctx)])
 key = _offering(_keys_of_all)

@@ -19,6 +19,7 @@ from missions.errors import OutputError
 from missions.runs.results import MemoryResults, Results, write_results
 from missions.runs.run import run
 from missions.scenarios import load
+from remoras.cli.new import TEMPLATES
 from visualisation.errors import DrawingError
 from visualisation.replay import missing, page_text, run_data
 
@@ -214,11 +215,8 @@ def test_real_vehicles_may_be_called_so_too(tmp_path: Path) -> None:
 @pytest.fixture
 def buoys(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Results:
     """The mission that the how-to writes; nothing of ours knows its words."""
-    text = (Path(__file__).parents[3] / "docs" / "howto" / "mission.md").read_text(encoding="utf-8")
-    for block in text.split("```")[1::2]:
-        name = block.partition("# ")[2].partition("\n")[0].strip()
-        if name in ("buoys.py", "buoys.ttl", "buoys.toml"):
-            (tmp_path / name).write_text(block.partition("\n")[2], encoding="utf-8")
+    for name in ("buoys.py", "buoys.ttl", "buoys.toml"):
+        shutil.copy(TEMPLATES / name, tmp_path)
     monkeypatch.syspath_prepend(str(tmp_path))
     return recorded(tmp_path / "run", scenario=str(tmp_path / "buoys.toml"), seed=3)
 

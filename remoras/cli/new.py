@@ -1,0 +1,174 @@
+"""The command that begins something of one's own: a scenario by six answers, or a plug-in with its test and a CI file.
+
+Templates of plug-ins are files beside this one, and plug-ins that work. The word by which their files are named stands
+in them where their name has to stand, and nowhere else; so a new one is the template with another word.
+"""
+
+from __future__ import annotations
+
+import keyword
+import re
+import sys
+from collections.abc import Iterator, Mapping
+from importlib.util import find_spec
+from pathlib import Path
+from string import Template
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from missions.errors import LONGEST_VALUE, cut
+from remoras.cli import completion
+from remoras.cli.app import check_known, command, fail
+from remoras.cli.tables import on_terminal
+
+if TYPE_CHECKING:
+    from missions.mapping.beginning import Inquiry
+
+TEMPLATES = Path(__file__).with_name("templates")
+SCENARIO = "scenario"
+PLUGINS: dict[str, tuple[str, ...]] = {
+    "strategy": ("nearest.py",),
+    "mission": ("buoys.py", "buoys.ttl", "buoys.toml"),
+    "sensor": ("thermometer.py",),
+    "metric": ("closest.py",),
+}
+"""Templates of each kind of plug-in, in the order in which one reads them."""
+KINDS = (SCENARIO, *PLUGINS)
+
+
+@command("new", "remoras new scenario mine --vehicles 4 --areas 6 --per 0.5")
+def new(
+    kind: Annotated[
+        str,
+        typer.Argument(metavar="KIND", help=f"One of {', '.join(KINDS)}.", autocompletion=completion.offering(*KINDS)),
+    ],
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Name of what is written, and of its files.")],
+    vehicles: Annotated[str | None, typer.Option(metavar="N", help="AUVs of a scenario, 2 to 16.")] = None,
+    areas: Annotated[str | None, typer.Option(metavar="N", help="Areas that they are to map, 1 to 36.")] = None,
+    side: Annotated[str | None, typer.Option(metavar="METRES", help="Side of an area, 50 to 1000.")] = None,
+    modem: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Modem of every vehicle.", autocompletion=completion.modem)
+    ] = None,
+    per: Annotated[str | None, typer.Option(metavar="RATE", help="Share of packets that is lost, 0 to 0.95.")] = None,
+    lost: Annotated[str | None, typer.Option(metavar="N", help="Vehicles that are lost on the way.")] = None,
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the files.")] = Path(),
+    force: Annotated[bool, typer.Option("--force", help="Replace files that are there.")] = False,
+) -> None:
+    """Begin a scenario, or a strategy, mission, sensor or metric of your own, by files that work as they are.
+
+    A scenario comes from six options; on a terminal it asks for them if none is given.
+    A plug-in comes with its conformance test and a file for continuous integration.
+    """
+    check_known("kind", kind, KINDS)
+    given = {"vehicles": vehicles, "areas": areas, "side": side, "modem": modem, "per": per, "lost": lost}
+    if kind == SCENARIO:
+        _check_scenario_name(name)
+        files = {f"{name}.toml": _scenario(name, given)}
+        then = f"remoras run {out / name}.toml --out first"
+    else:
+        if told := [f"--{option}" for option, value in given.items() if value is not None]:
+            fail(f"{told[0]}: is of a scenario; a {kind} has no such option")
+        _check_plugin_name(kind, name, out)
+        files = dict(plugin_files(kind, name))
+        then = f"python -m pytest -q {out / f'test_{name}.py'}"
+    written = [out / file for file in files]
+    there = [str(path) for path in written if path.exists() or path.is_symlink()]
+    if there and not force:
+        fail(f"{', '.join(there)}: already there; --force replaces; another NAME or --out DIR leaves as it is")
+    for path, text in zip(written, files.values(), strict=True):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+        print(path)
+    print(f"try it with: {then}")
+
+
+def _scenario(name: str, given: Mapping[str, str | None]) -> str:
+    """The text of a scenario by the answers that were given; asked for on a terminal where none was.
+
+    The others have their defaults.
+    """
+    from exchange.acoustics.modems import modems
+    from missions.mapping.beginning import questions_of, scenario_text
+
+    ranges_m = {modem.name: modem.range_m for modem in modems().values()}
+    asks = on_terminal() and sys.stdin.isatty() and not any(value is not None for value in given.values())
+    answers: dict[str, Any] = {}
+    for question in questions_of(ranges_m):
+        text = given[question.name]
+        answers[question.name] = (
+            _asked(question) if asks else question.value(question.default if text is None else text)
+        )
+        if answers[question.name] is None:
+            fail(f"--{question.name} {cut(str(text), LONGEST_VALUE)}: allowed: {question.allowed}")
+    return scenario_text(name, answers, ranges_m)
+
+
+def _asked(question: Inquiry) -> Any:
+    """The value of what is typed, asked for until it is allowed; an empty line is the default."""
+    while True:
+        value = question.value(input(f"{question.text} [{question.default}] ").strip() or question.default)
+        if value is not None:
+            return value
+        print(f"  allowed: {question.allowed}")
+
+
+def plugin_files(kind: str, name: str) -> Iterator[tuple[str, str]]:
+    """Name and text of each file of a new plug-in: its own, the conformance test, the file for CI.
+
+    Args:
+        kind: one of ``PLUGINS``.
+        name: a name of a module.
+    """
+    word = PLUGINS[kind][0].removesuffix(".py")
+    for file in (*PLUGINS[kind], f"test_{word}.py"):
+        text = (TEMPLATES / file).read_text(encoding="utf-8")
+        for old, its in ((word, name), (word.upper(), name.upper()), (word.capitalize(), _capitals(name))):
+            text = text.replace(old, its)
+        yield file.replace(word, name), text
+    ci = (TEMPLATES / "ci.yml").read_text(encoding="utf-8")
+    yield f".github/workflows/{name}.yml", Template(ci).substitute(name=name)
+
+
+def _capitals(name: str) -> str:
+    """The name of a class: ``by_range`` gives ``ByRange``."""
+    return "".join(part.capitalize() for part in name.split("_"))
+
+
+def _check_scenario_name(name: str) -> None:
+    from missions.files import shipped
+
+    if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_-]{0,39}", name):
+        fail(f"NAME {cut(name, LONGEST_VALUE)!r}: allowed: up to 40 letters, digits, - and _, a letter or digit first")
+    if name in shipped():
+        fail(f"NAME {name!r}: is the name of a shipped scenario; allowed: any other")
+
+
+def _check_plugin_name(kind: str, name: str, out: Path) -> None:
+    """Fail unless a module, a class and what the plug-in is called in results may have that name."""
+    if not re.fullmatch(r"[a-z][a-z0-9]*(_[a-z0-9]+)*", name) or len(name) > 40 or keyword.iskeyword(name):
+        allowed = "up to 40 small letters, digits and single _, a letter first, no keyword of Python"
+        fail(f"NAME {cut(name, LONGEST_VALUE)!r}: is no name of a module; allowed: {allowed}")
+    found = find_spec(name)
+    where = getattr(found, "origin", None)
+    if found is not None and (where is None or Path(where).parent.resolve() != out.resolve()):
+        fail(f"NAME {name!r}: a module of that name is installed, and would be taken for yours; allowed: any other")
+    if name in _taken(kind):
+        fail(f"NAME {name!r}: results have that name already; allowed: any other")
+
+
+def _taken(kind: str) -> set[str]:
+    """Names that results have already where the plug-in would stand."""
+    if kind == "strategy":
+        from remoras.strategies import strategies
+
+        return set(strategies())
+    if kind == "sensor":
+        from remoras.recorder import TABLES
+
+        return {table.name for table in TABLES}
+    if kind == "metric":
+        from missions.runs.metrics import CORE_METRICS
+
+        return {metric.name.removesuffix("_m") for metric in CORE_METRICS}
+    return set()

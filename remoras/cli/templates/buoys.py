@@ -1,0 +1,149 @@
+"""Vehicles service each buoy, some of them after others, and report the drifters that they come across."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+from pydantic import Field
+
+from missions.scenarios import Name, PointM, Section
+from remoras import (
+    ADVANCING, DONE, SELF, TIME, VEHICLE, Approach, Behaviour, Better, Column, Figure, JobMission, JobScenario,
+    JobSettings, Mark, Metric, Observation, Outlook, Perception, Reference, SensorSettings, Table, attracted,
+    distance_m,
+)  # fmt: skip
+
+SIGHTINGS = Table("sightings", (TIME, VEHICLE, Column("x_m", "float", "m"), Column("y_m", "float", "m")))
+
+
+# What a scenario has beside what every scenario has: tables [[buoy]], a key of [mission]
+class BuoyTable(Section):
+    name: Name = Field(description="name of the buoy")
+    position_m: PointM = Field(description="where it is, x east, y north")
+    service_s: float = Field(60.0, gt=0.0, description="how long a vehicle stays to service it")
+    after: tuple[str, ...] = Field((), description="names of those that have to be serviced before")
+
+
+class BuoySettings(JobSettings):
+    drifters_m: tuple[PointM, ...] = Field((), description="where drifters are; no vehicle knows")
+
+
+class BuoyScenario(JobScenario):
+    mission: BuoySettings = BuoySettings()
+    buoy: tuple[BuoyTable, ...] = Field(min_length=1)
+
+
+# A job: what a strategy needs to know to give it to somebody
+@dataclass(frozen=True)
+class Service:
+    name: str
+    place_m: tuple[float, float]
+    stay_s: float
+    needs: tuple[str, ...]
+
+    @property
+    def done(self):
+        return "jobDone", self.name
+
+    def is_able(self, data):
+        return True
+
+    def after(self, outlook, data):
+        way_s = math.dist(outlook.position_m, self.place_m) / data.transit_speed_mps
+        return Outlook(outlook.free_s + way_s + self.stay_s, self.place_m)
+
+
+# A behaviour: what a vehicle does at a job
+class Servicing(Behaviour):
+    def __init__(self, buoy, data):
+        self._buoy, self._speed_mps = buoy, data.transit_speed_mps
+        self._approach, self._since_s, self._done = Approach(self._speed_mps), None, False
+
+    def perceive(self, motion, picture, performed):
+        to_go_m, now_s = distance_m(motion, self._buoy.place_m), picture.body.now_s
+        if to_go_m > 2.0 or not performed:
+            self._since_s = None  # whoever is called away begins anew
+        elif self._since_s is None:
+            self._since_s = now_s
+        self._done = self._done or (self._since_s is not None and now_s - self._since_s >= self._buoy.stay_s)
+        if self._done:
+            return DONE
+        if self._since_s is not None:
+            return ADVANCING
+        advance = self._approach.advance(to_go_m, now_s, performed)
+        return Perception(1.0, advance) if performed else attracted(to_go_m)
+
+    def reference(self, motion, picture):
+        arrived = distance_m(motion, self._buoy.place_m) <= 1.0
+        return Reference(self._buoy.place_m, 0.0 if arrived else self._speed_mps)
+
+
+# A sensor: what it sees becomes an instance of the ontology, with a position, and a row of a table
+class LookoutSettings(SensorSettings):
+    range_m: float = Field(60.0, gt=0.0, description="farthest drifter that it sees")
+
+    def make(self, data):
+        return Lookout(self.range_m)
+
+
+class Lookout:
+    table = SIGHTINGS
+
+    def __init__(self, range_m):
+        self._range_m, self._seen = range_m, set()
+
+    def sense(self, pose, world, now_s):
+        near = [at_m for at_m in world if math.dist(at_m, (pose.x_m, pose.y_m)) <= self._range_m]
+        new = [at_m for at_m in near if at_m not in self._seen]
+        self._seen.update(new)
+        return [Observation(found="Drifter", facts=((SELF, "location", at_m),), row=at_m) for at_m in new]
+
+
+# Metrics and a figure: what the results say
+def serviced_fraction(run):
+    return len({buoy for _, _, buoy in run.recorder.rows("jobs")}) / len(run.scenario.buoy)
+
+
+def mean_service_s(run):
+    first_s = {buoy: time_s for time_s, _, buoy in reversed(run.recorder.rows("jobs"))}
+    return sum(first_s.values()) / len(first_s) if first_s else None
+
+
+def draw_services(axes, results, style):
+    times_s = [row["time_s"] for row in results.table("jobs").to_pylist()]
+    axes.step([0.0, *times_s], range(len(times_s) + 1), where="post", color=style.black, label="fleet")
+    axes.set_xlabel(style.axis("time", "s"))
+    axes.set_ylabel(style.axis("jobs done"))
+    return "A buoy that two vehicles serviced counts twice."
+
+
+class BuoyMission(JobMission):
+    Scenario = BuoyScenario
+    group_missions = ("BuoyService",)
+    objective, kind = "Servicing", "Buoy"
+    needs = (*JobMission.needs, "objectiveServicing", "jobDone")
+    vocabulary = (Path(__file__).with_name("buoys.ttl"),)
+    sensors = {"lookout": LookoutSettings}
+    metrics = (
+        Metric("serviced_fraction", "", Better.HIGHER, "serviced share", serviced_fraction, headline=True),
+        Metric("mean_service_s", "s", Better.LOWER, "mean time of service", mean_service_s, headline=True),
+    )
+    figures = (
+        Figure("services", "Jobs done over mission time", draw_services, needs=("jobs",)),
+        Mark("job_done", "buoy serviced"),
+    )
+
+    def jobs_of(self, scenario):
+        return [Service(buoy.name, buoy.position_m, buoy.service_s, buoy.after) for buoy in scenario.buoy]
+
+    def behaviour_at(self, job, data):
+        return Servicing(job, data)
+
+    def world(self, seed):
+        return self.scenario.mission.drifters_m
+
+    @property
+    def instances_found_per_vehicle(self):
+        return len(self.scenario.mission.drifters_m)

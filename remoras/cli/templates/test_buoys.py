@@ -1,0 +1,12 @@
+"""The mission keeps to what every mission has to keep to, in its scenario."""
+
+from pathlib import Path
+
+from buoys import BuoyMission
+
+from missions.scenarios import load
+from remoras.testing import check_mission
+
+
+def test_buoys():
+    check_mission(BuoyMission, load(str(Path(__file__).with_name("buoys.toml"))))

@@ -1,0 +1,13 @@
+"""The sensor keeps to what every sensor has to keep to, on a vehicle and in the world of a shipped scenario."""
+
+from thermometer import ThermometerSettings
+
+from missions.runs.setup import resolved
+from missions.scenarios import load
+from remoras.testing import check_sensor
+
+
+def test_thermometer():
+    setup = resolved(load("mapping-rendezvous"))
+    n_observations = check_sensor(ThermometerSettings(), setup.database["AUV01"], setup.mission.world(seed=1))
+    assert n_observations > 0

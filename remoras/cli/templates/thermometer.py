@@ -1,0 +1,32 @@
+"""A sensor that measures the temperature of the water where its vehicle is."""
+
+import math
+
+from pydantic import Field
+
+from remoras import TIME, VEHICLE, Column, Observation, SensorSettings, Table
+
+
+def temperature_c(x_m, y_m, depth_m):
+    """A warm patch at (300, 300), and one degree less for every 20 m of depth."""
+    return 12.0 + 4.0 * math.exp(-((x_m - 300.0) ** 2 + (y_m - 300.0) ** 2) / 200.0**2) - depth_m / 20.0
+
+
+class ThermometerSettings(SensorSettings):
+    every_s: float = Field(10.0, gt=0.0, description="time between two readings")
+
+    def make(self, data):
+        return Thermometer(self.every_s)
+
+
+class Thermometer:
+    table = Table("thermometer", (TIME, VEHICLE, Column("temperature_c", "float", "degC")))
+
+    def __init__(self, every_s):
+        self._every_s, self._next_s = every_s, 0.0
+
+    def sense(self, pose, world, now_s):
+        if now_s < self._next_s:
+            return []
+        self._next_s = now_s + self._every_s
+        return [Observation(row=(temperature_c(pose.x_m, pose.y_m, pose.depth_m),))]

@@ -1,0 +1,189 @@
+"""What `remoras new` writes works as it is: scenarios run, plug-ins conform; nothing is replaced unasked."""
+
+import os
+import pty
+import re
+import subprocess
+import sys
+import tomllib
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+from invoked import COMMAND, refused, remoras
+
+from missions.mapping.beginning import questions_of
+from missions.runs.estimates import cautions
+from missions.runs.setup import resolved
+from missions.scenarios import load
+from remoras.cli.new import PLUGINS, TEMPLATES, plugin_files
+
+ROOT = Path(__file__).parents[2]
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT)}
+
+
+@pytest.fixture(autouse=True)
+def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+# A scenario ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "flags",
+    [
+        "",
+        "--vehicles 2 --areas 1 --side 50 --per 0",
+        "--vehicles 6 --areas 5 --modem s2c-18-34 --per 0.95 --lost 2",
+        "--vehicles 16 --areas 36 --side 75.5 --lost 15",
+        "--areas 6 --side 1000 --modem whoi-fsk-0",
+    ],
+)
+def test_a_scenario_has_no_fault_and_can_do_its_work(flags: str) -> None:
+    assert remoras("new", "scenario", "mine", *flags.split()).exit_code == 0
+    setup = resolved(load("mine.toml"))
+    asked = dict(re.findall(r"--(\w+) (\S+)", flags))
+    assert len(setup.database) == int(asked.get("vehicles", 3))
+    assert len(setup.mission.jobs) == int(asked.get("areas", 4))
+    assert setup.scenario.channel.per == float(asked.get("per", 0.3))
+    assert len(setup.scenario.fault) == int(asked.get("lost", 0))
+    assert setup.modem.name == asked.get("modem", "nanomodem-v3")
+    assert list(cautions(setup)) == []
+    assert "$" not in Path("mine.toml").read_text(encoding="utf-8")
+
+
+def test_a_scenario_runs_at_once() -> None:
+    said = remoras("new", "scenario", "mine", "--areas", "2", "--side", "75", "--lost", "1", "--vehicles", "3").stdout
+    told = said.splitlines()[-1].removeprefix("try it with: remoras ").split()
+    ran = remoras(*told)
+    assert ran.exit_code == 0, ran.output
+    assert "mission_complete" in ran.stdout
+
+
+def test_six_questions_are_asked_on_a_terminal(tmp_path: Path) -> None:
+    """On a real one: an empty answer is the default, and one that is not allowed is asked for again."""
+    master, terminal = pty.openpty()
+    command = [*COMMAND, "new", "scenario", "asked"]
+    answers = b"5\n99\n6\n\n\n0.5\n1\n"
+    with subprocess.Popen(
+        command, cwd=tmp_path, env=ENVIRONMENT, stdin=terminal, stdout=terminal, stderr=subprocess.PIPE
+    ) as asking:
+        os.write(master, answers)
+        os.close(terminal)
+        assert asking.stderr is not None
+        complaint = asking.stderr.read()
+    said = ""
+    with suppress(OSError):  # at the end of what was written to a terminal that is closed
+        while True:
+            said += os.read(master, 10_000).decode()
+    os.close(master)
+    assert asking.returncode == 0, (said, complaint)
+    assert [question.text in complaint.decode() for question in questions_of({})] == [True] * 6
+    assert "allowed: 1 to 36" in said
+    found = tomllib.loads((tmp_path / "asked.toml").read_text(encoding="utf-8"))
+    assert [len(found[table]) for table in ("vehicle", "area", "fault")] == [5, 6, 1]
+    assert (found["communication"]["modem"], found["channel"]["per"]) == ("nanomodem-v3", 0.5)
+
+
+# Plug-ins -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", PLUGINS)
+def test_a_plug_in_is_its_template_under_another_name(kind: str) -> None:
+    """All that is written is shown in a how-to, whose commands are run; the name takes the place of the template's."""
+    assert remoras("new", kind, "by_night", "--out", "deep/er").exit_code == 0
+    word = PLUGINS[kind][0].removesuffix(".py")
+    for file in (*PLUGINS[kind], f"test_{word}.py"):
+        made = Path("deep/er", file.replace(word, "by_night")).read_text(encoding="utf-8")
+        for old, its in (("by_night", word), ("BY_NIGHT", word.upper()), ("ByNight", word.capitalize())):
+            made = made.replace(old, its)
+        assert made == (TEMPLATES / file).read_text(encoding="utf-8")
+    how_to = (ROOT / "docs" / "howto" / f"{kind}.md").read_text(encoding="utf-8")
+    assert re.findall(r"templates/(\S+\.\w+)", how_to)[: len(PLUGINS[kind])] == [*PLUGINS[kind]]
+    assert f"remoras new {kind} {word}\n" in how_to
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["sensor", "metric"])
+def test_what_the_file_for_integration_runs_passes(kind: str) -> None:
+    """Its steps but the installation, as a service would run them; those of the others are run by the how-tos."""
+    remoras("new", kind, "other")
+    steps = re.findall(r"^      - run: (.*)$", Path(".github/workflows/other.yml").read_text("utf-8"), re.MULTILINE)
+    assert steps[0] == 'python -m pip install "$REMORAS" pytest hypothesis'
+    assert steps[1:] == ["python -m pytest -q test_other.py"]
+    done = subprocess.run(
+        [sys.executable, *steps[1].split()[1:]], env=ENVIRONMENT, capture_output=True, text=True, check=False
+    )
+    assert "1 passed" in done.stdout, done.stdout + done.stderr
+
+
+@pytest.mark.slow
+def test_a_plug_in_that_is_spoilt_does_not_conform() -> None:
+    """So the test that comes with it can fail."""
+    remoras("new", "metric", "other")
+    text = Path("other.py").read_text(encoding="utf-8")
+    Path("other.py").write_text(text.replace("return min(", "return run.seed.bad and min("), encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "test_other.py"],
+        env=ENVIRONMENT, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 1
+    assert "AssertionError" in done.stdout
+
+
+# What is refused ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("arguments", ["scenario mine", "metric mine", "mission mine"])
+def test_nothing_is_replaced_unasked(arguments: str) -> None:
+    assert remoras("new", *arguments.split()).exit_code == 0
+    before = {path: path.read_bytes() for path in Path().rglob("*") if path.is_file()}
+    changed = next(iter(before))
+    changed.write_bytes(b"of mine")
+    assert re.fullmatch(r"remoras: .*mine.*: already there; --force replaces; .*\n", refused("new", *arguments.split()))
+    assert changed.read_bytes() == b"of mine"
+    assert remoras("new", *arguments.split(), "--force").exit_code == 0
+    assert {path: path.read_bytes() for path in Path().rglob("*") if path.is_file()} == before
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ("scenario ../up", r"NAME '\.\./up': allowed: up to 40 letters"),
+        ("scenario mapping-rendezvous", r"is the name of a shipped scenario"),
+        ("scenario a --vehicles 1", r"--vehicles 1: allowed: 2 to 16"),
+        ("scenario a --vehicles many", r"--vehicles many: allowed: 2 to 16"),
+        ("scenario a --side nan", r"--side nan: allowed: 50 to 1000"),
+        ("scenario a --per 1", r"--per 1: allowed: 0 to 0\.95"),
+        ("scenario a --modem loud", r"--modem loud: allowed: one of nanomodem-v3, "),
+        ("scenario a --lost 3", r"--lost = 3: allowed: 0 to 2, .*"),
+        (
+            "scenario a --side 900",
+            r"--side = 900: allowed: shorter, .* is 2687 m away, and nanomodem-v3 carries 2000 m",
+        ),
+        ("boat a", r"kind 'boat': allowed are scenario, strategy, mission, sensor, metric"),
+        ("strategy cbba", r"NAME 'cbba': results have that name already"),
+        ("metric distance", r"NAME 'distance': results have that name already"),
+        ("sensor roles", r"NAME 'roles': results have that name already"),
+        ("metric numpy", r"NAME 'numpy': a module of that name is installed"),
+        ("metric Mine", r"NAME 'Mine': is no name of a module"),
+        ("metric class", r"NAME 'class': is no name of a module"),
+        ("metric " + "x" * 999, r"NAME 'x+.*': is no name of a module"),
+        ("metric mine --per 0.3", r"--per: is of a scenario; a metric has no such option"),
+    ],
+)
+def test_what_cannot_be_is_one_line(arguments: str, said: str) -> None:
+    assert re.match(rf"remoras: .*{said}[^\n]*\n\Z", refused("new", *arguments.split()))
+    assert list(Path().iterdir()) == []
+
+
+def test_a_folder_that_is_a_file_is_one_line() -> None:
+    Path("taken").touch()
+    assert refused("new", "metric", "mine", "--out", "taken").count("\n") == 1
+
+
+def test_files_of_a_plug_in_are_all_named() -> None:
+    assert [file for file, _ in plugin_files("mission", "wrecks")] == [
+        "wrecks.py", "wrecks.ttl", "wrecks.toml", "test_wrecks.py", ".github/workflows/wrecks.yml",
+    ]  # fmt: skip
