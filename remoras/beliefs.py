@@ -181,6 +181,7 @@ class Beliefs:
         since_s: float | None = None,
         drift: float | None = None,
         shared: float = 0.0,
+        by: str | None = None,
     ) -> Fused | None:
         """What all vehicles say of a fact together; None if nobody whom it believes has said anything.
 
@@ -190,6 +191,7 @@ class Beliefs:
             independent: False where vehicles may have taken over what others said; see ``worldmodel.fusion``.
             since_s: observed at this time or later; from the first if None.
             drift, shared: as of ``worldmodel.fused``.
+            by: name of the only vehicle whose observations count; all count if None.
 
         Raises:
             UnknownNameError: no such instance or attribute.
@@ -197,7 +199,10 @@ class Beliefs:
         """
         subject, attribute = self._slots.get(key) or self._slot(key)
         weights = None if prior is None else {self._value(attribute, one): w for one, w in prior.items()}
-        observations = self.model.history(subject, attribute.uid, since_s)
+        observations: Sequence[Latest] = self.model.history(subject, attribute.uid, since_s)
+        if by is not None:
+            origin = self.uid(by)
+            observations = [one for one in observations if one.origin == origin]
         found = fused(attribute, observations, weights, independent, drift, shared)
         if found is None:
             return None

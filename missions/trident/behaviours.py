@@ -6,13 +6,14 @@ import math
 from collections.abc import Iterator, Set
 from typing import NamedTuple
 
-from missions.trident.jobs import SHARE_USED, survey_speed_mps
+from missions.trident.jobs import SHARE_USED, is_to_be_surveyed, survey_speed_mps
 from missions.trident.modules import EffectorSettings, FinderSettings, SurveyorSettings
 from missions.trident.site import SeabedBlock
 from remoras.behaviours import (
     ADVANCING,
     CAPTURE_M,
     DONE,
+    DUE,
     FAILED,
     IDLE,
     Approach,
@@ -26,6 +27,7 @@ from remoras.database import VehicleData
 from remoras.known import Known
 from remoras.motion import Motion
 from remoras.picture import Picture
+from remoras.sensor import Observation
 from remoras.work import Point
 
 BEYOND_IT = FAILED._replace(is_beyond_it=True)
@@ -52,6 +54,27 @@ class AwaitingPartner(Behaviour):
         return None
 
 
+class Missing(Behaviour):
+    """Says that a candidate is not there, which every way to find it again has not shown.
+
+    Args:
+        candidate: that was searched for.
+    """
+
+    def __init__(self, candidate: str) -> None:
+        self._candidate = candidate
+
+    def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
+        """Due until it is said."""
+        if not performed:
+            return DUE
+        return ADVANCING._replace(concludes=(Observation(((self._candidate, "verdict", "absent"),)),))
+
+    def reference(self, motion: Motion, picture: Picture) -> Reference | None:
+        """Nowhere."""
+        return None
+
+
 class Lane(NamedTuple):
     """A straight part of a survey: where it begins and ends, and the tiles along it by number."""
 
@@ -66,7 +89,9 @@ class Surveying(Behaviour):
     Args:
         block: that is surveyed; settings: of the module; data: of the vehicle.
         patience_s: on its way over tiles that stay blank for so long, the step has failed.
-        asked: name of the service, if it surveys only while it is asked to; it does not say then when it is done.
+        asked: name of the service, and of the recovery that the survey is for, if it surveys only while it is asked to.
+            Of the first survey it does not say then when it is done: that follows from the map. Of one that is repeated
+            it does, for the map shows nothing new.
     """
 
     def __init__(
@@ -75,9 +100,11 @@ class Surveying(Behaviour):
         settings: SurveyorSettings,
         data: VehicleData,
         patience_s: float,
-        asked: str | None = None,
+        asked: tuple[str, str] | None = None,
     ) -> None:
         self._block, self._patience_s, self._asked = block, patience_s, asked
+        self._reach_m = settings.reach_m
+        self._n_again = 0  # the repetition that it is at
         self._transit_mps, self._survey_mps = data.transit_speed_mps, survey_speed_mps(data, settings)
         self._approach = Approach(self._transit_mps)
         self._left = list(survey_lanes(block, settings.reach_m))
@@ -88,13 +115,15 @@ class Surveying(Behaviour):
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Due while lanes are left, the less the farther away; failed where tiles stay blank that it has passed."""
-        if self._asked is not None and not self._is_asked(picture.facts):
+        if self._asked is not None and not self._is_asked(picture.facts, *self._asked):
             return IDLE
-        now_s, charted = picture.body.now_s, picture.facts.values(("chartedTile", self._block.name))
+        now_s, charted = picture.body.now_s, self._charted(picture.facts)
         self._follow(motion, charted, performed)
         if self._lane is None:
+            if self._n_again:
+                return DUE._replace(concludes=(Observation(((self._block.name, "surveyedAgain", self._n_again),)),))
             return DONE if self._asked is None else IDLE
-        if performed and self._is_on_lane:
+        if performed and self._is_on_lane and not self._n_again:
             self._note_yield(motion, charted, max(0.0, now_s - self._looked_s))
         self._looked_s = now_s
         if self._blank_s > self._patience_s:
@@ -104,9 +133,19 @@ class Surveying(Behaviour):
         to_go_m = distance_m(motion, self._lane.begin_m)
         return Perception(attracted(to_go_m).stimulus, self._approach.advance(to_go_m, now_s, performed))
 
-    def _is_asked(self, facts: Known) -> bool:
-        is_done = facts.get(("surveyedBy", self._block.name)) is not None
-        return not is_done and facts.get(("requestedOf", self._block.name)) == self._asked
+    def _charted(self, facts: Known) -> Set[int]:
+        """Tiles that need no lane any more; the map says nothing of a survey that is repeated."""
+        return frozenset() if self._n_again else facts.values(("chartedTile", self._block.name))
+
+    def _is_asked(self, facts: Known, service: str, recovery: str) -> bool:
+        block = self._block.name
+        if facts.get(("requestedOf", block)) != service or not is_to_be_surveyed(facts, block, recovery):
+            return False
+        n_again = int(facts.get(("surveysAgain", recovery), 0))
+        if n_again > self._n_again:
+            self._n_again, self._lane, self._is_on_lane = n_again, None, False
+            self._left = list(survey_lanes(self._block, self._reach_m))
+        return True
 
     def _note_yield(self, motion: Motion, charted: Set[int], dt_s: float) -> None:
         """Compare what is below with the map: what the vehicle is over should be charted."""
@@ -232,8 +271,8 @@ class Reacquiring(Behaviour):
         self._at_m: Point | None = None  # where it is seen from near
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Due until it is known what the candidate is; failed once the search is over, or looks decide nothing."""
-        if picture.facts.get(("verdict", self._candidate)) not in (None, "open"):
+        """Due until it is known what the candidate is, and where; failed once it is not seen, or nothing is decided."""
+        if self._is_known(picture.facts):
             return IDLE
         place_m = self._place(picture.facts)
         if place_m is None:
@@ -250,6 +289,11 @@ class Reacquiring(Behaviour):
         if self._corner < 0:
             return Perception(attracted(to_go_m).stimulus, self._approach.advance(to_go_m, now_s, performed))
         return ADVANCING if performed else attracted(to_go_m)
+
+    def _is_known(self, facts: Known) -> bool:
+        """True once it is none or not there, or this vehicle has itself seen where it lies."""
+        verdict, by = facts.get(("verdict", self._candidate)), facts.get(("reacquiredBy", self._candidate))
+        return verdict in ("decoy", "absent") or (verdict == "target" and by == self._data.name)
 
     def _note_look(self, facts: Known, now_s: float) -> None:
         """Stay where it is seen; who sees it no more goes on with the search."""
@@ -311,7 +355,8 @@ class Intervening(Behaviour):
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Due until the effector has succeeded; failed after as long as ``ATTEMPTS`` take."""
-        if picture.facts.get((self._done, self._candidate)) is not None:
+        by = picture.facts.get((self._done, self._candidate))
+        if by is not None and (self._ends or by == self._data.name):
             return DONE if self._ends else IDLE
         place_m = self._place(picture.facts)
         if place_m is None:

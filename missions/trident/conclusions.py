@@ -143,40 +143,74 @@ class Concluding:
             return []
         if beliefs.get(("serviceStatus", chooser.name)) != AVAILABLE:
             return []
+        n_again = int(beliefs.get(("surveysAgain", self.recovery), 0))
+        asked, is_under_way = self._survey_again(me, beliefs, facts, there, n_again)
+        if is_under_way:
+            return asked
         candidates = beliefs.instances(CANDIDATE)
         likely = [(_likeness(beliefs, name), name) for name in candidates if _is_open(beliefs, name)]
-        anew = [] if likely else [name for name in candidates if self._may_look_again(beliefs, name)]
+        again = [] if likely else [name for name in candidates if self._may_look_again(beliefs, name)]
+        anew = [name for name in again if beliefs.get(("verdict", name)) == "absent"]  # nobody has seen what it is
+        if not (likely or anew) and n_again < self.settings.surveys_again:
+            asked, is_possible = self._survey_again(me, beliefs, facts, there, n_again + 1)
+            if is_possible:
+                return [Finding(self.recovery, "surveysAgain", n_again + 1), *asked]
+        anew = anew or again
         likely += [(_likeness(beliefs, name), name) for name in anew]
+        is_exhausted = bool(beliefs.get(("isExhausted", self.recovery)))
         if not likely:
-            return []
+            return [] if is_exhausted else [Finding(self.recovery, "isExhausted", True)]
         name = min(likely, key=lambda weighed: (-weighed[0], weighed[1]))[1]
         place = beliefs.fused(("location", name))
         at_m: Point | None = None if place is None else place.value
         if at_m is None:
             return []
         opened = [Finding(name, "verdict", "open")] if anew else []
+        opened += [Finding(self.recovery, "isExhausted", False)] if is_exhausted else []
         return [*opened, Finding(self.recovery, "chosen", name), Finding(self.recovery, "chosenAt", at_m)]
+
+    def _survey_again(
+        self, me: str, beliefs: Beliefs, facts: FactsLike, there: frozenset[str], n_again: int
+    ) -> tuple[list[Finding], bool]:
+        """Whom to ask to survey the blocks for the ``n_again``-th time anew, as far as they are not yet.
+
+        Returns:
+            The requests that are not made, and whether anybody is able to do what is left of it.
+        """
+        asked, is_possible = list[Finding](), False
+        if n_again == 0 or self.matching.response != "matching":
+            return asked, is_possible  # nobody serves others by a fixed plan
+        for block in self.blocks:
+            if int(beliefs.get(("surveyedAgain", block), 0)) >= n_again:
+                continue
+            ways = self.matching.for_block(me, block, facts, there)
+            is_possible = is_possible or bool(ways)
+            if ways and beliefs.get(("requestedOf", block)) not in ways:
+                asked.append(Finding(block, "requestedOf", ways[0]))
+        return asked, is_possible
 
     def _may_look_again(self, beliefs: Beliefs, candidate: str) -> bool:
         """True unless a candidate has been looked at anew as often as is allowed."""
         return beliefs.count(("verdict", candidate), "open") < self.settings.looks_again
 
     def _due_s(self, beliefs: Beliefs) -> float | None:
-        """Since when a choice is due: the last block is surveyed, what was chosen turned out to be none, or something
-        else turned out to be the target, which was searched for at a wrong place."""
+        """Since when a choice is due: the last block is surveyed, for the first time or again, what was chosen turned
+        out to be none, or something else turned out to be the target, which was searched for at a wrong place."""
         if beliefs.get(("recoveredBy", self.recovery)) is not None:
             return None
         chosen = beliefs.get(("chosen", self.recovery))
+        again_s = [beliefs.observed_s(("surveyedAgain", block)) for block in self.blocks]
+        at_last_s = max((time_s for time_s in again_s if time_s is not None), default=-math.inf)
         if chosen is not None:
             verdicts = {name: beliefs.get(("verdict", name)) for name in beliefs.instances(CANDIDATE)}
             if not _is_open(beliefs, chosen):
-                return beliefs.observed_s(("verdict", chosen))
+                return max(at_last_s, beliefs.observed_s(("verdict", chosen)) or 0.0)
             known = [name for name, verdict in verdicts.items() if verdict == "target" and name != chosen]
             is_unknown = verdicts[chosen] in (None, "open")
             return beliefs.observed_s(("verdict", known[0])) if known and is_unknown else None
         surveyed_s = [beliefs.observed_s(("surveyedBy", block)) for block in self.blocks]
         known_s = [time_s for time_s in surveyed_s if time_s is not None]
-        return max(known_s) if len(known_s) == len(surveyed_s) else None
+        return max(at_last_s, *known_s) if len(known_s) == len(surveyed_s) else None
 
     def _recovers(self, me: str, organisation: Organisation) -> bool:
         """True for who is to recover what is chosen."""
@@ -190,26 +224,42 @@ class Concluding:
         """Who is to recover it says what a candidate is once all looks at it together are sure enough.
 
         Looks of all vehicles count, of a candidate that was opened anew those since then. Where the target lies is what
-        the looks since the choice come to: the vehicle has gone on erring since those before.
+        its own looks since the choice come to, once there are as many as decide alone: each vehicle errs about its own
+        place, and has gone on erring since the looks before.
         """
         if beliefs.get(("chosen", self.recovery)) is None or not self._recovers(me, organisation):
             return []  # nobody looks from near before a choice
         for candidate in beliefs.instances(CANDIDATE):
-            known = ("verdict", candidate)
-            if beliefs.get(known) not in (None, "open"):
-                continue
-            looks = beliefs.fused(("looksLike", candidate), since_s=beliefs.observed_s(known))
-            if looks is None:
-                continue
-            p_target = looks.probabilities.get("target", 0.0)
-            is_target = sequential_verdict(p_target, self.settings.p_mistaken, self.settings.p_missed)
-            if is_target is None:
-                continue
-            found = [Finding(candidate, "verdict", "target" if is_target else "decoy")]
-            chosen_s = beliefs.observed_s(("chosen", self.recovery))
-            place = beliefs.fused(("location", candidate), since_s=chosen_s) if is_target else None
-            return [*found, Finding(candidate, "location", place.value)] if place is not None else found
+            known, found = ("verdict", candidate), list[Finding]()
+            verdict = beliefs.get(known)
+            if verdict in (None, "open"):
+                is_target = self._shown(beliefs, candidate, beliefs.observed_s(known))
+                if is_target is None:
+                    continue
+                verdict = "target" if is_target else "decoy"
+                found = [Finding(candidate, "verdict", verdict)]
+            if verdict == "target" and beliefs.get(("reacquiredBy", candidate)) != me:
+                found += self._reacquired(me, beliefs, candidate)
+            if found:
+                return found
         return []
+
+    def _shown(self, beliefs: Beliefs, candidate: str, since_s: float | None, by: str | None = None) -> bool | None:
+        """What looks from near at a candidate since a time decide, of all vehicles or of one; None if nothing yet."""
+        looks = beliefs.fused(("looksLike", candidate), since_s=since_s, by=by)
+        if looks is None:
+            return None
+        p_target = looks.probabilities.get("target", 0.0)
+        return sequential_verdict(p_target, self.settings.p_mistaken, self.settings.p_missed)
+
+    def _reacquired(self, me: str, beliefs: Beliefs, candidate: str) -> list[Finding]:
+        """That a vehicle has itself found the target again, and where, once its own looks since the choice suffice."""
+        chosen_s = beliefs.observed_s(("chosen", self.recovery))
+        if self._shown(beliefs, candidate, chosen_s, me) is None:
+            return []
+        place = beliefs.fused(("location", candidate), since_s=chosen_s, by=me)
+        at = [] if place is None else [Finding(candidate, "location", place.value)]
+        return [Finding(candidate, "reacquiredBy", me), *at]
 
     def _absent(self, me: str, organisation: Organisation, beliefs: Beliefs, now_s: float) -> list[Finding]:
         """Who is to recover it says that a candidate is not there, if it is not found again in time."""

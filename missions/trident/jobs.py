@@ -11,6 +11,7 @@ from missions.trident.services import FAILED
 from missions.trident.site import SeabedBlock
 from remoras.beliefs import Key
 from remoras.database import VehicleData
+from remoras.htn import FactsLike
 from remoras.known import Known
 from remoras.work import Outlook, Point
 
@@ -28,6 +29,18 @@ def surveyor(data: VehicleData) -> SurveyorSettings | None:
 def survey_speed_mps(data: VehicleData, settings: SurveyorSettings) -> float:
     """How fast a vehicle surveys with a module."""
     return min(data.survey_speed_mps, data.speed_factor * settings.speed_limit_mps)
+
+
+def is_to_be_surveyed(facts: FactsLike, block: str, recovery: str) -> bool:
+    """True of a block that is not known to be surveyed as often as is called for.
+
+    Args:
+        facts: of a vehicle.
+        block, recovery: names of jobs.
+    """
+    if facts.get(("surveyedBy", block)) is None:
+        return True
+    return int(facts.get(("surveyedAgain", block), 0)) < int(facts.get(("surveysAgain", recovery), 0))
 
 
 class OnServices:
@@ -126,6 +139,7 @@ class RecoveryJob(OnServices):
         place_m: middle of the site, until more is known.
         needs: names of the blocks.
         services: that have to be on board, and say whether they work; failed: of these, that say that they do not.
+        exhausted: no candidate is left that may be the target.
     """
 
     name: str
@@ -133,14 +147,36 @@ class RecoveryJob(OnServices):
     needs: tuple[str, ...]
     services: tuple[str, ...] = ()
     failed: frozenset[str] = frozenset()
+    exhausted: bool = False
 
     @property
     def done(self) -> Key:
         """Somebody has recovered it, as far as known."""
         return "recoveredBy", self.name
 
+    @property
+    def rests_on(self) -> tuple[Key, ...]:
+        """What the services say of themselves, and whether a candidate is left."""
+        return (*super().rests_on, ("isExhausted", self.name))
+
+    @property
+    def hindrances(self) -> tuple[str, ...]:
+        """The services that have failed; that no candidate is left."""
+        return (*super().hindrances, *(("no candidate is left that may be the target",) if self.exhausted else ()))
+
+    def left(self, facts: Known) -> Self:
+        """With the services that have failed, and without a candidate once none is left."""
+        found, exhausted = super().left(facts), bool(facts.get(("isExhausted", self.name)))
+        return found if exhausted == self.exhausted else replace(found, exhausted=exhausted)
+
+    def is_ever_able(self, data: VehicleData) -> bool:
+        """True for a vehicle that is able while its services work and a candidate is left."""
+        return replace(self, failed=frozenset(), exhausted=False).is_able(data)
+
     def is_able(self, data: VehicleData) -> bool:
         """True for a vehicle with modules to find, to hold and to handle it that are not said to have failed."""
+        if self.exhausted:
+            return False
         working = [sensor for sensor in data.sensors if f"{data.name} {sensor.name}" not in self.failed]
         does = {sensor.does for sensor in working if isinstance(sensor, EffectorSettings)}
         return len(does) == 2 and any(isinstance(sensor, FinderSettings) for sensor in working)

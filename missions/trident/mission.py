@@ -15,7 +15,7 @@ from missions.meeting.truth import JOBS
 from missions.scenarios.extending import locating
 from missions.scenarios.parts import database_of
 from missions.scenarios.tables import Raw, table_of
-from missions.trident.behaviours import AwaitingPartner, Intervening, Ranging, Reacquiring, Surveying
+from missions.trident.behaviours import AwaitingPartner, Intervening, Missing, Ranging, Reacquiring, Surveying
 from missions.trident.checks import trident_faults
 from missions.trident.choreography import CHOREOGRAPHY
 from missions.trident.conclusions import Concluding
@@ -37,6 +37,7 @@ from missions.trident.scenario import TridentScenario
 from missions.trident.services import Matching
 from missions.trident.site import SeabedBlock, Site, lying
 from missions.trident.tasks import (
+    MISSING,
     RANGING,
     REACQUIRING,
     SERVING,
@@ -60,7 +61,7 @@ from remoras.recorder import Recorder
 from remoras.sensor import SensorSettings
 from remoras.work import Job, Point
 
-UNABLE_NEEDS = {"unableTo": 40, "isImpossible": 20}
+FURTHER_NEEDS = {"unableTo": 40, "isImpossible": 20, "surveysAgain": 40, "surveyedAgain": 20, "isExhausted": 40}
 """How urgently vehicles need these of each other, where the scenario does not say."""
 ESCORTING = "Escorting"
 ESCORT_IMPORTANCE = 0.55
@@ -121,11 +122,11 @@ class TridentMission(JobMission):
 
     @classmethod
     def completed(cls, raw: Raw) -> Raw:
-        """With the need for what vehicles say that they are not able to do."""
+        """With the need for what vehicles are not able to do, and for what is left to be looked at."""
         communication = table_of(raw, "communication")
         if not isinstance(needs := communication.get("needs"), dict):
             return raw
-        return {**raw, "communication": {**communication, "needs": {**UNABLE_NEEDS, **needs}}}
+        return {**raw, "communication": {**communication, "needs": {**FURTHER_NEEDS, **needs}}}
 
     # What there is -------------------------------------------------------------------------------
 
@@ -230,6 +231,8 @@ class TridentMission(JobMission):
     def _set(self, objective: Objective, step: Task, data: VehicleData) -> ActivitySet:
         if step.name == STANDING_BY:
             doing = Activity(step.name, ActivityType.GUIDANCE)
+        elif step.name == MISSING:
+            doing = Activity(step.name, ActivityType.GUIDANCE, step.args)
         else:
             service = self.matching.services[step.args[1] if step.name == SURVEYING else step.args[2]]
             modules = (service.settings.name,) if service.vehicle == data.name else ()
@@ -274,12 +277,14 @@ class TridentMission(JobMission):
             return FollowingLeader(activity.parameters, settings.escort_m, data)
         if activity.name == STANDING_BY:
             return AwaitingPartner()
+        if activity.name == MISSING:
+            return Missing(activity.parameters[1])
         service = self.matching.services[activity.parameters[0]]
         if service.vehicle != data.name:
             return AwaitingPartner()
         of = service.settings
         if activity.name == SURVEYING and isinstance(of, SurveyorSettings):
-            asked = service.name if activity.parameters[2] == SERVING else None
+            asked = (service.name, self.scenario.recovery.name) if activity.parameters[2] == SERVING else None
             return Surveying(self.blocks[activity.parameters[1]], of, data, settings.patience_work_s, asked)
         if activity.name == RANGING and self.scenario.transponder is not None:
             return Ranging(self.scenario.transponder.position_m, data, settings.patience_work_s)

@@ -44,8 +44,17 @@ class TridentSettings(JobSettings):
     p_missed: float = Field(
         0.01, gt=0.0, lt=0.5, description="rate at which looks from near may take the target for a decoy"
     )
+    surveys_again: int = Field(
+        1,
+        ge=0,
+        le=10,
+        description="how often all blocks are surveyed anew once each candidate was seen to be none, under matching",
+    )
     looks_again: int = Field(
-        2, ge=0, le=10, description="how often a candidate that was rejected is looked at anew once none is left"
+        2,
+        ge=0,
+        le=10,
+        description="how often a candidate that was rejected is looked at anew after that, once none is left",
     )
 
 

@@ -9,9 +9,11 @@
                               there          -> Ranging(vehicle, candidate, service)
                               without        ->
     FindAgain, HoldOn, HandleIt  by a service -> Reacquiring, Holding, Handling(recovery, candidate, service)
+    FindAgain                 it is not there -> Missing(recovery, candidate)
 
 A step is bound to a service when it is planned. There is a way for each service that is able to do it; a step that has
-failed goes the next way, and a match that has changed makes the plan anew. A vehicle without a way leaves the job.
+failed goes the next way, and a match that has changed makes the plan anew. A vehicle without a way leaves the job. What
+another vehicle has found again and held on to helps nobody to handle it: who takes over does both itself.
 """
 
 from __future__ import annotations
@@ -19,7 +21,7 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Iterator, Mapping
 from typing import Any
 
-from missions.trident.services import FIND, FIX, HANDLE, HOLD, Matching, parties
+from missions.trident.services import AVAILABLE, FIND, FIX, HANDLE, HOLD, Matching, parties
 from remoras.activities import Objective
 from remoras.database import VehicleData
 from remoras.htn import ANY, Domain, FactsLike, Method, Operator, Task
@@ -28,11 +30,12 @@ from remoras.organisation import Group
 
 WORKING, SERVING = "Working", "Serving"
 """Objectives: of a role with a job, and of all founding roles."""
-STANDING_BY, SURVEYING, RANGING, REACQUIRING, HOLDING, HANDLING = (
+STANDING_BY, SURVEYING, RANGING, REACQUIRING, MISSING, HOLDING, HANDLING = (
     "StandingBy",
     "Surveying",
     "Ranging",
     "Reacquiring",
+    "Missing",
     "Holding",
     "Handling",
 )
@@ -88,12 +91,11 @@ def activity_domain(matching: Matching, groups: Mapping[str, Group], recovery: s
         Method("await a choice", lambda facts, *of: [Task(STANDING_BY, (recovery,))], is_awaited, (STANDING_BY,)),
         Method("recover", recovers, is_chosen, ("Fix", *COMPOSED)),
     ]
-    methods = {
-        PURSUE + WORKING: pursue,
-        "Fix": fix,
-        **{name: [Method("by a service", _bound(matching, there, *of), uses=of[1:])] for name, of in COMPOSED.items()},
+    composed = {
+        name: [Method("by a service", _bound(matching, there, *of), uses=of[1:])] for name, of in COMPOSED.items()
     }
-    return Domain.of(_operators(), methods)
+    composed["FindAgain"].append(_missing(matching, there))
+    return Domain.of(_operators(matching), {PURSUE + WORKING: pursue, "Fix": fix, **composed})
 
 
 def _bound(matching: Matching, there: Callable[..., frozenset[str]], activity: str, step: str) -> Callable[..., Any]:
@@ -107,24 +109,46 @@ def _bound(matching: Matching, there: Callable[..., frozenset[str]], activity: s
     return ways
 
 
-def _operators() -> list[Operator]:
+def _missing(matching: Matching, there: Callable[..., frozenset[str]]) -> Method:
+    """The way that is left once no service has found a candidate again, for who knows that its finders work."""
+
+    def is_searched_for(facts: FactsLike, objective: Objective, data: VehicleData, candidate: str) -> bool:
+        for name in matching.ways(FIND, data.name, facts, there(facts, objective)):
+            if matching.services[name].settings.tells_state and facts.get(("serviceStatus", name)) == AVAILABLE:
+                return True
+        return False
+
+    def missing(facts: FactsLike, objective: Objective, data: VehicleData, candidate: str) -> list[Task]:
+        return [Task(MISSING, (objective.argument, candidate))]
+
+    return Method("it is not there", missing, is_searched_for, (MISSING,))
+
+
+def _operators(matching: Matching) -> list[Operator]:
+    def provider(service: str) -> str:
+        return matching.services[service].vehicle
+
     def surveyed(facts: FactsLike, block: str, service: str) -> Mapping[Hashable, Any]:
         return {("surveyedBy", block): ANY}
 
     def fixed(facts: FactsLike, vehicle: str, candidate: str, service: str) -> Mapping[Hashable, Any]:
         return {("fixedOn", vehicle): True}
 
-    def found(facts: FactsLike, job: str, candidate: str, *of: str) -> Mapping[Hashable, Any]:
-        return {("verdict", candidate): "target"}
+    def found(facts: FactsLike, job: str, candidate: str, service: str, after: str) -> Mapping[Hashable, Any]:
+        return {("verdict", candidate): "target", ("reacquiredBy", candidate): provider(service)}
 
-    def is_found(facts: FactsLike, job: str, candidate: str, *of: str) -> bool:
-        return bool(facts.get(("verdict", candidate)) == "target")
+    def is_found(facts: FactsLike, job: str, candidate: str, service: str, after: str) -> bool:
+        by = facts.get(("reacquiredBy", candidate))
+        return bool(facts.get(("verdict", candidate)) == "target" and by == provider(service))
 
-    def held(facts: FactsLike, job: str, candidate: str, *of: str) -> Mapping[Hashable, Any]:
-        return {("heldBy", candidate): ANY}
+    def absent(facts: FactsLike, job: str, candidate: str) -> Mapping[Hashable, Any]:
+        return {("verdict", candidate): "absent"}
 
-    def is_held(facts: FactsLike, job: str, candidate: str, *of: str) -> bool:
-        return facts.get(("heldBy", candidate)) is not None
+    def held(facts: FactsLike, job: str, candidate: str, service: str, after: str) -> Mapping[Hashable, Any]:
+        return {("heldBy", candidate): provider(service)}
+
+    def is_held(facts: FactsLike, job: str, candidate: str, service: str, after: str) -> bool:
+        return bool(facts.get(("heldBy", candidate)) == provider(service))
 
     def handled(facts: FactsLike, job: str, candidate: str, *of: str) -> Mapping[Hashable, Any]:
         return {("handledBy", candidate): ANY, ("recoveredBy", job): ANY}
@@ -134,6 +158,7 @@ def _operators() -> list[Operator]:
         Operator(SURVEYING, effects=surveyed, expected=_unknown),
         Operator(RANGING, effects=fixed, expected=_unknown),
         Operator(REACQUIRING, _is_localised, found, expected=_unknown),
+        Operator(MISSING, effects=absent, expected=_unknown),
         Operator(HOLDING, is_found, held, expected=_unknown),
         Operator(HANDLING, is_held, handled, expected=_unknown),
     ]

@@ -2,15 +2,24 @@
 
 import math
 import random
+from dataclasses import replace
+from typing import Any
 
 import pytest
 from intervening import Run, metric, run, said
 
+from missions.trident import mission as trident_mission
 from missions.trident.jobs import RecoveryJob
+from missions.trident.tasks import HANDLING, HOLDING, REACQUIRING, activity_domain
+from remoras.htn import ANY, Domain
 from remoras.social.layer import SocialLayer
 
 SOUND = 3
 """Seed of runs in which no finder takes a decoy for the target, or the target for a decoy."""
+SHIFTED = 10
+"""Seed of a run in which the two divers err apart about their places."""
+MISSED = 1
+"""Seed of a run in which no survey shows the target at first."""
 
 
 def recovered_by(of: Run) -> str:
@@ -89,3 +98,89 @@ def test_a_module_that_fails_for_a_while_makes_it_possible_again() -> None:
     assert told == ["true", "false"]
     assert done.completed, done.reason
     assert metric(done, "target_recovered_s") < math.inf
+
+
+# What another vehicle has found and held
+
+
+def test_who_takes_over_finds_it_again_and_holds_on_itself() -> None:
+    """The first has found it again and holds on when arm and gripper die; where it lies is so by its own error."""
+    done = two("IAUV00 arm", "IAUV00 gripper", at_s=1600.0, seed=SHIFTED)
+    assert [stone.vehicle for stone in done.milestones if stone.name == "held"] == ["IAUV00", "IAUV01"]
+    assert [(vehicle, by) for _, vehicle, _, by in said(done, "reacquiredBy")] == [(name, name) for name in BOTH]
+    assert recovered_by(done) == "IAUV01"
+    assert done.completed, done.reason
+
+
+BOTH = ("IAUV00", "IAUV01")
+
+
+def of_anybody(*args: Any) -> Domain:
+    """The tasks with the cause taken out: whoever has found it again, and holds it, counts."""
+    domain = activity_domain(*args)
+    changed = {
+        REACQUIRING: {"effects": lambda facts, job, candidate, *of: {("verdict", candidate): "target"}},
+        HOLDING: {
+            "applicable": lambda facts, job, candidate, *of: facts.get(("verdict", candidate)) == "target",
+            "effects": lambda facts, job, candidate, *of: {("heldBy", candidate): ANY},
+        },
+        HANDLING: {"applicable": lambda facts, job, candidate, *of: facts.get(("heldBy", candidate)) is not None},
+    }
+    operators = [replace(one, **changed.get(name, {})) for name, one in domain.operators.items()]
+    return Domain.of(operators, domain.methods)
+
+
+def test_where_anybody_s_hold_counts_who_takes_over_handles_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(trident_mission, "activity_domain", of_anybody)
+    done = run.__wrapped__("fleet.size=3", failing=("IAUV00 arm", "IAUV00 gripper"), at_s=1600.0, seed=SHIFTED)
+    assert [stone.vehicle for stone in done.milestones if stone.name == "held"] == ["IAUV00"]
+    assert recovered_by(done) == ""
+
+
+# What is left to be looked at
+
+
+@pytest.mark.slow
+def test_what_no_survey_showed_is_found_by_another_one() -> None:
+    done = run("fleet.size=3", seed=MISSED, until_s=7200.0)
+    assert [value for _, _, _, value in said(done, "surveysAgain")] == ["1.0"]
+    assert {subject for _, _, subject, _ in said(done, "surveyedAgain")} == {"east", "west"}
+    assert done.completed, done.reason
+    assert metric(done, "n_violations") == 0
+
+
+def test_without_another_survey_nothing_is_left_and_that_is_said() -> None:
+    """The cause taken out: all candidates are looked at as often as they may be, then all come home."""
+    done = run("fleet.size=3", "mission.surveys_again=0", seed=MISSED, until_s=7200.0)
+    assert not done.completed
+    assert recovered_by(done) == ""
+    assert [value for _, _, _, value in said(done, "isExhausted")] == ["true"]
+    assert {what for _, what in rows(done, "impossible")} == {"recovery: no candidate is left that may be the target"}
+    assert done.recorder.rows("trajectories")[-1][0] < 4200.0
+    assert metric(done, "n_violations") == 0
+
+
+@pytest.mark.slow
+def test_a_target_that_lies_outside_is_looked_for_twice_and_given_up() -> None:
+    done = run("recovery.target_m=[190.0,-20.0]", until_s=7200.0)
+    assert [value for _, _, _, value in said(done, "isExhausted")] == ["true"]
+    assert not done.completed
+    assert done.recorder.rows("trajectories")[-1][0] < 5600.0
+    assert "recovery impossible, as vehicles say since" in done.reason
+
+
+VAGUE = ("vehicle.ASV00.sensor.multibeam.sigma_m=32", "vehicle.IAUV00.sensor.stereo.sigma_m=32", "mission.search_m=6")
+"""What surveys find lies far from where they say, and nobody searches far around."""
+
+
+def test_what_is_not_there_is_absent_and_says_nothing_of_who_searched() -> None:
+    done = run(*VAGUE, seed=3)
+    assert "absent" in [value for _, _, _, value in said(done, "verdict")]
+    assert said(done, "unableTo") == []
+    assert metric(done, "target_recovered_s") < math.inf
+
+
+def test_who_does_not_know_whether_its_finders_work_says_that_it_is_unable() -> None:
+    silent = [f"vehicle.IAUV00.sensor.{one}.self_test=false" for one in ("camera", "forward sonar")]
+    done = run(*VAGUE, *silent, seed=3)
+    assert [(vehicle, job) for _, vehicle, _, job in said(done, "unableTo")] == [("IAUV00", "recovery")]
