@@ -147,11 +147,8 @@ class Beliefs:
 
     def _all(self, slot: tuple[int, int], attribute: Attribute) -> set[Any]:
         from_s = self._from_s.get(slot, -math.inf)
-        return {
-            self._plain(attribute, observation.value)
-            for observation in self.model.history(*slot)
-            if observation.time_s >= from_s
-        }
+        told = [observation.value for observation in self.model.history(*slot) if observation.time_s >= from_s]
+        return {self._plain(attribute, value) for value in told or self.model.common_values(*slot)}
 
     def note(self) -> None:
         """Bring ``values`` up to date with what was recorded or merged."""

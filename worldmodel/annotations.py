@@ -6,11 +6,11 @@ import math
 from decimal import Decimal
 from typing import Any
 
-from rdflib import RDFS, XSD, Graph, Literal, Namespace, URIRef
+from rdflib import XSD, Graph, Literal, Namespace, URIRef
 from rdflib.term import Node
 
 from worldmodel.coarse import coarse_fields
-from worldmodel.definitions import OntologyReader
+from worldmodel.expressions import OntologyReader
 from worldmodel.fields import Field
 from worldmodel.tbox import MEASURED, ValueKind
 from worldmodel.texts import LONGEST_BYTES, most_bytes_of
@@ -44,7 +44,7 @@ class Annotations:
             self._reader.fault(iri, f"{self._reader.shown(predicate)} is {got}", "true or false, once")
         return True in values
 
-    def fields(self, iri: URIRef, n_axes: int) -> tuple[Field, ...]:
+    def fields(self, iri: URIRef, n_axes: int, datatype: Node) -> tuple[Field, ...]:
         """Bounds and resolution of a number, or of both numbers of a point; empty where they are no grid."""
         numbers: list[float] = []
         for predicate in BOUNDS:
@@ -54,7 +54,7 @@ class Annotations:
             else:
                 got = " and ".join(map(repr, values)) or "missing"
                 self._reader.fault(iri, f"{self._reader.shown(predicate)} is {got}", "one number")
-        if (iri, RDFS.range, XSD.integer) in self._graph and any(number % 1 for number in numbers):
+        if datatype == XSD.integer and any(number % 1 for number in numbers):
             self._reader.fault(iri, f"its bounds and resolution are {numbers}", "whole numbers for xsd:integer")
         units = sorted(self._graph.objects(iri, RM.unit), key=str)
         symbols = [symbol_of(unit) if isinstance(unit, URIRef) else None for unit in units]

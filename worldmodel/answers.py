@@ -10,7 +10,7 @@ from worldmodel.holdings import StoredItems
 from worldmodel.index import observation_of, observed_at_s
 from worldmodel.reasoning import Inference
 from worldmodel.subscriptions import Subscription, Subscriptions
-from worldmodel.tbox import TYPE_UID, TBox
+from worldmodel.tbox import TYPE_UID, TBox, ValueKind
 
 
 class Answers(StoredItems):
@@ -36,6 +36,11 @@ class Answers(StoredItems):
         self._members: dict[int, tuple[Instance, ...]] = {}
         self._members_of = (0, 0)  # versions of types and of conclusions for which they hold
         self.common_facts = tuple(common_facts)
+        self._common_values = {
+            (f.subject, f.attribute): f.value
+            for f in common_facts
+            if tbox.attributes[f.attribute].kind is not ValueKind.LINK
+        }
         self.inference = Inference(tbox, self, instances, self.index.touched, common_facts)
         """What follows from the facts that are seen."""
         self.index.heeded = self.inference.heeded
@@ -103,12 +108,17 @@ class Answers(StoredItems):
         )
 
     def value(self, subject: int, attribute: int, default: Value | None = None) -> Value | None:
-        """Return the latest value of a slot, or ``default`` when there is none."""
+        """Return the latest value of a slot, else what all know from the start, or ``default`` when there is none."""
         entries = self.index.slots.get((subject, attribute))
         if entries is None:
-            return default
+            return self._common_values.get((subject, attribute), default)
         newest = entries[-1]
         return newest.facts[0].value if isinstance(newest, Block) else newest.value
+
+    def common_values(self, subject: int, attribute: int) -> tuple[Value, ...]:
+        """Return what all know of a slot from the start: one value, or none; links are the inference's."""
+        value = self._common_values.get((subject, attribute))
+        return () if value is None else (value,)
 
     def statuses(self) -> Iterator[Block]:
         """Yield the statuses that are held, the newest of each slot and origin, each as a block of one fact."""

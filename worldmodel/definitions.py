@@ -1,12 +1,9 @@
 """Reading what OWL says of classes and attributes beyond hierarchy, disjointness, domain and range.
 
-Compiled are, of a class: rdfs:subClassOf and owl:equivalentClass of a named class or of a class expression, which is
-
-    [ owl:intersectionOf ( ... ) ]                                       named classes, restrictions
-    [ a owl:Restriction ; owl:onProperty p ; owl:someValuesFrom C ]      p a link, C a named class
-    [ a owl:Restriction ; owl:onProperty p ; owl:hasValue v ]            v a literal, p no link
-
-of a link: owl:inverseOf, owl:TransitiveProperty, owl:SymmetricProperty and rdfs:subPropertyOf of links.
+Compiled are, of a class: rdfs:subClassOf and owl:equivalentClass of a named class or of a class expression, which
+``worldmodel.expressions`` reads, and owl:disjointUnionOf; of a link: owl:inverseOf, owl:TransitiveProperty,
+owl:SymmetricProperty, rdfs:subPropertyOf of links, owl:FunctionalProperty, owl:InverseFunctionalProperty and
+owl:propertyChainAxiom; of any other attribute: owl:FunctionalProperty.
 
 ``HARMLESS`` are annotations, which change no answer. Whatever else OWL or RDFS says of a class or an attribute would
 change answers, so it is refused; a file for reasoners alone may say it.
@@ -15,57 +12,36 @@ change answers, so it is refused; a file for reasoners alone may say it.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from decimal import Decimal
-from typing import Protocol
+from dataclasses import replace
 
-from rdflib import OWL, RDF, RDFS, BNode, Graph, Literal, URIRef
+from rdflib import OWL, RDF, RDFS, BNode, Graph, URIRef
 from rdflib.collection import Collection
 from rdflib.term import Node
 
-from worldmodel.axioms import Axioms, CompiledAxioms, Definition, ValueCondition
-from worldmodel.fields import Value
+from worldmodel.axioms import Axioms, CompiledAxioms, Definition
+from worldmodel.expressions import ELSEWHERE, Expressions, OntologyReader
 from worldmodel.tbox import Attribute, OntologyClass, ValueKind, closure
+from worldmodel.unnamed import Unnamed
 
-DEFINING = {RDFS.subClassOf, RDFS.subPropertyOf, OWL.equivalentClass, OWL.inverseOf}
+DEFINING = {
+    *(RDFS.subClassOf, RDFS.subPropertyOf, OWL.equivalentClass, OWL.inverseOf, OWL.disjointUnionOf),
+    OWL.propertyChainAxiom,
+}
 """Predicates that define the class or attribute that is their subject."""
 HARMLESS = {
     *(RDFS.label, RDFS.comment, RDFS.seeAlso, RDFS.isDefinedBy, OWL.versionInfo, OWL.deprecated),
     *(OWL.priorVersion, OWL.backwardCompatibleWith, OWL.incompatibleWith),
 }
-_OF_CLASSES = {RDF.type, RDFS.subClassOf, OWL.equivalentClass, OWL.disjointWith}
-_OF_LINKS = {RDF.type, RDFS.domain, RDFS.range, RDFS.subPropertyOf, OWL.inverseOf}
+_OF_CLASSES = {RDF.type, RDFS.subClassOf, OWL.equivalentClass, OWL.disjointWith, OWL.disjointUnionOf}
+_OF_LINKS = {RDF.type, RDFS.domain, RDFS.range, RDFS.subPropertyOf, OWL.inverseOf, OWL.propertyChainAxiom}
 _OF_DATA = {RDF.type, RDFS.domain, RDFS.range}
 _CLASS_TYPES = {OWL.Class, RDFS.Class, OWL.NamedIndividual}
-_DATA_TYPES = {OWL.DatatypeProperty, RDF.Property, OWL.NamedIndividual}
-_LINK_TYPES = {OWL.ObjectProperty, RDF.Property, OWL.TransitiveProperty, OWL.SymmetricProperty, OWL.NamedIndividual}
+_DATA_TYPES = {OWL.DatatypeProperty, RDF.Property, OWL.FunctionalProperty, OWL.NamedIndividual}
+_LINK_TYPES = {
+    *(OWL.ObjectProperty, RDF.Property, OWL.TransitiveProperty, OWL.SymmetricProperty, OWL.NamedIndividual),
+    *(OWL.FunctionalProperty, OWL.InverseFunctionalProperty),
+}
 _REFUSED_AXIOMS = (OWL.AllDisjointProperties, OWL.NegativePropertyAssertion)
-_ELSEWHERE = "; a file for reasoners that no scenario reads may say more"
-_EXPRESSIONS = (
-    "a declared class, owl:intersectionOf of such, a restriction with owl:someValuesFrom a declared class, or with "
-    f"owl:hasValue a literal{_ELSEWHERE}"
-)
-
-
-class OntologyReader(Protocol):
-    """What reads the rest of the ontology: it shows terms and collects faults."""
-
-    def fault(self, subject: Node, wrong: str, allowed: str) -> None:
-        """Note one fault of ``subject``."""
-
-    def shown(self, term: Node) -> str:
-        """Return a term as a Turtle file would write it."""
-
-    def hint(self, term: Node, known: Iterable[Node]) -> str:
-        """Propose the known term most like an unknown one."""
-
-
-@dataclass(frozen=True)
-class _Expression:
-    """A class expression as it was read: named classes, and (property, restriction predicate, object)."""
-
-    classes: tuple[int, ...]
-    restrictions: tuple[tuple[Node, URIRef, Node], ...]
 
 
 class Definitions:
@@ -75,7 +51,7 @@ class Definitions:
         self.graph = graph
         self.class_uid = class_uid
         self.reader = reader
-        self._read: list[tuple[Node, _Expression, bool]] = []
+        self._read: list[tuple[Node, Node, bool]] = []
 
     def parents_of(self, iri: Node) -> set[int]:
         """Return the named classes right above a class, also those that its definitions name."""
@@ -87,10 +63,34 @@ class Definitions:
                     parents.add(self.class_uid[target])
                 elif not isinstance(target, BNode):
                     self._refuse_name(iri, predicate, target)
-                elif (expression := self._expression(iri, target)) is not None:
-                    parents.update(expression.classes)
-                    self._read.append((iri, expression, predicate == OWL.equivalentClass))
+                else:
+                    parents.update(self._named_in(target))
+                    self._read.append((iri, target, predicate == OWL.equivalentClass))
+        parents.update(
+            self.class_uid[whole]
+            for whole in self.graph.subjects(OWL.disjointUnionOf, None)
+            if whole in self.class_uid and iri in self._parts_of(whole)
+        )
         return parents
+
+    def _named_in(self, node: Node) -> Iterator[int]:
+        """Yield the named classes that an expression is an intersection of."""
+        if node in self.class_uid:
+            yield self.class_uid[node]
+        for listed in self.graph.objects(node, OWL.intersectionOf):
+            for part in Collection(self.graph, listed):
+                yield from self._named_in(part)
+
+    def _parts_of(self, whole: Node) -> list[Node]:
+        """Return the parts of a class that is their disjoint union."""
+        return [
+            part for listed in self.graph.objects(whole, OWL.disjointUnionOf) for part in Collection(self.graph, listed)
+        ]
+
+    def disjoint_parts(self) -> Iterator[tuple[Node, list[Node]]]:
+        """Yield the classes that are disjoint unions, each with its parts."""
+        for whole in sorted(self.graph.subjects(OWL.disjointUnionOf, None), key=str):
+            yield whole, self._parts_of(whole)
 
     def _refuse_name(self, iri: Node, predicate: URIRef, target: Node) -> None:
         shown = self.reader.shown
@@ -101,75 +101,82 @@ class Definitions:
             wrong = f"its {what} {shown(target)} is not declared"
             self.reader.fault(iri, wrong, f"a declared owl:Class{self.reader.hint(target, self.class_uid)}")
 
-    def _expression(self, iri: Node, node: Node) -> _Expression | None:
-        """Return a class expression; None, and a fault, if it is none of those that are compiled."""
-        if node in self.class_uid:
-            return _Expression((self.class_uid[node],), ())
-        says = {p: o for p, o in self.graph.predicate_objects(node) if p != RDF.type}
-        if set(says) == {OWL.intersectionOf}:
-            parts = [self._expression(iri, part) for part in Collection(self.graph, says[OWL.intersectionOf])]
-            whole = [part for part in parts if part is not None]
-            return _Expression(
-                tuple(dict.fromkeys(c for part in whole for c in part.classes)),
-                tuple(dict.fromkeys(r for part in whole for r in part.restrictions)),
-            )
-        for predicate in (OWL.someValuesFrom, OWL.hasValue):
-            if set(says) == {OWL.onProperty, predicate}:
-                return _Expression((), ((says[OWL.onProperty], predicate, says[predicate]),))
-        if isinstance(node, URIRef):
-            wrong = f"its definition names {self.reader.shown(node)}, which is not declared"
-            self.reader.fault(iri, wrong, f"a declared owl:Class{self.reader.hint(node, self.class_uid)}")
-        else:
-            predicates = ", ".join(sorted(self.reader.shown(p) for p in says)) or "nothing"
-            self.reader.fault(iri, f"its definition says {predicates}", _EXPRESSIONS)
-        return None
+    def axioms(
+        self,
+        classes: Sequence[OntologyClass],
+        attributes: Sequence[Attribute],
+        individuals: Mapping[Node, tuple[str, int]],
+    ) -> Axioms:
+        """Return the axioms; the classes must have been asked for before.
 
-    def axioms(self, attributes: Sequence[Attribute]) -> Axioms:
-        """Return the axioms; the classes must have been asked for before."""
+        Args:
+            classes: of the ontology.
+            attributes: of it.
+            individuals: of each individual its name and class.
+        """
         named: dict[Node, Attribute] = {URIRef(attribute.iri): attribute for attribute in attributes[1:]}
-        definitions = []
-        for iri, expression, is_sufficient in self._read:
-            made = [self._condition(iri, named, *restriction) for restriction in expression.restrictions]
-            conditions = tuple(condition for condition in made if condition is not None)
-            definitions.append(Definition(self.class_uid[iri], expression.classes, conditions, is_sufficient))
-        self._refuse_circular(definitions)
+        links = {attribute.uid for attribute in attributes if attribute.kind is ValueKind.LINK}
+        expressions = Expressions(self.graph, self.class_uid, named, individuals, self.reader)
+        read = [(self.class_uid[iri], expressions.read(iri, node), is_same) for iri, node, is_same in self._read]
         self._refuse_anonymous()
         for term, attribute in named.items():
             is_link = attribute.kind is ValueKind.LINK
             self._refuse_others(term, _OF_LINKS if is_link else _OF_DATA, _LINK_TYPES if is_link else _DATA_TYPES)
         inverses = {(min(pair), max(pair)) for pair in self._pairs(OWL.inverseOf, named)}
-        symmetric = [named[iri].uid for iri in self.graph.subjects(RDF.type, OWL.SymmetricProperty) if iri in named]
-        transitive = [named[iri].uid for iri in self.graph.subjects(RDF.type, OWL.TransitiveProperty) if iri in named]
+        symmetric = self._of_type(OWL.SymmetricProperty, named)
         below = set(self._pairs(RDFS.subPropertyOf, named))
         self._refuse_cycles(below, attributes)
-        return Axioms(
-            tuple(sorted(definitions, key=repr)),
+        chains = self._chains(named)
+        simple = Axioms(
+            (),
             tuple(sorted({*inverses, *((uid, uid) for uid in symmetric)})),
-            tuple(sorted(transitive)),
+            tuple(
+                sorted({*self._of_type(OWL.TransitiveProperty, named), *(a for a, parts in chains if parts == (a, a))})
+            ),
             tuple(sorted(below)),
+            chains=tuple(sorted((a, parts) for a, parts in chains if parts != (a, a))),
         )
+        stated = {
+            name: sorted(
+                (named[predicate].uid, individuals[target][0])
+                for predicate, target in self.graph.predicate_objects(iri)
+                if predicate in named and target in individuals
+            )
+            for iri, (name, _) in individuals.items()
+        }
+        unnamed = Unnamed(classes, attributes, self.class_uid[OWL.Thing], dict(individuals.values()), stated, simple)
+        for uid in self._of_type(OWL.FunctionalProperty, named):
+            unnamed.functional(uid)
+        for uid in self._of_type(OWL.InverseFunctionalProperty, named):
+            if uid in links:
+                unnamed.inverse_functional(uid)
+        for whole, parts in self.disjoint_parts():
+            uids = tuple(sorted(self.class_uid[part] for part in parts if part in self.class_uid))
+            if whole in self.class_uid and uids:
+                unnamed.cover(self.class_uid[whole], uids)
+        for uid, expression, is_same in sorted(((u, e, s) for u, e, s in read if e is not None), key=repr):
+            unnamed.define(uid, expression, is_same)
+        axioms = unnamed.axioms()
+        self._refuse_circular(axioms.definitions)
+        return axioms
 
-    def _condition(
-        self, iri: Node, named: Mapping[Node, Attribute], on: Node, predicate: URIRef, target: Node
-    ) -> ValueCondition | None:
-        fault, shown = self.reader.fault, self.reader.shown
-        if on not in named:
-            wrong = f"its definition is about {shown(on)}, which is no attribute"
-            fault(iri, wrong, f"a declared owl:ObjectProperty or owl:DatatypeProperty{self.reader.hint(on, named)}")
-            return None
-        attribute = named[on]
-        if predicate == OWL.someValuesFrom:
-            if attribute.kind is ValueKind.LINK and target in self.class_uid:
-                return ValueCondition(attribute.uid, filler=self.class_uid[target])
-            wrong = f"owl:someValuesFrom of {shown(on)} is {shown(target)}"
-            fault(iri, wrong, f"a declared class, of a link{self.reader.hint(target, self.class_uid)}")
-            return None
-        value = _stored(attribute, target)
-        if value is None:
-            allowed = f"a literal in its range that is stored as it is, of an attribute that is no link{_ELSEWHERE}"
-            fault(iri, f"owl:hasValue of {shown(on)} is {shown(target)}", allowed)
-            return None
-        return ValueCondition(attribute.uid, value=value)
+    def _of_type(self, kind: URIRef, named: Mapping[Node, Attribute]) -> list[int]:
+        return sorted(named[iri].uid for iri in self.graph.subjects(RDF.type, kind) if iri in named)
+
+    def _chains(self, named: Mapping[Node, Attribute]) -> list[tuple[int, tuple[int, ...]]]:
+        """Return the chains of links, each as what they come to and its parts; or note what is wrong with them."""
+        found = []
+        for iri in sorted(self.graph.subjects(OWL.propertyChainAxiom, None, unique=True), key=str):
+            for listed in self.graph.objects(iri, OWL.propertyChainAxiom):
+                parts = list(Collection(self.graph, listed))
+                links = [named[part] for part in (iri, *parts) if part in named]
+                if len(links) != len(parts) + 1 or len(parts) < 2 or any(a.kind is not ValueKind.LINK for a in links):
+                    shown = " ".join(map(self.reader.shown, parts))
+                    wrong = f"its owl:propertyChainAxiom is ({shown})"
+                    self.reader.fault(iri, wrong, "two or more declared owl:ObjectProperty")
+                    continue
+                found.append((links[0].uid, tuple(part.uid for part in links[1:])))
+        return found
 
     def _pairs(self, predicate: URIRef, named: Mapping[Node, Attribute]) -> Iterator[tuple[int, int]]:
         """Yield what ``predicate`` says between two links; anything else is a fault."""
@@ -183,11 +190,25 @@ class Definitions:
                     self.reader.fault(iri, wrong, f"a declared owl:ObjectProperty{self.reader.hint(target, links)}")
 
     def classified(
-        self, classes: Sequence[OntologyClass], attributes: Sequence[Attribute], axioms: Axioms
+        self,
+        classes: Sequence[OntologyClass],
+        attributes: Sequence[Attribute],
+        axioms: Axioms,
+        disjoint: Sequence[tuple[int, int]],
     ) -> list[OntologyClass]:
         """Return the classes with every superclass that follows from the axioms, or note what is wrong with these."""
-        rules = CompiledAxioms(classes, attributes, axioms)
+        rules = CompiledAxioms(classes, attributes, axioms, disjoint)
         self._refuse_unlike_ends(rules, attributes)
+        self._refuse_chains(rules, attributes)
+        self._refuse_counts(rules, attributes)
+        for uid in sorted(rules.empty):
+            is_told = any(rules.superclasses[uid] >> a & rules.superclasses[uid] >> b & 1 for a, b in disjoint)
+            if uid < len(classes) and not is_told:
+                self.reader.fault(
+                    URIRef(classes[uid].iri),
+                    "nothing can be of it, by its definition",
+                    "classes that may have instances",
+                )
         classified, told = [], closure(classes)
         for c in classes:
             new = [d.uid for d in classes if (rules.superclasses[c.uid] & ~told[c.uid]) >> d.uid & 1]
@@ -212,6 +233,27 @@ class Definitions:
                         turned = ", the other way round," if flipped else ""
                         wrong = f"it says {entailed.name}{turned} of what need not be of the {what} of {entailed.name}"
                         self.reader.fault(URIRef(attribute.iri), wrong, "ends that are of the classes it asks for")
+
+    def _refuse_chains(self, rules: CompiledAxioms, attributes: Sequence[Attribute]) -> None:
+        """Refuse chains of which the outcome is a part, and those with ends that are not known to be those of it."""
+        for head, parts in ((head, parts) for head, chains in rules.chains.items() for parts in chains):
+            of, first, last = attributes[head], attributes[parts[0]], attributes[parts[-1]]
+            shown = f"its owl:propertyChainAxiom ({' '.join(attributes[part].name for part in parts)})"
+            if not rules.says(head).isdisjoint(parts):
+                allowed = "owl:TransitiveProperty, or a chain of other links"
+                self.reader.fault(URIRef(of.iri), f"{shown} leads back to itself", allowed)
+            for what, end, asked in (("domain", first.domain, of.domain), ("range", last.range_class, of.range_class)):
+                if end is not None and asked is not None and not rules.superclasses[end] >> asked & 1:
+                    wrong = f"{shown} says it of what need not be of its {what}"
+                    self.reader.fault(URIRef(of.iri), wrong, "ends that are of the classes it asks for")
+
+    def _refuse_counts(self, rules: CompiledAxioms, attributes: Sequence[Attribute]) -> None:
+        """Refuse to count links that follow from others: OWL 2 DL has no such restrictions."""
+        far = rules.transitive | rules.chains.keys()
+        for uid in sorted({uid for _, uid, _ in rules.single}):
+            if any(uid in rules.says(other) for other in far):
+                wrong = "one link is allowed, and links follow by transitivity or a chain"
+                self.reader.fault(URIRef(attributes[uid].iri), wrong, "to count links that do not")
 
     def _refuse_circular(self, definitions: Sequence[Definition]) -> None:
         """Refuse classes that are defined by themselves."""
@@ -241,18 +283,18 @@ class Definitions:
             if start in reached and start not in reported:
                 circle = [uid for uid in sorted(reached) if uid == start or start in _reach(arrows, uid)]
                 reported.update(circle)
-                names = ", ".join(self.reader.shown(iris[uid]) for uid in circle)
+                names = ", ".join(self.reader.shown(iris[uid]) for uid in circle if uid in iris)
                 self.reader.fault(iris[start], f"{wrong}: {names}", allowed)
 
     def _refuse_others(self, iri: Node, predicates: set[URIRef], types: set[URIRef]) -> None:
         """Refuse what OWL or RDFS says of a term and is not compiled."""
         for predicate in sorted(set(self.graph.predicates(iri)) - predicates - HARMLESS, key=str):
             if str(predicate).startswith((str(OWL), str(RDFS))):
-                allowed = ", ".join(sorted(map(self.reader.shown, predicates))) + f" and annotations{_ELSEWHERE}"
+                allowed = ", ".join(sorted(map(self.reader.shown, predicates))) + f" and annotations{ELSEWHERE}"
                 self.reader.fault(iri, f"{self.reader.shown(predicate)} is not compiled", allowed)
         for kind in sorted(set(self.graph.objects(iri, RDF.type)) - types, key=str):
             if str(kind).startswith((str(OWL), str(RDFS))):
-                allowed = ", ".join(sorted(map(self.reader.shown, types))) + _ELSEWHERE
+                allowed = ", ".join(sorted(map(self.reader.shown, types))) + ELSEWHERE
                 self.reader.fault(iri, f"the type {self.reader.shown(kind)} is not compiled", allowed)
 
     def _refuse_anonymous(self) -> None:
@@ -264,25 +306,7 @@ class Definitions:
                     self.reader.fault(subject, wrong, "a declared class that is equivalent to it")
         for kind in _REFUSED_AXIOMS:
             for subject in self.graph.subjects(RDF.type, kind):
-                self.reader.fault(subject, f"{self.reader.shown(kind)} is not compiled", f"none{_ELSEWHERE}")
-
-
-def _stored(attribute: Attribute, term: Node) -> Value | None:
-    """Return the value that a literal stands for, if the attribute stores it as it is."""
-    value = term.toPython() if isinstance(term, Literal) else None
-    if attribute.kind is ValueKind.SYMBOL and value in attribute.symbols:
-        return attribute.symbols.index(value)
-    if attribute.kind is ValueKind.TEXT and type(value) is str:
-        return value
-    if attribute.kind is ValueKind.BOOLEAN and isinstance(value, bool):
-        return value
-    if attribute.kind is ValueKind.NUMBER and isinstance(value, (int, float, Decimal)) and not isinstance(value, bool):
-        try:
-            stored = attribute.quantise(float(value))
-        except ValueError:
-            return None
-        return stored if stored == float(value) else None
-    return None
+                self.reader.fault(subject, f"{self.reader.shown(kind)} is not compiled", f"none{ELSEWHERE}")
 
 
 def _reach(arrows: Mapping[int, set[int]], start: int) -> set[int]:

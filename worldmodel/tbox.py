@@ -155,14 +155,15 @@ class Attribute:
 
 @dataclass(frozen=True, slots=True)
 class Individual:
-    """A thing that the files name: all vehicles have a name for it, and know its links from the start.
+    """A thing that the files name: all vehicles have a name for it, and know its links and values from the start.
 
-    ``links`` are (attribute uid, name of another individual).
+    ``links`` are (attribute uid, name of another individual), ``values`` are (attribute uid, value).
     """
 
     name: str
     class_uid: int
     links: tuple[tuple[int, str], ...] = ()
+    values: tuple[tuple[int, Value], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -224,7 +225,7 @@ class TBox:
         table += repr(self.individuals) if self.individuals else ""
         derived = {
             "hash": int.from_bytes(hashlib.sha256(table.encode()).digest()[:4], "big"),
-            "rules": CompiledAxioms(self.classes, self.attributes, self.axioms),
+            "rules": CompiledAxioms(self.classes, self.attributes, self.axioms, self.disjoint),
             "_ancestors": ancestors,
             "_descendants": descendants,
             "_excluded": tuple(excluded),

@@ -26,7 +26,7 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from rdflib import OWL, RDF, RDFS, XSD, Graph, Literal, Namespace, URIRef
+from rdflib import OWL, RDF, RDFS, XSD, BNode, Graph, Literal, Namespace, URIRef
 from rdflib.collection import Collection
 from rdflib.plugins.parsers.notation3 import BadSyntax
 from rdflib.term import Node
@@ -34,9 +34,11 @@ from rdflib.term import Node
 from worldmodel.annotations import ANNOTATIONS, BOUNDS, RM, Annotations
 from worldmodel.definitions import DEFINING, Definitions
 from worldmodel.errors import OntologyError, suggestion
+from worldmodel.expressions import facets_of, on_grid
 from worldmodel.fields import Field
 from worldmodel.stated import StatedIndividuals
 from worldmodel.tbox import TYPE_UID, Attribute, OntologyClass, Source, TBox, ValueKind
+from worldmodel.unread import Unread, refuse_contradictions
 
 CORE, MARINE = URIRef("https://w3id.org/remoras/core"), URIRef("https://w3id.org/remoras/marine")
 """The file that brings those of the core to other tools, and one of these: who reads them needs no file for it."""
@@ -137,13 +139,21 @@ def compile_tbox(sources: tuple[Source, ...]) -> TBox:
     classes = reader.classes()
     disjoint = reader.disjoint_pairs()
     attributes = reader.attributes()
-    axioms = reader.definitions.axioms(attributes)
+    stated = StatedIndividuals(parsed.graph, reader.class_uid, attributes, reader)
+    found = stated.named() if reader.faults else stated.find(classes)
+    axioms = reader.definitions.axioms(classes, attributes, found)
     if not reader.faults:
-        classes = reader.definitions.classified(classes, attributes, axioms)
+        classes = reader.definitions.classified(classes, attributes, axioms, disjoint)
     if not reader.faults:
-        individuals = StatedIndividuals(parsed.graph, reader.class_uid, classes, attributes, reader).read()
+        individuals = stated.read(classes)
+        named: dict[Node, Attribute] = {URIRef(attribute.iri): attribute for attribute in attributes[1:]}
+        Unread(parsed.graph, parsed.file_of, reader.class_uid, named, found, reader).refuse()
         tbox = TBox(tuple(classes), tuple(attributes), tuple(disjoint), sources, axioms, individuals)
         reader.refuse_empty_classes(tbox)
+        if not reader.faults:
+            refuse_contradictions(
+                tbox, {name: iri for iri, (name, _) in found.items() if isinstance(iri, URIRef)}, reader
+            )
     if reader.faults:
         raise OntologyError(sorted(reader.faults))
     return tbox
@@ -246,12 +256,13 @@ class _Reader:
     def disjoint_pairs(self) -> list[tuple[int, int]]:
         """Return the pairs of classes declared disjoint, by uid."""
         groups = [(a, [a, b]) for a, b in self.graph.subject_objects(OWL.disjointWith)]
+        groups += list(self.definitions.disjoint_parts())
         for axiom in self.graph.subjects(RDF.type, OWL.AllDisjointClasses):
             for members in self.graph.objects(axiom, OWL.members):
                 groups.append((axiom, list(Collection(self.graph, members))))
         pairs = []
         for subject, group in groups:
-            for unknown in (term for term in group if not self._is_class(term)):
+            for unknown in (term for term in group if isinstance(term, BNode) or not self._is_class(term)):
                 wrong = f"the disjoint class {self.shown(unknown)} is not declared"
                 self.fault(subject, wrong, f"declared classes{self.hint(unknown, self.class_iris)}")
             uids = [self.class_uid[term] for term in group if term in self.class_uid]
@@ -300,12 +311,15 @@ class _Reader:
         target = self._one(iri, RDFS.range, _RANGES)
         if target is None:
             return None
+        target = self._restricted(iri, target)
         kind = self._kind(target)
         if kind is None:
             self.fault(iri, f"its range {self.shown(target)} cannot be stored", _RANGES)
             return None
         n_fields = {ValueKind.NUMBER: 1, ValueKind.POINT: 2}.get(kind, 0)
-        fields: tuple[Field, ...] = self.annotations.fields(iri, n_fields) if n_fields else ()
+        fields: tuple[Field, ...] = self.annotations.fields(iri, n_fields, target) if n_fields else ()
+        if fields and (bounds := self._facets_of(iri)) is not None:
+            fields = self._within(iri, fields[0], bounds)
         range_class = self.class_uid[target] if kind is ValueKind.LINK else None
         symbols: tuple[str, ...] = ()
         if kind is ValueKind.SYMBOL and (listed := self.graph.value(target, OWL.oneOf)) is not None:
@@ -330,6 +344,42 @@ class _Reader:
         of = self.class_uid[domain], kind, fields, range_class, symbols, latest_only, datatype
         return Attribute(uid, _local_name(iri), str(iri), *of, *more)
 
+    def _datatype_node(self, target: Node) -> Node:
+        """Return the node that says what a datatype is; a datatype may have a name."""
+        named = self.graph.value(target, OWL.equivalentClass) if target not in _KINDS else None
+        return target if named is None or target in self.class_uid else named
+
+    def _restricted(self, iri: URIRef, target: Node) -> Node:
+        """Return the datatype that a range restricts, or the range; see ``_facets_of``."""
+        node = self._datatype_node(target)
+        of = self.graph.value(node, OWL.onDatatype)
+        if of is None or _KINDS.get(of) is not ValueKind.NUMBER:
+            return node if (node, OWL.oneOf, None) in self.graph else target
+        if facets_of(self.graph, node, str(of)) is None:
+            wrong = f"the facets of its range are not those of {self.shown(of)}"
+            self.fault(
+                iri, wrong, "xsd:minInclusive, xsd:minExclusive, xsd:maxInclusive, xsd:maxExclusive of such literals"
+            )
+        return of
+
+    def _facets_of(self, iri: URIRef) -> dict[Node, float] | None:
+        """Return the facets of the range of an attribute, if it has any."""
+        node = self._datatype_node(next(iter(self.graph.objects(iri, RDFS.range))))
+        of = self.graph.value(node, OWL.onDatatype)
+        return None if of is None else facets_of(self.graph, node, str(of))
+
+    def _within(self, iri: URIRef, field: Field, bounds: dict[Node, float]) -> tuple[Field, ...]:
+        """Return the part of a grid that facets leave."""
+        low, high = on_grid(field, bounds)
+        if low >= high:
+            self.fault(
+                iri,
+                "the facets of its range leave less than two values of its grid",
+                "facets within rm:minimum and rm:maximum",
+            )
+            return (field,)
+        return (Field(low, high, field.resolution, field.unit),)
+
     def _one(self, iri: URIRef, predicate: URIRef, allowed: str) -> Node | None:
         found = list(self.graph.objects(iri, predicate))
         if len(found) != 1:
@@ -340,7 +390,8 @@ class _Reader:
     def _symbols(self, iri: URIRef, listed: Node) -> tuple[str, ...]:
         terms = list(Collection(self.graph, listed))
         symbols = tuple(str(term) for term in terms)
-        if len(set(symbols)) < max(len(terms), 1) or not all(isinstance(term, Literal) for term in terms):
+        is_text = [isinstance(term, Literal) and term.datatype in (None, XSD.string) for term in terms]
+        if len(set(symbols)) < max(len(terms), 1) or not all(is_text):
             self.fault(
                 iri,
                 f"its symbols are ({' '.join(map(self.shown, terms))})",

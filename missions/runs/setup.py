@@ -56,7 +56,8 @@ class Setup:
         scenario: what it follows from.
         mission: the mission of the scenario; strategy: with its parameters; policy: of acknowledgement.
         tbox: core ontology and the mission's vocabulary; instances: what the whole fleet has names for.
-        common_facts: what all know before the mission: which equipment is part of which vehicle.
+        common_facts: what all know before the mission: which equipment is part of which vehicle, and what ontology
+            files say of the things that they name.
         database: vehicles as the fleet knows them; agreement: what they agree on before the mission.
         rally_points_m: by name; bounds_m: area of operations (x_min, y_min, x_max, y_max).
         deployment: vehicles as channel models know them; sound_speed_mps: in the water.
@@ -146,7 +147,7 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None, among: Neighb
     # nobody tells facts about equipment, so it needs no names on the wire unless new instances come behind it
     n_named = len(instances) + (len(equipment) if mission.instances_found_per_vehicle else 0)
     instances += equipment
-    common_facts += _links_between(tbox, instances)
+    common_facts += _stated_facts(tbox, instances)
     modem, world = deployment.modem, scenario.world
     is_aloha, slots = scenario.communication.mac == "aloha", _turns(scenario, used)
     packet_s = modem.packet_s(modem.payload_bits)
@@ -214,15 +215,15 @@ def _instances(
         raise PluginError(f"mission {scenario.scenario.mission}: instances: {error}") from error
 
 
-def _links_between(tbox: TBox, instances: Sequence[Instance]) -> tuple[PropertyValue, ...]:
+def _stated_facts(tbox: TBox, instances: Sequence[Instance]) -> tuple[PropertyValue, ...]:
     """What the ontology says of the things that it names."""
     if not tbox.individuals:
         return ()
     uids = {instance.name: instance.uid for instance in instances}
     return tuple(
-        PropertyValue(uids[individual.name], attribute, uids[target])
+        PropertyValue(uids[individual.name], attribute, value)
         for individual in tbox.individuals
-        for attribute, target in individual.links
+        for attribute, value in (*((a, uids[name]) for a, name in individual.links), *individual.values)
     )
 
 

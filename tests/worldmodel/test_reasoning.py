@@ -269,8 +269,7 @@ def test_a_conclusion_that_contradicts_a_type_is_named(tmp_path: Path) -> None:
     )
     assert model.inference.contradictions() == ()
     record(model, 1, "carriedBy", 0, 1.0)
-    dummy, platform = (tbox.class_named(name).uid for name in ("Dummy", "Platform"))
-    assert model.inference.contradictions() == ((0, dummy, platform),)
+    assert model.inference.contradictions() == ((0, "it is Dummy and Platform, which are disjoint"),)
 
 
 def steps_of_a_change(tbox: TBox, n: int) -> int:
@@ -336,6 +335,23 @@ def test_common_facts_are_kept_in_a_snapshot(tbox: TBox) -> None:
     assert conclusions(again) == conclusions(model)
 
 
-def test_a_common_fact_that_is_no_link_is_refused(tbox: TBox) -> None:
-    with pytest.raises(FactError, match="is no link; allowed: links between common instances"):
-        fleet(tbox, [PropertyValue(0, tbox.attribute_named("available").uid, True)])
+def test_a_common_value_holds_until_another_one_is_told(tbox: TBox) -> None:
+    available = tbox.attribute_named("available").uid
+    facts = [PropertyValue(0, available, True), PropertyValue(3, tbox.attribute_named("carriedBy").uid, 0)]
+    model = fleet(tbox, facts)
+    merge(model, blocks([("type", 0, 1, 1)], tbox))
+    assert "Ready" in names_of(model, 0)
+    assert model.value(0, available) is True
+    assert model.latest(0, available) is None  # nobody observed it
+    (again,) = models_from(rows_of({"v0": model}), tbox).values()
+    assert conclusions(again) == conclusions(model)
+    asked = "SELECT ?v { ?v <https://example.org/gear#available> ?is }"
+    assert len(query(model, asked)[1]) == 1
+    record(model, 0, "available", False, 2.0)
+    assert "Ready" not in names_of(model, 0)
+    assert len(query(model, asked)[1]) == 1
+
+
+def test_a_common_fact_that_is_a_type_is_refused(tbox: TBox) -> None:
+    with pytest.raises(FactError, match="is a type; allowed: the class of a common instance"):
+        fleet(tbox, [PropertyValue(0, TYPE_UID, 1)])

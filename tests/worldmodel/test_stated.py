@@ -57,6 +57,24 @@ def test_all_know_them_from_the_start_with_what_follows(tmp_path: Path) -> None:
         assert sorted(told.w) == ["W1", "W2"]  # once each
 
 
+def test_their_values_are_known_to_all_until_a_vehicle_says_another_one(tmp_path: Path) -> None:
+    leaking = """my:Leaky a owl:Class ; rdfs:subClassOf rm:ObjectOfInterest ; owl:equivalentClass
+        [ a owl:Restriction ; owl:onProperty my:leaks ; owl:hasValue true ] .
+        my:W1 a my:Wellhead ; my:leaks true . my:W2 a my:Wellhead ; my:leaks false ."""
+    run = remoras.run("mapping-objects", per=0.4, seed=3, set=settings(written(tmp_path, leaking)))
+    run.save(tmp_path / "run", force=True)
+    for vehicle in ("ASV00", "AUV02"):
+        for of_run in (run, remoras.open(tmp_path / "run")):
+            assert isinstance(of_run, remoras.Run)
+            beliefs = Beliefs(of_run.known(vehicle, 0.0).model)
+            assert (beliefs.get(("leaks", "W1")), beliefs.get(("leaks", "W2"))) == (True, False)
+            assert beliefs.values(("leaks", "W1")) == {True}
+            assert beliefs.instances("Leaky") == ("W1",)
+    beliefs.record([beliefs.fact("W1", "leaks", False)], 1.0, private=False)
+    assert beliefs.get(("leaks", "W1")) is False
+    assert beliefs.instances("Leaky") == ()
+
+
 def test_they_make_other_definitions_on_the_wire(tmp_path: Path) -> None:
     core = core_ontology_paths()
     plain, wells = read_tbox(*core, written(tmp_path, "")), read_tbox(*core, written(tmp_path, WELLS))
@@ -71,14 +89,14 @@ def test_they_make_other_definitions_on_the_wire(tmp_path: Path) -> None:
     ("text", "told"),
     [
         (
-            "my:W1 a my:Wellhead ; my:leaks true .",
-            r"my:W1: its leaks is .*true.* no link; allowed: links to individuals",
+            "my:W1 a my:Wellhead ; my:leaks 1 .",
+            r"my:W1: its leaks is .*1.*; allowed: one literal of xsd:boolean in its range and on its grid",
         ),
         ("my:W1 a my:Wellhead ; my:inField my:east .", r"its inField is my:east; allowed: an individual"),
         ("my:W1 a my:Wellhead ; my:inField my:W1 .", r"its inField my:W1 is a Wellhead; allowed: a Field"),
         ("my:N a my:Field ; my:inField my:N .", r"it is a Field, and inField is of Wellhead; allowed"),
         ("my:W1 a my:Welhead, owl:NamedIndividual .", r"its class my:Welhead is not declared.*'Wellhead'"),
-        ("my:W1 a my:Wellhead, my:Field .", r"it is of 2 classes; allowed: one declared class"),
+        ("my:W1 a my:Wellhead, my:Field .", r"it is of 2 classes, none below the others; allowed: one declared class"),
         ("my:W1 a owl:NamedIndividual .", r"it is of no class"),
         ("my:W1 a my:Wellhead . my:W2 a my:Wellhead ; owl:sameAs my:W1 .", r"my:W2: owl:sameAs is not compiled"),
         ("my:W3 owl:sameAs my:W4 .", r"my:W3: it is of no class"),

@@ -41,8 +41,8 @@ class Inferences:
             inference = self._model.inference
             known = inference.links(uid, attribute) if concluded else inference.told_links(uid, attribute)
             return tuple(map(self._terms.instance, known))
-        latest = self._model.latest(uid, attribute)
-        return () if latest is None else (self._terms.value(attribute, latest.value),)
+        value = self._model.value(uid, attribute)
+        return () if value is None else (self._terms.value(attribute, value),)
 
     def triples(self) -> Iterator[tuple[Node, Node, Node]]:
         """Yield what follows and was told by nobody."""
