@@ -89,6 +89,9 @@ class Acknowledgement(NamedTuple):
         bit_sliced: True promises that the functions serve sliced bits, too: the study plays 64 trials of one item at
             once. They then leave sets of nodes to the functions of this module, combine words by ``&``, ``|`` and ``~``
             alone, and branch on a word only to pass over what is empty.
+        states: packets state what their senders hold, too, and what they repeat is planned by that; see
+            `exchange.statements` and `exchange.planning`.
+        codes: they repair by coded symbols, see `exchange.coding`.
 
     A kind of one's own that states every second frame only what the sender heard:
 
@@ -112,6 +115,8 @@ class Acknowledgement(NamedTuple):
     remembers_second_last: bool = False
     period_frames: int = 1
     bit_sliced: bool = False
+    states: bool = False
+    codes: bool = False
 
 
 class AckRules(Protocol):

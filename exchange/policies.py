@@ -7,6 +7,7 @@ one's own. Whether a node that sends an item is taken to hold it is a separate o
 and study: any policy can be had with it or without.
 """
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from functools import lru_cache
 from types import FunctionType
@@ -24,6 +25,7 @@ from exchange.ack import (
     unite_matrices,
 )
 from exchange.errors import ConfigurationError
+from exchange.statements import COUNT_BITS, END_BITS
 from worldmodel import suggestion
 
 PARTS = ("carries", "compose", "learn")
@@ -89,7 +91,17 @@ MPS_ACK = Acknowledgement(
 """The same matrix, with pseudo-acknowledgements for peers known to hold a packet's whole content (section 5.4)."""
 
 ACKNOWLEDGEMENTS = (ACK, M_ACK, MPS_ACK)
-"""The shipped kinds, in the order of lists and figures."""
+"""The kinds of the paper, in the order of lists and figures."""
+
+HOLDINGS = Acknowledgement(
+    "holdings", "acknowledgements and statements of holdings", own_row, state_own_row, read_row, states=True
+)
+"""The vector, and beside it statements of what the sender holds, where these are owed; see `exchange.statements`."""
+
+ADAPTIVE = HOLDINGS._replace(
+    name="adaptive", title="statements of holdings, repairs coded over what they state", codes=True
+)
+"""The same, and what lacks is repaired by symbols over what is stated, where these bring more than items do."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,8 +121,11 @@ class AckPolicy:
 
     @property
     def name(self) -> str:
-        """Name in scenarios, tables and figures: the acknowledgement's, with `-repeat` if nodes repeat items."""
-        return self.acknowledgement.name + ("-repeat" if self.repeat else "")
+        """Name in scenarios, tables and figures: the acknowledgement's, with `-repeat` if nodes repeat items.
+
+        Where repairs are coded they do, and no name says so.
+        """
+        return self.acknowledgement.name + ("-repeat" if self.repeat and not self.acknowledgement.codes else "")
 
     @property
     def title(self) -> str:
@@ -123,11 +138,25 @@ class AckPolicy:
 POLICIES: dict[str, AckPolicy] = {
     policy.name: policy for policy in (AckPolicy(kind, repeat) for kind in ACKNOWLEDGEMENTS for repeat in (False, True))
 }
-"""The shipped policies by name."""
+"""The shipped policies by name: the six of the paper."""
+
+STATING: dict[str, AckPolicy] = {
+    policy.name: policy
+    for policy in (
+        AckPolicy(HOLDINGS, repeat=False),
+        AckPolicy(HOLDINGS, repeat=True),
+        AckPolicy(ADAPTIVE, repeat=True),
+    )
+}
+"""Policies that state holdings, by name. The policy study has them; vehicles do not yet."""
 
 
-def policy_named(name: str) -> AckPolicy:
+def policy_named(name: str, more: Collection[str] = ()) -> AckPolicy:
     """The shipped policy of that name.
+
+    Args:
+        name: of one of the six.
+        more: names that are allowed, too, where this is asked.
 
     Raises:
         ConfigurationError: no policy has that name; the message lists the names and the nearest one.
@@ -137,9 +166,12 @@ def policy_named(name: str) -> AckPolicy:
     """
     if name in POLICIES:
         return POLICIES[name]
-    hint = suggestion(name.lower(), POLICIES)
+    if name in STATING:
+        raise ConfigurationError(f"policy {name!r} is for the policy study; vehicles have {', '.join(POLICIES)}")
+    allowed = (*POLICIES, *more)
+    hint = suggestion(name.lower(), allowed)
     raise ConfigurationError(
-        f"unknown policy {name!r}: allowed are {', '.join(POLICIES)} and package.module:object{hint}"
+        f"unknown policy {name!r}: allowed are {', '.join(allowed)} and package.module:object{hint}"
     )
 
 
@@ -203,7 +235,7 @@ def may_send(repeat: bool, items: int, own: int) -> int:
 
 @lru_cache(maxsize=256)
 def header_bits(policy: AckPolicy, n_nodes: int, frame: int | None = None, sender: int = 0) -> int:
-    """Size of the acknowledgement header of a packet under the policy, in bits.
+    """Size of the acknowledgement header of a packet under the policy, in bits; statements and symbols come beside it.
 
     Args:
         policy: shipped or one's own.
@@ -215,6 +247,7 @@ def header_bits(policy: AckPolicy, n_nodes: int, frame: int | None = None, sende
     (4, 20)
     """
     kind = policy.acknowledgement
+    beside = (END_BITS if kind.states else 0) + (COUNT_BITS if kind.codes else 0)
     if frame is not None:
-        return bits_carried(kind, n_nodes, frame, sender)
-    return max(bits_carried(kind, n_nodes, f, s) for f in range(kind.period_frames) for s in range(n_nodes))
+        return bits_carried(kind, n_nodes, frame, sender) + beside
+    return max(bits_carried(kind, n_nodes, f, s) for f in range(kind.period_frames) for s in range(n_nodes)) + beside

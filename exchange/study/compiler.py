@@ -27,10 +27,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from exchange import policies
+from exchange import planning, policies
 from exchange.ack import Acknowledgement, AckRules
 from exchange.errors import ConfigurationError
-from exchange.study import bound, montecarlo, selection, sliced, trial
+from exchange.study import bound, montecarlo, selection, sliced, stating, trial
 from exchange.study.trial import Floats, Ints, Load, PolicyRules
 
 MachineCode = Callable[..., None]
@@ -55,6 +55,11 @@ CALLED: tuple[Callable[..., Any], ...] = (
     sliced.transpose,
     sliced.keep_lanes,
     sliced.at_bound,
+    planning.plan_packet,
+    stating.compose_packet,
+    stating.hear,
+    stating.add_symbol,
+    stating.number_item,
 )
 """What is run now and then; the rest is built into the loop, since every slot runs through it."""
 
@@ -63,6 +68,9 @@ ALLOCATING: tuple[Callable[..., Any], ...] = (
     montecarlo.run_trials,
     sliced.thresholds_of,
     sliced.run_sliced,
+    stating.new_statements,
+    stating.new_plan,
+    stating.run_stating_trials,
 )
 """What takes memory: the others get arrays and only look into them, so Numba need not count references there."""
 
@@ -93,6 +101,8 @@ class Form(StrEnum):
     """Items that fit into one word: with that constant the compiler drops every loop over words."""
     SLICED = "sliced"
     """A single item that fits into every packet, and 64 trials to a word."""
+    STATING = "stating"
+    """Any number of items, where packets state holdings."""
 
 
 KIND: AckRules = policies.ACK
@@ -122,7 +132,19 @@ def run_sliced(
     sliced.run_sliced(KIND, of_words, load, p_loss, seed, first_trial, received, outcomes)
 
 
-ENTRIES: dict[Form, MachineCode] = {Form.WIDE: run_wide, Form.NARROW: run_narrow, Form.SLICED: run_sliced}
+def run_stating(
+    rules: PolicyRules, load: Load, p_loss: Floats, seed: int, first_trial: int, received: Ints, outcomes: Ints
+) -> None:
+    """Entry where packets state holdings."""
+    stating.run_stating_trials(KIND, rules, load, p_loss, seed, first_trial, received, outcomes)
+
+
+ENTRIES: dict[Form, MachineCode] = {
+    Form.WIDE: run_wide,
+    Form.NARROW: run_narrow,
+    Form.SLICED: run_sliced,
+    Form.STATING: run_stating,
+}
 
 
 def reached(*functions: FunctionType) -> dict[FunctionType, None]:
@@ -158,7 +180,7 @@ def _globals_named(function: FunctionType) -> list[Any]:
 
 def functions_of(kind: Acknowledgement) -> dict[FunctionType, None]:
     """All functions that the slot loops of a kind run through, callees first."""
-    loops = montecarlo.run_trials, sliced.run_sliced
+    loops = (stating.run_stating_trials,) if kind.states else (montecarlo.run_trials, sliced.run_sliced)
     return reached(
         *[part for part in (kind.carries, kind.compose, kind.learn, *loops) if isinstance(part, FunctionType)]
     )
@@ -170,7 +192,14 @@ def cache_folder(kind: Acknowledgement, numba_version: str) -> Path | None:
     The digest covers the sources of all functions reached, and the numbers that they have from elsewhere.
     """
     parts = [f"{part.__module__}.{part.__qualname__}" for part in (kind.carries, kind.compose, kind.learn)]
-    known = sys.implementation.cache_tag, numba_version, parts, kind.remembers_second_last, kind.period_frames
+    known = (
+        sys.implementation.cache_tag,
+        numba_version,
+        parts,
+        kind.remembers_second_last,
+        kind.period_frames,
+        kind.codes,
+    )
     digest = hashlib.sha256(repr(known).encode())
     functions = functions_of(kind)
     sources = {__file__, *(inspect.getsourcefile(function) or "" for function in functions)}
@@ -194,6 +223,7 @@ WITHOUT_MEMORY: dict[str, Any] = {"_nrt": False}
 
 _compilable: set[FunctionType] = set()
 _ready: dict[tuple[Acknowledgement, Form], MachineCode] = {}
+"""By kind, whatever its name is: those that differ in no function share it."""
 
 
 def make_compilable(kind: Acknowledgement) -> None:
@@ -234,7 +264,7 @@ class SlotLoop(NamedTuple):
 
 def as_python(kind: Acknowledgement) -> SlotLoop:
     """The slot loop of a kind as the Python that it is."""
-    return SlotLoop(partial(montecarlo.run_trials, kind), False)
+    return SlotLoop(partial(stating.run_stating_trials if kind.states else montecarlo.run_trials, kind), False)
 
 
 def slot_loops(kinds: Mapping[Acknowledgement, Form], say: Say) -> dict[Acknowledgement, SlotLoop]:
@@ -261,7 +291,7 @@ def compiled(kind: Acknowledgement, form: Form, say: Say) -> MachineCode:
     Raises:
         ConfigurationError: the functions of somebody's own kind cannot be compiled.
     """
-    key = kind, form
+    key = kind._replace(name="", title="", codes=False), form
     if key not in _ready:
         entry = ENTRIES[form]
         folder = cache_folder(kind, version("numba"))

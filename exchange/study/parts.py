@@ -54,7 +54,8 @@ class TrialPlan:
             is_single = load.rate == 0.0 and load.n_sources * load.columns_per_source == 1
             fits = header_bits(policy, self.n_nodes) + load.item_bits <= load.capacity_bits
             narrow_or_wide = Form.NARROW if self.n_words == 1 else Form.WIDE
-            forms[kind] = Form.SLICED if is_single and fits and kind.bit_sliced else narrow_or_wide
+            usual = Form.SLICED if is_single and fits and kind.bit_sliced else narrow_or_wide
+            forms[kind] = Form.STATING if kind.states else usual
         return forms
 
     @property
@@ -175,7 +176,8 @@ def memory_of(plan: TrialPlan, loop: SlotLoop, part: TrialBatch) -> Ints:
 def play(plan: TrialPlan, policy: AckPolicy, loop: SlotLoop, part: TrialBatch, received: Ints) -> Ints:
     """The outcomes of a policy in the trials of a part, shape (n_trials, N_QUANTITIES, 3)."""
     knows_all = policy == BOUND
-    rules = PolicyRules(policy.repeat or knows_all, plan.carrier_evidence, plan.n_nodes, plan.n_words, 1, knows_all)
+    repeat, codes = policy.repeat or knows_all, policy.acknowledgement.codes
+    rules = PolicyRules(repeat, plan.carrier_evidence, plan.n_nodes, plan.n_words, 1, knows_all, codes)
     outcomes = np.empty((part.n_trials, trial.N_QUANTITIES, 3), np.int64)
     loop.run(rules, plan.load, plan.matrices[part.setting], plan.seed, part.first_trial, received, outcomes)
     return outcomes

@@ -13,6 +13,7 @@ import numpy as np
 from exchange.arithmetic import exp
 from exchange.errors import ConfigurationError
 from exchange.policies import ACKNOWLEDGEMENTS, POLICIES
+from exchange.statements import names_bits
 from exchange.study import trial
 from exchange.study.bound import BOUND
 from exchange.study.estimates import TrialMean
@@ -47,6 +48,9 @@ PAPER_PER = tuple(step / 20 for step in range(1, 17))
 
 LOADED_RATES = (0.005, 0.02, 0.04, 0.06, 0.08, 0.1, 0.12, 0.15, 0.18, 0.22, 0.26, 0.32)
 """Items per node and slot of the loaded case: from nearly idle to more than any policy carries."""
+
+SYMBOL_MORE_BITS = 10
+"""What an item takes in a symbol beyond `item_bits`: there it stands in a form that does not depend on the packet."""
 
 LOADED_CAPACITY_BITS = 256
 """Packet size of the loaded case: 32 bytes."""
@@ -122,8 +126,16 @@ def load_of(study: ExchangeStudy) -> trial.Load:
     capacity_bits = trial.NEVER if study.capacity_bits is None else study.capacity_bits
     return trial.Load(
         n_sources, columns, study.load.rate, study.item_bits, capacity_bits, window_start, window_end, study.max_slots,
-        exp(-study.load.rate),
+        exp(-study.load.rate), number_bits_of(study), study.item_bits + SYMBOL_MORE_BITS,
     )  # fmt: skip
+
+
+def number_bits_of(study: ExchangeStudy) -> int:
+    """Bits that number the items that a node is expected to tell, as those of a vehicle do."""
+    n_items: float = study.load.items
+    if study.load.kind is LoadKind.POISSON:
+        n_items = 1 + study.load.rate * (study.warmup_frames + study.window_frames) * study.nodes
+    return names_bits(math.ceil(n_items) + 1)
 
 
 def p_loss_matrices(study: ExchangeStudy) -> tuple[Floats, ...]:

@@ -53,6 +53,7 @@ class PolicyRules(NamedTuple):
     n_words: int
     set_words: int = 1
     knows_all: bool = False
+    codes: bool = False
 
 
 class Load(NamedTuple):
@@ -60,7 +61,8 @@ class Load(NamedTuple):
 
     `rate` is 0 for a batch: every column is an item of slot 0. Under Poisson load it is the mean number of items
     generated per node and slot; those generated in the window are followed to their end, while generation goes on.
-    `p_none` is exp(-rate).
+    `p_none` is exp(-rate). Where holdings are stated, `number_bits` name an item of a node, and a symbol has
+    `symbol_bits`.
     """
 
     n_sources: int
@@ -72,6 +74,8 @@ class Load(NamedTuple):
     window_end: int
     max_slots: int
     p_none: float = 1.0
+    number_bits: int = 0
+    symbol_bits: int = 0
 
 
 class NodeStates(NamedTuple):

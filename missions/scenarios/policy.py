@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from exchange.errors import ExchangeError
-from exchange.policies import POLICIES, AckPolicy, checked_policy, header_bits
+from exchange.policies import POLICIES, STATING, AckPolicy, checked_policy, header_bits
 from exchange.wire.sealing import Seal, key_in
 from missions.errors import ConfigurationFault
 from missions.scenarios.extending import fleet_size
@@ -26,7 +26,8 @@ def policy_of(name: str) -> AckPolicy:
     """
     if ":" not in name:
         if name not in POLICIES:
-            raise PluginError(f"allowed: {', '.join(POLICIES)}{suggestion(name, POLICIES)}")
+            of_study = ", which the policy study alone has" if name in STATING else suggestion(name, POLICIES)
+            raise PluginError(f"allowed: {', '.join(POLICIES)}{of_study}")
         return POLICIES[name]
     found = named_object(name)
     try:

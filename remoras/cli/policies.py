@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -45,11 +45,13 @@ def loss_rates(text: str) -> tuple[float, ...]:
     return tuple(round(first + number * step, 10) for number in range(int((last - first) / step + 1e-9) + 1))
 
 
-def named(policies: Sequence[str]) -> list[str | AckPolicy]:
-    """Policies from outside as values; shipped ones keep their names."""
+def named(policies: Iterable[str]) -> list[str | AckPolicy]:
+    """Policies from outside as values; shipped ones keep their names, and ``all`` stands for the six of the paper."""
+    from exchange.policies import POLICIES
     from missions.scenarios.policy import policy_of
 
-    return [policy_of(name) if ":" in name else name for name in policies]
+    names = [name for part in policies for name in (POLICIES if part == "all" else (part,))]
+    return [policy_of(name) if ":" in name else name for name in names]
 
 
 @command("exchange-study", "remoras exchange-study --nodes 8 --per 0.1,0.5 --trials 300")
@@ -61,7 +63,8 @@ def exchange_study(
         str, typer.Option(metavar="RATES", help="Loss rates: 0.1,0.5 or first:last:step.")
     ] = "0.05:0.8:0.05",
     policies: Annotated[
-        str, typer.Option(metavar="NAMES", help="all, or names or package.module:object, commas between.")
+        str,
+        typer.Option(metavar="NAMES", help="Names or package.module:object, with commas; all: the paper's six."),
     ] = "all",
     trials: Annotated[int, typer.Option(metavar="N", help="Trials of each policy at each loss rate.")] = 2000,
     load: Annotated[
@@ -89,14 +92,13 @@ def exchange_study(
     as_json: Json = False,
 ) -> None:
     """Study the exchange policies: time to delivery and to acknowledgement against packet loss."""
-    from exchange.policies import POLICIES
     from exchange.study.study import ExchangeStudy, workload_named
     from missions.runs.folder import check_output
 
     study = ExchangeStudy(
         nodes=5 if nodes is None else nodes,
         per=loss_rates(per),
-        policies=tuple(POLICIES) if policies == "all" else tuple(named(policies.split(","))),
+        policies=tuple(named(policies.split(","))),
         trials=trials,
         load=workload_named(load, items),
         item_bits=item_bits,

@@ -15,7 +15,7 @@ from exchange import ack
 from exchange.ack import Acknowledgement
 from exchange.acoustics.loss import uniform
 from exchange.errors import ConfigurationError
-from exchange.policies import ACK, M_ACK, MPS_ACK, POLICIES, AckPolicy
+from exchange.policies import ACK, ADAPTIVE, M_ACK, MPS_ACK, POLICIES, AckPolicy
 from exchange.study import compiler, montecarlo, sliced, trial
 from exchange.study.compiler import Form
 from exchange.study.trial import CENSORED, COUNT, N_QUANTITIES, NEVER, SUM, Floats, Ints, Load, PolicyRules
@@ -263,7 +263,9 @@ def test_every_function_that_the_slot_loop_calls_is_found_for_the_compiler() -> 
     found = list(compiler.functions_of(MPS_ACK))
     for one, other in [(ack.spoken_since, ack.add_pseudo_acknowledgements), (ack.unite_matrices, MPS_ACK.compose)]:
         assert found.index(one) < found.index(other)  # type: ignore[arg-type]
-    assert {*compiler.CALLED, *compiler.ALLOCATING, MPS_ACK.learn, ack.settled} <= set(found)
+    of_stating = set(compiler.functions_of(ADAPTIVE))
+    assert {MPS_ACK.learn, ack.settled} <= set(found)
+    assert {*compiler.CALLED, *compiler.ALLOCATING} <= {*found, *of_stating}
     assert found[-1] is sliced.run_sliced
     assert M_ACK.carries not in compiler.functions_of(ACK)
 

@@ -27,7 +27,7 @@ LEAST_CASES = 3
 STRATEGIES = (
     "remoras", "fixed-partition", "central", "contract-net", "status-broadcast", "cbba", "rendezvous-sync",
 )  # fmt: skip
-POLICIES = ("ack", "m-ack", "mps-ack", "knowledge", "adaptive")
+POLICIES = ("ack", "m-ack", "mps-ack", "holdings", "adaptive")
 """Names whose look and place in legends is the same in all studies; a policy may end in ``-repeat``."""
 REPEAT = "-repeat"
 WORDS = {

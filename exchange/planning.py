@@ -1,0 +1,295 @@
+"""What a packet carries under a policy that states holdings: items, statements, coded repairs; one plan for all three.
+
+A node reckons with what each peer may still lack. An item that it sends brings, for each peer that receives the packet,
+the probability that it lacks it; so many symbols over a set of items bring as many of them as the peer lacks, and no
+more than there are symbols. A statement of what it holds of an origin spares that origin repeating what nobody lacks;
+it is worth as much as there is to tell, and the more, the less the bits of the acknowledgements get through. The plan
+fills the packet with what brings most, and takes symbols if they bring more than the items would by themselves.
+
+Plain loops, which the policy study compiles and vehicles interpret, as those of `exchange.ack`.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple, Protocol
+
+from exchange.statements import MOST_SYMBOLS, SIZE_BITS
+
+LEAST_LACK = 0.02
+"""A peer that is not known to hold an item is reckoned to lack it with this probability at least."""
+RESERVING = 0.5
+"""A statement keeps new items out of a packet if so much of it is worth more than an item that all lack."""
+FIRST_STATEMENT = 0.5
+"""The first statement in a packet goes if it is worth so much of what an item brings, bit by bit; others need all."""
+TOLD_TO_ALL = 0.2
+"""What it is worth, for each item owed, that the other peers hear a statement, too."""
+STATED_BY_THE_WAY = 0.25
+"""Share of the worth of a statement that counts where it is sent as the name of what is coded."""
+IMPOSSIBLE = 1 << 40
+"""Bits of a statement that cannot be made."""
+KEPT = 1.0 - 1.0 / 64.0
+"""What is left of the weight of a sample of a link after the next one."""
+PRIOR_LOSS = 0.5
+"""Loss that is reckoned with before there is a sample; it counts as ``PRIOR_WEIGHT`` samples."""
+PRIOR_WEIGHT = 2.0
+LEAST_SHARE = 0.02
+"""A link neither loses nor delivers less than this share of packets, as far as plans reckon with it."""
+
+
+class Counts(Protocol):
+    """Whole numbers by position: a list or an array."""
+
+    def __len__(self) -> int: ...
+    def __getitem__(self, position: int, /) -> int: ...
+    def __setitem__(self, position: int, value: int, /) -> None: ...
+
+
+class Shares(Protocol):
+    """Counts by position: a list or an array."""
+
+    def __getitem__(self, position: int, /) -> float: ...
+    def __setitem__(self, position: int, value: float, /) -> None: ...
+
+
+def reception_of(lost: float, weight: float) -> float:
+    """Share of packets that a link is reckoned to deliver, by the weighted numbers of samples: lost, and all."""
+    p_loss = (lost + PRIOR_LOSS * PRIOR_WEIGHT) / (weight + PRIOR_WEIGHT)
+    return 1.0 - min(max(p_loss, LEAST_SHARE), 1.0 - LEAST_SHARE)
+
+
+def lack_after(lack: float, reception: float, share: float) -> float:
+    """Probability that a peer lacks an item still, after a packet that brings it with that share of certainty."""
+    return lack * (1.0 - reception * share)
+
+
+def lack_again(lack: float, reception: float) -> float:
+    """The same before such a packet, when the peer says that it has not received it."""
+    return min(1.0, lack / (1.0 - reception))
+
+
+def share_of_symbols(n_symbols: int, n_coded: int) -> float:
+    """How surely so many symbols bring an item of those coded, of which a peer is reckoned to lack half."""
+    return min(1.0, n_symbols / max(1.0, 0.5 * n_coded))
+
+
+class PacketPlan(NamedTuple):
+    """What a packet can carry, and what it shall.
+
+    Candidates c are items that the node holds, may send, and does not know all to hold; origins o and peers r are
+    nodes.
+
+    Attributes:
+        reception: [r] probability that the peer receives a packet of this node; 0 for the node itself.
+        origin, size_bits: [c] of the item, ``symbol_bits`` in a symbol.
+        is_new: [c] 1 for an own item that was never sent.
+        is_stated: [c] 1 if a statement about its origin says that this node holds it.
+        weight: [c] what it is worth that a peer gets it.
+        lacks: [c * n_nodes + r] probability that the peer lacks it.
+        owed: [o] items of which the origin is not known to know that this node holds them.
+        statement_bits: [o] size of a statement about the origin.
+        gain: [c] filled in: what it brings by itself.
+        takes: [c] 1 for items to be sent by themselves; states: [o] 1 for statements.
+        rests, with_code, lacked, worth_lacked: [c], [o], [r], [r] scratch.
+    """
+
+    reception: Shares
+    origin: Counts
+    size_bits: Counts
+    symbol_bits: Counts
+    is_new: Counts
+    is_stated: Counts
+    weight: Shares
+    lacks: Shares
+    owed: Counts
+    statement_bits: Counts
+    gain: Shares
+    takes: Counts
+    states: Counts
+    rests: Counts
+    with_code: Counts
+    lacked: Shares
+    worth_lacked: Shares
+
+
+def plan_packet(plan: PacketPlan, n_nodes: int, n_candidates: int, room_bits: int, codes: bool) -> int:
+    """Fill the packet of ``room_bits``; returns how many symbols it has, over the items stated that are not taken."""
+    best = 0.0
+    for c in range(n_candidates):
+        plan.takes[c] = 0
+        plan.gain[c] = 0.0
+        for r in range(n_nodes):
+            plan.gain[c] += plan.weight[c] * plan.reception[r] * plan.lacks[c * n_nodes + r]
+    for o in range(n_nodes):
+        plan.states[o] = 0
+    left = take_new(plan, n_nodes, n_candidates, room_bits)
+    for c in range(n_candidates):
+        if plan.takes[c] == 0 and plan.size_bits[c] <= left:
+            best = max(best, plan.gain[c] / plan.size_bits[c])
+    left = take_statements(plan, n_nodes, left, best)
+    n_symbols = 0
+    if codes:
+        n_symbols = take_symbols(plan, n_nodes, n_candidates, left)
+    if n_symbols == 0:
+        take_items(plan, n_candidates, left, True)
+    return n_symbols
+
+
+def statement_worth(plan: PacketPlan, o: int) -> float:
+    """What a statement about an origin brings."""
+    return (1.0 - plan.reception[o] + TOLD_TO_ALL) * plan.owed[o]
+
+
+def take_new(plan: PacketPlan, n_nodes: int, n_candidates: int, room_bits: int) -> int:
+    """Take own items that were never sent, first; returns what is left of the room."""
+    wanted = 0
+    for c in range(n_candidates):
+        if plan.is_new[c] != 0:
+            wanted += plan.size_bits[c]
+    if wanted == 0:
+        return room_bits
+    most, reserved = 0.0, 0
+    for o in range(n_nodes):
+        worth = statement_worth(plan, o)
+        if plan.owed[o] > 0 and worth > most and plan.statement_bits[o] < room_bits:
+            most, reserved = worth, plan.statement_bits[o]
+    all_lack = 0.0
+    for r in range(n_nodes):
+        all_lack += plan.reception[r]
+    if wanted <= room_bits - reserved or RESERVING * most <= all_lack:
+        reserved = 0
+    left = room_bits
+    for c in range(n_candidates):
+        if plan.is_new[c] != 0 and plan.size_bits[c] <= left - reserved:
+            plan.takes[c] = 1
+            left -= plan.size_bits[c]
+    return left
+
+
+def take_statements(plan: PacketPlan, n_nodes: int, room_bits: int, best: float) -> int:
+    """Take the statements that are worth more than items, bit by bit; returns what is left of the room.
+
+    Args:
+        plan: of the packet.
+        n_nodes: size of the fleet.
+        room_bits: for them and items.
+        best: the most that an item brings, for each of its bits.
+    """
+    left, share = room_bits, FIRST_STATEMENT
+    while True:
+        chosen, most = -1, 0.0
+        for o in range(n_nodes):
+            if plan.owed[o] > 0 and plan.states[o] == 0 and plan.statement_bits[o] <= left:
+                worth = statement_worth(plan, o) / plan.statement_bits[o]
+                if worth > most:
+                    chosen, most = o, worth
+        if chosen < 0 or most < share * best:
+            return left
+        plan.states[chosen] = 1
+        left -= plan.statement_bits[chosen]
+        share = 1.0
+
+
+def take_items(plan: PacketPlan, n_candidates: int, room_bits: int, is_final: bool) -> float:
+    """Take the items that bring most for each of their bits; returns what they bring.
+
+    Args:
+        plan: of the packet.
+        n_candidates: items.
+        room_bits: for them.
+        is_final: False to see what they would bring, and take none.
+    """
+    left, total = room_bits, 0.0
+    for c in range(n_candidates):
+        plan.rests[c] = 1 - plan.takes[c]
+    while True:
+        chosen, most = -1, 0.0
+        for c in range(n_candidates):
+            if plan.rests[c] != 0 and plan.size_bits[c] <= left and plan.gain[c] > most * plan.size_bits[c]:
+                chosen, most = c, plan.gain[c] / plan.size_bits[c]
+        if chosen < 0:
+            return total
+        plan.rests[chosen] = 0
+        left -= plan.size_bits[chosen]
+        total += plan.gain[chosen]
+        if is_final:
+            plan.takes[chosen] = 1
+
+
+def add_lacked(plan: PacketPlan, n_nodes: int, n_candidates: int, o: int) -> None:
+    """Add to what each peer is reckoned to lack of what is coded the items of an origin."""
+    for c in range(n_candidates):
+        if plan.origin[c] == o and plan.takes[c] == 0 and plan.is_stated[c] != 0:
+            for r in range(n_nodes):
+                plan.lacked[r] += plan.lacks[c * n_nodes + r]
+                plan.worth_lacked[r] += plan.weight[c] * plan.lacks[c * n_nodes + r]
+
+
+def symbols_worth(plan: PacketPlan, n_nodes: int, n_candidates: int, o: int, n_symbols: int) -> float:
+    """What so many symbols bring if the items of an origin are coded, too."""
+    total = 0.0
+    for r in range(n_nodes):
+        if plan.reception[r] > 0.0:
+            lacked, worth = plan.lacked[r], plan.worth_lacked[r]
+            for c in range(n_candidates):
+                if plan.origin[c] == o and plan.takes[c] == 0 and plan.is_stated[c] != 0:
+                    lacked += plan.lacks[c * n_nodes + r]
+                    worth += plan.weight[c] * plan.lacks[c * n_nodes + r]
+            if lacked > float(n_symbols):
+                worth *= n_symbols / lacked
+            total += plan.reception[r] * worth
+    return total
+
+
+def largest_symbol(plan: PacketPlan, n_candidates: int, o: int, at_least: int) -> int:
+    """Size of a symbol that items of an origin are part of, too, in bits."""
+    for c in range(n_candidates):
+        if plan.origin[c] == o and plan.takes[c] == 0 and plan.is_stated[c] != 0:
+            at_least = max(at_least, plan.symbol_bits[c])
+    return at_least
+
+
+def number_of_symbols(room_bits: int, size_bits: int) -> int:
+    """How many symbols of that size have room."""
+    return max(0, min(MOST_SYMBOLS, (room_bits - SIZE_BITS) // size_bits))
+
+
+def take_symbols(plan: PacketPlan, n_nodes: int, n_candidates: int, room_bits: int) -> int:
+    """Take statements of origins whose items are coded, if symbols bring more than items do; returns their number."""
+    left, size_bits, current = room_bits, 1, 0.0
+    for r in range(n_nodes):
+        plan.lacked[r] = 0.0
+        plan.worth_lacked[r] = 0.0
+    for o in range(n_nodes):
+        plan.with_code[o] = plan.states[o]
+        if plan.states[o] != 0:
+            size_bits = largest_symbol(plan, n_candidates, o, size_bits)
+            add_lacked(plan, n_nodes, n_candidates, o)
+    if size_bits > 1:
+        current = symbols_worth(plan, n_nodes, n_candidates, -1, number_of_symbols(left, size_bits))
+    while True:
+        chosen, most = -1, current + 1e-9
+        for o in range(n_nodes):
+            if plan.with_code[o] == 0 and plan.statement_bits[o] <= left:
+                size = largest_symbol(plan, n_candidates, o, size_bits)
+                if size > 1:
+                    n_symbols = number_of_symbols(left - plan.statement_bits[o], size)
+                    worth = symbols_worth(plan, n_nodes, n_candidates, o, n_symbols)
+                    worth += STATED_BY_THE_WAY * statement_worth(plan, o)
+                    if worth > most:
+                        chosen, most = o, worth
+        if chosen < 0:
+            break
+        plan.with_code[chosen] = 1
+        left -= plan.statement_bits[chosen]
+        size_bits = largest_symbol(plan, n_candidates, chosen, size_bits)
+        add_lacked(plan, n_nodes, n_candidates, chosen)
+        current = most
+    n_coded = 0
+    for c in range(n_candidates):
+        n_coded += int(plan.with_code[plan.origin[c]] != 0 and plan.takes[c] == 0 and plan.is_stated[c] != 0)
+    n_symbols = min(number_of_symbols(left, size_bits), n_coded)
+    if n_symbols == 0 or current <= take_items(plan, n_candidates, room_bits, False):
+        return 0
+    for o in range(n_nodes):
+        plan.states[o] = plan.with_code[o]
+    return n_symbols

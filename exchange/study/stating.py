@@ -1,0 +1,602 @@
+"""The slot loop of policies that state holdings, in the policy study: `exchange.study.montecarlo` has that of others.
+
+What a node holds of an origin it states as `exchange.statements` has it: all below a number it holds, and knows all to
+hold; of those from it on, a mask says which. An item is a column, and has the number that its origin gave it. What goes
+into a packet is planned by `exchange.planning`, as in a vehicle; symbols are over the field of `exchange.coding`, of
+which only the coefficients matter here: what a node can decode. All else is shared with the other policies.
+
+Plain Python that `exchange.study.compiler` compiles.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from exchange.ack import AckRules, absorb, bits_carried, compose, open_slot, settled
+from exchange.acoustics.loss import trial_key
+from exchange.coding import LOGS, MOST_ROWS, NONZERO, POWERS, coefficient, symbol_key
+from exchange.planning import (
+    IMPOSSIBLE,
+    KEPT,
+    LEAST_LACK,
+    PacketPlan,
+    lack_after,
+    lack_again,
+    plan_packet,
+    reception_of,
+    share_of_symbols,
+)
+from exchange.policies import may_send
+from exchange.statements import COUNT_BITS, END_BITS, MOST_STATED, SIZE_BITS, holder_set_bits, statement_bits
+from exchange.study.montecarlo import count_false_beliefs, drawn_receivers, generate
+from exchange.study.trial import (
+    COUNT,
+    FALSE_BELIEFS,
+    SENDERS_ACKED,
+    SLOTS,
+    SUM,
+    TRANSMISSIONS,
+    WORD_BITS,
+    Floats,
+    Ints,
+    Load,
+    NodeStates,
+    PolicyRules,
+    add_item,
+    clear,
+    close_batch,
+    close_window,
+    new_nodes,
+    node_state,
+    note_progress,
+)
+
+UNKNOWN = -1
+"""Slot in which nothing was learned, or told."""
+
+_POWERS, _LOGS = np.array(POWERS, np.int64), np.array(LOGS, np.int64)
+
+
+class Statements(NamedTuple):
+    """What nodes reckon with beside `NodeStates`; a row each.
+
+    Shapes: [node, word] of sets, [node, column], [node, peer].
+    """
+
+    confirmed: Ints  # items of others that their origin is known to know this node to hold
+    told: Ints  # those that the last own packet told it to hold
+    said: Ints  # [word] items that their origin has sent
+    lacks: Floats  # [node, column * n_nodes + peer] probability that the peer lacks the item
+    lost: Floats  # weighted number of own packets that the peer has lost
+    weight: Floats  # of how many
+    learned_slot: Ints  # in which the node last learned who holds the item
+    passed_slot: Ints  # in which it last told a holder set of it
+    n_rows: Ints  # [node] symbols that wait to be decoded
+    rows: Ints  # [node, row, column] their coefficients
+    number: Ints  # [column] that the origin gave the item
+    n_numbers: Ints  # [node] items that it has had
+    # Of the packet that is being sent:
+    first: Ints  # [origin] number that its statement begins with
+    end: Ints  # [origin] number behind those that it tells of
+    is_total: Ints  # [origin] 1 if it tells of all items of the origin
+    stated: Ints  # [word] items that statements say to be held
+    below: Ints  # [word] items that statements say all to hold
+    coded: Ints  # [word] items that symbols are over
+    shown: Ints  # [word] items of which a holder set is told
+    columns: Ints  # [candidate]
+    vector: Ints  # [column] scratch: a symbol
+    before: Ints  # [word of believes] scratch
+
+
+def new_statements(rules: PolicyRules, n_columns: int) -> Statements:
+    """Memory for all trials; `forget_all` clears it before each."""
+    n_nodes, n_words = rules.n_nodes, rules.n_words
+    return Statements(
+        confirmed=np.zeros((n_nodes, n_words), np.int64),
+        told=np.zeros((n_nodes, n_words), np.int64),
+        said=np.zeros(n_words, np.int64),
+        lacks=np.ones((n_nodes, n_columns * n_nodes)),
+        lost=np.zeros((n_nodes, n_nodes)),
+        weight=np.zeros((n_nodes, n_nodes)),
+        learned_slot=np.zeros((n_nodes, n_columns), np.int64),
+        passed_slot=np.zeros((n_nodes, n_columns), np.int64),
+        n_rows=np.zeros(n_nodes, np.int64),
+        rows=np.zeros((n_nodes, MOST_ROWS, n_columns), np.int64),
+        number=np.zeros(n_columns, np.int64),
+        n_numbers=np.zeros(n_nodes, np.int64),
+        first=np.zeros(n_nodes, np.int64),
+        end=np.zeros(n_nodes, np.int64),
+        is_total=np.zeros(n_nodes, np.int64),
+        stated=np.zeros(n_words, np.int64),
+        below=np.zeros(n_words, np.int64),
+        coded=np.zeros(n_words, np.int64),
+        shown=np.zeros(n_words, np.int64),
+        columns=np.zeros(n_columns, np.int64),
+        vector=np.zeros(n_columns, np.int64),
+        before=np.zeros(n_nodes * n_words, np.int64),
+    )
+
+
+def new_plan(n_nodes: int, n_columns: int) -> PacketPlan:
+    """Memory for the plan of a packet."""
+    return PacketPlan(
+        reception=np.zeros(n_nodes),
+        origin=np.zeros(n_columns, np.int64),
+        size_bits=np.zeros(n_columns, np.int64),
+        symbol_bits=np.zeros(n_columns, np.int64),
+        is_new=np.zeros(n_columns, np.int64),
+        is_stated=np.zeros(n_columns, np.int64),
+        weight=np.ones(n_columns),
+        lacks=np.zeros(n_columns * n_nodes),
+        owed=np.zeros(n_nodes, np.int64),
+        statement_bits=np.zeros(n_nodes, np.int64),
+        gain=np.zeros(n_columns),
+        takes=np.zeros(n_columns, np.int64),
+        states=np.zeros(n_nodes, np.int64),
+        rests=np.zeros(n_columns, np.int64),
+        with_code=np.zeros(n_nodes, np.int64),
+        lacked=np.zeros(n_nodes),
+        worth_lacked=np.zeros(n_nodes),
+    )
+
+
+def forget_all(statements: Statements) -> None:
+    """Nobody has told or heard anything."""
+    statements.confirmed[:] = 0
+    statements.told[:] = 0
+    statements.said[:] = 0
+    statements.lost[:] = 0.0
+    statements.weight[:] = 0.0
+    statements.n_rows[:] = 0
+    statements.n_numbers[:] = 0
+
+
+def number_item(rules: PolicyRules, statements: Statements, origin: int, column: int) -> None:
+    """The column has a new item of the origin; nothing remains of an older one."""
+    w, bit = column // WORD_BITS, 1 << column % WORD_BITS
+    for node in range(rules.n_nodes):
+        statements.confirmed[node, w] &= ~bit
+        statements.told[node, w] &= ~bit
+        statements.learned_slot[node, column] = UNKNOWN
+        statements.passed_slot[node, column] = UNKNOWN
+        for peer in range(rules.n_nodes):
+            statements.lacks[node, column * rules.n_nodes + peer] = 1.0
+    statements.said[w] &= ~bit
+    statements.number[column] = statements.n_numbers[origin]
+    statements.n_numbers[origin] += 1
+
+
+def is_in(words: Ints, column: int) -> bool:
+    """True if the set of items has the column."""
+    return bool((words[column // WORD_BITS] >> column % WORD_BITS) & 1)
+
+
+# What goes into a packet --------------------------------------------------------------------------
+
+
+def look_through(
+    rules: PolicyRules, load: Load, nodes: NodeStates, statements: Statements, owner: int, slot: int
+) -> None:
+    """Find what the owner of the slot can state of each origin: from where to where."""
+    n_words, per_source = rules.n_words, load.columns_per_source
+    for origin in range(rules.n_nodes):
+        first, end, highest = -1, -1, 0
+        if origin < load.n_sources:
+            for column in range(origin * per_source, (origin + 1) * per_source):
+                if nodes.free_slot[column] <= slot:
+                    continue
+                number, at = statements.number[column], owner * n_words + column // WORD_BITS
+                bit = 1 << column % WORD_BITS
+                highest = max(highest, number + 1)
+                if nodes.settled[at] & bit == 0:
+                    if first < 0 or number < first:
+                        first = number
+                    if nodes.holds[at] & bit != 0:
+                        end = max(end, number + 1)
+        if first < 0:
+            first = end = highest
+        end = max(first, end)
+        statements.is_total[origin] = int(end - first < MOST_STATED)
+        statements.first[origin], statements.end[origin] = first, min(end, first + MOST_STATED)
+
+
+def count_owed(
+    rules: PolicyRules, load: Load, nodes: NodeStates, statements: Statements, plan: PacketPlan, owner: int, slot: int
+) -> None:
+    """Count what the owner has to tell each origin of holding its items, and what a statement takes."""
+    n_nodes, n_words, per_source = rules.n_nodes, rules.n_words, load.columns_per_source
+    for origin in range(n_nodes):
+        plan.owed[origin], plan.statement_bits[origin] = 0, IMPOSSIBLE
+        if origin >= load.n_sources:
+            continue
+        acknowledged = nodes.heard[owner, 0] >> origin & 1
+        if origin != owner:
+            for column in range(origin * per_source, (origin + 1) * per_source):
+                w, bit = column // WORD_BITS, 1 << column % WORD_BITS
+                if nodes.free_slot[column] > slot and nodes.holds[owner * n_words + w] & bit != 0:
+                    said = acknowledged != 0 and nodes.content[owner, origin * n_words + w] & bit != 0
+                    plan.owed[origin] += int(statements.confirmed[owner, w] & bit == 0 and not said)
+        length = statements.end[origin] - statements.first[origin]
+        if length > 0 or plan.owed[origin] > 0:
+            length = 0 if origin == owner else length
+            plan.statement_bits[origin] = statement_bits(n_nodes, load.number_bits, length)
+
+
+def gather(
+    rules: PolicyRules, load: Load, nodes: NodeStates, statements: Statements, plan: PacketPlan, owner: int
+) -> int:
+    """Gather what the owner may send and does not know all to hold; returns how many items."""
+    n_nodes, n_words, n_candidates = rules.n_nodes, rules.n_words, 0
+    for column in range(len(nodes.sizes_bits)):
+        w, bit = column // WORD_BITS, 1 << column % WORD_BITS
+        at = owner * n_words + w
+        if may_send(rules.repeat, nodes.holds[at] & ~nodes.settled[at], nodes.origins[at]) & bit == 0:
+            continue
+        c, origin = n_candidates, column // load.columns_per_source
+        number = statements.number[column]
+        statements.columns[c] = column
+        plan.origin[c] = origin
+        plan.size_bits[c], plan.symbol_bits[c] = nodes.sizes_bits[column], load.symbol_bits
+        plan.is_new[c] = int(origin == owner and statements.said[w] & bit == 0)
+        plan.is_stated[c] = int(statements.first[origin] <= number < statements.end[origin])
+        for peer in range(n_nodes):
+            lack = 0.0
+            if peer != owner and nodes.believes[owner, peer * n_words + w] & bit == 0:
+                lack = max(LEAST_LACK, statements.lacks[owner, column * n_nodes + peer])
+            plan.lacks[c * n_nodes + peer] = lack
+        n_candidates += 1
+    return n_candidates
+
+
+def compose_packet(
+    kind: AckRules, rules: PolicyRules, load: Load, nodes: NodeStates, statements: Statements, plan: PacketPlan,
+    owner: int,
+    slot: int,
+) -> tuple[int, int]:  # fmt: skip
+    """Put into the packet what the owner of the slot sends; returns the number of items and symbols."""
+    n_nodes = rules.n_nodes
+    look_through(rules, load, nodes, statements, owner, slot)
+    count_owed(rules, load, nodes, statements, plan, owner, slot)
+    n_candidates = gather(rules, load, nodes, statements, plan, owner)
+    for peer in range(n_nodes):
+        reception = reception_of(statements.lost[owner, peer], statements.weight[owner, peer])
+        plan.reception[peer] = 0.0 if peer == owner else reception
+    left = load.capacity_bits - END_BITS - bits_carried(kind, n_nodes, slot // n_nodes, owner)
+    if rules.codes:
+        left -= COUNT_BITS
+    n_symbols = plan_packet(plan, n_nodes, n_candidates, left, rules.codes)
+    nodes.packet[:] = 0
+    n_sent = 0
+    for c in range(n_candidates):
+        if plan.takes[c] != 0:
+            column = statements.columns[c]
+            nodes.packet[column // WORD_BITS] |= 1 << column % WORD_BITS
+            left -= plan.size_bits[c]
+            n_sent += 1
+    for origin in range(n_nodes):
+        if plan.states[origin] != 0:
+            left -= plan.statement_bits[origin]
+    if n_symbols > 0:
+        left -= SIZE_BITS + n_symbols * load.symbol_bits
+    state_holdings(rules, load, nodes, statements, plan, owner, slot, n_symbols)
+    show_holders(rules, load, nodes, statements, owner, slot, left)
+    note_sent(rules, load, nodes, statements, plan, owner, n_symbols)
+    return n_sent, n_symbols
+
+
+def state_holdings(
+    rules: PolicyRules, load: Load, nodes: NodeStates, statements: Statements, plan: PacketPlan, owner: int, slot: int,
+    n_symbols: int,
+) -> None:  # fmt: skip
+    """Write what the statements say, and what symbols are over."""
+    n_words, per_source = rules.n_words, load.columns_per_source
+    statements.stated[:] = 0
+    statements.below[:] = 0
+    statements.coded[:] = 0
+    for column in range(len(nodes.sizes_bits)):
+        origin, w, bit = column // per_source, column // WORD_BITS, 1 << column % WORD_BITS
+        if plan.states[origin] == 0 or nodes.free_slot[column] <= slot:
+            continue
+        number = statements.number[column]
+        if number < statements.first[origin]:
+            statements.below[w] |= bit
+        elif number < statements.end[origin] and nodes.holds[owner * n_words + w] & bit != 0:
+            statements.stated[w] |= bit
+            if n_symbols > 0 and nodes.packet[w] & bit == 0:
+                statements.coded[w] |= bit
+
+
+def show_holders(
+    rules: PolicyRules, load: Load, nodes: NodeStates, statements: Statements, owner: int, slot: int, room_bits: int
+) -> None:
+    """Tell of the items of which something was learned last who holds them, as far as there is room."""
+    n_words, left = rules.n_words, room_bits
+    size_bits = holder_set_bits(rules.n_nodes, load.number_bits)
+    statements.shown[:] = 0
+    while left >= size_bits:
+        chosen, latest, oldest = -1, UNKNOWN, slot
+        for column in range(len(nodes.sizes_bits)):
+            learned, passed = statements.learned_slot[owner, column], statements.passed_slot[owner, column]
+            if learned < 0 or is_in(statements.shown, column) or nodes.free_slot[column] <= slot:
+                continue
+            n_holders = 0
+            for peer in range(rules.n_nodes):
+                n_holders += nodes.believes[owner, peer * n_words + column // WORD_BITS] >> column % WORD_BITS & 1
+            if n_holders < 2:
+                continue
+            if learned > passed:  # news first, the newest of them
+                if learned > latest:
+                    chosen, latest = column, learned
+            elif latest == UNKNOWN and passed < oldest:
+                chosen, oldest = column, passed
+        if chosen < 0:
+            return
+        statements.shown[chosen // WORD_BITS] |= 1 << chosen % WORD_BITS
+        statements.passed_slot[owner, chosen] = slot
+        left -= size_bits
+
+
+def note_sent(
+    rules: PolicyRules,
+    load: Load,
+    nodes: NodeStates,
+    statements: Statements,
+    plan: PacketPlan,
+    owner: int,
+    n_symbols: int,
+) -> None:
+    """Note what the packet tells of the owner's holdings, and what peers are reckoned to lack after it."""
+    n_nodes, n_words = rules.n_nodes, rules.n_words
+    n_coded = 0
+    for column in range(len(nodes.sizes_bits)):
+        n_coded += int(is_in(statements.coded, column))
+    for w in range(n_words):
+        said = 0
+        for origin in range(n_nodes):
+            if nodes.heard[owner, 0] >> origin & 1 != 0:
+                said |= nodes.content[owner, origin * n_words + w] & nodes.origins[origin * n_words + w]
+        said |= statements.stated[w] | statements.below[w] | statements.shown[w] | nodes.packet[w]
+        statements.told[owner, w] = said & nodes.holds[owner * n_words + w]
+        statements.said[w] |= nodes.packet[w] & nodes.origins[owner * n_words + w]
+    for column in range(len(nodes.sizes_bits)):
+        share = 0.0
+        if is_in(nodes.packet, column):
+            share = 1.0
+        elif is_in(statements.coded, column):
+            share = share_of_symbols(n_symbols, n_coded)
+        if share > 0.0:
+            for peer in range(n_nodes):
+                at = column * n_nodes + peer
+                statements.lacks[owner, at] = lack_after(statements.lacks[owner, at], plan.reception[peer], share)
+
+
+# What is made of one ------------------------------------------------------------------------------
+
+
+def note_fate(rules: PolicyRules, nodes: NodeStates, statements: Statements, node: int, owner: int) -> None:
+    """Learn from the owner's bit about a node's own last packet what became of that."""
+    n_nodes, n_words = rules.n_nodes, rules.n_words
+    received = nodes.rows[owner] >> node & 1
+    lost, weight = statements.lost[node, owner], statements.weight[node, owner]
+    reception = reception_of(lost, weight)
+    statements.lost[node, owner] = KEPT * lost + (1 - received)
+    statements.weight[node, owner] = KEPT * weight + 1.0
+    for w in range(n_words):
+        if received != 0:
+            statements.confirmed[node, w] |= statements.told[node, w] & nodes.origins[owner * n_words + w]
+    if received == 0:
+        for column in range(len(nodes.sizes_bits)):
+            if nodes.content[node, node * n_words + column // WORD_BITS] >> column % WORD_BITS & 1 != 0:
+                at = column * n_nodes + owner
+                statements.lacks[node, at] = lack_again(statements.lacks[node, at], reception)
+
+
+def believe_statements(
+    rules: PolicyRules, load: Load, nodes: NodeStates, statements: Statements, plan: PacketPlan, node: int, owner: int,
+    slot: int,
+) -> None:  # fmt: skip
+    """Believe what statements and holder sets of the owner say."""
+    n_nodes, n_words = rules.n_nodes, rules.n_words
+    for w in range(n_words):
+        stated, below = statements.stated[w], statements.below[w]
+        nodes.believes[node, owner * n_words + w] |= stated | below
+        shown = statements.shown[w] & nodes.believes[node, node * n_words + w]
+        for peer in range(n_nodes):
+            nodes.believes[node, peer * n_words + w] |= below | shown & nodes.believes[owner, peer * n_words + w]
+    for column in range(len(nodes.sizes_bits)):
+        origin = column // load.columns_per_source
+        if plan.states[origin] == 0 or is_in(statements.stated, column) or is_in(statements.below, column):
+            continue
+        is_covered = statements.is_total[origin] != 0 or statements.number[column] < statements.end[origin]
+        if is_covered and nodes.free_slot[column] > slot:
+            statements.lacks[node, column * n_nodes + owner] = 1.0
+
+
+def product(a: int, b: int) -> int:
+    """Product in the field of `exchange.coding`."""
+    if a == 0 or b == 0:
+        return 0
+    return int(_POWERS[_LOGS[a] + _LOGS[b]])
+
+
+def add_symbol(nodes: NodeStates, statements: Statements, rules: PolicyRules, node: int) -> None:
+    """Take in the symbol that stands in `vector`: `exchange.coding.Decoder.add`, of which only coefficients count."""
+    rows, vector, n_columns = statements.rows[node], statements.vector, len(statements.vector)
+    n_rows = int(statements.n_rows[node])
+    for row in range(n_rows):
+        pivot = pivot_of(rows[row])
+        factor = vector[pivot]
+        if factor != 0:
+            for column in range(n_columns):
+                vector[column] ^= product(factor, rows[row, column])
+    pivot = pivot_of(vector)
+    if pivot < 0 or n_rows == MOST_ROWS:
+        return
+    by = _POWERS[NONZERO - _LOGS[vector[pivot]]]
+    for column in range(n_columns):
+        vector[column] = product(by, vector[column])
+    for row in range(n_rows):
+        factor = rows[row, pivot]
+        if factor != 0:
+            for column in range(n_columns):
+                rows[row, column] ^= product(factor, vector[column])
+    overwrite(vector, rows[n_rows])
+    statements.n_rows[node] = n_rows + 1
+    take_solved(nodes, statements, rules, node)
+
+
+def overwrite(one: Ints, other: Ints) -> None:
+    """Write the numbers of one row over those of the other."""
+    for at in range(len(one)):
+        other[at] = one[at]
+
+
+def pivot_of(row: Ints) -> int:
+    """The first column that is not 0; -1 if all are."""
+    for column in range(len(row)):
+        if row[column] != 0:
+            return column
+    return -1
+
+
+def take_solved(nodes: NodeStates, statements: Statements, rules: PolicyRules, node: int) -> None:
+    """Take out the symbols of a single item, which the node holds from now on."""
+    rows, kept = statements.rows[node], 0
+    for row in range(statements.n_rows[node]):
+        pivot, n_terms = pivot_of(rows[row]), 0
+        for column in range(len(statements.vector)):
+            n_terms += int(rows[row, column] != 0)
+        if n_terms == 1:
+            w, bit = pivot // WORD_BITS, 1 << pivot % WORD_BITS
+            nodes.believes[node, node * rules.n_words + w] |= bit
+            for origin in range(rules.n_nodes):
+                at = origin * rules.n_words + w
+                nodes.believes[node, at] |= bit & nodes.origins[at]
+        else:
+            overwrite(rows[row], rows[kept])
+            kept += 1
+    statements.n_rows[node] = kept
+
+
+def drop_known(nodes: NodeStates, statements: Statements, rules: PolicyRules, node: int) -> None:
+    """Take what the node holds out of the symbols that wait, each solved anew: `exchange.coding.Decoder.learn`."""
+    rows, n_rows = statements.rows[node], int(statements.n_rows[node])
+    is_touched = False
+    for row in range(n_rows):
+        for column in range(len(statements.vector)):
+            is_touched |= rows[row, column] != 0 and is_in(nodes.believes[node, node * rules.n_words :], column)
+    if is_touched:
+        statements.n_rows[node] = 0
+        for row in range(n_rows):
+            for column in range(len(statements.vector)):
+                is_known = is_in(nodes.believes[node, node * rules.n_words :], column)
+                statements.vector[column] = 0 if is_known else rows[row, column]
+            add_symbol(nodes, statements, rules, node)
+
+
+def hear_symbols(
+    rules: PolicyRules, load: Load, nodes: NodeStates, statements: Statements, node: int, slot: int, n_symbols: int
+) -> None:
+    """Take in the symbols of a packet."""
+    drop_known(nodes, statements, rules, node)
+    for place in range(n_symbols):
+        key = symbol_key(slot, place)
+        for column in range(len(statements.vector)):
+            statements.vector[column] = 0
+            if is_in(statements.coded, column) and not is_in(nodes.believes[node, node * rules.n_words :], column):
+                origin = column // load.columns_per_source
+                statements.vector[column] = coefficient(key, origin, statements.number[column])
+        add_symbol(nodes, statements, rules, node)
+
+
+def hear(
+    kind: AckRules, rules: PolicyRules, load: Load, nodes: NodeStates, statements: Statements, plan: PacketPlan,
+    owner: int,
+    node: int, slot: int, n_symbols: int,
+) -> None:  # fmt: skip
+    """A node receives the packet of the owner of the slot."""
+    n_nodes, n_words, frame = rules.n_nodes, rules.n_words, slot // rules.n_nodes
+    state = node_state(rules, nodes, node, -1)
+    overwrite(nodes.believes[node], statements.before)
+    if slot > node:
+        note_fate(rules, nodes, statements, node, owner)
+    evidence = rules.carrier_evidence
+    absorb(kind, evidence, state, n_nodes, frame, node, owner, nodes.rows, nodes.packet, nodes.origins)
+    believe_statements(rules, load, nodes, statements, plan, node, owner, slot)
+    hear_symbols(rules, load, nodes, statements, node, slot, n_symbols)
+    for w in range(n_words):
+        at = node * n_words + w
+        nodes.holds[at] = nodes.believes[node, at]
+        nodes.settled[at] = settled(state, n_nodes, None, w)
+    for at in range(n_nodes * n_words):
+        news = nodes.believes[node, at] & ~statements.before[at]
+        for b in range(WORD_BITS if news != 0 else 0):
+            if news >> b & 1 != 0:
+                statements.learned_slot[node, at % n_words * WORD_BITS + b] = slot
+
+
+# The loop -----------------------------------------------------------------------------------------
+
+
+def play_stating_slot(
+    kind: AckRules, rules: PolicyRules, load: Load, nodes: NodeStates, statements: Statements, plan: PacketPlan,
+    slot: int,
+    heard_by: int,
+) -> int:  # fmt: skip
+    """One slot of all nodes; bit i of `heard_by` says that node i receives the packet. Returns the items sent."""
+    n_nodes = rules.n_nodes
+    frame, owner = slot // n_nodes, slot % n_nodes
+    for node in range(n_nodes):
+        open_slot(kind, node_state(rules, nodes, node, -1), n_nodes, owner)
+    n_sent, n_symbols = compose_packet(kind, rules, load, nodes, statements, plan, owner, slot)
+    compose(kind, node_state(rules, nodes, owner, -1), n_nodes, frame, owner, nodes.packet, nodes.rows)
+    for node in range(n_nodes):
+        if heard_by >> node & 1 != 0:
+            hear(kind, rules, load, nodes, statements, plan, owner, node, slot, n_symbols)
+    return n_sent + n_symbols
+
+
+def run_stating_trials(
+    kind: AckRules,
+    rules: PolicyRules,
+    load: Load,
+    p_loss: Floats,
+    seed: int,
+    first_trial: int,
+    received: Ints,
+    outcomes: Ints,
+) -> None:
+    """Play the trials `first_trial`, `first_trial` + 1, ... of one policy, as `montecarlo.run_trials` does."""
+    n_columns, is_batch = load.n_sources * load.columns_per_source, load.rate == 0.0
+    nodes = new_nodes(rules, load, kind.period_frames)
+    statements, plan = new_statements(rules, n_columns), new_plan(rules.n_nodes, n_columns)
+    for index in range(len(outcomes)):
+        trial_state, outcome = trial_key(seed, first_trial + index), outcomes[index]
+        clear(nodes)
+        forget_all(statements)
+        outcome[:] = 0
+        n_followed = slot = 0
+        if is_batch:
+            n_followed = n_columns
+            for column in range(n_columns):
+                add_item(rules, nodes, column // load.columns_per_source, column, 0)
+                number_item(rules, statements, column // load.columns_per_source, column)
+        while slot < load.max_slots and (slot < load.window_end or outcome[SENDERS_ACKED, COUNT] < n_followed):
+            if not is_batch:
+                n_followed += generate(rules, load, nodes, trial_state, slot, outcome)
+                for column in range(n_columns):
+                    if nodes.born_slot[column] == slot and nodes.free_slot[column] > slot:
+                        number_item(rules, statements, column // load.columns_per_source, column)
+            heard_by = drawn_receivers(received[index], trial_state, slot, rules.n_nodes, p_loss)
+            n_sent = play_stating_slot(kind, rules, load, nodes, statements, plan, slot, heard_by)
+            if is_batch or load.window_start <= slot < load.window_end:
+                outcome[TRANSMISSIONS, SUM] += n_sent
+            if heard_by != 0:
+                outcome[FALSE_BELIEFS, SUM] += count_false_beliefs(rules, nodes, heard_by)
+                note_progress(rules, load, nodes, slot, outcome)
+            slot += 1
+        outcome[SLOTS, SUM] = slot
+        if is_batch:
+            close_batch(n_followed, outcome)
+        else:
+            close_window(load, nodes, n_followed, outcome)

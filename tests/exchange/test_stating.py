@@ -1,0 +1,224 @@
+"""Policies that state holdings, in the study: against the bound, against the six, and with each part taken out."""
+
+import math
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pytest
+
+from exchange import planning
+from exchange.coding import Decoder, coefficient, symbol_key
+from exchange.policies import ADAPTIVE, HOLDINGS, POLICIES, STATING, AckPolicy
+from exchange.statements import MOST_STATED
+from exchange.study import compiler, montecarlo, stating, trial
+from exchange.study.compiler import Form
+from exchange.study.study import ExchangeStudy, LoadKind, StudyLoad, StudyRow, run
+from exchange.study.trial import N_QUANTITIES, Ints, Load, PolicyRules
+
+BATCH = Load(4, 5, 0.0, 60, 256, 0, 0, 5000, 1.0, 3, 70)
+WIDE = Load(5, 15, 0.0, 60, 200, 0, 0, 5000, 1.0, 4, 70)
+POISSON = Load(4, 8, 0.08, 60, 200, 25, 125, 5000, math.exp(-0.08), 6, 70)
+
+
+def play(loop: Any, policy: AckPolicy, load: Load, per: float, n_nodes: int, n_trials: int) -> Ints:
+    n_words = -(-load.n_sources * load.columns_per_source // trial.WORD_BITS)
+    rules = PolicyRules(policy.repeat, True, n_nodes, n_words, codes=policy.acknowledgement.codes)
+    outcomes = np.zeros((n_trials, N_QUANTITIES, 3), np.int64)
+    p_loss = np.full((n_nodes, n_nodes), per)
+    np.fill_diagonal(p_loss, 1.0)
+    loop(rules, load, p_loss, 5, 0, np.full((n_trials, 40), montecarlo.NOT_DRAWN, np.int64), outcomes)
+    return outcomes
+
+
+@pytest.mark.parametrize("policy", STATING.values(), ids=list(STATING))
+def test_compiled_is_interpreted(policy: AckPolicy) -> None:
+    kind = policy.acknowledgement
+    for load, n_nodes in ((BATCH, 4), (WIDE, 5), (POISSON, 4)):
+        loops = partial(stating.run_stating_trials, kind), compiler.compiled(kind, Form.STATING, print)
+        expected, found = (play(loop, policy, load, 0.5, n_nodes, 1) for loop in loops)
+        assert np.array_equal(expected, found)
+
+
+@pytest.mark.parametrize("policy", STATING.values(), ids=list(STATING))
+def test_nobody_believes_what_is_false(policy: AckPolicy) -> None:
+    loop = compiler.compiled(policy.acknowledgement, Form.STATING, print)
+    for load, n_nodes in ((BATCH, 4), (WIDE, 5), (POISSON, 4), (BATCH._replace(n_sources=1, columns_per_source=1), 16)):
+        outcomes = play(loop, policy, load, 0.6, n_nodes, 40)
+        assert outcomes[:, trial.FALSE_BELIEFS, trial.SUM].sum() == 0
+        assert outcomes[:, : trial.N_STAGES, trial.CENSORED].sum() == 0
+
+
+def rows_of(n_nodes: int, per: float, policies: tuple[str | AckPolicy, ...], **settings: Any) -> dict[str, StudyRow]:
+    asked = ExchangeStudy(
+        nodes=n_nodes, per=(per,), policies=policies, carrier_evidence=True, seed=11, max_slots=60_000, **settings
+    )
+    return {row.policy: row for row in run(asked)}
+
+
+def means(row: StudyRow) -> tuple[float, float]:
+    assert row.delivered_slots is not None
+    assert row.source_acked_slots is not None
+    return row.delivered_slots.mean, row.source_acked_slots.mean
+
+
+@pytest.mark.parametrize("per", [0.2, 0.8])
+@pytest.mark.parametrize("n_nodes", [4, 16])
+def test_of_a_single_item_the_origin_knows_as_soon_as_can_be(n_nodes: int, per: float) -> None:
+    """In the mean of the trials: holder sets pass on all that is known. Matrices take longer, where much is lost."""
+    found = rows_of(
+        n_nodes, per, ("holdings-repeat", "adaptive", "m-ack-repeat"), trials=60, capacity_bits=512, bound=True
+    )
+    assert means(found["adaptive"]) == means(found["holdings-repeat"]) == means(found["bound"])
+    assert means(found["m-ack-repeat"])[1] > (1.1 if per > 0.5 else 1.0) * means(found["bound"])[1]
+
+
+CELLS = [(4, 12, 0.6), (8, 6, 0.4), (16, 3, 0.8)]
+
+
+@pytest.mark.parametrize(("n_nodes", "items", "per"), CELLS)
+def test_coded_repairs_are_sooner_than_the_six_and_than_plain_ones(n_nodes: int, items: int, per: float) -> None:
+    batch = StudyLoad(LoadKind.BATCH, items)
+    fit = [name for name in POLICIES if n_nodes < 16 or not name.startswith("m")]
+    found = rows_of(n_nodes, per, (*fit, *STATING), trials=40, capacity_bits=256, load=batch)
+    delivered, known = (min(means(found[name])[at] for name in fit) for at in (0, 1))
+    adaptive = means(found["adaptive"])
+    assert adaptive[0] < 0.85 * delivered
+    assert adaptive[1] < 0.85 * known
+    assert adaptive[0] < 0.85 * means(found["holdings-repeat"])[0]
+
+
+def test_a_statement_moves_saturation() -> None:
+    """At light load coding adds nothing: statements and the plan keep up where the best of the six refuses items."""
+    load = StudyLoad(LoadKind.POISSON, rate=0.03)
+    names = ("mps-ack", "holdings-repeat", "adaptive")
+    frames = {"warmup_frames": 300, "window_frames": 600}
+    found = rows_of(4, 0.8, names, trials=2, capacity_bits=256, load=load, **frames)
+    refused = {name: row.refused_fraction.mean for name, row in found.items() if row.refused_fraction is not None}
+    assert refused["mps-ack"] > 0.02
+    assert refused["adaptive"] == refused["holdings-repeat"] == 0.0
+    assert means(found["adaptive"])[1] < 60
+
+
+def line_of_four(per: float) -> tuple[tuple[float, ...], ...]:
+    """Nodes that hear only who is next to them, but for one packet in a million."""
+    return tuple(tuple(per if abs(i - j) == 1 else 1.0 - 1e-6 for j in range(4)) for i in range(4))
+
+
+def test_along_a_line_all_come_to_hold_all() -> None:
+    """Who holds may tell: so items go on where their origin is not heard; where only the origin sends, they do not."""
+    asked = ExchangeStudy(
+        nodes=4, per=(), links=line_of_four(0.3), policies=("adaptive", "holdings-repeat", "holdings"), trials=20,
+        load=StudyLoad(LoadKind.BATCH, 3), capacity_bits=256, carrier_evidence=True, max_slots=3000,
+    )  # fmt: skip
+    censored = {row.policy: row.censored_delivered for row in run(asked)}
+    assert censored == {"adaptive": 0, "holdings-repeat": 0, "holdings": 20}
+
+
+# Parts taken out ----------------------------------------------------------------------------------
+
+
+def plan_of(n_nodes: int, lacks: list[list[float]], **settings: Any) -> planning.PacketPlan:
+    """A plan of node 0 for its own items, by default of 60 bits, 70 in a symbol, told before."""
+    n = len(lacks)
+    flat = [lack for row in lacks for lack in row]
+    plan = planning.PacketPlan(
+        [0.0] + [0.5] * (n_nodes - 1), [0] * n, [60] * n, [70] * n, [0] * n, [1] * n, [1.0] * n, flat, [0] * n_nodes,
+        [15] + [planning.IMPOSSIBLE] * (n_nodes - 1), [0.0] * n, [0] * n, [0] * n_nodes, [0] * n, [0] * n_nodes,
+        [0.0] * n_nodes, [0.0] * n_nodes,
+    )  # fmt: skip
+    return plan._replace(**settings)
+
+
+def test_symbols_go_where_peers_lack_different_items() -> None:
+    """Three peers lack one of three items each: one symbol serves all; if all lack the same one, the item goes."""
+    different = plan_of(4, [[0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
+    assert planning.plan_packet(different, 4, 3, 95, True) == 1
+    assert different.states[0] == 1
+    assert sum(different.takes) == 0
+    same = plan_of(4, [[0.0, 1.0, 1.0, 1.0], [0.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0]])
+    assert planning.plan_packet(same, 4, 3, 95, True) == 0
+    assert list(same.takes) == [1, 0, 0]
+    assert planning.plan_packet(different, 4, 3, 95, False) == 0
+
+
+def test_a_statement_that_is_owed_goes_before_items_that_nobody_lacks() -> None:
+    owed = {"owed": [0, 4, 0], "statement_bits": [15, 20, planning.IMPOSSIBLE]}
+    hardly = plan_of(3, [[0.0, 0.02, 0.02]], **owed)
+    planning.plan_packet(hardly, 3, 1, 70, False)
+    assert (list(hardly.states), list(hardly.takes)) == ([0, 1, 0], [0])
+    nothing_owed = plan_of(3, [[0.0, 0.02, 0.02]])
+    planning.plan_packet(nothing_owed, 3, 1, 70, False)
+    assert (list(nothing_owed.states), list(nothing_owed.takes)) == ([0, 0, 0], [1])
+
+
+def test_new_items_leave_room_for_a_statement_only_if_much_is_owed() -> None:
+    new = {"is_new": [1, 1], "statement_bits": [15, 20, planning.IMPOSSIBLE]}
+    little, much = (plan_of(3, [[0.0, 1.0, 1.0]] * 2, owed=[0, owed, 0], **new) for owed in (1, 9))
+    for plan in (little, much):
+        planning.plan_packet(plan, 3, 2, 125, False)
+    assert (sum(little.takes), little.states[1]) == (2, 0)
+    assert (sum(much.takes), much.states[1]) == (1, 1)
+
+
+@pytest.mark.parametrize("room_bits", [0, 10, 59, 60, 100, 300, 1000])
+def test_a_plan_fits_its_packet(room_bits: int) -> None:
+    dice = np.random.default_rng(room_bits)
+    for _ in range(30):
+        lacks = [[0.0, *dice.random(3)] for _ in range(6)]
+        plan = plan_of(
+            4, lacks, origin=list(dice.integers(0, 4, 6)), is_new=list(dice.integers(0, 2, 6)),
+            owed=[0, *dice.integers(0, 9, 3)], statement_bits=list(dice.integers(10, 30, 4)),
+        )  # fmt: skip
+        n_symbols = planning.plan_packet(plan, 4, 6, room_bits, True)
+        used = 60 * sum(plan.takes) + 70 * n_symbols + (planning.SIZE_BITS if n_symbols else 0)
+        used += sum(bits for bits, states in zip(plan.statement_bits, plan.states, strict=True) if states)
+        assert used <= room_bits
+
+
+def test_ranks_of_the_study_are_what_vehicles_decode() -> None:
+    """The same symbols to a decoder of bytes and to the rows of coefficients: the same items are known after each."""
+    dice = np.random.default_rng(4)
+    for _ in range(40):
+        n_nodes, per_source = 3, 4
+        load = Load(n_nodes, per_source, 0.0, 60, 256, 0, 0, 10)
+        rules = PolicyRules(True, True, n_nodes, 1)
+        nodes = trial.new_nodes(rules, load, 1)
+        statements = stating.new_statements(rules, n_nodes * per_source)
+        trial.clear(nodes)
+        stating.forget_all(statements)
+        for column in range(n_nodes * per_source):
+            trial.add_item(rules, nodes, column // per_source, column, 0)
+            stating.number_item(rules, statements, column // per_source, column)
+        decoder: Decoder[int] = Decoder()
+        known = dict.fromkeys(range(per_source), b"")  # its own
+        for slot in range(12):
+            statements.coded[0] = int(dice.integers(0, 1 << 12))
+            if dice.random() < 0.3:
+                plain = int(dice.integers(0, 12))
+                nodes.believes[0, 0] |= 1 << plain
+                if plain not in known:
+                    known[plain] = b""
+                    known |= decoder.learn(plain, b"")
+            stating.hear_symbols(rules, load, nodes, statements, 0, slot, 1)
+            key = symbol_key(slot, 0)
+            over = [column for column in range(12) if statements.coded[0] >> column & 1 and column not in known]
+            unknown = {column: coefficient(key, column // per_source, column % per_source) for column in over}
+            known |= decoder.add(unknown, b"")
+            assert int(nodes.believes[0, 0]) == sum(1 << column for column in known)
+            assert statements.n_rows[0] == len(decoder)
+
+
+def test_a_statement_tells_of_a_window(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What lies beyond it is not stated, coded, or taken to lack; with a window of one item all still ends."""
+    assert MOST_STATED == 15
+    monkeypatch.setattr(stating, "MOST_STATED", 1)
+    outcomes = play(partial(stating.run_stating_trials, ADAPTIVE), AckPolicy(ADAPTIVE, True), BATCH, 0.4, 4, 2)
+    assert outcomes[:, trial.FALSE_BELIEFS, trial.SUM].sum() == 0
+    assert outcomes[:, : trial.N_STAGES, trial.CENSORED].sum() == 0
+
+
+def test_vehicles_are_told_that_these_are_for_the_study() -> None:
+    assert [policy.name for policy in STATING.values()] == ["holdings", "holdings-repeat", "adaptive"]
+    assert HOLDINGS.states
+    assert not HOLDINGS.codes
