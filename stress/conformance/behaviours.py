@@ -5,9 +5,11 @@ From a test: ``check(make_behaviour, data)``; it raises ``AssertionError`` with 
 
 import copy
 import math
+import pickle
 import random
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 from remoras.behaviours import Behaviour, Perception, Reference, distance_m
 from remoras.database import VehicleData
@@ -24,15 +26,24 @@ TICK_S = 2.0
 
 @dataclass(frozen=True)
 class DecisionInputs:
-    """What a behaviour is asked at one decision."""
+    """What a behaviour is asked at one decision.
+
+    Attributes:
+        kept: motion and picture pickled: a behaviour gets a copy, made in an eighth of the time of a deep one.
+    """
 
     motion: Motion
     picture: Picture
     performed: bool
+    kept: bytes
 
 
-def story(data: VehicleData, peers: Sequence[str], groups: Sequence[str], seed: int = 1) -> list[DecisionInputs]:
-    """The life of a vehicle: it knows nothing at first, then hears of peers, works, meets, sees others and strays."""
+@lru_cache(maxsize=16)
+def story(data: VehicleData, peers: tuple[str, ...], groups: tuple[str, ...], seed: int = 1) -> list[DecisionInputs]:
+    """The life of a vehicle: it knows nothing at first, then hears of peers, works, meets, sees others and strays.
+
+    It is kept for the next behaviour of the same vehicle, so nobody may change it.
+    """
     draw = random.Random(seed)
     picture, moments = Picture(frame_s=10.0), []
     for number in range(N_MOMENTS):
@@ -55,7 +66,8 @@ def story(data: VehicleData, peers: Sequence[str], groups: Sequence[str], seed: 
             if draw.random() < 0.1:
                 picture.peers.last_news_s = picture.body.last_yield_s = picture.body.now_s
             picture.groups = Groups({name for name in groups if draw.random() < 0.5}, draw.random() < 0.5)
-        moments.append(DecisionInputs(motion, copy.deepcopy(picture), draw.random() < 0.7))
+        kept = pickle.dumps((motion, picture))
+        moments.append(DecisionInputs(*pickle.loads(kept), draw.random() < 0.7, kept))
     return moments
 
 
@@ -79,7 +91,7 @@ def check(
             answer differently.
     """
     for seed in (1, 2):
-        moments = story(data, peers, groups, seed)
+        moments = story(data, tuple(peers), tuple(groups), seed)
         first, second = (_answers(make_behaviour(), moments) for _ in range(2))
         for number, (one, other) in enumerate(zip(first, second, strict=True)):
             assert one == other, f"moment {number}: two behaviours made alike answer {one} and {other}"
@@ -90,7 +102,7 @@ def _answers(behaviour: Behaviour, moments: Sequence[DecisionInputs]) -> list[tu
     was_done = False
     for number, moment in enumerate(moments):
         where = f"moment {number}"
-        motion, picture = copy.deepcopy(moment.motion), copy.deepcopy(moment.picture)
+        motion, picture = pickle.loads(moment.kept)
         perceived = behaviour.perceive(motion, picture, moment.performed)
         _check_perception(perceived, where)
         assert perceived.done or not was_done, f"{where}: what was done comes back: {perceived}"
@@ -143,7 +155,7 @@ def _check_holding(behaviour: Behaviour, reference: Reference, motion: Motion, p
     if not 0.0 < reference.holds_m < to_go_m:
         return
     share = 0.5 * (1.0 - reference.holds_m / to_go_m)
-    nearer = copy.deepcopy(motion)
+    nearer = copy.copy(motion)
     nearer.x_m, nearer.y_m = motion.x_m + share * (x_m - motion.x_m), motion.y_m + share * (y_m - motion.y_m)
     then = behaviour.reference(nearer, picture)
     assert then == reference, f"{where}: said to hold to {reference.holds_m:g} m, reference answers {then} before"

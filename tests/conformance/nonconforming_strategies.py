@@ -14,6 +14,7 @@ from remoras.strategies.founding import common_roles
 from remoras.strategies.status_broadcast import StatusBroadcast
 from remoras.strategy import Declaration, Move, Negotiator, Situation, Statement
 from remoras.work import Work
+from stress.conformance.strategies import OFTEN
 
 
 @dataclass(frozen=True, slots=True)
@@ -173,9 +174,11 @@ class Presumptuous(Central):
 
 
 class _Fickle(_Altered):
-    """Gives every job that it holds up in every frame, and takes it again."""
+    """Gives every job that it holds up in every frame, and takes it again, until it has done so often enough."""
 
     def altered(self, move: Move, situation: Situation) -> Move:
+        if situation.round > 4 * OFTEN:
+            return move
         self._mine |= {self._group.path(role.name) for role in situation.work.held_by(self._me)}
         word = "leftRole" if situation.round % 2 else "playsRole"
         said = tuple(Statement(((self._me, word, role),)) for role in sorted(self._mine))

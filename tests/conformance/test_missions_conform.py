@@ -33,7 +33,8 @@ def test_the_mapping_mission_conforms(tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("scenario", sampled(["mapping-rendezvous", "mapping-patches"], "mapping-rendezvous"))
 def test_every_shipped_scenario_conforms(scenario: str) -> None:
-    conformance.check(MappingMission, load(scenario))
+    """Up to 600 s; a whole mission is flown in the pond."""
+    conformance.check(MappingMission, load(scenario, [("--set", "scenario.duration_s=600.0")]))
 
 
 @pytest.mark.slow

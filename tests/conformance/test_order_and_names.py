@@ -1,5 +1,7 @@
 """The order of roles in a file decides nothing, and the name of a vehicle is a name only."""
 
+from functools import cache
+
 import pytest
 
 from missions.runs.run import Run, run
@@ -8,6 +10,15 @@ from remoras.strategies import strategies
 from stress.conformance.worlds import small_patches
 
 DURATION_S = 600.0
+
+
+@cache
+def usual(strategy: str) -> list[tuple[object, ...]]:
+    return tracks(run(scenario_of(strategy)))
+
+
+def scenario_of(strategy: str) -> Scenario:
+    return small_patches(strategy, f"scenario.duration_s={DURATION_S}")
 
 
 def tracks(finished: Run) -> list[tuple[object, ...]]:
@@ -21,17 +32,17 @@ def changed(scenario: Scenario, **update: object) -> Scenario:
 
 @pytest.mark.parametrize("name", strategies())
 def test_the_order_of_roles_in_a_file_decides_nothing(name: str) -> None:
-    scenario = small_patches(name, f"scenario.duration_s={DURATION_S}")
+    scenario = scenario_of(name)
     groups = [group.model_copy(update={"role": group.role[::-1]}) for group in scenario.group]
-    assert tracks(run(changed(scenario, group=groups))) == tracks(run(scenario))
+    assert tracks(run(changed(scenario, group=groups))) == usual(name)
 
 
 @pytest.mark.parametrize("name", strategies())
 def test_the_name_of_a_vehicle_is_a_name_only(name: str) -> None:
     """Names that sort the other way round."""
-    scenario = small_patches(name, f"scenario.duration_s={DURATION_S}")
+    scenario = scenario_of(name)
     vehicles = [
         vehicle.model_copy(update={"name": f"V{len(scenario.vehicle) - n:02d}"})
         for n, vehicle in enumerate(scenario.vehicle)
     ]
-    assert tracks(run(changed(scenario, vehicle=vehicles))) == tracks(run(scenario))
+    assert tracks(run(changed(scenario, vehicle=vehicles))) == usual(name)

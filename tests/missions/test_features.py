@@ -3,7 +3,9 @@
 import json
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -14,7 +16,7 @@ from missions.scenarios.extending import features, used_in
 ROOT = Path(__file__).parents[2]
 LEAVING_OUT = """
 import hashlib, json, pkgutil, sys
-left_out, use = sys.argv[1], sys.argv[2:]
+left_out, folder, *use = sys.argv[1:]
 sound = pkgutil.iter_modules
 pkgutil.iter_modules = lambda path: [one for one in sound(path) if one.name != left_out]
 if left_out:
@@ -63,39 +65,34 @@ USES = {
 """What a scenario has to say to use each feature."""
 
 
-def run_without(feature: str, *use: str) -> tuple[str, str, list[str]]:
-    """Digest of a run, how a scenario with these settings is refused, and which features there are."""
+def said_without(feature: str, *use: str, program: str = "", folder: str = "") -> list[Any]:
+    """Digest of a run, how a scenario with these settings is refused, and which features there are; what more is said.
+
+    Args:
+        feature: that is taken away, or nothing; use: settings.
+        program: that runs after that; folder: for its results.
+    """
     # a process of its own: tables take in the keys of features once, when they are imported
-    command = [sys.executable, "-c", LEAVING_OUT + WITHOUT, feature, *use]
-    made = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True, timeout=240)
-    digest, refused, names = json.loads(made.stdout)
-    return digest, refused, names
+    command = [sys.executable, "-c", LEAVING_OUT + WITHOUT + program, feature, folder, *use]
+    made = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, timeout=240)
+    assert made.returncode == 0, made.stderr
+    found, *more = map(json.loads, made.stdout.splitlines())
+    return [*found, *more]
 
 
 @pytest.fixture(scope="module")
 def whole() -> str:
     """Digest of the run with all features there, of which it uses none."""
-    digest, _, names = run_without("")
+    digest, _, names = said_without("")
     assert names == list(features())
+    assert isinstance(digest, str)
     return digest
 
 
 @pytest.mark.parametrize("feature", sorted(USES))
-def test_a_feature_can_be_taken_away(feature: str, whole: str) -> None:
-    """A run that does not use it gives the same bytes; a scenario that does is refused in a line that names it."""
-    digest, refused, names = run_without(feature, *USES[feature])
-    assert feature not in names
-    assert digest == whole
-    assert "unknown key" in refused
-    assert feature in refused
-    assert len(refused.splitlines()) <= 2
-
-
-@pytest.mark.parametrize("feature", sorted(USES))
-def test_a_feature_that_is_there_is_taken(feature: str, whole: str) -> None:
-    digest, refused, names = run_without("", *USES[feature])
-    assert (digest, refused) == (whole, "")
-    assert feature in names
+def test_a_feature_that_is_there_is_taken(feature: str) -> None:
+    loaded = load("mapping-rendezvous", [("--set", one) for one in USES[feature]])
+    assert features()[feature] in used_in(loaded)
 
 
 IN_STILL_WATER = """
@@ -117,7 +114,7 @@ print(json.dumps([scenario.foretold, list(scenario.surges(1)), n_rows > 0]))
 
 
 def test_a_mission_that_asks_how_the_water_moves_works_where_nothing_moves_it() -> None:
-    command = [sys.executable, "-c", LEAVING_OUT + IN_STILL_WATER, "current"]
+    command = [sys.executable, "-c", LEAVING_OUT + IN_STILL_WATER, "current", ""]
     made = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, timeout=240)
     assert made.returncode == 0, made.stderr
     assert json.loads(made.stdout) == [None, [], True]
@@ -125,11 +122,8 @@ def test_a_mission_that_asks_how_the_water_moves_works_where_nothing_moves_it() 
 
 PROGRAM = """
 from typer.testing import CliRunner
-from missions.errors import ConfigurationError
 from missions.files import shipped
-from missions.scenarios import load
 from remoras.cli.app import app
-folder = use[0]
 def said(*words, code=0):
     found = CliRunner().invoke(app, list(words))
     assert found.exit_code == code, found.output + repr(found.exception)
@@ -147,28 +141,35 @@ for name in shipped():
         refused[name] = [fault.key for fault in error.faults]
 print(json.dumps(refused))
 """
-FAST = "navigation"
-"""Which one is tried among the fast tests: shipped scenarios use it, and a mission asks what it says."""
 
 
-@pytest.mark.parametrize(
-    "feature", [pytest.param(one, marks=[] if one == FAST else [pytest.mark.slow]) for one in sorted(USES)]
-)
-def test_the_program_goes_without_it(feature: str, tmp_path: Path) -> None:
-    """It lists, explains, validates, runs and plots; of the shipped scenarios those alone are refused that use it."""
-    command = [sys.executable, "-c", LEAVING_OUT + PROGRAM, feature, str(tmp_path / "results")]
-    made = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, timeout=240)
-    assert made.returncode == 0, made.stderr
+@cache
+def in_use() -> dict[str, list[Any]]:
+    """Features that each shipped scenario uses."""
+    return {name: list(used_in(load(name))) for name in shipped()}
+
+
+@pytest.mark.parametrize("feature", sorted(USES))
+def test_a_feature_can_be_taken_away(feature: str, whole: str, tmp_path: Path) -> None:
+    """A run that does not use it gives the same bytes; a scenario that does is refused in a line that names it.
+
+    The program lists, explains, validates, runs and plots; of shipped scenarios those alone are refused that use it.
+    """
+    program, folder = PROGRAM, str(tmp_path / "results")
+    digest, refused, names, faults_of = said_without(feature, *USES[feature], program=program, folder=folder)
+    assert feature not in names
+    assert digest == whole
+    assert "unknown key" in refused
+    assert feature in refused
+    assert len(refused.splitlines()) <= 2
     keys = {key for of_table in features()[feature].keys.values() for key in of_table}
-    using = {name for name in shipped() if features()[feature] in used_in(load(name))}
-    refused: dict[str, list[str]] = json.loads(made.stdout)
-    assert set(refused) == using
-    assert all(keys & set(key.split(".")) for faults in refused.values() for key in faults)
+    assert set(faults_of) == {name for name, used in in_use().items() if features()[feature] in used}
+    assert all(keys & set(key.split(".")) for faults in faults_of.values() for key in faults)
 
 
 def test_the_upper_bound_can_be_taken_away(whole: str) -> None:
     """The strategy, and the part by which all is known at once: whoever names it is told of the others."""
-    digest, refused, _ = run_without("oracle", "strategy.name='oracle'")
+    digest, refused, _ = said_without("oracle", "strategy.name='oracle'")
     assert digest == whole
     assert 'strategy.name) = "oracle"' in refused
     assert "remoras-planned" in refused

@@ -4,6 +4,7 @@ import math
 
 import pytest
 from crossings import KINDS, Crossing, crossing, travel, traveller
+from sampling import sampled
 
 from remoras.functional import guidance
 from remoras.motion import Motion
@@ -30,8 +31,9 @@ def test_they_keep_clear_and_arrive(kind: str, n_vehicles: int) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("n_vehicles", [8, 16, 32])
-def test_they_keep_clear_and_arrive_in_ten_seeds(kind: str, n_vehicles: int) -> None:
-    for seed in SEEDS:
+@pytest.mark.parametrize("seeds", sampled([SEEDS[:3], SEEDS[3:]], SEEDS[:3]), ids=str)
+def test_they_keep_clear_and_arrive_in_ten_seeds(kind: str, n_vehicles: int, seeds: range) -> None:
+    for seed in seeds:
         assert_kept(travel(crossing(kind, n_vehicles, seed)), n_vehicles)
 
 

@@ -5,6 +5,7 @@ from itertools import product
 from pathlib import Path
 
 import pytest
+from sampling import sampled
 
 from missions.errors import ConfigurationError
 from missions.runs.run import run
@@ -154,7 +155,9 @@ def test_what_a_lost_vehicle_had_is_done_where_the_plan_is_mended(common_plan: s
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("strategy", ["remoras", "central", "cbba", "contract-net", "status-broadcast"])
+@pytest.mark.parametrize(
+    "strategy", sampled(["remoras", "central", "cbba", "contract-net", "status-broadcast"], "remoras", "cbba")
+)
 def test_where_missions_are_told_at_sea_work_begins_later(strategy: str) -> None:
     """Nine packets of ten are lost, and a mission that is known need not be heard."""
 

@@ -1,6 +1,7 @@
 """Every shipped scenario is run: nobody can add one that is never tried."""
 
 import pytest
+from sampling import sampled
 
 from missions.runs.run import run
 from missions.runs.summary import summary
@@ -9,13 +10,18 @@ from missions.scenarios import load, shipped
 DAY = "pandora-day"
 """Takes too long to be flown to its end in tests."""
 
-
 SEARCH = "arrows-archaeology"
 """Whether enough is found depends on what lies there; its channel has no loss rate."""
 
+MOST, LEAST = "mps-ack-repeat", "ack"
+"""The policies that tell, and repeat, most and least."""
+CASES = [(name, policy) for name in shipped() if name not in (DAY, SEARCH) for policy in (MOST, LEAST)]
 
-@pytest.mark.parametrize("name", [name for name in shipped() if name not in (DAY, SEARCH)])
-@pytest.mark.parametrize("policy", ["ack", "mps-ack-repeat"])
+
+@pytest.mark.parametrize(
+    ("name", "policy"),
+    sampled(CASES, *[one for one in CASES if one[1] == MOST or one[0].startswith("mapping-r")]),
+)
 def test_it_completes_over_a_lossy_channel(name: str, policy: str) -> None:
     loaded = load(name, [("--per", "channel.per=0.3"), ("--policy", f"communication.policy={policy}")])
     report = summary(run(loaded, seed=2))
@@ -30,7 +36,7 @@ def test_a_day_begins() -> None:
     assert run(load(DAY, [("--set", key) for key in keys]), seed=1).goal_fraction > 0.04
 
 
-@pytest.mark.parametrize("policy", ["ack", "mps-ack-repeat"])
+@pytest.mark.parametrize("policy", sampled([MOST, LEAST], MOST))
 def test_a_search_ends_with_all_together(policy: str) -> None:
     keys = f"communication.policy={policy}", "mission.search_s=900.0"
     finished = run(load(SEARCH, [("--set", key) for key in keys]), seed=2)

@@ -25,10 +25,14 @@ def drawn(runs: dict[str, Results], name: str, kind: str) -> DrawnPage:
 
 @pytest.mark.parametrize("kind", ALL_KINDS)
 @pytest.mark.parametrize("name", FICTIONS)
-def test_texts_overlap_nothing_and_are_not_cut_off(
+def test_texts_overlap_nothing_and_captions_hold_the_conditions_of_the_run(
     runs: dict[str, Results], name: str, kind: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    figure = drawn(runs, name, kind).figure
+    """Nor are texts cut off."""
+    figure, text = (page := drawn(runs, name, kind)).figure, page.caption
+    vehicles = len(FICTIONS[name].vehicles)
+    for part in (f"n = {vehicles} vehicles", "seed 77", "policy m-ack", "PER 25 %", "mission time"):
+        assert part in text
     assert figure.get_figwidth() in {style.COLUMN_IN, style.PAGE_IN}
     check_texts(figure, monkeypatch)
 
@@ -65,15 +69,6 @@ def test_settings_of_the_user_change_nothing(tmp_path: Path, runs: dict[str, Res
         draw_run_figures(runs["two vehicles"], ["roles"], tmp_path / "own")
         assert matplotlib.rcParams["font.size"] == 20
     assert (tmp_path / "own" / "roles.png").read_bytes() == plain.read_bytes()
-
-
-@pytest.mark.parametrize("kind", ALL_KINDS)
-@pytest.mark.parametrize("name", FICTIONS)
-def test_captions_hold_the_conditions_of_the_run(runs: dict[str, Results], name: str, kind: str) -> None:
-    text = drawn(runs, name, kind).caption
-    vehicles = len(FICTIONS[name].vehicles)
-    for part in (f"n = {vehicles} vehicles", "seed 77", "policy m-ack", "PER 25 %", "mission time"):
-        assert part in text
 
 
 @pytest.mark.parametrize("kind", ["trajectories", "roles"])
