@@ -1,6 +1,7 @@
 """Every shipped strategy conforms, and each check finds a strategy that breaks its rule."""
 
 from collections.abc import Callable
+from itertools import product
 
 import nonconforming_strategies as broken
 import pytest
@@ -11,11 +12,20 @@ from stress.conformance import strategies as conformance
 
 SHIPPED = strategies()
 LONG = {conformance.check_states_within_the_group}
-CHECKS = [pytest.param(check, marks=pytest.mark.slow) if check in LONG else check for check in conformance.CHECKS]
+IN_THE_SAME_CODE = ("remoras-planned", "plan-and-dispatch", "central", "cbba-plain")
+"""Strategies whose vehicles negotiate as those of ``remoras`` and ``cbba``, by other parameters."""
+CASES = [
+    pytest.param(
+        check,
+        name,
+        marks=() if check not in LONG else pytest.mark.thorough if name in IN_THE_SAME_CODE else pytest.mark.slow,
+        id=f"{check.__name__.removeprefix('check_')}-{name}",
+    )
+    for check, name in product(conformance.CHECKS, SHIPPED)
+]
 
 
-@pytest.mark.parametrize("name", SHIPPED)
-@pytest.mark.parametrize("check", CHECKS, ids=lambda check: check.__name__.removeprefix("check_"))
+@pytest.mark.parametrize(("check", "name"), CASES)
 def test_every_shipped_strategy_conforms(check: Callable[[Strategy], None], name: str) -> None:
     check(SHIPPED[name])
 

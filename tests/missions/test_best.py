@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from sampling import sampled
 
 from benchmarks.intervals import error_rate
 from missions.comparison.best import least_p, worse_p
@@ -23,7 +24,7 @@ def test_equal_strategies_are_seldom_told_apart(k: int, n: int, success: float) 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("k", [4, 10])
-@pytest.mark.parametrize("n", [5, 10, 30])
+@pytest.mark.parametrize("n", sampled([5, 10, 30], 5))  # with fewer runs luck is greater
 @pytest.mark.parametrize("success", [1.0, 0.95, 0.8])
 def test_of_300_studies_of_equal_strategies_few_tell_any_from_the_best(k: int, n: int, success: float) -> None:
     """The error is 5 % at most; by luck 300 studies show more than 8 % in one of a hundred cases."""

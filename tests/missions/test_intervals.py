@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from sampling import sampled
 
 from benchmarks.intervals import HORIZON, SHAPES, coverage
 from missions.comparison.intervals import (
@@ -43,9 +44,9 @@ def test_an_interval_holds_whatever_share_of_the_runs_does_not_get_there(what: s
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("n", [10, 30])
+@pytest.mark.parametrize("n", sampled([10, 30], 10))  # with fewer runs an interval is harder to hold
 @pytest.mark.parametrize("shape", SHAPES)
-@pytest.mark.parametrize("share", [0.0, 0.05, 0.2])
+@pytest.mark.parametrize("share", sampled([0.0, 0.05, 0.2], 0.0, 0.2))
 @pytest.mark.parametrize("what", ["restricted", "difference"])
 def test_intervals_of_times_hold_under_censoring(what: str, shape: str, n: int, share: float) -> None:
     found = coverage(what, shape, n, share, STUDIES)

@@ -5,9 +5,11 @@ is that of `mapping-rendezvous`: ASV00 is MissionAdministrator of the Coordinati
 Coordinator of the Operational group, AUV01 and AUV02 are Performers. Here AUV02 has no social layer.
 """
 
+from itertools import product
 from typing import Any
 
 import pytest
+from sampling import sampled
 
 from missions.runs.assembly import assemble
 from missions.runs.setup import resolved
@@ -89,6 +91,8 @@ def refused_by_all(strategy: str, issuer: str, *facts: Said, settings: tuple[str
     return set(outcomes)
 
 
+EVERY_ACT = ("remoras", "contract-net", "cbba")
+"""Strategies whose authorities differ most: every act is tried under them."""
 EVICT = ("AUV00", "leftRole", "Operational.Coordinator")
 FORGED: dict[str, tuple[str, Said, Outcome]] = {
     "evict the head": ("AUV01", EVICT, Outcome.NO_AUTHORITY),
@@ -118,8 +122,13 @@ FORGED: dict[str, tuple[str, Said, Outcome]] = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("strategy", SHIPPED)
-@pytest.mark.parametrize("act", FORGED)
+@pytest.mark.parametrize(
+    ("act", "strategy"),
+    sampled(
+        product(FORGED, SHIPPED),
+        *[one for one in product(FORGED, SHIPPED) if one[1] in EVERY_ACT or one[0] == "promote oneself"],
+    ),
+)
 def test_every_forged_act_is_refused_by_all(act: str, strategy: str) -> None:
     issuer, fact, outcome = FORGED[act]
     assert refused_by_all(strategy, issuer, fact) == {outcome.value}
