@@ -67,7 +67,8 @@ def story(data: VehicleData, peers: tuple[str, ...], groups: tuple[str, ...], se
                 picture.peers.last_news_s = picture.body.last_yield_s = picture.body.now_s
             picture.groups = Groups({name for name in groups if draw.random() < 0.5}, draw.random() < 0.5)
         kept = pickle.dumps((motion, picture))
-        moments.append(DecisionInputs(*pickle.loads(kept), draw.random() < 0.7, kept))
+        as_it_is: tuple[Motion, Picture] = pickle.loads(kept)
+        moments.append(DecisionInputs(*as_it_is, draw.random() < 0.7, kept))
     return moments
 
 
