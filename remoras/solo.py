@@ -157,8 +157,12 @@ class Solo(Model):  # type: ignore[misc]  # Mesa is untyped
 
     def hear(self, data: bytes, time_s: float) -> float:
         """Let a packet be heard, at a time or as soon after it as can be; returns when that is (s)."""
+        return self.note(_Arrives(data), time_s)
+
+    def note(self, event: Event[Solo], time_s: float) -> float:
+        """Let something come from outside, at a time or as soon after it as can be; returns when that is (s)."""
         time_s = max(time_s, self._horizon_s)
-        self._clock.schedule(time_s, Priority.ARRIVAL, _Arrives(data))
+        self._clock.schedule(time_s, Priority.ARRIVAL, event)
         return time_s
 
     def advance(self, until_s: float) -> list[Sent]:

@@ -63,8 +63,8 @@ ROOMS: dict[str, set[str]] = {
         "remoras.functional", "exchange", "exchange.acoustics", "worldmodel", "worldmodel.rdf",
     },
     "missions.nodes": {
-        "missions.nodes", "missions.runs", "missions.scenarios", "missions", "remoras", "exchange", "exchange.drivers",
-        "exchange.acoustics", "worldmodel",
+        "missions.nodes", "missions.runs", "missions.scenarios", "missions", "remoras", "remoras.functional",
+        "exchange", "exchange.drivers", "exchange.acoustics", "worldmodel",
     },
     "missions.sweeps": {
         "missions.sweeps", "missions.runs", "missions.scenarios", "missions", "remoras", "remoras.strategies",

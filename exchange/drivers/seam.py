@@ -61,6 +61,11 @@ class Pace(Protocol):
         """Time of the mission (s), below 0 before it begins."""
         ...
 
+    @property
+    def uncertainty_s(self) -> float:
+        """By how much that may be wrong (s)."""
+        ...
+
 
 @dataclass(frozen=True)
 class AtOnce:
@@ -70,6 +75,11 @@ class AtOnce:
     def now_s(self) -> float:
         """Later than everything."""
         return math.inf
+
+    @property
+    def uncertainty_s(self) -> float:
+        """None: nobody waits for it."""
+        return 0.0
 
 
 AT_ONCE = AtOnce()
@@ -91,6 +101,11 @@ class Paced:
     def now_s(self) -> float:
         """Time of the mission (s)."""
         return (time.monotonic() - self.start_s) * self.speed
+
+    @property
+    def uncertainty_s(self) -> float:
+        """By how much that may be wrong (s): the clock of the machine is taken to be right."""
+        return 0.0
 
     def wait_s(self, until_s: float) -> float:
         """How long it is until a time of the mission, in seconds of the machine; 0 if it is past."""

@@ -13,6 +13,7 @@ from exchange.wire.sealing import fresh_salt
 from missions.document import Document
 from missions.errors import ConfigurationError, ConfigurationFault
 from missions.fault import Absence, kinds
+from missions.nodes.frontseat import Steered
 from missions.runs.assembly import (
     Shared,
     VehicleLife,
@@ -52,6 +53,7 @@ class NodePlan:
         begins_s: when it begins (s of the mission).
         until_s: when it stops to act.
         end_s: when its exchange ends, too.
+        is_steered: True if its body is one of its own, not a simulated one (``missions.nodes.frontseat``).
     """
 
     scenario: str
@@ -61,6 +63,7 @@ class NodePlan:
     begins_s: float
     until_s: float
     end_s: float
+    is_steered: bool = False
 
     @classmethod
     def of(cls, scenario: Scenario, vehicle: str, seed: int, until_s: float | None, settle_s: float) -> NodePlan:
@@ -116,6 +119,7 @@ class LoneVehicle:
 
     Attributes:
         lives: how often it has begun so far: more than once if it goes on after its process was ended.
+        steered: its body, if that is one of its own.
     """
 
     plan: NodePlan
@@ -123,6 +127,7 @@ class LoneVehicle:
     solo: Solo
     salt: bytes | None = None
     lives: int = 1
+    steered: Steered | None = None
 
 
 Pause = tuple[float, float]
@@ -148,7 +153,8 @@ def alone(plan: NodePlan, salt: bytes | None = None, pauses: Sequence[Pause] = (
     scenario, mission = setup.scenario, setup.mission
     real = actual(setup, setup.database[plan.vehicle], plan.seed)
     recorder = recorder_of_mission(mission, [sensors_of(data) for data in setup.database.values()])
-    parts = feature_parts(setup, recorder, plan.seed, is_alone=True)
+    steered = Steered() if plan.is_steered else None
+    parts = [*feature_parts(setup, recorder, plan.seed, is_alone=True), *([] if steered is None else [steered.part])]
     shared = Shared(setup, plan.seed, mission.world(plan.seed), recorder, parts)
 
     def make(model: Solo) -> Vehicle:
@@ -165,7 +171,7 @@ def alone(plan: NodePlan, salt: bytes | None = None, pauses: Sequence[Pause] = (
         faults.append(_away(setup, plan, Absence.PAUSE, at_s=from_s, until_s=until_s, memory="kept"))
     everything = (faults_part(faults), *parts)
     solo = Solo(make, make_anew, setup.schedule, recorder, times, plan.seed, introductions, everything)
-    return LoneVehicle(plan, setup, solo, salt, 1 + len(pauses))
+    return LoneVehicle(plan, setup, solo, salt, 1 + len(pauses), steered)
 
 
 def _away(setup: Setup, plan: NodePlan, absence: Absence, *, at_s: float, **keys: Any) -> Fault:

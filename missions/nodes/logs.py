@@ -7,6 +7,7 @@ A log is a text file of one JSON object a line, each written at once:
 * ``{"kind": "salt", ...}`` under a key, with the salt that the process drew;
 * ``{"kind": "sent", "time_s": ..., "data": HEX}`` for a packet of its own, with the time at which its slot opened;
 * ``{"kind": "heard", ...}`` for one of others, with the time at which it was heard, twice for one heard twice;
+* ``{"kind": "fix", ...}`` for where a body of one's own said that it is, see ``missions.nodes.frontseat``;
 * ``{"kind": "lost", ...}`` for one that was drawn to be lost here; playing passes it over;
 * ``{"kind": "back", "time_s": ..., "data": ""}`` where a node that was ended goes on: it was off since the line before;
 * ``{"kind": "end", "time_s": ..., "state_hash": ...}`` last, unless the node was killed.
@@ -17,6 +18,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import struct
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
@@ -28,6 +30,7 @@ from exchange.drivers import Paced
 from missions.errors import ConfigurationError, ConfigurationFault, OutputError
 from missions.files import text_of
 from missions.nodes.alone import LoneVehicle, NodePlan, Pause, alone
+from missions.nodes.frontseat import Fix, Placed
 from remoras.solo import Sent, just_after
 from remoras.version import __version__
 
@@ -44,12 +47,13 @@ class LineKind(StrEnum):
     SENT = "sent"
     HEARD = "heard"
     LOST = "lost"
+    FIX = "fix"
     BACK = "back"
     END = "end"
 
 
 class LogEntry(NamedTuple):
-    """A packet of a log, the salt of its packets, or that the vehicle is back (without data)."""
+    """A packet of a log, the salt of its packets, a fix, or that the vehicle is back (without data)."""
 
     kind: LineKind
     time_s: float
@@ -202,8 +206,11 @@ def read_log(path: Path) -> Logged:
             if kind is LineKind.END:
                 state_hash = str(value["state_hash"])
             else:
-                entries.append(LogEntry(kind, time_s, bytes.fromhex(value["data"])))
-        except (ValueError, TypeError, KeyError):
+                data = bytes.fromhex(value["data"])
+                if kind is LineKind.FIX:
+                    Fix.of(data)
+                entries.append(LogEntry(kind, time_s, data))
+        except (ValueError, TypeError, KeyError, struct.error):
             raise _no_log(path, number, line) from None
     return Logged(plan, tuple(entries), state_hash, began)
 
@@ -295,8 +302,11 @@ def gone_on(path: Path, plan: NodePlan) -> tuple[LoneVehicle, NodeLog, Paced]:
 def _hearing(log: Logged, pauses: Sequence[Pause]) -> LoneVehicle:
     """The vehicle of a log, which is to hear what it heard."""
     own = alone(log.plan, log.salt, pauses)
-    for entry in log.of(LineKind.HEARD):
-        own.solo.hear(entry.data, entry.time_s)
+    for entry in log.entries:
+        if entry.kind is LineKind.HEARD:
+            own.solo.hear(entry.data, entry.time_s)
+        elif entry.kind is LineKind.FIX and own.steered is not None:
+            own.solo.note(Placed(own.steered, Fix.of(entry.data)), entry.time_s)
     return own
 
 

@@ -9,6 +9,7 @@ from exchange.acoustics import loss
 from exchange.drivers import Driver, Pace, TimedPacket
 from exchange.errors import PeerFault
 from missions.nodes.alone import LoneVehicle
+from missions.nodes.frontseat import OwnBody, Placed
 from missions.nodes.logs import LineKind, LogEntry, NodeLog
 from remoras.solo import just_after
 
@@ -56,6 +57,7 @@ class NodeOutcome:
         state_hash: equal if, and only if, vehicles hold the same items.
         is_alive: True while it has energy and no fault has taken it away.
         late_s: by how much it was behind its pace at most (s of the mission).
+        packets_withheld: of its own that were not sent, since its clock was not sure enough.
     """
 
     vehicle: str
@@ -71,6 +73,7 @@ class NodeOutcome:
     state_hash: str
     is_alive: bool
     late_s: float
+    packets_withheld: int = 0
 
 
 class VehicleNode:
@@ -82,6 +85,7 @@ class VehicleNode:
         pace: what time of the mission it is.
         log: takes every packet with its time; None for no log.
         mishaps: drawn for each packet that is heard.
+        body: of the vehicle, if it is one of its own, as the plan says; closed with the node.
     """
 
     def __init__(
@@ -91,15 +95,18 @@ class VehicleNode:
         pace: Pace,
         log: NodeLog | None = None,
         mishaps: Mishaps | None = None,
+        body: OwnBody | None = None,
     ) -> None:
         self._plan, self._setup, self.solo = own.plan, own.setup, own.solo
+        self._body, self._steered = body, own.steered
         self._driver = driver
         self._pace = pace
         self._log = log
         self._mishaps = mishaps or Mishaps()
         self._counts: Counter[LineKind] = Counter()
-        self._n_doubled = 0
+        self._n_doubled = self._n_withheld = 0
         self._late_s = 0.0
+        self._tolerance_s = own.setup.scenario.communication.clock_tolerance_s
         if log is not None and own.salt is not None and own.lives == 1:
             log.write(LogEntry(LineKind.SALT, own.plan.begins_s, own.salt))
 
@@ -120,6 +127,8 @@ class VehicleNode:
             return found
         finally:
             self._driver.close()
+            if self._body is not None:
+                self._body.close()
             if self._log is not None:
                 self._log.close()
 
@@ -129,6 +138,8 @@ class VehicleNode:
         for heard in self._driver.receive(due_s):
             self._hear(heard)
         now_s = self._pace.now_s
+        if self._body is not None:
+            self._find(self._body, min(now_s, due_s))
         if now_s >= due_s:
             if now_s < self._plan.end_s:
                 self._late_s = max(self._late_s, now_s - due_s)
@@ -156,6 +167,7 @@ class VehicleNode:
             model.state_hash(),
             vehicle.is_alive,
             round(self._late_s, 3),
+            self._n_withheld,
         )
 
     def _hear(self, heard: TimedPacket) -> None:
@@ -176,10 +188,22 @@ class VehicleNode:
         slot = schedule.slot_named(head, heard.time_s)
         return self._mishaps.copies(self._plan.seed, slot, head.sender, self.solo.vehicle.data.node)
 
+    def _find(self, body: OwnBody, now_s: float) -> None:
+        """Take in where the body is."""
+        fix = body.fix()
+        if fix is not None and fix.is_sound and self._steered is not None:
+            self._note(LineKind.FIX, self.solo.note(Placed(self._steered, fix), now_s), fix.data)
+
     def _advance(self, until_s: float) -> None:
         for sent in self.solo.advance(until_s):
             self._note(LineKind.SENT, sent.time_s, sent.packet.data)
-            self._driver.send(sent.packet.data, sent.time_s)
+            if self._pace.uncertainty_s <= self._tolerance_s:
+                self._driver.send(sent.packet.data, sent.time_s)
+            else:
+                self._n_withheld += 1
+        if self._body is not None and self._steered is not None and (goal := self._steered.goal) is not None:
+            is_over = until_s >= self._plan.until_s or not self.solo.vehicle.is_alive
+            self._body.guide(goal.target_m, 0.0 if is_over else goal.speed_mps)
 
     def _note(self, kind: LineKind, time_s: float, data: bytes) -> None:
         self._counts[kind] += 1

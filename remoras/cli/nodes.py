@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from exchange.drivers.seam import Driver, Paced
     from exchange.drivers.udp import Address, Socket
     from missions.nodes.alone import LoneVehicle, NodePlan
+    from missions.nodes.frontseat import Frontseat
     from missions.nodes.node import NodeOutcome
     from missions.scenarios.scenario import Scenario
 
@@ -59,6 +60,12 @@ def node(
     serial: Annotated[
         Path | None, typer.Option(metavar="PORT", help="Serial port of a Nanomodem v3, in place of UDP.")
     ] = None,
+    frontseat: Annotated[
+        str,
+        typer.Option(
+            metavar="FILE.py:NAME", help="A vehicle's own body, clock and modem, which a function of yours returns."
+        ),
+    ] = "",
     resume: Annotated[
         bool, typer.Option("--resume", help="Go on where the log in --out ends, if there is one; as after a reboot.")
     ] = False,
@@ -78,13 +85,15 @@ def node(
 
     Without --start it listens first: if a peer speaks, it joins the mission of that peer, else its own begins.
     """
+    from missions.nodes.frontseat import Disciplined
     from missions.nodes.logs import ENDING, Began, NodeLog, gone_on
     from missions.nodes.node import Mishaps, VehicleNode
 
     _check(speed, settle, drop, double)
     begins_s = _start(start, start_utc)
     loaded, (plan,) = _plans(scenario, [vehicle], settings, seed, until, settle)
-    plan = replace(plan, epoch=epoch)
+    seat = _frontseat(frontseat, start_utc, serial is not None or bind != ANY_PORT or bool(peers))
+    plan = replace(plan, epoch=epoch, is_steered=seat.body is not None)
     if resume and out is None:
         fail("--resume: --out is missing; name the folder of the log to go on with")
     written = None if out is None else out / f"{vehicle}{ENDING}"
@@ -93,7 +102,7 @@ def node(
     if serial is not None and begins_s is None:
         fail("--serial: --start-utc is missing; packets of a modem do not say when the mission began")
     others = _peers(peers, vehicle, [table.name for table in loaded.vehicle])
-    port = _listening(bind, vehicle) if serial is None else None
+    port = _listening(bind, vehicle) if serial is None and seat.modem is None else None
     log: NodeLog | None = None
     if resume and written is not None and written.is_file():
         own, log, pace = gone_on(written, plan)
@@ -102,12 +111,38 @@ def node(
         own, pace = _begun(plan, begins_s, speed, port, others)
         if out is not None:
             log = NodeLog(out, own.plan, Began.of(pace))
-    driver = _driver(port, serial, others, pace, own)
-    found = VehicleNode(own, driver, pace, log, Mishaps(drop, double)).run()
+    if seat.clock is not None:
+        pace = Disciplined(seat.clock, Began.of(pace).unix_s, pace)
+    driver = _driver(port, serial, others, pace, own) if seat.modem is None else seat.modem(pace)
+    found = VehicleNode(own, driver, pace, log, Mishaps(drop, double), seat.body).run()
     if as_json:
         show_json(asdict(found))
         return
     _print_outcomes([found])
+
+
+def _frontseat(given: str, start_utc: str, has_modem: bool) -> Frontseat:
+    """What a function of the user returns, made; nothing of one's own if none is named."""
+    from missions.nodes.frontseat import Frontseat
+    from missions.scenarios.named import importable
+    from remoras.errors import PluginError
+    from remoras.plugins import named_object
+
+    if not given:
+        return Frontseat()
+    try:
+        seat = named_object(importable(given))()
+    except PluginError as error:
+        fail(f"--frontseat {given}: {error}")
+    except Exception as error:  # it is somebody else's code, and somebody else's ports: anything may be wrong
+        fail(f"--frontseat {given}: {type(error).__name__}: {error}")
+    if not isinstance(seat, Frontseat):
+        fail(f"--frontseat {given}: returns {type(seat).__name__}; allowed is a missions.nodes.Frontseat")
+    if seat.modem is not None and has_modem:
+        fail("--frontseat: its modem takes the place of others; leave out --serial, --bind and --peers")
+    if (seat.clock is not None or seat.modem is not None) and not start_utc:
+        fail("--frontseat: --start-utc is missing; its clock and modem do not say when the mission began")
+    return seat
 
 
 def _listening(bind: str, vehicle: str) -> Socket:

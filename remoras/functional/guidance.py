@@ -45,6 +45,7 @@ class Guidance:
 
     Attributes:
         motion, data, bounds_m, constants: the same, for what takes its place.
+        go: moves towards a target, as ``remoras.motion.advance`` does; a body that is not simulated takes its place.
         error_m: where the vehicle takes itself to be, from where it is; guidance goes by the former.
         aimed: each gives where to go and how fast, 0 to slow down to a stop, of that by the others before it and of the
             length of the tick (s); called by ``move``.
@@ -66,6 +67,7 @@ class Guidance:
         self.data = data
         self.bounds_m = bounds_m
         self.constants = constants
+        self.go: Callable[[Motion, VehicleData, Point, float, float], None] = advance
         self._detour = Detour(constants.separation_m)
         self.error_m: Point = (0.0, 0.0)
         self.aimed: list[Callable[[Point, float, float], tuple[Point, float]]] = []
@@ -136,7 +138,7 @@ class Guidance:
             if velocity is not goal:
                 follow(motion, self.data, velocity, dt_s)
                 return
-        advance(motion, self.data, target_m, speed_mps, dt_s)
+        self.go(motion, self.data, target_m, speed_mps, dt_s)
 
     def _clear_of(self, neighbours: Sequence[Neighbour], goal: Velocity, positions_m: Mapping[str, Point]) -> Velocity:
         """The velocity (m/s) that signals and neighbours leave of a goal's; ``goal`` itself if they change nothing."""
