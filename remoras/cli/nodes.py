@@ -60,6 +60,10 @@ def node(
     serial: Annotated[
         Path | None, typer.Option(metavar="PORT", help="Serial port of a Nanomodem v3, in place of UDP.")
     ] = None,
+    unet: Annotated[
+        str,
+        typer.Option(metavar="HOST:PORT", help="Where UnetStack listens, on a modem or a simulator, in place of UDP."),
+    ] = "",
     frontseat: Annotated[
         str,
         typer.Option(
@@ -92,17 +96,18 @@ def node(
     _check(speed, settle, drop, double)
     begins_s = _start(start, start_utc)
     loaded, (plan,) = _plans(scenario, [vehicle], settings, seed, until, settle)
-    seat = _frontseat(frontseat, start_utc, serial is not None or bind != ANY_PORT or bool(peers))
+    modems = [name for name, given in (("--serial", serial), ("--unet", unet)) if given]
+    seat = _frontseat(frontseat, start_utc, bool(modems) or bind != ANY_PORT or bool(peers))
     plan = replace(plan, epoch=epoch, is_steered=seat.body is not None)
     if resume and out is None:
         fail("--resume: --out is missing; name the folder of the log to go on with")
     written = None if out is None else out / f"{vehicle}{ENDING}"
-    if serial is not None and (bind != ANY_PORT or peers):
-        fail("--serial: a modem takes the place of UDP; leave out --bind and --peers")
-    if serial is not None and begins_s is None:
-        fail("--serial: --start-utc is missing; packets of a modem do not say when the mission began")
+    if modems and (len(modems) > 1 or bind != ANY_PORT or peers):
+        fail(f"{modems[0]}: a modem takes the place of others; leave out --serial, --unet, --bind and --peers but one")
+    if modems and begins_s is None:
+        fail(f"{modems[0]}: --start-utc is missing; packets of a modem do not say when the mission began")
     others = _peers(peers, vehicle, [table.name for table in loaded.vehicle])
-    port = _listening(bind, vehicle) if serial is None and seat.modem is None else None
+    port = _listening(bind, vehicle) if not modems and seat.modem is None else None
     log: NodeLog | None = None
     if resume and written is not None and written.is_file():
         own, log, pace = gone_on(written, plan)
@@ -113,7 +118,7 @@ def node(
             log = NodeLog(out, own.plan, Began.of(pace))
     if seat.clock is not None:
         pace = Disciplined(seat.clock, Began.of(pace).unix_s, pace)
-    driver = _driver(port, serial, others, pace, own) if seat.modem is None else seat.modem(pace)
+    driver = _driver(port, serial, unet, others, pace, own) if seat.modem is None else seat.modem(pace)
     found = VehicleNode(own, driver, pace, log, Mishaps(drop, double), seat.body).run()
     if as_json:
         show_json(asdict(found))
@@ -139,7 +144,7 @@ def _frontseat(given: str, start_utc: str, has_modem: bool) -> Frontseat:
     if not isinstance(seat, Frontseat):
         fail(f"--frontseat {given}: returns {type(seat).__name__}; allowed is a missions.nodes.Frontseat")
     if seat.modem is not None and has_modem:
-        fail("--frontseat: its modem takes the place of others; leave out --serial, --bind and --peers")
+        fail("--frontseat: its modem takes the place of others; leave out --serial, --unet, --bind and --peers")
     if (seat.clock is not None or seat.modem is not None) and not start_utc:
         fail("--frontseat: --start-utc is missing; its clock and modem do not say when the mission began")
     return seat
@@ -172,8 +177,15 @@ def _begun(
     return own, pace
 
 
-def _driver(port: Socket | None, serial: Path | None, others: list[Address], pace: Paced, own: LoneVehicle) -> Driver:
+def _driver(
+    port: Socket | None, serial: Path | None, unet: str, others: list[Address], pace: Paced, own: LoneVehicle
+) -> Driver:
     """What carries the packets of a vehicle."""
+    if unet:
+        from exchange.drivers.udp import address_of
+        from exchange.drivers.unetstack import UnetStack
+
+        return UnetStack(address_of(unet, "--unet"), pace)
     if port is not None:
         from exchange.drivers.udp import UdpDriver
 

@@ -455,7 +455,7 @@ def test_one_real_vehicle_and_three_simulated_ones_are_a_fleet(own_file: Path) -
         (
             "from missions.nodes import Frontseat\ndef seat(): return Frontseat(modem=print)",
             ["--frontseat", "seat.py:seat", "--start-utc", "2026-05-01T09:00:00", "--peers", "ASV00=127.0.0.1:1"],
-            "its modem takes the place of others; leave out --serial, --bind and --peers",
+            "its modem takes the place of others; leave out --serial, --unet, --bind and --peers",
         ),
         (
             "from missions.nodes import Frontseat\ndef seat(): return Frontseat(modem=print)",

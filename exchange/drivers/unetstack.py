@@ -1,0 +1,181 @@
+"""A modem that runs UnetStack, or its simulator: broadcasts as frames of its physical layer, by JSON over TCP.
+
+UnetStack's agents speak over fjage (JSON Protocol Specifications, https://fjage.readthedocs.io): a JSON object a line.
+A program has a name of its own, says for whom it wants messages, and sends those of others an object ``message``:
+
+    -> {"action": "agentForService", "id": I, "service": "org.arl.unet.Services.PHYSICAL"}
+    <- {"inResponseTo": "agentForService", "id": I, "agentID": "phy"}
+    -> {"action": "wantsMessagesFor", "agentIDs": [NAME, "#phy__ntf"], ...}            # its notifications
+    -> {"action": "send", "message": {"clazz": "org.arl.unet.phy.TxFrameReq", "data": {"data": [bytes], ...}}}
+    <- {"action": "send", "message": {"clazz": "org.arl.unet.phy.RxFrameNtf", "data": {"data": [bytes], ...}}}
+
+Bytes come as base64 in ``{"clazz": "[B", "data": ...}``, or as a list of numbers. Frames are of type 2 (data), to 0
+(all), of protocol 32 (the first of users); those of other protocols are passed over.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import select
+import socket
+import time
+import uuid
+from contextlib import suppress
+from typing import Any
+
+from exchange.drivers.seam import Paced, TimedPacket
+from exchange.drivers.udp import Address
+from exchange.errors import ConfigurationError
+
+PHYSICAL = "org.arl.unet.Services.PHYSICAL"
+TRANSMIT, HEARD, REFUSED = "TxFrameReq", "RxFrameNtf", "REFUSE"
+DATA, EVERYBODY, PROTOCOL = 2, 0, 32
+PATIENCE_S = 5.0
+"""How long a modem may take until it answers (s)."""
+MOST_BYTES = 1 << 20
+"""Of a line: what is longer is none."""
+_ANSWERS: dict[str, dict[str, Any]] = {
+    "services": {"services": []},
+    "agentForService": {},
+    "agentsForService": {"agentIDs": []},
+}
+
+
+class UnetStack:
+    """The modem of one vehicle.
+
+    Args:
+        address: where UnetStack listens, usually port 1100.
+        pace: what time of the mission it is.
+
+    Raises:
+        ConfigurationError: nobody answers there, or it has no physical layer.
+
+    Attributes:
+        n_refused: packets that the modem refused, since they were too long, or it was busy.
+    """
+
+    def __init__(self, address: Address, pace: Paced) -> None:
+        where = f"--unet {address[0]}:{address[1]}"
+        try:
+            self._socket: socket.socket | None = socket.create_connection(address, PATIENCE_S)
+        except OSError as error:
+            raise ConfigurationError(
+                f"{where}: {error}; allowed is where UnetStack listens, usually port 1100"
+            ) from None
+        self._pace, self._rest = pace, b""
+        self._name = f"remoras-{uuid.uuid4().hex[:8]}"
+        self.n_refused = 0
+        asked = str(uuid.uuid4())
+        self._say({"action": "agentForService", "id": asked, "service": PHYSICAL})
+        self._agent = self._answer(asked)
+        if not self._agent:
+            self.close()
+            raise ConfigurationError(f"{where}: it names no physical layer; allowed is a modem that runs UnetStack")
+        wanted = [self._name, f"#{self._agent}__ntf"]
+        self._say({"action": "wantsMessagesFor", "id": str(uuid.uuid4()), "agentIDs": wanted})
+
+    def _answer(self, asked: str) -> str:
+        """The agent that the answer to a question names; empty if there is none in time."""
+        until_s = time.monotonic() + PATIENCE_S
+        while self._socket is not None and (left_s := until_s - time.monotonic()) > 0.0:
+            for said in self._lines(left_s):
+                if said.get("id") == asked:
+                    return str(said.get("agentID") or "")
+        return ""
+
+    def send(self, data: bytes, now_s: float) -> None:
+        """Let the modem broadcast a packet; one that it refuses is counted when it says so."""
+        request = {
+            "msgID": str(uuid.uuid4()),
+            "perf": "REQUEST",
+            "sender": self._name,
+            "recipient": self._agent,
+            "type": DATA,
+            "to": EVERYBODY,
+            "protocol": PROTOCOL,
+            "data": {"clazz": "[B", "data": base64.b64encode(data).decode()},
+        }
+        message = {"clazz": f"org.arl.unet.phy.{TRANSMIT}", "data": request}  # clazz has to stand first
+        self._say({"action": "send", "relay": True, "message": message})
+
+    def receive(self, until_s: float) -> list[TimedPacket]:
+        """The packets that have come; at ``until_s`` none."""
+        while self._socket is not None:
+            left_s = self._pace.wait_s(until_s)
+            heard = [data for said in self._lines(left_s) if (data := self._heard(said)) is not None]
+            if heard or left_s <= 0.0:
+                return [TimedPacket(data, max(0.0, self._pace.now_s)) for data in heard]
+        return []
+
+    def close(self) -> None:
+        """Say goodbye, and let go of the connection."""
+        if self._socket is not None:
+            self._say({"alive": False})
+        if self._socket is not None:
+            self._socket.close()
+            self._socket = None
+
+    def _say(self, value: dict[str, Any]) -> None:
+        if self._socket is None:
+            return
+        try:
+            self._socket.sendall(json.dumps(value).encode() + b"\n")
+        except OSError:  # a modem that is not there any more is a packet lost
+            self._socket.close()
+            self._socket = None
+
+    def _lines(self, wait_s: float) -> list[dict[str, Any]]:
+        """What has come within a time (s), answered where an answer is due; nonsense is passed over."""
+        if self._socket is None or not select.select([self._socket], [], [], wait_s)[0]:
+            return []
+        try:
+            came = self._socket.recv(65_536)
+        except OSError:
+            came = b""
+        if not came:
+            self._socket.close()
+            self._socket = None
+            return []
+        *lines, self._rest = (self._rest + came).replace(b"\r", b"\n").split(b"\n")
+        self._rest = self._rest if len(self._rest) <= MOST_BYTES else b""
+        said = []
+        for line in filter(None, lines):
+            with suppress(ValueError, RecursionError):
+                value = json.loads(line)
+                if isinstance(value, dict):
+                    self._answered(value)
+                    said.append(value)
+        return said
+
+    def _answered(self, said: dict[str, Any]) -> None:
+        """Answer what a container asks of another: whether it is there, and whom it has."""
+        action = said.get("action")
+        if said.get("alive") is True:
+            self._say({"alive": True})
+        elif action in ("agents", "containsAgent"):
+            mine = {"agentIDs": [self._name]} if action == "agents" else {"answer": said.get("agentID") == self._name}
+            self._say({"id": said.get("id"), "inResponseTo": action, **mine})
+        elif isinstance(action, str) and action in _ANSWERS:
+            self._say({"id": said.get("id"), "inResponseTo": action, **_ANSWERS[action]})
+
+    def _heard(self, said: dict[str, Any]) -> bytes | None:
+        """The packet of a frame that was heard; None of anything else."""
+        message = said.get("message")
+        content = message.get("data") if isinstance(message, dict) else None
+        if not isinstance(message, dict) or not isinstance(content, dict):
+            return None
+        if content.get("perf") == REFUSED:
+            self.n_refused += 1
+        if not str(message.get("clazz")).endswith(f".{HEARD}") or content.get("protocol") != PROTOCOL:
+            return None
+        data = content.get("data")
+        try:
+            if isinstance(data, dict):
+                data = base64.b64decode(data["data"], validate=True)
+            elif isinstance(data, list):  # Java's bytes have a sign
+                data = bytes(byte % 256 for byte in data)
+        except (KeyError, ValueError, TypeError):
+            return None
+        return data if isinstance(data, bytes) and data else None

@@ -1,0 +1,230 @@
+"""The driver of UnetStack, against a stand-in that speaks its JSON over TCP on loopback."""
+
+import base64
+import json
+import select
+import socket
+import threading
+import time
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner
+
+from exchange.drivers import Paced
+from exchange.drivers.unetstack import DATA, EVERYBODY, PROTOCOL, UnetStack
+from exchange.errors import ConfigurationError
+from missions.nodes import NodePlan, VehicleNode, alone
+from missions.scenarios import load
+from remoras.cli import app
+from stress.conformance import drivers
+
+MTU = 64
+
+
+class Modems:
+    """Modems in one water, each at a port; a frame takes its time, and who transmits meanwhile is refused."""
+
+    def __init__(self, n: int, air_s: float = 0.004) -> None:
+        self.servers = [socket.create_server(("127.0.0.1", 0)) for _ in range(n)]
+        self.addresses = [server.getsockname() for server in self.servers]
+        self.hosts: list[socket.socket | None] = [None] * n
+        self.wanted: list[list[str]] = [[] for _ in range(n)]
+        self.said: list[list[dict[str, Any]]] = [[] for _ in range(n)]
+        self.physical = "phy"
+        self._rest, self._air_s = [b""] * n, air_s
+        self._busy_until_s = [0.0] * n
+        self._due: list[tuple[float, int, dict[str, Any]]] = []
+        self._ends = threading.Event()
+        self._thread = threading.Thread(target=self._run)
+        self._thread.start()
+
+    def _run(self) -> None:
+        while not self._ends.is_set():
+            hosts = [host for host in self.hosts if host is not None]
+            for ready in select.select(hosts, [], [], 0.002)[0]:
+                self._take(self.hosts.index(ready))
+            for place, server in enumerate(self.servers):
+                if self.hosts[place] is None and select.select([server], [], [], 0.0)[0]:
+                    self.hosts[place], self._rest[place], self.wanted[place] = server.accept()[0], b"", []
+            now_s = time.monotonic()
+            for due in [due for due in self._due if due[0] <= now_s]:
+                self._due.remove(due)
+                self.tell(due[1], due[2])
+
+    def _take(self, place: int) -> None:
+        host = self.hosts[place]
+        assert host is not None
+        try:
+            came = host.recv(65_536)
+        except OSError:  # the host has left without reading all
+            came = b""
+        if not came:
+            host.close()
+            self.hosts[place] = None
+            return
+        *lines, self._rest[place] = (self._rest[place] + came).split(b"\n")
+        for line in lines:
+            said = json.loads(line)
+            self.said[place].append(said)
+            if said.get("action") == "agentForService":
+                assert said["service"] == "org.arl.unet.Services.PHYSICAL"
+                answer = {"id": said["id"], "inResponseTo": "agentForService"}
+                self.tell(place, {**answer, "agentID": self.physical} if self.physical else answer)
+            elif said.get("action") == "wantsMessagesFor":
+                self.wanted[place] = said["agentIDs"]
+            elif said.get("action") == "send":
+                self._transmit(place, said["message"])
+
+    def _transmit(self, place: int, message: dict[str, Any]) -> None:
+        asked, now_s = message["data"], time.monotonic()
+        assert message["clazz"] == "org.arl.unet.phy.TxFrameReq"
+        assert (asked["type"], asked["to"], asked["recipient"]) == (DATA, EVERYBODY, "phy")
+        given = asked["data"]
+        data = base64.b64decode(given["data"]) if isinstance(given, dict) else bytes(byte % 256 for byte in given)
+        is_fit = len(data) <= MTU and now_s >= self._busy_until_s[place]
+        reply = {"inReplyTo": asked["msgID"], "sender": "phy", "recipient": asked["sender"], "msgID": "1"}
+        clazz = "org.arl.fjage.Message" if is_fit else "org.arl.unet.RefuseRsp"
+        self.tell(place, sending(clazz, {**reply, "perf": "AGREE" if is_fit else "REFUSE"}))
+        if not is_fit:
+            return
+        self._busy_until_s[place] = now_s + self._air_s
+        for other in range(len(self.hosts)):
+            # every second modem gives its bytes as numbers with a sign, as the protocol allows
+            given = {"clazz": "[B", "data": base64.b64encode(data).decode()}
+            if other % 2:
+                given = [byte - 256 if byte > 127 else byte for byte in data]
+            heard = {"msgID": "2", "perf": "INFORM", "sender": "phy", "recipient": "#phy__ntf", "from": place, "to": 0}
+            heard |= {"type": DATA, "protocol": asked["protocol"], "data": given, "rxTime": 1}
+            if other != place:
+                self._due.append((now_s + self._air_s, other, sending("org.arl.unet.phy.RxFrameNtf", heard)))
+
+    def tell(self, place: int, value: dict[str, Any]) -> None:
+        """Say something to a host; a notification to whoever wants those of the physical layer."""
+        host = self.hosts[place]
+        if host is None or ("RxFrameNtf" in json.dumps(value) and "#phy__ntf" not in self.wanted[place]):
+            return
+        try:
+            host.sendall(json.dumps(value).encode() + b"\n")
+        except OSError:
+            self.hosts[place] = None
+
+    def close(self) -> None:
+        self._ends.set()
+        self._thread.join()
+        for open_one in (*self.servers, *(host for host in self.hosts if host is not None)):
+            open_one.close()
+
+
+def sending(clazz: str, data: dict[str, Any]) -> dict[str, Any]:
+    """A message as the protocol has it."""
+    return {"action": "send", "relay": False, "message": {"clazz": clazz, "data": data}}
+
+
+@pytest.fixture
+def modems() -> Iterator[Modems]:
+    """They end with the test."""
+    made = Modems(2)
+    yield made
+    made.close()
+
+
+def test_it_keeps_to_the_seam(modems: Modems) -> None:
+    def make() -> tuple[UnetStack, UnetStack, Paced]:
+        pace = Paced(time.monotonic())
+        one, other = (UnetStack(address, pace) for address in modems.addresses)
+        return one, other, pace
+
+    drivers.check(make)
+    assert {"alive": False} in modems.said[0]
+
+
+def test_what_is_too_long_or_comes_too_soon_is_counted_as_refused(modems: Modems) -> None:
+    pace = Paced(time.monotonic())
+    one, other = (UnetStack(address, pace) for address in modems.addresses)
+    one.send(bytes(MTU + 1), 0.0)
+    one.receive(pace.now_s + 0.1)
+    assert one.n_refused == 1
+    one.send(b"one", 0.0)
+    one.send(b"two", 0.0)  # while the modem is busy
+    one.receive(pace.now_s + 0.1)
+    assert one.n_refused == 2
+    assert [packet.data for packet in other.receive(pace.now_s + 0.3)] == [b"one"]
+    one.close()
+    other.close()
+
+
+def test_nonsense_and_frames_of_others_are_passed_over_and_questions_are_answered(modems: Modems) -> None:
+    pace = Paced(time.monotonic())
+    one = UnetStack(modems.addresses[0], pace)
+    one.receive(pace.now_s + 0.05)
+    host = modems.hosts[0]
+    assert host is not None
+    frame = {"protocol": PROTOCOL, "data": {"clazz": "[B", "data": "*"}}
+    for value in (
+        sending("org.arl.unet.phy.RxFrameNtf", frame),
+        sending("org.arl.unet.phy.RxFrameNtf", {"protocol": PROTOCOL, "data": ["x"]}),
+        sending("org.arl.unet.phy.RxFrameNtf", {"protocol": 4, "data": [1]}),
+        sending("org.arl.unet.phy.BadFrameNtf", {"protocol": PROTOCOL, "data": [1]}),
+        {"message": 3},
+        {"action": ["send"], "id": 4},
+        {"alive": True},
+        {"action": "containsAgent", "id": "5", "agentID": "phy"},
+        {"action": "agents", "id": "6"},
+    ):
+        host.sendall(json.dumps(value).encode() + b"\r\n")
+    host.sendall(b'[1]\n{"alive"\n\xff\n\n' + b"[" * 100_000 + b"\n")
+    host.sendall(json.dumps(sending("org.arl.unet.phy.RxFrameNtf", {"protocol": PROTOCOL, "data": [-1, 2]})).encode())
+    assert one.receive(pace.now_s + 0.1) == []
+    host.sendall(b"\n")
+    assert [packet.data for packet in one.receive(pace.now_s + 0.3)] == [b"\xff\x02"]
+    time.sleep(0.05)
+    (name, _) = modems.wanted[0]
+    assert {"id": "5", "inResponseTo": "containsAgent", "answer": False} in modems.said[0]
+    assert {"id": "6", "inResponseTo": "agents", "agentIDs": [name]} in modems.said[0]
+    assert {"alive": True} in modems.said[0]
+    modems.close()  # the modem is switched off
+    one.send(b"x", 0.0)
+    assert one.receive(pace.now_s + 0.1) == []
+    one.close()
+
+
+def test_nobody_there_and_no_physical_layer_are_a_line(modems: Modems) -> None:
+    modems.physical = ""
+    with pytest.raises(
+        ConfigurationError, match=r"--unet 127\.0\.0\.1:\d+: it names no physical layer; allowed is a modem"
+    ):
+        UnetStack(modems.addresses[0], Paced(0.0))
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
+    given = ["node", "mapping-rendezvous", "AUV00", "--unet", f"127.0.0.1:{port}", "--start-utc"]
+    refused = CliRunner().invoke(app, [*given, "2026-05-01T09:00:00"])
+    assert refused.exit_code == 2
+    assert f"--unet 127.0.0.1:{port}: " in refused.stderr
+    assert "usually port 1100" in refused.stderr.replace("\n", " ")
+    for options, expected in (
+        (given[:-1], "--unet: --start-utc is missing"),
+        ([*given, "2026-05-01T09:00:00", "--serial", "/dev/null"], "a modem takes the place of others"),
+    ):
+        refused = CliRunner().invoke(app, options)
+        assert (refused.exit_code, expected in refused.stderr.replace("\n", " ")) == (2, True), refused.stderr
+
+
+@pytest.mark.slow
+def test_two_vehicles_know_the_same_by_it(modems: Modems) -> None:
+    scenario = load("mapping-rendezvous", [("--set", "communication.modem=nanomodem-v3")])
+    vehicles = [alone(NodePlan.of(scenario, name, 1, 120.0, 90.0)) for name in ("ASV00", "AUV00")]
+    pace = Paced(time.monotonic(), speed=30.0)
+    made = [UnetStack(address, pace) for address in modems.addresses]
+    nodes = [VehicleNode(own, driver, pace) for own, driver in zip(vehicles, made, strict=True)]
+    threads = [threading.Thread(target=node.run) for node in nodes]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    outcomes = [node.outcome() for node in nodes]
+    assert min(outcome.packets_heard for outcome in outcomes) > 10
+    assert outcomes[0].items > 0
+    assert outcomes[0].state_hash == outcomes[1].state_hash
+    assert [driver.n_refused for driver in made] == [0, 0]
