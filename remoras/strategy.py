@@ -57,8 +57,8 @@ class Declaration:
         influences: vehicles send influence signals.
         meets: vehicles speak at meetings only; who has no part in them takes nobody's silence for absence.
         blocks_per_round: most blocks that a vehicle states in a round of consultation, for each job.
-        part: of no strategy but an upper bound: the ``remoras.events.Part`` by which its vehicles know what no packet
-            told them, such as ``remoras.bound.AT_ONCE``. A bound is shown beside the others and never ranked.
+        part: of no strategy that is ranked: the ``remoras.events.Part`` by which the vehicles of an upper bound know
+            what no packet told them, such as ``remoras.bound.AT_ONCE``, or those of an environment wait for actions.
         authorities: what members may change that do not lead their group; without any the head alone gives out roles.
         private_jobs: whoever takes a job notes it for itself alone; what others believe of that is nobody's error.
     """

@@ -143,7 +143,15 @@ STAND_ALONE = {
     "remoras.htn": {"remoras.errors"},
     "remoras.executive.satisfaction": {"remoras.activities"},
 }
-FACE = ("remoras", "remoras.face", "remoras.swept", "remoras.stepped", "remoras.testing", "remoras.conformance")
+FACE = (
+    "remoras",
+    "remoras.face",
+    "remoras.swept",
+    "remoras.stepped",
+    "remoras.testing",
+    "remoras.conformance",
+    "remoras.learn",
+)
 ROOF = "remoras.cli"
 ENTRY = "remoras.__main__"
 WORDS_OF = {

@@ -38,6 +38,8 @@ SITES = 14
 """`trial` of the draws that say how links of one length differ by place, time and receiver."""
 FLEETS = 15
 """`trial` of the draws by which fleets in one sea have seeds of their own."""
+EPISODES = 16
+"""`trial` of the draws that say which run of a benchmark is learned on next."""
 
 _LOW_64 = 0xFFFF_FFFF_FFFF_FFFF
 _LOW_37 = (1 << 37) - 1

@@ -48,8 +48,8 @@ class Contest:
     study: Study = field(repr=False)
 
     @cached_property
-    def _bounds(self) -> _Bounds:
-        return _Bounds(named_object(self.suite.about.bound))
+    def _bounds(self) -> Bounds:
+        return Bounds(named_object(self.suite.about.bound))
 
     @classmethod
     def of(cls, suite: Suite, strategies: Iterable[str], repeats: int | None = None) -> Contest:
@@ -130,7 +130,7 @@ class Contest:
         return math.fsum(known) / len(known) if known else None
 
 
-class _Bounds:
+class Bounds:
     """Bounds of runs, each worked out once.
 
     Args:

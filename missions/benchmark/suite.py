@@ -26,6 +26,8 @@ from missions.sweeps.study_file import Unforeseen
 from worldmodel import suggestion
 
 SUITE = "suite"
+DEV = "dev"
+"""Split to develop on."""
 NETWORK_KEY = "channel.network"
 
 

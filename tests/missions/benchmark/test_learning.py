@@ -1,0 +1,393 @@
+"""The learning face: environments that wait for actions, and policies as strategies."""
+
+import builtins
+import cProfile
+import pstats
+import subprocess
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from pettingzoo.test import parallel_api_test, parallel_seed_test
+
+import remoras
+from missions.benchmark.learning.environment import FleetEnv
+from missions.benchmark.learning.lockstep import WaitingNegotiator
+from missions.benchmark.learning.observing import AGAIN, JOB, LEAVE, MOST_JOBS, N_ACTIONS, OWN, TAKE, Sight
+from missions.errors import OutputError
+from missions.runs.run import Run, run_of
+from missions.runs.setup import resolved
+from missions.sweeps.plan import seed_of
+from remoras.learn import parallel_env, strategy
+from remoras.strategy import Move, Situation
+from stress.conformance.command import conforms
+
+ROOT = Path(__file__).resolve().parents[3]
+SUITE = """
+[suite]
+name = "short"
+grounds = ["mapping-patches"]
+bound = "missions.mapping.rounds:rounds"
+limit_s = 7200.0
+repeats = 10
+
+[set]
+scenario.duration_s = {duration_s}
+
+[[network]]
+name = "alike"
+set."channel.per" = {per}
+
+[[unforeseen]]
+name = "speeds"
+set."uncertainty.speed_spread" = 0.3
+
+[[unforeseen]]
+name = "work found"
+set."uncertainty.speed_spread" = 0.0
+set."finds.number" = 4
+"""
+SPEEDS, FINDS = "mapping-patches, alike, speeds", "mapping-patches, alike, work found"
+
+
+def env_of(folder: Path, duration_s: float = 200.0, per: float = 0.42) -> FleetEnv:
+    path = folder / "short.toml"
+    path.write_text(SUITE.format(duration_s=duration_s, per=per), encoding="utf-8")
+    return parallel_env(str(path))
+
+
+def nearest(seen: Sight) -> int:
+    """What the strategy of the how-to does, by observations: at its turn the vacant job that is done soonest."""
+    own = dict(zip(OWN, seen["own"], strict=True))
+    if own["round"] % own["n_members"] != own["place"] or own["n_held"]:
+        return 0
+    jobs = seen["jobs"]
+    may_take = seen["action_mask"][TAKE : TAKE + MOST_JOBS] == 1
+    vacant = np.flatnonzero(may_take & (jobs[:, JOB.index("n_others")] == 0))
+    return TAKE + int(min(vacant, key=lambda row: jobs[row, JOB.index("done_after_s")])) if len(vacant) else 0
+
+
+def run_through(env: FleetEnv, label: str, policy: Callable[[Sight], int], repeat: int = 0) -> Run:
+    seen, _ = env.reset(options={"cell": label, "repeat": repeat})
+    while env.agents:
+        seen, *_ = env.step({agent: policy(seen[agent]) for agent in env.agents})
+    return env.underway.finish()
+
+
+@pytest.fixture(scope="module")
+def short(tmp_path_factory: pytest.TempPathFactory) -> Iterator[FleetEnv]:
+    env = env_of(tmp_path_factory.mktemp("short"))
+    yield env
+    env.close()
+
+
+def nearest_of_the_howto() -> Any:
+    text = (ROOT / "docs" / "howto" / "strategy.md").read_text(encoding="utf-8")
+    source = text[text.index("# nearest.py") :].partition("```")[0]
+    names: dict[str, Any] = {"__name__": "nearest"}
+    exec(source, names)
+    return names["NEAREST"]
+
+
+@pytest.mark.filterwarnings("error")
+def test_pettingzoo_takes_it_for_a_parallel_environment(short: FleetEnv) -> None:
+    parallel_api_test(short, num_cycles=60)
+
+
+def test_the_same_seed_gives_the_same_run(tmp_path: Path) -> None:
+    parallel_seed_test(lambda: env_of(tmp_path), num_cycles=60)
+
+
+def same_tables(one: Run, other: Run) -> bool:
+    names = one.recorder.tables
+    assert names == other.recorder.tables
+    return all(list(one.recorder.rows(name)) == list(other.recorder.rows(name)) for name in names)
+
+
+@pytest.mark.parametrize(
+    "label",
+    [
+        pytest.param("mapping-corridor, measured at sea, one lost"),
+        pytest.param("mapping-patches, bursts, work found", marks=pytest.mark.thorough),
+        *[pytest.param(f"{ground}, {network}, head lost", marks=pytest.mark.thorough)
+          for ground in ("mapping-patches", "mapping-corridor")
+          for network in ("alike", "measured at sea", "bursts", "slow modem")],
+    ],
+)  # fmt: skip
+def test_an_example_gives_the_same_tables_through_the_environment_as_through_the_seam(label: str) -> None:
+    env = parallel_env("fathom-1")
+    waited = run_through(env, label, nearest)
+    scenario = env.scenario_of(label)
+    assert waited.completed
+    assert same_tables(run_of(resolved(scenario, nearest_of_the_howto()), seed_of(1, 0)), waited)
+    assert same_tables(run_of(resolved(scenario, strategy(nearest)), seed_of(1, 0)), waited)
+
+
+def test_a_run_through_the_environment_costs_a_tenth_more_at_most(tmp_path: Path) -> None:
+    """Calls of functions, which are the same on every machine; those of the policy are not counted."""
+    env, label = env_of(tmp_path, 600.0), SPEEDS
+    setup = resolved(env.scenario_of(label), nearest_of_the_howto())
+
+    def calls(run: Callable[[], object]) -> int:
+        run()  # what is worked out once and kept
+        profile = cProfile.Profile()
+        profile.runcall(run)
+        stats: Any = pstats.Stats(profile)
+        of_policy = [entry for (file, _, name), entry in stats.stats.items() if name == nearest.__name__]
+        return int(stats.total_calls) - sum(entry[1] for entry in of_policy)
+
+    assert calls(lambda: run_through(env, label, nearest)) < 1.1 * calls(lambda: run_of(setup, seed_of(1, 0)))
+
+
+# What a vehicle cannot know -----------------------------------------------------------------------
+
+BEFORE, AFTER = 25, 30
+NEAR_M = 65.0  # the sonar reaches 60 m
+
+
+class Told:
+    """Who may know of a difference between two runs.
+
+    Args:
+        envs: of the two runs.
+        told: who does at once.
+        find: name of a find that one of them lacks.
+    """
+
+    def __init__(self, envs: tuple[FleetEnv, FleetEnv], told: set[str], find: str | None = None) -> None:
+        self._envs, self.told, self._find = envs, told, find
+        self._read = [len(env.underway.recorder.packets) for env in envs]
+
+    def look(self) -> None:
+        """Who has heard somebody who knows, has come near to one, or to the find."""
+        heard = sorted(
+            (row[1], row[2], tuple(row[6]))
+            for env, read in zip(self._envs, self._read, strict=True)
+            for row in env.underway.recorder.packets[read:]
+        )
+        self._read = [len(env.underway.recorder.packets) for env in self._envs]
+        for _, sender, receivers in heard:
+            if sender in self.told:
+                self.told |= set(receivers)
+        for env in self._envs:
+            vehicles = env.underway.view.vehicles
+            for one in vehicles:
+                for other in vehicles:
+                    is_as_deep = one.data.depth_m == other.data.depth_m
+                    away_m = np.hypot(*np.subtract(one.position_m, other.position_m))
+                    if one.name in self.told and is_as_deep and away_m < NEAR_M:
+                        self.told.add(other.name)
+                if self._find and env.lockstep.fleet.named(one.name).beliefs.get(("foundAt", self._find)) is not None:
+                    self.told.add(one.name)
+
+
+def moved(env: FleetEnv) -> tuple[set[str], str | None]:
+    """A vehicle is elsewhere."""
+    env.lockstep.fleet.named("AUV02").functional.motion.x_m += 30.0
+    return {"AUV02"}, None
+
+
+def lost(env: FleetEnv) -> tuple[set[str], str | None]:
+    """A vehicle does not hear the next packet that arrives at it."""
+    fleet = env.lockstep.fleet
+    deliver, fates = fleet.deliver, iter([True])
+
+    def lossy(arrival: Any) -> None:
+        if arrival.receiver != 2 or not next(fates, False):
+            deliver(arrival)
+
+    fleet.deliver = lossy  # type: ignore[method-assign]
+    return {"AUV01"}, None
+
+
+def unfound(env: FleetEnv) -> tuple[set[str], str | None]:
+    """A find that nobody has come across is not there."""
+    fleet = env.lockstep.fleet
+    features: dict[Any, Any] = fleet.truth._seabed.features  # type: ignore[attr-defined]
+    known = [vehicle.beliefs for vehicle in fleet.vehicles]
+    for at, feature in features.items():
+        if all(beliefs.get(("foundAt", feature.name)) is None for beliefs in known):
+            del features[at]
+            return set(), feature.name
+    return set(), None
+
+
+def differences(folder: Path, label: str, change: Callable[[FleetEnv], Any], repeat: int) -> tuple[int, int, int]:
+    """Two runs that differ by a change alone: observations compared of who was not told, those of them that differ,
+    and those that differ of who was told."""
+    envs = env_of(folder, 900.0, 0.97), env_of(folder, 900.0, 0.97)
+    seen = [env.reset(options={"cell": label, "repeat": repeat})[0] for env in envs]
+    told = Told(envs, set())
+    n_compared = n_leaked = n_seen = 0
+    for step in range(BEFORE + AFTER):
+        if step == BEFORE:
+            told = Told(envs, *change(envs[1]))
+        seen = [
+            env.step({agent: nearest(of[agent]) for agent in env.agents})[0] for env, of in zip(envs, seen, strict=True)
+        ]
+        if step < BEFORE:
+            continue
+        told.look()
+        for agent in envs[0].agents:
+            is_same = all(np.array_equal(seen[0][agent][key], seen[1][agent][key]) for key in seen[0][agent])
+            n_compared += agent not in told.told
+            n_leaked += agent not in told.told and not is_same
+            n_seen += agent in told.told and not is_same
+    for env in envs:
+        env.close()
+    return n_compared, n_leaked, n_seen
+
+
+PAIRS = [(moved, SPEEDS), (lost, SPEEDS), (unfound, FINDS)]
+
+
+@pytest.mark.parametrize(
+    "repeats", [pytest.param(range(1), id="few"), pytest.param(range(1, 34), id="many", marks=pytest.mark.thorough)]
+)
+def test_what_a_vehicle_cannot_know_changes_no_observation_until_it_is_told(tmp_path: Path, repeats: range) -> None:
+    """In the many there are 99 pairs, of each kind some in which those who are told see the difference."""
+    for change, label in PAIRS:
+        found = [differences(tmp_path, label, change, repeat) for repeat in repeats]
+        n_compared, n_leaked, n_seen = map(sum, zip(*found, strict=True))
+        assert n_compared > 10 * len(repeats)
+        assert n_leaked == 0, change.__name__
+        assert n_seen > 0 or change is unfound or len(repeats) == 1
+
+
+def test_a_planted_leak_is_caught(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    usual = WaitingNegotiator.negotiate
+
+    def leaky(self: WaitingNegotiator, situation: Situation) -> Move:
+        fleet = self._lockstep.fleet
+        true_m = {vehicle.name: vehicle.position_m for vehicle in fleet.view.vehicles}
+        return usual(self, replace(situation, work=situation.work.seen(true_m, situation.now_s)))
+
+    monkeypatch.setattr(WaitingNegotiator, "negotiate", leaky)
+    _, n_leaked, _ = differences(tmp_path, SPEEDS, moved, 0)
+    assert n_leaked > 0
+
+
+# Actions, truth, and what is missing --------------------------------------------------------------
+
+
+def test_actions_take_say_again_and_leave_a_job_and_nobody_else_has_it(short: FleetEnv) -> None:
+    seen, _ = short.reset(options={"cell": SPEEDS, "repeat": 0})
+    own = JOB.index("own")
+    while not seen["AUV01"]["action_mask"][TAKE]:
+        seen, *_ = short.step({})
+    seen, *_ = short.step({"AUV01": TAKE})
+    seen, *_ = short.step({})
+    assert seen["AUV01"]["jobs"][0, own] == 1
+    assert (seen["AUV01"]["action_mask"][[TAKE, LEAVE, AGAIN]] == (0, 1, 1)).all()
+    seen, _, _, _, infos = short.step({"AUV01": AGAIN})
+    assert not infos["AUV01"]["refused"]
+    seen, *_ = short.step({"AUV01": LEAVE})
+    seen, *_ = short.step({})
+    assert seen["AUV01"]["jobs"][0, own] == 0
+
+
+def test_an_action_outside_its_mask_is_refused_and_has_no_effect(short: FleetEnv) -> None:
+    def run(policy: Callable[[Sight], Any]) -> tuple[int, list[Any]]:
+        seen, _ = short.reset(options={"cell": SPEEDS, "repeat": 0})
+        n_refused = 0
+        while short.agents:
+            seen, _, _, _, infos = short.step({agent: policy(seen[agent]) for agent in short.agents})
+            n_refused += sum(info["refused"] for info in infos.values())
+        return n_refused, [list(short.underway.recorder.rows(name)) for name in short.underway.tables]
+
+    silent = run(lambda seen: 0)
+    assert silent[0] == 0
+    for bad in (LEAVE, N_ACTIONS, -1, "take", 1.5, None, True):
+        n_refused, tables = run(lambda seen, bad=bad: bad)  # type: ignore[misc]
+        assert n_refused > 20
+        assert tables == silent[1]
+
+
+def test_rewards_add_up_to_the_time_in_which_the_goal_was_not_reached(short: FleetEnv) -> None:
+    short.reset(options={"cell": SPEEDS, "repeat": 0})
+    bound_s, lost_s, before_s, rewards = short.bound_s, 0.0, 0.0, []
+    while short.agents:
+        _, reward, *_ = short.step({})
+        lost_s += (1.0 - short.underway.goal_fraction) * (short.underway.now_s - before_s)
+        before_s = short.underway.now_s
+        rewards.append(reward["AUV00"])
+        assert len(set(reward.values())) == 1
+    assert sum(rewards) == pytest.approx(-lost_s / bound_s)
+
+
+def test_the_truth_is_to_be_had_for_training_alone(short: FleetEnv, tmp_path: Path) -> None:
+    short.reset(options={"cell": SPEEDS, "repeat": 0})
+    state = short.state()
+    assert state in short.state_space
+    assert state[0] == short.underway.now_s
+    assert tuple(state[2:4]) == short.underway.view.vehicles[0].position_m
+    judged = FleetEnv(short.suite, "test")
+    judged.reset(options={"cell": SPEEDS, "repeat": 0})
+    with pytest.raises(OutputError, match=r"state\(\) of split test: .*allowed: split dev"):
+        judged.state()
+    assert set(judged.step({})[1].values()) == {0.0}
+
+
+@pytest.mark.parametrize(
+    ("options", "named"), [({"cell": "nowhere"}, "cell = 'nowhere'"), ({"repeat": 10}, "repeat = 10")]
+)
+def test_a_case_that_is_none_is_named(short: FleetEnv, options: Mapping[str, Any], named: str) -> None:
+    with pytest.raises(OutputError, match=f"{named}; allowed: "):
+        short.reset(options=options)
+
+
+def test_without_the_extra_one_line_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("missions.benchmark.learning.environment", "missions.benchmark.learning.lockstep"):
+        monkeypatch.delitem(sys.modules, name, raising=False)
+    usual = builtins.__import__
+
+    def missing(name: str, *given: Any, **named: Any) -> Any:
+        if name.partition(".")[0] == "gymnasium":
+            raise ModuleNotFoundError(f"No module named {name!r}", name="gymnasium")
+        return usual(name, *given, **named)
+
+    monkeypatch.setattr(builtins, "__import__", missing)
+    with pytest.raises(remoras.RemorasError, match=r"learning needs gymnasium: pip install 'remoras-sim\[learn\]'"):
+        parallel_env("fathom-1")
+
+
+def test_neither_the_package_nor_a_learned_strategy_loads_what_learning_needs() -> None:
+    code = (
+        "import sys, remoras; assert 'remoras.learn' not in sys.modules; from remoras.learn import strategy; "
+        "found = {'pettingzoo', 'gymnasium', 'greenlet'} & set(sys.modules); assert not found, found"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, cwd=ROOT)
+
+
+class Counting:
+    """A policy that remembers, which vehicles must not share."""
+
+    def __init__(self) -> None:
+        self.n = 0
+
+    def __call__(self, seen: Sight) -> int:
+        self.n += 1
+        assert self.n <= seen["own"][OWN.index("round")]
+        return nearest(seen)
+
+
+COUNTING = strategy(Counting(), "counting")
+
+
+def test_vehicles_share_no_memory_of_a_policy(short: FleetEnv) -> None:
+    run_of(resolved(short.scenario_of(SPEEDS), COUNTING), 1)
+    run_of(resolved(short.scenario_of(SPEEDS), COUNTING), 2)
+
+
+def test_a_policy_is_to_be_called() -> None:
+    with pytest.raises(remoras.RemorasError, match="policy is int; allowed: a function of an observation"):
+        strategy(1)  # type: ignore[arg-type]
+
+
+@pytest.mark.thorough
+def test_a_learned_strategy_conforms() -> None:
+    assert list(conforms("strategy", "test_learning:COUNTING"))
