@@ -23,7 +23,7 @@ from missions.benchmark.learning.observing import (
     PEER,
     Sight,
     action_of,
-    nothing,
+    unasked,
 )
 from missions.benchmark.running import Bounds
 from missions.benchmark.suite import DEV, Suite
@@ -194,7 +194,7 @@ class FleetEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's classes have 
 
     def _observations(self) -> dict[str, Sight]:
         asked = self.lockstep.asked
-        return {agent: asked.get(agent) or nothing() for agent in self.agents}
+        return {agent: asked.get(agent) or unasked() for agent in self.agents}
 
     def _drawn(self, options: Mapping[str, Any]) -> tuple[int, int]:
         """Number of a cell and of a repeat."""

@@ -52,7 +52,7 @@ Array: TypeAlias = "npt.NDArray[np.float64]"
 Sight: TypeAlias = "dict[str, npt.NDArray[Any]]"
 
 
-def nothing() -> Sight:
+def unasked() -> Sight:
     """The observation of a vehicle that has nothing to decide: all 0, and action 0 alone allowed."""
     mask = np.zeros(N_ACTIONS, np.int8)
     mask[0] = 1
@@ -67,7 +67,7 @@ def nothing() -> Sight:
 def action_of(action: object, mask: npt.NDArray[Any]) -> int | None:
     """Number of an action; None if it is none, or outside of a mask.
 
-    >>> mask = nothing()["action_mask"]
+    >>> mask = unasked()["action_mask"]
     >>> action_of(0, mask), action_of(1, mask), action_of(N_ACTIONS, mask), action_of("take", mask)
     (0, None, None, None)
     """
