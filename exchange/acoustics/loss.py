@@ -40,6 +40,8 @@ FLEETS = 15
 """`trial` of the draws by which fleets in one sea have seeds of their own."""
 EPISODES = 16
 """`trial` of the draws that say which run of a benchmark is learned on next."""
+GROUNDS = 17
+"""`trial` of the draws that make the grounds by which strategies are judged."""
 
 _LOW_64 = 0xFFFF_FFFF_FFFF_FFFF
 _LOW_37 = (1 << 37) - 1

@@ -19,7 +19,7 @@ from missions.errors import OutputError
 from missions.files import text_of
 from missions.sweeps.code import fingerprint, short
 from missions.sweeps.execution import run_task
-from missions.sweeps.plan import SweepPlan, seed_of, version
+from missions.sweeps.plan import SweepPlan, version
 from missions.verdict import KEY, VERDICT
 
 CARD = "card.json"
@@ -27,13 +27,13 @@ COLUMNS = ("repeat", "seed", "bound_s", "time_s", "completed", "n_bytes", "wrong
 """What a card says of each run, in this order."""
 
 
-def card_of(contest: Contest, scored: Sequence[Scored], split: str) -> dict[str, Any]:
+def card_of(contest: Contest, scored: Sequence[Scored]) -> dict[str, Any]:
     """The card of strategies that were run."""
     suite = contest.suite
     return {
         "suite": suite.about.name,
         "digest": suite.digest,
-        "split": split,
+        "split": suite.split,
         "version": version(),
         KEY: VERDICT,
         "repeats": contest.repeats,
@@ -77,7 +77,7 @@ def figures(strategy: Scored, suite: Suite) -> dict[str, Any]:
 
 def code_of(contest: Contest, place: int) -> str:
     """Digest of what makes the runs of a strategy: this program, and the strategy's own sources."""
-    number = contest.suite.number(0, place, len(contest.strategies))
+    number, _ = contest.suite.place(0, 0, place, len(contest.strategies))
     return short(fingerprint([contest.study.configurations[number].scenario.model_dump(mode="json")]))
 
 
@@ -169,11 +169,11 @@ def verify_card(path: Path, suite: Suite, count: int) -> Iterator[tuple[str, str
     order = sorted(range(len(known)), key=lambda number: hashlib.sha256(f"{number} {text}".encode()).digest())
     for place, at, run in [known[number] for number in order[:count]]:
         name = f"{strategies[place].name}, {suite.cells[at].label}, repeat {run.repeat}"
-        if run.seed != seed_of(suite.about.seed, run.repeat):
-            yield name, f"seed: was {run.seed}, now {seed_of(suite.about.seed, run.repeat)}"
+        if run.seed != suite.seed(run.repeat):
+            yield name, f"seed: was {run.seed}, now {suite.seed(run.repeat)}"
             continue
-        number = suite.number(at, place, len(strategies))
-        line = run_task(plan.task(number, run.repeat)).line
+        number, repeat = suite.place(at, run.repeat, place, len(strategies))
+        line = run_task(plan.task(number, repeat)).line
         again = contest.run_of(line, run.repeat, number)
         other = [
             f"{column}: was {getattr(run, column)}, now {getattr(again, column)}"

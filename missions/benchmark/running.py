@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from missions.benchmark.scoring import CellRun, Scored
-from missions.benchmark.suite import Suite
+from missions.benchmark.suite import Cell, Suite
 from missions.errors import OutputError
 from missions.rounds import Rounds, least_time_s
 from missions.runs.assembly import actual
@@ -21,7 +21,7 @@ from missions.scenarios.parts import strategy_named
 from missions.sweeps.driver import Limits, ReportProgress, sweep
 from missions.sweeps.folder import SweepResults
 from missions.sweeps.ledger import FAILED
-from missions.sweeps.plan import SweepPlan, seed_of
+from missions.sweeps.plan import SweepPlan
 from missions.sweeps.study import Study
 from remoras.database import VehicleData
 from remoras.errors import PluginError
@@ -67,9 +67,9 @@ class Contest:
                 strategy_named(named[-1])
             except PluginError as error:
                 raise PluginError(f'--strategy "{given}": allowed: {error}') from error
-        n = suite.about.repeats if repeats is None else repeats
-        if n > suite.about.repeats:
-            raise OutputError(f"--repeats {n}: allowed: 1 to {suite.about.repeats}, as {suite.about.name} has")
+        n = suite.repeats if repeats is None else repeats
+        if n > suite.repeats:
+            raise OutputError(f"--repeats {n}: allowed: 1 to {suite.repeats}, as {suite.about.name} has")
         chosen = tuple(dict.fromkeys(named))
         return cls(suite, chosen, n, suite.study(chosen, n))
 
@@ -88,16 +88,16 @@ class Contest:
         summaries = {key: line["summary"] for key, line in lines.items()}
         found = []
         for place, reference in enumerate(self.strategies):
-            cells = {}
+            cells: dict[Cell, list[CellRun]] = {}
             for at, cell in enumerate(self.suite.cells):
-                number = self.suite.number(at, place, len(self.strategies))
-                made = plan.schedule.repeats(
-                    number, summaries
-                )  # fewer, where nothing is drawn: all repeats are one run
-                keys = [plan.schedule.key(number, min(repeat, made - 1)) for repeat in range(self.repeats)]
-                if any(key not in lines for key in keys):
-                    raise OutputError(f"{folder}: runs of {reference} are missing; the same command goes on")
-                cells[cell] = [self.run_of(lines[key], repeat, number) for repeat, key in enumerate(keys)]
+                cells[cell] = []
+                for repeat in range(self.repeats):
+                    number, at_most = self.suite.place(at, repeat, place, len(self.strategies))
+                    made = plan.schedule.repeats(number, summaries)  # fewer, where nothing is drawn: all are one run
+                    key = plan.schedule.key(number, min(at_most, made - 1))
+                    if key not in lines:
+                        raise OutputError(f"{folder}: runs of {reference} are missing; the same command goes on")
+                    cells[cell].append(self.run_of(lines[key], repeat, number))
             found.append(Scored(strategy_named(reference).name, reference, cells))
         return found
 
@@ -109,7 +109,7 @@ class Contest:
             repeat: of the run; number: of its configuration.
         """
         summary, failed = line["summary"], line["status"] == FAILED
-        seed = seed_of(self.suite.about.seed, repeat)
+        seed = self.suite.seed(repeat)
         bound_s = self._bounds.bound_s(number, self.study.configurations[number].scenario, seed)
         completed = not failed and bool(summary["completed"])
         return CellRun(

@@ -21,13 +21,16 @@ from missions.document import Document
 from missions.errors import ConfigurationError, ConfigurationFault
 from missions.files import MISSIONS, file_of, shipped, shown, text_of
 from missions.scenarios.tables import Name, Section
+from missions.sweeps.plan import seed_of
 from missions.sweeps.study import Study, study_of
 from missions.sweeps.study_file import Unforeseen
 from worldmodel import suggestion
 
 SUITE = "suite"
-DEV = "dev"
-"""Split to develop on."""
+DEV, TEST = "dev", "test"
+"""Splits: one to develop on, one to be judged by."""
+DRAWN = "drawn"
+"""Ground in the cells of the split to be judged by: each repeat has another one."""
 NETWORK_KEY = "channel.network"
 
 
@@ -77,23 +80,51 @@ class Cell(NamedTuple):
 
 
 @dataclass(frozen=True)
+class DrawnGrounds:
+    """Grounds by which strategies are judged.
+
+    Attributes:
+        paths: scenarios, one for each repeat of all cells.
+        seed: master seed of their runs.
+    """
+
+    paths: tuple[str, ...]
+    seed: int
+
+
+@dataclass(frozen=True)
 class Suite:
-    """A suite that has been read and checked."""
+    """A suite that has been read and checked.
+
+    Attributes:
+        drawn: grounds of the split to be judged by; None for the split to develop on.
+    """
 
     document: Document
     file: SuiteFile
+    drawn: DrawnGrounds | None = None
 
     @property
     def about(self) -> SuiteAbout:
         """The table ``[suite]``."""
         return self.file.suite
 
+    @property
+    def split(self) -> str:
+        """Which of its splits this is."""
+        return DEV if self.drawn is None else TEST
+
+    @property
+    def repeats(self) -> int:
+        """Runs of each cell."""
+        return self.about.repeats if self.drawn is None else len(self.drawn.paths)
+
     @cached_property
     def cells(self) -> tuple[Cell, ...]:
         """All cells, in the order of the file; what is unforeseen varies fastest."""
         return tuple(
             Cell(ground, network.name, case.name)
-            for ground in self.about.grounds
+            for ground in (self.about.grounds if self.drawn is None else (DRAWN,))
             for network in self.file.network
             for case in self.file.unforeseen
         )
@@ -102,7 +133,8 @@ class Suite:
     def digest(self) -> str:
         """SHA-256 of the file, and of the files of its grounds and networks."""
         texts = [self.document.text]
-        texts += [text_of(shipped()[ground]) for ground in self.about.grounds]
+        grounds = [shipped()[ground] for ground in self.about.grounds] if self.drawn is None else self.drawn.paths
+        texts += [text_of(Path(ground)) for ground in grounds]
         known = shipped_networks()
         networks = (case.set.get(NETWORK_KEY) for case in self.file.network)
         texts += [known[name].model_dump_json(exclude_defaults=True) for name in networks if name in known]
@@ -120,14 +152,15 @@ class Suite:
         Raises:
             ConfigurationError: a scenario does not allow what a network or a case sets.
         """
-        about = self.about
+        about, n_repeats = self.about, self.repeats if repeats is None else repeats
+        drawn = None if self.drawn is None else self.drawn.paths[:n_repeats]
         tables = {
             "study": {
                 "name": about.name,
-                "scenario": list(about.grounds),
+                "scenario": list(about.grounds if drawn is None else drawn),
                 "strategies": list(strategies),
-                "repeats": about.repeats if repeats is None else repeats,
-                "seed": about.seed,
+                "repeats": n_repeats if drawn is None else 1,
+                "seed": about.seed if self.drawn is None else self.drawn.seed,
                 "sampling": "list",
                 "keep_tables": 0,
                 "metrics": ["mission_time_s", "completed", "n_bytes"],
@@ -137,21 +170,27 @@ class Suite:
             "unforeseen": [case.model_dump(exclude_defaults=True) for case in self.file.unforeseen],
         }
         study = study_of(Document.of_text(tomli_w.dumps(tables), self.document.path))
-        if len(study.configurations) != len(strategies) * len(self.cells):
+        if len(study.configurations) != len(strategies) * len(self.cells) * (1 if drawn is None else len(drawn)):
             fault = ConfigurationFault("network", "", "two cases of this suite run alike; leave one of them out")
             raise ConfigurationError(self.document.path, [fault])
         return study
 
-    def number(self, cell: int, strategy: int, n_strategies: int) -> int:
-        """Number of the configuration of a study that runs a strategy in a cell.
+    def place(self, cell: int, repeat: int, strategy: int, n_strategies: int) -> tuple[int, int]:
+        """Number of the configuration of a study that runs a strategy in a cell, and which of its repeats it is.
 
         >>> suite = suite_named("fathom-1")
-        >>> [suite.number(cell, 1, 2) for cell in (0, 19, 20)]
-        [20, 39, 60]
+        >>> [suite.place(cell, 7, 1, 2) for cell in (0, 19, 20)]
+        [(20, 7), (39, 7), (60, 7)]
         """
-        per_ground = len(self.cells) // len(self.about.grounds)
+        per_ground = len(self.file.network) * len(self.file.unforeseen)
         ground, within = divmod(cell, per_ground)
-        return (ground * n_strategies + strategy) * per_ground + within
+        if self.drawn is not None:
+            ground, repeat = repeat, 0
+        return (ground * n_strategies + strategy) * per_ground + within, repeat
+
+    def seed(self, repeat: int) -> int:
+        """Seed of the runs of a repeat."""
+        return seed_of(self.about.seed, repeat) if self.drawn is None else seed_of(self.drawn.seed, 0)
 
 
 def suites() -> dict[str, Path]:

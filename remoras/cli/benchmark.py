@@ -7,6 +7,7 @@ import sys
 from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from missions.benchmark.suite import Suite
     from missions.benchmark.tables import ScoreTable
 
-CARD, TABLE, LATEX, CITATION, RUNS = "card.json", "table.md", "table.tex", "cite.bib", "runs"
+CARD, TABLE, LATEX, CITATION, RUNS, GROUNDS = "card.json", "table.md", "table.tex", "cite.bib", "runs", "grounds"
 
 
 class Split(StrEnum):
@@ -46,6 +47,9 @@ def benchmark(
     split: Annotated[
         Split, typer.Option(metavar="dev|test", help="Cases to develop on, or to be judged by.")
     ] = Split.DEV,
+    seeds: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Seeds of the cases to be judged by, once they are released.")
+    ] = None,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder for runs, card and tables; run again to go on.")
     ] = None,
@@ -64,11 +68,14 @@ def benchmark(
     from missions.benchmark.suite import suite_named
 
     found = suite_named(suite)
-    if split is Split.TEST:
-        fail(f"--split test: the cases of {found.about.name} to be judged by are not out yet; allowed: dev")
+    if seeds is not None and split is Split.DEV:
+        fail("--seeds is of --split test alone; leave it out, or add --split test")
     if verified is not None:
-        _verify(verified, found, drawn, as_json)
+        with TemporaryDirectory() as folder:
+            _verify(verified, _of_split(found, split, seeds, Path(folder)), drawn, as_json)
         return
+    if split is Split.TEST and seeds is None:
+        _of_split(found, split, seeds, Path())
     if out is None:
         fail("--out DIR is missing; it says where runs, card and tables go")
     if not strategies:
@@ -80,6 +87,7 @@ def benchmark(
     from missions.errors import StudyChangedError
     from missions.sweeps.driver import PartlyDoneError
 
+    found = _of_split(found, split, seeds, out / GROUNDS)
     contest = Contest.of(found, strategies, repeats)
     _conform(contest.strategies)
     with Progress(f"benchmark {found.about.name}", 1, "runs") as progress:
@@ -91,7 +99,7 @@ def benchmark(
             changed = str(error).splitlines()[1].strip()
             fail(f"--out {out}: holds other runs than these ({changed}); name another folder")
     scored = contest.scored(out / RUNS)
-    card = card_of(contest, scored, split.value)
+    card = card_of(contest, scored)
     table = ScoreTable(card, scored, _shipped_rows(found))
     for name, text in (
         (CARD, card_text(card)),
@@ -105,6 +113,13 @@ def benchmark(
     else:
         _show(table, contest.cpu_s(out / RUNS))
     _tell_failures(scored, out)
+
+
+def _of_split(suite: Suite, split: Split, seeds: Path | None, folder: Path) -> Suite:
+    """A suite as the split has it; the grounds of one to be judged by are drawn into a folder."""
+    from missions.benchmark.judging import judged
+
+    return suite if split is Split.DEV else judged(suite, seeds, folder)
 
 
 def _conform(references: Sequence[str]) -> None:
@@ -137,7 +152,7 @@ def _shipped_rows(suite: Suite) -> list[tuple[dict[str, object], Scored]]:
     from missions.benchmark.card import read_card, read_strategies
 
     path = Path(suite.document.path).with_suffix(".json")
-    if not path.is_file():
+    if suite.drawn is not None or not path.is_file():
         return []
     card = read_card(path, suite)
     return list(zip(card["strategies"], read_strategies(card), strict=True))

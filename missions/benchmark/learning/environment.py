@@ -32,7 +32,6 @@ from missions.runs.setup import Setup, resolved
 from missions.runs.underway import Underway
 from missions.scenarios import Scenario
 from missions.scenarios.parts import database_of, groups_of, mission_class
-from missions.sweeps.plan import seed_of
 from remoras.plugins import named_object
 
 TRUTH = ("x_m", "y_m", "speed_mps", "used_j", "is_alive")
@@ -48,16 +47,15 @@ class FleetEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's classes have 
     over. ``infos`` say whether the action of the step was refused, and at the end ``completed`` and ``efficiency``.
 
     Args:
-        suite: with the cells.
-        split: whose cases and seeds count.
+        suite: with the cells of one of its splits.
 
     Attributes:
         bound_s: time that nobody beats in the run (s); lockstep: what steps it.
     """
 
-    def __init__(self, suite: Suite, split: str) -> None:
+    def __init__(self, suite: Suite) -> None:
         about = suite.about
-        self.suite, self.split = suite, split
+        self.suite = suite
         self.metadata = {"name": about.name, "render_modes": []}
         self.render_mode = None
         self._study = suite.study(("remoras",))
@@ -119,10 +117,11 @@ class FleetEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's classes have 
             self._seed, self._episode = seed, 0
         cell, repeat = self._drawn(options or {})
         self._episode += 1
-        configuration = self._study.configurations[cell]
-        run_seed = seed_of(self.suite.about.seed, repeat)
-        self.bound_s = self._bounds.bound_s(cell, configuration.scenario, run_seed)
-        self.lockstep.begin(self._setup_of(cell), run_seed)
+        number, _ = self.suite.place(cell, repeat, 0, 1)
+        configuration = self._study.configurations[number]
+        run_seed = self.suite.seed(repeat)
+        self.bound_s = self._bounds.bound_s(number, configuration.scenario, run_seed)
+        self.lockstep.begin(self._setup_of(number), run_seed)
         self._now_s = 0.0
         self.agents = [agent for agent in self.possible_agents if agent in self.lockstep.groups]
         self._seen = self._observations()
@@ -149,7 +148,7 @@ class FleetEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's classes have 
         lockstep.go_on(actions)
         underway = lockstep.underway
         dt_s, self._now_s = underway.now_s - self._now_s, underway.now_s
-        reward = -(1.0 - underway.goal_fraction) * dt_s / self.bound_s if self.split == DEV else 0.0
+        reward = -(1.0 - underway.goal_fraction) * dt_s / self.bound_s if self.suite.split == DEV else 0.0
         is_over, completed = not underway.is_running, lockstep.fleet.completed
         lost = {vehicle.name for vehicle in lockstep.fleet.vehicles if vehicle.condition.lost_for_good}
         lost |= {vehicle.name for vehicle in lockstep.fleet.vehicles if vehicle.functional.exhausted}
@@ -169,8 +168,8 @@ class FleetEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's classes have 
         Raises:
             OutputError: the split is one to be judged by.
         """
-        if self.split != DEV:
-            raise OutputError(f"state() of split {self.split}: it has the truth; allowed: split {DEV}")
+        if self.suite.split != DEV:
+            raise OutputError(f"state() of split {self.suite.split}: it has the truth; allowed: split {DEV}")
         underway = self.lockstep.underway
         found = np.zeros(self.state_space.shape)
         rows = [
@@ -189,8 +188,8 @@ class FleetEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's classes have 
         self.lockstep.close()
         self.agents = []
 
-    def _resolved(self, cell: int) -> Setup:
-        return resolved(self._study.configurations[cell].scenario, self.lockstep.strategy)
+    def _resolved(self, number: int) -> Setup:
+        return resolved(self._study.configurations[number].scenario, self.lockstep.strategy)
 
     def _observations(self) -> dict[str, Sight]:
         asked = self.lockstep.asked
@@ -198,15 +197,15 @@ class FleetEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's classes have 
 
     def _drawn(self, options: Mapping[str, Any]) -> tuple[int, int]:
         """Number of a cell and of a repeat."""
-        about, labels = self.suite.about, [cell.label for cell in self.suite.cells]
-        n = len(labels) * about.repeats
-        cell, repeat = divmod(math.floor(n * uniform(self._seed, EPISODES, self._episode, 0, 1)), about.repeats)
+        suite, labels = self.suite, [cell.label for cell in self.suite.cells]
+        n = len(labels) * suite.repeats
+        cell, repeat = divmod(math.floor(n * uniform(self._seed, EPISODES, self._episode, 0, 1)), suite.repeats)
         if (named := options.get("cell")) is not None:
             if named not in labels:
-                raise OutputError(f"cell = {named!r}; allowed: one of {about.name}, such as {labels[0]!r}")
+                raise OutputError(f"cell = {named!r}; allowed: one of {suite.about.name}, such as {labels[0]!r}")
             cell = labels.index(named)
         if (number := options.get("repeat")) is not None:
-            if number not in range(about.repeats):
-                raise OutputError(f"repeat = {number!r}; allowed: 0 to {about.repeats - 1}")
+            if number not in range(suite.repeats):
+                raise OutputError(f"repeat = {number!r}; allowed: 0 to {suite.repeats - 1}")
             repeat = int(number)
         return cell, repeat

@@ -127,19 +127,17 @@ def test_a_run_that_has_not_completed_counts_the_limit(contest: Contest, made: P
 def test_alone_among_others_or_in_another_order_a_strategy_has_the_same_figures(
     suite: Suite, contest: Contest, made: Path, tmp_path: Path
 ) -> None:
-    both = {entry["name"]: entry for entry in card_of(contest, contest.scored(made), "dev")["strategies"]}
+    both = {entry["name"]: entry for entry in card_of(contest, contest.scored(made))["strategies"]}
     turned = Contest.of(suite, STRATEGIES[::-1])
     turned.make(tmp_path / "turned", 1)
-    assert {
-        entry["name"]: entry for entry in card_of(turned, turned.scored(tmp_path / "turned"), "dev")["strategies"]
-    } == both
+    assert {entry["name"]: entry for entry in card_of(turned, turned.scored(tmp_path / "turned"))["strategies"]} == both
     alone = Contest.of(suite, STRATEGIES[:1])
     alone.make(tmp_path / "alone", 1)
-    assert card_of(alone, alone.scored(tmp_path / "alone"), "dev")["strategies"] == [both[STRATEGIES[0]]]
+    assert card_of(alone, alone.scored(tmp_path / "alone"))["strategies"] == [both[STRATEGIES[0]]]
 
 
 def test_a_card_is_read_and_its_runs_end_as_it_says(suite: Suite, contest: Contest, made: Path, tmp_path: Path) -> None:
-    card = card_of(contest, contest.scored(made), "dev")
+    card = card_of(contest, contest.scored(made))
     path = tmp_path / "card.json"
     path.write_text(card_text(card), encoding="utf-8")
     assert read_card(path, suite) == json.loads(card_text(card))
@@ -182,7 +180,7 @@ def test_a_card_that_was_altered_is_refused(
     how: str, said: str, suite: Suite, contest: Contest, made: Path, tmp_path: Path
 ) -> None:
     path = tmp_path / "card.json"
-    altered(card_of(contest, contest.scored(made), "dev"), path, how)
+    altered(card_of(contest, contest.scored(made)), path, how)
     with pytest.raises(OutputError, match=said):
         list(verify_card(path, suite, 1))
 
@@ -190,7 +188,7 @@ def test_a_card_that_was_altered_is_refused(
 def test_runs_that_were_altered_with_all_that_follows_from_them_end_otherwise_when_repeated(
     suite: Suite, contest: Contest, made: Path, tmp_path: Path
 ) -> None:
-    card = card_of(contest, contest.scored(made), "dev")
+    card = card_of(contest, contest.scored(made))
     for runs in card["strategies"][0]["runs"]:
         for run in runs:
             run[3], run[4] = 2000.0, True
@@ -211,7 +209,7 @@ def test_the_card_of_the_shipped_strategies_is_one_of_the_suite() -> None:
 
 def test_tables_have_the_best_first_and_escape_what_papers_cannot_have(contest: Contest, made: Path) -> None:
     scored = contest.scored(made)
-    table = ScoreTable(card_of(contest, scored, "dev"), scored)
+    table = ScoreTable(card_of(contest, scored), scored)
     names = [row[0] for row in table.rows()]
     assert names == [strategy.name for strategy in sorted(scored, key=lambda found: (-found.score, found.name))]
     assert r"0.0 \%" in table.latex()

@@ -34,7 +34,7 @@ def test_every_configuration_is_found_under_its_cell() -> None:
     study = suite.study(strategies)
     for place, strategy in enumerate(strategies):
         for at, cell in enumerate(suite.cells):
-            found = study.configurations[suite.number(at, place, len(strategies))]
+            found = study.configurations[suite.place(at, 0, place, len(strategies))[0]]
             assert (found.source, found.unforeseen) == (cell.ground, cell.unforeseen)
             assert found.scenario.strategy.name == strategy
             assert found.scenario.channel.name == suite.file.network[at // 5 % 4].set["channel.name"]

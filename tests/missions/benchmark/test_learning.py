@@ -7,6 +7,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -324,11 +325,22 @@ def test_the_truth_is_to_be_had_for_training_alone(short: FleetEnv, tmp_path: Pa
     assert state in short.state_space
     assert state[0] == short.underway.now_s
     assert tuple(state[2:4]) == short.underway.view.vehicles[0].position_m
-    judged = FleetEnv(short.suite, "test")
-    judged.reset(options={"cell": SPEEDS, "repeat": 0})
+    seeds = tmp_path / "seeds.txt"
+    seeds.write_text("7\n8\n", encoding="utf-8")
+    (tmp_path / "test").mkdir()
+    (tmp_path / "test" / "short.toml").write_text(
+        'ground = "mapping-patches"\ngenerator = "missions.mapping.drawn_ground:drawn_ground"\n'
+        f'seeds_sha256 = "{sha256(seeds.read_bytes()).hexdigest()}"\n',
+        encoding="utf-8",
+    )
+    env_of(tmp_path)
+    judged = parallel_env(str(tmp_path / "short.toml"), "test", seeds)
+    judged.reset(options={"cell": "drawn, alike, speeds", "repeat": 1})
     with pytest.raises(OutputError, match=r"state\(\) of split test: .*allowed: split dev"):
         judged.state()
     assert set(judged.step({})[1].values()) == {0.0}
+    with pytest.raises(remoras.RemorasError, match="split = 'val'; allowed: dev, test"):
+        parallel_env("fathom-1", "val")
 
 
 @pytest.mark.parametrize(
