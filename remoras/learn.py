@@ -14,7 +14,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
-from missions.benchmark.judging import judged
+from missions.benchmark.judging import split_to_judge
 from missions.benchmark.learning.observing import AGAIN, JOB, LEAVE, MOST_JOBS, MOST_PEERS, OWN, PEER, TAKE, Sight
 from missions.benchmark.learning.policies import strategy
 from missions.benchmark.suite import DEV, TEST, suite_named
@@ -63,4 +63,4 @@ def parallel_env(suite: str, split: str = DEV, seeds: str | Path | None = None) 
     if split == DEV:
         return FleetEnv(found)
     with TemporaryDirectory() as folder:
-        return FleetEnv(judged(found, None if seeds is None else Path(seeds), Path(folder)))
+        return FleetEnv(split_to_judge(found, None if seeds is None else Path(seeds), Path(folder)))

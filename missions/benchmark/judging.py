@@ -50,7 +50,7 @@ def judging_of(suite: Suite) -> JudgingTable:
         raise document.error(document.faults_of(error, JudgingTable)) from None
 
 
-def judged(suite: Suite, seeds: Path | None, folder: Path) -> Suite:
+def split_to_judge(suite: Suite, seeds: Path | None, folder: Path) -> Suite:
     """The split of a suite to be judged by.
 
     Args:

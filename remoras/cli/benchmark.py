@@ -117,9 +117,9 @@ def benchmark(
 
 def _of_split(suite: Suite, split: Split, seeds: Path | None, folder: Path) -> Suite:
     """A suite as the split has it; the grounds of one to be judged by are drawn into a folder."""
-    from missions.benchmark.judging import judged
+    from missions.benchmark.judging import split_to_judge
 
-    return suite if split is Split.DEV else judged(suite, seeds, folder)
+    return suite if split is Split.DEV else split_to_judge(suite, seeds, folder)
 
 
 def _conform(references: Sequence[str]) -> None:

@@ -8,7 +8,7 @@ import pytest
 import tomli_w
 
 from missions.benchmark.card import card_of, card_text, verify_card
-from missions.benchmark.judging import judged, judging_of
+from missions.benchmark.judging import judging_of, split_to_judge
 from missions.benchmark.running import Contest
 from missions.benchmark.suite import Suite, suite_named
 from missions.errors import OutputError
@@ -93,7 +93,7 @@ def test_drawn_grounds_are_scenarios_that_differ_in_areas_room_and_fleet(tmp_pat
 @pytest.fixture(scope="module")
 def contest(tmp_path_factory: pytest.TempPathFactory) -> tuple[Contest, Path]:
     folder = tmp_path_factory.mktemp("judged")
-    contest = Contest.of(judged(*suite_in(folder), folder / "grounds"), ["cbba", "remoras"])
+    contest = Contest.of(split_to_judge(*suite_in(folder), folder / "grounds"), ["cbba", "remoras"])
     contest.make(folder / "runs", 1)
     return contest, folder
 
@@ -118,7 +118,7 @@ def test_its_card_is_verified_with_the_same_seeds_alone(contest: tuple[Contest, 
     assert card["split"] == "test"
     path = tmp_path / "card.json"
     path.write_text(card_text(card), encoding="utf-8")
-    again = judged(suite_named(str(folder / "short.toml")), folder / "seeds.txt", tmp_path / "again")
+    again = split_to_judge(suite_named(str(folder / "short.toml")), folder / "seeds.txt", tmp_path / "again")
     assert again.digest == made.suite.digest
     assert set(dict(verify_card(path, again, 2)).values()) == {""}
     with pytest.raises(OutputError, match=r"suite = short with digest .*; allowed: short with digest"):
@@ -137,17 +137,17 @@ def test_without_the_seeds_one_line_says_what_is_allowed(tmp_path: Path, seeds: 
     if seeds is not None:
         path.write_text(seeds, encoding="utf-8")
     with pytest.raises(OutputError, match=named):
-        judged(suite, None if seeds is None else path, tmp_path / "grounds")
+        split_to_judge(suite, None if seeds is None else path, tmp_path / "grounds")
 
 
 @pytest.mark.parametrize("line", ["twelve", "-1", "1.5", str(2**62)])
 def test_a_seed_that_is_none_is_named_with_its_line(tmp_path: Path, line: str) -> None:
     suite, path = suite_in(tmp_path, f"11\n{line}\n")
     with pytest.raises(OutputError, match=r"seeds\.txt:2: .*; allowed: a whole number below 2\^62"):
-        judged(suite, path, tmp_path / "grounds")
+        split_to_judge(suite, path, tmp_path / "grounds")
 
 
 def test_a_suite_without_such_a_split_says_so(tmp_path: Path) -> None:
     (tmp_path / "short.toml").write_text(SUITE, encoding="utf-8")
     with pytest.raises(OutputError, match=r"--split test: short has none: .* is missing; allowed: dev"):
-        judged(suite_named(str(tmp_path / "short.toml")), None, tmp_path)
+        split_to_judge(suite_named(str(tmp_path / "short.toml")), None, tmp_path)
