@@ -65,8 +65,8 @@ def split_to_judge(suite: Suite, seeds: Path | None, folder: Path) -> Suite:
     judging = judging_of(suite)
     digest, name = judging.seeds_sha256, suite.about.name
     if seeds is None:
-        when = f"those of {name} have the sha256 {digest[:12]} and are released with the next version"
-        raise OutputError(f"--seeds FILE is missing, the seeds of split test; {when}")
+        when = f"the seeds of {name} have the sha256 {digest[:12]} and are released with the next version"
+        raise OutputError(f"--split test: --seeds FILE is missing; {when}")
     text = text_of(seeds)
     if (given := hashlib.sha256(text.encode()).hexdigest()) != digest:
         raise OutputError(f"--seeds {seeds}: sha256 = {given[:12]}; allowed: {digest[:12]}, the seeds of {name}")

@@ -58,6 +58,7 @@ def test_what_is_wrong_is_one_line(suite: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     assert "one of fathom-1" in refused("benchmark", "fathom-2", "--strategy", "cbba", "--out", out)
     assert "--split test" in refused("benchmark", "fathom-1", "--strategy", "cbba", "--split", "test", "--out", out)
+    assert "--seeds is of --split test" in refused("benchmark", suite, "--strategy", "cbba", "--seeds", "s.txt")
     assert "--out DIR is missing" in refused("benchmark", suite, "--strategy", "cbba")
     assert "--strategy NAME is missing" in refused("benchmark", suite, "--out", out)
     assert refused("check", "strategy", "nope").startswith("remoras: strategy 'nope': allowed: cbba, ")

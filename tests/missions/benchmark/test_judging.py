@@ -129,7 +129,10 @@ def test_its_card_is_verified_with_the_same_seeds_alone(contest: tuple[Contest, 
     ("seeds", "named"),
     [
         ("11\n12\n14\n", r"--seeds .*: sha256 = [0-9a-f]{12}; allowed: [0-9a-f]{12}, the seeds of short"),
-        (None, "--seeds FILE is missing, the seeds of split test; those of short have the sha256 [0-9a-f]{12} and"),
+        (
+            None,
+            "--split test: --seeds FILE is missing; the seeds of short have the sha256 [0-9a-f]{12} and are",
+        ),
     ],
 )
 def test_without_the_seeds_one_line_says_what_is_allowed(tmp_path: Path, seeds: str | None, named: str) -> None:
