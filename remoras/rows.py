@@ -1,21 +1,23 @@
 """Rows of a table of results, of which most lie in columns, which take less than a quarter of the memory of tuples.
 
 Whoever writes appends tuples, to a list, as fast as to any list. ``pack`` brings what has come since into the columns:
-of floats and of whole numbers as machine words, of texts that come again and again as numbers of a list of texts. A
-column that holds anything else stays a list of the very objects, so a row reads back as it was given: the same types,
-the same bits, and lists within it that may still change.
+of floats and of whole numbers as machine words, of texts that come again and again as numbers of a list of texts, of
+lists as what is in them, one behind the other. A column that holds anything else stays a list of the very objects, so a
+row reads back as it was given: the same types and the same bits. Lists within the last rows may still change.
 """
 
 from __future__ import annotations
 
 from array import array
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from itertools import chain
+from itertools import accumulate, chain
 from typing import Any, TypeAlias, overload
 
 Row = tuple[Any, ...]
 MOST_TEXTS = 2**16
 """Different texts of a column that has numbers for them."""
+CHANGING = 1024
+"""Lists of so many rows, the last of a table, may still change: those of packets that are on their way."""
 
 
 class Texts:
@@ -58,7 +60,48 @@ class Texts:
         return self.names[found] if isinstance(place, int) else [self.names[number] for number in found]
 
 
-Packed: TypeAlias = "array[float] | array[int] | Texts | list[Any]"
+class Lists:
+    """A column of lists: what is in them lies one behind the other, but for the newest, which may still change.
+
+    Args:
+        values: of the first rows.
+    """
+
+    __slots__ = ("_ends", "_entries", "_newest")
+
+    def __init__(self, values: Iterable[list[Any]]) -> None:
+        self._entries: Packed = []
+        self._ends = array("Q")  # of each list that lies in the entries
+        self._newest: list[list[Any]] = []
+        self.extend(values)
+
+    def extend(self, values: Iterable[list[Any]]) -> None:
+        """Take further rows; some at the end stay the very lists."""
+        self._newest += values
+        if len(self._newest) < 2 * CHANGING:
+            return
+        settled = self._newest[:-CHANGING]
+        del self._newest[:-CHANGING]
+        first = len(self._entries)
+        self._ends.extend(accumulate(map(len, settled[1:]), initial=first + len(settled[0])))
+        entries = list(chain.from_iterable(settled))
+        self._entries = _together(self._entries, entries) if first else _packed(entries)
+
+    def __len__(self) -> int:
+        return len(self._ends) + len(self._newest)
+
+    def __iter__(self) -> Iterator[list[Any]]:
+        return map(self.__getitem__, range(len(self)))
+
+    def __getitem__(self, place: Any) -> Any:
+        if isinstance(place, slice):
+            return [self[number] for number in range(*place.indices(len(self)))]
+        if place >= len(self._ends):
+            return self._newest[place - len(self._ends)]
+        return list(self._entries[self._ends[place - 1] if place else 0 : self._ends[place]])
+
+
+Packed: TypeAlias = "array[float] | array[int] | Texts | Lists | list[Any]"
 """A column."""
 
 
@@ -74,6 +117,8 @@ def _packed(values: Sequence[Any]) -> Packed:
             return list(values)
     if kinds == {str} and 2 * len(set(values)) <= len(values):
         return Texts(values)
+    if kinds == {list}:
+        return Lists(values)
     return list(values)
 
 
@@ -84,6 +129,10 @@ def _together(column: Packed, values: Sequence[Any]) -> Packed:
         return column
     if isinstance(column, Texts):
         if set(map(type, values)) == {str} and column.extend(values):
+            return column
+    elif isinstance(column, Lists):
+        if set(map(type, values)) == {list}:
+            column.extend(values)
             return column
     else:
         more = _packed(values)

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from remoras.recorder import MANY, Recorder
-from remoras.rows import MOST_TEXTS, Rows, Texts
+from remoras.rows import CHANGING, MOST_TEXTS, Rows, Texts
 
 VALUES = st.one_of(
     st.none(), st.booleans(), st.integers(), st.floats(), st.sampled_from(["AUV00", "AUV01", ""]), st.text(max_size=3),
@@ -65,6 +65,29 @@ def test_lists_in_rows_may_still_change():
     rows.pack()
     rows[0][1].append("AUV01")
     assert list(rows) == [(1, ["AUV00", "AUV01"])]
+
+
+def test_lists_are_what_they_were_when_later_rows_came():
+    """Of texts that come again, of texts that do not, of floats, of whole numbers, and of all together."""
+    rows, plain = Rows(), list[tuple[Any, ...]]()
+    for number in range(4 * CHANGING):
+        names = [f"AUV0{n}" for n in range(number % 4)]
+        row = (names, [str(number)] * (number % 2), [number * 0.1], [number, -1], [[], 1.0, "a"][: number % 3])
+        rows.append(tuple(map(list, row)))
+        plain.append(row)
+        if number % 700 == 0:
+            assert rows.pack()
+    changed = rows[-CHANGING]
+    changed[0].append("AUV09")
+    plain[-CHANGING][0].append("AUV09")
+    rows.pack()
+    assert as_shown(rows) == as_shown(plain)
+    assert as_shown(rows[700:720]) == as_shown(plain[700:720])
+    assert as_shown([rows[n] for n in (0, 1, 699, -1)]) == as_shown([plain[n] for n in (0, 1, 699, -1)])
+    rows.append((["AUV00"], None, [], [], []))  # and a column that is none of lists any more
+    rows.pack()
+    assert rows[-1] == (["AUV00"], None, [], [], [])
+    assert as_shown(rows[:-1]) == as_shown(plain)
 
 
 def test_too_many_texts_for_numbers_are_kept_as_they_are():
@@ -125,6 +148,25 @@ def test_columns_take_a_quarter_of_the_memory_of_tuples_at_most():
         rows = Rows()
         for number in range(8 * MANY):
             rows.append((number * 0.5, f"AUV0{number % 3}", number * 0.1, number * 0.2, number * 0.3, 1.5 + number))
+            if packs and len(rows.new) >= MANY:
+                rows.pack()
+        size, _ = tracemalloc.get_traced_memory()
+        tracemalloc.stop()
+        return size
+
+    assert taken(True) < 0.25 * taken(False)
+
+
+def test_lists_of_packets_take_a_quarter_of_the_memory_at_most():
+    """Eight lists of a few texts or numbers each, as ``PACKETS`` has them."""
+
+    def taken(packs: bool) -> int:
+        tracemalloc.start()
+        rows = Rows()
+        for number in range(16 * MANY):
+            names = [f"AUV0{n}" for n in range(number % 3)]
+            at_s = [number + 0.1 * n for n in range(len(names))]
+            rows.append((names, list(names[1:]), at_s, [], [], [], list(map(int, at_s)), []))
             if packs and len(rows.new) >= MANY:
                 rows.pack()
         size, _ = tracemalloc.get_traced_memory()
