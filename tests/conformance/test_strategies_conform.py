@@ -81,5 +81,10 @@ def test_a_strategy_that_goes_by_hashes_is_found_out() -> None:
 
 
 @pytest.mark.slow
-def test_all_checks_are_made_of_a_strategy_that_is_named() -> None:
-    assert len(list(conformance.conforms("remoras"))) == len(conformance.CHECKS) + 1
+def test_all_checks_are_made_of_a_strategy_that_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of all the checks, whatever they are, and of the one in other processes."""
+    made: list[str] = []
+    noting = [lambda strategy, n=n: made.append(f"{n} {strategy.name}") for n in range(len(conformance.CHECKS))]
+    monkeypatch.setattr(conformance, "CHECKS", noting)
+    assert len(list(conformance.conforms("remoras"))) == len(noting) + 1
+    assert made == [f"{n} remoras" for n in range(len(noting))]
