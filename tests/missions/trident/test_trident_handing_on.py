@@ -13,6 +13,7 @@ from missions.trident.jobs import RecoveryJob
 from missions.trident.tasks import HANDLING, HOLDING, REACQUIRING, activity_domain
 from remoras.htn import ANY, Domain
 from remoras.social.layer import SocialLayer
+from remoras.work import Work
 
 SOUND = 3
 """Seed of runs in which no finder takes a decoy for the target, or the target for a decoy."""
@@ -158,6 +159,16 @@ def test_without_another_survey_nothing_is_left_and_that_is_said() -> None:
     assert {what for _, what in rows(done, "impossible")} == {"recovery: no candidate is left that may be the target"}
     assert done.recorder.rows("trajectories")[-1][0] < 4200.0
     assert metric(done, "n_violations") == 0
+
+
+@pytest.mark.slow
+def test_who_does_not_see_that_it_is_impossible_goes_on_to_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The cause taken out: nothing is left and that is known, but nobody concludes from it that nobody is able."""
+    monkeypatch.setattr(Work, "impossible", frozenset())
+    done = run.__wrapped__("mission.surveys_again=0", "recovery.target_m=[190.0,-20.0]", until_s=4400.0)
+    assert [value for _, _, _, value in said(done, "isExhausted")] == ["true"]
+    assert rows(done, "impossible") == []
+    assert done.recorder.rows("trajectories")[-1][0] == 4400.0
 
 
 @pytest.mark.slow
