@@ -20,7 +20,8 @@ its name as rdfs:label. Banned origins are left out.
 
 What follows from definitions, inverses and the like stands beside what was told, and by itself in the named graph
 run:conclusions. What each origin said is a named graph too, under the IRI of the origin: ``GRAPH ?by { ... }``. A
-graph of another name is empty. The default graph is the union of everything.
+graph of another name is empty. The default graph is the union of everything that was told or follows. What the
+observations of all come to together is in ``GRAPH run:fused { ... }`` alone (``estimates``), which ?by does not name.
 """
 
 from collections.abc import Generator, Iterator
@@ -36,6 +37,7 @@ from worldmodel.annotations import RM
 from worldmodel.knowledge import Knowledge
 from worldmodel.owl import graph_of
 from worldmodel.rdf.conclusions import CONCLUSIONS
+from worldmodel.rdf.estimates import FUSED, Estimates
 from worldmodel.rdf.patterns import Abox, Triple
 from worldmodel.rdf.terms import RUN, instance_uid
 from worldmodel.store import Store
@@ -58,6 +60,7 @@ class RdfView(rdflib_store.Store):
     def __init__(self, known: Store | Knowledge) -> None:
         super().__init__()
         self.abox = Abox(known if isinstance(known, Knowledge) else Knowledge(known))
+        self._estimates = Estimates(self.abox.model, self.abox.terms)
         tbox = self.abox.model.tbox
         self._tbox_graph = graph_of(tbox)
         self._of_tbox = _terms_of(tbox)
@@ -71,8 +74,8 @@ class RdfView(rdflib_store.Store):
             for triple in abox.triples_of(origin, triple_pattern):
                 yield triple, none
             return
-        if getattr(context, "identifier", None) == CONCLUSIONS:
-            for triple in abox.conclusions.triples():
+        if (name := getattr(context, "identifier", None)) in (CONCLUSIONS, FUSED):
+            for triple in abox.conclusions.triples() if name == CONCLUSIONS else self._estimates.triples():
                 if _matches(triple, triple_pattern):
                     yield triple, none
             return

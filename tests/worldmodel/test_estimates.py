@@ -1,0 +1,87 @@
+"""What was fused can be asked in SPARQL: it is what ``worldmodel.fused`` says, and no more than that."""
+
+import pytest
+from small_fleet import BATTERY, CLASSIFICATION, ECHO, LOCATION, TBOX, ban, block, fleet_model
+
+from worldmodel import QueryError, WorldModel, fused, merge
+from worldmodel.rdf.sparql import Engine, query
+
+ASKED = (
+    "SELECT ?value ?sigma ?t WHERE { GRAPH run:fused { run:instance-%d sit:hasPropertyValue ?e . ?e sit:ofAttribute %s"
+    " ; sit:dataValue ?value ; sit:standardUncertainty|sit:probability ?sigma ; sit:timestamp ?t } }"
+    " ORDER BY DESC(?sigma)"
+)
+PLACE = ASKED % (ECHO, "rm:location")
+
+
+def three_looks() -> WorldModel:
+    """Three vehicles have seen the echo."""
+    model = fleet_model()
+    looks = ((0.0, 2.0, 1.0), (4.0, 0.0, 2.0), (1.0, 1.0, 0.5))
+    for origin, (x_m, y_m, sigma_m) in enumerate(looks):
+        merge(model, [block(origin, 0, 10 * origin, (ECHO, LOCATION, (x_m, y_m), sigma_m))])  # type: ignore[arg-type]
+    return model
+
+
+def test_an_estimate_is_what_fusion_says() -> None:
+    model = three_looks()
+    expected = fused(TBOX.attributes[LOCATION], model.history(ECHO, LOCATION))
+    assert expected is not None
+    ((value, sigma, time_s),) = query(model, PLACE)[1]
+    x_m, y_m = expected.value  # type: ignore[misc]
+    assert value == f"POINT ({x_m} {y_m})"
+    assert (sigma, time_s) == (expected.uncertainty, expected.time_s)
+    # by inverse variance, 1 : 1/4 : 4
+    assert x_m == pytest.approx((0.0 + 1.0 + 4.0) / 5.25)
+    assert sigma == pytest.approx(5.25**-0.5)
+
+
+def test_it_names_all_whose_observations_count_and_a_ban_takes_one_out() -> None:
+    model = three_looks()
+    origins = "SELECT ?by WHERE { GRAPH run:fused { ?e sit:ofAttribute rm:location ; sit:origin ?by } } ORDER BY ?by"
+    assert [by for (by,) in query(model, origins)[1]] == ["auv-0", "auv-1", "asv-0"]
+    before = query(model, PLACE)[1]
+    ban(model, [1])
+    assert [by for (by,) in query(model, origins)[1]] == ["auv-0", "asv-0"]
+    assert query(model, PLACE)[1] != before
+
+
+def test_a_symbol_has_an_estimate_for_each_hypothesis() -> None:
+    model = fleet_model()
+    first, second = TBOX.attributes[CLASSIFICATION].symbols[:2]
+    for origin, (symbol, p) in enumerate(((0, 0.9), (1, 0.6))):
+        merge(model, [block(origin, 0, origin, (ECHO, CLASSIFICATION, symbol, p))])  # type: ignore[arg-type]
+    rows = query(model, ASKED % (ECHO, "rm:classification"))[1]
+    expected = fused(TBOX.attributes[CLASSIFICATION], model.history(ECHO, CLASSIFICATION))
+    assert expected is not None
+    assert [row[1] for row in rows] == [share for _, share in expected.probabilities]
+    assert rows[0][0] == first
+    assert second in {row[0] for row in rows}
+    assert sum(share for _, share, _ in rows) == pytest.approx(1.0)
+
+
+def test_what_nobody_can_weigh_is_not_fused() -> None:
+    model = three_looks()
+    model.record([(0, BATTERY, 0.5)], 5.0)
+    assert query(model, ASKED % (0, "rm:batteryFraction"))[1] == []
+
+
+def test_the_history_and_the_graphs_of_origins_are_as_they_were() -> None:
+    """No query that does not name the graph sees an estimate."""
+    model = three_looks()
+    count = "SELECT (COUNT(?f) AS ?n) WHERE { ?f a sit:PropertyValue }"
+    assert query(model, count)[1] == query(model, count, Engine.OXIGRAPH)[1] == [(3,)]
+    graphs = query(model, "SELECT DISTINCT ?by WHERE { GRAPH ?by { ?f a sit:PropertyValue } } ORDER BY ?by")[1]
+    assert graphs == [("auv-0",), ("auv-1",), ("asv-0",)]
+
+
+def test_estimates_follow_the_model() -> None:
+    model = three_looks()
+    before = query(model, PLACE)[1]
+    model.record([(ECHO, LOCATION, (9.0, 9.0), 0.5)], 9.0)
+    assert query(model, PLACE)[1] != before
+
+
+def test_the_other_engine_says_that_it_does_not_fuse() -> None:
+    with pytest.raises(QueryError, match="oxigraph: the query names run:fused; allowed: with rdflib"):
+        query(three_looks(), PLACE, Engine.OXIGRAPH)
