@@ -1,6 +1,6 @@
 """What vehicles do: search by themselves, along lanes or as they are told, and find out what anomalies are.
 
-A vehicle that chooses makes known where it goes, so that others leave that to it, and when it will be back in contact.
+A vehicle that chooses makes known where it goes, so that others leave that to it.
 """
 
 from __future__ import annotations
@@ -11,9 +11,9 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from exchange.arithmetic import distance
-from missions.arrows.bayes import entropy
+from missions.arrows.bayes import divergence, entropy
 from missions.arrows.chart import Chart
-from missions.arrows.choosing import Choosing, Trail, Way
+from missions.arrows.choosing import Choosing, Trail, Way, goes_on
 from missions.arrows.contact import Leash, Reach
 from missions.arrows.detectors import ANOMALY, shown_of
 from missions.arrows.grid import summed
@@ -26,7 +26,7 @@ from remoras.picture import Picture
 from remoras.sensor import Observation
 from remoras.work import Point
 
-TARGET, BACK_BY = "searchTarget", "backBy"
+TARGET = "searchTarget"
 ARRIVED_M = 10.0
 """A target this near is reached."""
 STALE_S = 240.0
@@ -66,18 +66,28 @@ class Held:
 
 
 class Searching(Behaviour):
-    """Goes where it expects to learn most, again and again, until the search ends.
+    """Goes where it expects to learn most, until the search ends; back into contact where that is worth more.
 
     Args:
         chart: a map of its own; choosing: how it chooses.
         reach: where it is in contact; others: who else searches.
+        hearers: whom it tells what it has found, who can identify it; it never comes back into contact if empty.
         data: of the vehicle; until_s: when the search ends.
     """
 
     def __init__(
-        self, chart: Chart, choosing: Choosing, reach: Reach, others: Sequence[str], data: VehicleData, until_s: float
+        self,
+        chart: Chart,
+        choosing: Choosing,
+        reach: Reach,
+        others: Sequence[str],
+        hearers: Sequence[str],
+        data: VehicleData,
+        until_s: float,
     ) -> None:
         self._chart, self._choosing, self._reach = chart, choosing, reach
+        self._hearers = hearers
+        self._told_bits, self._told_s = 0.0, 0.0  # what others have heard of, and when it was in contact last
         self._leash, self._others, self._held = Leash(reach), others, Held(others)
         self._track = Trail(choosing, chart.grid)
         self._data, self._until_s = data, until_s
@@ -90,24 +100,24 @@ class Searching(Behaviour):
         now_s = picture.body.now_s
         if now_s >= self._until_s:
             return DONE
-        at_m, speed_mps = motion.position_m, self._choosing.speed_mps
+        at_m = motion.position_m
         self._held.note(picture.facts, now_s)
         if not performed:
             return DUE
         self._track.note(at_m, now_s)
-        self._leash.update(at_m, max(picture.peers.heard_s.values(), default=-math.inf), now_s)
-        if self._leash.must_return(at_m, speed_mps, now_s):
-            news = not self._is_returning
-            self._is_returning, self._target_m = True, self._reach.point_m
-            return Perception(1.0, 1.0, concludes=tuple(self._told(now_s)) if news else ())
-        if self._is_returning and not self._reach.holds(at_m):
+        heard_s = picture.peers.heard_s
+        acting_s = max((heard_s.get(name, -math.inf) for name in self._hearers), default=now_s)
+        self._leash.update(at_m, max(heard_s.values(), default=-math.inf), now_s, acting_s)
+        if is_in_contact := self._leash.is_in_contact(now_s):
+            self._told_s = now_s
+        if self._is_returning and not is_in_contact:
             return ADVANCING
         is_stale = now_s - self._chosen_s > STALE_S
         if self._target_m is not None and not (self._is_returning or is_stale or self._is_reached(motion)):
             return ADVANCING
-        self._is_returning, self._chosen_s = False, now_s
         self._target_m = self._choose(picture, at_m, now_s)
-        return Perception(1.0, 1.0, concludes=tuple(self._told(now_s)))
+        self._chosen_s = now_s
+        return Perception(1.0, 1.0, concludes=(Observation(((self._data.name, TARGET, self._target_m),)),))
 
     def _is_reached(self, motion: Motion) -> bool:
         return self._target_m is not None and distance_m(motion, self._target_m) <= ARRIVED_M
@@ -115,17 +125,20 @@ class Searching(Behaviour):
     def _choose(self, picture: Picture, at_m: Point, now_s: float) -> Point:
         self._chart.update(picture.facts, (self._data.name, *self._others))
         held = self._held.ways(picture.peers.positions_m, now_s)
-        chosen_m = self._choosing.choose(self._chart, held, self._track, at_m, self._leash, now_s)
-        return self._reach.point_m if chosen_m is None else chosen_m
+        leg = self._choosing.choose(self._chart, held, self._track, at_m, self._leash, now_s)
+        untold_bits, left_s = self._untold_bits(), self._until_s - now_s
+        is_on = leg is not None and (
+            not self._hearers or goes_on(leg, untold_bits, self._reach, at_m, self._choosing.speed_mps, left_s)
+        )
+        self._is_returning = not is_on
+        return leg.target_m if leg is not None and is_on else self._reach.point_m
 
-    def _told(self, now_s: float) -> Iterator[Observation]:
-        me = self._data.name
-        if self._target_m is None:
-            return
-        facts: list[tuple[str, str, float | Point]] = [(me, TARGET, self._target_m)]
-        if not self._reach.holds(self._target_m) and math.isfinite(self._leash.due_s):
-            facts.append((me, BACK_BY, self._leash.due_s))
-        yield Observation(tuple(facts))
+    def _untold_bits(self) -> float:
+        """What it has learnt since it was in contact, as far as its choices tell: divergence of its map."""
+        known_bits = divergence(self._chart.shares, self._chart.prior)
+        if self._told_s >= self._chosen_s:
+            self._told_bits = known_bits
+        return max(0.0, known_bits - self._told_bits)
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """To the target, as fast as detectors work."""
@@ -209,12 +222,12 @@ class Directing(Behaviour):
         self._chart.update(picture.facts, tuple(self._choosing))
         for name in idle:
             held = [(at_m[one], target_m) for one, (target_m, _) in self._ordered.items() if one != name]
-            target_m = self._choosing[name].choose(
+            leg = self._choosing[name].choose(
                 self._chart, held, self._tracks[name], at_m[name], self._leashes[name], now_s
             )
-            if target_m is not None:
-                self._ordered[name] = target_m, now_s
-                yield Observation(((name, TARGET, target_m),))
+            if leg is not None:
+                self._ordered[name] = leg.target_m, now_s
+                yield Observation(((name, TARGET, leg.target_m),))
 
     def _needs_order(self, name: str, at_m: Point, now_s: float) -> bool:
         target_m, ordered_s = self._ordered.get(name, (None, 0.0))
@@ -259,10 +272,18 @@ class Identifying(Behaviour):
     Args:
         chart: a map of its own; scenario: of the mission.
         searchers: whose looks it takes in; data: of the vehicle.
+        reach: where it comes to hear more once it knows of no anomaly; None if it does not.
     """
 
-    def __init__(self, chart: Chart, scenario: ArrowsScenario, searchers: Sequence[str], data: VehicleData) -> None:
-        self._chart, self._settings = chart, scenario.mission
+    def __init__(
+        self,
+        chart: Chart,
+        scenario: ArrowsScenario,
+        searchers: Sequence[str],
+        data: VehicleData,
+        reach: Reach | None = None,
+    ) -> None:
+        self._chart, self._settings, self._reach = chart, scenario.mission, reach
         self._optical, self._searchers, self._data = scenario.detector.optical, searchers, data
         self._names = (NOTHING, *(kind.name for kind in scenario.kinds))
         self._approach = Approach(data.transit_speed_mps)
@@ -272,14 +293,14 @@ class Identifying(Behaviour):
         self._left: set[str] = set()
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Due while an anomaly is known that is neither identified nor given up; it concludes what it is."""
+        """Due while an anomaly is known that is neither identified nor given up, and out of contact where none is."""
         facts, now_s = picture.facts, picture.body.now_s
         if now_s >= self._settings.search_s:
             return DONE
         if self._at is None:
             self._at = self._next(motion, facts)
             if self._at is None:
-                return IDLE
+                return self._listen(motion, performed)
             self._place_m, self._since_s = facts.get(("location", self._at)), None
         assert self._place_m is not None
         to_go_m = distance_m(motion, self._place_m)
@@ -291,6 +312,14 @@ class Identifying(Behaviour):
         if self._since_s is None:
             self._since_s = now_s
         return Perception(1.0, 1.0, concludes=tuple(self._concluded(self._at, facts, now_s)))
+
+    def _listen(self, motion: Motion, performed: bool) -> Perception:
+        """Nothing is known that it could identify: it comes back into contact, where it hears of more."""
+        if self._reach is None or self._reach.holds(motion.position_m):
+            self._place_m = None
+            return IDLE
+        self._place_m = self._reach.point_m
+        return ADVANCING if performed else DUE
 
     def _concluded(self, anomaly: str, facts: Known, now_s: float) -> Iterator[Observation]:
         """What the anomaly is, once that is clear or will not become so; then, of a site, that it is pictured."""

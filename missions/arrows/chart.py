@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 import numpy as np
+import numpy.typing as npt
 
 from missions.arrows.bayes import posterior
 from missions.arrows.grid import N_DETECTORS, Array, CellGrid, contact_of, swept_of
@@ -45,6 +46,11 @@ class Chart:
         if self._shares is None:
             self._shares = posterior(self.prior, self.rates, self._n_yes, self._n_no)
         return self._shares
+
+    @property
+    def holds_find(self) -> npt.NDArray[np.bool_]:
+        """Cells in which somebody has found something, shape (n_cells,)."""
+        return np.asarray(self._n_yes.any(axis=0))
 
     def update(self, facts: Known, vehicles: Sequence[str]) -> None:
         """Take in what is known of the looks of some vehicles."""

@@ -1,4 +1,4 @@
-"""Where to look next: the most information per time, less what others are about to look at, within reach of contact.
+"""Where to look next: the route of most information per time, less what others are about to look at.
 
 These are the elementary behaviours of which the search is made. No one of them knows of a plan; what the fleet does
 follows from each vehicle's map, from what it heard that others hold, and from its leash.
@@ -9,13 +9,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from missions.arrows.bayes import look_information
 from missions.arrows.chart import Chart
-from missions.arrows.contact import Leash
+from missions.arrows.contact import Leash, Reach
 from missions.arrows.grid import Array, CellGrid, halved
 from remoras.work import Point
 
@@ -23,6 +24,8 @@ TURN_S = 20.0
 """What every choice costs beside the way."""
 STRIDE = 2
 """Of the cells every so many-th column and row may be gone to."""
+N_FIRST, N_LEGS = 5, 3
+"""So many targets that are best for themselves are compared as the first of a route of so many."""
 Way = tuple[Point, Point]
 """From where to where somebody goes."""
 
@@ -36,6 +39,34 @@ def beside(grid: CellGrid, way: Way) -> Array:
     along = np.clip((dx_m * east_m + dy_m * north_m) / length2, 0.0, 1.0) if length2 > 0.0 else np.zeros(grid.n_cells)
     off_x, off_y = dx_m - along * east_m, dy_m - along * north_m
     return np.asarray(np.sqrt(off_x * off_x + off_y * off_y))
+
+
+class Leg(NamedTuple):
+    """The way to a target: where that is, what looks on it may tell (bits), and the time that it takes (s)."""
+
+    target_m: Point
+    bits: float
+    takes_s: float
+
+
+def goes_on(leg: Leg, untold_bits: float, reach: Reach, at_m: Point, speed_mps: float, left_s: float) -> bool:
+    """True while what a leg is expected to tell is worth more than telling sooner what is held; see ``contact``.
+
+    Args:
+        leg: that it would go.
+        untold_bits: what it holds that nobody has heard of.
+        reach: where it is in contact.
+        at_m, speed_mps: where it is, and how fast.
+        left_s: until the search ends.
+
+    >>> goes_on(Leg((900.0, 0.0), 1.0, 100.0), 2.0, Reach((0.0, 0.0), 100.0, 0.0, 60.0), (900.0, 0.0), 1.0, 2000.0)
+    True
+    >>> goes_on(Leg((900.0, 0.0), 1.0, 100.0), 20.0, Reach((0.0, 0.0), 100.0, 0.0, 60.0), (900.0, 0.0), 1.0, 2000.0)
+    False
+    """
+    sooner_s = max(0.0, left_s - reach.home_s(at_m, speed_mps))
+    later_s = max(0.0, left_s - leg.takes_s - reach.home_s(leg.target_m, speed_mps))
+    return leg.bits * later_s >= untold_bits * (sooner_s - later_s)
 
 
 class Trail:
@@ -70,6 +101,7 @@ class Choosing:
         ranges_m: of its detectors, by their number; again_s: how long a look of each makes another one worthless.
         speed_mps: at which it searches.
         repulsion, repulsion_m: how much it leaves to others, and how far from their way.
+        leaves_finds: cells in which something was found are left to who identifies it.
     """
 
     ranges_m: Mapping[int, float]
@@ -77,6 +109,7 @@ class Choosing:
     speed_mps: float
     repulsion: float
     repulsion_m: float
+    leaves_finds: bool = False
 
     def information(self, chart: Chart, held: Sequence[Way], track: Trail, now_s: float) -> dict[int, Array]:
         """What a look of each detector at each cell may tell (bits) that nobody else is about to find out.
@@ -87,7 +120,7 @@ class Choosing:
             track: where it has been lately.
             now_s: the time.
         """
-        left = np.ones(chart.grid.n_cells)
+        left = np.where(chart.holds_find, 0.0, 1.0) if self.leaves_finds else np.ones(chart.grid.n_cells)
         for way in held:
             left *= 1.0 - self.repulsion * np.maximum(0.0, 1.0 - beside(chart.grid, way) / self.repulsion_m)
         return {
@@ -97,8 +130,12 @@ class Choosing:
 
     def choose(
         self, chart: Chart, held: Sequence[Way], track: Trail, at_m: Point, leash: Leash, now_s: float
-    ) -> Point | None:
-        """The best point to go to; None if there is none to which it may go.
+    ) -> Leg | None:
+        """The first leg of the best route; None if there is no point to which it may go.
+
+        Each target that is among the best for itself begins a route, which goes on to where most is told per time of
+        what is left. The route that tells most per time is taken (a rollout of the greedy choice; Bertsekas, Tsitsiklis
+        and Wu, Journal of Heuristics 3, 1997).
 
         Args:
             chart, held, track: see ``information``.
@@ -114,15 +151,44 @@ class Choosing:
         x_m, y_m = x_m[allowed], y_m[allowed]
         if len(x_m) == 0:
             return None
-        told = np.zeros(len(x_m))
-        off2 = _off_squared(grid, at_m, x_m, y_m)
-        for detector, bits in self.information(chart, held, track, now_s).items():
+        bits = self.information(chart, held, track, now_s)
+        legs = self._legs(grid, bits, at_m, x_m, y_m)
+        firsts = np.argsort(-legs[0] / legs[1], kind="stable")[:N_FIRST]
+        rates = [self._rate(grid, bits, legs, int(first), x_m, y_m) for first in firsts]
+        best = int(firsts[int(np.argmax(rates))])
+        return Leg((float(x_m[best]), float(y_m[best])), float(legs[0][best]), float(legs[1][best]))
+
+    def _legs(
+        self, grid: CellGrid, bits: Mapping[int, Array], at_m: Point, x_m: Array, y_m: Array
+    ) -> tuple[Array, Array, Array]:
+        """What looks on the way to each point tell (bits), the time it takes (s), and how far off cells are (m2)."""
+        told, off2 = np.zeros(len(x_m)), _off_squared(grid, at_m, x_m, y_m)
+        for detector, of in bits.items():
             range_m = self.ranges_m[detector]
-            told += halved(np.where(off2 <= range_m * range_m, bits, 0.0))
+            told += halved(np.where(off2 <= range_m * range_m, of, 0.0))
         dx_m, dy_m = x_m - at_m[0], y_m - at_m[1]
-        worth = told / (np.sqrt(dx_m * dx_m + dy_m * dy_m) / self.speed_mps + TURN_S)
-        best = int(np.argmax(worth))
-        return float(x_m[best]), float(y_m[best])
+        return told, np.sqrt(dx_m * dx_m + dy_m * dy_m) / self.speed_mps + TURN_S, off2
+
+    def _rate(
+        self,
+        grid: CellGrid,
+        bits: Mapping[int, Array],
+        legs: tuple[Array, Array, Array],
+        leg: int,
+        x_m: Array,
+        y_m: Array,
+    ) -> float:
+        """What a route tells per time (bit/s) that begins with a leg."""
+        told, takes_s = 0.0, 0.0
+        for number in range(N_LEGS):
+            told, takes_s = told + float(legs[0][leg]), takes_s + float(legs[1][leg])
+            if number == N_LEGS - 1:
+                break
+            off2 = legs[2][leg]
+            bits = {one: np.where(off2 <= self.ranges_m[one] ** 2, 0.0, of) for one, of in bits.items()}
+            legs = self._legs(grid, bits, (float(x_m[leg]), float(y_m[leg])), x_m, y_m)
+            leg = int(np.argmax(legs[0] / legs[1]))
+        return told / takes_s
 
 
 def _off_squared(grid: CellGrid, at_m: Point, x_m: Array, y_m: Array) -> Array:

@@ -1,7 +1,16 @@
 """Contact: where a vehicle is within reach of the others, and when it has to be back there.
 
 All know the rally point, around which the group keeps together, and what the channel loses over range. So each knows on
-its own where it may leave contact, that it has left it, and when and where it must come back; nobody has to tell it.
+its own where contact is, and that it has left it; nobody has to tell it when to come back.
+
+**A leash by value.** What is found is worth more the sooner others hear of it: until the search ends at T, they can act
+on it, so each bit that is told at t is worth T - t, and nothing from T on. A vehicle that holds U bits which nobody has
+heard of, is h from contact, and could go on a leg that takes L, may tell g bits and ends h' from contact, goes on while
+
+    g * (T - now - L - h')  >=  U * ((T - now - h) - (T - now - L - h')),
+
+with each time to the end taken as 0 once it is past: while what it expects to be told is worth more than what it holds
+loses by being told later (``choosing.goes_on``). It comes back sooner the more it has found, and lastly before the end.
 """
 
 from __future__ import annotations
@@ -21,6 +30,8 @@ from remoras.work import Point
 
 N_RANGES = 200
 """Ranges at which the loss is looked up."""
+LATELY_S = 60.0
+"""Who has heard others twice within so long is in contact; one packet may come through from afar."""
 
 
 def contact_range_m(scenario: ArrowsScenario) -> float:
@@ -44,7 +55,7 @@ class Reach:
     Attributes:
         point_m: the middle of where all are in contact.
         range_m: a vehicle within it is in contact.
-        alone_s: how long a vehicle may be out of contact; infinite if it need not care.
+        alone_s: how long a vehicle may be out of contact; infinite where that is not bounded.
         greeting_s: who is back stays until it hears somebody, for so long at most.
     """
 
@@ -63,7 +74,7 @@ class Reach:
 
 
 class Leash:
-    """How far and for how long one vehicle may still go.
+    """Whether one vehicle is in contact, and how far and for how long it may still go.
 
     Args:
         reach: where it is in contact.
@@ -72,11 +83,14 @@ class Leash:
     def __init__(self, reach: Reach) -> None:
         self._reach = reach
         self._back_s: float | None = None  # since when it is in contact again
+        self._heard_s = -math.inf, -math.inf  # when it heard last who acts on what it tells, and before
         self.due_s = reach.alone_s
         self.has_greeted = True
 
-    def update(self, position_m: Point, heard_s: float, now_s: float) -> None:
-        """Note where the vehicle is, and when it heard anybody last."""
+    def update(self, position_m: Point, heard_s: float, now_s: float, acting_s: float = -math.inf) -> None:
+        """Note where the vehicle is, when it heard anybody last, and when anybody who acts on what it tells."""
+        if acting_s > self._heard_s[0]:
+            self._heard_s = acting_s, self._heard_s[0]
         if not self._reach.holds(position_m):
             self._back_s = None
             return
@@ -87,21 +101,21 @@ class Leash:
         waited_s = now_s - self._back_s
         self.has_greeted = self.has_greeted or heard_s > self._back_s or waited_s >= self._reach.greeting_s
 
-    def must_return(self, position_m: Point, speed_mps: float, now_s: float) -> bool:
-        """True if it is out of contact and has to set out for it now."""
-        return not self._reach.holds(position_m) and now_s + self._reach.home_s(position_m, speed_mps) >= self.due_s
+    def is_in_contact(self, now_s: float) -> bool:
+        """True for who has lately heard twice who acts on it, or is back and has heard anybody or waited for long."""
+        return self._heard_s[1] >= now_s - LATELY_S or (self._back_s is not None and self.has_greeted)
 
     def allows(
         self, x_m: Array, y_m: Array, position_m: Point, speed_mps: float, now_s: float
     ) -> npt.NDArray[np.bool_]:
         """Which points the vehicle may go to, and be back in contact when it has to: shape of ``x_m``."""
-        if self._reach.alone_s == math.inf:
-            return np.ones(len(x_m), dtype=bool)
         dx_m, dy_m = x_m - self._reach.point_m[0], y_m - self._reach.point_m[1]
         from_point_m = np.sqrt(dx_m * dx_m + dy_m * dy_m)
         within = from_point_m <= self._reach.range_m
         if not self.has_greeted:
             return np.asarray(within)
+        if self._reach.alone_s == math.inf:
+            return np.ones(len(x_m), dtype=bool)
         dx_m, dy_m = x_m - position_m[0], y_m - position_m[1]
         there_m = np.sqrt(dx_m * dx_m + dy_m * dy_m)
         back_s = now_s + (there_m + np.maximum(0.0, from_point_m - self._reach.range_m)) / speed_mps

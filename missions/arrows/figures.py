@@ -4,14 +4,24 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from missions.arrows.chart import CONTACT, SWEPT, Chart
 from missions.arrows.detectors import CONTACTS
-from missions.arrows.scenario import NOTHING, SITES
+from missions.arrows.grid import CellGrid
+from missions.arrows.prior import grid_of, prior_of, rates_of
+from missions.arrows.scenario import NOTHING, SITES, ArrowsScenario
+from missions.arrows.seafloor import draw_seafloor
 from missions.arrows.truth import FLEET_MAPS, IDENTIFIED, MAPS
 from missions.figure import Declared, Figure, Layer, Mark, RunResults, Style
 from missions.files import tables_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+
+LEVELS = (0.005, 0.02, 0.1, 0.5)
+"""Probabilities at which the shade of a map changes."""
 
 
 def _rows(results: RunResults, table: str) -> list[dict[str, Any]]:
@@ -50,7 +60,7 @@ def draw_sites(axes: Axes, results: RunResults, style: Style) -> str:
     return "A site is found when a detector first takes notice of it, identified when it is taken for what it is."
 
 
-def draw_maps(axes: Axes, results: RunResults, style: Style) -> str:
+def draw_told(axes: Axes, results: RunResults, style: Style) -> str:
     """What the looks that each vehicle knew of had told, and what all looks had."""
     rows = _rows(results, MAPS.name)
     for vehicle, look in style.looks.items():
@@ -65,6 +75,59 @@ def draw_maps(axes: Axes, results: RunResults, style: Style) -> str:
     return (
         "Information: divergence of a map from the prior. A vehicle below the dashed line has not heard of all looks."
     )
+
+
+def draw_maps(axes: Axes, results: RunResults, style: Style) -> str:
+    """How likely each cell holds a site, by all looks; ways of all vehicles, contacts, and where sites really lie."""
+    from matplotlib.colors import ListedColormap
+
+    scenario = ArrowsScenario.model_validate(tables_of(results.manifest["scenario"], "manifest.json"))
+    grid, prior, rates = grid_of(scenario), prior_of(scenario), rates_of(scenario)
+    chart = Chart(grid, prior, rates)
+    for row in _rows(results, "items"):
+        if row["attribute"] in (SWEPT, CONTACT):
+            chart.add(row["attribute"], (int(float(row["value"])),))
+    of_site = [number for number, kind in enumerate(scenario.kinds, 1) if kind.name in SITES]
+    shape, extent = (grid.n_rows, grid.n_columns), _extent_m(grid)
+    colours = [style.tint(style.black, 0.8 * n / len(LEVELS)) for n in range(len(LEVELS) + 1)]
+    shares = chart.shares[of_site].sum(axis=0)
+    tones = np.searchsorted(LEVELS, shares, side="right").reshape(shape)
+    axes.imshow(tones, cmap=ListedColormap(colours), vmin=-0.5, vmax=len(LEVELS) + 0.5, origin="lower", extent=extent)
+    for level, colour in zip(LEVELS, colours[1:], strict=True):
+        axes.plot([], [], marker="s", markersize=6, linestyle="none", color=colour, label=f"{level:g} and more")
+    _draw_ways(axes, results, style)
+    things = draw_seafloor(grid, prior, scenario, rates, int(results.summary["seed"])).things
+    contacts = _rows(results, CONTACTS.name)
+    found, sites = {row["cell"] for row in contacts}, {cell for cell, one in things.items() if one.name in SITES}
+    for label, cells, fill in (
+        ("site, detected", sites & found, style.black),
+        ("site, not detected", sites - found, "none"),
+    ):
+        at_m = [things[cell].position_m for cell in sorted(cells)]
+        axes.plot([x_m for x_m, _ in at_m], [y_m for _, y_m in at_m], marker="D", markersize=5, linestyle="none",
+                  color=style.black, markerfacecolor=fill, label=label, zorder=5)  # fmt: skip
+    axes.plot([row["x_m"] for row in contacts], [row["y_m"] for row in contacts], marker="x", markersize=3.5,
+              linestyle="none", color=style.grey, label="contact", zorder=4)  # fmt: skip
+    axes.set_aspect("equal")
+    axes.set_xlabel(style.axis("east", "m"))
+    axes.set_ylabel(style.axis("north", "m"))
+    share = f"{float(shares.sum()):.1f} sites expected by the map, {len(sites)} there, {len(sites & found)} detected."
+    return f"Shade: probability that a cell holds a site, by all looks of all vehicles. {share}"
+
+
+def _extent_m(grid: CellGrid) -> tuple[float, float, float, float]:
+    east_m, north_m = grid.west_m + grid.n_columns * grid.cell_m, grid.south_m + grid.n_rows * grid.cell_m
+    return grid.west_m, east_m, grid.south_m, north_m
+
+
+def _draw_ways(axes: Axes, results: RunResults, style: Style) -> None:
+    """Where vehicles went until the search ended."""
+    rows = _rows(results, "trajectories")
+    for vehicle, look in style.looks.items():
+        way_m = [(row["x_m"], row["y_m"]) for row in rows if row["vehicle"] == vehicle]
+        if len(set(way_m)) > 1:
+            east_m, north_m = zip(*way_m, strict=True)
+            axes.plot(east_m, north_m, color=look.colour, linewidth=0.7, label=vehicle, zorder=3)
 
 
 def draw_apart(axes: Axes, results: RunResults, style: Style) -> str:
@@ -100,7 +163,8 @@ def draw_anomalies(axes: Axes, results: RunResults, style: Style) -> str:
 
 FIGURES: tuple[Declared, ...] = (
     Figure("sites", "Sites found and identified over mission time", draw_sites, needs=(CONTACTS.name, IDENTIFIED.name)),
-    Figure("maps", "What the maps of the vehicles have been told", draw_maps, needs=(MAPS.name, FLEET_MAPS.name)),
+    Figure("told", "What the maps of the vehicles have been told", draw_told, needs=(MAPS.name, FLEET_MAPS.name)),
+    Figure("maps", "Where sites are likely after all looks", draw_maps, needs=("items", "trajectories", CONTACTS.name)),
     Figure("apart", "What the map of each vehicle misses", draw_apart, needs=(MAPS.name,)),
     Layer("anomalies", draw_anomalies, needs=(CONTACTS.name,)),
     Mark("site_found", "site found"),

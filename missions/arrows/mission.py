@@ -144,17 +144,26 @@ class ArrowsMission(JobMission):
         return tuple(name for name, data in self._database.items() if _numbers(data))
 
     @cached_property
+    def identifiers(self) -> tuple[str, ...]:
+        """Vehicles with a camera."""
+        return tuple(name for name, data in self._database.items() if _can(data, IDENTIFYING))
+
+    @cached_property
     def reach(self) -> Reach:
         """Where vehicles are in contact: around the rally point of the first group."""
         settings, point = self.scenario.mission, next(iter(self._groups.values())).rally_point
-        alone_s = settings.alone_s if settings.contact else math.inf
-        return Reach(self._rally_points_m[point or ""], contact_range_m(self.scenario), alone_s, settings.greeting_s)
+        alone_s = settings.alone_s if settings.contact and settings.search == "central" else math.inf
+        greeting_s = settings.greeting_s if settings.contact else 0.0
+        return Reach(self._rally_points_m[point or ""], contact_range_m(self.scenario), alone_s, greeting_s)
 
     def _choosing(self, data: VehicleData) -> Choosing:
         detectors, settings = self.scenario.detector, self.scenario.mission
         ranges_m = {number: getattr(detectors, DETECTORS[number]).range_m for number in _numbers(data)}
         again_s = {number: getattr(detectors, DETECTORS[number]).look_s for number in ranges_m}
-        return Choosing(ranges_m, again_s, data.survey_speed_mps, settings.repulsion, settings.repulsion_m)
+        leaves_finds = bool(self.identifiers)
+        return Choosing(
+            ranges_m, again_s, data.survey_speed_mps, settings.repulsion, settings.repulsion_m, leaves_finds
+        )
 
     def founding_objectives(self) -> Sequence[Objective]:
         """Heads supervise; whoever founds the group searches, or identifies, by what it carries."""
@@ -196,7 +205,8 @@ class ArrowsMission(JobMission):
         settings = self.scenario.mission
         match activity.name, settings.search:
             case ("Identifying", _):
-                return Identifying(self.chart(), self.scenario, self.crew, data)
+                reach = self.reach if settings.contact else None
+                return Identifying(self.chart(), self.scenario, self.crew, data, reach)
             case ("Directing", _):
                 choosing = {name: self._choosing(self._database[name]) for name in self.searchers}
                 starts_m = {name: self._database[name].start_m for name in self.searchers}
@@ -207,7 +217,11 @@ class ArrowsMission(JobMission):
                 return Sweeping(self._lanes(data), data, settings.search_s)
             case ("Searching", _):
                 others = tuple(name for name in self.searchers if name != data.name)
-                return Searching(self.chart(), self._choosing(data), self.reach, others, data, settings.search_s)
+                hearers = tuple(name for name in self.identifiers or self._database if name != data.name)
+                return Searching(
+                    self.chart(), self._choosing(data), self.reach, others, hearers if settings.contact else (), data,
+                    settings.search_s,
+                )  # fmt: skip
         raise PlanningError(f"activity {activity.name!r} has no behaviour")
 
     def _lanes(self, data: VehicleData) -> Sequence[Point]:

@@ -35,12 +35,14 @@ class ArrowsSettings(JobSettings):
         1.0, description="how much a vehicle leaves to others what lies on their way to where they go; 0: nothing"
     )
     repulsion_m: Positive = Field(150.0, description="how far from that way it leaves something to them")
-    contact: bool = Field(True, description="false: a vehicle goes wherever it likes for as long as it likes")
+    contact: bool = Field(
+        True, description="false: a vehicle never comes back into contact to tell what it found, or to hear of more"
+    )
     contact_loss: Probability = Field(
         0.3,
         description="a vehicle is in contact where a full packet to the rally point is lost no more often than this",
     )
-    alone_s: Positive = Field(600.0, description="how long a vehicle may be out of contact")
+    alone_s: Positive = Field(600.0, description="how long a vehicle may be out of contact under search = central")
     greeting_s: Positive = Field(
         120.0,
         description="a vehicle that is back stays in contact until it hears somebody, but not for longer than this",

@@ -1,6 +1,8 @@
 """Elementary behaviours: what is chosen, what is left to others, and how far a leash lets a vehicle go."""
 
 import math
+import random
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -9,9 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from searching import Facts, mission
 
+import missions.arrows.choosing as choosing_module
 from missions.arrows.behaviours import HELD_S, Held
-from missions.arrows.choosing import Choosing, Trail, lawnmower_track
+from missions.arrows.choosing import Choosing, Leg, Trail, goes_on, lawnmower_track
 from missions.arrows.contact import Leash, Reach, contact_range_m
+from missions.arrows.grid import contact_code
 from remoras.activities import Activity, ActivityType
 
 SEA = mission()
@@ -23,7 +27,9 @@ CHOOSING = Choosing({0: 60.0}, {0: 60.0}, 1.5, 1.0, 150.0)
 def chosen(at_m: tuple[float, float], *held: tuple[tuple[float, float], tuple[float, float]], repulsion: float = 1.0):
     choosing = Choosing({0: 60.0}, {0: 60.0}, 1.5, repulsion, 150.0)
     chart = SEA.chart()
-    return choosing.choose(chart, held, Trail(choosing, chart.grid), at_m, Leash(FREE), 0.0)
+    leg = choosing.choose(chart, held, Trail(choosing, chart.grid), at_m, Leash(FREE), 0.0)
+    assert leg is not None
+    return leg.target_m
 
 
 def test_it_goes_where_something_is_to_be_found() -> None:
@@ -34,9 +40,9 @@ def test_it_goes_where_something_is_to_be_found() -> None:
     chart.prior[0] = 1.0 - chart.prior[1:].sum(axis=0)
     chart.add("contact", ())
     for at_m in ((700.0, 600.0), (1100.0, 600.0)):
-        target_m = CHOOSING.choose(chart, (), Trail(CHOOSING, chart.grid), at_m, Leash(FREE), 0.0)
-        assert target_m is not None
-        assert math.dist(target_m, (900.0, 600.0)) < 160.0
+        leg = CHOOSING.choose(chart, (), Trail(CHOOSING, chart.grid), at_m, Leash(FREE), 0.0)
+        assert leg is not None
+        assert math.dist(leg.target_m, (900.0, 600.0)) < 160.0
 
 
 def test_what_others_hold_is_left_to_them() -> None:
@@ -78,14 +84,85 @@ def test_from_wherever_it_may_go_it_is_back_in_time(x_m: float, y_m: float, sinc
         assert REACH.holds(target_m) or there_s + REACH.home_s(target_m, speed_mps) <= leash.due_s + 1e-6
 
 
-def test_who_is_late_sets_out_for_contact() -> None:
-    leash = Leash(REACH)
-    leash.update((600.0, 0.0), math.inf, 0.0)
-    far_m = 600.0, 800.0
-    leash.update(far_m, math.inf, 1.0)
-    way_s = REACH.home_s(far_m, 1.5)
-    assert not leash.must_return(far_m, 1.5, 600.0 - way_s - 1.0)
-    assert leash.must_return(far_m, 1.5, 600.0 - way_s)
+def test_who_has_heard_twice_lately_who_acts_on_it_is_in_contact_wherever_it_is() -> None:
+    leash, far_m = Leash(REACH), (600.0, 800.0)
+    leash.update(far_m, 100.0, 100.0, 100.0)
+    assert not leash.is_in_contact(100.0)  # one packet may come through from afar
+    leash.update(far_m, 130.0, 130.0, 100.0)  # somebody else
+    assert not leash.is_in_contact(130.0)
+    leash.update(far_m, 140.0, 140.0, 140.0)
+    assert leash.is_in_contact(150.0)
+    assert not leash.is_in_contact(161.0)
+
+
+LEGS = st.builds(
+    Leg, st.tuples(st.floats(0.0, 1200.0), st.floats(0.0, 800.0)), st.floats(0.0, 50.0), st.floats(1.0, 900.0)
+)
+PLACES = st.tuples(st.floats(0.0, 1200.0), st.floats(0.0, 800.0))
+
+
+@given(LEGS, PLACES, st.floats(0.0, 50.0), st.floats(0.0, 50.0), st.floats(0.0, 3600.0))
+def test_the_more_it_has_to_tell_the_sooner_it_comes_back(
+    leg: Leg, at_m: tuple[float, float], untold_bits: float, more_bits: float, left_s: float
+) -> None:
+    def on(leg: Leg, untold_bits: float, left_s: float) -> bool:
+        return goes_on(leg, untold_bits, REACH, at_m, 1.5, left_s)
+
+    assert on(leg, 0.0, left_s)  # with nothing to tell it never does
+    assert on(leg, untold_bits, REACH.home_s(at_m, 1.5))  # nor where it would be too late
+    if on(leg, untold_bits + more_bits, left_s):
+        assert on(leg, untold_bits, left_s)
+    if on(leg, untold_bits, left_s):
+        assert on(leg._replace(bits=leg.bits + more_bits), untold_bits, left_s)
+
+
+def test_what_is_found_late_is_told_while_there_is_time() -> None:
+    """At 1 bit per 100 s, 500 s from contact: it turns back when what it holds outweighs that, and before the end."""
+    at_m, leg = (600.0, 1090.0), Leg((600.0, 1090.0), 1.0, 100.0)
+    reach = Reach((600.0, -60.0), 400.0, math.inf, 120.0)
+    turns = [left_s for left_s in range(3000, 0, -100) if not goes_on(leg, 8.0, reach, at_m, 1.5, left_s)]
+    assert reach.home_s(at_m, 1.5) == 500.0
+    assert turns == [1300, 1200, 1100, 1000, 900, 800, 700, 600]
+
+
+def test_what_was_found_is_left_to_who_identifies_it() -> None:
+    chart, cell = SEA.chart(), 200
+    chart.add("contact", [contact_code(0, 0, cell)])
+    track = Trail(CHOOSING, SEA.grid)
+    assert CHOOSING.information(chart, (), track, 0.0)[0][cell] > 0.0
+    leaving = replace(CHOOSING, leaves_finds=True).information(chart, (), track, 0.0)[0]
+    assert leaving[cell] == 0.0
+    assert (leaving[:cell] > 0.0).all()
+    assert mission().identifiers == ("AUV03",)
+
+
+def told_by(n_legs: int, seed: int, monkeypatch: pytest.MonkeyPatch) -> float:
+    """Bits per second over eight legs on a map with hills at random, where looks find nothing."""
+    monkeypatch.setattr(choosing_module, "N_LEGS", n_legs)
+    rng, chart = random.Random(seed), SEA.chart()
+    hills = np.zeros(chart.grid.n_cells)
+    for _ in range(6):
+        x_m, y_m = rng.uniform(0.0, 1200.0), rng.uniform(0.0, 800.0)
+        hills += np.exp(-((chart.grid.x_m - x_m) ** 2 + (chart.grid.y_m - y_m) ** 2) / 90.0**2)
+    chart.prior = np.vstack([np.zeros_like(hills), *(0.02 * hills + 1e-5 for _ in SEA.prior[1:])])
+    chart.prior[0] = 1.0 - chart.prior[1:].sum(axis=0)
+    chart.add("contact", ())
+    at_m, now_s, bits, track = (600.0, 0.0), 0.0, 0.0, Trail(replace(CHOOSING, again_s={0: math.inf}), chart.grid)
+    for _ in range(8):
+        leg = CHOOSING.choose(chart, (), track, at_m, Leash(FREE), now_s)
+        assert leg is not None
+        for part in range(41):
+            share = part / 40.0
+            track.note(
+                (at_m[0] + share * (leg.target_m[0] - at_m[0]), at_m[1] + share * (leg.target_m[1] - at_m[1])), 0.0
+            )
+        at_m, now_s, bits = leg.target_m, now_s + leg.takes_s, bits + leg.bits
+    return bits / now_s
+
+
+def test_a_route_tells_more_than_one_target_after_the_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    ratios = [told_by(3, seed, monkeypatch) / told_by(1, seed, monkeypatch) for seed in range(4)]
+    assert sum(ratios) / len(ratios) > 1.05
 
 
 def test_who_is_back_stays_until_it_hears_somebody_or_has_waited() -> None:

@@ -3,13 +3,16 @@
 import math
 import re
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
-from searching import SCENARIO, SILENCE, run, run_of, text
+from searching import SCENARIO, SILENCE, Facts, mission, run, run_of, text
 
 from missions.arrows.metrics import METRICS, alone_of
 from missions.arrows.scenario import SITES
 from missions.runs.run import Run
+from remoras.activities import Activity, ActivityType
+from remoras.motion import Motion
 
 
 def metric(of: Run, name: str) -> float:
@@ -96,17 +99,27 @@ def test_without_the_definitions_nothing_is_concluded_to_be_a_site(
     assert said(of, "picturedBy") == []
 
 
-def test_contact_bounds_how_long_a_vehicle_is_alone() -> None:
-    """With the leash nobody hears nothing for longer than it may; without it the farthest corners are too far."""
+def test_who_comes_back_where_it_has_much_to_tell_is_less_alone_and_maps_are_more_alike() -> None:
     faint = "channel.source_level_db=108"
-    held, free = (
-        run(faint, f"mission.contact={one}", "mission.alone_s=300", search_s=2400.0) for one in ("true", "false")
-    )
+    held, free = (run(faint, f"mission.contact={one}", search_s=2400.0) for one in ("true", "false"))
     longest = [max(longest_s for _, longest_s in alone_of(one).values()) for one in (held, free)]
-    assert longest[0] <= 300.0 + 120.0
-    assert longest[1] > longest[0]
-    assert said(held, "backBy") != []
-    assert said(free, "backBy") == []
+    assert longest[0] < longest[1]
+    assert metric(held, "apart_bits") < 0.75 * metric(free, "apart_bits")
+
+
+def test_a_camera_that_knows_of_nothing_comes_back_into_contact() -> None:
+    """Where it would not, it hovers where it has identified the last anomaly, and hears of no other."""
+    far, near = Motion(600.0, 700.0), Motion(600.0, -20.0)
+    for contact, goes in (("true", True), ("false", False)):
+        of = mission("channel.source_level_db=108", f"mission.contact={contact}")
+        camera = of.behaviour_for(
+            Activity("Identifying", ActivityType.GUIDANCE, ("search area",)), of._database["AUV03"]
+        )
+        picture = SimpleNamespace(facts=Facts({}), body=SimpleNamespace(now_s=100.0))
+        assert (camera.perceive(far, picture, True).stimulus > 0.0) is goes
+        reference = camera.reference(far, picture)
+        assert (reference is not None and reference.target_m == (600.0, -60.0)) is goes
+        assert camera.perceive(near, picture, True).stimulus == 0.0
 
 
 def test_a_lost_searcher_leaves_its_part_to_the_other(tmp_path: Path) -> None:
