@@ -63,6 +63,29 @@ def _trident(dead: str, at_s: float, n_divers: int = 2) -> Raw:
     return raw
 
 
+LOST_WAYS = (
+    ("arm", "gripper"),
+    ("clamp", "hover"),
+    ("camera", "forward sonar"),
+    ("stereo", "sidescan", "arm", "gripper"),
+)
+"""Modules of Trident without which a vehicle has no way to recover."""
+SPARED = ((), ("camera",), ("clamp",), ("arm",), ("stereo",))
+"""Modules for each of which a vehicle has another."""
+
+
+def _trident_drawn(seed: int) -> Raw:
+    """Two or three divers, of which one keeps a way to do all and the others lose theirs; times and loss are drawn."""
+    rng, raw = random.Random(seed), _tables(NAMES[1])
+    divers = [f"IAUV0{number}" for number in range(rng.choice([2, 3]))]
+    raw["fleet"]["size"], raw["channel"]["per"] = 1 + len(divers), rng.choice([0.0, 0.2, 0.5])
+    able, raw["fault"] = rng.choice(divers), []
+    for diver in divers:
+        modules, at_s = rng.choice(SPARED if diver == able else LOST_WAYS), rng.uniform(50.0, 1900.0)
+        raw["fault"] += [{"vehicle": diver, "kind": "sensor", "sensor": one, "at_s": at_s} for one in modules]
+    return raw
+
+
 def _on_one(tool: str, number: int) -> Callable[[int], Raw]:
     """A tool on one vehicle alone; the valves are stuck where that is the wrench."""
     tools = {tool: [number]}
@@ -80,6 +103,7 @@ VARIANTS: dict[str, Callable[[int], Raw]] = {
     "trident: IAUV00 at 1600 s": lambda seed: _trident("IAUV00", 1600.0),
     "trident: IAUV01 at 100 s": lambda seed: _trident("IAUV01", 100.0),
     "trident: IAUV01 at 1600 s": lambda seed: _trident("IAUV01", 1600.0),
+    "trident: drawn": _trident_drawn,
     "trident: one diver at 100 s": lambda seed: _trident("IAUV00", 100.0, 1),
 }
 
