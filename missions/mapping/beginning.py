@@ -78,8 +78,8 @@ def questions_of(modems: Mapping[str, float]) -> tuple[Inquiry, ...]:
 def scenario_text(name: str, answers: Mapping[str, Any], modems: Mapping[str, float]) -> str:
     """The TOML text of a scenario.
 
-    The squares stand in rows, as many as there are columns at most. The mission may last twice as long as the vehicles
-    that are left need for all of the areas, and a quarter of an hour more.
+    The squares stand in rows, as many as there are columns at most. The mission may last half as long again as the
+    vehicles that are left need for all of the areas, and five minutes more.
 
     Args:
         name: of the scenario.
@@ -100,7 +100,7 @@ def scenario_text(name: str, answers: Mapping[str, Any], modems: Mapping[str, fl
         raise _refused("side", f"{side_m:g}", f"shorter, or fewer --areas, or another --modem: {far}")
     each_s = side_m * side_m / SWATH_M / SURVEY_MPS + 2.0 * reach_m / TRANSIT_MPS
     work_s = math.ceil(n_areas / (n_vehicles - n_lost)) * each_s
-    duration_s = 600.0 * math.ceil((2.0 * work_s + 900.0) / 600.0)
+    duration_s = 600.0 * math.ceil((1.5 * work_s + 300.0) / 600.0)
     corners = [
         {
             "area": f"area {number + 1}", "role": f"Mapper{number + 1}",
@@ -110,7 +110,7 @@ def scenario_text(name: str, answers: Mapping[str, Any], modems: Mapping[str, fl
         for number in range(n_areas)
     ]  # fmt: skip
     fleet = [{"vehicle": f"AUV{n:02d}", "slot": n, "start_x": 10.0 * n} for n in range(n_vehicles)]
-    faults = [{"earliest_s": round(0.1 * work_s), "latest_s": round(0.5 * work_s)}] * n_lost
+    faults = [{"earliest_s": round(0.05 * work_s), "latest_s": round(0.25 * work_s)}] * n_lost
     entries: dict[str, list[dict[str, Any]]] = {"area": corners, "vehicle": fleet, "fault": faults}
     text = EACH.sub(
         lambda found: "".join(Template(found[2]).safe_substitute(entry) for entry in entries[found[1]]),

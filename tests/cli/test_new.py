@@ -118,7 +118,7 @@ def test_what_the_file_for_integration_runs_passes(kind: str) -> None:
     assert "1 passed" in done.stdout, done.stdout + done.stderr
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_a_plug_in_that_is_spoilt_does_not_conform() -> None:
     """So the test that comes with it can fail."""
     remoras("new", "metric", "other")

@@ -1,12 +1,18 @@
 """What the documents tell a user to type works, and their links lead somewhere."""
 
+import os
 import re
 import shlex
+import shutil
+import subprocess
+import sys
 from pathlib import Path
 
+import pyarrow.parquet as pq
 import pytest
 from typer.testing import CliRunner
 
+import remoras
 from remoras.cli import app
 
 ROOT = Path(__file__).parents[2]
@@ -17,17 +23,124 @@ def blocks(document: Path, language: str) -> list[str]:
     return re.findall(rf"^```{language}\n(.*?)^```$", document.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
 
 
-def test_the_tutorial_works(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+README, TUTORIAL = ROOT / "README.md", ROOT / "docs" / "tutorial.md"
+MOST_WORDS, MOST_COMMANDS = 6000, 9
+"""From nothing to the figure of a study of one's own."""
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "200"}
+INSTALLED = {".venv/bin/remoras": ["-m", "remoras"], "remoras": ["-m", "remoras"]}
+"""Programs of an installation, as this one has them."""
+
+
+def commands_of_the_way() -> list[str]:
+    """What a newcomer types: the first command of the README, then those of the tutorial."""
+    return [blocks(README, "sh")[0].strip(), *"".join(blocks(TUTORIAL, "sh")).splitlines()]
+
+
+def test_the_way_to_a_study_of_ones_own_is_short() -> None:
+    words = [word for page in (README, TUTORIAL) for word in page.read_text(encoding="utf-8").split()]
+    assert 1000 < len(words) <= MOST_WORDS
+    assert len(commands_of_the_way()) <= MOST_COMMANDS
+    assert commands_of_the_way()[-1].startswith("remoras plot")
+
+
+def is_in(line: str, text: str) -> bool:
+    """True if a printed line is a line of a text; ``...`` stands for anything, spaces at the ends for nothing."""
+    pattern = ".*".join(map(re.escape, line.strip().split("...")))
+    return re.search(rf"^\s*{pattern}\s*$", text, re.MULTILINE) is not None
+
+
+def typed(line: str, folder: Path) -> str:
+    """What a command prints in a folder, of a program that is installed here."""
+    program, *arguments = shlex.split(line)
+    done = subprocess.run(
+        [sys.executable, *INSTALLED[program], *arguments],
+        cwd=folder, env=ENVIRONMENT, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, f"{line}\n{done.stdout}\n{done.stderr}"
+    return done.stdout
+
+
+@pytest.mark.slow
+def test_a_newcomer_gets_to_the_figure_of_a_study(tmp_path: Path) -> None:
+    """Who takes commands, files and nothing else out of README and tutorial; what these print is what comes out.
+
+    The program is installed already, so the commands that set it up are left out; ``thorough`` has them.
+    """
+    (study,) = [text for text in blocks(TUTORIAL, "toml") if text.startswith("# study.toml\n")]
+    (tmp_path / "study.toml").write_text(study, encoding="utf-8")
+    said = ""
+    for line in commands_of_the_way():
+        for part in line.split(" && "):
+            if part.split()[0] in INSTALLED:
+                said += typed(part, tmp_path)
+    printed = blocks(TUTORIAL, "text")
+    assert len(printed) == 2
+    assert [line for text in printed for line in text.splitlines() if not is_in(line, said)] == []
+    made = (tmp_path / "mine.toml").read_text(encoding="utf-8")
+    excerpts = [text for text in blocks(TUTORIAL, "toml") if not text.startswith("# ")]
+    assert len(excerpts) == 2
+    assert [text for text in excerpts if text not in made] == []
+    assert "217" in str(pq.read_table(tmp_path / "first" / "faults.parquet").to_pylist()[0]["time_s"])
+    figure = (tmp_path / "study" / "goal-reached.pdf").read_bytes()
+    (width_pt,) = re.findall(rb"/MediaBox \[ 0 0 ([\d.]+) ", figure)
+    assert float(width_pt) == pytest.approx(3.5 * 72.0, abs=0.5)
+    (tried,) = re.findall(r"`(remoras run mine.toml .*fault=.*?)` completes", TUTORIAL.read_text(encoding="utf-8"))
+    assert is_in("completed            True", typed(tried, tmp_path))  # without the cause the difference is gone
+
+
+@pytest.mark.thorough
+def test_a_newcomer_installs_it(tmp_path: Path) -> None:
+    """The first command of the README in a copy of the checkout, then two of the tutorial; needs a package index."""
+    checkout = tmp_path / "checkout"
+    shutil.copytree(
+        ROOT, checkout, ignore=shutil.ignore_patterns(".git", ".venv*", "__pycache__", "*.egg-info", ".*_cache")
+    )
+    environment = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "VIRTUAL_ENV")}
+    first, second, third, *_ = commands_of_the_way()
+    done = subprocess.run(
+        ["bash", "-ec", f"{first}\n{second}\n{third}"],
+        cwd=checkout, env=environment, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert (checkout / "results" / "paper" / "trajectories.png").is_file()
+    assert (checkout / "mine.toml").is_file()
+
+
+@pytest.mark.slow
+def test_the_lines_of_python_in_the_readme_work(tmp_path: Path) -> None:
+    (text,) = blocks(README, "python")
+    assert len([line for line in text.splitlines() if line]) <= 10
+    (tmp_path / "ten.py").write_text(text, encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, "ten.py"], cwd=tmp_path, env=ENVIRONMENT, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert "mission_complete" in done.stdout
+    assert {path.name for path in tmp_path.iterdir()} >= {"tracks.pdf", "watch.html", "lossy"}
+
+
+def test_the_readme_cites_this_version() -> None:
+    assert f"version = {{{remoras.__version__}}}" in README.read_text(encoding="utf-8")
+
+
+@pytest.mark.slow
+def test_what_troubleshooting_shows_is_what_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every line below a command is a line that the command prints."""
     monkeypatch.chdir(tmp_path)
-    tutorial = ROOT / "docs" / "tutorial.md"
-    for line in "".join(blocks(tutorial, "sh")).splitlines():
-        command, _, target = line.partition(" > ")
-        result = CliRunner().invoke(app, shlex.split(command)[1:])
-        assert result.exit_code == 0, f"{line}: {result.output}"
-        if target:
-            Path(target).write_text(result.stdout, encoding="utf-8")
-    for block in blocks(tutorial, "python"):
-        exec(compile(block, str(tutorial), "exec"), {"__name__": "tutorial"})
+    monkeypatch.syspath_prepend(str(tmp_path))
+    page = ROOT / "docs" / "troubleshooting.md"
+    called = re.findall(r"^\$ (.*)\n((?:(?!\$ ).*\n)*)", "".join(blocks(page, "console")), re.MULTILINE)
+    assert len(called) >= 15
+    for command, lines in called:
+        program, *arguments = shlex.split(command)
+        assert program == "remoras"
+        result = CliRunner().invoke(app, arguments)
+        assert lines, command
+        assert [line for line in lines.splitlines() if not is_in(line, result.output)] == [], result.output
+        is_message = lines.startswith("remoras: ")
+        assert (result.exit_code == 2) == is_message, command
+        assert not is_message or len(result.stderr.splitlines()) == len(lines.splitlines()), result.stderr
+    sys.modules.pop("nearest", None)
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)

@@ -148,6 +148,7 @@ def opened(chrome: Any, site: Path) -> Iterator[Any]:
         ("keys", 0),
         ("reference", 0),
         ("packages", 0),
+        ("notebooks/gallery", 15),
         ("notebooks/mission", 5),
         ("notebooks/comparison", 2),
     ],
