@@ -131,7 +131,7 @@ def draw_classified(axes: Axes, results: RunResults, style: Style) -> str:
         shares = [number / max(1, len(times_s)) for number in range(len(times_s) + 1)]
         axes.step([0.0, *times_s, end_s], [*shares, shares[-1]], where="post", color=color, linestyle=line, label=label)
     axes.set_xlabel(style.axis("time", "s"))
-    axes.set_ylabel(style.axis("share of all that were"))
+    axes.set_ylabel(style.axis("share of the final number"))
     return "Between the two lies what the channel takes, and the analyst's doubt."
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 from matplotlib.figure import Figure
@@ -15,6 +16,7 @@ from visualisation.page import Page, PanelGrid
 ROW_IN, TOP_IN, TITLE_IN, AXIS_IN, GAP_IN, RIGHT_IN = 0.34, 0.06, 0.2, 0.42, 0.14, 0.12
 MOST_LABEL_IN = 1.9
 COLUMNS = 2
+RATE = re.compile(r" per (?=[\d.]+$)")
 
 
 def short_label(term: str) -> str:
@@ -23,14 +25,17 @@ def short_label(term: str) -> str:
 
 
 def titles(conditions: Sequence[str]) -> list[str]:
-    """What tells conditions from each other: the parts that not all of them have.
+    """What tells conditions from each other: the parts that not all of them have; a loss rate as captions have it.
 
-    >>> titles(["all", "patches, per 0.4", "patches, per 0.8"])
-    ['all', 'per 0.4', 'per 0.8']
+    >>> titles(["all", "patches, bernoulli per 0.4", "patches, bernoulli per 0.8"])
+    ['all', 'bernoulli, PER 0.4', 'bernoulli, PER 0.8']
     """
     parts = [condition.split(", ") for condition in conditions if condition != ALL]
     shared = set(parts[0]).intersection(*parts[1:]) if parts else set()
-    return [", ".join(part for part in condition.split(", ") if part not in shared) for condition in conditions]
+    return [
+        ", ".join(RATE.sub(", PER ", part) for part in condition.split(", ") if part not in shared)
+        for condition in conditions
+    ]
 
 
 def effects_figure(rows: Sequence[MainEffect], metric: MetricRecord, width_in: float | None = None) -> Figure:

@@ -116,8 +116,8 @@ def test_the_figure_has_a_panel_for_each_condition_and_a_whisker_for_each_factor
     panels = drawn.figure.axes
     assert [axes.get_title(loc="left") for axes in panels] == [
         "(a) all",
-        "(b) bernoulli per 0.2",
-        "(c) bernoulli per 0.6",
+        "(b) bernoulli, PER 0.2",
+        "(c) bernoulli, PER 0.6",
     ]
     for axes in panels:
         whiskers = [line for line in axes.lines if len(line.get_xdata()) == 2 and line.get_linewidth() > 1.0]
