@@ -1,8 +1,7 @@
 """The look that all figures share: widths, type sizes, colours, and how a figure becomes a file.
 
-Colours are those of Okabe and Ito (Color Universal Design, 2008), which stay apart for colour-blind readers; wine and
-indigo are from Tol's "muted" scheme (2021).
-A series also has a line style and a marker of its own, so that a grey print can be read.
+Colours are those of ``visualisation.colours``, which the page of a replay has, too. A series also has a line style and
+a marker of its own, so that a grey print can be read.
 """
 
 from __future__ import annotations
@@ -22,6 +21,8 @@ from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import text_to_path
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
+from visualisation import colours
+
 COLUMN_IN = 3.5
 """Width of a figure in one column of a paper."""
 PAGE_IN = 7.2
@@ -32,24 +33,16 @@ SMALL_PT = 7.0
 TINY_PT = 6.0
 """Type sizes: axis labels and titles; tick labels, legends and notes; the least that can be read."""
 
-BLACK = "#000000"
-ORANGE = "#E69F00"
-SKY_BLUE = "#56B4E9"
-GREEN = "#009E73"
-YELLOW = "#F0E442"
-BLUE = "#0072B2"
-VERMILLION = "#D55E00"
-PURPLE = "#CC79A7"
-WINE = "#882255"
-INDIGO = "#332288"
+BLACK, ORANGE, SKY_BLUE, GREEN, YELLOW = (
+    colours.BLACK, colours.ORANGE, colours.SKY_BLUE, colours.GREEN, colours.YELLOW,
+)  # fmt: skip
+BLUE, VERMILLION, PURPLE, WINE, INDIGO = (
+    colours.BLUE, colours.VERMILLION, colours.PURPLE, colours.WINE, colours.INDIGO,
+)  # fmt: skip
 GREY = "#666666"
 PALE = "#EEEEEE"
+COLOURS, VEHICLES = colours.COLOURS, colours.VEHICLES
 
-COLOURS = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY_BLUE, BLACK)
-"""Colours of series, in order; yellow is left out because a yellow line vanishes on white paper."""
-VEHICLES = (*COLOURS[:-1], WINE, INDIGO)
-"""Colours of vehicles in all figures of a run: eight that stay apart. There black is the fleet, yellow a place or a
-milestone, and a shade of grey (darker is worse) a share or an age."""
 LINES: tuple[Any, ...] = ("-", (0, (4, 1.2)), (0, (1.2, 1)), (0, (5, 1.2, 1.2, 1.2)))
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<", ">")
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import html
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -12,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from missions.files import drafted
+from visualisation.colours import VEHICLES
 from visualisation.errors import DrawingError
 
 MODEL = ("data.js", "model.js", "knowledge.js", "links.js", "work.js", "chain.js", "organisation.js", "plans.js")
@@ -63,7 +65,8 @@ def live_text(title: str) -> str:
 
 def _text(title: str, policy: str, styles: Sequence[str], data: str, scripts: Sequence[str]) -> str:
     style = "\n".join(f"<style>\n{asset(name)}</style>" for name in styles)
-    program = "\n".join(f"<script>\n{asset(name)}</script>" for name in scripts)
+    colours = f"globalThis.R = {{ VEHICLE_FILLS: {json.dumps(VEHICLES)} }};"
+    program = "\n".join(f"<script>\n{text}</script>" for text in (colours, *map(asset, scripts)))
     return f"""<!DOCTYPE html>
 <html lang="en">
 <head>

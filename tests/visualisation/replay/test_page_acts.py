@@ -193,12 +193,14 @@ def test_two_runs_share_clock_and_selection_and_part_at_the_first_difference(
         assert window.texts(".apart") == [f"Differs in decision.weight_external {weight}" for weight in ("2.0", "0.0")]
 
 
-def test_two_runs_have_one_colour_for_a_role_and_say_wherein_they_differ(
+def test_two_runs_have_one_mark_for_a_role_and_say_wherein_they_differ(
     chrome: Any, results: Results, tmp_path: Path
 ) -> None:
     other = recorded(tmp_path / "other", "channel.per=0.3", "strategy.name='central'", seed=2)
     with opened(chrome, written(tmp_path, results, other)) as window:
-        looks = window.ask("() => R.app.views.map((view) => [...view.facts.looks].map(([role, look]) => [role, look]))")
+        looks = window.ask(
+            "() => R.app.views.map(({ facts }) => [...facts.looks].map(([role, { sign }]) => [role, sign]))"
+        )
         assert looks[0] == looks[1]
         assert window.texts(".apart") == [
             "Differs in strategy.name remoras · channel.per 0.6 · seed 1",

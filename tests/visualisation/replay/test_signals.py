@@ -5,6 +5,7 @@ from pathlib import Path
 from replayed import asked
 
 ARROWS = """() => {
+  R.VEHICLE_FILLS = ["#0072B2"];
   const spells = [{ from_s: 0, to_s: 100 }], role = "Performer";
   const held = [[], [{ group: "one", role, spells }], [{ group: "other", role, spells }], []];
   const packet = {
@@ -25,4 +26,4 @@ ARROWS = """() => {
 
 def test_a_signal_goes_to_who_holds_its_role_in_its_group(tmp_path: Path) -> None:
     """From the sender's lane at 10 s to the receiver's: a role of that name in another group is not meant."""
-    assert asked([], ARROWS, tmp_path, more=("signals.js",)) == [[100, 21], [110, 71]]
+    assert asked([], ARROWS, tmp_path, more=("palette.js", "signals.js")) == [[100, 21], [110, 71]]

@@ -2,7 +2,9 @@
 /* One vehicle's world beside the truth: where it last heard its peers, where they may be by now, work that is done but
    that it has not heard of, and roles that it has wrong. */
 (function () {
-  const GHOST_PX = 6, FEW = 12, FAR_M = 1e5;
+  const GHOST_PX = 7, FEW = 8, FAR_M = 1e5;
+
+  R.isCrowded = (facts) => facts.n > FEW;
 
   /** Where `v` is wrong about its peers' roles: {peer, extra: it believes, missing: it has not heard of}. */
   R.disagreements = function (facts, v, time_s) {
@@ -42,7 +44,7 @@
       const x = frame.x(peer.x), y = frame.y(peer.y);
       const age_s = Math.max(0, time_s - peer.since_s);
       const so = run.at(peer.v, time_s);
-      pen.strokeStyle = R.theme.belief;
+      pen.strokeStyle = R.vehicleLook(peer.v).line;
       pen.lineWidth = 1.2;
       pen.setLineDash([2, 3]);
       pen.beginPath();
@@ -52,7 +54,7 @@
       pen.setLineDash([]);
       pen.lineWidth = 1.6;
       const heading = Math.atan2(so.y - peer.y, so.x - peer.x);
-      R.drawGlyph(pen, x, y, heading, R.shapeOf(facts, peer.v), size, null, R.theme.belief);
+      R.drawGlyph(pen, x, y, heading, R.shapeOf(facts, peer.v), size, null, R.vehicleLook(peer.v).line);
       ghosts.push({ peer: peer.v, x, y, age_s, far: Math.hypot(so.x - peer.x, so.y - peer.y) * frame.scale });
       taken.push([x - size, y - size, 2 * size, 2 * size]);
     }
@@ -60,22 +62,16 @@
     return ghosts;
   };
 
-  /* Discs of a few peers stand out one by one; those of many become one area without outlines, which overlaps do not darken. */
+  /* Of many peers the discs would cover all: that of the peer the mouse points at is drawn alone. */
   function drawDiscs(pen, frame, facts, peers, time_s) {
-    const radius = (peer) => Math.max(1, Math.min((time_s - peer.since_s) * facts.top_mps[peer.v], FAR_M) * frame.scale);
-    const groups = facts.n > FEW ? [peers] : peers.map((peer) => [peer]);
-    pen.fillStyle = pen.strokeStyle = R.PURPLE;
-    pen.lineWidth = 1;
-    for (const group of groups) {
+    for (const peer of R.isCrowded(facts) ? peers.filter((one) => one.v === facts.pointed) : peers) {
+      const radius = Math.max(1, Math.min((time_s - peer.since_s) * facts.top_mps[peer.v], FAR_M) * frame.scale);
+      pen.fillStyle = pen.strokeStyle = R.vehicleLook(peer.v).line;
+      pen.lineWidth = 1;
       pen.beginPath();
-      for (const peer of group) {
-        const x = frame.x(peer.x), y = frame.y(peer.y), r = radius(peer);
-        pen.moveTo(x + r, y);
-        pen.arc(x, y, r, 0, 2 * Math.PI);
-      }
+      pen.arc(frame.x(peer.x), frame.y(peer.y), radius, 0, 2 * Math.PI);
       pen.globalAlpha = 0.1;
       pen.fill();
-      if (facts.n > FEW) continue;
       pen.globalAlpha = 0.8;
       pen.stroke();
     }

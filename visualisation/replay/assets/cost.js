@@ -42,7 +42,7 @@
   function drawPrice(pen, cost, scale, y) {
     if (!cost.truth.length || !cost.known_mean.length) return;
     pen.globalAlpha = 0.3;
-    pen.fillStyle = R.VERMILLION;
+    pen.fillStyle = R.theme.loss;
     pen.beginPath();
     tracePath(pen, cost.t, cost.truth, scale, y);
     for (let n = cost.t.length - 1; n >= 0; n -= 1) {
@@ -137,7 +137,7 @@
     if (late_s === null) return;
     entry(`the price of the losses: news of work ${R.seconds(late_s)} late on average`, (left, top) => {
       pen.globalAlpha = 0.3;
-      pen.fillStyle = R.VERMILLION;
+      pen.fillStyle = R.theme.loss;
       pen.fillRect(left, top - 6, 26, 12);
       pen.globalAlpha = 1;
     });

@@ -10,6 +10,7 @@
     constructor(run, looks = R.roleLooks([run])) {
       this.run = run;
       this.looks = looks;
+      this.pointed = -1; // vehicle under the mouse
       this.n = run.vehicles.length;
       this.sound_mps = run.header.sound_mps;
       this.end_s = run.header.end_s;

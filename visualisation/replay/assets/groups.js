@@ -49,9 +49,7 @@
   /* A role in three cells: name, who plays it, what it is for. */
   function line(facts, group, role, wrong, time_s, go) {
     const look = facts.looks.get(role.name), name = R.make("span", "name");
-    const swatch = R.make("i", "swatch");
-    if (look) swatch.style.background = look.fill;
-    name.append(swatch, `${role.isHead ? HEAD : ""}${role.name} `, R.make("span", "note", cardinality(role)));
+    name.append(R.make("i", "mark", look ? look.sign : ""), `${role.isHead ? HEAD : ""}${role.name} `, R.make("span", "note", cardinality(role)));
     const seats = R.make("span", "seats");
     const isIn = (list, v) => list.some((one) => one.v === v && one.group === group.name && one.role === role.name);
     for (const { v, isAway } of role.holders) {

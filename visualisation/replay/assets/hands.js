@@ -38,7 +38,10 @@
       view.app.tip(text, event.clientX, event.clientY);
       element.style.cursor = text ? "pointer" : "default";
     });
-    element.addEventListener("pointerleave", () => view.app.tip("", 0, 0));
+    element.addEventListener("pointerleave", () => {
+      view.facts.pointed = -1;
+      view.app.tip("", 0, 0);
+    });
   }
 
   R.listenMap = function (view) {
@@ -55,6 +58,10 @@
     onHover(view, canvas, (x, y) => {
       const v = nearest(x, y);
       const time_s = view.app.clock.t;
+      if (v !== view.facts.pointed) {
+        view.facts.pointed = v;
+        view.paintMap();
+      }
       return v < 0 ? R.markTip(view.facts, view.frame, time_s, x, y) : R.vehicleTip(view.facts, v, time_s);
     });
     onDrag(canvas, (dx, dy) => {

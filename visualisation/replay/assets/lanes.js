@@ -87,7 +87,7 @@
       pen.fillText(R.fitted(pen, `${lane.folded ? "▸" : "▾"} ${R.plural(lane.members.length, lane.role)}${lane.waits ? ", waiting" : ""}`, room - 14), x, top);
     } else {
       pen.lineWidth = 1.2;
-      R.drawGlyph(pen, x + 6, top, 0, R.shapeOf(facts, lane.v), 5, lane.v === selected ? R.theme.ink : null, R.theme.ink);
+      R.drawGlyph(pen, x + 6, top, 0, R.shapeOf(facts, lane.v), 5, R.vehicleLook(lane.v).fill, R.theme.ink);
       pen.fillText(R.fitted(pen, facts.run.vehicles[lane.v].name, room - 34), x + 18, top);
       if (lane.v === selected) { pen.fillStyle = R.theme.ink; pen.fillRect(0, lane.y, 4, lane.h - 1); }
     }
@@ -132,14 +132,20 @@
   R.plural = (count, noun) => `${count} ${noun}${count === 1 || noun.endsWith("s") || noun === "no role" ? "" : "s"}`;
 
   function drawRoles(pen, facts, v, look, scale, y) {
-    const rows = facts.held[v].slice(0, look.rows);
+    const rows = facts.held[v].slice(0, look.rows), own = R.vehicleLook(v);
     rows.forEach((row, n) => {
       const top = y + look.bar + 1 + n * look.held;
       for (const spell of row.spells) {
         const [left, right] = clipped(scale, spell.from_s, spell.to_s);
         if (right <= left) continue;
-        pen.fillStyle = facts.looks.get(row.role).fill;
-        pen.fillRect(left, top, right - left, look.held - 1);
+        pen.strokeStyle = own.line;
+        pen.lineWidth = look.held - 1;
+        pen.setLineDash(facts.looks.get(row.role).dash);
+        pen.beginPath();
+        pen.moveTo(left, top + (look.held - 1) / 2);
+        pen.lineTo(right, top + (look.held - 1) / 2);
+        pen.stroke();
+        pen.setLineDash([]);
       }
     });
     pen.font = R.FONT;
@@ -157,17 +163,16 @@
         narrow.set(key, true);
       }
       if (w <= 0) continue;
-      const role = facts.looks.get(bar.role);
-      R.fillRole(pen, role, left, y, w, look.bar);
+      R.fillRole(pen, facts.looks.get(bar.role), own, left, y, w, look.bar);
       pen.fillStyle = R.theme.paper;
       if (w > 3) pen.fillRect(right - 1, y, 1, look.bar);
       /* In a tight lane flags stand on the bars: a text begins behind that of its beginning. */
       const inset = !look.flag && facts.flags[v].some(({ time_s }) => Math.abs(scale.x(time_s) - left) < 4) ? FLAG_PX + 4 : 4;
       const text = w > 24 ? R.fitted(pen, bar.text, w - inset - 4) : "";
       if (!text) continue;
-      pen.fillStyle = role.fill;
+      pen.fillStyle = own.fill;
       pen.fillRect(left + inset - 2, y + 1, pen.measureText(text).width + 4, look.bar - 2);
-      pen.fillStyle = role.text;
+      pen.fillStyle = own.text;
       pen.fillText(text, left + inset, y + look.bar / 2 + 0.5);
     }
   }
@@ -192,9 +197,9 @@
 
   const clipped = (scale, from_s, to_s) => [Math.max(scale.x(from_s), scale.left), Math.min(scale.x(to_s), scale.right)];
 
-  /* A folded lane: how many of its vehicles each role drives, as stacked columns. */
+  /* A folded lane: how many of its vehicles each role drives, as stacked columns of grey with the marks of the roles. */
   function drawShares(pen, facts, lane, scale, y, h) {
-    const step = 4;
+    const step = 4, marked = new Map();
     for (let x = scale.left; x < scale.right; x += step) {
       const time_s = scale.time(x + step / 2);
       if (time_s < 0 || time_s > facts.end_s) continue;
@@ -207,12 +212,20 @@
       for (const role of facts.looks.keys()) {
         const part = h * (count.get(role) || 0) / lane.members.length;
         if (!part) continue;
-        pen.fillStyle = facts.looks.get(role).fill;
+        pen.fillStyle = R.theme.neutral;
         pen.fillRect(x, bottom - part, step, part);
+        pen.fillStyle = R.theme.paper;
+        pen.fillRect(x, bottom - part, step, 1);
+        if (part >= 8 && Math.round((x - scale.left) / step) % 3 === 1) {
+          if (!marked.has(role)) marked.set(role, []);
+          for (let down = bottom - 4; down >= bottom - part + 4; down -= 9) marked.get(role).push([x + step / 2, down]);
+        }
         bottom -= part;
       }
     }
+    for (const [role, points] of marked) R.drawMarksAt(pen, facts.looks.get(role), points, R.theme.ink);
     pen.strokeStyle = R.theme.line;
+    pen.lineWidth = 1;
     pen.strokeRect(scale.left, y + 0.5, scale.right - scale.left, h);
   }
 

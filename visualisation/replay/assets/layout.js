@@ -91,7 +91,7 @@
 
   /** Symbols of the map in a line below it; `marks` of the mission's own tables in a second one, `ends` are what
       links come to beside being heard and lost. */
-  R.drawLegend = function (pen, w, h, height, mind, marks, ends) {
+  R.drawLegend = function (pen, w, h, height, mind, marks, ends, isCrowded) {
     let y = h - height + (marks.length ? height / 4 : height / 2);
     pen.fillStyle = R.theme.panel;
     pen.fillRect(0, h - height, w, height);
@@ -108,12 +108,12 @@
       x += all + 12;
     };
     if (mind) {
-      entry("last heard", 12, (left) => { pen.lineWidth = 1.6; R.drawGlyph(pen, left + 6, y, 0, 0, 5, null, R.theme.belief); });
-      entry("may be", 14, (left) => {
+      entry("last heard", 12, (left) => { pen.lineWidth = 1.6; R.drawGlyph(pen, left + 6, y, 0, 0, 5, null, R.theme.ink); });
+      entry(isCrowded ? "may be: point at one" : "may be", 14, (left) => {
         pen.beginPath();
         pen.arc(left + 7, y, 6, 0, 2 * Math.PI);
-        pen.globalAlpha = 0.15; pen.fillStyle = R.PURPLE; pen.fill();
-        pen.globalAlpha = 1; pen.strokeStyle = R.PURPLE; pen.lineWidth = 1; pen.stroke();
+        pen.globalAlpha = 0.15; pen.fillStyle = R.theme.ink; pen.fill();
+        pen.globalAlpha = 1; pen.strokeStyle = R.theme.ink; pen.lineWidth = 1; pen.stroke();
       });
       entry("unheard", 14, (left) => {
         pen.fillStyle = R.theme.done;
@@ -140,11 +140,12 @@
     ["S", "save the view as SVG"], ["V", "start or end a clip as video"], ["L", "copy a link to this moment"], ["? Esc", "this help; close it"],
   ];
   const MEANINGS = [
+    "A colour is a vehicle, as in the figures; a mark is a role, on the icon of the vehicle that it drives and all over its bar.",
     "Lanes: the labelled bar is the role that drives the vehicle; thin rows below are roles it holds; a small triangle marks a change of choice: click it for the reasons.",
     "Strip below: a full tick upwards is a packet heard, a hollow one upwards one that arrived and was refused; a hollow tick downwards one lost, a full one downwards one that collided; a dot one sent. Zoomed out: shares. Hatched: deaf, every packet lost for three frames or more.",
-    "Orange arrows: influence signals, from the sender's slot to the choice they moved; zoomed in, every signal that was heard.",
-    "Map: a full line is a packet heard, a broken line with a cross one lost, with a ring around the cross one that collided, with a square one that was refused; where many fade at once, of the older ones the crosses stay. By slot, rings are the sound in the water. Diamonds and dots: rows of the mission's own tables (see Tables); green squares: finds.",
-    "With a vehicle selected, purple is what it believes: hollow symbols where it last heard its peers, discs where they may be, dotted lines to where they are, hatching for work it has not heard of, ≠ for roles it has wrong.",
+    "Arrows between lanes: influence signals, in the colour of their sender, from the sender's slot to the choice they moved; zoomed in, every signal that was heard.",
+    "Map: a full line is a packet heard, a broken line with a cross one lost, with a ring around the cross one that collided, with a square one that was refused; where many fade at once, of the older ones the crosses stay. By slot, rings are the sound in the water. Diamonds and dots: rows of the mission's own tables (see Tables); squares: finds.",
+    "With a vehicle selected, what it believes is hollow: symbols where it last heard its peers, discs where they may be (of more than eight vehicles that of the one you point at), dotted lines to where they are, hatching for work it has not heard of, ≠ for roles it has wrong.",
     "Organisation: who plays what, with a vehicle selected as that one sees it; ≠ is not so in truth. Plans: ↻ is a branch that another method has mended. Why: ◆ is the mean of the best combination with a candidate; the highest is performed.",
     "Wheel: zoom. Drag: move. Double click: whole map, whole run. Lanes of alike vehicles fold; click one to open it.",
   ];

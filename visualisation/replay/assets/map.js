@@ -2,7 +2,7 @@
 /* The map: what the mission declares, tracks, vehicles. Everything that does not change from frame to frame is drawn
    once into a hidden canvas, which tracks and work done grow into; only what moves is drawn anew. */
 (function () {
-  const MARGIN_PX = 14, GLYPH_PX = 7, RECENT_S = 300;
+  const MARGIN_PX = 14, GLYPH_PX = 8.5, RECENT_S = 300;
 
   /** Places metres on a box of pixels: whole world in view, y north upwards, same scale both ways. */
   R.Frame = class {
@@ -109,7 +109,7 @@
     }
   };
 
-  /** What was found, as green squares; dashed purple where `mind` knows nothing of it. */
+  /** What was found, as squares; dashed where `mind` knows nothing of it. */
   R.drawFinds = function (pen, frame, facts, mind, time_s) {
     const { run } = facts;
     const truth = run.truth(time_s);
@@ -117,7 +117,7 @@
     for (const n of truth.finds) {
       const { x, y } = run.finds[n], known = !mind || mind.finds.includes(n);
       const [px, py] = [frame.x(x), frame.y(y)];
-      pen.strokeStyle = known ? R.GREEN : R.theme.belief;
+      pen.strokeStyle = known ? R.theme.ink : R.theme.belief;
       pen.setLineDash(known ? [] : [2, 2]);
       pen.strokeRect(px - 3.5, py - 3.5, 7, 7);
       pen.setLineDash([]);
@@ -177,7 +177,15 @@
     }
   };
 
-  /** Symbol of a vehicle, pointing where it heads; its shape tells its type, its fill the role that drives it. */
+  /** A vehicle as it is: its shape tells its type, its colour which it is, its mark the role that drives it. */
+  R.drawVehicle = function (pen, facts, v, x, y, heading, time_s, size) {
+    const { fill, text } = R.vehicleLook(v), bar = facts.drivingAt(v, time_s);
+    pen.lineWidth = 1.3;
+    R.drawGlyph(pen, x, y, heading, R.shapeOf(facts, v), size, fill, R.theme.ink);
+    if (bar) R.drawMarksAt(pen, facts.looks.get(bar.role), [[x, y]], text);
+  };
+
+  /** Symbol of a vehicle, pointing where it heads. */
   R.drawGlyph = function (pen, x, y, heading, shape, size, fill, line) {
     pen.save();
     pen.translate(x, y);
@@ -210,19 +218,14 @@
   R.drawVehicles = function (pen, frame, facts, time_s, { selected = -1, names = true, size = R.glyphSize(facts), taken = [] } = {}) {
     const { run } = facts;
     const states = run.vehicles.map((_, v) => run.at(v, time_s));
-    pen.lineWidth = 1.5;
-    pen.strokeStyle = R.theme.ink;
-    pen.globalAlpha = 0.75;
     for (let v = 0; v < facts.n; v += 1) {
+      pen.lineWidth = 2;
+      pen.strokeStyle = R.vehicleLook(v).line;
       if (facts.n <= 12 || v === selected) R.drawTrack(pen, frame, run.track(v), time_s - RECENT_S, time_s);
     }
-    pen.globalAlpha = 1;
     for (let v = 0; v < facts.n; v += 1) {
       const x = frame.x(states[v].x), y = frame.y(states[v].y);
-      const bar = facts.drivingAt(v, time_s);
-      pen.lineWidth = 1.3;
-      R.drawGlyph(pen, x, y, states[v].heading, R.shapeOf(facts, v), size,
-                  bar ? facts.looks.get(bar.role).fill : R.theme.paper, R.theme.ink);
+      R.drawVehicle(pen, facts, v, x, y, states[v].heading, time_s, size);
       if (v === selected) drawRing(pen, x, y, size + 6);
       if (run.outAt(v, time_s)) R.drawCross(pen, x, y, size + 2, R.theme.ink);
       taken.push([x - size, y - size, 2 * size, 2 * size]);

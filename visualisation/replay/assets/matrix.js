@@ -40,7 +40,7 @@
     pen.fillStyle = R.theme.neutral;
     pen.fillRect(x, y, place.across - 1, place.size - 1);
     pen.globalAlpha = 0.9 * strong;
-    pen.fillStyle = R.PURPLE;
+    pen.fillStyle = R.theme.belief;
     pen.fillRect(x, y, place.across - 1, place.size - 1);
     pen.globalAlpha = 1;
     if (never && place.size > 8) { pen.strokeStyle = R.theme.ink; pen.lineWidth = 1; R.hatch(pen, x, y, place.across - 1, place.size - 1, 6); }
@@ -49,8 +49,8 @@
       if (lacking && place.size >= 5) { pen.fillStyle = R.theme.ink; pen.fillRect(x + place.across / 2 - 2, y + place.size / 2 - 2, 3, 3); }
       return;
     }
-    /* Purple is light: dark ink stands on it in both themes, but not where it is a thin wash over a dark square. */
-    pen.fillStyle = strong > 0.6 ? "#15191e" : R.theme.ink;
+    /* A text stands on whatever of the wash is behind it: in its darker half on paper's colour. */
+    pen.fillStyle = strong > 0.5 ? R.theme.paper : R.theme.ink;
     pen.font = R.BOLD;
     pen.textAlign = "center";
     const middle = x + place.across / 2, age = never ? "never" : R.seconds(age_s);
@@ -61,7 +61,7 @@
 
   /* A frame of a square says that the one does without the other, who is silent for too long. */
   function drawParked(pen, place, x, y) {
-    pen.strokeStyle = R.VERMILLION;
+    pen.strokeStyle = R.theme.loss;
     pen.lineWidth = place.size > 12 ? 3 : 1.5;
     pen.strokeRect(x + 1.5, y + 1.5, place.across - 4, place.size - 4);
   }
@@ -92,7 +92,7 @@
       pen.fillStyle = R.theme.neutral;
       pen.fillRect(x, y - 7, 14, 14);
       pen.globalAlpha = 0.9 * n / STEPS_FRAMES.length;
-      pen.fillStyle = R.PURPLE;
+      pen.fillStyle = R.theme.belief;
       pen.fillRect(x, y - 7, 14, 14);
       pen.globalAlpha = 1;
       pen.fillStyle = R.theme.muted;

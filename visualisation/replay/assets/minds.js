@@ -52,10 +52,8 @@
     R.fillTiles(pen, frame, facts.run.tiles, mind.tilesKnown_s, -1, time_s);
     R.drawUnheard(pen, frame, facts, mind, time_s, 5);
     R.drawGhosts(pen, frame, facts, v, mind, time_s, [], 4);
-    const own = facts.run.at(v, time_s), bar = facts.drivingAt(v, time_s);
-    pen.lineWidth = 1.2;
-    R.drawGlyph(pen, frame.x(own.x), frame.y(own.y), own.heading, R.shapeOf(facts, v), 6,
-                bar ? facts.looks.get(bar.role).fill : R.theme.paper, R.theme.ink);
+    const own = facts.run.at(v, time_s);
+    R.drawVehicle(pen, facts, v, frame.x(own.x), frame.y(own.y), own.heading, time_s, 7);
     pen.restore();
     pen.strokeStyle = selected ? R.theme.ink : R.theme.line;
     pen.lineWidth = selected ? 2 : 1;

@@ -58,7 +58,7 @@
     if (length < 4) return;
     const short = heard ? 0 : Math.min(SHORT_OF_PX, length / 2), drawn = isWhole ? length : Math.min(length, short + STUB_PX);
     const before = (px) => [x1 - (x1 - x0) * px / length, y1 - (y1 - y0) * px / length];
-    pen.strokeStyle = heard ? R.theme.ink : R.VERMILLION;
+    pen.strokeStyle = heard ? R.theme.ink : R.theme.loss;
     pen.lineWidth = heard ? 1.5 : 1.2;
     pen.setLineDash(heard || !isWhole ? [] : [5, 4]);
     pen.beginPath();
@@ -71,10 +71,10 @@
 
   /* How a link ends that was sent in vain: a cross; with a ring, another packet was there; a square is a closed door. */
   function drawEnd(pen, x, y, why) {
-    pen.strokeStyle = R.VERMILLION;
+    pen.strokeStyle = R.theme.loss;
     pen.lineWidth = 1.6;
     if (why === "refused") { pen.strokeRect(x - 4, y - 4, 8, 8); return; }
-    R.drawCross(pen, x, y, 4, R.VERMILLION);
+    R.drawCross(pen, x, y, 4, R.theme.loss);
     if (why !== "collided") return;
     pen.beginPath();
     pen.arc(x, y, 7, 0, 2 * Math.PI);

@@ -1,22 +1,17 @@
 "use strict";
 globalThis.R = globalThis.R || {};
-/* Colours and patterns. The colours are those of Okabe and Ito, as in visualisation/style.py.
-   One colour has one meaning: blue, sky blue and yellow (with a pattern) are roles, green is work done, purple is what a
-   vehicle believes, orange is an influence signal, vermilion is loss and its price; ink is what is so. */
+/* Colours and marks. A colour is a vehicle, the same as in the figures: `R.VEHICLE_FILLS` are those of
+   visualisation/colours.py. A role is its label and its mark, once on the icon of the vehicle that it drives, again and
+   again on the bar in its lane. What a vehicle believes is hollow, work done is pale, loss is red; ink is what is so. */
 (function () {
-  const BLUE = "#0072B2", SKY_BLUE = "#56B4E9", YELLOW = "#F0E442";
-  R.GREEN = "#009E73";
-  R.PURPLE = "#CC79A7";
-  R.ORANGE = "#E69F00";
-  R.VERMILLION = "#D55E00";
   R.FONT = "12px system-ui, 'DejaVu Sans', sans-serif";
   R.BOLD = "bold 12px system-ui, 'DejaVu Sans', sans-serif";
 
   const THEMES = {
     light: { paper: "#ffffff", panel: "#f4f6f8", ink: "#15191e", muted: "#57616c", line: "#cfd6dd", sea: "#fbfcfd",
-             belief: "#9a3f72", warn: "#a84a00", done: "#bfe5d9", neutral: "#dde3e9" },
+             belief: "#9a3f72", warn: "#a84a00", loss: "#c0002b", done: "#bfe5d9", neutral: "#dde3e9" },
     dark: { paper: "#12171d", panel: "#1a212a", ink: "#edf1f5", muted: "#a3afbb", line: "#35414d", sea: "#151b22",
-            belief: "#e39cc4", warn: "#ff9250", done: "#1b4d40", neutral: "#3a4652" },
+            belief: "#e39cc4", warn: "#ff9250", loss: "#ff6a78", done: "#1b4d40", neutral: "#3a4652" },
   };
   /* Texts in the colour of belief and loss need more contrast than lines; hence `belief` and `warn`. */
   R.theme = THEMES.light;
@@ -28,23 +23,56 @@ globalThis.R = globalThis.R || {};
     root.dataset.theme = name;
     root.style.colorScheme = name;
     for (const [key, value] of Object.entries(R.theme)) root.style.setProperty("--" + key, value);
-    for (const key of ["GREEN", "PURPLE", "ORANGE", "VERMILLION"]) {
-      root.style.setProperty("--" + key.toLowerCase(), R[key]);
-    }
   };
 
-  const FILLS = [[SKY_BLUE, "#10202c"], [BLUE, "#ffffff"], [YELLOW, "#24220a"]];
-  const PATTERNS = ["plain", "rising", "dots", "bars"];
+  const DARK = "#10151b", LIGHT = "#ffffff", TILE_PX = 8, LEAST_CONTRAST = 3;
 
-  /** Looks of roles by name, the same in all runs: the n-th role to appear, first run first, has the n-th colour and pattern. */
+  /* Relative luminance of a colour, and the contrast of two (WCAG 2.1). */
+  function luminance(colour) {
+    const [r, g, b] = [1, 3, 5].map((at) => parseInt(colour.slice(at, at + 2), 16) / 255)
+      .map((part) => (part <= 0.04045 ? part / 12.92 : Math.pow((part + 0.055) / 1.055, 2.4)));
+    return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+  }
+  R.contrast = function (one, other) {
+    const [low, high] = [luminance(one), luminance(other)].sort((a, b) => a - b);
+    return (high + 0.05) / (low + 0.05);
+  };
+
+  /** Colour of vehicle `v`, of a text on it, and of a thin line of it, which at night is lighter where it has to be. */
+  R.vehicleLook = function (v) {
+    const fill = R.VEHICLE_FILLS[v % R.VEHICLE_FILLS.length];
+    const text = R.contrast(fill, DARK) > R.contrast(fill, LIGHT) ? DARK : LIGHT;
+    let line = fill;
+    for (let share = 0.1; R.theme === THEMES.dark && R.contrast(line, R.theme.sea) < LEAST_CONTRAST; share += 0.1) line = lightened(fill, share);
+    return { fill, text, line };
+  };
+
+  function lightened(colour, share) {
+    const parts = [1, 3, 5].map((at) => parseInt(colour.slice(at, at + 2), 16));
+    return "#" + parts.map((part) => Math.round(part + share * (255 - part)).toString(16).padStart(2, "0")).join("");
+  }
+
+  /* Marks of roles around (0, 0), within 3 px, as paths; `solid` ones are filled, the others stroked. `sign` is the mark
+     in a text, `dash` the line of a role that is held and does not drive. */
+  const line = (...ends) => (pen, x, y) => {
+    for (const [x0, y0, x1, y1] of ends) { pen.moveTo(x + x0, y + y0); pen.lineTo(x + x1, y + y1); }
+  };
+  const circle = (radius) => (pen, x, y) => { pen.moveTo(x + radius, y); pen.arc(x, y, radius, 0, 2 * Math.PI); };
+  R.MARKS = [
+    { sign: "●", solid: true, path: circle(2.3), dash: [] },
+    { sign: "╱", path: line([-2.6, 2.6, 2.6, -2.6]), dash: [10, 3] },
+    { sign: "│", path: line([0, -3, 0, 3]), dash: [2, 2] },
+    { sign: "○", path: circle(2.4), dash: [6, 2, 2, 2] },
+    { sign: "╲", path: line([-2.6, -2.6, 2.6, 2.6]), dash: [5, 5] },
+    { sign: "─", path: line([-3, 0, 3, 0]), dash: [2, 6] },
+    { sign: "+", path: line([-3, 0, 3, 0], [0, -3, 0, 3]), dash: [12, 2, 2, 2, 2, 2] },
+    { sign: "■", solid: true, path: (pen, x, y) => pen.rect(x - 2, y - 2, 4, 4), dash: [4, 1] },
+  ];
+
+  /** Marks of roles by name, the same in all runs: the n-th role to appear, first run first, has the n-th mark. */
   R.roleLooks = function (runs) {
     const looks = new Map();
-    for (const role of runs.flatMap(rolesOf)) {
-      if (looks.has(role)) continue;
-      const n = looks.size;
-      const [fill, text] = FILLS[n % FILLS.length];
-      looks.set(role, { fill, text, pattern: PATTERNS[Math.floor(n / FILLS.length) % PATTERNS.length] });
-    }
+    for (const role of runs.flatMap(rolesOf)) if (!looks.has(role)) looks.set(role, R.MARKS[looks.size % R.MARKS.length]);
     return looks;
   };
 
@@ -53,19 +81,26 @@ globalThis.R = globalThis.R || {};
     return first.sort((a, b) => a[0] - b[0] || (a[1] < b[1] ? -1 : a[1] > b[1] ? 1 : 0)).map(([, role]) => role);
   }
 
-  /** Fills a box with the colour and pattern of a role. */
-  R.fillRole = function (pen, look, x, y, w, h) {
-    pen.fillStyle = look ? look.fill : R.theme.neutral;
+  /** Draws the mark of a role at points, in one go. */
+  R.drawMarksAt = function (pen, mark, points, colour) {
+    pen.beginPath();
+    for (const [x, y] of points) mark.path(pen, x, y);
+    pen.lineWidth = 1.5;
+    pen.strokeStyle = pen.fillStyle = colour;
+    if (mark.solid) pen.fill(); else pen.stroke();
+  };
+
+  /** Fills a box with a colour, and with the mark of a role again and again. */
+  R.fillRole = function (pen, mark, { fill, text }, x, y, w, h) {
+    pen.fillStyle = fill;
     pen.fillRect(x, y, w, h);
-    if (!look || look.pattern === "plain" || w < 6 || h < 6) return;
-    pen.globalAlpha = 0.28;
-    pen.strokeStyle = pen.fillStyle = look.text;
-    pen.lineWidth = 1;
-    if (look.pattern === "rising") R.hatch(pen, x, y, w, h, 8);
-    if (look.pattern === "bars") for (let at = x + 3; at < x + w; at += 6) pen.fillRect(at, y, 1, h);
-    if (look.pattern === "dots") {
-      for (let at = x + 3; at < x + w - 1; at += 6) for (let up = y + 3; up < y + h - 1; up += 6) pen.fillRect(at, up, 2, 2);
+    if (w < TILE_PX || h < TILE_PX) return;
+    const points = [];
+    for (let down = y + h / 2 - Math.floor(h / 2 / TILE_PX - 0.5) * TILE_PX; down <= y + h - TILE_PX / 2; down += TILE_PX) {
+      for (let at = x + TILE_PX / 2; at <= x + w - TILE_PX / 2; at += TILE_PX) points.push([at, down]);
     }
+    pen.globalAlpha = 0.45;
+    R.drawMarksAt(pen, mark, points, text);
     pen.globalAlpha = 1;
   };
 

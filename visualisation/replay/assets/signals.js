@@ -29,7 +29,7 @@
           if (to.arrival_s === null || !addresses(facts, signal, to.v, packet.start_s)) continue;
           const from = [scale.x(packet.start_s), middles.get(packet.sender)];
           pen.globalAlpha = 0.7;
-          arrow(pen, from, [scale.x(to.arrival_s), middles.get(to.v)], 1);
+          arrow(pen, from, [scale.x(to.arrival_s), middles.get(to.v)], 1, packet.sender);
           pen.globalAlpha = 1;
         }
       }
@@ -51,7 +51,7 @@
           if (!candidate.chosen || candidate.source < 0 || !candidate.external) continue;
           if (middles.get(candidate.source) === middles.get(v)) continue;
           const sent_s = R.slotStart(facts, candidate.slot, decision.time_s);
-          arrow(pen, [scale.x(sent_s), middles.get(candidate.source)], [x, middles.get(v)], 2);
+          arrow(pen, [scale.x(sent_s), middles.get(candidate.source)], [x, middles.get(v)], 2, candidate.source);
         }
       }
     }
@@ -60,16 +60,19 @@
   /** When a slot opened (s); the given time where the slot is not known. */
   R.slotStart = (facts, slot, time_s) => (slot >= 0 ? facts.run.slotStart_s(slot) : time_s);
 
-  function arrow(pen, [x0, y0], [x1, y1], width) {
+  /* In the colour of the sender, lined with paper where it crosses bars. */
+  function arrow(pen, [x0, y0], [x1, y1], width, sender) {
     const length = Math.hypot(x1 - x0, y1 - y0);
     if (!(length > 2)) return;
     const [ux, uy] = [(x1 - x0) / length, (y1 - y0) / length], head = 4 + 2 * width;
-    pen.strokeStyle = pen.fillStyle = R.ORANGE;
-    pen.lineWidth = width;
     pen.beginPath();
     pen.moveTo(x0, y0);
     pen.lineTo(x1 - ux * head, y1 - uy * head);
-    pen.stroke();
+    for (const [colour, wide] of [[R.theme.paper, width + 2], [R.vehicleLook(sender).line, width]]) {
+      pen.strokeStyle = pen.fillStyle = colour;
+      pen.lineWidth = wide;
+      pen.stroke();
+    }
     pen.beginPath();
     pen.moveTo(x1, y1);
     pen.lineTo(x1 - ux * head - uy * head / 2, y1 - uy * head + ux * head / 2);

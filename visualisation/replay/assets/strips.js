@@ -63,11 +63,11 @@
     };
     pen.fillStyle = R.theme.ink;
     each(heard, (x) => pen.fillRect(x, middle - up, w, up));
-    pen.strokeStyle = R.VERMILLION;
+    pen.strokeStyle = R.theme.loss;
     pen.lineWidth = 1;
     each(lost.filter((p) => !other.has(p)), (x) => pen.strokeRect(x + 0.5, middle + 1.5, Math.max(w - 1, 1), down));
     each(refused, (x) => pen.strokeRect(x + 0.5, middle - up + 0.5, Math.max(w - 1, 1), up - 1));
-    pen.fillStyle = R.VERMILLION;
+    pen.fillStyle = R.theme.loss;
     each(collided, (x) => pen.fillRect(x, middle + 1, w, down + 1));
     pen.fillStyle = R.theme.muted;
     each(sent, (x) => { pen.beginPath(); pen.arc(x + w / 2, middle, 2.5, 0, 2 * Math.PI); pen.fill(); });
@@ -92,7 +92,7 @@
     }
     const up = middle - y - 1, down = y + h - middle - 2;
     pen.fillStyle = R.theme.ink;
-    pen.strokeStyle = R.VERMILLION;
+    pen.strokeStyle = R.theme.loss;
     pen.lineWidth = 1;
     pen.beginPath();
     for (let bucket = 0; bucket < n; bucket += 1) {

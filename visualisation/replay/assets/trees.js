@@ -17,7 +17,7 @@
   };
 
   /** Fills `body`; `go(time_s, vehicle)` jumps. */
-  R.showPlans = function (body, facts, v, shown, go) {
+  R.showPlans = function (body, facts, v, shown, go, time_s) {
     const { run } = facts;
     if (!run.has("plans")) { body.replaceChildren(R.make("p", "hint", "This run recorded no plans.")); return; }
     const title = v < 0 ? "Plans of the heads of groups" : `Plans of ${run.vehicles[v].name}, and of the heads of its groups`;
@@ -26,14 +26,21 @@
     if (!shown.length) nodes.push(R.make("p", "hint", "Nothing is planned."));
     for (const plan of shown) {
       const what = plan.isOfGroup ? `for ${plan.group}` : `as ${plan.role} of ${plan.group}: ${plan.objective}(${plan.argument})`;
-      nodes.push(R.make("h3", "", `${run.vehicles[plan.vehicle].name} ${what}`), tree(plan, go));
+      nodes.push(R.make("h3", "", `${run.vehicles[plan.vehicle].name} ${what}`), tree(plan, go, time_s));
     }
     const key = Object.entries(GLYPHS).map(([status, glyph]) => `${glyph} ${WORDS[status] || status}`);
     nodes.push(R.make("p", "note", [...key, "↻ mended: another method was found"].join("   ")));
     body.replaceChildren(...nodes);
   };
 
-  function tree(plan, go) {
+  /* When a task should end; a time that is past says that the estimate was wrong. */
+  function endNote(expected_s, time_s) {
+    const late_s = Math.floor(time_s - expected_s);
+    if (late_s < 1) return R.make("span", "note", `expected to end at ${R.seconds(expected_s)}`);
+    return R.make("span", "note overdue", `overdue since ${R.seconds(expected_s)}`);
+  }
+
+  function tree(plan, go, time_s) {
     const list = R.make("ul", "tree");
     for (const { depth, task, method, status, since_s, expected_s, isMended } of plan.tasks) {
       const item = R.make("li", status);
@@ -44,7 +51,7 @@
       if (method) item.append(R.make("span", "note", `${isMended ? "↻ " : ""}${method}`));
       const when = `${status === "running" || status === "waiting" ? "since" : "at"} ${R.seconds(since_s)}`;
       item.append(R.button(when, () => go(since_s, plan.vehicle), "link"));
-      if (expected_s !== null) item.append(R.make("span", "note", `expected to end at ${R.seconds(expected_s)}`));
+      if (expected_s !== null) item.append(endNote(expected_s, time_s));
       list.append(item);
     }
     return list;

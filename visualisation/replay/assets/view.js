@@ -1,14 +1,15 @@
 "use strict";
 /* The view of one run: header, map, panel, lanes. The app holds the clock and the selection, which two views share. */
 (function () {
-  const PANEL_EVERY_MS = 200, LEGEND_PX = 22, NEAR_PX = 7, LEAST_SPAN_S = 4;
+  const PANEL_EVERY_MS = 200, LEGEND_PX = 22, NEAR_PX = 7, LEAST_SPAN_S = 4, STACKED_PX = 1000;
   R.TABS = [["news", "Knowledge"], ["minds", "Minds"], ["matrix", "Matrix"], ["cost", "Cost"], ["organisation", "Organisation"],
             ["plans", "Plans"], ["why", "Why"], ["events", "Events"], ["tables", "Tables"]];
 
   R.View = class {
-    constructor(app, run, parent, narrow) {
-      Object.assign(this, { app, run, narrow, facts: new R.Facts(run, R.roleLooks(app.runs)) });
-      this.tab = narrow ? "map" : "news";
+    constructor(app, run, parent, hasCompany) {
+      Object.assign(this, { app, run, hasCompany, facts: new R.Facts(run, R.roleLooks(app.runs)) });
+      this.narrow = this.isNarrow;
+      this.tab = this.narrow ? "map" : "news";
       this.window = [0, Math.max(run.header.end_s, LEAST_SPAN_S)];
       this.open = new Set();
       this.zoom = null;
@@ -18,6 +19,9 @@
       R.listenMap(this);
       R.listenLanes(this);
     }
+
+    /** Where there is no room for map and panel side by side the map is one of the panels. */
+    get isNarrow() { return this.hasCompany || innerWidth < STACKED_PX; }
 
     get selected() { return this.run.vehicles.findIndex((vehicle) => vehicle.name === this.app.selected); }
 
@@ -94,8 +98,20 @@
       if (this.laid) this.paint(true);
     }
 
+    /** Stacks map and panel, or puts them side by side, as there is room. */
+    stack() {
+      if (this.narrow === this.isNarrow) return;
+      this.narrow = this.isNarrow;
+      this.root.classList.toggle("narrow", this.narrow);
+      if (!this.narrow) this.top.prepend(this.mapBox);
+      if (this.narrow || this.tab === "map") this.tab = this.narrow ? "map" : "news";
+      this.laid = false;
+      this.makeTabs();
+    }
+
     /** Places everything anew after a change of size. */
     resize() {
+      this.stack();
       const room = this.root.clientHeight - this.top.offsetTop + this.root.offsetTop;
       const wanted = R.layLanes(this.facts, this.open, this.selected, room * 0.46).height + 4;
       const lanes_px = this.lanes_px || Math.min(wanted, Math.round(room * 0.5));
@@ -138,7 +154,8 @@
       }
       if (this.tab === "plans") {
         const shown = R.plansShown(this.facts, this.selected, time_s);
-        this.fill(JSON.stringify(shown), () => R.showPlans(this.body, this.facts, this.selected, shown, go));
+        const late = shown.flatMap((plan) => plan.tasks.map((task) => task.expected_s !== null && time_s - task.expected_s >= 1));
+        this.fill(JSON.stringify([shown, late]), () => R.showPlans(this.body, this.facts, this.selected, shown, go, time_s));
       }
     }
 
@@ -224,7 +241,7 @@
       R.nameGhosts(pen, frame, facts, ghosts, wrong, taken);
       R.namePlaces(pen, frame, facts, mind, time_s, taken);
       pen.restore();
-      R.drawLegend(pen, w, h, legend_px, Boolean(mind), marks, this.facts.ends);
+      R.drawLegend(pen, w, h, legend_px, Boolean(mind), marks, this.facts.ends, R.isCrowded(facts));
     }
 
     drawGround(pen, frame, time_s) {
