@@ -16,6 +16,7 @@ from pydantic import Field
 
 from exchange.acoustics import loss
 from exchange.arithmetic import distance, sincos
+from missions.meeting.helping import Help
 from remoras.behaviours import (
     ADVANCING,
     CAPTURE_M,
@@ -43,10 +44,6 @@ AT_END_M = 2.0
 SURELY_M = 1.5
 """A vehicle counts on an end that it has taken if it is this near: the place that was told is rounded, and who has just
 come swings round its end for some seconds."""
-NEWS_FRAMES = 20.0
-"""A helper that was heard more TDMA frames ago is not counted on."""
-MUCH_NEARER_M = 20.0
-"""Who is on its way leaves a lift to another one that is nearer by this: a position heard is some seconds old."""
 NEAREST_M = 5.0
 """No object lies nearer to the middle of a site."""
 SEEN_SHARE = 0.9
@@ -286,59 +283,28 @@ def _is_taken(end_m: Point, picture: Picture, within_m: float = AT_END_M) -> boo
 
 
 class Helping(Lifting):
-    """Takes an end of an object that another vehicle is to lift.
-
-    It says to which lift it goes. As long as enough others have said so that are nearer, it is of no use there. Who
-    holds the lift waits for it: see ``ends``.
+    """Takes an end of an object that another vehicle is to lift; who holds the lift waits for it.
 
     Args:
         lift: the job; group: whose job it is; holders: who holds it; data: of the vehicle.
+        lifts: all of them, by name.
     """
 
-    def __init__(self, lift: Lift, group: str, holders: Collection[str], data: VehicleData) -> None:
+    def __init__(
+        self, lift: Lift, group: str, holders: Collection[str], data: VehicleData, lifts: Collection[str]
+    ) -> None:
         super().__init__(lift, data)
-        self._group, self._me = group, data.name
-        self._holders = holders
-        self._picture: Picture | None = None
-        self._is_on = False
+        self._me = data.name
+        self._help = Help(lift.name, group, holders, data.name, lift.vehicles - 1, HELPS, lifts)
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Due as ``Lifting`` is, as long as another one is needed; it says when it begins, and that it is done."""
-        self._picture = picture
-        began, self._is_on = performed and not self._is_on, performed
         middle_m = picture.facts.get((LYING_AT, self._lift.name))
-        if middle_m is None or picture.facts.get(self._lift.done) is not None:
-            return IDLE
-        if self._n_nearer(middle_m, distance_m(motion, middle_m), picture) >= self._lift.vehicles - 1:
+        to_go_m = math.inf if middle_m is None else distance_m(motion, middle_m)
+        is_of_use = self._help.is_of_use(middle_m, to_go_m, picture, performed)
+        if middle_m is None or not is_of_use or picture.facts.get(self._lift.done) is not None:
             return IDLE
         found = self._perceived(middle_m, motion, picture, performed)
         if found is DONE:
             return Perception(1.0, 1.0, concludes=(Observation(((self._lift.name, DONE_BY, self._me),)),))
-        said = (Observation(((self._me, HELPS, self._lift.name),)),) if began else ()
-        return found._replace(concludes=said, ends=self.ends) if found.stimulus else found
-
-    def _n_nearer(self, middle_m: Point, to_go_m: float, picture: Picture) -> int:
-        """How many others that are nearer have said that they help, and were heard lately."""
-        peers, late_s = picture.peers, picture.body.now_s - NEWS_FRAMES * picture.frame_s
-        margin_m = MUCH_NEARER_M if self._is_on else 0.0
-        n_nearer = 0
-        for name, at_m in peers.positions_m.items():
-            if name == self._me or name in self._holders or picture.facts.get((HELPS, name)) != self._lift.name:
-                continue
-            if peers.heard_s.get(name, -math.inf) >= late_s:
-                n_nearer += (distance(at_m, middle_m) + margin_m, name) < (to_go_m, self._me)
-        return n_nearer
-
-    def ends(self, caller: str, role: str) -> float:
-        """How much of the wait of a vehicle in a role this one ends by coming: of who holds the lift, as ``Work`` says.
-
-        Who holds a lift waits too, so its jobs will not be done before.
-        """
-        picture = self._picture
-        work = None if picture is None else picture.groups.works.get(self._group)
-        of = None if work is None else work.group.role(role)
-        if picture is None or work is None or of is None or of.job != self._lift.name:
-            return 0.0
-        middle_m = picture.facts.get((LYING_AT, self._lift.name))
-        waiting = [name for one in work.unfinished if isinstance(work.job(one), Lift) for name in work.holders(one)]
-        return 0.0 if middle_m is None else work.ended(self._me, caller, middle_m, waiting, picture.body.now_s)
+        return found._replace(concludes=self._help.said(), ends=self._help.ends) if found.stimulus else found

@@ -1,15 +1,12 @@
 """The mission: sites, and objects that take several vehicles at once, as jobs that the strategy gives out.
 
-Whoever is given an object takes one end of it and waits. Its satisfaction falls, and its role calls on the founding
-roles of the group. These have the objective ``Helping``: one activity for each object that is not their own.
-Only that activity ends the wait for an object, so it alone is an answer to the call, and how much it settles follows
-from the way and from when somebody would come anyway, see ``Helping.ends``. What moves a vehicle to it, and away from
-work of its own, is the decision of ``remoras.executive`` alone. Whoever has nothing else to do helps uncalled.
+Whoever is given an object takes one end of it and waits. What moves others to the other ends is help, as
+``missions.meeting.helping`` has it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -17,8 +14,8 @@ from pydantic import Field
 
 from missions.errors import ConfigurationFault
 from missions.figure import Declared, Place
-from missions.meeting.job_mission import JobMission, JobScenario, JobSettings
-from missions.meeting.meeting import Pursuit
+from missions.meeting.helping import URGENCY, HelpMission
+from missions.meeting.job_mission import JobScenario, JobSettings
 from missions.meeting.roles import founding_of, with_job_roles
 from missions.metric import Metric
 from missions.recovery.lifting import (
@@ -48,23 +45,16 @@ from missions.scenarios.tables import (
     point_of,
     table_of,
 )
-from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
 from remoras.avoidance import SEPARATION_M
 from remoras.behaviours import Behaviour
 from remoras.database import VehicleData
-from remoras.htn import FactsLike
 from remoras.recorder import Recorder, Table
 from remoras.sensor import SensorSettings
 from remoras.work import Job
 
-HELPING = "Helping"
-HELPING_IMPORTANCE = 0.5
-"""Of helping, unless the scenario says otherwise: more than to meet, less than work of one's own."""
 MOST_LIFTS = 20
 ROOM = 1.65
 """Vehicles at two ends are so many separations apart at least: their margin, and half of it."""
-URGENCY = 50
-"""How urgently vehicles need to hear of objects, and of who helps, unless the scenario says otherwise."""
 
 
 class SurveySiteTable(Section):
@@ -103,16 +93,16 @@ def lift_names(number: int) -> tuple[str, ...]:
     return tuple(f"lift {n}" for n in range(1, number + 1))
 
 
-class RecoveryMission(JobMission):
+class RecoveryMission(HelpMission):
     """The mission, made from a scenario."""
 
     Scenario = RecoveryScenario
     group_missions = ("Recovery",)
     objective = "Recovering"
-    needs = (*JobMission.needs, "objectiveRecovering", DONE_BY, LYING_AT)
+    needs = (*HelpMission.needs, "objectiveRecovering", DONE_BY, LYING_AT)
     vocabulary = (Path(__file__).with_name("vocabulary.ttl"),)
     sensors: ClassVar[Mapping[str, type[SensorSettings]]] = {"sonar": SonarSettings}
-    tables: ClassVar[tuple[Table, ...]] = (*JobMission.tables, LIFTS)
+    tables: ClassVar[tuple[Table, ...]] = (*HelpMission.tables, LIFTS)
     metrics: ClassVar[tuple[Metric, ...]] = METRICS
     figures: ClassVar[tuple[Declared, ...]] = FIGURES
     scenario: RecoveryScenario
@@ -161,45 +151,14 @@ class RecoveryMission(JobMission):
 
     # Who does what -------------------------------------------------------------------------------
 
-    def founding_objectives(self) -> Sequence[Objective]:
-        """Heads supervise; whoever founds a group helps the others of it."""
-        helping = [
-            Objective(group.name, role.name, HELPING, group.name)
-            for group in self._groups.values()
-            for role in group.roles
-            if role.founding
-        ]
-        return [*super().founding_objectives(), *helping]
+    @property
+    def helped(self) -> Collection[str]:
+        """The objects."""
+        return self._lifts
 
-    def is_individual(self, objective: Objective) -> bool:
-        """True for jobs, and not for help."""
-        return objective.name != HELPING and super().is_individual(objective)
-
-    def activity_sets(self, objective: Objective, data: VehicleData, facts: FactsLike, position_m: PointM) -> Pursuit:
-        """For help one activity for each object that is not lifted yet, and not its own to lift."""
-        if objective.name != HELPING:
-            return super().activity_sets(objective, data, facts, position_m)
-        rests_on = {("gatheredAt", objective.group)}
-        sets = []
-        importance = self.meeting.importance.get(HELPING, HELPING_IMPORTANCE)
-        for role in self._groups[objective.group].roles:
-            if role.job not in self._lifts:
-                continue
-            key, done = ("members", f"{objective.group}.{role.name}"), (DONE_BY, role.job)
-            rests_on |= {key, done}
-            holders = facts.get(key) or ()
-            if facts.get(done) is None and data.name not in holders:
-                activity = Activity(HELPING, ActivityType.GUIDANCE, (role.job, objective.group, tuple(holders)))
-                sets.append(ActivitySet(objective, ActivityKind.COLLECTIVE, (activity,), importance))
-        is_over = facts.get(("gatheredAt", objective.group)) is not None
-        return () if is_over else tuple(sets), frozenset(rests_on)
-
-    def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
-        """Help with an object, or what every mission of jobs has."""
-        if activity.name == HELPING:
-            lift, group, holders = activity.parameters
-            return Helping(self._lifts[lift], group, holders, data)
-        return super().behaviour_for(activity, data)
+    def helper(self, job: str, group: str, holders: Collection[str], data: VehicleData) -> Behaviour:
+        """Help with an object."""
+        return Helping(self._lifts[job], group, holders, data, self.helped)
 
     def behaviour_at(self, job: Job, data: VehicleData) -> Behaviour:
         """The survey of a site, or the lift of an object."""

@@ -1,0 +1,168 @@
+"""Help: jobs that take more vehicles than the one that holds them, and what moves the others to come.
+
+Whoever holds such a job waits. Its satisfaction falls, and its role calls on the founding roles of the group. These
+have the objective ``Helping``: one activity for each job of another one that takes help. Only that activity ends the
+wait for the job, so it alone is an answer to the call, and how much it settles follows from the way and from when
+somebody would come anyway, see ``Help.ends``. What moves a vehicle to it, and away from work of its own, is the
+decision of ``remoras.executive`` alone. Whoever has nothing else to do helps uncalled.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from collections.abc import Collection, Sequence
+from typing import ClassVar
+
+from exchange.arithmetic import distance
+from missions.meeting.job_mission import JobMission
+from missions.meeting.meeting import Pursuit
+from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
+from remoras.behaviours import Behaviour
+from remoras.database import VehicleData
+from remoras.htn import FactsLike
+from remoras.picture import Picture
+from remoras.sensor import Observation
+from remoras.work import Point
+
+HELPING = "Helping"
+HELPING_IMPORTANCE = 0.5
+"""Of helping, unless the scenario says otherwise: more than to meet, less than work of one's own."""
+URGENCY = 50
+"""How urgently vehicles need to hear who helps, unless the scenario says otherwise."""
+NEWS_FRAMES = 20.0
+"""A helper that was heard more TDMA frames ago is not counted on."""
+MUCH_NEARER_M = 20.0
+"""Who is on its way leaves a job to another one that is nearer by this: a position heard is some seconds old."""
+
+
+class Help:
+    """Whether one vehicle is of use at a job of others, and how much of their wait it ends.
+
+    It says to which job it goes. As long as enough others have said so that are nearer, it is of no use there.
+
+    Args:
+        job: name of the job; group: whose it is; holders: who holds it; me: the vehicle.
+        n_helpers: how many the job takes beside its holder.
+        attribute: of the vocabulary, by which a vehicle says to which job it goes.
+        helped: all jobs that take help, by name.
+    """
+
+    def __init__(
+        self,
+        job: str,
+        group: str,
+        holders: Collection[str],
+        me: str,
+        n_helpers: int,
+        attribute: str,
+        helped: Collection[str],
+    ) -> None:
+        self.holders = holders
+        self._job, self._group, self._me = job, group, me
+        self._n_helpers, self._attribute, self._helped = n_helpers, attribute, helped
+        self._place_m: Point | None = None
+        self._picture: Picture | None = None
+        self._is_on = False
+        self._began = False
+
+    def is_of_use(self, place_m: Point | None, to_go_m: float, picture: Picture, performed: bool) -> bool:
+        """True unless enough others help that are nearer.
+
+        Args:
+            place_m: where help is needed; None while that is not known.
+            to_go_m: the way there.
+            picture: of the vehicle.
+            performed: True if it has helped since the last decision.
+        """
+        self._picture, self._place_m = picture, place_m
+        self._began, self._is_on = performed and not self._is_on, performed
+        return place_m is not None and self._n_nearer(place_m, to_go_m, picture) < self._n_helpers
+
+    def said(self) -> tuple[Observation, ...]:
+        """What the vehicle says of it: to which job it goes, once it has set out."""
+        return (Observation(((self._me, self._attribute, self._job),)),) if self._began else ()
+
+    def _n_nearer(self, place_m: Point, to_go_m: float, picture: Picture) -> int:
+        """How many others that are nearer have said that they help, and were heard lately."""
+        peers, late_s = picture.peers, picture.body.now_s - NEWS_FRAMES * picture.frame_s
+        margin_m = MUCH_NEARER_M if self._is_on else 0.0
+        n_nearer = 0
+        for name, at_m in peers.positions_m.items():
+            if name == self._me or name in self.holders or picture.facts.get((self._attribute, name)) != self._job:
+                continue
+            if peers.heard_s.get(name, -math.inf) >= late_s:
+                n_nearer += (distance(at_m, place_m) + margin_m, name) < (to_go_m, self._me)
+        return n_nearer
+
+    def ends(self, caller: str, role: str) -> float:
+        """How much of the wait of a vehicle in a role this one ends by coming: of who holds the job, as ``Work`` says.
+
+        Who holds a job that takes help waits too, so its jobs will not be done before.
+        """
+        picture, place_m = self._picture, self._place_m
+        work = None if picture is None else picture.groups.works.get(self._group)
+        of = None if work is None else work.group.role(role)
+        if picture is None or work is None or of is None or of.job != self._job or place_m is None:
+            return 0.0
+        waiting = [name for one in work.unfinished if one.job in self._helped for name in work.holders(one)]
+        return work.ended(self._me, caller, place_m, waiting, picture.body.now_s)
+
+
+class HelpMission(JobMission):
+    """A mission of jobs of which some take help; see the text of this module."""
+
+    help_activity: ClassVar[str] = HELPING
+    """Name of the activity by which a vehicle helps."""
+
+    @property
+    @abstractmethod
+    def helped(self) -> Collection[str]:
+        """Names of the jobs that take help."""
+        ...
+
+    @abstractmethod
+    def helper(self, job: str, group: str, holders: Collection[str], data: VehicleData) -> Behaviour:
+        """A new behaviour by which a vehicle helps the holders of a job of a group."""
+        ...
+
+    def founding_objectives(self) -> Sequence[Objective]:
+        """Heads supervise; whoever founds a group helps the others of it."""
+        helping = [
+            Objective(group.name, role.name, HELPING, group.name)
+            for group in self._groups.values()
+            for role in group.roles
+            if role.founding
+        ]
+        return [*super().founding_objectives(), *helping]
+
+    def is_individual(self, objective: Objective) -> bool:
+        """True for jobs, and not for help."""
+        return objective.name != HELPING and super().is_individual(objective)
+
+    def activity_sets(self, objective: Objective, data: VehicleData, facts: FactsLike, position_m: Point) -> Pursuit:
+        """For help one activity for each job that takes it, is not done yet, and not the vehicle's own."""
+        if objective.name != HELPING:
+            return super().activity_sets(objective, data, facts, position_m)
+        rests_on = {("gatheredAt", objective.group)}
+        sets = []
+        importance = self.meeting.importance.get(HELPING, HELPING_IMPORTANCE)
+        for role in self._groups[objective.group].roles:
+            if role.job is None or role.job not in self.helped:
+                continue
+            key, done = ("members", f"{objective.group}.{role.name}"), self._jobs[role.job].done
+            rests_on |= {key, done}
+            holders = facts.get(key) or ()
+            if facts.get(done) is None and data.name not in holders:
+                about = (HELPING, role.job, objective.group, tuple(holders))
+                activity = Activity(self.help_activity, ActivityType.GUIDANCE, about)
+                sets.append(ActivitySet(objective, ActivityKind.COLLECTIVE, (activity,), importance))
+        is_over = facts.get(("gatheredAt", objective.group)) is not None
+        return () if is_over else tuple(sets), frozenset(rests_on)
+
+    def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
+        """Help with a job, or what every mission of jobs has."""
+        if activity.parameters[:1] == (HELPING,):
+            _, job, group, holders = activity.parameters
+            return self.helper(job, group, holders, data)
+        return super().behaviour_for(activity, data)
