@@ -187,7 +187,11 @@ def fault_of(detail: Mapping[str, Any], root: type[BaseModel], raw: Mapping[str,
         return ConfigurationFault(key, "", "missing")
     given = shown(detail.get("input"))
     if kind == "extra_forbidden":
-        known = _known_keys(location[:-1], root, raw)
+        table = _table_at(location[:-1], root, raw)
+        gone: Mapping[str, str] = getattr(table, "GONE", {})
+        if location[-1] in gone:
+            return ConfigurationFault(key, given, f"is no key any more; {gone[location[-1]]}")
+        known = [] if table is None else list(table.model_fields)
         hint = suggestion(str(location[-1]), known)
         return ConfigurationFault(key, given, f"unknown key, allowed here: {', '.join(known)}{hint}")
     if kind == "string_pattern_mismatch":  # the one pattern there is, of names
@@ -220,8 +224,8 @@ def _has(raw: dict[str, Any] | list[Any], part: Any) -> bool:
     return part in raw if isinstance(raw, dict) else isinstance(part, int) and part < len(raw)
 
 
-def _known_keys(location: Iterable[Any], root: type[BaseModel], raw: Any) -> list[str]:
-    """Keys of the table at ``location``; where the table itself says what it is, of that."""
+def _table_at(location: Iterable[Any], root: type[BaseModel], raw: Any) -> type[BaseModel] | None:
+    """Model of the table at ``location``; where the table itself says what it is, of that. None if there is none."""
     table: type[BaseModel] = root
     for part in location:
         raw = raw[part] if isinstance(raw, dict | list) and _has(raw, part) else None
@@ -234,9 +238,9 @@ def _known_keys(location: Iterable[Any], root: type[BaseModel], raw: Any) -> lis
         candidates = [annotation, *getattr(annotation, "__args__", ())]
         inner = next((c for c in candidates if isinstance(c, type) and issubclass(c, BaseModel)), None)
         if inner is None:
-            return []
+            return None
         table = inner
-    return list(table.model_fields)
+    return table
 
 
 def lines_of(text: str) -> dict[Location, int]:

@@ -195,8 +195,7 @@ def decision(draws: Draws, scenario: Scenario) -> Drawn:
     """One or two numbers of the decision."""
     choices: dict[str, tuple[float, ...]] = {
         "decision.period_s": (1.0, 4.0, 8.0), "decision.weight_external": (0.0, 1.0, 4.0),
-        "decision.hysteresis": (0.0, 0.3), "decision.weight_continuing": (0.0, 0.3),
-        "decision.signal_memory_frames": (1.0, 30.0),
+        "decision.weight_continuing": (0.0, 0.3), "decision.signal_memory_frames": (1.0, 30.0),
     }  # fmt: skip
     return {key: draws.one_of(choices[key]) for key in draws.some_of(sorted(choices), 1 + int(2 * draws.uniform()))}
 

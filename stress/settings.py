@@ -116,7 +116,7 @@ CORE = (
             sampling.draw_priorities, SELDOM),
     Setting("information", "who knows of the jobs of a group", ("group", "communication.needs_follow"),
             sampling.information, SELDOM),
-    Setting("decision", "one or two of period, hysteresis, weights, memory of signals", ("decision",),
+    Setting("decision", "one or two of period, weights, memory of signals", ("decision",),
             sampling.decision),
     Setting("guidance", "separation of 2 to 12 m, attraction, repulsion", ("guidance",), sampling.guidance, SELDOM),
     Setting("deadline", "a tenth to all of the wait at meetings", ("mission.meeting_deadline_s",),

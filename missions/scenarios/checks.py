@@ -7,7 +7,6 @@ is malformed its checks pass it over.
 from __future__ import annotations
 
 import json
-import math
 from collections import Counter
 from collections.abc import Iterator, Mapping
 
@@ -32,6 +31,7 @@ from missions.scenarios.tables import (
     Raw,
     bounds_of,
     entries,
+    is_number,
     names_of,
     one_of,
     outside_faults,
@@ -79,19 +79,17 @@ def cross_faults(raw: Raw, mission: type[Mission] | None) -> list[ConfigurationF
 def _weights(raw: Raw) -> Iterator[ConfigurationFault]:
     """Weights under which a vehicle could never leave what it performs, whatever is due and whoever calls."""
     constants = DecisionConstants()
-    keys = ("hysteresis", "weight_continuing", "weight_external")
-    given = {key: table_of(raw, "decision").get(key, getattr(constants, key)) for key in keys}
-    if not all(isinstance(weight, int | float) for weight in given.values()):
+    continuing, external = (
+        table_of(raw, "decision").get(key, getattr(constants, key)) for key in ("weight_continuing", "weight_external")
+    )
+    if not (is_number(continuing) and is_number(external)):
         return
-    *continuing, external = keys
-    most = 1.0 + given[external]
-    if math.fsum(given[key] for key in continuing) >= most:
-        key = max(continuing, key=lambda key: given[key] / getattr(constants, key))
+    if continuing >= 1.0 + external:
         allowed = (
-            f"{' + '.join(continuing)} must be below {most:g} = 1 + {external}; else a vehicle could never leave what "
-            "it performs, whatever is due and whoever calls"
+            f"must be below {1.0 + external:g} = 1 + weight_external; else a vehicle could never leave what it "
+            "performs, whatever is due and whoever calls"
         )
-        yield ConfigurationFault(f"decision.{key}", str(given[key]), allowed)
+        yield ConfigurationFault("decision.weight_continuing", str(continuing), allowed)
 
 
 def _own_faults(raw: Raw, mission: type[Mission]) -> list[ConfigurationFault]:

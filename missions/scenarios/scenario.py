@@ -6,7 +6,8 @@ Units are in the names of the keys. A mission may extend these tables: it subcla
 
 from __future__ import annotations
 
-from typing import Any, Final, Literal
+from collections.abc import Mapping
+from typing import Any, ClassVar, Final, Literal
 
 from pydantic import ConfigDict, Field, field_validator
 
@@ -82,8 +83,11 @@ class StrategyTable(Section):
 class DecisionTable(Section):
     """The table ``[decision]``."""
 
+    GONE: ClassVar[Mapping[str, str]] = {
+        "hysteresis": "weight_continuing alone keeps a vehicle at what it performs: remove the key"
+    }
+
     period_s: Positive = Field(2.0, description="time between two decisions of the executive layer")
-    hysteresis: NotNegative = Field(0.1, description="motivation to go on with what is performed in a role")
     weight_continuing: NotNegative = Field(0.1, description="weight of the motivation to continue")
     weight_external: NotNegative = Field(2.0, description="weight of the motivation to answer influence signals")
     gain_per_s: NotNegative = Field(1.0, description="satisfaction gained per second of progress")

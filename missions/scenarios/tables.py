@@ -29,7 +29,13 @@ Raw = Mapping[str, Any]
 
 
 class Section(BaseModel):
-    """A TOML table: frozen, and no key that is not listed here."""
+    """A TOML table: frozen, and no key that is not listed here.
+
+    Attributes:
+        GONE: keys that it had once, and what replaces each.
+    """
+
+    GONE: ClassVar[Mapping[str, str]] = {}
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
 

@@ -15,7 +15,7 @@ planned where a = 1, standing still where a = 0, thrown back where a = -1::
 Motivation of an activity of role r, from the three sources the paper names::
 
     importance * stimulus                               (1) importance and perception of stimuli
-    + hysteresis + w_continuing * (P_r + 128) / 255     (2) only while it is being performed in a role
+    + w_continuing * (P_r + 128) / 255                  (2) only while it is being performed in a role
     + w_external * max(0, C_r * answers - own)          (3) only for collective activities
 
     C_r = max over signals S addressed to r of max(0, -S) / 128 * exp(-age / tau)
@@ -23,9 +23,6 @@ Motivation of an activity of role r, from the three sources the paper names::
 
 So a call is weighed (altruism): against how content the vehicle is with work of its own, whose stimulus falls with what
 is left of it, and by how much of the call would be settled by an answer.
-
-The hysteresis is there at any satisfaction: what is performed is left only for what moves the vehicle more by that
-much, so two activities whose stimuli tremble do not take turns.
 
 An activity without a stimulus has no motivation at all: nobody is moved to do what cannot be done.
 """
@@ -45,11 +42,9 @@ class DecisionConstants:
 
     Attributes:
         period_s: a decision is made this often, and at once when something has to be planned.
-        hysteresis: motivation to go on with what is performed in a role, however dissatisfied the vehicle is.
     """
 
     period_s: float = 2.0
-    hysteresis: float = 0.1
     weight_continuing: float = 0.1
     weight_external: float = 2.0
     gain_per_s: float = 1.0
@@ -143,12 +138,12 @@ def motivation(
         heeded: what calls move it to, 0..1, see ``answered``; 0 for individual and vital activities.
         constants: weights.
 
-    >>> motivation(0.5, 1.0, 127.0, 0.0, DecisionConstants(hysteresis=0.05, weight_continuing=0.25))
-    0.8
+    >>> motivation(0.5, 1.0, 127.0, 0.0, DecisionConstants(weight_continuing=0.25))
+    0.75
     """
     if stimulus <= 0.0:
         return 0.0
     value = importance * stimulus + constants.weight_external * heeded
     if satisfaction is not None:
-        value += constants.hysteresis + constants.weight_continuing * (satisfaction - LOWEST) / (HIGHEST - LOWEST)
+        value += constants.weight_continuing * (satisfaction - LOWEST) / (HIGHEST - LOWEST)
     return value

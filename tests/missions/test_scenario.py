@@ -326,7 +326,7 @@ def test_no_such_scenario_names_the_nearest():
 
 def test_a_folder_is_no_scenario(tmp_path: Path):
     with pytest.raises(
-        ConfigurationError, match="a TOML file or one of arrows-archaeology, ferry-passage, mapping-corridor"
+        ConfigurationError, match="a TOML file or one of arrows-archaeology, escort-lines, ferry-passage"
     ):
         load(str(tmp_path))
 
@@ -500,14 +500,20 @@ def test_a_bad_setting_is_told_by_the_name_of_its_option(setting: str, says: str
 
 
 def test_weights_under_which_nothing_performed_is_ever_left_are_refused():
-    """0.1 + 2.9 is as much as an importance of 1 and the loudest call, 2.0; a little less is allowed."""
-    refused = ("--set", "decision.weight_continuing=2.9")
-    with pytest.raises(ConfigurationError, match=r"weight_continuing.*hysteresis \+ weight_continuing must be below 3"):
+    """3 is as much as an importance of 1 and the loudest call, 2.0; a little less is allowed."""
+    refused = ("--set", "decision.weight_continuing=3")
+    with pytest.raises(ConfigurationError, match=r"weight_continuing\) = 3: must be below 3 = 1 \+ weight_external"):
         load("mapping-rendezvous", [refused])
-    with pytest.raises(ConfigurationError, match=r"decision\.hysteresis.*must be below 1 = 1 \+ weight_external"):
-        load("mapping-rendezvous", [("--set", "decision.hysteresis=1"), ("--set", "decision.weight_external=0")])
-    load("mapping-rendezvous", [("--set", "decision.weight_continuing=2.89")])
+    with pytest.raises(ConfigurationError, match=r"must be below 1 = 1 \+ weight_external"):
+        load("mapping-rendezvous", [("--set", "decision.weight_continuing=1"), ("--set", "decision.weight_external=0")])
+    load("mapping-rendezvous", [("--set", "decision.weight_continuing=2.99")])
     load("mapping-rendezvous", [("--set", "decision.weight_external=50")])
+
+
+def test_a_key_that_is_gone_says_what_replaced_it():
+    says = r"decision\.hysteresis\) = 0\.1: is no key any more; weight_continuing alone keeps a vehicle at what it"
+    with pytest.raises(ConfigurationError, match=says):
+        load("mapping-rendezvous", [("--set", "decision.hysteresis=0.1")])
 
 
 def test_every_key_of_the_shipped_scenario_is_explained():

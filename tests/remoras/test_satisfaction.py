@@ -28,7 +28,6 @@ weights = st.floats(0.0, 10.0)
 progresses = st.none() | st.floats(-1.0, 1.0)
 constants_drawn = st.builds(
     DecisionConstants,
-    hysteresis=weights,
     weight_continuing=weights,
     weight_external=weights,
     gain_per_s=weights,
@@ -209,10 +208,9 @@ def test_scaling_all_weights_leaves_the_order_as_it_is(
 ) -> None:
     """Motivations are compared, never taken by themselves: twice all weights is the same vehicle."""
     k = 2.0**exponent  # exact in binary, so that equal stays equal
-    weights_of = (constants.hysteresis, constants.weight_continuing, constants.weight_external)
+    weights_of = (constants.weight_continuing, constants.weight_external)
     assume(all(weight == 0.0 or weight > 1e-200 for weight in weights_of))
     scaled = DecisionConstants(
-        hysteresis=k * constants.hysteresis,
         weight_continuing=k * constants.weight_continuing,
         weight_external=k * constants.weight_external,
     )
@@ -223,5 +221,5 @@ def test_scaling_all_weights_leaves_the_order_as_it_is(
 
 def test_the_three_sources_add_up() -> None:
     """0.6 * 0.5 + 1.0 * 0.25 + 0.2 * (63.25 + 128) / 255 = 0.3 + 0.25 + 0.15."""
-    constants = DecisionConstants(hysteresis=0.0, weight_continuing=0.2, weight_external=1.0)
+    constants = DecisionConstants(weight_continuing=0.2, weight_external=1.0)
     assert motivation(0.6, 0.5, 63.25, 0.25, constants) == pytest.approx(0.7)
