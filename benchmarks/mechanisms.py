@@ -27,6 +27,7 @@ from missions.runs.run import run
 from missions.runs.summary import summary
 from missions.scenarios import load
 from missions.statistics import t_half_width
+from remoras.executive import layer
 from remoras.htn import Execution, FactsLike
 from remoras.vehicle import Vehicle
 from worldmodel.arrivals import Arrivals
@@ -77,6 +78,19 @@ def unrepaired() -> Iterator[None]:
         yield
 
 
+@contextmanager
+def hysteresis() -> Iterator[None]:
+    """What is performed moves a vehicle by 0.1 more, however dissatisfied it is."""
+    motivation = layer.motivation
+
+    def more(importance: float, stimulus: float, satisfaction: float | None, *rest: Any) -> float:
+        value = motivation(importance, stimulus, satisfaction, *rest)
+        return value if satisfaction is None or stimulus <= 0.0 else value + 0.1
+
+    with mock.patch.object(layer, "motivation", more):
+        yield
+
+
 @dataclass(frozen=True)
 class Mechanism:
     """A mechanism and how it is taken out.
@@ -85,7 +99,7 @@ class Mechanism:
         scenario: of the mission that it bears; keys: that hold with it and without.
         out: keys that take it out; into: keys that put it in, where the scenario is without.
         patch: makes the context in which it is out, if no key takes it out.
-        measure: field of the summary.
+        measure: field of the summary, or a milestone.
     """
 
     scenario: str
@@ -97,6 +111,7 @@ class Mechanism:
 
 
 HUNT, LIFT, FERRY, MAP = "minehunting-contacts", "recovery-field", "ferry-passage", "mapping-patches"
+ESCORT = "escort-lines"
 FOR_ALL = ('group.Hunters.information="replicated"', 'communication.needs_follow="all"')
 """All vehicles need all strips."""
 CUT = 'channel.link=[{sender="AUV05",receiver="ASV00",per=0.97},{sender="ASV00",receiver="AUV05",per=0.97}]'
@@ -139,8 +154,10 @@ MECHANISMS: Mapping[str, Mechanism] = {
     "slots": Mechanism(HUNT, ('communication.mac="aloha"',), measure=CLASSIFIED),
     "altruism": Mechanism(LIFT, ("decision.weight_external=0.0",)),
     "dissatisfaction": Mechanism(LIFT, ("decision.tedium_per_s=0.0",)),
-    "hysteresis": Mechanism(LIFT, ("decision.hysteresis=0.0", "decision.weight_continuing=0.0")),
-    "consultation": Mechanism(LIFT, patch=at_once),
+    "altruism, escorts": Mechanism(ESCORT, ("decision.weight_external=0.0",)),
+    "motivation to continue": Mechanism(ESCORT, ("decision.weight_continuing=0.0",)),
+    "no hysteresis": Mechanism(ESCORT, patch=hysteresis),
+    "consultation": Mechanism("mapping-rendezvous", patch=at_once, measure="consultation_done"),
     "passing on of calls": Mechanism(FERRY, ("guidance.keeps_calls=true",), keys=("scenario.duration_s=3600.0",)),
     "lease": Mechanism(MAP, ("communication.lease_frames=100000",), keys=(_fault("lost", "AUV02", 600),)),
     "succession": Mechanism(MAP, ("group.Operational.succession=[]",), keys=(_fault("lost", "AUV00", 600),)),
@@ -165,6 +182,9 @@ def _measured(
         finished = run(load(scenario, [("--set", key) for key in keys]), seed)
     if measure == TIME and not finished.completed:
         return float(finished.scenario.scenario.duration_s)
+    for milestone in finished.milestones:
+        if milestone.name == measure:
+            return milestone.time_s
     return float(summary(finished)[measure])
 
 

@@ -55,6 +55,7 @@ ROOMS: dict[str, set[str]] = {
     "missions.arrows": {"missions.arrows", "missions.meeting", "missions.scenarios", "missions", "remoras"},
     "missions.recovery": {"missions.recovery", "missions.meeting", "missions.scenarios", "missions", "remoras"},
     "missions.ferry": {"missions.ferry", "missions.meeting", "missions.scenarios", "missions", "remoras"},
+    "missions.escort": {"missions.escort", "missions.meeting", "missions.scenarios", "missions", "remoras"},
     "missions.minehunting": {
         "missions.minehunting", "missions.meeting", "missions.scenarios", "missions", "remoras",
     },

@@ -744,7 +744,7 @@ def test_the_doctor_finds_this_installation_well():
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (["run", "nope"], "a TOML file or one of arrows-archaeology, ferry-passage, mapping-corridor"),
+        (["run", "nope"], "a TOML file or one of arrows-archaeology, escort-lines, ferry-passage"),
         (["run"], "Missing argument"),
         (["run", "mapping-rendezvous", "--nope"], "No such option"),
         (["frobnicate"], "No such command"),

@@ -8,6 +8,7 @@ from sampling import sampled
 from visiting_mission import VisitingMission, visiting_scenario
 
 from missions.arrows import ArrowsMission
+from missions.escort import EscortMission
 from missions.ferry import FerryMission
 from missions.mapping import MappingMission
 from missions.minehunting import MinehuntingMission
@@ -55,6 +56,7 @@ def test_the_mission_of_search_conforms() -> None:
     [
         (RecoveryMission, "recovery-field"),
         (FerryMission, "ferry-passage"),
+        (EscortMission, "escort-lines"),
         (MinehuntingMission, "minehunting-contacts"),
     ],
 )

@@ -1,0 +1,284 @@
+"""The mission: lines as jobs that the strategy gives out, some of which take a second vehicle that follows.
+
+What moves vehicles to follow is help, as ``missions.meeting.helping`` has it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from pydantic import Field
+
+from exchange.arithmetic import distance
+from missions.errors import ConfigurationFault
+from missions.escort.lines import ESCORTS, FollowingSource, Line, Surveying
+from missions.figure import Declared, Figure, Mark, Place, RunResults, Style
+from missions.meeting.helping import URGENCY, Help, HelpMission
+from missions.meeting.job_mission import JobScenario, JobSettings
+from missions.meeting.meeting import Meeting
+from missions.meeting.roles import founding_of, with_job_roles
+from missions.meeting.truth import JOBS, JobTruth
+from missions.metric import Better, MeasuredRun, Metric
+from missions.scenarios.tables import Name, PointM, Raw, Section, entries, names_of, outside_faults, point_of
+from remoras.behaviours import Behaviour
+from remoras.database import VehicleData
+from remoras.mission import FleetView
+from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
+from remoras.work import Job
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+SEEN_M = 30.0
+"""An obstacle sonar sees no vehicle farther away."""
+SHORTEST_M = 10.0
+MARK_M = 5.0
+"""The truth looks at marks along a line, this far apart."""
+PASSED_M = 4.0
+"""Whoever comes this near to a mark has passed it."""
+ESCORTING = Table("escorting", (TIME, VEHICLE, Column("line", "str"), Column("event", "str")))
+"""When a vehicle stood at the beginning of a line that takes an escort (``waits``), and when it was ``surveyed``."""
+WAITS, SURVEYED = "waits", "surveyed"
+
+
+class LineTable(Section):
+    """One ``[[line]]``."""
+
+    name: Name = Field(description="name of the line")
+    from_m: PointM = Field(description="where it begins, x east, y north")
+    to_m: PointM = Field(description="where it ends")
+    escorted: bool = Field(False, description="true: it takes a second vehicle that follows the one which surveys it")
+
+
+class EscortSettings(JobSettings):
+    """The ``[mission]`` table."""
+
+    within_m: float = Field(
+        20.0, ge=10.0, le=SEEN_M, description="an escort farther away than this is of no use to who surveys a line"
+    )
+
+
+class EscortScenario(JobScenario):
+    """The whole input of a run of this mission."""
+
+    mission: EscortSettings = EscortSettings()
+    line: tuple[LineTable, ...] = Field(min_length=1)
+
+
+class EscortTruth(JobTruth):
+    """Notes which lines were really surveyed, whatever vehicles believe.
+
+    A line that takes an escort is surveyed once somebody has passed each of its marks while another one was within the
+    distance of an escort.
+
+    Args:
+        meeting: of the mission; objective: of roles with a job; recorder: takes the rows.
+        lines: those that take an escort; within_m: greatest distance of an escort.
+    """
+
+    def __init__(
+        self, meeting: Meeting, objective: str, recorder: Recorder, lines: Sequence[Line], within_m: float
+    ) -> None:
+        super().__init__(meeting, objective, recorder)
+        self._escorting = recorder.rows(ESCORTING.name)
+        self._within_m = within_m
+        self._lines = {line.name: line for line in lines}
+        self._marks = {line.name: {line.at(along_m) for along_m in marks_m(line.length_m)} for line in lines}
+        self._waited: set[str] = set()
+
+    @property
+    def jobs_done(self) -> Collection[str]:
+        """Lines that were really surveyed."""
+        return self._done - self._marks.keys()
+
+    @property
+    def goal_fraction(self) -> float:
+        """Share of all lines."""
+        return len(self.jobs_done) / len(self._jobs)
+
+    def watch(self, fleet: FleetView, now_s: float) -> None:
+        """Note what was done since the last look."""
+        super().watch(fleet, now_s)
+        at_m = {vehicle.name: vehicle.position_m for vehicle in fleet.vehicles if vehicle.is_alive}
+        escorted = {
+            name: here_m
+            for name, here_m in at_m.items()
+            if any(other != name and distance(here_m, there_m) <= self._within_m for other, there_m in at_m.items())
+        }
+        for name, marks in list(self._marks.items()):
+            if name not in self._waited:
+                start_m = self._lines[name].place_m
+                waits = next((who for who, here_m in at_m.items() if distance(here_m, start_m) <= PASSED_M), None)
+                if waits is not None:
+                    self._waited.add(name)
+                    self._escorting.append((now_s, waits, name, WAITS))
+            for who, here_m in escorted.items():
+                marks -= {mark_m for mark_m in marks if distance(here_m, mark_m) <= PASSED_M}
+                if not marks:
+                    del self._marks[name]
+                    self._escorting.append((now_s, who, name, SURVEYED))
+                    break
+
+
+def marks_m(length_m: float) -> list[float]:
+    """How far along a line its marks are.
+
+    >>> marks_m(12.0)
+    [0.0, 5.0, 10.0]
+    """
+    return [MARK_M * number for number in range(int(length_m / MARK_M) + 1)]
+
+
+# What the results say ----------------------------------------------------------------------------
+
+
+def mean_surveyed_s(run: MeasuredRun) -> float:
+    """Mean time by which a line was surveyed; one that was not counts with the duration of the mission."""
+    scenario: Any = run.scenario
+    done_s: dict[str, float] = {}
+    for time_s, _, job in run.recorder.rows(JOBS.name):
+        done_s.setdefault(job, time_s)
+    for time_s, _, line, event in run.recorder.rows(ESCORTING.name):
+        if event == SURVEYED and line in done_s:
+            done_s[line] = max(done_s[line], time_s)
+    n_all, duration_s = len(scenario.line), float(scenario.scenario.duration_s)
+    return (math.fsum(done_s.values()) + (n_all - len(done_s)) * duration_s) / n_all
+
+
+def mean_escort_s(run: MeasuredRun) -> float | None:
+    """Mean time from when a vehicle stood at an escorted line to when it was surveyed; to the end where it was not.
+
+    None if no vehicle came to any.
+    """
+    rows = list(run.recorder.rows(ESCORTING.name))
+    began_s = {row[2]: row[0] for row in rows if row[3] == WAITS}
+    done_s = {row[2]: row[0] for row in rows if row[3] == SURVEYED}
+    spans_s = [done_s.get(name, run.end_s) - from_s for name, from_s in began_s.items()]
+    return math.fsum(spans_s) / len(spans_s) if spans_s else None
+
+
+METRICS = (
+    Metric("mean_surveyed_s", "s", Better.LOWER, "mean time until a line is surveyed", mean_surveyed_s, headline=True),
+    Metric(
+        "mean_escort_s", "s", Better.LOWER, "mean time of a vehicle at an escorted line", mean_escort_s, headline=True
+    ),
+)
+"""Metrics of the mission, in the order of the summary."""
+
+
+def draw_surveyed(axes: Axes, results: RunResults, style: Style) -> str:
+    """Lines surveyed over time."""
+    first = {row["job"]: row["time_s"] for row in reversed(results.table(JOBS.name).to_pylist())}
+    ordered = sorted(first.values())
+    end_s = max((row["time_s"] for row in results.table("trajectories").to_pylist()), default=0.0)
+    axes.step([0.0, *ordered, end_s], [*range(len(ordered) + 1), len(ordered)], where="post", color=style.black,
+              label="fleet")  # fmt: skip
+    axes.set_xlabel(style.axis("time", "s"))
+    axes.set_ylabel(style.axis("lines surveyed"))
+    return "A line counts once its vehicle has been along all of it, escorted where it takes an escort."
+
+
+FIGURES: tuple[Declared, ...] = (
+    Figure("surveyed", "Lines surveyed over mission time", draw_surveyed, needs=(JOBS.name,)),
+    Mark("job_done", "line surveyed"),
+)
+"""Figures of the mission."""
+
+
+# What there is to do ---------------------------------------------------------------------------
+
+
+class EscortMission(HelpMission):
+    """The mission, made from a scenario."""
+
+    Scenario = EscortScenario
+    group_missions = ("LineSurvey",)
+    objective, kind = "Surveying", "SurveyLine"
+    help_activity = "Following"
+    needs = (*HelpMission.needs, "objectiveSurveying", "jobDone", ESCORTS)
+    vocabulary = (Path(__file__).with_name("vocabulary.ttl"),)
+    tables: ClassVar[tuple[Table, ...]] = (*HelpMission.tables, ESCORTING)
+    metrics: ClassVar[tuple[Metric, ...]] = METRICS
+    figures: ClassVar[tuple[Declared, ...]] = FIGURES
+    scenario: EscortScenario
+
+    @classmethod
+    def completed(cls, raw: Raw) -> Raw:
+        """With a role for every line."""
+        return with_surveyors(raw)
+
+    @classmethod
+    def check(cls, raw: Raw) -> Iterable[ConfigurationFault]:
+        """What is wrong with lines."""
+        return line_faults(raw)
+
+    def jobs_of(self, scenario: EscortScenario) -> Iterable[Line]:
+        """The lines."""
+        self._lines = {one.name: Line(one.name, one.from_m, one.to_m, one.escorted) for one in scenario.line}
+        self._escorted = {name: line for name, line in self._lines.items() if line.is_escorted}
+        return self._lines.values()
+
+    @property
+    def helped(self) -> Collection[str]:
+        """Lines that take an escort."""
+        return self._escorted
+
+    def helper(self, job: str, group: str, holders: Collection[str], data: VehicleData) -> Behaviour:
+        """To follow the holder of a line."""
+        help = Help(job, group, holders, data.name, 1, ESCORTS, self.helped)
+        return FollowingSource(self._lines[job], self.scenario.mission.within_m, help, data)
+
+    def behaviour_at(self, job: Job, data: VehicleData) -> Behaviour:
+        """To survey the line."""
+        return Surveying(self._lines[job.name], self.scenario.mission.within_m, data)
+
+    def truth(self, recorder: Recorder, world: Any) -> EscortTruth:
+        """Notes what was really surveyed."""
+        lines = list(self._escorted.values())
+        return EscortTruth(self.meeting, self.objective, recorder, lines, self.scenario.mission.within_m)
+
+    @property
+    def places(self) -> Sequence[Place]:
+        """Rally points and lines."""
+        points = [Place(point.name, "rally point", (point.position_m,)) for point in self.scenario.rally_point]
+        return [*points, *(Place(one.name, "line", (one.place_m, one.to_m)) for one in self._lines.values())]
+
+
+def with_surveyors(raw: Raw) -> Raw:
+    """The tables with a role for each line in the first group; those of escorted lines call on the founding roles."""
+    roles: list[dict[str, Any]] = []
+    for line in entries(raw, "line"):
+        if (name := line.get("name")) is None:
+            continue
+        calls = {"influences": founding_of(raw)} if line.get("escorted") is True else {}
+        roles.append({"name": f"Surveyor of {name}", "maximum": 1, "job": name, **calls})
+    return with_job_roles(raw, roles, {ESCORTS: URGENCY})
+
+
+def line_faults(raw: Raw) -> Iterator[ConfigurationFault]:
+    """Lines outside of the world, too short, with names that are taken, or that take more vehicles than there are."""
+    lines = entries(raw, "line")
+    placed = [
+        (f"line.{line.get('name')}.{key}", at_m)
+        for line in lines
+        for key in ("from_m", "to_m")
+        for at_m in point_of(line, key)
+    ]
+    yield from outside_faults(raw, placed)
+    taken = {name for kind in ("vehicle", "group", "rally_point") for name in names_of(raw, kind)}
+    names = names_of(raw, "line")
+    for name in dict.fromkeys(names):
+        if name in taken or names.count(name) > 1:
+            yield ConfigurationFault(f"line.{name}.name", f'"{name}"', "is taken; lines need names of their own")
+    for line in lines:
+        for from_m, to_m in zip(point_of(line, "from_m"), point_of(line, "to_m"), strict=False):
+            if math.dist(from_m, to_m) < SHORTEST_M:
+                given = f"[{to_m[0]:g}, {to_m[1]:g}]"
+                allowed = f"the line is too short; allowed: {SHORTEST_M:g} m or more from from_m"
+                yield ConfigurationFault(f"line.{line.get('name')}.to_m", given, allowed)
+        if line.get("escorted") is True and len(entries(raw, "vehicle")) == 1:
+            allowed = "takes two vehicles, and there is one; allowed: false"
+            yield ConfigurationFault(f"line.{line.get('name')}.escorted", "true", allowed)
