@@ -48,7 +48,11 @@ STEADY_M = 0.05
 """A vehicle that comes nearer by less than this between two decisions stands still."""
 
 FAR_M = 10_000.0
-"""At this distance a place where nothing has been begun is half the stimulus that it is nearby."""
+"""The stimulus of a place where nothing has been begun falls with distance as if it were half as much there."""
+FARTHER_M = 5_000.0
+"""From here on it falls more slowly."""
+LEAST_ATTRACTED = 0.55
+"""It stays above this: with the usual importances nobody goes home since its work is far away."""
 
 
 class Perception(NamedTuple):
@@ -156,10 +160,13 @@ def distance_m(motion: Motion, point: Point) -> float:
 def attracted(to_go_m: float) -> Perception:
     """Due, but the less the farther away (m): so a vehicle that may go to several places begins with the nearest.
 
-    >>> attracted(0.0).stimulus, attracted(10_000.0).stimulus
-    (1.0, 0.5)
+    >>> attracted(0.0).stimulus, attracted(2_500.0).stimulus, round(attracted(100_000.0).stimulus, 3)
+    (1.0, 0.8, 0.556)
     """
-    return Perception(1.0 / (1.0 + to_go_m / FAR_M))
+    if to_go_m <= FARTHER_M:
+        return Perception(1.0 / (1.0 + to_go_m / FAR_M))
+    here = 1.0 / (1.0 + FARTHER_M / FAR_M)
+    return Perception(LEAST_ATTRACTED + (here - LEAST_ATTRACTED) * FARTHER_M / to_go_m)
 
 
 class Approach:

@@ -94,6 +94,11 @@ class Joined(Protocol):
     separation: Separation
 
     @property
+    def now_s(self) -> float:
+        """The true time (s)."""
+        ...
+
+    @property
     def vehicles(self) -> Sequence[Vehicle]:
         """Every vehicle, in the order of the nodes."""
         ...

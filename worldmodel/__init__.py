@@ -45,7 +45,7 @@ from worldmodel.pruning import prune, tidy
 from worldmodel.snapshot import Row, models_from, rows_of
 from worldmodel.store import Keeping, PruneRule
 from worldmodel.subscriptions import Subscription
-from worldmodel.tbox import TYPE_UID, Attribute, OntologyClass, Source, TBox, ValueKind
+from worldmodel.tbox import TYPE_UID, Attribute, OntologyClass, Source, TBox, ValueKind, reaching
 
 __all__ = [
     "EPOCHS",
@@ -99,6 +99,7 @@ __all__ = [
     "models_from",
     "ontology_path",
     "prune",
+    "reaching",
     "read_tbox",
     "rows_of",
     "suggestion",

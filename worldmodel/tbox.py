@@ -12,7 +12,7 @@ above every class, and the attribute ``type`` (rdf:type), which always has uid 0
 import hashlib
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 
 from worldmodel.axioms import NO_AXIOMS, Axioms, CompiledAxioms
@@ -270,6 +270,34 @@ class TBox:
 
     def __repr__(self) -> str:
         return f"<TBox {self.hash:08x}: {len(self.classes)} classes, {len(self.attributes)} attributes>"
+
+
+def reaching(tbox: TBox, reach_m: float) -> TBox:
+    """A TBox whose places may lie as far from the origin of the map as ``reach_m``; the same one where they may.
+
+    Of attributes whose values are points in metres it multiplies both bounds by one whole number, so that all values
+    which there were stay; they take as many bits more.
+
+    >>> from worldmodel import core_ontology_paths, read_tbox
+    >>> tbox = read_tbox(*core_ontology_paths())
+    >>> position = reaching(tbox, 55_000.0).attribute_named("position")
+    >>> [str(field.maximum) for field in position.fields], [field.size_bits for field in position.fields]
+    (['60000.0', '60000.0'], [18, 18])
+    """
+
+    def wider(of: Attribute) -> Attribute:
+        if of.kind is not ValueKind.POINT or {field.unit for field in of.fields} != {"m"}:
+            return of
+        bound_m = min(min(-field.minimum, field.maximum) for field in of.fields)
+        times = math.ceil(reach_m / bound_m) if 0.0 < bound_m < reach_m else 1
+        return of if times == 1 else replace(of, fields=_times(of.fields, times), coarse=_times(of.coarse, times))
+
+    attributes = tuple(wider(of) for of in tbox.attributes)
+    return tbox if attributes == tbox.attributes else replace(tbox, attributes=attributes)
+
+
+def _times(fields: Sequence[Field], times: int) -> tuple[Field, ...]:
+    return tuple(Field(of.minimum * times, of.maximum * times, of.resolution, of.unit) for of in fields)
 
 
 def closure(classes: Sequence[OntologyClass]) -> tuple[int, ...]:

@@ -2,7 +2,8 @@
 
 The formulas are those of ``remoras.current``. A vehicle feels the current at its depth as a Doppler log does, and goes
 so that its course over ground is straight. Where sensors limit the speed it holds that over ground. A current as fast
-as the slowest vehicle is refused.
+as the slowest vehicle is refused. A vehicle that is lost, off or without energy floats: the current at the surface
+carries it off, unless ``lost_stay`` is true.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ from missions.scenarios.tables import (
 from remoras.avoidance import HalfPlane, Neighbour
 from remoras.behaviours import Reference
 from remoras.current import Current, Surge, Velocity, through_water
-from remoras.events import Part
+from remoras.events import Joined, Part
 from remoras.functional.guidance import Guidance
 from remoras.functional.layer import FunctionalLayer
 from remoras.motion import NEAREST_M, turned
@@ -43,8 +44,10 @@ if TYPE_CHECKING:
     from missions.scenarios.scenario import Scenario
     from remoras.mission import Mission
     from remoras.sensor import Pose
+    from remoras.vehicle import Vehicle
 
 KEY = "current"
+SAME_TIME_S = 1e-6
 STILL = (0.0, 0.0)
 """Velocity of water that stands."""
 
@@ -75,7 +78,7 @@ class SurgeTable(Section):
 class CurrentTable(Sparse):
     """The table ``[current]``."""
 
-    UNSAID = frozenset({"surge"})
+    UNSAID = frozenset({"surge", "lost_stay"})
 
     east_mps: float = Field(0.0, ge=-5.0, le=5.0, description="current towards the east at the surface")
     north_mps: float = Field(0.0, ge=-5.0, le=5.0, description="current towards the north at the surface")
@@ -88,7 +91,11 @@ class CurrentTable(Sparse):
     tide_phase: float = Field(
         0.0, ge=0.0, le=1.0, description="share of the period that is over at the start: 0 full, 0.25 slack, 0.5 turned"
     )
-
+    lost_stay: bool = Field(
+        False,
+        description="true: a vehicle that is lost, off or without energy stays where it is; else it floats, and the "
+        "current at the surface carries it",
+    )
     surge: tuple[SurgeTable, ...] = Field((), description="when it rises or turns for a time, a table each")
 
     def surges(self, seed: int) -> tuple[Surge, ...]:
@@ -214,11 +221,41 @@ def in_current(layer: FunctionalLayer, current: Current) -> None:
     layer.posed.append(guidance.posed)
 
 
+class Floating:
+    """Carries off vehicles that are lost, off or without energy, from the tick after that in which it befell them.
+
+    Args:
+        fleet: of the vehicles; current: of the water; tick_s: length of a tick.
+    """
+
+    def __init__(self, fleet: Joined, current: Current, tick_s: float) -> None:
+        self._fleet, self._current, self._tick_s = fleet, current, tick_s
+        self._since_s: dict[str, float] = {}
+
+    def carry(self, vehicle: Vehicle) -> None:
+        """Carry a vehicle for the tick that ends now, if it floats and has not been carried for it."""
+        now_s = self._fleet.now_s
+        if vehicle.is_alive or not vehicle.condition.is_there:
+            self._since_s.pop(vehicle.name, None)
+        elif now_s - self._since_s.setdefault(vehicle.name, now_s) > self._tick_s - SAME_TIME_S:
+            self._since_s[vehicle.name] = now_s
+            east_mps, north_mps = self._current.at(0.0, now_s - self._tick_s)
+            vehicle.functional.motion.x_m += east_mps * self._tick_s
+            vehicle.functional.motion.y_m += north_mps * self._tick_s
+
+
 def part_of(joining: Joining) -> Part | None:
     """Let all vehicles move in the water of the run, if that moves."""
     table: CurrentTable = joining.scenario.of_feature(KEY)
-    current = table.water(joining.seed)
-    return None if current is None else Part(body=lambda layer: in_current(layer, current))
+    current, tick_s = table.water(joining.seed), joining.scenario.scenario.tick_s
+    if current is None:
+        return None
+
+    def join(fleet: Joined) -> None:
+        if not table.lost_stay:
+            fleet.acted.append(Floating(fleet, current, tick_s).carry)
+
+    return Part(body=lambda layer: in_current(layer, current), join=join)
 
 
 def current_faults(raw: Raw, mission: type[Mission] | None) -> Iterator[ConfigurationFault]:

@@ -41,9 +41,12 @@ from worldmodel import (
     TBox,
     UnknownNameError,
     core_ontology_paths,
+    reaching,
     read_tbox,
 )
 
+REACH_SHARE = 1.1
+"""Places can be said this much farther from the origin than the border of the world: vehicles may be carried off."""
 SPARE_ITEMS = 1024
 """Items of a vehicle beside its observations and what its strategy states in every round: assignments, findings."""
 
@@ -141,6 +144,7 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None, among: Neighb
         [path for feature in used for path in feature.words(scenario)],
     )
     tbox = read_tbox(*core_ontology_paths(), *mission.vocabulary_used, *own_files, *words)
+    tbox = reaching(tbox, REACH_SHARE * max(map(abs, (*scenario.world.x_m, *scenario.world.y_m))))
     database, groups, deployment = database_of(scenario, mission_type), groups_of(scenario), deployment_of(scenario)
     instances = _instances(scenario, mission, tbox, used, among)
     equipment, common_facts = common_equipment(scenario, deployment.modem, mission_type.sensors, tbox, instances)

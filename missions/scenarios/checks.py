@@ -47,8 +47,8 @@ from remoras.strategies import faults_of_settings
 from remoras.work import Job
 from worldmodel import OntologyError
 
-MAX_COORDINATE_M = 9000.0
-"""The ``position`` attribute reaches somewhat farther than the world may, for vehicles that drift out of it."""
+MAX_COORDINATE_M = 100_000.0
+"""So far out the map is a plane still, and modems have their longest operating range."""
 MAX_LATITUDE_DEG = 89.0
 """Nearer to a pole, east and north are no directions of a plane."""
 

@@ -14,7 +14,7 @@ from stress.verify.findings import CheckReport
 from stress.verify.ground import cells_of
 from stress.verify.kinds import kind_of
 from stress.verify.knowledge import CLOSE_S
-from stress.verify.motion import PLACE_M, least_distances_m, listening_w, sending_j, way_through_water
+from stress.verify.motion import PLACE_M, floats, least_distances_m, listening_w, sending_j, way_through_water
 from stress.verify.record import Record, Track
 from stress.verify.roles import declared_roles, organisation_figures
 
@@ -89,6 +89,7 @@ def _of_motion(record: Record, report: CheckReport) -> dict[str, tuple[Any, floa
             report.skip("distance_m", "when a surge begins is drawn by the seed")
             break
         along_m = way[0] * np.cos(track.heading_rad[1:]) + way[1] * np.sin(track.heading_rad[1:])
+        along_m[floats(record, name, track)] = 0.0
         ways.append(float(along_m.sum()))
         error_m = math.hypot(error_m, way_error_m(track))
     else:

@@ -52,6 +52,8 @@ KINDS = {
 NOTHING = RecordedKind()
 AWAY = (*(name for name, kind in KINDS.items() if kind.is_away), ENERGY)
 """Kinds of rows while which a vehicle does nothing."""
+FLOATING = (*(name for name, kind in KINDS.items() if kind.is_away and not kind.is_late), ENERGY)
+"""Those while which it floats."""
 OUT_OF_CONTACT = (*(name for name, kind in KINDS.items() if kind.is_out), ENERGY)
 NOT_HEARING = tuple(name for name, kind in KINDS.items() if kind.is_away or kind.is_deaf)
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from stress.verify.findings import CheckReport
-from stress.verify.kinds import AWAY, ENERGY, lost_w
+from stress.verify.kinds import AWAY, ENERGY, FLOATING, lost_w
 from stress.verify.record import (
     ANGLE_STEP_RAD,
     PLACE_STEP_M,
@@ -111,6 +111,12 @@ def way_through_water(record: Record, name: str, track: Track) -> tuple[Array, A
     return east_m - moving * water[0] * dt_s, north_m - moving * water[1] * dt_s
 
 
+def floats(record: Record, name: str, track: Track) -> Array:
+    """Whether a vehicle is lost, off or without energy throughout each tick, and carried off by the water."""
+    found: Array = record.during(name, FLOATING, track.time_s[1:]) & record.during(name, FLOATING, track.time_s[:-1])
+    return found & (not record.of("current").get("lost_stay", False))
+
+
 def _check_steps(record: Record, name: str, data: dict[str, Any], track: Track, report: CheckReport) -> None:
     """Each step leads along the heading, no farther than the speed; speed, turns and their changes keep limits."""
     time_s, dt_s = track.time_s[1:], np.diff(track.time_s)
@@ -136,9 +142,14 @@ def _check_steps(record: Record, name: str, data: dict[str, Any], track: Track, 
             report.add("positions", "trajectories", time_s[at], name, stated, follows)
     still = away & ~ends
     report.look("away", int(still.sum()))
-    gone_m = np.hypot(np.diff(track.x_m), np.diff(track.y_m))
+    afloat = floats(record, name, track)
+    water = water_mps(record, np.zeros(len(time_s)), track.time_s[:-1])
+    carried_m = (afloat * flow * dt_s for flow in (water or (0.0, 0.0)))
+    gone_m = np.hypot(*(np.diff(at_m) - way_m for at_m, way_m in zip((track.x_m, track.y_m), carried_m, strict=True)))
+    if water is None:
+        gone_m[afloat] = 0.0
     for at in np.flatnonzero(still & ((gone_m > PLACE_M) | ((speed > SPEED_STEP_MPS) & ~drained))):
-        stated = f"went {gone_m[at]:.3f} m at {speed[at]:g} m/s"
+        stated = f"went {gone_m[at]:.3f} m by itself at {speed[at]:g} m/s"
         report.add("away", "trajectories", time_s[at], name, stated, "none: it is lost, off or without energy")
     report.look("limits", 3 * len(speed))
     limit = data["acceleration_mps2"] * dt_s + 1.5 * SPEED_STEP_MPS
@@ -248,7 +259,7 @@ def _check_borders(record: Record, name: str, track: Track, report: CheckReport)
     (x_min, x_max), (y_min, y_max) = record.of("world")["x_m"], record.of("world")["y_m"]
     out_m = np.maximum.reduce([x_min - track.x_m, track.x_m - x_max, y_min - track.y_m, track.y_m - y_max])
     report.look("borders", len(out_m))
-    for at in np.flatnonzero(out_m > BEYOND_M):
+    for at in np.flatnonzero((out_m > BEYOND_M) & ~record.during(name, FLOATING, track.time_s)):
         stated = f"{out_m[at]:.1f} m outside the area of operations"
         report.add("borders", "trajectories", track.time_s[at], name, stated, f"at most {BEYOND_M:g} m, while it turns")
 

@@ -1,0 +1,78 @@
+"""Worlds of 100 km by 100 km: places have names on the wire, work that is far is not left for home, and all follows."""
+
+import tomllib
+from pathlib import Path
+
+import pytest
+import tomli_w
+from hypothesis import given
+from hypothesis import strategies as st
+
+from missions.errors import ConfigurationError
+from missions.mapping import MappingMission
+from missions.runs.run import run
+from missions.scenarios import load, shipped
+from remoras.behaviours import attracted
+from worldmodel import TBox, core_ontology_paths, reaching, read_tbox
+
+TBOX = read_tbox(*core_ontology_paths(), *MappingMission.vocabulary)
+
+
+def wide(folder: Path, half_m: float) -> Path:
+    """Two vehicles, and a site near each corner of a square world; all hear each other."""
+    raw = tomllib.loads(shipped()["recovery-field"].read_text(encoding="utf-8"))
+    raw["world"] |= {"x_m": [-half_m, half_m], "y_m": [-half_m, half_m]}
+    raw["scenario"]["duration_s"] = 100_000.0
+    raw["communication"]["range_m"] = 100_000.0
+    far_m = half_m - 100.0
+    corners = [(far_m, far_m), (-far_m, far_m), (far_m, -far_m), (-far_m, -far_m)]
+    raw["site"] = [{"name": f"site {n}", "position_m": at_m, "stay_s": 60.0} for n, at_m in enumerate(corners)]
+    raw["lifts"]["number"] = 0
+    del raw["vehicle"][2:]
+    for vehicle in raw["vehicle"]:
+        vehicle |= {"transit_speed_mps": 10.0, "energy_j": 1e9}
+    path = folder / "wide.toml"
+    path.write_text(tomli_w.dumps(raw), encoding="utf-8")
+    return path
+
+
+def test_a_mission_50_km_from_the_origin_is_completed_and_its_positions_are_told(tmp_path: Path) -> None:
+    """The way of either vehicle is 70.6, 99.8 and 70.6 km at 10 m/s: 24,100 s, and as much again is not needed."""
+    done = run(load(str(wide(tmp_path, 50_000.0))), 1)
+    assert done.completed, done.reason
+    assert 24_100.0 <= done.end_s <= 25_500.0
+    told = [row[6] for row in done.recorder.items if row[5] == "position"]
+    places = [tuple(map(float, text.removeprefix("POINT (").removesuffix(")").split())) for text in told]
+    assert max(abs(x_m) for x_m, _ in places) > 49_500.0
+
+
+def test_a_world_is_100_km_from_the_origin_at_most(tmp_path: Path) -> None:
+    with pytest.raises(ConfigurationError, match=r"world\.x_m = \[-100001\.0, 100001\.0\]: allowed: -100000 to 100000"):
+        load(str(wide(tmp_path, 100_001.0)))
+
+
+def test_worlds_that_places_reach_keep_their_ontology() -> None:
+    """So packets of all scenarios that there were have as many bits as before."""
+    assert reaching(TBOX, 9_900.0) is TBOX
+
+
+@given(st.floats(10_001.0, 110_000.0))
+def test_places_reach_as_far_as_the_world_and_what_could_be_said_before_still_can(reach_m: float) -> None:
+    wider: TBox = reaching(TBOX, reach_m)
+    for before, after in zip(TBOX.attributes, wider.attributes, strict=True):
+        for old, new in zip(before.fields, after.fields, strict=True):
+            if old != new:
+                assert new.minimum <= -reach_m
+                assert reach_m <= new.maximum
+                for value in (old.minimum, old.maximum, old.minimum + 7 * old.resolution):
+                    assert new.quantise(value) == value
+    east, north = wider.attribute_named("position").fields
+    assert (east.quantise(reach_m), north.quantise(-reach_m)) == pytest.approx((reach_m, -reach_m), abs=0.25)
+
+
+@given(st.floats(0.0, 1e6), st.floats(0.0, 1e6))
+def test_what_is_nearer_attracts_more_and_nothing_is_too_far(one_m: float, other_m: float) -> None:
+    """Usual importances are 0.6 of work and 0.3 of the meeting."""
+    near, far = sorted((one_m, other_m))
+    assert attracted(near).stimulus >= attracted(far).stimulus
+    assert 0.6 * attracted(far).stimulus > 0.3
