@@ -27,7 +27,7 @@ from missions.runs.run import run
 from missions.runs.summary import summary
 from missions.scenarios import load
 from missions.statistics import t_half_width
-from remoras.executive import layer
+from remoras.executive.satisfaction import motivation
 from remoras.htn import Execution, FactsLike
 from remoras.vehicle import Vehicle
 from worldmodel.arrivals import Arrivals
@@ -81,13 +81,12 @@ def unrepaired() -> Iterator[None]:
 @contextmanager
 def hysteresis() -> Iterator[None]:
     """What is performed moves a vehicle by 0.1 more, however dissatisfied it is."""
-    motivation = layer.motivation
 
     def more(importance: float, stimulus: float, satisfaction: float | None, *rest: Any) -> float:
         value = motivation(importance, stimulus, satisfaction, *rest)
         return value if satisfaction is None or stimulus <= 0.0 else value + 0.1
 
-    with mock.patch.object(layer, "motivation", more):
+    with mock.patch("remoras.executive.layer.motivation", more):
         yield
 
 
