@@ -39,7 +39,7 @@ ABREAST = 0.5
 
 
 @dataclass(frozen=True)
-class Line:
+class SurveyLine:
     """A line: a ``remoras.work.Job``.
 
     Attributes:
@@ -73,7 +73,7 @@ class Line:
     def along_m(self, position_m: Point) -> float:
         """How far from its beginning the nearest place of the line is.
 
-        >>> Line("line 1", (0.0, 0.0), (100.0, 0.0), False).along_m((40.0, 7.0))
+        >>> SurveyLine("line 1", (0.0, 0.0), (100.0, 0.0), False).along_m((40.0, 7.0))
         40.0
         """
         (x_m, y_m), (to_x_m, to_y_m) = self.place_m, self.to_m
@@ -83,7 +83,7 @@ class Line:
     def beside(self, position_m: Point, aside_m: float) -> Point:
         """A place abreast of another one, so far to the left of the line's direction.
 
-        >>> Line("line 1", (0.0, 0.0), (100.0, 0.0), True).beside((40.0, 1.0), 10.0)
+        >>> SurveyLine("line 1", (0.0, 0.0), (100.0, 0.0), True).beside((40.0, 1.0), 10.0)
         (40.0, 11.0)
         """
         (x_m, y_m), (to_x_m, to_y_m), share = self.place_m, self.to_m, aside_m / self.length_m
@@ -109,7 +109,7 @@ def is_seen(at_m: Point, within_m: float, picture: Picture) -> bool:
     return any(distance(at_m, contact_m) <= within_m for contact_m in picture.body.contacts_m)
 
 
-class Surveying(Behaviour):
+class SurveyingLine(Behaviour):
     """Goes along a line; alone on one that takes an escort it stands still, and is dissatisfied.
 
     Who is called away goes on later where it stopped.
@@ -118,7 +118,7 @@ class Surveying(Behaviour):
         line: the job; within_m: greatest distance of an escort; data: of the vehicle.
     """
 
-    def __init__(self, line: Line, within_m: float, data: VehicleData) -> None:
+    def __init__(self, line: SurveyLine, within_m: float, data: VehicleData) -> None:
         self._line, self._within_m = line, within_m
         self._transit_mps, self._survey_mps = data.transit_speed_mps, data.survey_speed_mps
         self._approach = Approach(data.transit_speed_mps)
@@ -172,7 +172,7 @@ class FollowingSource(Behaviour):
         help: whether this vehicle is of use there; data: of the vehicle.
     """
 
-    def __init__(self, line: Line, within_m: float, help: Help, data: VehicleData) -> None:
+    def __init__(self, line: SurveyLine, within_m: float, help: Help, data: VehicleData) -> None:
         self._line, self._within_m, self._help = line, within_m, help
         self._speed_mps = data.transit_speed_mps
         self._approach = Approach(data.transit_speed_mps)

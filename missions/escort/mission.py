@@ -14,7 +14,7 @@ from pydantic import Field
 
 from exchange.arithmetic import distance
 from missions.errors import ConfigurationFault
-from missions.escort.lines import ESCORTS, FollowingSource, Line, Surveying
+from missions.escort.lines import ESCORTS, FollowingSource, SurveyingLine, SurveyLine
 from missions.figure import Declared, Figure, Mark, Place, RunResults, Style
 from missions.meeting.helping import URGENCY, Help, HelpMission
 from missions.meeting.job_mission import JobScenario, JobSettings
@@ -80,7 +80,7 @@ class EscortTruth(JobTruth):
     """
 
     def __init__(
-        self, meeting: Meeting, objective: str, recorder: Recorder, lines: Sequence[Line], within_m: float
+        self, meeting: Meeting, objective: str, recorder: Recorder, lines: Sequence[SurveyLine], within_m: float
     ) -> None:
         super().__init__(meeting, objective, recorder)
         self._escorting = recorder.rows(ESCORTING.name)
@@ -215,9 +215,9 @@ class EscortMission(HelpMission):
         """What is wrong with lines."""
         return line_faults(raw)
 
-    def jobs_of(self, scenario: EscortScenario) -> Iterable[Line]:
+    def jobs_of(self, scenario: EscortScenario) -> Iterable[SurveyLine]:
         """The lines."""
-        self._lines = {one.name: Line(one.name, one.from_m, one.to_m, one.escorted) for one in scenario.line}
+        self._lines = {one.name: SurveyLine(one.name, one.from_m, one.to_m, one.escorted) for one in scenario.line}
         self._escorted = {name: line for name, line in self._lines.items() if line.is_escorted}
         return self._lines.values()
 
@@ -233,7 +233,7 @@ class EscortMission(HelpMission):
 
     def behaviour_at(self, job: Job, data: VehicleData) -> Behaviour:
         """To survey the line."""
-        return Surveying(self._lines[job.name], self.scenario.mission.within_m, data)
+        return SurveyingLine(self._lines[job.name], self.scenario.mission.within_m, data)
 
     def truth(self, recorder: Recorder, world: Any) -> EscortTruth:
         """Notes what was really surveyed."""
