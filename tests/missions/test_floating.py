@@ -1,0 +1,71 @@
+"""A vehicle that is lost, off or without energy floats: the current at the surface carries it, and nobody meets it."""
+
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from missions.runs.results import write_results
+from missions.runs.run import Run, run
+from missions.scenarios import load
+from stress.verify.folder import verify
+
+CURRENT = ("current.east_mps=0.3", "current.north_mps=-0.2", "current.shear_depth_m=40.0", "scenario.duration_s=300.0")
+LOST = 'fault=[{kind="lost",vehicle="AUV02",at_s=100}]'
+OFF = 'fault=[{kind="restarts",vehicle="AUV02",at_s=100,until_s=200,memory="kept"}]'
+EMPTY = "vehicle.AUV02.energy_j=6000.0"
+
+
+@cache
+def flown(*keys: str) -> Run:
+    return run(load("mapping-patches", [("--set", key) for key in keys]), 1)
+
+
+def at_m(of: Run, time_s: float) -> tuple[float, float]:
+    return next((row[2], row[3]) for row in of.recorder.trajectories if row[:2] == (time_s, "AUV02"))
+
+
+def way_m(of: Run, from_s: float, until_s: float) -> tuple[float, float]:
+    (x_m, y_m), (then_x_m, then_y_m) = at_m(of, from_s), at_m(of, until_s)
+    return then_x_m - x_m, then_y_m - y_m
+
+
+def test_who_is_lost_drifts_with_the_water_at_the_surface() -> None:
+    """From the tick after on: 100 s of (0.3, -0.2) m/s, though at its own depth of 20 m the water runs half as fast."""
+    assert way_m(flown(*CURRENT, LOST), 150.0, 250.0) == pytest.approx((30.0, -20.0))
+
+
+def test_who_is_without_energy_drifts_too() -> None:
+    done = flown(*CURRENT, EMPTY)
+    (empty_s,) = (row[0] for row in done.recorder.faults if row[1:3] == ("AUV02", "energy"))
+    assert empty_s < 200.0
+    assert way_m(done, 200.0, 300.0) == pytest.approx((30.0, -20.0))
+
+
+def test_who_restarts_has_drifted_and_goes_on_from_there() -> None:
+    done = flown(*CURRENT, OFF)
+    assert way_m(done, 100.0, 199.0) == pytest.approx((0.3 * 99.0, -0.2 * 99.0))
+    east_m, north_m = way_m(done, 199.0, 202.0)
+    assert abs(east_m) + abs(north_m) < 3 * (2.5 + 0.5)
+
+
+@pytest.mark.parametrize("keys", [(*CURRENT, "current.lost_stay=true"), ("scenario.duration_s=300.0",)])
+def test_it_stays_at_anchor_and_in_water_that_stands(keys: tuple[str, ...]) -> None:
+    assert way_m(flown(*keys, LOST), 150.0, 250.0) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("keys", [(OFF,), (EMPTY,), (LOST, "current.lost_stay=true")])
+def test_a_reader_that_knows_nothing_of_the_program_finds_the_same(keys: tuple[str, ...], tmp_path: Path) -> None:
+    write_results(flown(*CURRENT, *keys), tmp_path / "run")
+    assert not verify(tmp_path / "run").findings
+
+
+def test_a_reader_sees_who_drifts_where_it_is_to_stay(tmp_path: Path) -> None:
+    write_results(flown(*CURRENT, LOST), tmp_path / "run")
+    manifest = tmp_path / "run" / "manifest.json"
+    text = manifest.read_text(encoding="utf-8")
+    assert "shear_depth_m = 40.0" in text
+    manifest.write_text(
+        text.replace("shear_depth_m = 40.0", "shear_depth_m = 40.0\\nlost_stay = true"), encoding="utf-8"
+    )
+    assert any(found.check == "away" for found in verify(tmp_path / "run").findings)
