@@ -28,7 +28,9 @@ from missions.runs.summary import summary
 from missions.scenarios import load
 from missions.statistics import t_half_width
 from remoras.executive.satisfaction import motivation
+from remoras.functional.guidance import Guidance
 from remoras.htn import Execution, FactsLike
+from remoras.social.reports import Reports, scarce_energy_j
 from remoras.vehicle import Vehicle
 from worldmodel.arrivals import Arrivals
 
@@ -79,6 +81,24 @@ def unrepaired() -> Iterator[None]:
 
 
 @contextmanager
+def headlong() -> Iterator[None]:
+    """Nobody keeps clear of others."""
+    with mock.patch.object(Guidance, "_clear_of", lambda self, neighbours, goal, positions_m: goal):
+        yield
+
+
+@contextmanager
+def untold() -> Iterator[None]:
+    """Nobody heeds how much energy vehicles say that they have: batteries are as full as by the plan."""
+
+    def by_plan(self: Reports, now_s: float) -> dict[str, float]:
+        return scarce_energy_j([self.database[name] for name in self.frugal], {}, now_s, self._until_s)
+
+    with mock.patch.object(Reports, "scarce_energy_j", by_plan):
+        yield
+
+
+@contextmanager
 def hysteresis() -> Iterator[None]:
     """What is performed moves a vehicle by 0.1 more, however dissatisfied it is."""
 
@@ -115,6 +135,10 @@ FOR_ALL = ('group.Hunters.information="replicated"', 'communication.needs_follow
 """All vehicles need all strips."""
 CUT = 'channel.link=[{sender="AUV05",receiver="ASV00",per=0.97},{sender="ASV00",receiver="AUV05",per=0.97}]'
 """One vehicle hardly reaches the analyst."""
+
+
+DRAINED = 'fault=[{kind="drains",vehicle="AUV02",at_s=100,drain_w=4000.0}]'
+"""Its battery of 5 MJ is empty after some 1300 s, before it has mapped what it was to map."""
 
 
 def _fault(kind: str, vehicle: str, at_s: int) -> str:
@@ -158,6 +182,8 @@ MECHANISMS: Mapping[str, Mechanism] = {
     "no hysteresis": Mechanism(ESCORT, patch=hysteresis),
     "consultation": Mechanism("mapping-rendezvous", patch=at_once, measure="consultation_done"),
     "passing on of calls": Mechanism(FERRY, ("guidance.keeps_calls=true",), keys=("scenario.duration_s=3600.0",)),
+    "avoidance": Mechanism(FERRY, patch=headlong, measure="conflicts"),
+    "battery fact": Mechanism(MAP, patch=untold, keys=(DRAINED,)),
     "lease": Mechanism(MAP, ("communication.lease_frames=100000",), keys=(_fault("lost", "AUV02", 600),)),
     "succession": Mechanism(MAP, ("group.Operational.succession=[]",), keys=(_fault("lost", "AUV00", 600),)),
     "repair of plans": Mechanism(
