@@ -10,7 +10,7 @@ from missions.errors import ConfigurationError, OutputError
 from missions.scenarios.deployment import deployment_of
 from remoras.errors import PluginError
 
-FATHOM_1 = "1daa78371debb507feb424fa80fc1904b4319287c46f6fb942b1de07284a65fb"
+FATHOM_1 = "ea2aba0115e7405defc96f77238edc3bba40158ff1673c4883bfa99a3ad432f0"
 
 
 def test_the_cases_of_a_suite_never_change() -> None:
