@@ -34,7 +34,7 @@ name = "short"
 grounds = ["mapping-patches"]
 bound = "missions.mapping.rounds:rounds"
 limit_s = 7200.0
-repeats = 10
+repeats = 34
 
 [set]
 scenario.duration_s = {duration_s}
@@ -344,7 +344,7 @@ def test_the_truth_is_to_be_had_for_training_alone(short: FleetEnv, tmp_path: Pa
 
 
 @pytest.mark.parametrize(
-    ("options", "named"), [({"cell": "nowhere"}, "cell = 'nowhere'"), ({"repeat": 10}, "repeat = 10")]
+    ("options", "named"), [({"cell": "nowhere"}, "cell = 'nowhere'"), ({"repeat": 34}, "repeat = 34")]
 )
 def test_a_case_that_is_none_is_named(short: FleetEnv, options: Mapping[str, Any], named: str) -> None:
     with pytest.raises(OutputError, match=f"{named}; allowed: "):
