@@ -13,6 +13,7 @@ but 0.
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Mapping
+from functools import cache
 from typing import Generic, TypeVar
 
 FIELD = 0x11D
@@ -79,13 +80,15 @@ def coefficient(key: int, origin: int, sequence: int) -> int:
     return scrambled(key + (origin << 24) + sequence & 0xFFFFFFFF) % NONZERO + 1
 
 
-_TABLES = tuple(bytes(times(factor, byte) for byte in range(256)) for factor in range(256))
-"""By factor, the product with each byte."""
+@cache
+def _products(factor: int) -> bytes:
+    """The products of a number with each byte."""
+    return bytes([times(factor, byte) for byte in range(256)])
 
 
 def scaled(data: bytes, factor: int) -> bytes:
     """Each byte times the factor."""
-    return data.translate(_TABLES[factor])
+    return data.translate(_products(factor))
 
 
 def added(one: bytes, other: bytes) -> bytes:
@@ -125,6 +128,11 @@ class Decoder(Generic[Name]):
     def __len__(self) -> int:
         """How many symbols it keeps."""
         return len(self._rows)
+
+    @property
+    def unknown(self) -> list[Name]:
+        """The items that they are over and that this node lacks, in the order of their names."""
+        return sorted({name for row, _ in self._rows for name in row})  # type: ignore[type-var]
 
     def add(self, unknown: Mapping[Name, int], data: bytes) -> dict[Name, bytes]:
         """Take in a symbol; returns the items that are known now, each filled up with zeros.

@@ -20,7 +20,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from itertools import chain
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from exchange import ack
 from exchange.blocks import fragments_of
@@ -49,11 +49,14 @@ from exchange.policies import AckPolicy
 from exchange.queueing.queue import Queue
 from exchange.schedule import TdmaSchedule
 from exchange.values import ADDITIVE, ValueRule
-from exchange.wire.codec import Codec, refuse_longer_texts
+from exchange.wire.codec import Codec, behind, refuse_longer_texts
 from exchange.wire.definitions import ComparedDefinitions
 from exchange.wire.fragmentcodec import EPOCH_BITS
 from worldmodel import STATUS, Change, Needs, PropertyValue, Stated, WorldModel
 from worldmodel.facts import Guid
+
+if TYPE_CHECKING:
+    from exchange.peering.stating import Stating
 
 SUMMARY_SHARE = 4
 """Summaries that are due take one part in this many of a packet at most."""
@@ -166,10 +169,21 @@ class ExchangeManager:
         self.parking.append(Parking(me, self.n_nodes, self._peers, self._ledger, self._listener))
         if not policy.repeat:
             self.relaying.append(Relaying(me, self._state, self._ledger, self._peers, self._listener))
+        if policy.acknowledgement.states and schedule.is_by_frame:
+            raise ConfigurationError(f"policy {policy.name} needs one slot for each vehicle, not a slot list")
+        self._stating: list[Stating] = []
+        if codec.accounts:
+            from exchange.peering.stating import Stating
+
+            known, codes = (me, self._state, self._ledger, self._peers, self._holders), policy.acknowledgement.codes
+            self._stating = [Stating(*known, accounts, codec.fragment_bits, codes) for accounts in codec.accounts]
+        self._listener.stating = self._stating
         self.half_blocks = self._listener.assembly.lacking
         """``half_blocks() -> list``: names of blocks of which it has parts, and lacks others."""
         self._signals: tuple[InfluenceSignal, ...] = ()
         self._n_signals_said = 0
+        self._left_to_relays = 0  # items that rest, in the packet that is being filled
+        self._is_for_statuses = False  # it leaves room to them
         self.n_faults = 0
 
     @property
@@ -261,6 +275,8 @@ class ExchangeManager:
             is_unlisted = turns.note(packet, slot)
         is_second = self._peers.conflicts(sender, slot, data)
         heard = self._listener.listen(judged, slot, met, is_second, now_s)
+        for stating in self._stating:
+            self.n_faults, stating.n_refused = self.n_faults + stating.n_refused, 0
         for relaying in self.relaying:
             if judged.relays:
                 relaying.note(packet)
@@ -329,9 +345,12 @@ class ExchangeManager:
         signals_bits = len(signals) * codec.signal_bits
         summary_bits = sum(map(codec.summary_bits, summary))
         room_bits = self._room_bits + spared_bits - signals_bits - summary_bits
+        for stating in self._stating:
+            room_bits -= self._let_plan(stating, room_bits)
         packing = codec.packing(self._me, self._epoch, start_s, room_bits)
         chosen = self.queue.choose(packing, now_s, above)
-        for summaries in self.summaries if not summary else ():
+        is_spare = not summary
+        for summaries in self.summaries if is_spare else ():
             summary = summaries.telling.spare(packing.left_bits)
             summary_bits = sum(map(codec.summary_bits, summary))
         content = 0
@@ -351,6 +370,11 @@ class ExchangeManager:
         place, n_turns = slot % schedule.n_slots, sum([len(turns.slots) for turns in self._turns]) or 1
         head = Head(self._me, self._epoch, frame, place, n_turns)
         acks, wired = header.encode(self._me, rows, frame), packing.wired()
+        n_acks = acks[0].bit_count()
+        for stating, accounts in zip(self._stating, codec.accounts, strict=True):
+            self.queue.rest(self._left_to_relays)
+            left_bits = packing.left_bits - (summary_bits if is_spare else 0)
+            acks = behind(acks, accounts.encode(stating.account(content, slot, left_bits), self._me))
         data = codec.assembled(head, start_s, acks, wired, signals, summary)
         self._signals = ()
         return Transmission(
@@ -358,7 +382,7 @@ class ExchangeManager:
             data,
             8 * len(data),
             tuple(items),
-            acks[0].bit_count(),
+            n_acks,
             tuple([(fragment.facts[0].attribute, size_bits) for fragment, _, size_bits in wired]),
             signals_bits,
             tuple(status),
@@ -367,6 +391,21 @@ class ExchangeManager:
             summary_bits,
             noticed,
         )
+
+    def _let_plan(self, stating: Stating, room_bits: int) -> int:
+        """Let what is not planned rest for this packet; returns what is said of holdings (bits).
+
+        Statuses are not planned. In each second packet at least half of the room is left to them, if they take it; in
+        the others they compete with what is planned for what the account leaves.
+        """
+        queue = self.queue
+        self._left_to_relays = queue.resting if self.relaying else 0
+        status_bits = queue.status_bits
+        self._is_for_statuses = status_bits > 0 and not self._is_for_statuses
+        kept_bits = min(room_bits // 2, status_bits) if self._is_for_statuses else 0
+        chosen, account_bits = stating.plan(queue.open & ~self._left_to_relays, room_bits - kept_bits)
+        queue.rest(queue.open & ~chosen)
+        return account_bits
 
     @property
     def waits_for_absent(self) -> bool:

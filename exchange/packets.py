@@ -190,6 +190,53 @@ class Summary(NamedTuple):
         return sequence > self.highest + 1 and bool(self.mask >> (sequence - self.highest - 2) & 1)
 
 
+class Statement(NamedTuple):
+    """What a packet states of its sender's holdings of one origin: all items below ``first``, and some from it on.
+
+    Attributes:
+        origin, epoch: whose items, of which of its lives.
+        first: all items below it are held; of the ``length`` ones from it on bit k of ``mask`` says whether
+            ``first + k`` is.
+        is_known_to_all: all nodes are known to hold what is below ``first``.
+    """
+
+    origin: int
+    epoch: int
+    first: int
+    length: int
+    mask: int
+    is_known_to_all: bool
+
+    @property
+    def held(self) -> int:
+        """What is held, one bit for each sequence."""
+        return self.mask << self.first | (1 << self.first) - 1
+
+
+class HolderSet(NamedTuple):
+    """Who is known to hold a block: ``holders``, one bit for each node, the sender among them."""
+
+    origin: int
+    epoch: int
+    sequence: int
+    holders: int
+
+
+class Account(NamedTuple):
+    """What a packet says of holdings, under a policy that states them; see `exchange.statements`.
+
+    ``symbols`` are sums over the blocks that the statements say to be held and that are not in the packet themselves.
+    """
+
+    statements: tuple[Statement, ...] = ()
+    holder_sets: tuple[HolderSet, ...] = ()
+    symbols: tuple[bytes, ...] = ()
+
+
+NO_ACCOUNT = Account()
+"""That of a packet which says nothing of holdings."""
+
+
 class Head(NamedTuple):
     """What stands first in a packet and names its slot: who speaks, in which of its lives, in which frame modulo 4.
 
@@ -209,7 +256,8 @@ class Packet(NamedTuple):
     ``rows`` holds one bit word per node: bit j of row i says that node i received the packet meant of
     node j (see ``exchange.ack``). ``acknowledgement`` bits that a policy does not send are zero. ``epoch`` is the
     sender's own, which grows whenever it begins anew; ``frame`` is the TDMA frame in which it speaks. ``summary`` says
-    what it holds of some origins. ``n_turns`` is how many packets it sends in that frame.
+    what it holds of some origins. ``n_turns`` is how many packets it sends in that frame. ``account`` says more of
+    holdings, where the policy states them.
     """
 
     sender: int
@@ -220,6 +268,7 @@ class Packet(NamedTuple):
     frame: int = 0
     summary: tuple[Summary, ...] = ()
     n_turns: int = 1
+    account: Account = NO_ACCOUNT
 
 
 class Judged(NamedTuple):

@@ -286,7 +286,8 @@ def take_symbols(plan: PacketPlan, n_nodes: int, n_candidates: int, room_bits: i
         current = most
     n_coded = 0
     for c in range(n_candidates):
-        n_coded += int(plan.with_code[plan.origin[c]] != 0 and plan.takes[c] == 0 and plan.is_stated[c] != 0)
+        is_coded = plan.with_code[plan.origin[c]] != 0 and plan.takes[c] == 0 and plan.is_stated[c] != 0
+        n_coded += int(is_coded and plan.gain[c] > 0.0)
     n_symbols = min(number_of_symbols(left, size_bits), n_coded)
     if n_symbols == 0 or current <= take_items(plan, n_candidates, room_bits, False):
         return 0

@@ -7,7 +7,6 @@ one's own. Whether a node that sends an item is taken to hold it is a separate o
 and study: any policy can be had with it or without.
 """
 
-from collections.abc import Collection
 from dataclasses import dataclass
 from functools import lru_cache
 from types import FunctionType
@@ -135,28 +134,23 @@ class AckPolicy:
         )
 
 
-POLICIES: dict[str, AckPolicy] = {
+PAPER_POLICIES: dict[str, AckPolicy] = {
     policy.name: policy for policy in (AckPolicy(kind, repeat) for kind in ACKNOWLEDGEMENTS for repeat in (False, True))
 }
-"""The shipped policies by name: the six of the paper."""
+"""The six policies of the paper by name."""
 
 STATING: dict[str, AckPolicy] = {
     policy.name: policy
-    for policy in (
-        AckPolicy(HOLDINGS, repeat=False),
-        AckPolicy(HOLDINGS, repeat=True),
-        AckPolicy(ADAPTIVE, repeat=True),
-    )
+    for policy in (AckPolicy(kind, repeat) for kind, repeat in ((HOLDINGS, False), (HOLDINGS, True), (ADAPTIVE, True)))
 }
-"""Policies that state holdings, by name. The policy study has them; vehicles do not yet."""
+"""The policies that state holdings, by name."""
+
+POLICIES = PAPER_POLICIES | STATING
+"""The shipped policies by name."""
 
 
-def policy_named(name: str, more: Collection[str] = ()) -> AckPolicy:
+def policy_named(name: str) -> AckPolicy:
     """The shipped policy of that name.
-
-    Args:
-        name: of one of the six.
-        more: names that are allowed, too, where this is asked.
 
     Raises:
         ConfigurationError: no policy has that name; the message lists the names and the nearest one.
@@ -166,12 +160,9 @@ def policy_named(name: str, more: Collection[str] = ()) -> AckPolicy:
     """
     if name in POLICIES:
         return POLICIES[name]
-    if name in STATING:
-        raise ConfigurationError(f"policy {name!r} is for the policy study; vehicles have {', '.join(POLICIES)}")
-    allowed = (*POLICIES, *more)
-    hint = suggestion(name.lower(), allowed)
+    hint = suggestion(name.lower(), POLICIES)
     raise ConfigurationError(
-        f"unknown policy {name!r}: allowed are {', '.join(allowed)} and package.module:object{hint}"
+        f"unknown policy {name!r}: allowed are {', '.join(POLICIES)} and package.module:object{hint}"
     )
 
 
@@ -233,6 +224,11 @@ def may_send(repeat: bool, items: int, own: int) -> int:
     return items if repeat else items & own
 
 
+def bits_beside(kind: Acknowledgement) -> int:
+    """Bits that end what a packet says of holdings, where the policy states them."""
+    return (END_BITS if kind.states else 0) + (COUNT_BITS if kind.codes else 0)
+
+
 @lru_cache(maxsize=256)
 def header_bits(policy: AckPolicy, n_nodes: int, frame: int | None = None, sender: int = 0) -> int:
     """Size of the acknowledgement header of a packet under the policy, in bits; statements and symbols come beside it.
@@ -247,7 +243,7 @@ def header_bits(policy: AckPolicy, n_nodes: int, frame: int | None = None, sende
     (4, 20)
     """
     kind = policy.acknowledgement
-    beside = (END_BITS if kind.states else 0) + (COUNT_BITS if kind.codes else 0)
+    beside = bits_beside(kind)
     if frame is not None:
         return bits_carried(kind, n_nodes, frame, sender) + beside
     return max(bits_carried(kind, n_nodes, f, s) for f in range(kind.period_frames) for s in range(n_nodes)) + beside

@@ -21,6 +21,8 @@ MOST_SYMBOLS = (1 << COUNT_BITS) - 1
 """Symbols in one packet."""
 SIZE_BITS = 6
 MOST_SYMBOL_BYTES = (1 << SIZE_BITS) - 1
+MOST_PASSED = 16
+"""How often a node tells who holds an item, after it has last learned anything of that."""
 
 
 def names_bits(n_nodes: int) -> int:

@@ -350,11 +350,13 @@ def exchange_study(
             raise TypeError(f"{name} is {given!r}; allowed: a list, as [{given!r}]")
     import pandas as pd
 
-    from exchange.policies import POLICIES
+    from exchange.policies import PAPER_POLICIES
     from exchange.study.study import ExchangeStudy
     from exchange.study.study import run as study
 
-    asked = ExchangeStudy(nodes=nodes, per=tuple(per), policies=tuple(policies or POLICIES), trials=trials, seed=seed)
+    asked = ExchangeStudy(
+        nodes=nodes, per=tuple(per), policies=tuple(policies or PAPER_POLICIES), trials=trials, seed=seed
+    )
     found: DataFrame = pd.json_normalize([row.as_json() for row in study(asked, jobs)])
     return found
 

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from exchange.acoustics.modems import modems
-from exchange.policies import POLICIES
+from exchange.policies import PAPER_POLICIES
 from missions.errors import ConfigurationError, ConfigurationFault
 from missions.feature import Sample
 from missions.files import toml_value
@@ -69,7 +69,7 @@ CORE = (
     Setting("strategy", "any shipped strategy", ("strategy.name", "strategy.parameters"),
             lambda draws, scenario: {"strategy.name": draws.one_of(sorted(strategies()))}, p=0.6),
     Setting("policy", "any of the six policies of the papers", ("communication.policy",),
-            choice_of("communication.policy", *sorted(POLICIES)), OFTEN),
+            choice_of("communication.policy", *sorted(PAPER_POLICIES)), OFTEN),
     Setting("channel", "bernoulli with 0.05 to 0.8, gilbert-elliott, acoustic, matrix or perfect, with settings",
             ("channel.name", "channel.per", "channel.link", "channel.p_good_to_bad", "channel.wind_mps"),
             sampling.channel, OFTEN),

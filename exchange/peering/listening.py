@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from exchange import ack
 from exchange.blocks import Assembly, fragments_of, joined_block
@@ -17,6 +17,9 @@ from exchange.peering.summaries import Summaries
 from exchange.policies import AckPolicy, may_send
 from worldmodel import STATUS, Block, WorldModel
 from worldmodel.facts import MOST_ITEMS
+
+if TYPE_CHECKING:
+    from exchange.peering.stating import Stating
 
 
 def _contradiction(fragment: Fragment, ledger: Ledger, assembly: Assembly) -> Block | None:
@@ -92,6 +95,8 @@ class Listener:
         self._relayed = 0  # nodes whose items, and what they bring, this node sends, too, one bit each
         self._passed_on_s: dict[tuple[int, int], float] = {}  # times of the newest statuses that it was to relay
         self.assembly = Assembly()
+        self.stating: list[Stating] = []
+        """What it states of its holdings: one of them where the policy does so."""
 
     def register(self, entry: LedgerEntry, now_s: float, item: Named | None = None) -> int:
         """Hold an item that is new here, see ``Ledger.add``, and send it if this vehicle is to; returns its column."""
@@ -123,7 +128,7 @@ class Listener:
         if judged.relays or packet.epoch != peers.epochs[sender]:
             begun = self._lives_told(packet)
         for node, epoch in begun:
-            self._holders.begin(node, epoch)
+            self._begin(node, epoch)
         before = [*state.believes]
         missed = judged.heard & ~(state.heard[0] | 1 << sender | 1 << self._me)
         told = self._told(packet, missed, now_s) if missed or judged.relays else ()
@@ -132,8 +137,11 @@ class Listener:
         if taken.is_ambiguous or (frame < peers.trusted_from and peers.is_doubted(sender, frame)):
             state.believes[self._me] |= taken.content  # neither acknowledged nor heeded
         else:
-            heeded, origins = peers.heed(packet, frame, *self._ageing.spoken_of(slot)), self._ledger.origins
+            spoken_of = self._ageing.spoken_of(slot)
+            heeded, origins = peers.heed(packet, frame, *spoken_of), self._ledger.origins
             self._ageing.absorb(packet, slot, heeded, taken.content, self._carrier_evidence, origins)
+            for stating in self.stating:
+                taken, lacked = self._take_account(stating, packet, slot, spoken_of.is_asked, taken, now_s)
             for summaries in self._summaries:
                 for summary in packet.summary:
                     if summary[:2] in self._holders.shared:
@@ -145,15 +153,46 @@ class Listener:
             if self._relayed >> status.origin & 1 and self._is_news(status):
                 self._interests.take_status(status)
         if begun or met is Met.BACK:
-            self._catch_up(now_s)
+            self._catch_up(sender, now_s)
         elif lacked:
             self.reopen(now_s)
+        for stating in self.stating:
+            stating.note_news(before, slot)
         beliefs = self._gained(before) if before != state.believes else ()
         settled = self._interests.settle(self._done, state.believes) if beliefs else ()
         return Reception(
             slot, sender, tuple(taken.blocks), packet.signals, tuple(taken.items), beliefs, settled, tuple(taken.aside),
             met=met, conflict=conflict, told=told,
         )  # fmt: skip
+
+    def _begin(self, node: int, epoch: int) -> None:
+        """A node is in another life."""
+        self._holders.begin(node, epoch)
+        for stating in self.stating:
+            stating.forget(node)
+
+    def _take_account(
+        self, stating: Stating, packet: Packet, slot: int, is_asked: bool, taken: _Taken, now_s: float
+    ) -> tuple[_Taken, list[int]]:
+        """Learn what a packet says of holdings; returns all that it brought, and what its sender lacks.
+
+        Args:
+            stating: of this node.
+            packet: heard; slot: in which it was sent.
+            is_asked: its acknowledgements are about the own last packet.
+            taken: what its fragments brought.
+            now_s: the time (s).
+        """
+        vouched = self._peers.vouched(packet.sender, packet.frame)
+        decoded, lacked = stating.hear(packet, slot, is_asked, vouched, now_s)
+        if not decoded:
+            return taken, lacked
+        more, believes = self._take_in(decoded, now_s), self._state.believes
+        for node, origin_items in enumerate(self._ledger.origins):
+            if node != self._me:  # an origin holds what it has told
+                believes[node] |= origin_items & more.content
+        items, aside = (*taken.items, *more.items), (*taken.aside, *more.aside)
+        return taken._replace(blocks=(*taken.blocks, *more.blocks), items=items, aside=aside), lacked
 
     def _told(self, packet: Packet, missed: int, now_s: float) -> tuple[tuple[int, float], ...]:
         """When, at the earliest, nodes spoke of which a packet tells, and which this vehicle missed.
@@ -239,6 +278,8 @@ class Listener:
             by_alarm: another one has said so; else this vehicle says it.
         """
         is_new = self._holders.doubt(node, frame, by_alarm)
+        for stating in self.stating:
+            stating.forget()
         if is_new:
             self.reopen(now_s)
         return is_new
@@ -311,9 +352,11 @@ class Listener:
                 blocks += [other] if is_in or self._interests.keeps(other, uid) else []
         return _Taken(content, blocks, items, aside, is_ambiguous)
 
-    def _catch_up(self, now_s: float) -> None:
+    def _catch_up(self, peer: int, now_s: float) -> None:
         """A peer that was away, or begins anew, is there: it is told what it lacks, and what is held here."""
         self._ledger.away = self._peers.away
+        for stating in self.stating:
+            stating.miss(peer)
         if not self._repeat:
             self._interests.adopt(self._holders.orphans(), self._state.believes, now_s)
         self.reopen(now_s)

@@ -35,6 +35,7 @@ from exchange.ack import Acknowledgement, AckState, MutableWords, Words
 from exchange.arithmetic import log
 from exchange.errors import PeerFault
 from exchange.packets import Met, Packet
+from exchange.planning import KEPT, PRIOR_LOSS, PRIOR_WEIGHT
 from exchange.schedule import TdmaSchedule
 
 DOUBT_FRAMES = 16
@@ -47,11 +48,6 @@ LOST, HEARD = 1.0, 0.0
 """Samples of a link."""
 MOST_SAMPLES = 64
 """That wait to be counted."""
-KEPT = 1.0 - 1.0 / 64.0
-"""What is left of the weight of a sample after the next one."""
-PRIOR_LOSS = 0.5
-"""Loss that is reckoned with before there is a sample; it counts as ``PRIOR_WEIGHT`` samples."""
-PRIOR_WEIGHT = 2.0
 UNLIKELY = 1e-3
 """A silence of this probability, at the estimated loss, is taken for absence."""
 SHORTEST_SILENCE = 4
@@ -403,12 +399,14 @@ class PeerStates:
                 self._outgoing[sender].samples.append(HEARD if own >> self._me & 1 else LOST)
             for witness in self._witnesses if lasting == -1 else ():
                 witness.rows[sender].append(own)
-        heeded = 1 << sender
-        if frame >= self.trusted_from:
-            heeded |= self._informed_of[sender]
+        heeded = self.vouched(sender, frame)
         if heeded == self._all and lasting == -1:
             return rows
         return tuple([row & lasting if heeded >> node & 1 else 0 for node, row in enumerate(rows)])
+
+    def vouched(self, sender: int, frame: int) -> int:
+        """Nodes, one bit each, of which a peer is to be believed what it says: it knows in which life they are."""
+        return 1 << sender | (self._informed_of[sender] if frame >= self.trusted_from else 0)
 
     # Two in one slot -----------------------------------------------------------------------------
 

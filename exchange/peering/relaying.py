@@ -25,7 +25,8 @@ from exchange.ack import AckState
 from exchange.ledger import Ledger, columns_of
 from exchange.packets import Packet
 from exchange.peering.listening import Listener
-from exchange.peering.peers import HEARD, KEPT, LOST, PRIOR_LOSS, PRIOR_WEIGHT, PeerStates
+from exchange.peering.peers import HEARD, LOST, PeerStates
+from exchange.planning import KEPT, PRIOR_LOSS, PRIOR_WEIGHT
 
 LOOK_FRAMES = 4
 """TDMA frames between two looks at what links lose."""

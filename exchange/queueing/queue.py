@@ -259,6 +259,11 @@ class Queue:
         """How many items wait in it."""
         return len(self._items)
 
+    @property
+    def status_bits(self) -> int:
+        """About the size of the statuses that wait."""
+        return sum([candidate.size_bits for candidate in self._status.values() if candidate.line is not None])
+
     # What comes in -------------------------------------------------------------------------------
 
     def take(

@@ -6,7 +6,7 @@ from enum import StrEnum
 
 from exchange.ack import MAX_NODES
 from exchange.errors import ConfigurationError
-from exchange.policies import POLICIES, STATING, AckPolicy, checked_policy, header_bits, policy_named
+from exchange.policies import PAPER_POLICIES, POLICIES, AckPolicy, checked_policy, header_bits, policy_named
 from exchange.study.bound import BOUND
 
 MAX_SEED = 1 << 62
@@ -58,15 +58,6 @@ def workload_named(text: str, items: int = 1) -> StudyLoad:
     raise ConfigurationError(f"unknown load {text!r}: allowed are single, batch and poisson:RATE, as in poisson:0.02")
 
 
-def study_policy(name: str) -> AckPolicy:
-    """The policy of that name in a study, which has those that state holdings, too.
-
-    Raises:
-        ConfigurationError: no policy has that name.
-    """
-    return STATING[name] if name in STATING else policy_named(name, STATING)
-
-
 @dataclass(frozen=True)
 class ExchangeStudy:
     """Everything that the study's numbers depend on.
@@ -75,8 +66,7 @@ class ExchangeStudy:
         nodes: vehicles in the fleet.
         per: loss probabilities, each the same on all links.
         links: loss probability of every link instead, from row to column; `per` is then empty.
-        policies: names of the six of the paper or of those that state holdings, or policies of your own; their names
-            differ.
+        policies: shipped names, by default those of the paper, or policies of your own; their names differ.
         trials: per policy and loss rate.
         load: what there is to send.
         item_bits: size of an item.
@@ -94,7 +84,7 @@ class ExchangeStudy:
     nodes: int = 5
     per: tuple[float, ...] = (0.5,)
     links: tuple[tuple[float, ...], ...] | None = None
-    policies: tuple[str | AckPolicy, ...] = tuple(POLICIES)
+    policies: tuple[str | AckPolicy, ...] = tuple(PAPER_POLICIES)
     trials: int = 2000
     load: StudyLoad = StudyLoad()
     item_bits: int = 60
@@ -152,7 +142,7 @@ class ExchangeStudy:
     @property
     def chosen(self) -> tuple[AckPolicy, ...]:
         """The policies as values, the bound last if it is asked for."""
-        policies = [study_policy(policy) if isinstance(policy, str) else policy for policy in self.policies]
+        policies = [policy_named(policy) if isinstance(policy, str) else policy for policy in self.policies]
         return (*policies, BOUND) if self.bound else tuple(policies)
 
     def _policy_faults(self) -> Iterator[str]:
@@ -161,7 +151,7 @@ class ExchangeStudy:
         names: dict[str, AckPolicy] = {BOUND.name: BOUND}
         for asked in self.policies:
             try:
-                policy = study_policy(asked) if isinstance(asked, str) else checked_policy(asked, str(asked))
+                policy = policy_named(asked) if isinstance(asked, str) else checked_policy(asked, str(asked))
             except ConfigurationError as fault:
                 yield str(fault)
                 continue

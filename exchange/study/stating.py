@@ -27,7 +27,15 @@ from exchange.planning import (
     share_of_symbols,
 )
 from exchange.policies import may_send
-from exchange.statements import COUNT_BITS, END_BITS, MOST_STATED, SIZE_BITS, holder_set_bits, statement_bits
+from exchange.statements import (
+    COUNT_BITS,
+    END_BITS,
+    MOST_PASSED,
+    MOST_STATED,
+    SIZE_BITS,
+    holder_set_bits,
+    statement_bits,
+)
 from exchange.study.montecarlo import count_false_beliefs, drawn_receivers, generate
 from exchange.study.trial import (
     COUNT,
@@ -71,6 +79,7 @@ class Statements(NamedTuple):
     weight: Floats  # of how many
     learned_slot: Ints  # in which the node last learned who holds the item
     passed_slot: Ints  # in which it last told a holder set of it
+    n_passed: Ints  # how often, since it learned
     n_rows: Ints  # [node] symbols that wait to be decoded
     rows: Ints  # [node, row, column] their coefficients
     number: Ints  # [column] that the origin gave the item
@@ -100,6 +109,7 @@ def new_statements(rules: PolicyRules, n_columns: int) -> Statements:
         weight=np.zeros((n_nodes, n_nodes)),
         learned_slot=np.zeros((n_nodes, n_columns), np.int64),
         passed_slot=np.zeros((n_nodes, n_columns), np.int64),
+        n_passed=np.zeros((n_nodes, n_columns), np.int64),
         n_rows=np.zeros(n_nodes, np.int64),
         rows=np.zeros((n_nodes, MOST_ROWS, n_columns), np.int64),
         number=np.zeros(n_columns, np.int64),
@@ -188,11 +198,10 @@ def look_through(
                 number, at = statements.number[column], owner * n_words + column // WORD_BITS
                 bit = 1 << column % WORD_BITS
                 highest = max(highest, number + 1)
-                if nodes.settled[at] & bit == 0:
-                    if first < 0 or number < first:
-                        first = number
-                    if nodes.holds[at] & bit != 0:
-                        end = max(end, number + 1)
+                if nodes.settled[at] & bit == 0 and (first < 0 or number < first):
+                    first = number
+                if nodes.holds[at] & bit != 0:
+                    end = max(end, number + 1)
         if first < 0:
             first = end = highest
         end = max(first, end)
@@ -319,6 +328,8 @@ def show_holders(
             learned, passed = statements.learned_slot[owner, column], statements.passed_slot[owner, column]
             if learned < 0 or is_in(statements.shown, column) or nodes.free_slot[column] <= slot:
                 continue
+            if statements.n_passed[owner, column] >= MOST_PASSED or not is_in(nodes.holds[owner * n_words :], column):
+                continue
             n_holders = 0
             for peer in range(rules.n_nodes):
                 n_holders += nodes.believes[owner, peer * n_words + column // WORD_BITS] >> column % WORD_BITS & 1
@@ -333,6 +344,7 @@ def show_holders(
             return
         statements.shown[chosen // WORD_BITS] |= 1 << chosen % WORD_BITS
         statements.passed_slot[owner, chosen] = slot
+        statements.n_passed[owner, chosen] += 1
         left -= size_bits
 
 
@@ -400,7 +412,7 @@ def believe_statements(
     for w in range(n_words):
         stated, below = statements.stated[w], statements.below[w]
         nodes.believes[node, owner * n_words + w] |= stated | below
-        shown = statements.shown[w] & nodes.believes[node, node * n_words + w]
+        shown = statements.shown[w]
         for peer in range(n_nodes):
             nodes.believes[node, peer * n_words + w] |= below | shown & nodes.believes[owner, peer * n_words + w]
     for column in range(len(nodes.sizes_bits)):
@@ -533,6 +545,7 @@ def hear(
         for b in range(WORD_BITS if news != 0 else 0):
             if news >> b & 1 != 0:
                 statements.learned_slot[node, at % n_words * WORD_BITS + b] = slot
+                statements.n_passed[node, at % n_words * WORD_BITS + b] = 0
 
 
 # The loop -----------------------------------------------------------------------------------------

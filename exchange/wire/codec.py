@@ -2,12 +2,13 @@
 
 Layout, most significant bit first (sizes in bits; ``w(n) = ceil(log2 n)``)::
 
-    packet    head | acknowledgements (bits that the policy's kind says are carried) | sections | 111 | zeros to a byte
-              [| tag 32] [| checksum 8, 16 or 32], see `exchange.wire.sealing`; with a tag all behind the head is
-              encrypted
+    packet    head | acknowledgements (bits that the policy's kind says are carried) [| account] | sections | 111
+              | zeros to a byte [| tag 32] [| checksum 8, 16 or 32], see `exchange.wire.sealing`; with a tag all behind
+              the head is encrypted
     head      definition hash 8 | sender w(nodes) | epoch mod 4 2 | frame mod 4 2 [| slot w(slots)
               | packets - 1 w(slots)] [| zeros to a byte]; in brackets first what a slot list needs, then what
               encryption does
+    account   what is held, where the policy states it: `exchange.statements`
     section   0 age, fact, sequence: an own fragment that is a whole block of a single fact
               100 age, part, facts, sequence: any other own fragment
               101 origin w(origins), epoch 2 or more, age, part, facts, sequence: a relayed fragment
@@ -43,9 +44,22 @@ from typing import NamedTuple
 
 from exchange.ack import Acknowledgement
 from exchange.errors import ConfigurationError, DefinitionFault, PeerFault
-from exchange.packets import MASK_BITS, Fragment, Head, InfluenceSignal, Judged, Named, Packet, Summary, name_of_item
-from exchange.policies import AckPolicy
+from exchange.packets import (
+    MASK_BITS,
+    NO_ACCOUNT,
+    Account,
+    Fragment,
+    Head,
+    InfluenceSignal,
+    Judged,
+    Named,
+    Packet,
+    Summary,
+    name_of_item,
+)
+from exchange.policies import AckPolicy, bits_beside
 from exchange.wire import codes
+from exchange.wire.accounts import AccountCodec
 from exchange.wire.codes import Bits, Reader, width
 from exchange.wire.factcodec import FactCodec
 from exchange.wire.fragmentcodec import EPOCH_BITS, Before, FragmentCodec, Packing, Wired, refuse_epoch
@@ -145,9 +159,11 @@ class AckHeader:
         self._fields = [
             [self._carried(kind, frame, sender) for sender in range(n_nodes)] for frame in range(kind.period_frames)
         ]
-        self.largest_bits = max(len(fields) for of_frame in self._fields for fields in of_frame)
+        largest = max(len(fields) for of_frame in self._fields for fields in of_frame)
+        self._beside_bits = bits_beside(kind)
+        self.largest_bits = largest + self._beside_bits
         """Size of the largest header, in bits."""
-        self.varies = any(len(fields) != self.largest_bits for of_frame in self._fields for fields in of_frame)
+        self.varies = any(len(fields) != largest for of_frame in self._fields for fields in of_frame)
         """True if headers differ in size."""
 
     def _carried(self, kind: Acknowledgement, frame: int, sender: int) -> list[tuple[int, int]]:
@@ -157,7 +173,7 @@ class AckHeader:
 
     def size_bits(self, sender: int, frame: int) -> int:
         """Size of the header that ``sender`` sends in a TDMA frame."""
-        return len(self._fields[frame % len(self._fields)][sender])
+        return len(self._fields[frame % len(self._fields)][sender]) + self._beside_bits
 
     def encode(self, sender: int, rows: Sequence[int], frame: int) -> Bits:
         """``(bits, size_bits)`` of the rows that are carried, the first at the most significant end."""
@@ -175,6 +191,11 @@ class AckHeader:
             rows[i] |= (bits & 1) << j
             bits >>= 1
         return tuple(rows)
+
+
+def behind(one: Bits, other: Bits) -> Bits:
+    """Bits, and others behind them."""
+    return one[0] << other[1] | other[0], one[1] + other[1]
 
 
 class SideCodec:
@@ -294,10 +315,13 @@ class Codec:
         self._clear_bytes = -(-self._clear_bits // 8)
         self.header = AckHeader(policy.acknowledgement, n_nodes)
         """Layout of the acknowledgements."""
+        kind = policy.acknowledgement
+        self.accounts = [AccountCodec(self.fragments, n_nodes, kind.codes)] if kind.states else []
+        """Encodes and decodes what packets say of holdings: one of them, where the policy states them."""
         fleet = tbox.hash, n_instances, n_nodes, n_items, self.header.largest_bits
         times = duration_s, resolution_s, self._facts.names.exchanged, self.fragments.near_bits
         shape = GRAMMAR, *fleet, *times, crc_bits, key is not None, *((n_slots,) if is_by_frame else ())
-        shape = *shape, *((n_beyond,) if n_beyond else ())
+        shape = *shape, *((n_beyond,) if n_beyond else ()), *(((kind.name, kind.codes),) if kind.states else ())
         self._checksums = [] if crc_bits == 0 else [Checksum(crc_bits, DAMAGED if key is None else UNOPENED)]
         self._seals = [] if key is None else [Seal(key)]
         self.head_bits = 8 * self._clear_bytes if self._seals else self._clear_bits
@@ -398,6 +422,7 @@ class Codec:
         summary: Sequence[Summary] = (),
         place: int = 0,
         n_turns: int = 1,
+        account: Account = NO_ACCOUNT,
     ) -> bytes:
         """Bytes of a packet.
 
@@ -411,6 +436,7 @@ class Codec:
             slot_start_s: start of the sender's slot in that frame.
             summary: what the sender holds, by origin.
             place: of its slot in the frame; n_turns: packets that it sends in it. Both go where slots are listed.
+            account: what it says of holdings, where the policy states them.
 
         Raises:
             ConfigurationError: a signal that is no signed byte, an epoch too many, or what has no form on the wire.
@@ -419,6 +445,8 @@ class Codec:
         bodies = [(fragment, *self.fragments.encode(fragment, sender, epoch, base)) for fragment in fragments]
         wired = self.fragments.in_sequence(bodies, sender, epoch)
         head, acks = Head(sender, epoch, frame, place, n_turns), self.header.encode(sender, rows, frame)
+        for accounts in self.accounts:
+            acks = behind(acks, accounts.encode(account, sender))
         return self.assembled(head, slot_start_s, acks, wired, signals, summary)
 
     def assembled(
@@ -536,6 +564,9 @@ class Codec:
         if head.frame != frame % FRAMES:
             raise PeerFault(f"a packet of frame {head.frame} modulo {FRAMES} in frame {frame}")
         rows = self.header.decode(head.sender, frame, reader.take)
+        account = NO_ACCOUNT
+        for accounts in self.accounts:
+            account = accounts.read(reader, head.sender)
         base, own = self.fragments.base_of(slot_start_s), (head.sender, epoch)
         before: Before = {}
         fragments: list[Fragment] = []
@@ -557,7 +588,7 @@ class Codec:
         reader.left -= END_BITS[1]
         if not reader.padding_is_clean():
             raise PeerFault("bits left over behind the packet")
-        beside = tuple(signals), epoch, frame, tuple(summary), head.n_turns
+        beside = tuple(signals), epoch, frame, tuple(summary), head.n_turns, account
         return Packet(head.sender, rows, tuple(fragments), *beside), reader.is_beyond
 
 

@@ -88,6 +88,15 @@ class FragmentCodec:
         """The step of time from which ages count in a slot: nothing that was observed before has a negative age."""
         return int(slot_start_s / self.time.resolution) + 1
 
+    def encode_time(self, time_s: float) -> Bits:
+        """``(bits, size_bits)`` of a time by itself, whatever slot it is told in."""
+        return codes.natural(round(time_s / self._step_s), self._time_bits)
+
+    def read_time(self, reader: Reader) -> float:
+        """The time that comes next, as ``encode_time`` writes it."""
+        numerator, denominator = self._time_ratio
+        return codes.read_natural(reader.take, self._time_bits) * numerator / denominator
+
     def most_bits(self, fragment: Fragment, relayed: bool = True) -> int:
         """The most bits that a fragment takes, by default as a relay has to send it, in whatever packet."""
         time = round(fragment.time_s / self._step_s)  # as ``Grid.index_of`` of a grid from 0

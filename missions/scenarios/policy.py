@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from exchange.errors import ExchangeError
-from exchange.policies import POLICIES, STATING, AckPolicy, checked_policy, header_bits
+from exchange.policies import PAPER_POLICIES, POLICIES, AckPolicy, checked_policy, header_bits
 from exchange.wire.sealing import Seal, key_in
 from missions.errors import ConfigurationFault
 from missions.scenarios.extending import fleet_size
@@ -26,8 +26,7 @@ def policy_of(name: str) -> AckPolicy:
     """
     if ":" not in name:
         if name not in POLICIES:
-            of_study = ", which the policy study alone has" if name in STATING else suggestion(name, POLICIES)
-            raise PluginError(f"allowed: {', '.join(POLICIES)}{of_study}")
+            raise PluginError(f"allowed: {', '.join(POLICIES)}{suggestion(name, POLICIES)}")
         return POLICIES[name]
     found = named_object(name)
     try:
@@ -91,6 +90,10 @@ def policy_faults(raw: Raw) -> Iterator[ConfigurationFault]:
         allowed = f"its carries must answer for every bit of a header, but raised {type(error).__name__}: {error}"
         yield ConfigurationFault("communication.policy", f'"{name}"', allowed)
         return
+    if policy.acknowledgement.states and (communication.get("mac") == "aloha" or communication.get("slots")):
+        others = ", ".join(PAPER_POLICIES)
+        allowed = f"takes one slot for each vehicle, in turn; allowed with slot lists and aloha: {others}"
+        yield ConfigurationFault("communication.policy", f'"{name}"', allowed)
     if modem is not None and n_vehicles >= 2 and header + 8 * LEAST_BYTES > modem.payload_bits:
         allowed = (
             f"its acknowledgements take {header} bits for {n_vehicles} vehicles, a packet of modem {modem.name} "

@@ -13,14 +13,14 @@ from exchange import ack
 from exchange.errors import ConfigurationError
 from exchange.packets import Fragment, ItemUid
 from exchange.policies import AckPolicy, header_bits, may_send, policy_fault, policy_named
-from exchange.study import montecarlo, trial
+from exchange.study import montecarlo, stating, trial
 from exchange.study.compiler import as_python, slot_loops
 from exchange.study.parts import TrialPlan, memory_of, play
 from exchange.study.trial import Load, PolicyRules
 from exchange.wire.codec import Codec
 from remoras.plugins import named_object
 from stress.conformance.radio import DURATION_S, MAPPED_CELL, N_BLOCKS, TBOX, ManagerFleet, instances, one_size_codec
-from worldmodel import PropertyValue
+from worldmodel import Block, PropertyValue
 
 SIZES = (2, 3, 5)
 """Fleets that are looked at."""
@@ -30,6 +30,8 @@ P_HEARD = 0.5
 SETTLING_FRAMES = 8
 """Frames, times the period of the header, in which an item is settled where nothing is lost; the paper's need 2."""
 ALL = -1
+NUMBER_BITS = (N_BLOCKS - 1).bit_length()
+"""Bits of the number of an item, where policies state holdings."""
 
 
 class Nodes:
@@ -191,20 +193,39 @@ def check_deterministic(policy: AckPolicy) -> None:
 class ReferenceStudy:
     """The slot loop of the study, uncompiled, one slot at a time."""
 
-    def __init__(self, policy: AckPolicy, n_nodes: int, items: int, evidence: bool, item_bits: int, room: int) -> None:
+    def __init__(
+        self,
+        policy: AckPolicy,
+        n_nodes: int,
+        items: int,
+        evidence: bool,
+        item_bits: int,
+        room: int,
+        of_symbol: int = 0,
+    ) -> None:
         self.kind = policy.acknowledgement
         n_words = -(-n_nodes * items // trial.WORD_BITS)
-        self.rules = PolicyRules(policy.repeat, evidence, n_nodes, n_words)
-        self.load = Load(n_nodes, items, 0.0, item_bits, room + header_bits(policy, n_nodes), 0, 0, N_SLOTS)
+        self.rules = PolicyRules(policy.repeat, evidence, n_nodes, n_words, codes=self.kind.codes)
+        capacity_bits = room + header_bits(policy, n_nodes)
+        self.load = Load(n_nodes, items, 0.0, item_bits, capacity_bits, 0, 0, N_SLOTS, 1.0, NUMBER_BITS, of_symbol)
         self.nodes = trial.new_nodes(self.rules, self.load, self.kind.period_frames)
         montecarlo.header_sizes(self.kind, n_nodes, self.nodes.header_bits)
         trial.clear(self.nodes)
         for column in range(n_nodes * items):
             trial.add_item(self.rules, self.nodes, column // items, column, 0)
+        self.statements = stating.new_statements(self.rules, n_nodes * items)
+        self.plan = stating.new_plan(n_nodes, n_nodes * items)
+        stating.forget_all(self.statements)
+        for column in range(n_nodes * items):
+            stating.number_item(self.rules, self.statements, column // items, column)
 
     def pass_slot(self, slot: int, heard_by: int) -> int:
         """Play a slot; returns how many items were sent."""
-        montecarlo.play_slot(self.kind, self.rules, self.load, self.nodes, slot, heard_by)
+        if self.kind.states:
+            state = self.nodes, self.statements, self.plan
+            stating.play_stating_slot(self.kind, self.rules, self.load, *state, slot, heard_by)
+        else:
+            montecarlo.play_slot(self.kind, self.rules, self.load, self.nodes, slot, heard_by)
         return sum(int(word).bit_count() for word in self.nodes.packet)
 
     def believes(self, node: int, peer: int, column: int) -> bool:
@@ -229,6 +250,12 @@ def item_bits(fleet: ManagerFleet) -> int:
     return fleet.codec.fragment_bits(Fragment(0, 0, 0.0, (PropertyValue(fleet.n_nodes, MAPPED_CELL, 0.0),)))
 
 
+def symbol_bits(fleet: ManagerFleet) -> int:
+    """Bits of such an observation in a symbol, where the policy codes repairs."""
+    block = Block(0, 0, 0.0, (PropertyValue(fleet.n_nodes, MAPPED_CELL, 0.0),))
+    return sum(8 * len(accounts.block_bytes(block)) for accounts in fleet.codec.accounts)
+
+
 def assert_study_is_managers(
     policy: AckPolicy, n_nodes: int, items: int, evidence: bool, payload_bytes: int, heard: list[int]
 ) -> bool:
@@ -248,7 +275,7 @@ def assert_study_is_managers(
     size_bits, room_bits = item_bits(fleet), 8 * payload_bytes - fleet.codec.overhead_bits
     if room_bits < size_bits:
         return False
-    study = ReferenceStudy(policy, n_nodes, items, evidence, size_bits, room_bits)
+    study = ReferenceStudy(policy, n_nodes, items, evidence, size_bits, room_bits, symbol_bits(fleet))
     uids = [fleet.maps(node, node * items + index) for node in range(n_nodes) for index in range(items)]
     for slot, heard_by in enumerate(heard):
         sent = fleet.pass_slot()
@@ -256,8 +283,9 @@ def assert_study_is_managers(
         assert len(sent.items) == n_sent, f"slot {slot}: vehicles send {len(sent.items)} items, the study {n_sent}"
         for node in range(n_nodes):
             for peer in range(n_nodes):
-                believed = [uid for uid in uids if believes(fleet, node, peer, uid)]
-                studied = [uid for column, uid in enumerate(uids) if study.believes(node, peer, column)]
+                held = [(column, uid) for column, uid in enumerate(uids) if fleet.managers[node].holds(uid)]
+                believed = [uid for _, uid in held if believes(fleet, node, peer, uid)]
+                studied = [uid for column, uid in held if study.believes(node, peer, column)]
                 assert believed == studied, f"slot {slot}: vehicles and study differ in what {node} believes of {peer}"
     assert not fleet.false_beliefs, f"a vehicle believes what is false: {fleet.false_beliefs[0]}"
     return True

@@ -140,7 +140,7 @@ def quantised(fragment: Fragment) -> Fragment:
 
 def bits_sent(packet: Packet, policy: AckPolicy, n_nodes: int) -> tuple[int, ...]:
     """The acknowledgement bits that travel: the sender's row under ACK, else all; nobody acknowledges itself."""
-    own_only = policy.acknowledgement == ACK
+    own_only = policy.acknowledgement == ACK or policy.acknowledgement.states
     return tuple(0 if own_only and i != packet.sender else row & ~(1 << i) for i, row in enumerate(packet.rows))
 
 

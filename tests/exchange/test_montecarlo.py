@@ -15,7 +15,7 @@ from exchange import ack
 from exchange.ack import Acknowledgement
 from exchange.acoustics.loss import uniform
 from exchange.errors import ConfigurationError
-from exchange.policies import ACK, ADAPTIVE, M_ACK, MPS_ACK, POLICIES, AckPolicy
+from exchange.policies import ACK, ADAPTIVE, M_ACK, MPS_ACK, PAPER_POLICIES, AckPolicy
 from exchange.study import compiler, montecarlo, sliced, trial
 from exchange.study.compiler import Form
 from exchange.study.trial import CENSORED, COUNT, N_QUANTITIES, NEVER, SUM, Floats, Ints, Load, PolicyRules
@@ -65,9 +65,9 @@ def uncompiled(kind: Acknowledgement) -> Callable[..., None]:
 
 
 @pytest.mark.parametrize("carrier_evidence", [False, True])
-@pytest.mark.parametrize("name", POLICIES)
+@pytest.mark.parametrize("name", PAPER_POLICIES)
 def test_compiled_is_interpreted(name: str, carrier_evidence: bool, narrow: Run, wide: Run) -> None:
-    policy = POLICIES[name]
+    policy = PAPER_POLICIES[name]
     for load in (SINGLE, BATCH, POISSON):
         expected = play(uncompiled, policy, load, 0.5, carrier_evidence=carrier_evidence, n_trials=1)
         assert np.array_equal(play(narrow, policy, load, 0.5, carrier_evidence=carrier_evidence, n_trials=1), expected)
@@ -76,14 +76,14 @@ def test_compiled_is_interpreted(name: str, carrier_evidence: bool, narrow: Run,
 
 @pytest.mark.parametrize("load", [LARGE_BATCH, WIDE_POISSON], ids=["batch", "poisson"])
 def test_compiled_is_interpreted_with_items_in_several_words(load: Load, wide: Run) -> None:
-    for policy in (POLICIES["ack"], POLICIES["mps-ack-repeat"]):
+    for policy in (PAPER_POLICIES["ack"], PAPER_POLICIES["mps-ack-repeat"]):
         expected = play(uncompiled, policy, load, 0.3, n_trials=1)
         assert np.array_equal(play(wide, policy, load, 0.3, n_trials=1), expected)
 
 
 def test_remembered_losses_are_the_ones_drawn(narrow: Run) -> None:
     """However much of a trial is remembered, and whoever drew it, the losses are the same."""
-    for policy in POLICIES.values():
+    for policy in PAPER_POLICIES.values():
         few, many = (play(narrow, policy, SINGLE, 0.6, remembered_slots=slots) for slots in (1, 400))
         assert np.array_equal(few, many)
 
@@ -137,34 +137,34 @@ class Vehicles:
 
 
 @pytest.mark.parametrize("n_nodes", [2, 3, 5, 11])
-@pytest.mark.parametrize("name", POLICIES)
+@pytest.mark.parametrize("name", PAPER_POLICIES)
 def test_the_study_is_a_fleet_of_vehicles(name: str, n_nodes: int, narrow: Run) -> None:
     """The interpreted form on lists, item sets as plain integers, gives the slots that the compiled study gives."""
-    outcomes = play(narrow, POLICIES[name], SINGLE, 0.4, n_nodes=n_nodes, n_trials=4)
+    outcomes = play(narrow, PAPER_POLICIES[name], SINGLE, 0.4, n_nodes=n_nodes, n_trials=4)
     for number, outcome in enumerate(outcomes):
-        for quantity, value in Vehicles(POLICIES[name], n_nodes, 0.4, number).outcome().items():
+        for quantity, value in Vehicles(PAPER_POLICIES[name], n_nodes, 0.4, number).outcome().items():
             assert outcome[quantity, SUM] == value
 
 
 @pytest.mark.parametrize("name", ["ack", "mps-ack"])
 def test_sixty_four_nodes_fill_the_word(name: str, narrow: Run) -> None:
-    outcome = play(narrow, POLICIES[name], SINGLE, 0.1, n_nodes=64, n_trials=1)[0]
-    for quantity, value in Vehicles(POLICIES[name], 64, 0.1, 0).outcome().items():
+    outcome = play(narrow, PAPER_POLICIES[name], SINGLE, 0.1, n_nodes=64, n_trials=1)[0]
+    for quantity, value in Vehicles(PAPER_POLICIES[name], 64, 0.1, 0).outcome().items():
         assert outcome[quantity, SUM] == value
     assert outcome[trial.FALSE_BELIEFS, SUM] == 0
 
 
 @pytest.mark.parametrize("load", [BATCH, LARGE_BATCH, POISSON, WIDE_POISSON])
-@pytest.mark.parametrize("name", POLICIES)
+@pytest.mark.parametrize("name", PAPER_POLICIES)
 def test_nobody_believes_what_is_false(name: str, load: Load, wide: Run) -> None:
     for carrier_evidence in (False, True):
-        outcomes = play(wide, POLICIES[name], load, 0.5, n_trials=30, carrier_evidence=carrier_evidence)
+        outcomes = play(wide, PAPER_POLICIES[name], load, 0.5, n_trials=30, carrier_evidence=carrier_evidence)
         assert outcomes[:, trial.FALSE_BELIEFS, SUM].sum() == 0
         assert outcomes[:, : trial.N_STAGES, CENSORED].sum() == 0
 
 
 def test_stages_follow_one_another(narrow: Run) -> None:
-    for policy in POLICIES.values():
+    for policy in PAPER_POLICIES.values():
         outcomes = play(narrow, policy, SINGLE, 0.6, n_trials=50)
         delivered, source, senders = (outcomes[:, stage, SUM] for stage in range(3))
         assert (delivered < source).all()
@@ -182,7 +182,7 @@ def test_what_is_lost_at_one_rate_is_lost_at_every_higher_one() -> None:
 
 
 def test_a_trial_that_does_not_end_is_censored_and_not_counted(narrow: Run) -> None:
-    outcomes = play(narrow, POLICIES["ack"], SINGLE._replace(max_slots=20), 0.7, n_trials=40)
+    outcomes = play(narrow, PAPER_POLICIES["ack"], SINGLE._replace(max_slots=20), 0.7, n_trials=40)
     for stage in range(trial.N_STAGES):
         ended = outcomes[:, stage, CENSORED] == 0
         assert (outcomes[ended, stage, COUNT] == 1).all()
@@ -217,7 +217,7 @@ def test_poisson_numbers_have_the_poisson_distribution() -> None:
 def test_poisson_load_is_conserved(wide: Run) -> None:
     """Little's law over the window: items in flight = rate x time to acknowledgement; what goes in comes out."""
     load = POISSON._replace(columns_per_source=40, window_start=500, window_end=4500)
-    outcomes = play(wide, POLICIES["mps-ack"], load, 0.3, n_trials=20)
+    outcomes = play(wide, PAPER_POLICIES["mps-ack"], load, 0.3, n_trials=20)
     sums, counts = outcomes[:, :, SUM].sum(axis=0), outcomes[:, :, COUNT].sum(axis=0)
     offered = sums[trial.OFFERED] / counts[trial.OFFERED]
     assert offered == pytest.approx(5 * 0.08, rel=4 / math.sqrt(sums[trial.OFFERED]))
@@ -229,7 +229,7 @@ def test_poisson_load_is_conserved(wide: Run) -> None:
 
 def test_a_full_queue_refuses_items(wide: Run) -> None:
     load = WIDE_POISSON._replace(rate=2.0, p_none=math.exp(-2.0))
-    sums = play(wide, POLICIES["ack"], load, 0.3, n_trials=5)[:, :, SUM].sum(axis=0)
+    sums = play(wide, PAPER_POLICIES["ack"], load, 0.3, n_trials=5)[:, :, SUM].sum(axis=0)
     assert 0 < sums[trial.REFUSED] < sums[trial.OFFERED]
 
 
@@ -240,7 +240,7 @@ def test_columns_are_reused_without_mixing_items(name: str, wide: Run) -> None:
         POISSON._replace(columns_per_source=columns, rate=0.03, p_none=math.exp(-0.03), window_end=425)
         for columns in (30, 200)
     ]
-    short, long = (play(wide, POLICIES[name], load, 0.3, n_trials=10) for load in loads)
+    short, long = (play(wide, PAPER_POLICIES[name], load, 0.3, n_trials=10) for load in loads)
     assert np.array_equal(short, long)
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from exchange import planning
 from exchange.coding import Decoder, coefficient, symbol_key
-from exchange.policies import ADAPTIVE, HOLDINGS, POLICIES, STATING, AckPolicy
+from exchange.policies import ADAPTIVE, PAPER_POLICIES, STATING, AckPolicy
 from exchange.statements import MOST_STATED
 from exchange.study import compiler, montecarlo, stating, trial
 from exchange.study.compiler import Form
@@ -79,7 +79,7 @@ CELLS = [(4, 12, 0.6), (8, 6, 0.4), (16, 3, 0.8)]
 @pytest.mark.parametrize(("n_nodes", "items", "per"), CELLS)
 def test_coded_repairs_are_sooner_than_the_six_and_than_plain_ones(n_nodes: int, items: int, per: float) -> None:
     batch = StudyLoad(LoadKind.BATCH, items)
-    fit = [name for name in POLICIES if n_nodes < 16 or not name.startswith("m")]
+    fit = [name for name in PAPER_POLICIES if n_nodes < 16 or not name.startswith("m")]
     found = rows_of(n_nodes, per, (*fit, *STATING), trials=40, capacity_bits=256, load=batch)
     delivered, known = (min(means(found[name])[at] for name in fit) for at in (0, 1))
     adaptive = means(found["adaptive"])
@@ -216,9 +216,3 @@ def test_a_statement_tells_of_a_window(monkeypatch: pytest.MonkeyPatch) -> None:
     outcomes = play(partial(stating.run_stating_trials, ADAPTIVE), AckPolicy(ADAPTIVE, True), BATCH, 0.4, 4, 2)
     assert outcomes[:, trial.FALSE_BELIEFS, trial.SUM].sum() == 0
     assert outcomes[:, : trial.N_STAGES, trial.CENSORED].sum() == 0
-
-
-def test_vehicles_are_told_that_these_are_for_the_study() -> None:
-    assert [policy.name for policy in STATING.values()] == ["holdings", "holdings-repeat", "adaptive"]
-    assert HOLDINGS.states
-    assert not HOLDINGS.codes

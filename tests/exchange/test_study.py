@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from exchange.errors import ConfigurationError
-from exchange.policies import POLICIES
+from exchange.policies import PAPER_POLICIES
 from exchange.study import estimates
 from exchange.study.study import ExchangeStudy, LoadKind, StudyLoad, StudyRow, TrialMean, run, workload_named
 
@@ -164,7 +164,7 @@ def test_a_batch_takes_longer_than_an_item_and_no_limit_helps() -> None:
     single = rows_by_policy(ExchangeStudy(trials=300))
     batch = rows_by_policy(ExchangeStudy(trials=300, load=StudyLoad(LoadKind.BATCH, items=4)))
     tight = rows_by_policy(ExchangeStudy(trials=300, load=StudyLoad(LoadKind.BATCH, items=4), capacity_bits=100))
-    for name in POLICIES:
+    for name in PAPER_POLICIES:
         of = [rows[name].source_acked_slots for rows in (single, batch, tight)]
         assert None not in of
         assert of[0].mean < of[1].mean < of[2].mean  # type: ignore[union-attr]

@@ -6,7 +6,7 @@ import pytest
 from sampling import sampled
 from turn_takers import Round, any_list
 
-from exchange.policies import POLICIES
+from exchange.policies import PAPER_POLICIES as POLICIES
 
 ALL = sorted(POLICIES)
 FOUR = ((0,), (1,), (2,), (3,))

@@ -18,7 +18,7 @@ from remoras.fleet import Fleet
 from remoras.settling import Settled
 from worldmodel.rdf.writing import RdfFormat
 
-POLICIES = ("ack", "ack-repeat", "m-ack", "mps-ack-repeat")
+POLICIES = ("ack", "ack-repeat", "m-ack", "mps-ack-repeat", "adaptive")
 CUT = "scenario.duration_s=900"
 """The mission is ended in its midst, with much that is still to be told."""
 SETTLED = "scenario.settle_s=900"

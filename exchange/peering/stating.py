@@ -1,0 +1,447 @@
+"""What one vehicle states of its holdings, what it makes of such statements, and what it repairs by symbols.
+
+The rules are those of `exchange.planning`; `exchange.study.stating` runs them on all nodes at once. Here items have
+names, and what is stated is by whole blocks, as their origins number them. What a peer has stated is remembered by
+number, so that it counts for an item that comes to be held here later, too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import Protocol
+
+from exchange import ack
+from exchange.ack import AckState
+from exchange.coding import Decoder, added, coefficient, scaled, symbol, symbol_key
+from exchange.errors import PeerFault
+from exchange.ledger import Ledger, Life, columns_of
+from exchange.packets import Account, Fragment, HolderSet, Named, Packet, Statement, name_of_item
+from exchange.peering.holders import Holders
+from exchange.peering.peers import PeerStates
+from exchange.planning import (
+    IMPOSSIBLE,
+    KEPT,
+    LEAST_LACK,
+    PacketPlan,
+    lack_after,
+    lack_again,
+    plan_packet,
+    reception_of,
+    share_of_symbols,
+)
+from exchange.statements import MOST_PASSED, MOST_STATED, MOST_SYMBOL_BYTES, SIZE_BITS
+from worldmodel import Block
+from worldmodel.facts import Guid
+
+
+class Accounts(Protocol):
+    """Says how large statements are, and what a block is as it is coded: `exchange.wire.accounts` does."""
+
+    def statement(self, one: Statement, sender: int) -> tuple[int, int]:
+        """Bits of a statement, and their number."""
+
+    def holder_set(self, one: HolderSet, sender: int) -> tuple[int, int]:
+        """Bits of a holder set, and their number."""
+
+    def block_bytes(self, block: Block) -> bytes:
+        """A block as it is coded."""
+
+    def block_of(self, data: bytes, guid: Guid) -> Block:
+        """The block of that name that was decoded; raises PeerFault if it is none."""
+
+
+class Stating:
+    """The statements, holder sets and symbols of one vehicle.
+
+    Args:
+        me: own node index.
+        state: acknowledgement state of this node.
+        ledger, peers, holders: of this node.
+        accounts: encodes what is said.
+        fragment_bits: the most bits that a fragment takes.
+        codes_repairs: the policy repairs by symbols.
+    """
+
+    def __init__(
+        self,
+        me: int,
+        state: AckState,
+        ledger: Ledger,
+        peers: PeerStates,
+        holders: Holders,
+        accounts: Accounts,
+        fragment_bits: Callable[[Fragment], int],
+        codes_repairs: bool,
+    ) -> None:
+        self._me, self._n_nodes = me, ledger.n_nodes
+        self._state, self._ledger, self._peers, self._holders = state, ledger, peers, holders
+        self._accounts, self._fragment_bits, self._codes_repairs = accounts, fragment_bits, codes_repairs
+        self._confirmed = self._told = self._said = 0  # item sets
+        self._has_spoken = False
+        self._lost, self._weight = [0.0] * self._n_nodes, [0.0] * self._n_nodes
+        self._lacks: dict[int, list[float]] = {}  # by column and peer
+        self._learned: dict[int, tuple[int, int, int]] = {}  # by column: when last, when told last, how often since
+        self._stated: dict[tuple[int, Life], int] = {}  # by peer and life, one bit for each block that it holds
+        self._first: dict[Life, int] = {}  # number of the first block that is not settled here
+        self._below: dict[Life, tuple[int, int]] = {}  # such a number, and the items of the blocks below it
+        self._decoder: Decoder[Guid] = Decoder()
+        self._bytes: dict[Guid, bytes] = {}
+        self._reception = [0.0] * self._n_nodes  # of the packet that is being sent, as what follows
+        self._statements: list[Statement] = []
+        self._n_symbols = self._symbols_bits = 0
+        self.n_refused = 0
+        """Blocks that were decoded and can be none: then all undecoded symbols are dropped."""
+
+    # What it says --------------------------------------------------------------------------------
+
+    def plan(self, open_items: int, room_bits: int) -> tuple[int, int]:
+        """Plan the packet of the own slot that opens; returns the items that go, and what the account takes (bits).
+
+        Args:
+            open_items: item set of those that this vehicle goes on sending.
+            room_bits: for them and the account.
+        """
+        ledger, n_nodes, uids = self._ledger, self._n_nodes, self._ledger.uids
+        settled = ack.settled(self._state, n_nodes, ledger.spared if ledger.away else ledger.unneeded, 0)
+        statements = [self._statement(origin, settled) for origin in range(n_nodes)]
+        window = sum([self._items(life, numbers) for life, numbers in map(_window_of, statements)])
+        candidates = open_items | (window if self._codes_repairs else 0)
+        columns = sorted(columns_of(candidates), key=uids.__getitem__)
+        plan = self._gathered(columns, window, statements)
+        self._n_symbols = plan_packet(plan, n_nodes, len(columns), room_bits, self._codes_repairs)
+        self._reception = list(plan.reception)  # type: ignore[call-overload]
+        chosen = sum([1 << column for at, column in enumerate(columns) if plan.takes[at]])
+        self._statements = [one for one in statements if plan.states[one.origin]]
+        size_bits = sum([self._accounts.statement(one, self._me)[1] for one in self._statements])
+        self._symbols_bits = 0
+        if self._n_symbols:
+            longest = max(map(len, self._coded(chosen).values()))
+            self._symbols_bits = 8 * longest * self._n_symbols
+            size_bits += SIZE_BITS + self._symbols_bits
+        return chosen, size_bits
+
+    def _statement(self, origin: int, settled: int) -> Statement:
+        """What can be stated of an origin, in the life that it is known to be in."""
+        life = origin, self._peers.epochs[origin]
+        own = self._holders.own
+        held, first = own.held.get(life, 0), 0 if own.given_up.get(life) else self._first.get(life, 0)
+        while held >> first & 1 and not self._items(life, 1 << first) & ~settled:
+            first += 1
+        self._first[life] = first
+        rest = held >> first
+        length = rest.bit_length() if origin != self._me else (~rest & rest + 1).bit_length() - 1
+        length = min(length, MOST_STATED) if life not in self._holders.shared else 0
+        all_hold = -1
+        for items in self._state.believes:
+            all_hold &= items
+        return Statement(*life, first, length, rest & (1 << length) - 1, not self._items_below(life, first) & ~all_hold)
+
+    def _items(self, life: Life, numbers: int) -> int:
+        """Item set of blocks of a life, one bit for each number; of those that are known here."""
+        items, parts = 0, self._ledger.parts
+        for number in columns_of(numbers):
+            for column in parts.get((*life, number), ()):
+                items |= 1 << column
+        return items
+
+    def _items_below(self, life: Life, first: int) -> int:
+        """Item set of the blocks of a life below a number."""
+        known, items = self._below.get(life, (0, 0))
+        if known > first:
+            known = items = 0
+        items |= self._items(life, (1 << first) - (1 << known))
+        self._below[life] = first, items
+        return items
+
+    def _gathered(self, columns: Sequence[int], window: int, statements: Sequence[Statement]) -> PacketPlan:
+        """What the packet can carry.
+
+        Args:
+            columns: candidates.
+            window: item set of those that statements say to be held.
+            statements: about all origins.
+        """
+        ledger, n_nodes, me, n = self._ledger, self._n_nodes, self._me, len(columns)
+        believes, spared, entries = self._state.believes, ledger.spared, ledger.entries
+        new = ledger.origins[me] & ~self._said
+        most = max((entries[column].priority for column in columns), default=0) or 1
+        lacks: list[float] = []
+        for column in columns:
+            reckoned = self._lacks.get(column)
+            for peer in range(n_nodes):
+                is_known = peer == me or (believes[peer] | spared[peer]) >> column & 1
+                lacks.append(0.0 if is_known else 1.0 if reckoned is None else max(LEAST_LACK, reckoned[peer]))
+        owed = [self._owed(origin).bit_count() for origin in range(n_nodes)]
+        symbol_bits = [self._symbol_bits(column) if self._codes_repairs else IMPOSSIBLE for column in columns]
+        is_lost = [peer == me or bool(ledger.away >> peer & 1) for peer in range(n_nodes)]
+        return PacketPlan(
+            reception=[
+                0.0 if is_lost[peer] else reception_of(self._lost[peer], self._weight[peer]) for peer in range(n_nodes)
+            ],
+            origin=[min(ledger.uids[column].origin, n_nodes - 1) for column in columns],
+            size_bits=[self._fragment_bits(entries[column].fragment) for column in columns],
+            symbol_bits=symbol_bits,
+            is_new=[new >> column & 1 for column in columns],
+            is_stated=[window >> column & 1 for column in columns],
+            weight=[max(1, entries[column].priority) / most for column in columns],
+            lacks=lacks,
+            owed=owed,
+            statement_bits=[
+                self._accounts.statement(one, me)[1] if one.length or owed[one.origin] else IMPOSSIBLE
+                for one in statements
+            ],
+            gain=[0.0] * n,
+            takes=[0] * n,
+            states=[0] * n_nodes,
+            rests=[0] * n,
+            with_code=[0] * n_nodes,
+            lacked=[0.0] * n_nodes,
+            worth_lacked=[0.0] * n_nodes,
+        )
+
+    def _owed(self, origin: int) -> int:
+        """Item set of what an origin is not known to know this vehicle to hold, beside what the vector says."""
+        if origin == self._me or self._ledger.away >> origin & 1:
+            return 0
+        said = self._state.content[origin] if self._state.heard[0] >> origin & 1 else 0
+        return self._ledger.origins[origin] & self._state.believes[self._me] & ~self._confirmed & ~said
+
+    def _symbol_bits(self, column: int) -> int:
+        """Size of a symbol that the block of an item is part of; what is not whole here is part of none."""
+        uid = self._ledger.uids[column]
+        guid = uid.origin, uid.epoch, uid.sequence
+        if not self._ledger.is_whole(guid):
+            return IMPOSSIBLE
+        size = len(self._bytes_of(guid))
+        return 8 * size if size <= MOST_SYMBOL_BYTES else IMPOSSIBLE
+
+    def _bytes_of(self, guid: Guid) -> bytes:
+        """A block that is held, as it is coded."""
+        data = self._bytes.get(guid)
+        if data is None:
+            data = self._bytes[guid] = self._accounts.block_bytes(self._ledger.block(guid))
+        return data
+
+    def _coded(self, content: int) -> dict[tuple[int, int], bytes]:
+        """By origin and number, the blocks that the symbols of a packet with these items are over."""
+        coded: dict[tuple[int, int], bytes] = {}
+        for one in self._statements:
+            life, numbers = _window_of(one)
+            for number in columns_of(numbers):
+                if not self._items(life, 1 << number) & content:
+                    coded[one.origin, number] = self._bytes_of((*life, number))
+        return coded
+
+    def account(self, content: int, slot: int, left_bits: int) -> Account:
+        """What the packet says of holdings, beside these items.
+
+        Args:
+            content: item set of those that go.
+            slot: the own slot.
+            left_bits: room that is left in the packet.
+        """
+        symbols: tuple[bytes, ...] = ()
+        coded = self._coded(content) if self._n_symbols else {}
+        if coded:
+            size = max(map(len, coded.values()))  # larger than planned if an item did not fit and is coded now
+            n_symbols = min(self._n_symbols, self._symbols_bits // (8 * size))
+            symbols = tuple([symbol(coded, symbol_key(slot, place), size) for place in range(n_symbols)])
+        holder_sets = tuple(self._holder_sets(slot, left_bits))
+        self._note_sent(content, coded if symbols else {}, len(symbols), holder_sets)
+        return Account(tuple(self._statements), holder_sets, symbols)
+
+    def _holder_sets(self, slot: int, left_bits: int) -> Iterator[HolderSet]:
+        """Who holds what something was learned of last, as far as there is room: news first, the newest of them."""
+        believes, uids, ledger = self._state.believes, self._ledger.uids, self._ledger
+        blocks: dict[Guid, int] = {}  # by block, of which all parts are needed, the part that was learned of last
+        for column in sorted(self._learned, key=uids.__getitem__):
+            uid = uids[column]
+            guid = uid.origin, uid.epoch, uid.sequence
+            if uid.origin < self._n_nodes and guid[:2] not in self._holders.shared and ledger.is_whole(guid):
+                before = blocks.get(guid)
+                if before is None or self._learned[column] > self._learned[before]:
+                    blocks[guid] = column
+        waiting: list[tuple[bool, int, HolderSet, int]] = []
+        for guid, column in blocks.items():
+            learned, passed, _ = self._learned[column]
+            items = sum([1 << part for part in ledger.parts[guid]])
+            holders = sum([1 << peer for peer, held in enumerate(believes) if not items & ~held])
+            if holders & ~(1 << self._me):
+                rank = passed if learned <= passed else -learned
+                waiting.append((learned <= passed, rank, HolderSet(*guid, holders), column))
+        waiting.sort(key=lambda one: one[:2])
+        for _, _, one, column in waiting:
+            size_bits = self._accounts.holder_set(one, self._me)[1]
+            if size_bits > left_bits:
+                return
+            left_bits -= size_bits
+            learned, _, n_passed = self._learned[column]
+            for part in ledger.parts[one.origin, one.epoch, one.sequence]:
+                self._learned.pop(part, None)
+            if n_passed + 1 < MOST_PASSED:
+                self._learned[column] = learned, slot, n_passed + 1
+            yield one
+
+    def _note_sent(
+        self, content: int, coded: dict[tuple[int, int], bytes], n_symbols: int, holder_sets: Sequence[HolderSet]
+    ) -> None:
+        """Note what the packet tells of own holdings, and what peers are reckoned to lack after it."""
+        state, ledger, told = self._state, self._ledger, content
+        for origin in columns_of(state.heard[0]):
+            told |= state.content[origin] & ledger.origins[origin]
+        for one in self._statements:
+            told |= self._items_below((one.origin, one.epoch), one.first) | self._items(*_window_of(one))
+        for shown in holder_sets:
+            told |= self._items((shown.origin, shown.epoch), 1 << shown.sequence)
+        self._told, self._has_spoken = told & state.believes[self._me], True
+        self._said |= content & ledger.origins[self._me]
+        of_code = 0
+        for origin, number in coded:
+            of_code |= self._items((origin, self._peers.epochs[origin]), 1 << number)
+        for items, share in ((content, 1.0), (of_code, share_of_symbols(n_symbols, len(coded)))):
+            for column in columns_of(items):
+                lacks = self._lacks.setdefault(column, [1.0] * self._n_nodes)
+                lacks[:] = [lack_after(lack, q, share) for lack, q in zip(lacks, self._reception, strict=True)]
+
+    # What it makes of what it hears ----------------------------------------------------------------
+
+    def forget(self, *peers: int) -> None:
+        """What these have stated, or all if none is named, counts no longer: they began anew, or are doubted."""
+        for of_peer in [of_peer for of_peer in self._stated if not peers or of_peer[0] in peers]:
+            del self._stated[of_peer]
+        self.miss(*(peers or range(self._n_nodes)))
+        self._decoder = Decoder()
+
+    def miss(self, *peers: int) -> None:
+        """These were away, and may have received nothing: they lack what they are not known to hold."""
+        for lacks in self._lacks.values():
+            for peer in peers:
+                lacks[peer] = 1.0
+
+    def hear(
+        self, packet: Packet, slot: int, is_asked: bool, vouched: int, now_s: float
+    ) -> tuple[tuple[Named, ...], list[int]]:
+        """Learn from a packet; returns the items that were decoded, and columns of those that its sender lacks.
+
+        Args:
+            packet: heard.
+            slot: in which it was sent.
+            is_asked: its acknowledgements are about the own last packet.
+            vouched: nodes, one bit each, of which the sender is to be believed what it says.
+            now_s: the time (s).
+        """
+        sender, account, lacked = packet.sender, packet.account, list[int]()
+        if is_asked and self._has_spoken:
+            self._note_fate(sender, packet.rows[sender] >> self._me & 1)
+        for one in account.statements:
+            life = one.origin, one.epoch
+            if life in self._holders.shared or one.epoch != self._peers.epochs[one.origin]:
+                continue
+            lacked += self._deny(sender, one)
+            self._believe(sender, life, one.held)
+            if one.is_known_to_all:
+                for peer in columns_of(vouched):
+                    self._believe(peer, life, (1 << one.first) - 1)
+        for shown in account.holder_sets:
+            if (shown.origin, shown.epoch) not in self._holders.shared:
+                for peer in columns_of(shown.holders & (vouched | 1 << sender)):
+                    self._believe(peer, (shown.origin, shown.epoch), 1 << shown.sequence)
+        return self._decoded(packet, slot, now_s), lacked
+
+    def note_news(self, before: Sequence[int], slot: int) -> None:
+        """Note what was learned by a packet; ``before`` is what each node was believed to hold before it."""
+        believes, uids = self._state.believes, self._ledger.uids
+        for column in columns_of(believes[self._me] & ~before[self._me]):
+            uid = uids[column]
+            for peer in range(self._n_nodes):
+                if self._stated.get((peer, (uid.origin, uid.epoch)), 0) >> uid.sequence & 1:
+                    believes[peer] |= 1 << column
+        for items, earlier in zip(believes, before, strict=True):
+            for column in columns_of(items & ~earlier):
+                self._learned[column] = slot, -1, 0
+
+    def _note_fate(self, peer: int, received: int) -> None:
+        """Learn what became of the own last packet at a peer."""
+        reception = reception_of(self._lost[peer], self._weight[peer])
+        self._lost[peer] = KEPT * self._lost[peer] + (1 - received)
+        self._weight[peer] = KEPT * self._weight[peer] + 1.0
+        if received:
+            self._confirmed |= self._told & self._ledger.origins[peer]
+            return
+        for column in columns_of(self._state.content[self._me]):
+            if (lacks := self._lacks.get(column)) is not None:
+                lacks[peer] = lack_again(lacks[peer], reception)
+
+    def _believe(self, peer: int, life: Life, numbers: int) -> None:
+        """Believe that a peer holds blocks of a life, one bit for each number."""
+        if peer == self._me:
+            return
+        known = self._stated.get((peer, life), 0)
+        if new := numbers & ~known:
+            self._stated[peer, life] = known | numbers
+            self._state.believes[peer] |= self._items(life, new)
+
+    def _deny(self, sender: int, one: Statement) -> list[int]:
+        """Believe that a peer lacks what its statement covers and leaves out; returns columns that it was to hold."""
+        life, ledger, lacked = (one.origin, one.epoch), self._ledger, list[int]()
+        end = ledger.ends.get(life, 0)
+        if one.length == MOST_STATED:
+            end = min(end, one.first + one.length)
+        for number in range(one.first, end):
+            if one.held >> number & 1:
+                continue
+            items = self._items(life, 1 << number)
+            for column in columns_of(items):
+                self._lacks.setdefault(column, [1.0] * self._n_nodes)[sender] = 1.0
+            if items and self._state.believes[sender] & items == items and ledger.is_whole((*life, number)):
+                self._state.believes[sender] &= ~items
+                self._stated[sender, life] = self._stated.get((sender, life), 0) & ~(1 << number)
+                lacked += columns_of(items)
+        return lacked
+
+    def _decoded(self, packet: Packet, slot: int, now_s: float) -> tuple[Named, ...]:
+        """The items that are known by the symbols of a packet, and by earlier ones."""
+        ledger = self._ledger
+        found: dict[Guid, bytes] = {}
+        for guid in self._decoder.unknown:
+            if ledger.is_whole(guid):
+                found |= self._decoder.learn(guid, self._bytes_of(guid))
+        over = self._over(packet) if packet.account.symbols else []
+        for place, data in enumerate(packet.account.symbols):
+            key, unknown, rest = symbol_key(slot, place), dict[Guid, int](), data
+            for guid in over:
+                factor = coefficient(key, guid[0], guid[2])
+                if ledger.is_whole(guid) or guid in found:
+                    rest = added(rest, scaled(found.get(guid) or self._bytes_of(guid), factor))
+                else:
+                    unknown[guid] = factor
+            found |= self._decoder.add(unknown, rest)
+        items: list[Named] = []
+        try:
+            for guid in sorted(guid for guid in found if not ledger.is_whole(guid)):
+                origin, epoch, sequence = guid
+                block = self._accounts.block_of(found[guid], guid)
+                if origin == self._me or block.time_s > now_s:
+                    raise PeerFault(f"what was decoded as block {sequence} of node {origin} cannot be")
+                items.append(name_of_item(Fragment(origin, sequence, block.time_s, block.facts, 0, 1, epoch)))
+        except PeerFault:
+            self.n_refused += 1
+            self._decoder = Decoder()
+            return ()
+        return tuple(items)
+
+    def _over(self, packet: Packet) -> list[Guid]:
+        """The blocks that the symbols of a packet are over; none if it is of lives that are not known so."""
+        over: list[Guid] = []
+        plain = {fragment.guid for fragment in packet.fragments}
+        for one in packet.account.statements:
+            life, numbers = _window_of(one)
+            if one.epoch != self._peers.epochs[one.origin] or life in self._holders.shared:
+                return []
+            over += [(*life, number) for number in columns_of(numbers) if (*life, number) not in plain]
+        return over
+
+
+def _window_of(one: Statement) -> tuple[Life, int]:
+    """The life of a statement, and the numbers of what its mask says to be held, one bit each."""
+    return (one.origin, one.epoch), one.mask << one.first

@@ -1,0 +1,151 @@
+"""Accounts of holdings as bits, and blocks in the form in which they are coded; the layout is in `exchange.statements`.
+
+In a packet a fragment is written by the packet's time and by what stands before it. A symbol is over blocks as they are
+written anywhere: time, facts, a one, and zeros to a byte.
+"""
+
+from __future__ import annotations
+
+from exchange.errors import PeerFault
+from exchange.packets import Account, HolderSet, Statement
+from exchange.statements import COUNT_BITS, LENGTH_BITS, SIZE_BITS
+from exchange.wire import codes
+from exchange.wire.codes import Bits, Reader
+from exchange.wire.fragmentcodec import EPOCH_BITS, FragmentCodec
+from worldmodel import EPOCHS, Block
+from worldmodel.facts import Guid
+
+
+class AccountCodec:
+    """Encodes and decodes accounts.
+
+    Args:
+        fragments: has the widths of origins and sequences.
+        n_nodes: size of the fleet.
+        codes_repairs: packets may have symbols.
+    """
+
+    def __init__(self, fragments: FragmentCodec, n_nodes: int, codes_repairs: bool) -> None:
+        self._fragments = fragments
+        self._n_nodes = n_nodes
+        self._codes_repairs = codes_repairs
+
+    # To bits -------------------------------------------------------------------------------------
+
+    def statement(self, one: Statement, sender: int) -> Bits:
+        """``(bits, size_bits)`` of a statement, with the bit before it."""
+        bits, size_bits = 1 << self._fragments.origin_bits | one.origin, 1 + self._fragments.origin_bits
+        if one.epoch == 0 and one.is_known_to_all:
+            bits, size_bits = bits << 1 | 1, size_bits + 1
+        else:
+            epoch, epoch_bits = codes.natural(one.epoch, EPOCH_BITS)
+            bits, size_bits = (bits << 1 + epoch_bits | epoch) << 1 | one.is_known_to_all, size_bits + epoch_bits + 2
+        first, first_bits = codes.natural(one.first, self._fragments.sequence_bits)
+        bits, size_bits = bits << first_bits | first, size_bits + first_bits + LENGTH_BITS
+        bits = bits << LENGTH_BITS | one.length
+        return (bits, size_bits) if one.origin == sender else (bits << one.length | one.mask, size_bits + one.length)
+
+    def holder_set(self, one: HolderSet, sender: int) -> Bits:
+        """``(bits, size_bits)`` of a holder set, with the bit before it."""
+        bits, size_bits = 1 << self._fragments.origin_bits | one.origin, 2 + self._fragments.origin_bits
+        bits = bits << 1 | (one.epoch == 0)
+        if one.epoch:
+            epoch, epoch_bits = codes.natural(one.epoch, EPOCH_BITS)
+            bits, size_bits = bits << epoch_bits | epoch, size_bits + epoch_bits
+        number, number_bits = codes.natural(one.sequence, self._fragments.sequence_bits)
+        bits, size_bits = bits << number_bits | number, size_bits + number_bits + self._n_nodes - 1
+        others = one.holders >> sender + 1 << sender | one.holders & (1 << sender) - 1
+        return bits << self._n_nodes - 1 | others, size_bits
+
+    def encode(self, account: Account, sender: int) -> Bits:
+        """``(bits, size_bits)`` of all that a packet says of holdings."""
+        bits = size_bits = 0
+        for parts in (
+            [self.statement(one, sender) for one in account.statements],
+            [self.holder_set(one, sender) for one in account.holder_sets],
+        ):
+            for part, part_bits in parts:
+                bits, size_bits = bits << part_bits | part, size_bits + part_bits
+            bits, size_bits = bits << 1, size_bits + 1
+        if self._codes_repairs:
+            symbols = account.symbols
+            bits, size_bits = bits << COUNT_BITS | len(symbols), size_bits + COUNT_BITS
+            if symbols:
+                bits, size_bits = bits << SIZE_BITS | len(symbols[0]), size_bits + SIZE_BITS
+            for symbol in symbols:
+                bits = bits << 8 * len(symbol) | int.from_bytes(symbol, "big")
+                size_bits += 8 * len(symbol)
+        return bits, size_bits
+
+    # From bits -----------------------------------------------------------------------------------
+
+    def _read_origin(self, reader: Reader) -> tuple[int, bool]:
+        origin = reader.take(self._fragments.origin_bits)
+        if origin >= self._n_nodes:
+            raise PeerFault(f"an account of origin {origin}, which is not one of {self._n_nodes} nodes")
+        return origin, bool(reader.take(1))
+
+    def _read_epoch(self, reader: Reader) -> int:
+        epoch = codes.read_natural(reader.take, EPOCH_BITS)
+        if epoch >= EPOCHS:
+            raise PeerFault(f"an account of epoch {epoch}: there are {EPOCHS}")
+        return epoch
+
+    def _read_statement(self, reader: Reader, sender: int) -> Statement:
+        origin, is_usual = self._read_origin(reader)
+        epoch, is_known = 0, True
+        if not is_usual:
+            epoch, is_known = self._read_epoch(reader), bool(reader.take(1))
+            if epoch == 0 and is_known:
+                raise PeerFault("a usual statement in a longer form than it has")
+        first = codes.read_natural(reader.take, self._fragments.sequence_bits)
+        length = reader.take(LENGTH_BITS)
+        mask = (1 << length) - 1 if origin == sender else reader.take(length)
+        return Statement(origin, epoch, first, length, mask, is_known)
+
+    def _read_holder_set(self, reader: Reader, sender: int) -> HolderSet:
+        origin, is_usual = self._read_origin(reader)
+        epoch = 0 if is_usual else self._read_epoch(reader)
+        if epoch == 0 and not is_usual:
+            raise PeerFault("a usual holder set in a longer form than it has")
+        sequence = codes.read_natural(reader.take, self._fragments.sequence_bits)
+        others = reader.take(self._n_nodes - 1)
+        holders = others >> sender << sender + 1 | 1 << sender | others & (1 << sender) - 1
+        return HolderSet(origin, epoch, sequence, holders)
+
+    def read(self, reader: Reader, sender: int) -> Account:
+        """The account that comes next; raises PeerFault for what no sender writes."""
+        statements: list[Statement] = []
+        while reader.take(1):
+            statements.append(self._read_statement(reader, sender))
+        holder_sets: list[HolderSet] = []
+        while reader.take(1):
+            holder_sets.append(self._read_holder_set(reader, sender))
+        symbols: tuple[bytes, ...] = ()
+        if self._codes_repairs and (n_symbols := reader.take(COUNT_BITS)):
+            size = reader.take(SIZE_BITS)
+            if size == 0:
+                raise PeerFault("symbols of no bytes")
+            symbols = tuple([reader.take(8 * size).to_bytes(size, "big") for _ in range(n_symbols)])
+        return Account(tuple(statements), tuple(holder_sets), symbols)
+
+    # What is coded -------------------------------------------------------------------------------
+
+    def block_bytes(self, block: Block) -> bytes:
+        """A block as it is coded, whatever packet it is in."""
+        time, time_bits = self._fragments.encode_time(block.time_s)
+        facts, facts_bits = self._fragments.facts.of_all(block.facts)
+        bits, size_bits = (time << facts_bits | facts) << 1 | 1, time_bits + facts_bits + 1
+        padding = -size_bits % 8
+        return (bits << padding).to_bytes((size_bits + padding) // 8, "big")
+
+    def block_of(self, data: bytes, guid: Guid) -> Block:
+        """The block of that name that was decoded; raises PeerFault if it is none, as after damage."""
+        reader = Reader(data)
+        time_s, facts = self._fragments.read_time(reader), self._fragments.facts.read_all(reader)
+        origin, epoch, sequence = guid
+        block = Block(origin, sequence, time_s, facts, epoch)
+        written = self.block_bytes(block)
+        if reader.is_beyond or data[: len(written)] != written or any(data[len(written) :]):
+            raise PeerFault(f"what was decoded as block {sequence} of node {origin} is none")
+        return block

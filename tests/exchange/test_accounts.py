@@ -1,0 +1,143 @@
+"""What packets say of holdings, as bits, and what vehicles make of what is wrong in it."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from exchange.coding import symbol, symbol_key
+from exchange.errors import ConfigurationError, PeerFault
+from exchange.manager import ExchangeManager
+from exchange.packets import Account, HolderSet, Statement
+from exchange.policies import STATING
+from exchange.schedule import TdmaSchedule
+from exchange.statements import MOST_STATED, MOST_SYMBOL_BYTES, MOST_SYMBOLS, holder_set_bits, statement_bits
+from exchange.wire.accounts import AccountCodec
+from stress.conformance.radio import MAPPED_CELL, N_BLOCKS, ManagerFleet, codec_of, needs
+from worldmodel import Block, PropertyValue
+
+ADAPTIVE = STATING["adaptive"]
+
+
+def accounts_of(n_nodes: int) -> AccountCodec:
+    (accounts,) = codec_of(n_nodes, "adaptive").accounts
+    return accounts
+
+
+@st.composite
+def statements(draw: st.DrawFn, n_nodes: int, sender: int) -> Statement:
+    origin, length = draw(st.integers(0, n_nodes - 1)), draw(st.integers(0, MOST_STATED))
+    mask = (1 << length) - 1 if origin == sender else draw(st.integers(0, (1 << length) - 1))
+    first = draw(st.one_of(st.integers(0, 40), st.integers(0, 1 << 20)))
+    return Statement(origin, draw(st.integers(0, 9)), first, length, mask, draw(st.booleans()))
+
+
+@st.composite
+def made_accounts(draw: st.DrawFn) -> tuple[int, int, Account]:
+    n_nodes = draw(st.integers(2, 9))
+    sender = draw(st.integers(0, n_nodes - 1))
+    holder_sets = st.builds(
+        lambda origin, epoch, sequence, holders: HolderSet(origin, epoch, sequence, holders | 1 << sender),
+        st.integers(0, n_nodes - 1), st.integers(0, 9), st.integers(0, 1 << 20), st.integers(0, (1 << n_nodes) - 1),
+    )  # fmt: skip
+    size = draw(st.integers(1, MOST_SYMBOL_BYTES))
+    symbols = st.lists(st.binary(min_size=size, max_size=size), max_size=MOST_SYMBOLS)
+    of = st.lists(statements(n_nodes, sender), max_size=4), st.lists(holder_sets, max_size=4), symbols
+    return n_nodes, sender, Account(*(tuple(draw(parts)) for parts in of))
+
+
+@given(made_accounts())
+def test_an_account_arrives_as_it_was_said(made: tuple[int, int, Account]) -> None:
+    n_nodes, sender, account = made
+    codec = codec_of(n_nodes, "adaptive")
+    data = codec.encode(sender, [0] * n_nodes, account=account)
+    assert codec.decode(data).account == account
+    overhead = len(codec.encode(sender, [0] * n_nodes))
+    assert len(data) - overhead <= -(-codec.accounts[0].encode(account, sender)[1] // 8)
+
+
+@given(made_accounts(), st.integers(0, 10_000))
+def test_a_shortened_account_is_refused(made: tuple[int, int, Account], cut: int) -> None:
+    n_nodes, sender, account = made
+    codec = codec_of(n_nodes, "adaptive")
+    data = codec.encode(sender, [0] * n_nodes, account=account)
+    with pytest.raises(PeerFault):
+        codec.decode(data[: cut % len(data)])
+
+
+@pytest.mark.parametrize("n_nodes", [2, 3, 5, 8, 16])
+def test_sizes_are_those_that_the_study_reckons_with(n_nodes: int) -> None:
+    accounts, bits = accounts_of(n_nodes), (N_BLOCKS - 1).bit_length()
+    assert accounts.statement(Statement(1, 0, 7, 5, 0b1011, True), 0)[1] == statement_bits(n_nodes, bits, 5)
+    assert accounts.statement(Statement(0, 0, 7, 5, 0b11111, True), 0)[1] == statement_bits(n_nodes, bits, 0)
+    assert accounts.holder_set(HolderSet(1, 0, 7, 3), 0)[1] == holder_set_bits(n_nodes, bits)
+
+
+def fleet_of_three() -> ManagerFleet:
+    return ManagerFleet(3, "adaptive", 64, who_needs=needs(range(3)))
+
+
+def forged(fleet: ManagerFleet, account: Account) -> bytes:
+    """A packet of node 1 in its next slot that says this."""
+    while fleet.slot % 3 != 1:
+        fleet.pass_slot()
+    return fleet.codec.encode(1, [0] * 3, frame=fleet.slot // 3, slot_start_s=fleet.now_s, account=account)
+
+
+@pytest.mark.parametrize(
+    "account",
+    [
+        Account((Statement(2, 3, 5, 2, 0b11, True),)),
+        Account((Statement(2, 0, 900, 4, 0b1111, True),)),
+        Account((), (HolderSet(2, 0, 900, 0b111), HolderSet(0, 5, 0, 0b111))),
+        Account((Statement(2, 0, 0, 3, 0b111, False),), (), (b"\x5a" * 9,)),
+        Account((), (), (b"\x5a" * 9, b"\xff" * 9)),
+    ],
+    ids=["another life", "beyond what was told", "holders of nothing", "a symbol over nothing told", "over nothing"],
+)
+def test_what_cannot_be_changes_no_belief(account: Account) -> None:
+    fleet = fleet_of_three()
+    uid = fleet.maps(0, 5)
+    data = forged(fleet, account)
+    manager, now_s = fleet.managers[0], fleet.now_s + 1.0
+    before = [manager.believes(peer, uid) for peer in (1, 2)]
+    heard = manager.receive(data, now_s)
+    assert not heard.blocks
+    assert [manager.believes(peer, uid) for peer in (1, 2)] == before
+
+
+def test_what_is_decoded_and_cannot_be_is_refused_and_counted() -> None:
+    """A symbol over one item that is no block, as after damage: nothing is believed, and it is a fault."""
+    fleet = fleet_of_three()
+    data = forged(fleet, Account((Statement(1, 0, 0, 1, 1, False),), (), (b"\x13" * 9,)))
+    manager = fleet.managers[0]
+    assert manager.n_faults == 0
+    assert not manager.receive(data, fleet.now_s + 1.0).blocks
+    assert manager.n_faults == 1
+
+
+def test_what_is_decoded_is_a_block_like_any_other() -> None:
+    fleet = fleet_of_three()
+    while fleet.slot % 3 != 1:
+        fleet.pass_slot()
+    block = Block(1, 0, 2.0, (PropertyValue(3, MAPPED_CELL, 7),))
+    content = fleet.codec.accounts[0].block_bytes(block)
+    key = symbol_key(fleet.slot, 0)
+    account = Account((Statement(1, 0, 0, 1, 1, False),), (), (symbol({(1, 0): content}, key, len(content)),))
+    data = fleet.codec.encode(1, [0] * 3, frame=fleet.slot // 3, slot_start_s=fleet.now_s, account=account)
+    assert fleet.managers[0].receive(data, fleet.now_s + 1.0).blocks == (block,)
+
+
+@given(st.integers(0, 500), st.integers(0, 4095))
+def test_a_block_is_coded_and_decoded(time: int, cell: int) -> None:
+    accounts, block = accounts_of(3), Block(1, 4, time / 10, (PropertyValue(3, MAPPED_CELL, cell),))
+    data = accounts.block_bytes(block)
+    assert accounts.block_of(data + b"\0\0", (1, 0, 4)) == block
+    with pytest.raises(PeerFault):
+        accounts.block_of(data + b"\0\1", (1, 0, 4))
+
+
+def test_slot_lists_are_refused() -> None:
+    fleet = fleet_of_three()
+    by_frame = TdmaSchedule(3, 1.5, 0.5, slots=((0,), (1,), (2,), (0,)))
+    with pytest.raises(ConfigurationError, match="policy adaptive needs one slot for each vehicle, not a slot list"):
+        ExchangeManager(0, fleet.models[0], fleet.codec, by_frame, ADAPTIVE, 512, needs(range(3)))
