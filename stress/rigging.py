@@ -132,6 +132,7 @@ class Rigging:
                     life.took_damaged += 1
                 else:
                     witness.note_taken(life, aired)
+                    witness.note_decoded(life, found.reception.items)
             self._listen(Heard(vehicle, life, aired, found.reception, found.changes, now_s))
             return found
 

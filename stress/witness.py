@@ -87,6 +87,18 @@ class Witness:
         if known is None or known.number <= aired.sender.number:
             life.heard[aired.sender.node] = aired.sender
 
+    def note_decoded(self, life: Life, items: Iterable[ItemUid]) -> None:
+        """A vehicle has come to know these items; those that no packet gave it came by symbols, as they were recorded.
+
+        Items that nobody recorded, or two under one name, are left: so they count as held by nobody.
+        """
+        for uid in items:
+            guid = uid.origin, uid.epoch, uid.sequence
+            recorded = self.recorded.get(guid, set())
+            if uid.part == 0 and guid not in life.parts and len(recorded) == 1:
+                (block,) = recorded
+                life.take([Fragment(uid.origin, uid.sequence, block.time_s, block.facts, 0, 1, uid.epoch)])
+
     # What is true --------------------------------------------------------------------------------
 
     def is_false(self, life: Life, peer: Life, fragment: Fragment) -> bool:

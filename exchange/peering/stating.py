@@ -84,6 +84,7 @@ class Stating:
         self._stated: dict[tuple[int, Life], int] = {}  # by peer and life, one bit for each block that it holds
         self._first: dict[Life, int] = {}  # number of the first block that is not settled here
         self._below: dict[Life, tuple[int, int]] = {}  # such a number, and the items of the blocks below it
+        self._heard = [-1] * self._n_nodes  # by peer, nodes of which it has heard in the life that it is in
         self._decoder: Decoder[Guid] = Decoder()
         self._bytes: dict[Guid, bytes] = {}
         self._reception = [0.0] * self._n_nodes  # of the packet that is being sent, as what follows
@@ -309,6 +310,8 @@ class Stating:
         """What these have stated, or all if none is named, counts no longer: they began anew, or are doubted."""
         for of_peer in [of_peer for of_peer in self._stated if not peers or of_peer[0] in peers]:
             del self._stated[of_peer]
+        for peer in peers:  # it may know an older life of others than it did
+            self._heard[peer] = 1 << peer
         self.miss(*(peers or range(self._n_nodes)))
         self._decoder = Decoder()
 
@@ -331,6 +334,8 @@ class Stating:
             now_s: the time (s).
         """
         sender, account, lacked = packet.sender, packet.account, list[int]()
+        self._heard[sender] |= packet.rows[sender]
+        vouched &= self._heard[sender]
         if is_asked and self._has_spoken:
             self._note_fate(sender, packet.rows[sender] >> self._me & 1)
         for one in account.statements:

@@ -224,6 +224,7 @@ class Storm(Witness):
             if reception.sender != aired.sender.node:
                 raise LawBroken(f"{life.name} takes a packet of {aired.sender.node} for {reception.sender}'s")
             self.note_taken(life, aired)
+            self.note_decoded(life, reception.items)
         merge(life.model, reception.blocks, own_s)
         return reception
 

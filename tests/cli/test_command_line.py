@@ -187,7 +187,7 @@ def test_what_can_be_set_of_a_strategy_is_listed():
 def test_without_a_kind_everything_is_listed():
     found = json.loads(remoras("list", "--json").stdout)
     assert list(found) == ["scenarios", "strategies", "policies", "channels", "modems", "networks"]
-    assert len(found["policies"]) == 6
+    assert len(found["policies"]) == 9
 
 
 def test_studies_are_listed_with_what_they_are_about():

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from exchange import ack, policies
 from exchange.ack import AckState, absorb, compose, new_state, open_slot, settled
-from exchange.policies import ACK, MPS_ACK, POLICIES, AckPolicy, may_send
+from exchange.policies import ACK, MPS_ACK, PAPER_POLICIES, AckPolicy, may_send
 
 Items = frozenset[int]
 Bits = frozenset[tuple[int, int]]
@@ -178,7 +178,7 @@ def exchanges(draw: st.DrawFn) -> tuple[int, list[tuple[Items, list[int]]]]:
 
 
 @settings(max_examples=150)
-@given(exchanges(), st.sampled_from(list(POLICIES.values())), st.booleans())
+@given(exchanges(), st.sampled_from(list(PAPER_POLICIES.values())), st.booleans())
 def test_bits_and_beliefs_are_those_of_the_paper_and_never_false(
     exchange: tuple[int, list[tuple[Items, list[int]]]], policy: AckPolicy, carrier_evidence: bool
 ) -> None:
@@ -186,10 +186,10 @@ def test_bits_and_beliefs_are_those_of_the_paper_and_never_false(
 
 
 @pytest.mark.parametrize("carrier_evidence", [False, True])
-@pytest.mark.parametrize("name", POLICIES)
+@pytest.mark.parametrize("name", PAPER_POLICIES)
 def test_long_exchanges_too(name: str, carrier_evidence: bool) -> None:
     for seed in range(8):
-        compare_with_paper(5, random_exchange(seed), POLICIES[name], carrier_evidence)
+        compare_with_paper(5, random_exchange(seed), PAPER_POLICIES[name], carrier_evidence)
 
 
 def compare_with_paper(
@@ -238,8 +238,8 @@ def count_false(fleet: Fleet | PaperFleet, slots: list[tuple[Items, list[int]]])
 def test_without_row_clearing_the_paper_believes_what_is_false(name: str) -> None:
     """Rule 3: with many items what the paper prints is not enough."""
     exchanges = [random_exchange(seed) for seed in range(20)]
-    assert sum(count_false(PaperFleet(POLICIES[name], 5, False, clear_rows=False), one) for one in exchanges) > 0
-    assert sum(count_false(PaperFleet(POLICIES[name], 5, False, clear_rows=True), one) for one in exchanges) == 0
+    assert sum(count_false(PaperFleet(PAPER_POLICIES[name], 5, False, clear_rows=False), one) for one in exchanges) > 0
+    assert sum(count_false(PaperFleet(PAPER_POLICIES[name], 5, False, clear_rows=True), one) for one in exchanges) == 0
 
 
 def unite_without_row_clearing(state: AckState, n_nodes: int, me: int, rows_out: ack.MutableWords) -> None:
@@ -258,23 +258,23 @@ def unite_without_row_clearing(state: AckState, n_nodes: int, me: int, rows_out:
 @pytest.mark.parametrize("name", ["mps-ack", "mps-ack-repeat"])
 def test_without_row_clearing_this_program_would_too(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     exchanges = [random_exchange(seed) for seed in range(20)]
-    assert sum(count_false(Fleet(POLICIES[name], 5), one) for one in exchanges) == 0
+    assert sum(count_false(Fleet(PAPER_POLICIES[name], 5), one) for one in exchanges) == 0
     monkeypatch.setattr(policies, "unite_matrices", unite_without_row_clearing)
-    assert sum(count_false(Fleet(POLICIES[name], 5), one) for one in exchanges) > 0
+    assert sum(count_false(Fleet(PAPER_POLICIES[name], 5), one) for one in exchanges) > 0
 
 
 @pytest.mark.parametrize("name", ["m-ack", "m-ack-repeat"])
 def test_without_pseudo_acknowledgements_no_row_is_ever_stale(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """A true bit A[k][j] goes with column j, which opens before k speaks again: only a pseudo one outlives it."""
     monkeypatch.setattr(policies, "unite_matrices", unite_without_row_clearing)
-    assert sum(count_false(Fleet(POLICIES[name], 5), random_exchange(seed)) for seed in range(20)) == 0
+    assert sum(count_false(Fleet(PAPER_POLICIES[name], 5), random_exchange(seed)) for seed in range(20)) == 0
 
 
 def test_with_a_single_item_the_missing_clearing_does_not_show(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(policies, "unite_matrices", unite_without_row_clearing)
     for seed in range(30):
         slots = [(receivers, [0] if slot == 0 else []) for slot, (receivers, _) in enumerate(random_exchange(seed))]
-        assert count_false(Fleet(POLICIES["mps-ack-repeat"], 5), slots) == 0
+        assert count_false(Fleet(PAPER_POLICIES["mps-ack-repeat"], 5), slots) == 0
 
 
 # Single rules ---------------------------------------------------------------------------------------------------------
@@ -293,7 +293,7 @@ def test_a_bit_is_about_the_packet_before_the_acknowledging_node_spoke() -> None
 
 def test_ack_speaks_of_the_own_row_only() -> None:
     """Rule 4: every node heard every other, yet node 2 vouches for nobody else."""
-    fleet = Fleet(POLICIES["ack"], 4)
+    fleet = Fleet(PAPER_POLICIES["ack"], 4)
     for slot in range(7):
         fleet.play(slot, ALL[:4])
     assert fleet.bits() == {(2, 0), (2, 1), (2, 3)}
@@ -301,7 +301,7 @@ def test_ack_speaks_of_the_own_row_only() -> None:
 
 def test_a_matrix_passes_on_what_others_said() -> None:
     """Node 2 tells that node 1 received node 0, though node 0 did not hear node 1."""
-    fleet = Fleet(POLICIES["m-ack"], 4)
+    fleet = Fleet(PAPER_POLICIES["m-ack"], 4)
     item = fleet.add_item(0)
     fleet.play(0, {1})
     fleet.play(1, {2})
@@ -312,7 +312,7 @@ def test_a_matrix_passes_on_what_others_said() -> None:
 
 def test_opening_a_slot_clears_column_and_matrix_of_its_owner() -> None:
     """Rule 3: of what node 2 said in slot 2, column 0 goes in slot 3 and column 1 in slot 4; node 0 was not heard."""
-    fleet = Fleet(POLICIES["m-ack"], 3)
+    fleet = Fleet(PAPER_POLICIES["m-ack"], 3)
     for slot in range(3):
         fleet.play(slot, ALL[:3])
     assert fleet.bits() == {(2, 0), (2, 1), (1, 0)}
@@ -325,7 +325,7 @@ def test_opening_a_slot_clears_column_and_matrix_of_its_owner() -> None:
 def test_pseudo_acknowledgement_needs_belief_in_the_whole_content() -> None:
     """Rule 4: node 1 knows that node 2 holds item 0 but not item 1; it vouches for a packet with item 0 only."""
     for second_item in (False, True):
-        fleet = Fleet(POLICIES["mps-ack"], 3)
+        fleet = Fleet(PAPER_POLICIES["mps-ack"], 3)
         fleet.add_item(0)
         fleet.play(0, {1, 2})
         fleet.play(1, ())
@@ -342,7 +342,7 @@ def test_pseudo_acknowledgement_needs_belief_in_the_whole_content() -> None:
 
 
 def test_no_pseudo_acknowledgement_of_an_empty_packet() -> None:
-    fleet = Fleet(POLICIES["mps-ack-repeat"], 3)
+    fleet = Fleet(PAPER_POLICIES["mps-ack-repeat"], 3)
     fleet.play(0, {1})
     fleet.play(1, {2})
     assert fleet.bits() == {(1, 0)}
@@ -350,7 +350,7 @@ def test_no_pseudo_acknowledgement_of_an_empty_packet() -> None:
 
 def test_a_bit_about_an_unknown_packet_teaches_nothing() -> None:
     """Rule 5: node 2 lost node 0's packet, so it does not know what node 1 acknowledges."""
-    fleet = Fleet(POLICIES["m-ack"], 3)
+    fleet = Fleet(PAPER_POLICIES["m-ack"], 3)
     fleet.add_item(0)
     fleet.play(0, {1})
     fleet.play(1, {0, 2})
@@ -361,7 +361,7 @@ def test_a_bit_about_an_unknown_packet_teaches_nothing() -> None:
 @pytest.mark.parametrize("carrier_evidence", [False, True])
 def test_carrying_is_evidence_only_if_asked_for(carrier_evidence: bool) -> None:
     """Rule 6: node 2 hears the item from node 1; that node 0, its origin, holds it, is known in any case."""
-    fleet = Fleet(POLICIES["ack-repeat"], 3, carrier_evidence)
+    fleet = Fleet(PAPER_POLICIES["ack-repeat"], 3, carrier_evidence)
     item = fleet.add_item(0)
     fleet.play(0, {1})
     fleet.play(1, {2})
@@ -372,7 +372,7 @@ def test_carrying_is_evidence_only_if_asked_for(carrier_evidence: bool) -> None:
 
 def test_nodes_stop_when_they_believe_that_all_hold_it() -> None:
     """Rule 7: with perfect links the source needs one frame; repeating peers need their own packet acknowledged."""
-    fleet = Fleet(POLICIES["ack"], 3)
+    fleet = Fleet(PAPER_POLICIES["ack"], 3)
     fleet.add_item(0)
     for slot in range(3):
         fleet.play(slot, ALL[:3])
@@ -383,10 +383,10 @@ def test_nodes_stop_when_they_believe_that_all_hold_it() -> None:
 
 @pytest.mark.parametrize(
     ("name", "n_nodes"),
-    [*((name, n_nodes) for name in POLICIES for n_nodes in (2, 3, 16)), ("ack", 64), ("mps-ack", 64)],
+    [*((name, n_nodes) for name in PAPER_POLICIES for n_nodes in (2, 3, 16)), ("ack", 64), ("mps-ack", 64)],
 )
 def test_perfect_links_settle_an_item_within_two_frames(name: str, n_nodes: int) -> None:
-    fleet = Fleet(POLICIES[name], n_nodes)
+    fleet = Fleet(PAPER_POLICIES[name], n_nodes)
     item = fleet.add_item(n_nodes - 1)
     for slot in range(2 * n_nodes):
         fleet.play(slot, range(n_nodes))
@@ -397,7 +397,7 @@ def test_perfect_links_settle_an_item_within_two_frames(name: str, n_nodes: int)
 
 def test_items_may_be_many() -> None:
     """An item set of a vehicle is one integer of any width."""
-    fleet = Fleet(POLICIES["mps-ack-repeat"], 3)
+    fleet = Fleet(PAPER_POLICIES["mps-ack-repeat"], 3)
     for number in range(300):
         fleet.add_item(number % 3)
     for slot in range(9):

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from exchange.ack import AckState, MutableWords
 from exchange.acoustics.loss import link_draw, link_uniform, slot_key, trial_key
-from exchange.policies import ACK, M_ACK, MPS_ACK, POLICIES, AckPolicy
+from exchange.policies import ACK, M_ACK, MPS_ACK, PAPER_POLICIES, AckPolicy
 from exchange.study import compiler, montecarlo, sliced, trial
 from exchange.study.compiler import Form, SlotLoop
 from exchange.study.parts import TrialBatch, TrialPlan, memory_of, play
@@ -86,7 +86,7 @@ def test_fleets_that_fill_the_words_of_draws() -> None:
     max_slots=st.one_of(st.integers(1, 60), st.just(200_000)),
     first_trial=st.integers(0, 10_000),
     evidence=st.booleans(),
-    names=st.lists(st.sampled_from(list(POLICIES)), min_size=1, max_size=3, unique=True),
+    names=st.lists(st.sampled_from(list(PAPER_POLICIES)), min_size=1, max_size=3, unique=True),
 )
 @example(5, 0.0, 64, (1 << 62) - 1, 1, 0, False, ["ack"])
 @example(5, 0.7, 130, 1, 5, 0, False, ["mps-ack-repeat", "ack"])
