@@ -190,7 +190,7 @@ class Summary(NamedTuple):
         return sequence > self.highest + 1 and bool(self.mask >> (sequence - self.highest - 2) & 1)
 
 
-class Statement(NamedTuple):
+class OriginStatement(NamedTuple):
     """What a packet states of its sender's holdings of one origin: all items below ``first``, and some from it on.
 
     Attributes:
@@ -228,7 +228,7 @@ class Account(NamedTuple):
     ``symbols`` are sums over the blocks that the statements say to be held and that are not in the packet themselves.
     """
 
-    statements: tuple[Statement, ...] = ()
+    statements: tuple[OriginStatement, ...] = ()
     holder_sets: tuple[HolderSet, ...] = ()
     symbols: tuple[bytes, ...] = ()
 

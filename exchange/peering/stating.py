@@ -15,7 +15,7 @@ from exchange.ack import AckState
 from exchange.coding import Decoder, added, coefficient, scaled, symbol, symbol_key
 from exchange.errors import PeerFault
 from exchange.ledger import Ledger, Life, columns_of
-from exchange.packets import Account, Fragment, HolderSet, Named, Packet, Statement, name_of_item
+from exchange.packets import Account, Fragment, HolderSet, Named, OriginStatement, Packet, name_of_item
 from exchange.peering.holders import Holders
 from exchange.peering.peers import PeerStates
 from exchange.planning import (
@@ -37,7 +37,7 @@ from worldmodel.facts import Guid
 class Accounts(Protocol):
     """Says how large statements are, and what a block is as it is coded: `exchange.wire.accounts` does."""
 
-    def statement(self, one: Statement, sender: int) -> tuple[int, int]:
+    def statement(self, one: OriginStatement, sender: int) -> tuple[int, int]:
         """Bits of a statement, and their number."""
 
     def holder_set(self, one: HolderSet, sender: int) -> tuple[int, int]:
@@ -88,7 +88,7 @@ class Stating:
         self._decoder: Decoder[Guid] = Decoder()
         self._bytes: dict[Guid, bytes] = {}
         self._reception = [0.0] * self._n_nodes  # of the packet that is being sent, as what follows
-        self._statements: list[Statement] = []
+        self._statements: list[OriginStatement] = []
         self._n_symbols = self._symbols_bits = 0
         self.n_refused = 0
         """Blocks that were decoded and can be none: then all undecoded symbols are dropped."""
@@ -121,7 +121,7 @@ class Stating:
             size_bits += SIZE_BITS + self._symbols_bits
         return chosen, size_bits
 
-    def _statement(self, origin: int, settled: int) -> Statement:
+    def _statement(self, origin: int, settled: int) -> OriginStatement:
         """What can be stated of an origin, in the life that it is known to be in."""
         life = origin, self._peers.epochs[origin]
         own = self._holders.own
@@ -135,7 +135,9 @@ class Stating:
         all_hold = -1
         for items in self._state.believes:
             all_hold &= items
-        return Statement(*life, first, length, rest & (1 << length) - 1, not self._items_below(life, first) & ~all_hold)
+        return OriginStatement(
+            *life, first, length, rest & (1 << length) - 1, not self._items_below(life, first) & ~all_hold
+        )
 
     def _items(self, life: Life, numbers: int) -> int:
         """Item set of blocks of a life, one bit for each number; of those that are known here."""
@@ -154,7 +156,7 @@ class Stating:
         self._below[life] = first, items
         return items
 
-    def _gathered(self, columns: Sequence[int], window: int, statements: Sequence[Statement]) -> PacketPlan:
+    def _gathered(self, columns: Sequence[int], window: int, statements: Sequence[OriginStatement]) -> PacketPlan:
         """What the packet can carry.
 
         Args:
@@ -386,7 +388,7 @@ class Stating:
             self._stated[peer, life] = known | numbers
             self._state.believes[peer] |= self._items(life, new)
 
-    def _deny(self, sender: int, one: Statement) -> list[int]:
+    def _deny(self, sender: int, one: OriginStatement) -> list[int]:
         """Believe that a peer lacks what its statement covers and leaves out; returns columns that it was to hold."""
         life, ledger, lacked = (one.origin, one.epoch), self._ledger, list[int]()
         end = ledger.ends.get(life, 0)
@@ -447,6 +449,6 @@ class Stating:
         return over
 
 
-def _window_of(one: Statement) -> tuple[Life, int]:
+def _window_of(one: OriginStatement) -> tuple[Life, int]:
     """The life of a statement, and the numbers of what its mask says to be held, one bit each."""
     return (one.origin, one.epoch), one.mask << one.first

@@ -7,7 +7,7 @@ written anywhere: time, facts, a one, and zeros to a byte.
 from __future__ import annotations
 
 from exchange.errors import PeerFault
-from exchange.packets import Account, HolderSet, Statement
+from exchange.packets import Account, HolderSet, OriginStatement
 from exchange.statements import COUNT_BITS, LENGTH_BITS, SIZE_BITS
 from exchange.wire import codes
 from exchange.wire.codes import Bits, Reader
@@ -32,7 +32,7 @@ class AccountCodec:
 
     # To bits -------------------------------------------------------------------------------------
 
-    def statement(self, one: Statement, sender: int) -> Bits:
+    def statement(self, one: OriginStatement, sender: int) -> Bits:
         """``(bits, size_bits)`` of a statement, with the bit before it."""
         bits, size_bits = 1 << self._fragments.origin_bits | one.origin, 1 + self._fragments.origin_bits
         if one.epoch == 0 and one.is_known_to_all:
@@ -91,7 +91,7 @@ class AccountCodec:
             raise PeerFault(f"an account of epoch {epoch}: there are {EPOCHS}")
         return epoch
 
-    def _read_statement(self, reader: Reader, sender: int) -> Statement:
+    def _read_statement(self, reader: Reader, sender: int) -> OriginStatement:
         origin, is_usual = self._read_origin(reader)
         epoch, is_known = 0, True
         if not is_usual:
@@ -101,7 +101,7 @@ class AccountCodec:
         first = codes.read_natural(reader.take, self._fragments.sequence_bits)
         length = reader.take(LENGTH_BITS)
         mask = (1 << length) - 1 if origin == sender else reader.take(length)
-        return Statement(origin, epoch, first, length, mask, is_known)
+        return OriginStatement(origin, epoch, first, length, mask, is_known)
 
     def _read_holder_set(self, reader: Reader, sender: int) -> HolderSet:
         origin, is_usual = self._read_origin(reader)
@@ -115,7 +115,7 @@ class AccountCodec:
 
     def read(self, reader: Reader, sender: int) -> Account:
         """The account that comes next; raises PeerFault for what no sender writes."""
-        statements: list[Statement] = []
+        statements: list[OriginStatement] = []
         while reader.take(1):
             statements.append(self._read_statement(reader, sender))
         holder_sets: list[HolderSet] = []

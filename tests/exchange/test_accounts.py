@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from exchange.coding import symbol, symbol_key
 from exchange.errors import ConfigurationError, PeerFault
 from exchange.manager import ExchangeManager
-from exchange.packets import Account, HolderSet, Statement
+from exchange.packets import Account, HolderSet, OriginStatement
 from exchange.policies import STATING
 from exchange.schedule import TdmaSchedule
 from exchange.statements import MOST_STATED, MOST_SYMBOL_BYTES, MOST_SYMBOLS, holder_set_bits, statement_bits
@@ -24,11 +24,11 @@ def accounts_of(n_nodes: int) -> AccountCodec:
 
 
 @st.composite
-def statements(draw: st.DrawFn, n_nodes: int, sender: int) -> Statement:
+def statements(draw: st.DrawFn, n_nodes: int, sender: int) -> OriginStatement:
     origin, length = draw(st.integers(0, n_nodes - 1)), draw(st.integers(0, MOST_STATED))
     mask = (1 << length) - 1 if origin == sender else draw(st.integers(0, (1 << length) - 1))
     first = draw(st.one_of(st.integers(0, 40), st.integers(0, 1 << 20)))
-    return Statement(origin, draw(st.integers(0, 9)), first, length, mask, draw(st.booleans()))
+    return OriginStatement(origin, draw(st.integers(0, 9)), first, length, mask, draw(st.booleans()))
 
 
 @st.composite
@@ -67,8 +67,8 @@ def test_a_shortened_account_is_refused(made: tuple[int, int, Account], cut: int
 @pytest.mark.parametrize("n_nodes", [2, 3, 5, 8, 16])
 def test_sizes_are_those_that_the_study_reckons_with(n_nodes: int) -> None:
     accounts, bits = accounts_of(n_nodes), (N_BLOCKS - 1).bit_length()
-    assert accounts.statement(Statement(1, 0, 7, 5, 0b1011, True), 0)[1] == statement_bits(n_nodes, bits, 5)
-    assert accounts.statement(Statement(0, 0, 7, 5, 0b11111, True), 0)[1] == statement_bits(n_nodes, bits, 0)
+    assert accounts.statement(OriginStatement(1, 0, 7, 5, 0b1011, True), 0)[1] == statement_bits(n_nodes, bits, 5)
+    assert accounts.statement(OriginStatement(0, 0, 7, 5, 0b11111, True), 0)[1] == statement_bits(n_nodes, bits, 0)
     assert accounts.holder_set(HolderSet(1, 0, 7, 3), 0)[1] == holder_set_bits(n_nodes, bits)
 
 
@@ -86,10 +86,10 @@ def forged(fleet: ManagerFleet, account: Account) -> bytes:
 @pytest.mark.parametrize(
     "account",
     [
-        Account((Statement(2, 3, 5, 2, 0b11, True),)),
-        Account((Statement(2, 0, 900, 4, 0b1111, True),)),
+        Account((OriginStatement(2, 3, 5, 2, 0b11, True),)),
+        Account((OriginStatement(2, 0, 900, 4, 0b1111, True),)),
         Account((), (HolderSet(2, 0, 900, 0b111), HolderSet(0, 5, 0, 0b111))),
-        Account((Statement(2, 0, 0, 3, 0b111, False),), (), (b"\x5a" * 9,)),
+        Account((OriginStatement(2, 0, 0, 3, 0b111, False),), (), (b"\x5a" * 9,)),
         Account((), (), (b"\x5a" * 9, b"\xff" * 9)),
     ],
     ids=["another life", "beyond what was told", "holders of nothing", "a symbol over nothing told", "over nothing"],
@@ -108,7 +108,7 @@ def test_what_cannot_be_changes_no_belief(account: Account) -> None:
 def test_what_is_decoded_and_cannot_be_is_refused_and_counted() -> None:
     """A symbol over one item that is no block, as after damage: nothing is believed, and it is a fault."""
     fleet = fleet_of_three()
-    data = forged(fleet, Account((Statement(1, 0, 0, 1, 1, False),), (), (b"\x13" * 9,)))
+    data = forged(fleet, Account((OriginStatement(1, 0, 0, 1, 1, False),), (), (b"\x13" * 9,)))
     manager = fleet.managers[0]
     assert manager.n_faults == 0
     assert not manager.receive(data, fleet.now_s + 1.0).blocks
@@ -122,7 +122,7 @@ def test_what_is_decoded_is_a_block_like_any_other() -> None:
     block = Block(1, 0, 2.0, (PropertyValue(3, MAPPED_CELL, 7),))
     content = fleet.codec.accounts[0].block_bytes(block)
     key = symbol_key(fleet.slot, 0)
-    account = Account((Statement(1, 0, 0, 1, 1, False),), (), (symbol({(1, 0): content}, key, len(content)),))
+    account = Account((OriginStatement(1, 0, 0, 1, 1, False),), (), (symbol({(1, 0): content}, key, len(content)),))
     data = fleet.codec.encode(1, [0] * 3, frame=fleet.slot // 3, slot_start_s=fleet.now_s, account=account)
     assert fleet.managers[0].receive(data, fleet.now_s + 1.0).blocks == (block,)
 
