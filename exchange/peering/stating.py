@@ -102,12 +102,15 @@ class Stating:
             open_items: item set of those that this vehicle goes on sending.
             room_bits: for them and the account.
         """
-        ledger, n_nodes, uids = self._ledger, self._n_nodes, self._ledger.uids
+        ledger, n_nodes = self._ledger, self._n_nodes
         settled = ack.settled(self._state, n_nodes, ledger.spared if ledger.away else ledger.unneeded, 0)
         statements = [self._statement(origin, settled) for origin in range(n_nodes)]
         window = sum([self._items(life, numbers) for life, numbers in map(_window_of, statements)])
         candidates = open_items | (window if self._codes_repairs else 0)
-        columns = sorted(columns_of(candidates), key=uids.__getitem__)
+        me, uids = self._me, self._ledger.uids  # own ones first: of equals each node takes others
+        columns = sorted(
+            columns_of(candidates), key=lambda column: ((uids[column].origin - me) % n_nodes, uids[column])
+        )
         plan = self._gathered(columns, window, statements)
         self._n_symbols = plan_packet(plan, n_nodes, len(columns), room_bits, self._codes_repairs)
         self._reception = list(plan.reception)  # type: ignore[call-overload]

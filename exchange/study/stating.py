@@ -235,13 +235,16 @@ def gather(
     rules: PolicyRules, load: Load, nodes: NodeStates, statements: Statements, plan: PacketPlan, owner: int
 ) -> int:
     """Gather what the owner may send and does not know all to hold; returns how many items."""
-    n_nodes, n_words, n_candidates = rules.n_nodes, rules.n_words, 0
-    for column in range(len(nodes.sizes_bits)):
+    n_nodes, n_words, per_source, c = rules.n_nodes, rules.n_words, load.columns_per_source, 0
+    for step in range(n_nodes * per_source):  # own ones first: of equals each node takes others
+        origin = (owner + step // per_source) % n_nodes
+        column = origin * per_source + step % per_source
+        if origin >= load.n_sources:
+            continue
         w, bit = column // WORD_BITS, 1 << column % WORD_BITS
         at = owner * n_words + w
         if may_send(rules.repeat, nodes.holds[at] & ~nodes.settled[at], nodes.origins[at]) & bit == 0:
             continue
-        c, origin = n_candidates, column // load.columns_per_source
         number = statements.number[column]
         statements.columns[c] = column
         plan.origin[c] = origin
@@ -253,8 +256,8 @@ def gather(
             if peer != owner and nodes.believes[owner, peer * n_words + w] & bit == 0:
                 lack = max(LEAST_LACK, statements.lacks[owner, column * n_nodes + peer])
             plan.lacks[c * n_nodes + peer] = lack
-        n_candidates += 1
-    return n_candidates
+        c += 1
+    return c
 
 
 def compose_packet(
