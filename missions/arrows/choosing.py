@@ -185,7 +185,7 @@ class Choosing:
             if number == N_LEGS - 1:
                 break
             off2 = legs[2][leg]
-            bits = {one: np.where(off2 <= self.ranges_m[one] ** 2, 0.0, of) for one, of in bits.items()}
+            bits = {one: np.where(off2 <= self.ranges_m[one] * self.ranges_m[one], 0.0, of) for one, of in bits.items()}
             legs = self._legs(grid, bits, (float(x_m[leg]), float(y_m[leg])), x_m, y_m)
             leg = int(np.argmax(legs[0] / legs[1]))
         return told / takes_s

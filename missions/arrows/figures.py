@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -90,7 +91,9 @@ def draw_maps(axes: Axes, results: RunResults, style: Style) -> str:
     of_site = [number for number, kind in enumerate(scenario.kinds, 1) if kind.name in SITES]
     shape, extent = (grid.n_rows, grid.n_columns), _extent_m(grid)
     colours = [style.tint(style.black, 0.8 * n / len(LEVELS)) for n in range(len(LEVELS) + 1)]
-    shares = chart.shares[of_site].sum(axis=0)
+    shares = np.zeros(len(chart.shares[0]))
+    for kind in of_site:
+        shares = shares + chart.shares[kind]
     tones = np.searchsorted(LEVELS, shares, side="right").reshape(shape)
     axes.imshow(tones, cmap=ListedColormap(colours), vmin=-0.5, vmax=len(LEVELS) + 0.5, origin="lower", extent=extent)
     for level, colour in zip(LEVELS, colours[1:], strict=True):
@@ -111,7 +114,7 @@ def draw_maps(axes: Axes, results: RunResults, style: Style) -> str:
     axes.set_aspect("equal")
     axes.set_xlabel(style.axis("east", "m"))
     axes.set_ylabel(style.axis("north", "m"))
-    share = f"{float(shares.sum()):.1f} sites expected by the map, {len(sites)} there, {len(sites & found)} detected."
+    share = f"{math.fsum(shares):.1f} sites expected by the map, {len(sites)} there, {len(sites & found)} detected."
     return f"Shade: probability that a cell holds a site, by all looks of all vehicles. {share}"
 
 

@@ -275,7 +275,7 @@ def line_faults(raw: Raw) -> Iterator[ConfigurationFault]:
             yield ConfigurationFault(f"line.{name}.name", f'"{name}"', "is taken; lines need names of their own")
     for line in lines:
         for from_m, to_m in zip(point_of(line, "from_m"), point_of(line, "to_m"), strict=False):
-            if math.dist(from_m, to_m) < SHORTEST_M:
+            if distance(from_m, to_m) < SHORTEST_M:
                 given = f"[{to_m[0]:g}, {to_m[1]:g}]"
                 allowed = f"the line is too short; allowed: {SHORTEST_M:g} m or more from from_m"
                 yield ConfigurationFault(f"line.{line.get('name')}.to_m", given, allowed)

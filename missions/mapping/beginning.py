@@ -14,6 +14,7 @@ from pathlib import Path
 from string import Template
 from typing import Any
 
+from exchange.arithmetic import length
 from missions.errors import ConfigurationError, ConfigurationFault
 
 TEMPLATE = Path(__file__).with_name("new-scenario.toml.txt")
@@ -92,7 +93,7 @@ def scenario_text(name: str, answers: Mapping[str, Any], modems: Mapping[str, fl
     n_vehicles, n_areas, n_lost, side_m = (answers[key] for key in ("vehicles", "areas", "lost", "side"))
     n_columns = math.ceil(math.sqrt(n_areas))
     east_m, north_m = (MARGIN_M + side_m * n for n in (n_columns, math.ceil(n_areas / n_columns)))
-    reach_m, carries_m = math.hypot(east_m, north_m), modems[answers["modem"]]
+    reach_m, carries_m = length(east_m, north_m), modems[answers["modem"]]
     if n_lost >= n_vehicles:
         raise _refused("lost", n_lost, f"0 to {n_vehicles - 1}, or none of --vehicles is left")
     if reach_m > carries_m:

@@ -76,15 +76,18 @@ def n_repairs(run: MeasuredRun) -> int:
 
 
 def n_lost(run: MeasuredRun) -> int:
-    """Vehicles whose battery ran out away from where they started and from rally points."""
-    empty = {row[1]: row[0] for row in run.recorder.rows("faults") if row[2] == "energy"}
+    """Vehicles whose battery ran out away from where they started and from rally points; later they may drift."""
+    empty_s = {row[1]: row[0] for row in run.recorder.rows("faults") if row[2] == "energy"}
     scenario = cast("PandoraScenario", run.scenario)
-    at_m = {row[1]: (row[2], row[3]) for row in run.recorder.rows("trajectories")[-len(scenario.vehicle) :]}
+    at_m: dict[str, tuple[float, float]] = {}
+    for t_s, name, x_m, y_m, *_ in run.recorder.rows("trajectories") if empty_s else ():
+        if t_s <= empty_s.get(name, -1.0):
+            at_m[name] = x_m, y_m
     homes_m = [point.position_m for point in scenario.rally_point]
     return sum(
         all(distance(at_m[vehicle.name], home_m) > HOME_M for home_m in (vehicle.start_m, *homes_m))
         for vehicle in scenario.vehicle
-        if vehicle.name in empty
+        if vehicle.name in at_m
     )
 
 

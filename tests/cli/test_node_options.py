@@ -14,7 +14,10 @@ NODE = "node", "mapping-rendezvous", "AUV00"
     [
         (["--resume"], "--resume: --out is missing"),
         (["--serial", "/dev/null"], "--serial: --start-utc is missing"),
-        (["--serial", "/dev/null", "--bind", "127.0.0.1:47000"], "leave out --bind and --peers"),
+        (
+            ["--serial", "/dev/null", "--bind", "127.0.0.1:47000"],
+            "--serial, --unet, --bind and --peers but one",
+        ),
         (["--start-utc", "soon"], "--start-utc 'soon': allowed is a time of ISO 8601"),
         (["--start-utc", "1999-01-01T00:00:00"], "allowed is a time within a year of now"),
         (["--start-utc", "2026-01-01T00:00:00", "--start", "1"], "leave out one of them"),

@@ -70,10 +70,10 @@ def test_where_it_begins_is_chosen_by_where_it_is_until_it_goes_there() -> None:
 
 
 def test_of_areas_not_begun_the_nearest_attracts_most() -> None:
-    """10 km from its first point an area attracts half as much; what has been begun attracts from wherever."""
+    """2.5 km from its first point an area attracts four fifths as much; what has been begun attracts from wherever."""
     zigzagging, picture = exploring()
-    far = zigzagging.perceive(at(112.5, 112.5 - 10_000.0), picture, False).stimulus
-    assert far == pytest.approx(0.5)
+    far = zigzagging.perceive(at(112.5, 112.5 - 2_500.0), picture, False).stimulus
+    assert far == pytest.approx(0.8)
     zigzagging.perceive(at(112.5, 112.5), picture, False)
     zigzagging.reference(at(112.5, 112.5), picture)
     assert zigzagging.perceive(at(112.5, 112.5 - 10_000.0), picture, True).stimulus == 1.0
