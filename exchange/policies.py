@@ -197,6 +197,11 @@ def policy_fault(policy: object) -> str | None:
         return f"remembers_second_last must be true or false, not {kind.remembers_second_last!r}"
     if not isinstance(kind.bit_sliced, bool):
         return f"bit_sliced must be true or false, not {kind.bit_sliced!r}"
+    for name in ("states", "codes"):
+        if not isinstance(getattr(kind, name), bool):
+            return f"{name} must be true or false, not {getattr(kind, name)!r}"
+    if kind.codes and not kind.states:
+        return "codes is true and states is not: symbols are over what statements say to be held"
     if not isinstance(kind.period_frames, int) or kind.period_frames < 1:
         return f"period_frames must be a whole number of 1 or more, not {kind.period_frames!r}"
     for part in PARTS:

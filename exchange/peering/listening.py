@@ -141,7 +141,8 @@ class Listener:
             heeded, origins = peers.heed(packet, frame, *spoken_of), self._ledger.origins
             self._ageing.absorb(packet, slot, heeded, taken.content, self._carrier_evidence, origins)
             for stating in self.stating:
-                taken, lacked = self._take_account(stating, packet, slot, spoken_of.is_asked, taken, now_s)
+                is_asked = spoken_of.is_asked and peers.answers(sender, frame)
+                taken, lacked = self._take_account(stating, packet, slot, is_asked, taken, now_s)
             for summaries in self._summaries:
                 for summary in packet.summary:
                     if summary[:2] in self._holders.shared:

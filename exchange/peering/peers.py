@@ -404,6 +404,10 @@ class PeerStates:
             return rows
         return tuple([row & lasting if heeded >> node & 1 else 0 for node, row in enumerate(rows)])
 
+    def answers(self, sender: int, frame: int) -> bool:
+        """True if a packet of a peer in that frame has the bit that says whether it received this vehicle's last."""
+        return self._answering[frame % len(self._answering)][sender]
+
     def vouched(self, sender: int, frame: int) -> int:
         """Nodes, one bit each, of which a peer is to be believed what it says: it knows in which life they are."""
         return 1 << sender | (self._informed_of[sender] if frame >= self.trusted_from else 0)

@@ -533,7 +533,7 @@ def hear(
     n_nodes, n_words, frame = rules.n_nodes, rules.n_words, slot // rules.n_nodes
     state = node_state(rules, nodes, node, -1)
     overwrite(nodes.believes[node], statements.before)
-    if slot > node:
+    if slot > node and kind.carries(n_nodes, frame % kind.period_frames, owner, owner, node):
         note_fate(rules, nodes, statements, node, owner)
     evidence = rules.carrier_evidence
     absorb(kind, evidence, state, n_nodes, frame, node, owner, nodes.rows, nodes.packet, nodes.origins)

@@ -18,6 +18,15 @@ def test_every_shipped_policy_conforms(check: Callable[[AckPolicy], None], name:
     check(CONFORMING[name])
 
 
+@pytest.mark.parametrize("codes", [False, True])
+def test_one_from_outside_may_state_holdings(codes: bool) -> None:
+    """Its vector comes in every second frame: what is not in a header says nothing of links either."""
+    kind = broken.SPARSE.acknowledgement._replace(name="stating", states=True, codes=codes, bit_sliced=False)
+    for check in conformance.CHECKS:
+        if check is not conformance.check_compiles:
+            check(AckPolicy(kind, repeat=True))
+
+
 @pytest.mark.parametrize(
     ("check", "policy", "says"),
     [

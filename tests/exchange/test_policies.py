@@ -1,7 +1,15 @@
 import pytest
 
 from exchange.errors import ConfigurationError
-from exchange.policies import ACKNOWLEDGEMENTS, PAPER_POLICIES, POLICIES, header_bits, policy_named
+from exchange.policies import (
+    ACKNOWLEDGEMENTS,
+    PAPER_POLICIES,
+    POLICIES,
+    AckPolicy,
+    header_bits,
+    policy_fault,
+    policy_named,
+)
 
 
 def test_six_policies_are_three_acknowledgements_with_and_without_repeating() -> None:
@@ -38,3 +46,12 @@ def test_a_policy_says_who_repeats() -> None:
     repeats = {name: POLICIES[name].title for name in ("ack", "ack-repeat")}
     assert repeats["ack"].endswith(", only the origin sends an item")
     assert repeats["ack-repeat"].endswith(", others repeat items")
+
+
+def test_what_is_coded_has_to_be_stated() -> None:
+    kind = ACKNOWLEDGEMENTS[0]._replace(name="mine", codes=True)
+    assert policy_fault(AckPolicy(kind, True)) == (
+        "codes is true and states is not: symbols are over what statements say to be held"
+    )
+    assert policy_fault(AckPolicy(kind._replace(states=True), True)) is None
+    assert policy_fault(AckPolicy(kind._replace(states="yes"), True)) == "states must be true or false, not 'yes'"
