@@ -12,7 +12,7 @@ but 0.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Mapping
+from collections.abc import Hashable, Mapping
 from functools import cache
 from typing import Generic, TypeVar
 
@@ -168,10 +168,6 @@ class Decoder(Generic[Name]):
             known |= self.add({other: factor for other, factor in row.items() if other not in known}, rest)
         del known[name]
         return known
-
-    def forget(self, is_void: Callable[[Name], bool]) -> None:
-        """Drop the symbols over any item that has come to mean nothing."""
-        self._rows = [(row, data) for row, data in self._rows if not any(map(is_void, row))]
 
     def _solved(self) -> dict[Name, bytes]:
         """Take out the equations of a single unknown."""

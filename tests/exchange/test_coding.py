@@ -90,12 +90,3 @@ def test_what_waits_is_bounded() -> None:
     for number in range(2 * MOST_ROWS):
         assert decoder.add({number: 1, number + 1000: 2}, b"x") == {}
     assert len(decoder) == MOST_ROWS
-
-
-def test_symbols_over_a_void_item_are_dropped() -> None:
-    decoder: Decoder[int] = Decoder()
-    decoder.add({1: 1, 2: 1}, b"x")
-    decoder.add({3: 1, 4: 1}, b"y")
-    decoder.forget(lambda name: name == 2)
-    assert len(decoder) == 1
-    assert decoder.learn(3, b"y") == {4: b"\0"}
