@@ -206,7 +206,7 @@ def test_vehicles_that_err_learn_where_they_are_in_time() -> None:
     assert mapped <= deep
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_without_fixes_the_mission_does_not_end(monkeypatch: pytest.MonkeyPatch) -> None:
     without_fixes(monkeypatch)
     run = finished(*LONG)
