@@ -97,7 +97,7 @@ def draw_maps(axes: Axes, results: RunResults, style: Style) -> str:
     tones = np.searchsorted(LEVELS, shares, side="right").reshape(shape)
     axes.imshow(tones, cmap=ListedColormap(colours), vmin=-0.5, vmax=len(LEVELS) + 0.5, origin="lower", extent=extent)
     for level, colour in zip(LEVELS, colours[1:], strict=True):
-        axes.plot([], [], marker="s", markersize=6, linestyle="none", color=colour, label=f"{level:g} and more")
+        axes.plot([], [], marker="s", markersize=6, linestyle="none", color=colour, label=f"probability ≥ {level:g}")
     _draw_ways(axes, results, style)
     things = draw_seafloor(grid, prior, scenario, rates, int(results.summary["seed"])).things
     contacts = _rows(results, CONTACTS.name)
@@ -108,7 +108,7 @@ def draw_maps(axes: Axes, results: RunResults, style: Style) -> str:
     ):
         at_m = [things[cell].position_m for cell in sorted(cells)]
         axes.plot([x_m for x_m, _ in at_m], [y_m for _, y_m in at_m], marker="D", markersize=5, linestyle="none",
-                  color=style.black, markerfacecolor=fill, label=label, zorder=5)  # fmt: skip
+                  color=style.black, markerfacecolor=fill, label=label, zorder=5, clip_on=False)  # fmt: skip
     axes.plot([row["x_m"] for row in contacts], [row["y_m"] for row in contacts], marker="x", markersize=3.5,
               linestyle="none", color=style.grey, label="contact", zorder=4)  # fmt: skip
     axes.set_aspect("equal")
