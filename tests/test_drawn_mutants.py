@@ -44,7 +44,7 @@ def drawn(root: Path, *arguments: str) -> list[str]:
     return done.stdout.splitlines()
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_what_no_test_notices_survives_and_a_draw_goes_on_where_it_stopped(tmp_path: Path) -> None:
     """Of a + b, a / 2 and the 2 in it only the first is tested; the test that fails anyway tells nothing."""
     root, log = checkout(tmp_path / "checkout"), tmp_path / "log.txt"

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from sampling import sampled
 
 from benchmarks.bursts import CHAINS as KNOWN
 from benchmarks.bursts import outcomes, told
@@ -167,7 +168,7 @@ def test_intervals_hold_what_they_promise():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("per", [0.1, 0.4, 0.8])
+@pytest.mark.parametrize("per", sampled([0.1, 0.4, 0.8], 0.4))
 def test_alike_losses_are_no_bursts(per: float):
     """Of 20 traces of 1000 packets one at most is taken for bursts, and none with very strong evidence."""
     found = [told(f"alike, {per}", 1000, seed) for seed in range(1000, 1020)]
