@@ -184,6 +184,7 @@ class ExchangeManager:
         self._n_signals_said = 0
         self._left_to_relays = 0  # items that rest, in the packet that is being filled
         self._is_for_statuses = False  # it leaves room to them
+        self._is_for_large = False  # large items go first in the next one that leaves no room to statuses
         self.n_faults = 0
 
     @property
@@ -403,7 +404,10 @@ class ExchangeManager:
         status_bits = queue.status_bits
         self._is_for_statuses = status_bits > 0 and not self._is_for_statuses
         kept_bits = min(room_bits // 2, status_bits) if self._is_for_statuses else 0
-        chosen, account_bits = stating.plan(queue.open & ~self._left_to_relays, room_bits - kept_bits)
+        large_first = False
+        if not self._is_for_statuses:  # of these packets, too, each second one
+            large_first, self._is_for_large = self._is_for_large, not self._is_for_large
+        chosen, account_bits = stating.plan(queue.open & ~self._left_to_relays, room_bits - kept_bits, large_first)
         queue.rest(queue.open & ~chosen)
         return account_bits
 

@@ -45,7 +45,7 @@ class Counts(Protocol):
 
 
 class Shares(Protocol):
-    """Counts by position: a list or an array."""
+    """Numbers by position: a list or an array."""
 
     def __getitem__(self, position: int, /) -> float: ...
     def __setitem__(self, position: int, value: float, /) -> None: ...
@@ -111,8 +111,20 @@ class PacketPlan(NamedTuple):
     worth_lacked: Shares
 
 
-def plan_packet(plan: PacketPlan, n_nodes: int, n_candidates: int, room_bits: int, codes: bool) -> int:
-    """Fill the packet of ``room_bits``; returns how many symbols it has, over the items stated that are not taken."""
+def plan_packet(
+    plan: PacketPlan, n_nodes: int, n_candidates: int, room_bits: int, codes: bool, large_first: bool
+) -> int:
+    """Fill a packet; returns how many symbols it has, over the items stated that are not taken.
+
+    Args:
+        plan: of the packet.
+        n_nodes: size of the fleet.
+        n_candidates: items that may go.
+        room_bits: for them, statements and symbols.
+        codes: symbols may go.
+        large_first: an item of more than half of the room goes before statements. So it is in each second packet:
+            statements that are owed anew in every packet would else leave it unsaid for good.
+    """
     best = 0.0
     for c in range(n_candidates):
         plan.takes[c] = 0
@@ -121,7 +133,10 @@ def plan_packet(plan: PacketPlan, n_nodes: int, n_candidates: int, room_bits: in
             plan.gain[c] += plan.weight[c] * plan.reception[r] * plan.lacks[c * n_nodes + r]
     for o in range(n_nodes):
         plan.states[o] = 0
-    left = take_new(plan, n_nodes, n_candidates, room_bits)
+    left = room_bits
+    if large_first:
+        left = take_large(plan, n_candidates, room_bits)
+    left = take_new(plan, n_nodes, n_candidates, left)
     for c in range(n_candidates):
         if plan.takes[c] == 0 and plan.size_bits[c] <= left:
             best = max(best, plan.gain[c] / plan.size_bits[c])
@@ -139,11 +154,23 @@ def statement_worth(plan: PacketPlan, o: int) -> float:
     return (1.0 - plan.reception[o] + TOLD_TO_ALL) * plan.owed[o]
 
 
+def take_large(plan: PacketPlan, n_candidates: int, room_bits: int) -> int:
+    """Take, of the items of more than half of the room, the one that brings most; returns what is left of the room."""
+    chosen, most = -1, 0.0
+    for c in range(n_candidates):
+        if room_bits < 2 * plan.size_bits[c] <= 2 * room_bits and plan.gain[c] > most * plan.size_bits[c]:
+            chosen, most = c, plan.gain[c] / plan.size_bits[c]
+    if chosen < 0:
+        return room_bits
+    plan.takes[chosen] = 1
+    return room_bits - plan.size_bits[chosen]
+
+
 def take_new(plan: PacketPlan, n_nodes: int, n_candidates: int, room_bits: int) -> int:
     """Take own items that were never sent, first; returns what is left of the room."""
     wanted = 0
     for c in range(n_candidates):
-        if plan.is_new[c] != 0:
+        if plan.is_new[c] != 0 and plan.takes[c] == 0:
             wanted += plan.size_bits[c]
     if wanted == 0:
         return room_bits
@@ -159,7 +186,7 @@ def take_new(plan: PacketPlan, n_nodes: int, n_candidates: int, room_bits: int) 
         reserved = 0
     left = room_bits
     for c in range(n_candidates):
-        if plan.is_new[c] != 0 and plan.size_bits[c] <= left - reserved:
+        if plan.is_new[c] != 0 and plan.takes[c] == 0 and plan.size_bits[c] <= left - reserved:
             plan.takes[c] = 1
             left -= plan.size_bits[c]
     return left

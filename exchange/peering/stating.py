@@ -95,12 +95,13 @@ class Stating:
 
     # What it says --------------------------------------------------------------------------------
 
-    def plan(self, open_items: int, room_bits: int) -> tuple[int, int]:
+    def plan(self, open_items: int, room_bits: int, large_first: bool) -> tuple[int, int]:
         """Plan the packet of the own slot that opens; returns the items that go, and what the account takes (bits).
 
         Args:
             open_items: item set of those that this vehicle goes on sending.
             room_bits: for them and the account.
+            large_first: see ``plan_packet``.
         """
         ledger, n_nodes = self._ledger, self._n_nodes
         settled = ack.settled(self._state, n_nodes, ledger.spared if ledger.away else ledger.unneeded, 0)
@@ -112,7 +113,7 @@ class Stating:
             columns_of(candidates), key=lambda column: ((uids[column].origin - me) % n_nodes, uids[column])
         )
         plan = self._gathered(columns, window, statements)
-        self._n_symbols = plan_packet(plan, n_nodes, len(columns), room_bits, self._codes_repairs)
+        self._n_symbols = plan_packet(plan, n_nodes, len(columns), room_bits, self._codes_repairs, large_first)
         self._reception = list(plan.reception)  # type: ignore[call-overload]
         chosen = sum([1 << column for at, column in enumerate(columns) if plan.takes[at]])
         self._statements = [one for one in statements if plan.states[one.origin]]

@@ -276,7 +276,7 @@ def compose_packet(
     left = load.capacity_bits - END_BITS - bits_carried(kind, n_nodes, slot // n_nodes, owner)
     if rules.codes:
         left -= COUNT_BITS
-    n_symbols = plan_packet(plan, n_nodes, n_candidates, left, rules.codes)
+    n_symbols = plan_packet(plan, n_nodes, n_candidates, left, rules.codes, slot // n_nodes % 2 == 1)
     nodes.packet[:] = 0
     n_sent = 0
     for c in range(n_candidates):

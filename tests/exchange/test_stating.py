@@ -133,22 +133,22 @@ def plan_of(n_nodes: int, lacks: list[list[float]], **settings: Any) -> planning
 def test_symbols_go_where_peers_lack_different_items() -> None:
     """Three peers lack one of three items each: one symbol serves all; if all lack the same one, the item goes."""
     different = plan_of(4, [[0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
-    assert planning.plan_packet(different, 4, 3, 95, True) == 1
+    assert planning.plan_packet(different, 4, 3, 95, True, False) == 1
     assert different.states[0] == 1
     assert sum(different.takes) == 0
     same = plan_of(4, [[0.0, 1.0, 1.0, 1.0], [0.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0]])
-    assert planning.plan_packet(same, 4, 3, 95, True) == 0
+    assert planning.plan_packet(same, 4, 3, 95, True, False) == 0
     assert list(same.takes) == [1, 0, 0]
-    assert planning.plan_packet(different, 4, 3, 95, False) == 0
+    assert planning.plan_packet(different, 4, 3, 95, False, False) == 0
 
 
 def test_a_statement_that_is_owed_goes_before_items_that_nobody_lacks() -> None:
     owed = {"owed": [0, 4, 0], "statement_bits": [15, 20, planning.IMPOSSIBLE]}
     hardly = plan_of(3, [[0.0, 0.02, 0.02]], **owed)
-    planning.plan_packet(hardly, 3, 1, 70, False)
+    planning.plan_packet(hardly, 3, 1, 70, False, False)
     assert (list(hardly.states), list(hardly.takes)) == ([0, 1, 0], [0])
     nothing_owed = plan_of(3, [[0.0, 0.02, 0.02]])
-    planning.plan_packet(nothing_owed, 3, 1, 70, False)
+    planning.plan_packet(nothing_owed, 3, 1, 70, False, False)
     assert (list(nothing_owed.states), list(nothing_owed.takes)) == ([0, 0, 0], [1])
 
 
@@ -156,9 +156,21 @@ def test_new_items_leave_room_for_a_statement_only_if_much_is_owed() -> None:
     new = {"is_new": [1, 1], "statement_bits": [15, 20, planning.IMPOSSIBLE]}
     little, much = (plan_of(3, [[0.0, 1.0, 1.0]] * 2, owed=[0, owed, 0], **new) for owed in (1, 9))
     for plan in (little, much):
-        planning.plan_packet(plan, 3, 2, 125, False)
+        planning.plan_packet(plan, 3, 2, 125, False, False)
     assert (sum(little.takes), little.states[1]) == (2, 0)
     assert (sum(much.takes), much.states[1]) == (1, 1)
+
+
+def test_a_large_item_goes_before_what_is_owed_in_each_second_packet() -> None:
+    owed = {"owed": [0, 9, 0], "statement_bits": [15, 30, planning.IMPOSSIBLE]}
+    first, other = (plan_of(3, [[0.0, 1.0, 1.0]], size_bits=[80], **owed) for _ in range(2))
+    planning.plan_packet(first, 3, 1, 100, False, True)
+    assert (list(first.states), list(first.takes)) == ([0, 0, 0], [1])
+    planning.plan_packet(other, 3, 1, 100, False, False)
+    assert (list(other.states), list(other.takes)) == ([0, 1, 0], [0])
+    small = plan_of(3, [[0.0, 1.0, 1.0]], size_bits=[50], owed=[0, 30, 0], statement_bits=[15, 60, planning.IMPOSSIBLE])
+    planning.plan_packet(small, 3, 1, 100, False, True)
+    assert (list(small.states), list(small.takes)) == ([0, 1, 0], [0])
 
 
 @pytest.mark.parametrize("room_bits", [0, 10, 59, 60, 100, 300, 1000])
@@ -170,7 +182,7 @@ def test_a_plan_fits_its_packet(room_bits: int) -> None:
             4, lacks, origin=list(dice.integers(0, 4, 6)), is_new=list(dice.integers(0, 2, 6)),
             owed=[0, *dice.integers(0, 9, 3)], statement_bits=list(dice.integers(10, 30, 4)),
         )  # fmt: skip
-        n_symbols = planning.plan_packet(plan, 4, 6, room_bits, True)
+        n_symbols = planning.plan_packet(plan, 4, 6, room_bits, True, bool(dice.integers(0, 2)))
         used = 60 * sum(plan.takes) + 70 * n_symbols + (planning.SIZE_BITS if n_symbols else 0)
         used += sum(bits for bits, states in zip(plan.statement_bits, plan.states, strict=True) if states)
         assert used <= room_bits
