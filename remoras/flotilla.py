@@ -143,6 +143,8 @@ class _Tracks(Rows):
 
 SINGLE, SEVERAL = ("uid", "item"), ("item_uids", "status_uids")
 """Columns with the name of an item, and with several."""
+OF_ALL = ("time_s", "goal_fraction")
+"""Columns of a table that says how far all have got: no rows of one fleet by itself."""
 
 
 class RecorderOfFleet(Recorder):
@@ -166,7 +168,9 @@ class RecorderOfFleet(Recorder):
         rows, names = self._recorder.rows(table.name), table.column_names
         single = [at for at, name in enumerate(names) if name in SINGLE]
         several = [at for at, name in enumerate(names) if name in SEVERAL]
-        if single or several:
+        if names == OF_ALL:
+            rows = Rows()
+        elif single or several:
             rows = _Renumbered(rows, partial(self._of_row, single, several))
         elif table.name == FAULTS.name:
             rows = _Renumbered(rows, self._of_fault)
@@ -493,6 +497,12 @@ class Flotilla(Fleet):
         for number, fleet in enumerate(self.fleets):
             fleet.separation = _SharedWatch(self._watch, number)
         self.truth: Truth = TruthOfAll(self.fleets, crews)
+        self._goal_fraction = self.truth.goal_fraction
+        self._progress = [
+            recorder.rows(name)
+            for name, table in recorder.tables.items()
+            if table.column_names == OF_ALL and len(crews) > 1
+        ]
         self._take_stock()
 
     def _look_again(self, number: int, anew: Vehicle) -> None:
@@ -549,6 +559,10 @@ class Flotilla(Fleet):
         for fleet in self.fleets:
             fleet.look(now_s)
         self.completed = self.truth.observe(self.view, now_s)
+        if self.truth.goal_fraction != self._goal_fraction:
+            self._goal_fraction = self.truth.goal_fraction
+            for rows in self._progress:
+                rows.append((now_s, self._goal_fraction))
         is_late = now_s + self.tick_s > self.duration_s
         if self.completed or is_late or self.is_nobody_left or self.truth.is_over:
             self.running = False

@@ -775,7 +775,7 @@ def _numbers_of(
 
 
 def _recorders_of(setup: Any, recorder: Recorder) -> list[Recorder]:
-    """What takes the rows of each cell: the recorder itself where its numbers are those of all."""
+    """What takes the rows of each cell: the recorder itself where it is all of them."""
     from remoras.flotilla import Numbers, RecorderOfFleet
 
     uids = {instance.name: instance.uid for instance in setup.instances}
@@ -783,7 +783,7 @@ def _recorders_of(setup: Any, recorder: Recorder) -> list[Recorder]:
     found: list[Recorder] = []
     for part in setup.parts:
         numbers = Numbers(tuple(uids[instance.name] for instance in part.instances))
-        is_same = numbers.uids == tuple(range(len(numbers.uids)))
+        is_same = len(setup.parts) == 1 and numbers.uids == tuple(range(len(numbers.uids)))
         elsewhere = seconds & set(part.database)
         found.append(recorder if is_same else RecorderOfFleet(recorder, numbers, elsewhere))
     return found

@@ -27,7 +27,10 @@ def check_ending(record: Record, report: CheckReport) -> None:
 
 def _check_faults(record: Record, report: CheckReport) -> None:
     """What is declared with vehicle and time befell it then; nothing else of these kinds did."""
-    declared = record.scenario.get("fault", [])
+    listed, other_of = record.scenario.get("fault", []), record.cells.other_of
+    declared = listed + [
+        {**fault, "vehicle": other_of[fault["vehicle"]]} for fault in listed if fault["vehicle"] in other_of
+    ]  # what befalls a gateway befalls both its addresses
     kinds = {*KINDS, *(fault["kind"] for fault in declared)}  # rows of others are of what went wrong by itself
     begun = [spell for spell in record.spells if spell.kind in kinds]
     left = list(begun)

@@ -219,8 +219,7 @@ def _check_goal(record: Record, cells: dict[tuple[int, int], str], report: Check
     """The share of the goal at every time follows from what is covered and inspected of all that is declared."""
     n_finds = int(record.of("finds").get("number", 0))
     weight = find_weight(record) if n_finds else 0.0
-    whole = len(cells) + weight * n_finds
-    if not whole:
+    if not len(cells) + weight * n_finds:
         return
     if "reachable_fraction" not in record.summary and any(spell.kind in AWAY for spell in record.spells):
         report.skip("goal", "the version that wrote this judged over the vehicles that were left")
@@ -228,23 +227,27 @@ def _check_goal(record: Record, cells: dict[tuple[int, int], str], report: Check
     first: dict[tuple[int, int], float] = {}
     for time_s, x, y in record["coverage"].rows("time_s", "cell_x", "cell_y"):
         first.setdefault((x, y), time_s)
-    gains = [(time_s, 1.0) for time_s in first.values()]
-    gains += [
-        (milestone["time_s"], weight) for milestone in record.summary["milestones"] if milestone["name"] == "inspected"
-    ]
-    gains.sort()
-    when, done = np.array([one for one, _ in gains]), np.cumsum([one for _, one in gains])
+    inspected_s = [stone["time_s"] for stone in record.summary["milestones"] if stone["name"] == "inspected"]
     goal = float(record.of("mission")["goal"])
     table = record["goal"]
-    stated_s = np.asarray(table["time_s"])
-    n_done = np.searchsorted(when, stated_s + TIME_S, side="right")
-    follows = np.minimum(1.0, np.concatenate([[0.0], done])[n_done] / whole / goal)
+    stated_s = np.append(np.asarray(table["time_s"]), math.inf)
+    follows, n_jobs = np.zeros(len(stated_s)), 0
+    fleets = record.cells.areas()
+    for names in fleets:  # each by itself: what is covered beyond the goal of one does not count for another
+        own = cells if len(fleets) == 1 else {cell: name for cell, name in cells.items() if name in names}
+        gains = sorted([(first[cell], 1.0) for cell in own if cell in first] + [(at_s, weight) for at_s in inspected_s])
+        when, done = np.array([one for one, _ in gains]), np.cumsum([one for _, one in gains])
+        n_done = np.searchsorted(when, stated_s + TIME_S, side="right")
+        share = np.concatenate([[0.0], done])[n_done] / (len(own) + weight * n_finds)
+        follows += max(1, len(names)) * np.minimum(1.0, share / goal)
+        n_jobs += max(1, len(names))
+    follows /= n_jobs
     report.look("goal", len(table) + 1)
-    for at in np.flatnonzero(np.abs(np.asarray(table["goal_fraction"]) - follows) > SHARE):
+    for at in np.flatnonzero(np.abs(np.asarray(table["goal_fraction"]) - follows[:-1]) > SHARE):
         stated = f"goal_fraction {table['goal_fraction'][at]:.9g}"
         report.add("goal", "goal", stated_s[at], "", stated, f"{follows[at]:.9g}, by what is covered of all")
-    last = float(min(1.0, (done[-1] if len(done) else 0.0) / whole / goal))
-    report.same("goal", "summary", "goal_fraction", record.summary.get("goal_fraction"), round(last, 6), 1.1e-6)
+    last = round(float(follows[-1]), 6)
+    report.same("goal", "summary", "goal_fraction", record.summary.get("goal_fraction"), last, 1.1e-6)
 
 
 TIME_S = 2.0**-11

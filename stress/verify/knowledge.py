@@ -80,7 +80,7 @@ def _check_events(
     """From when on each vehicle held each item, by (vehicle, item)."""
     held: dict[tuple[str, str], float] = {}
     aside: dict[tuple[str, str], float] = {}
-    table = record["knowledge"]
+    table, brought = record["knowledge"], _brought(record)
     for time_s, vehicle, uid, origin, event in table.rows("time_s", "vehicle", "item", "origin", "event"):
         report.look("knowledge")
         known, key = recorded.get(uid), (vehicle, uid)
@@ -102,7 +102,8 @@ def _check_events(
         elif event in ("received", "set aside"):
             times_s = heard.get(key, [])
             was_aside = event == "received" and key in aside
-            if not was_aside and not any(abs(time - time_s) <= CLOSE_S for time in times_s):
+            is_heard = was_aside or any(abs(time - time_s) <= CLOSE_S for time in times_s)
+            if not is_heard and brought.get(key) != time_s:
                 wrong("none: no packet with it arrived then")
             elif event == "received" and held.get(key, time_s) < time_s and not _let_go(record, *key, held, time_s):
                 wrong(f"none: it has held it since {held[key]:g} s")
@@ -119,6 +120,22 @@ def _check_events(
         report.add("observed", "knowledge", recorded_s, origin, f"no row of {uid} observed", "one: it was recorded")
     _check_acknowledged(record, report, held, aside)
     return {key: min(held.get(key, aside.get(key, 0.0)), aside.get(key, held.get(key, 0.0))) for key in {*held, *aside}}
+
+
+def _brought(record: Record) -> dict[tuple[str, str], float]:
+    """When each gateway took an item in at its other address, by (address, item), of what passes from cell to cell."""
+    cells = record.cells
+    if not cells.first_of:
+        return {}
+    of_item = dict(record["items"].rows("uid", "attribute"))
+    names = ("time_s", "vehicle", "item", "origin", "event")
+    return {
+        (cells.other_of[vehicle], uid): time_s
+        for time_s, vehicle, uid, origin, event in record["knowledge"].rows(*names)
+        if event == "received"
+        and vehicle in cells.other_of
+        and cells.passes(origin, cells.other_of[vehicle], of_item.get(uid, ""))
+    }
 
 
 def _let_go(record: Record, vehicle: str, uid: str, held: dict[tuple[str, str], float], now_s: float) -> bool:
@@ -159,7 +176,7 @@ def _check_acknowledged(
         if event != "acknowledged":
             continue
         report.look("acknowledged")
-        for peer in record.vehicles:
+        for peer in record.cells.peers(vehicle):
             since_s = held.get((peer, uid), aside.get((peer, uid)))
             if peer == vehicle or (since_s is not None and since_s <= time_s + CLOSE_S):
                 continue

@@ -58,7 +58,7 @@ def slot_s(record: Record) -> float | None:
 
 def _check_slots(record: Record, report: CheckReport) -> None:
     table, communication = record["packets"], record.of("communication")
-    n = len(record.vehicles)
+    cells = record.cells
     is_listed = bool(communication.get("slots") or record.scenario.get("slots"))
     is_aloha, length_s = communication.get("mac", "tdma") == "aloha", slot_s(record)
     if is_listed:
@@ -68,16 +68,23 @@ def _check_slots(record: Record, report: CheckReport) -> None:
     is_timed = length_s is not None and record.has_exact_clocks
     if not is_timed:
         report.skip("times of slots", "clocks are off, or the manifest has no modem profile")
-    taken: dict[int, str] = {}
+    n_turns, turns = 1, [0] * len(cells.tables)
+    if len(cells.tables) > 1 and is_timed and length_s is not None:
+        n_turns, turns = cells.turns(table.rows("slot", "time_s", "sender"), length_s, CLOSE_S)
+        for one, other in cells.disturbing(turns):
+            report.add("slots", "packets", None, "", f"cells {one} and {other} send at once", "turns of their own")
+    taken: dict[tuple[int, int], str] = {}
     for slot, time_s, sender, end_s in table.rows("slot", "time_s", "sender", "end_s"):
-        if slot in taken:
-            report.add("slots", "packets", time_s, sender, f"slot {slot}", f"none: {taken[slot]} has sent in it")
-        taken[slot] = sender
-        owner = record.by_slot[slot % n]
+        number = cells.number_of[sender]
+        n, before = len(cells.members[number]), taken.get((number, slot))
+        if before is not None:
+            report.add("slots", "packets", time_s, sender, f"slot {slot}", f"none: {before} has sent in it")
+        taken[number, slot] = sender
+        owner = cells.members[number][slot % n]
         if owner != sender:
             report.add("slots", "packets", time_s, sender, f"slot {slot}", f"a slot of its own: this is {owner}'s")
         elif is_timed and length_s is not None:
-            begin_s = slot // n * n * length_s if is_aloha else slot * length_s
+            begin_s = slot // n * n * length_s if is_aloha else (slot * n_turns + turns[number]) * length_s
             latest_s = begin_s + n * length_s if is_aloha else begin_s
             if not begin_s - CLOSE_S <= time_s <= latest_s + CLOSE_S or (is_aloha and end_s > latest_s + CLOSE_S):
                 follows = f"{begin_s:.4f} s" if not is_aloha else f"{begin_s:.4f} to {latest_s:.4f} s"
@@ -120,7 +127,7 @@ def _check_fates(record: Record, report: CheckReport) -> None:
         report.look("receivers")
         told = [*receivers, *lost_by, *collided_at]
         before, after = (
-            {name for name in record.vehicles if not record.is_away(name, at_s)}
+            {name for name in record.cells.peers(sender) if not record.is_away(name, at_s)}
             for at_s in (time_s - CLOSE_S, time_s + CLOSE_S)  # who goes or comes just then may be either
         )
         due = sorted((before & after) - {sender})
@@ -164,7 +171,7 @@ def _check_arrival(
 ) -> None:
     """A packet arrives when its end has come as far as its receiver is, by their places at the tick before it."""
     time_s, sender, end_s = sent
-    a, b = record.tracks.get(sender), record.tracks.get(name)
+    a, b = (record.tracks.get(record.cells.body(one)) for one in (sender, name))
     if speed_mps is None or a is None or b is None:
         return
     report.look("arrivals")

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 
+from stress.verify.cells import Cells
 from stress.verify.kinds import AWAY, KINDS
 
 Array = npt.NDArray[Any]
@@ -101,6 +102,11 @@ class Record:
     def by_slot(self) -> list[str]:
         """Names of the vehicles by their numbers, which are their places in a TDMA frame."""
         return sorted(self.vehicles, key=lambda name: int(self.vehicles[name]["slot"]))
+
+    @cached_property
+    def cells(self) -> Cells:
+        """Who shares a schedule with whom."""
+        return Cells(self.scenario, self.by_slot)
 
     @cached_property
     def tick_s(self) -> float:
