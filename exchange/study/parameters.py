@@ -100,7 +100,7 @@ class ExchangeStudy:
     def __post_init__(self) -> None:
         faults = list(self._faults())
         if faults:
-            raise ConfigurationError("; ".join(faults))
+            raise ConfigurationError("; ".join(dict.fromkeys(faults)))
 
     def _faults(self) -> Iterator[str]:
         if not 2 <= self.nodes <= MAX_NODES:

@@ -262,9 +262,15 @@ def main() -> None:
 
 
 def _report_usage(error: Any) -> int:
-    """Tell what the parser refuses, with --json as one JSON value too; returns the code to exit with."""
-    error.message = shortened(error.message)
-    error.show()
+    """Tell in one line what the parser refuses, with --json as one JSON value too; returns the code to exit with."""
+    refused, context = shortened(error.format_message()), getattr(error, "ctx", None)
+    if "\n" in refused:  # the help of a group without a command
+        told = refused
+        print(told, file=sys.stderr)
+    else:
+        mark = "" if refused.endswith("?") else ";"
+        told = refused.rstrip(".") + (f"{mark} see: {context.command_path} --help" if context is not None else "")
+        print(f"remoras: {told}", file=sys.stderr)
     if "--json" in sys.argv:
-        show_json({"error": error.format_message(), "faults": []})
+        show_json({"error": told, "faults": []})
     return int(error.exit_code)

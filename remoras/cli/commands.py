@@ -14,6 +14,8 @@ from typing import Any
 
 from typer.core import TyperCommand, TyperGroup
 
+from missions.errors import LONGEST_VALUE, cut
+
 HOMES = {
     "list": "files", "new": "new", "example": "files", "validate": "files", "run": "runs", "plot": "runs",
     "replay": "replay",
@@ -126,7 +128,12 @@ class _Plain:
         if taken is not None and not is_out:
             return taken
         self._parameter._runtime_param = None
-        return self._parameter.get_runtime_param().coerce(value, param=param, ctx=ctx)
+        try:
+            return self._parameter.get_runtime_param().coerce(value, param=param, ctx=ctx)
+        except Exception as error:  # typer has no name for what is raised where a value cannot be taken
+            if isinstance(getattr(error, "message", None), str):
+                error.message = f"{cut(str(value), LONGEST_VALUE)!r}: {error.message}"  # type: ignore[attr-defined]
+            raise
 
 
 def taking_plain(parameter: Any) -> Any:

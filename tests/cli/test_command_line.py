@@ -747,7 +747,9 @@ def test_the_doctor_finds_this_installation_well():
         (["run", "nope"], "a TOML file or one of arrows-archaeology, escort-lines, ferry-passage"),
         (["run"], "Missing argument"),
         (["run", "mapping-rendezvous", "--nope"], "No such option"),
-        (["frobnicate"], "No such command"),
+        (["frobnicate"], "No such command 'frobnicate'; see: remoras --help"),
+        (["compare", ".", "goal_fraction"], "(goal_fraction); see: remoras compare --help"),
+        (["run", "mapping-rendezvous", "--seed", "x"], "'--seed': 'x': "),
         (["list", "foo"], "allowed are scenarios"),
         (["validate", "nope.toml"], "a TOML file"),
         (["status", "nowhere"], "no results of a sweep"),
@@ -763,5 +765,6 @@ def test_a_fault_is_one_json_value_where_that_was_asked_for(arguments: list[str]
     done = subprocess.run(program, capture_output=True, text=True, check=False, cwd=tmp_path)
     assert done.returncode == 2
     assert says in json.loads(done.stdout)["error"]
-    assert done.stderr
+    assert len(done.stderr.splitlines()) == 1
+    assert done.stderr.startswith("remoras: ")
     assert list(tmp_path.iterdir()) == []

@@ -138,7 +138,7 @@ def _draw(page: Sheet, results: RunResults, shown: Sequence[Tree], depth: int, w
     for number, tree in enumerate(shown):
         tasks = [task for task in tree.tasks if task.depth <= depth]
         if number % 2 == 0:
-            page.axes.axhspan(at_in, at_in + ROW_IN * len(tasks) + GAP_IN, color=style.PALE, linewidth=0, zorder=0)
+            page.band(at_in, ROW_IN * len(tasks) + GAP_IN)
         for at, task in enumerate(tasks):
             middle_in = at_in + GAP_IN / 2 + (at + 0.5) * ROW_IN
             weight = "normal" if task.depth else "bold"

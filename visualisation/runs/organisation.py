@@ -171,7 +171,7 @@ class _Drawing:
             rows = self.rows[group.name]
             high_in = HEAD_IN + GAP_IN + sum(row.height_in for row in rows)
             if number % 2 == 0:
-                self.page.axes.axhspan(at_in, at_in + high_in, color=style.PALE, linewidth=0, zorder=0)
+                self.page.band(at_in, high_in)
             name = style.fitted(group.name, self.names_in, style.TINY_PT, "bold")
             self.page.note(0.08, at_in + (HEAD_IN + GAP_IN) / 2, name, style.TINY_PT, weight="bold")
             self._mark(group.name, "", at_in + (HEAD_IN + GAP_IN) / 2)

@@ -12,7 +12,7 @@ from visualisation.page import DrawnPage
 from visualisation.runs import captions, reading
 from visualisation.runs.declared import Kit
 from visualisation.runs.reading import Floats, RoleKey, Tenure
-from visualisation.runs.sheet import sheet
+from visualisation.runs.sheet import Sheet, sheet
 
 LOWEST, HIGHEST = -128, 127
 VEHICLE_ROOM_IN = 1.0
@@ -68,7 +68,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
                 label = f"{value}".replace("-", "\u2212")
                 down_in = _down_in(value, top_in, band_in)
                 page.note(left_in - 0.05, down_in, label, style.TINY_PT, horizontalalignment="right")
-            _ground(axes, top_in, band_in)
+            _ground(page, top_in, band_in)
             for at, (key, (times_s, values)) in enumerate(of_role.items()):
                 look = looks[key]._replace(colour=colours[vehicle])
                 downs_in = np.array([_down_in(value, top_in, band_in) for value in values])
@@ -96,11 +96,11 @@ def _pad_in(band_in: float) -> float:
     return PAD_IN if band_in > CRAMPED_IN else LEAST_PAD_IN
 
 
-def _ground(axes: Axes, top_in: float, band_in: float) -> None:
+def _ground(page: Sheet, top_in: float, band_in: float) -> None:
     zero_in = _down_in(0.0, top_in, band_in)
-    axes.axhspan(zero_in, top_in + band_in - _pad_in(band_in), color=style.PALE, linewidth=0, zorder=0)
-    axes.axhline(zero_in, color=style.GREY, linewidth=0.4, zorder=1)
-    axes.axhline(top_in, color=style.BLACK, linewidth=0.4, zorder=1)
+    page.band(zero_in, top_in + band_in - _pad_in(band_in) - zero_in)
+    page.axes.hlines(zero_in, 0.0, page.end_s, color=style.GREY, linewidth=0.4, zorder=1)
+    page.axes.hlines(top_in, 0.0, page.end_s, color=style.BLACK, linewidth=0.4, zorder=1)
 
 
 def _markers(axes: Axes, times_s: Floats, downs_in: Floats, look: style.Look, step_s: float, offset: float) -> None:

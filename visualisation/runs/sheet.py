@@ -44,16 +44,21 @@ class NumberedMark(NamedTuple):
 
 @dataclass(frozen=True)
 class Sheet:
-    """A page over mission time with one panel; ``top_in`` is where its body begins."""
+    """A page over mission time with one panel; ``top_in`` is where its body begins, ``end_s`` when the run ended."""
 
     page: Page
     axes: Axes
     top_in: float
+    end_s: float
 
     @property
     def figure(self) -> Figure:
         """What is drawn."""
         return self.page.figure
+
+    def band(self, top_in: float, high_in: float) -> None:
+        """A pale band behind what is drawn, as long as the run."""
+        self.axes.broken_barh([(0.0, self.end_s)], (top_in, high_in), color=style.PALE, linewidth=0, zorder=0)
 
     def note(self, x_in: float, y_in: float, text: str, size_pt: float, **look: str) -> None:
         """Text beside the panel: x from the left edge of the figure, y down from the top of the body."""
@@ -93,13 +98,13 @@ def sheet(
 
     page = Page(width_in, top_in + body_in + AXIS_IN + legend_in + key_in)
     axes = page.panel(Box(left_in, top_in, room_in, body_in))
-    _time_axis(axes, axis_end_s(results), room_in, body_in)
+    _time_axis(axes, axis_end_s(results), reading.end_s(results), room_in, body_in)
     _flags(axes, marks, room_in, n_rows)
     middle_in = left_in + room_in / 2
     page.text(middle_in, top_in + body_in + AXIS_IN - 0.03, words.axis("time", "s"), ha="center", va="bottom")
     page.legend(entries, key_in + 0.12)
     _key(page, key, n_key, key_in)
-    return Sheet(page, axes, top_in)
+    return Sheet(page, axes, top_in, reading.end_s(results))
 
 
 def grouped(milestones: Sequence[MilestoneRow]) -> list[NumberedMark]:
@@ -142,7 +147,8 @@ def _n_rows(n_flags: int, width_in: float) -> int:
     return -(-n_flags // per_row)
 
 
-def _time_axis(axes: Axes, end_s: float, width_in: float, body_in: float) -> None:
+def _time_axis(axes: Axes, end_s: float, run_end_s: float, width_in: float, body_in: float) -> None:
+    """An axis with a scale that ends at a round time, drawn as far as the run goes."""
     axes.set_xlim(0.0, end_s)
     axes.set_ylim(body_in, 0.0)
     axes.set_yticks([])
@@ -152,10 +158,12 @@ def _time_axis(axes: Axes, end_s: float, width_in: float, body_in: float) -> Non
         label = f"{tick:g}" if tick < 1e6 else f"{tick:.3g}"
         half_in = style.width_in(label, style.SMALL_PT) / 2
         at_in = tick / end_s * width_in
-        if half_in - GAP_IN / 3 <= at_in <= width_in - half_in + GAP_IN / 3:
+        if tick <= run_end_s and half_in - GAP_IN / 3 <= at_in <= width_in - half_in + GAP_IN / 3:
             shown[float(tick)] = label
     axes.set_xticks(list(shown), list(shown.values()))
     axes.spines["top"].set_visible(False)
+    axes.spines["bottom"].set_bounds(0.0, run_end_s)
+    axes.spines["right"].set_position(("data", run_end_s))
 
 
 def _flags(axes: Axes, marks: Sequence[NumberedMark], width_in: float, n_rows: int) -> None:

@@ -108,7 +108,7 @@ class _Timeline:
         for number, (lane, name) in enumerate(zip(self.lanes, self.names, strict=True)):
             band_in, row_in = self.band_in(lane), self.height_in(lane)
             if number % 2 == 0:
-                self.page.axes.axhspan(top_in, top_in + band_in, color=style.PALE, linewidth=0, zorder=0)
+                self.page.band(top_in, band_in)
             for fault in faults:  # the band of a vehicle is hatched while something has befallen it
                 if lane.vehicles == (fault.vehicle,):
                     length_s = fault.span.end_s - fault.span.start_s

@@ -260,7 +260,8 @@ def test_being_together_is_not_enough() -> None:
     assert not watching.is_over
     watching.observe(fleet, 71.0)
     assert watching.is_over
-    assert watching.close(fleet, 71.0) == "together after 71 s: 50 % of the work done, goal 80 %"
+    assert watching.goal_fraction == pytest.approx(0.625)
+    assert watching.close(fleet, 71.0) == "together after 71 s: 63 % of the goal, 50 % of the work done of 80 %"
     assert "mission_complete" not in names(watching)
 
 

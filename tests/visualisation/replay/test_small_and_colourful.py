@@ -49,6 +49,27 @@ DISCS = """(view) => {
 }"""
 """Arcs of a map that are wider than any symbol."""
 
+ON_BARS = """(view) => {
+  const own = CanvasRenderingContext2D.prototype, { fillText } = own, { drawFlag } = R, texts = [], poles = [];
+  own.fillText = function (text, x, y) {
+    if (this.textBaseline === "middle") texts.push([text, x, x + this.measureText(text).width, y]);
+    fillText.call(this, text, x, y);
+  };
+  R.drawFlag = function (pen, x, top, foot, ...rest) {
+    poles.push([x, top, foot]);
+    return drawFlag(pen, x, top, foot, ...rest);
+  };
+  view.laneKey = null;
+  view.paintLanes();
+  own.fillText = fillText;
+  R.drawFlag = drawFlag;
+  const { left } = view.scale(view.lanesBox.clientWidth);
+  const onBars = texts.filter(([, x]) => x > left);
+  return [poles.length, onBars.length, onBars.filter(([, from, to, y]) => poles.some(
+    ([x, top, foot]) => x > from - 1 && x < to + 1 && top < y && y < foot)).map(([text]) => text)];
+}"""
+"""How many flags and names of roles the lanes have, and the names through which a flag goes."""
+
 
 @pytest.fixture(scope="module")
 def crowd(tmp_path_factory: pytest.TempPathFactory) -> Results:
@@ -132,3 +153,28 @@ def test_of_a_crowd_one_disc_is_drawn_that_is_pointed_at(
     with opened(chrome, written(tmp_path, results)) as window:
         window.ask("() => { R.app.select('AUV02'); }")
         assert seek(window, [1540.0], DISCS)[0] >= 1
+
+
+@pytest.mark.parametrize("height", [720, 1100], ids=["tight", "roomy"])
+def test_no_flag_covers_the_name_of_a_role(window: Window, height: int) -> None:
+    window.page.set_viewport_size({"width": 1280, "height": height})
+    for span_s in (4000, 900, 300):
+        for around_s in (0, 600, 1200, 1800):
+            window.ask("([span, around]) => R.app.views[0].setSpan(span, around)", [span_s, around_s])
+            _, n_names, covered = window.ask(f"() => ({ON_BARS})(R.app.views[0])")
+            assert n_names > 0
+            assert covered == [], (span_s, around_s)
+    window.ask("() => R.app.views[0].setSpan(4000, 0)")
+    assert window.ask(f"() => ({ON_BARS})(R.app.views[0])")[0] == 9
+
+
+@pytest.mark.parametrize(
+    ("flags", "room"),
+    [((), (104, 196)), ((100,), (111, 196)), ((120,), (131, 196)), ((97,), (108, 196)), ((130, 150), (161, 196)),
+     ((120, 140, 160, 180), (104, 116)), ((300,), (104, 196)), ((50,), (104, 196))],
+)  # fmt: skip
+def test_a_name_stands_where_it_has_room_beside_the_flags(
+    window: Window, flags: tuple[int, ...], room: tuple[int, int]
+) -> None:
+    """A bar from 100 to 200 px, with 4 px at its ends; a flag is 7 px wide, with 4 px on each side. A name takes 30."""
+    assert window.ask("(flags) => R.besideFlags(100, 200, flags, 30)", list(flags)) == list(room)

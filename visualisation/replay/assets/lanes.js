@@ -166,16 +166,29 @@
       R.fillRole(pen, facts.looks.get(bar.role), own, left, y, w, look.bar);
       pen.fillStyle = R.theme.paper;
       if (w > 3) pen.fillRect(right - 1, y, 1, look.bar);
-      /* In a tight lane flags stand on the bars: a text begins behind that of its beginning. */
-      const inset = !look.flag && facts.flags[v].some(({ time_s }) => Math.abs(scale.x(time_s) - left) < 4) ? FLAG_PX + 4 : 4;
-      const text = w > 24 ? R.fitted(pen, bar.text, w - inset - 4) : "";
+      const flags = facts.flags[v].map(({ time_s }) => scale.x(time_s));
+      const room = w > 24 ? R.besideFlags(left, right, flags, pen.measureText(bar.text).width) : [left, left];
+      const text = R.fitted(pen, bar.text, room[1] - room[0]);
       if (!text) continue;
       pen.fillStyle = own.fill;
-      pen.fillRect(left + inset - 2, y + 1, pen.measureText(text).width + 4, look.bar - 2);
+      pen.fillRect(room[0] - 2, y + 1, pen.measureText(text).width + 4, look.bar - 2);
       pen.fillStyle = own.text;
-      pen.fillText(text, left + inset, y + look.bar / 2 + 0.5);
+      pen.fillText(text, room[0], y + look.bar / 2 + 0.5);
     }
   }
+
+  /** From where to where a text of some width may stand on a bar, so that no flag or pole (ascending) covers it: where it
+      has room first, else where there is most. */
+  R.besideFlags = function (left, right, flags, width) {
+    let widest = [left, left], from = left + 4;
+    for (const x of [...flags.filter((one) => one > left - FLAG_PX && one < right), Infinity]) {
+      const to = Math.min(x, right) - 4;
+      if (to - from >= width) return [from, to];
+      if (to - from > widest[1] - widest[0]) widest = [from, to];
+      from = Math.max(from, x + FLAG_PX + 4);
+    }
+    return widest;
+  };
 
   /* Where the vehicle chose anew: places to click for the reasons. */
   function drawChanges(pen, facts, v, scale, y) {
