@@ -25,7 +25,7 @@ def plan_problem(
     as_json: Json = False,
 ) -> None:
     """Plan a problem of the planning competition, or check a plan of it; its format is that of IPC 2020."""
-    from remoras.htn import NoPlan, check_plan, plan
+    from remoras.htn import NoPlan, check_plan, plan_in_turns
     from remoras.htn.hddl import load
     from remoras.htn.hddl.plan_file import plan_text, read_plan
 
@@ -39,7 +39,7 @@ def plan_problem(
     if check:
         made = read_plan(read, check)
     else:
-        answer = plan(read.domain, read.facts, read.tasks, goal=read.goal, max_expansions=expansions)
+        answer = plan_in_turns(read.domain, read.facts, read.tasks, goal=read.goal, max_expansions=expansions)
         if isinstance(answer, NoPlan):
             fail(f"{problem}: no plan exists; the search turned back at {answer.dead_ends[0]}", FAILED)
         made = answer

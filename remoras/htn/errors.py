@@ -6,10 +6,24 @@ from collections.abc import Sequence
 from typing import Any
 
 from remoras.errors import PlanningError
-from remoras.htn.domain import Method, Task
+from remoras.htn.domain import Domain, Method, Task
 
 MAX_CHAIN = 8
 """Tasks of a chain that are shown."""
+
+
+class UnfinishedError(PlanningError):
+    """The bound on expansions was reached without an answer; ``hint`` says where the search stood."""
+
+    def __init__(self, tasks: Sequence[Task], max_expansions: int, hint: str) -> None:
+        super().__init__(f"no plan for {', '.join(map(str, tasks))} within {max_expansions} expansions{hint}")
+        self.tasks = tasks
+        self.hint = hint
+
+
+def unknown_task(task: Task, domain: Domain) -> PlanningError:
+    """The error of a task that is neither elementary nor abstract."""
+    return PlanningError(f"task {task} is not in the domain, which has: {', '.join(domain.tasks())}")
 
 
 def wrong_subtasks(method: Method, task: Task, subtasks: Any) -> PlanningError:
@@ -26,15 +40,16 @@ def wrong_subtasks(method: Method, task: Task, subtasks: Any) -> PlanningError:
     )
 
 
-def endless(tasks: Sequence[Task], max_expansions: int, loop: Sequence[Task], chain: Sequence[Task]) -> str:
-    """Why there is no plan within so many expansions, with the loop that was found, or where the search stood."""
-    text = f"no plan for {', '.join(map(str, tasks))} within {max_expansions} expansions"
-    if loop:
-        return f"{text}; endless recursion without any change: {_arrows(loop)}"
+def endless(tasks: Sequence[Task], max_expansions: int, loop: Sequence[Task], chain: Sequence[Task]) -> UnfinishedError:
+    """There is no plan within so many expansions: with the loop that was found, or where the search stood."""
     again = next((i for i in range(len(chain) - 2, -1, -1) if chain[i].name == chain[-1].name), None) if chain else None
-    if again is not None:
-        return f"{text}; recursion: {_arrows(chain[again:])}, {len(chain)} levels deep"
-    return f"{text}; the search stood at {_arrows(chain)}" if chain else text
+    if loop:
+        hint = f"; endless recursion without any change: {_arrows(loop)}"
+    elif again is not None:
+        hint = f"; recursion: {_arrows(chain[again:])}, {len(chain)} levels deep"
+    else:
+        hint = f"; the search stood at {_arrows(chain)}" if chain else ""
+    return UnfinishedError(tasks, max_expansions, hint)
 
 
 def _arrows(chain: Sequence[Task]) -> str:

@@ -25,9 +25,8 @@ from functools import partial
 from types import GeneratorType
 from typing import Any
 
-from remoras.errors import PlanningError
 from remoras.htn.domain import GOAL, Decomposition, Domain, Method, Operator, Task, always, goal_methods, nothing
-from remoras.htn.errors import endless, wrong_subtasks
+from remoras.htn.errors import endless, unknown_task, wrong_subtasks
 from remoras.htn.facts import Facts, FactsLike, Key
 from remoras.htn.plans import ROOT, Node, NoPlan, Plan
 
@@ -260,8 +259,7 @@ class _Search:
         if task.name == GOAL:
             self._goal = self._goal or goal_methods(self._domain)
             return self._goal
-        known = ", ".join(self._domain.tasks())
-        raise PlanningError(f"task {task} is not in the domain, which has: {known}")
+        raise unknown_task(task, self._domain)
 
     def _turn_back(self) -> Agenda | None:
         """Go on with the last choice that has another way; DEAD_END if there is none."""
@@ -373,7 +371,7 @@ def plan(
         depth_limit *= 2
     is_complete = not search.may_have_missed()
     if known.nodes is None and not is_complete:
-        raise PlanningError(endless(wanted, max_expansions, known.loop, chain))
+        raise endless(wanted, max_expansions, known.loop, chain)
     rests_on, patterns = frozenset(view.read | view.compared), frozenset(view.patterns)
     if known.nodes is None:
         return NoPlan(wanted[0], rests_on, tuple(known.dead_ends), patterns)
