@@ -38,7 +38,7 @@ from typing import NamedTuple, Protocol
 from exchange.arithmetic import distance
 from remoras.database import VehicleData
 from remoras.motion import Motion
-from remoras.picture import Picture
+from remoras.picture import Peers, Picture
 from remoras.sensor import Observation
 from remoras.work import Point
 
@@ -335,25 +335,53 @@ class Homing(Behaviour):
         return self._radius_m / 2.0 if may_be_there else math.inf
 
 
+class Gap:
+    """Whether another vehicle is too far away. That shows each time that it is heard anew, and not in between.
+
+    Who comes nearer to where another one was heard does not come nearer to that one, which has gone on meanwhile. So
+    one that moves in steps of what is heard, as a leader and its followers do, does not take turns at each step.
+
+    Args:
+        open_m: one farther away is too far away.
+        closed_m: until it is this near.
+    """
+
+    def __init__(self, open_m: float, closed_m: float) -> None:
+        self._open_m, self._closed_m = open_m, closed_m
+        self._n_positions = -1  # that had been heard when it was judged
+        self._is_open = False
+
+    def is_open(self, name: str, to_go_m: float, peers: Peers) -> bool:
+        """True while the vehicle of that name, which is so far from where it was heard last, is too far away."""
+        if (n_positions := peers.n_positions.get(name, 0)) != self._n_positions:
+            self._n_positions = n_positions
+            self._is_open = to_go_m > (self._closed_m if self._is_open else self._open_m)
+        return self._is_open
+
+
 class FollowingLeader(Behaviour):
     """Follows the first leader that has been heard, at a distance.
 
     Args:
         leaders: names, in order of preference.
-        distance_m: it lets the leader get this far ahead.
+        distance_m: it lets the leader get this far ahead, and then catches up by half.
         data: of the vehicle.
     """
 
     def __init__(self, leaders: Sequence[str], distance_m: float, data: VehicleData) -> None:
         self._leaders = leaders
-        self._distance_m = distance_m
+        self._near_m = distance_m / 2.0
+        self._gaps = {name: Gap(distance_m, self._near_m) for name in leaders}
         self._data = data
         self._approach = Approach(data.transit_speed_mps)
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Due while the leader is farther away than it may get."""
+        """Due while it has fallen behind, see ``Gap``."""
         leader = self._leader(picture)
-        if leader is None or (to_go_m := distance_m(motion, leader)) <= self._distance_m:
+        if leader is None:
+            return IDLE
+        to_go_m = distance_m(motion, picture.peers.positions_m[leader])
+        if not self._gaps[leader].is_open(leader, to_go_m, picture.peers):
             return IDLE
         if not performed and not self._approach.is_on:
             return DUE
@@ -361,16 +389,16 @@ class FollowingLeader(Behaviour):
         return Perception(1.0, None if advance is None else max(0.0, advance))  # a leader that leads on is no setback
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """To where the leader was last heard; None if none was."""
-        leader = self._leader(picture)
-        return None if leader is None else Reference(leader, self._data.transit_speed_mps)
+        """To where the leader was last heard, and wait near it; None if none was."""
+        name = self._leader(picture)
+        if name is None:
+            return None
+        leader_m = picture.peers.positions_m[name]
+        is_near = distance_m(motion, leader_m) <= self._near_m
+        return Reference(leader_m, 0.0 if is_near else self._data.transit_speed_mps)
 
-    def _leader(self, picture: Picture) -> Point | None:
-        positions_m = picture.peers.positions_m
-        for name in self._leaders:
-            if name in positions_m:
-                return positions_m[name]
-        return None
+    def _leader(self, picture: Picture) -> str | None:
+        return next((name for name in self._leaders if name in picture.peers.positions_m), None)
 
 
 class LeadingFollowers(Behaviour):
@@ -379,22 +407,23 @@ class LeadingFollowers(Behaviour):
     Args:
         followers: names.
         group: name of the group.
-        distance_m: a follower farther away than this has fallen behind.
+        distance_m: a follower farther away than this has fallen behind, until a quarter of that is made up for.
     """
 
     def __init__(self, followers: Sequence[str], group: str, distance_m: float) -> None:
-        self._followers = followers
+        self._gaps = {name: Gap(distance_m, 0.75 * distance_m) for name in followers}
         self._group = group
-        self._distance_m = distance_m
         self._came: set[str] = set()
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Due while a follower of the gathered group has fallen behind; one that never came does not follow."""
         if self._group not in picture.groups.gathered:
             return IDLE
-        positions_m = picture.peers.positions_m
-        known = {name for name in self._followers if name in positions_m}
-        behind = {name for name in known if distance_m(motion, positions_m[name]) > self._distance_m}
+        peers = picture.peers
+        known = {name for name in self._gaps if name in peers.positions_m}
+        behind = {
+            name for name in known if self._gaps[name].is_open(name, distance_m(motion, peers.positions_m[name]), peers)
+        }
         self._came |= known - behind
         return DUE if behind & self._came else IDLE
 

@@ -72,6 +72,7 @@ class Peers:
 
     Attributes:
         positions_m: last position known of each vehicle, by name.
+        n_positions: how many positions of each have been heard: so a behaviour knows that one is new.
         before_m: another one where it was before that; who was never seen to move is missing.
         headings: unit vectors, from the one to the other.
         heard_s: when a packet of each was last heard; who was never heard is missing.
@@ -83,6 +84,7 @@ class Peers:
     """
 
     positions_m: dict[str, Point] = field(default_factory=dict)
+    n_positions: dict[str, int] = field(default_factory=dict)
     before_m: dict[str, Point] = field(default_factory=dict)
     headings: Headings = field(init=False, compare=False)
     heard_s: dict[str, float] = field(default_factory=dict)

@@ -88,6 +88,7 @@ def note_position(peers: Peers, name: str, position_m: Point) -> None:
     if before_m is not None and before_m != position_m:
         peers.before_m[name] = before_m
     peers.positions_m[name] = position_m
+    peers.n_positions[name] = peers.n_positions.get(name, 0) + 1
 
 
 class Radio:

@@ -20,7 +20,9 @@ class MappingSettings(Section):
     """The ``[mission]`` table."""
 
     arrival_radius_m: float = Field(gt=0.0, description="a vehicle this near to a rally point has arrived")
-    follow_distance_m: float = Field(gt=0.0, description="a follower lets its leader get this far ahead")
+    follow_distance_m: float = Field(
+        gt=0.0, description="a follower lets its leader get this far ahead, then catches up by half"
+    )
     formation_spacing_m: float = Field(
         gt=0.0,
         description="distance between places of the formation; more where the leader, or the vehicle itself, keeps "

@@ -69,7 +69,9 @@ class JobSettings(Section):
     """The ``[mission]`` table; a mission with settings of its own subclasses it."""
 
     arrival_radius_m: float = Field(20.0, gt=0.0, description="a vehicle this near to a rally point has arrived")
-    follow_distance_m: float = Field(40.0, gt=0.0, description="a follower lets its leader get this far ahead")
+    follow_distance_m: float = Field(
+        40.0, gt=0.0, description="a follower lets its leader get this far ahead, then catches up by half"
+    )
     patience_s: float = Field(60.0, gt=0.0, description="a leader is content if news came in this time")
     meeting_deadline_s: float = MEETING_DEADLINE
     importance: dict[str, Annotated[float, Field(ge=0.0, le=1.0)]] = Field(

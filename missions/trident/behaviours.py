@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Set
+from collections.abc import Iterator, Sequence, Set
 from typing import NamedTuple
 
+from exchange.arithmetic import distance
+from missions.meeting.meeting import NEWS_FRAMES
 from missions.trident.jobs import SHARE_USED, is_to_be_surveyed, survey_speed_mps
 from missions.trident.modules import EffectorSettings, FinderSettings, SurveyorSettings
 from missions.trident.site import SeabedBlock
@@ -51,6 +53,53 @@ class AwaitingPartner(Behaviour):
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """Nowhere."""
+        return None
+
+
+class Escorting(Behaviour):
+    """Keeps near to the first vehicle under water that is heard and has not come home, on the side of home.
+
+    It stays there, and does not go home meanwhile only to come back. Who comes home finds it there.
+
+    Args:
+        escorted: names, in order of preference.
+        home_m: where all meet; radius_m: who is this near has come.
+        distance_m: it keeps this near to where the other one was last heard.
+        data: of the vehicle.
+    """
+
+    def __init__(
+        self, escorted: Sequence[str], home_m: Point, radius_m: float, distance_m: float, data: VehicleData
+    ) -> None:
+        self._escorted, self._home_m, self._radius_m = escorted, home_m, radius_m
+        self._distance_m = distance_m
+        self._speed_mps = data.transit_speed_mps
+
+    def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
+        """Due while a vehicle is out, and gets on as planned: it is all that there is to do."""
+        if self._place(picture) is None:
+            return IDLE
+        return ADVANCING if performed else DUE
+
+    def reference(self, motion: Motion, picture: Picture) -> Reference | None:
+        """To the place nearest to home that is as near to the other vehicle as it keeps; stay there."""
+        place = self._place(picture)
+        if place is None:
+            return None
+        return Reference(place, 0.0 if distance_m(motion, place) <= CAPTURE_M else self._speed_mps)
+
+    def _place(self, picture: Picture) -> Point | None:
+        peers, late_s = picture.peers, picture.body.now_s - NEWS_FRAMES * picture.frame_s
+        for name in self._escorted:
+            at_m = peers.positions_m.get(name)
+            if at_m is None or peers.heard_s.get(name, -math.inf) < late_s:
+                continue
+            if (to_home_m := distance(at_m, self._home_m)) > self._radius_m:
+                share = min(1.0, self._distance_m / to_home_m)
+                return (
+                    at_m[0] + share * (self._home_m[0] - at_m[0]),
+                    at_m[1] + share * (self._home_m[1] - at_m[1]),
+                )
         return None
 
 

@@ -15,7 +15,15 @@ from missions.meeting.truth import JOBS
 from missions.scenarios.extending import locating
 from missions.scenarios.parts import database_of
 from missions.scenarios.tables import Raw, table_of
-from missions.trident.behaviours import AwaitingPartner, Intervening, Missing, Ranging, Reacquiring, Surveying
+from missions.trident.behaviours import (
+    AwaitingPartner,
+    Escorting,
+    Intervening,
+    Missing,
+    Ranging,
+    Reacquiring,
+    Surveying,
+)
 from missions.trident.checks import trident_faults
 from missions.trident.choreography import CHOREOGRAPHY
 from missions.trident.conclusions import Concluding
@@ -48,7 +56,7 @@ from missions.trident.tasks import (
 )
 from missions.trident.truth import TridentTruth
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
-from remoras.behaviours import Behaviour, FollowingLeader
+from remoras.behaviours import Behaviour
 from remoras.beliefs import Beliefs
 from remoras.database import VehicleData
 from remoras.errors import PlanningError
@@ -254,7 +262,8 @@ class TridentMission(JobMission):
                 doing = Activity(SURVEYING, ActivityType.GUIDANCE, of, (service.settings.name,))
                 sets.append(ActivitySet(objective, ActivityKind.INDIVIDUAL, (doing,), importance))
         if self.scenario.mission.escort_m > 0.0 and (names := self._escorted(data)):
-            doing = Activity(ESCORTING, ActivityType.GUIDANCE, names)
+            home_m = self._rally_points_m.get(self._groups[objective.group].rally_point or "", data.start_m)
+            doing = Activity(ESCORTING, ActivityType.GUIDANCE, (names, home_m))
             sets.append(ActivitySet(objective, ActivityKind.INDIVIDUAL, (doing,), ESCORT_IMPORTANCE))
         return tuple(sets), frozenset()
 
@@ -274,7 +283,8 @@ class TridentMission(JobMission):
             return found
         settings = self.scenario.mission
         if activity.name == ESCORTING:
-            return FollowingLeader(activity.parameters, settings.escort_m, data)
+            names, home_m = activity.parameters
+            return Escorting(names, home_m, settings.arrival_radius_m, settings.escort_m, data)
         if activity.name == STANDING_BY:
             return AwaitingPartner()
         if activity.name == MISSING:

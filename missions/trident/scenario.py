@@ -25,7 +25,9 @@ class TridentSettings(JobSettings):
         True, description="false: matching compares names of classes, without what the world model concludes"
     )
     escort_m: float = Field(
-        80.0, ge=0.0, description="a vehicle that gives fixes to others lets them get so far away; 0: it escorts nobody"
+        80.0,
+        ge=0.0,
+        description="a vehicle that gives fixes to others keeps so near to one that is out; 0: it escorts nobody",
     )
     tile_m: float = Field(20.0, ge=5.0, description="side of a tile of the map")
     goal: float = Field(

@@ -70,7 +70,15 @@ def test_following_keeps_up_with_the_leader() -> None:
     note_position(picture.peers, "AUV00", (110.0, 0.0))
     picture.body.now_s = 2.0
     assert following.perceive(at(4.0), picture, True) == STANDING  # a leader that leads on is no setback
-    assert following.perceive(at(70.0), picture, True) == IDLE
+    assert following.perceive(at(92.0), picture, True).stimulus == 1.0  # near to where the leader was
+    assert following.reference(at(92.0), picture) == Reference((110.0, 0.0), 0.0)
+    note_position(picture.peers, "AUV00", (114.0, 0.0))
+    assert following.perceive(at(92.0), picture, True).stimulus == 1.0  # less than 40 m, but not half of that
+    note_position(picture.peers, "AUV00", (110.0, 0.0))
+    assert following.perceive(at(92.0), picture, True) == IDLE  # now it knows that it has caught up
+    assert following.perceive(at(60.0), picture, False) == IDLE  # and not yet that it has fallen behind again
+    note_position(picture.peers, "AUV00", (110.0, 0.0))
+    assert following.perceive(at(60.0), picture, False) == DUE
 
 
 def test_a_leader_waits_for_who_falls_behind() -> None:
@@ -79,10 +87,16 @@ def test_a_leader_waits_for_who_falls_behind() -> None:
     assert leading.perceive(at(0.0), picture, False) == IDLE  # they are not moving together yet
     picture.groups.gathered.add("Operational")
     assert leading.perceive(at(0.0), picture, False) == IDLE  # it has never come
-    assert leading.perceive(at(0.0, 20.0), picture, False) == IDLE  # now it has
+    note_position(picture.peers, "AUV01", (0.0, 100.0))
+    assert leading.perceive(at(0.0, 40.0), picture, False) == IDLE  # now it has
+    assert leading.perceive(at(0.0), picture, False) == IDLE  # the leader has gone on, and the other one may have, too
+    note_position(picture.peers, "AUV01", (0.0, 100.0))
     assert leading.perceive(at(0.0), picture, False) == DUE
     assert leading.reference(at(3.0, 4.0), picture) == Reference((3.0, 4.0), 0.0)
-    assert leading.perceive(at(0.0, 20.0), picture, False) == IDLE
+    note_position(picture.peers, "AUV01", (0.0, 70.0))
+    assert leading.perceive(at(0.0), picture, False) == DUE  # a quarter of 80 m is not made up for yet
+    note_position(picture.peers, "AUV01", (0.0, 60.0))
+    assert leading.perceive(at(0.0), picture, False) == IDLE
 
 
 @pytest.mark.parametrize(

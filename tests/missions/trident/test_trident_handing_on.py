@@ -18,7 +18,8 @@ from remoras.work import Work
 SOUND = 3
 """Seed of runs in which no finder takes a decoy for the target, or the target for a decoy."""
 SHIFTED = 10
-"""Seed of a run in which the two divers err apart about their places."""
+"""Seed of a run in which the two divers err apart about their places, as nobody keeps near to give them fixes."""
+ALONE = "fleet.size=3", "mission.escort_m=0"
 MISSED = 1
 """Seed of a run in which no survey shows the target at first."""
 
@@ -106,7 +107,7 @@ def test_a_module_that_fails_for_a_while_makes_it_possible_again() -> None:
 
 def test_who_takes_over_finds_it_again_and_holds_on_itself() -> None:
     """The first has found it again and holds on when arm and gripper die; where it lies is so by its own error."""
-    done = two("IAUV00 arm", "IAUV00 gripper", at_s=1600.0, seed=SHIFTED)
+    done = run(*ALONE, failing=("IAUV00 arm", "IAUV00 gripper"), at_s=1600.0, seed=SHIFTED)
     assert [stone.vehicle for stone in done.milestones if stone.name == "held"] == ["IAUV00", "IAUV01"]
     assert [(vehicle, by) for _, vehicle, _, by in said(done, "reacquiredBy")] == [(name, name) for name in BOTH]
     assert recovered_by(done) == "IAUV01"
@@ -133,7 +134,7 @@ def of_anybody(*args: Any) -> Domain:
 
 def test_where_anybody_s_hold_counts_who_takes_over_handles_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(trident_mission, "activity_domain", of_anybody)
-    done = run.__wrapped__("fleet.size=3", failing=("IAUV00 arm", "IAUV00 gripper"), at_s=1600.0, seed=SHIFTED)
+    done = run.__wrapped__(*ALONE, failing=("IAUV00 arm", "IAUV00 gripper"), at_s=1600.0, seed=SHIFTED)
     assert [stone.vehicle for stone in done.milestones if stone.name == "held"] == ["IAUV00"]
     assert recovered_by(done) == ""
 

@@ -6,7 +6,13 @@ import pytest
 from intervening import SEED, Run, metric, run, said
 from sampling import sampled
 
+from missions.trident.behaviours import Escorting
 from missions.trident.modules import ATTEMPTS
+from remoras.behaviours import ADVANCING, DUE, IDLE, Reference
+from remoras.motion import Motion
+from remoras.picture import Picture
+from remoras.radio import note_position
+from tests.sample_vehicles import AUV
 
 DECEIVED = 66
 """Seed of a run in which a decoy looks most like the target from above."""
@@ -147,6 +153,34 @@ def test_fixes_bound_the_error_and_escort_keeps_them_coming() -> None:
     assert error_m[80.0] < 10.0 < error_m[0.0]
     without = metric(run(failing=("ASV00 usbl",), at_s=1.0, response="fixed"), "navigation_error_m")
     assert without > 2.0 * error_m[0.0]
+
+
+def test_an_escort_waits_on_the_side_of_home_for_who_is_out_and_heard() -> None:
+    escorting, picture = Escorting(("IAUV00", "IAUV01"), (0.0, 0.0), 25.0, 80.0, AUV), Picture(frame_s=2.0)
+    here, away = Motion(0.0, 0.0, 0.0, 0.0), Motion(120.0, 160.0, 0.0, 0.0)
+    assert escorting.perceive(here, picture, False) == IDLE  # nobody has been heard
+    for name, place_m in (("IAUV01", (0.0, 300.0)), ("IAUV00", (180.0, 240.0))):
+        note_position(picture.peers, name, place_m)
+        picture.peers.heard_s[name] = 0.0
+    assert escorting.perceive(here, picture, False) == DUE
+    (x_m, y_m), speed_mps, *_ = escorting.reference(here, picture) or ((0.0, 0.0), 0.0)
+    assert (x_m, y_m, speed_mps) == (pytest.approx(132.0), pytest.approx(176.0), AUV.transit_speed_mps)  # 80 of 300 m
+    assert escorting.perceive(away, picture, True) == ADVANCING  # near, and still due
+    note_position(picture.peers, "IAUV00", (15.0, 20.0))  # home: the next one
+    assert (escorting.reference(here, picture) or Reference((0.0, 0.0), 0.0)).target_m == pytest.approx((0.0, 220.0))
+    picture.body.now_s = 41.0  # not heard for 20 frames: nobody knows where they are
+    assert escorting.perceive(here, picture, True) == IDLE
+
+
+@pytest.mark.parametrize("at_s", sampled([900.0, 1450.0], 1450.0))
+def test_who_is_lost_is_not_waited_for_at_sea(at_s: float) -> None:
+    """The surface vehicle kept near to where it last heard the AUV until the time limit of 7200 s."""
+    finished = run(f"fault=[{{kind='lost',vehicle='IAUV00',at_s={at_s}}}]", until_s=7200.0)
+    assert not finished.completed
+    last = finished.recorder.rows("trajectories")[-1]
+    assert last[0] < at_s + 300.0
+    of_asv = [row for row in finished.recorder.rows("trajectories") if row[1] == "ASV00"][-1]
+    assert math.dist(of_asv[2:4], (190.0, 60.0)) <= 25.0
 
 
 def test_a_dead_positioning_system_is_made_up_for_at_the_transponder() -> None:
