@@ -23,7 +23,7 @@ from missions.sweeps.plan import SweepPlan, version
 from missions.verdict import KEY, VERDICT
 
 CARD = "card.json"
-COLUMNS = ("repeat", "seed", "bound_s", "time_s", "completed", "n_bytes", "wrong_belief_fraction", "failed")
+COLUMNS = ("repeat", "seed", "bound_s", "time_s", "completed", "n_bytes", "wrong_belief_fraction", "failed", "silenced")
 """What a card says of each run, in this order."""
 
 
@@ -68,6 +68,7 @@ def figures(strategy: Scored, suite: Suite) -> dict[str, Any]:
         "worst": round(strategy.by_cell[strategy.worst], DIGITS),
         "bytes": _rounded(strategy.mean_bytes),
         "wrong_beliefs": _rounded(strategy.mean_wrong),
+        "runs_silenced": sum(run.silenced > 0 for run in strategy.runs),
         f"minus_{alike}": {
             other: [round(mean, DIGITS), interval and list(interval)] for other, (mean, interval) in shapes.items()
         },

@@ -24,11 +24,14 @@ from missions.sweeps.ledger import FAILED
 from missions.sweeps.plan import SweepPlan
 from missions.sweeps.study import Study
 from remoras.database import VehicleData
+from remoras.deciding import MOST_CPU_S
 from remoras.errors import PluginError
 from remoras.plugins import named_object
 
 LONGEST_RUN_S = 600.0
 """Wall-clock time after which a run has failed: one takes a few seconds, so a strategy that takes this hangs."""
+WATCHED = {"watch.cpu_s": MOST_CPU_S}
+"""Keys by which strategies are watched while they decide."""
 GetRounds = Callable[..., Rounds]
 
 
@@ -71,7 +74,7 @@ class Contest:
         if n > suite.repeats:
             raise OutputError(f"--repeats {n}: allowed: 1 to {suite.repeats}, as {suite.about.name} has")
         chosen = tuple(dict.fromkeys(named))
-        return cls(suite, chosen, n, suite.study(chosen, n))
+        return cls(suite, chosen, n, suite.study(chosen, n, WATCHED))
 
     def make(self, folder: Path, jobs: int, progress: ReportProgress | None = None) -> None:
         """Make the runs that the folder does not have yet; see ``missions.sweeps.sweep``."""
@@ -121,6 +124,7 @@ class Contest:
             summary.get("n_bytes"),
             summary.get("wrong_belief_fraction"),
             failed,
+            int(summary.get("n_silenced") or 0),
         )
 
     def cpu_s(self, folder: Path) -> float | None:

@@ -32,6 +32,7 @@ class CellRun:
         time_s: that it took; the limit if it has not completed.
         n_bytes, wrong_belief_fraction: bytes sent, and share of wrong beliefs of who does a job; None if it failed.
         failed: the strategy raised, or ended its process.
+        silenced: decisions that took too long, whose vehicles were asked no more and sent nothing from then on.
     """
 
     repeat: int
@@ -42,6 +43,7 @@ class CellRun:
     n_bytes: float | None
     wrong_belief_fraction: float | None
     failed: bool = False
+    silenced: int = 0
 
     @property
     def efficiency(self) -> float:

@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import tomli_w
@@ -142,12 +143,15 @@ class Suite:
             "\n".join(hashlib.sha256(text.encode()).hexdigest() for text in texts).encode()
         ).hexdigest()
 
-    def study(self, strategies: Sequence[str], repeats: int | None = None) -> Study:
+    def study(
+        self, strategies: Sequence[str], repeats: int | None = None, settings: Mapping[str, Any] = MappingProxyType({})
+    ) -> Study:
         """The runs of some strategies in all cells.
 
         Args:
             strategies: shipped names, or ``package.module:object``.
             repeats: of each cell, if not as many as the suite has.
+            settings: keys of the scenarios, beside what the suite sets.
 
         Raises:
             ConfigurationError: a scenario does not allow what a network or a case sets.
@@ -165,7 +169,7 @@ class Suite:
                 "keep_tables": 0,
                 "metrics": ["mission_time_s", "completed", "n_bytes"],
             },
-            "set": self.file.set,
+            "set": {**self.file.set, **settings},
             "point": [network.set for network in self.file.network],
             "unforeseen": [case.model_dump(exclude_defaults=True) for case in self.file.unforeseen],
         }

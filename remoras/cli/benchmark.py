@@ -171,11 +171,18 @@ def _show(table: ScoreTable, cpu_s: float | None) -> None:
 
 
 def _tell_failures(scored: Sequence[Scored], out: Path) -> None:
-    """End with an error if runs failed: they count as not completed."""
+    """End with an error if runs failed, which count as not completed, or decisions took too long."""
+    from remoras.deciding import MOST_CPU_S
+
     failed = {strategy.name: sum(run.failed for run in strategy.runs) for strategy in scored}
     texts = [f"{n} runs of {name} failed and count as not completed" for name, n in failed.items() if n]
+    texts = [f"{'; '.join(texts)}: remoras status {out / RUNS}"] if texts else []
+    for strategy in scored:
+        if n := sum(run.silenced > 0 for run in strategy.runs):
+            late = f"in {n} runs of {strategy.name} a decision took more than {MOST_CPU_S:g} s of CPU time"
+            texts.append(f"{late}; its vehicle was asked no more and sent nothing from then on")
     if texts:
-        fail(f"{'; '.join(texts)}: remoras status {out / RUNS}", FAILED)
+        fail("; ".join(texts), FAILED)
 
 
 def _verify(path: Path, suite: Suite, count: int, as_json: bool) -> None:

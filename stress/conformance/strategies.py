@@ -21,6 +21,7 @@ from hypothesis import strategies as st
 from missions.runs.run import Run, run
 from missions.scenarios.parts import strategy_named
 from remoras.authority import CONSULTING, Act, Authority, Request, Rules, may_assign
+from remoras.deciding import InTime
 from remoras.errors import StrategyError
 from remoras.organisation import Outcome
 from remoras.plugin_folders import plugin_folders
@@ -153,6 +154,7 @@ def _refused(strategy: Strategy, name: str, value: Any) -> bool:
 
 def check_allocates_within_the_group(strategy: Strategy) -> None:
     """``form`` and ``adapt``: able vehicles, members, each open job once; the same when asked again."""
+    strategy = InTime(strategy)
 
     @EXAMPLES
     @given(st.sampled_from(list(WORLDS.values())), st.data())
@@ -204,6 +206,8 @@ def _least(strategy: Strategy) -> dict[str, int]:
 
 
 def _check_states(strategy: Strategy) -> None:
+    strategy = InTime(strategy)
+
     @EXAMPLES
     @given(st.sampled_from(list(WORLDS.values())), st.data())
     def holds(jobs: Mapping[str, Job], data: st.DataObject) -> None:
@@ -281,7 +285,7 @@ def check_divides_any_jobs(strategy: Strategy) -> None:
     """Surveys and visits are all done when nothing is lost, and none before what it needs."""
     for kind, jobs_at in KINDS_OF_JOBS.items():
         for starts_m in STARTS_M:
-            team = Team(strategy, starts_m, jobs_at(PLACES_M), never)
+            team = Team(InTime(strategy), starts_m, jobs_at(PLACES_M), never)
             for _ in range(MOST_ROUNDS):
                 team.round()
                 if team.done:
@@ -335,7 +339,7 @@ def check_survives_the_silence_of_one(strategy: Strategy) -> None:
 
 
 def _watched_run(strategy: Strategy, *given_settings: str, silent: bool = False) -> tuple[Run, Watched]:
-    watched = Watched(strategy)
+    watched = Watched(InTime(strategy))
     scenario = small_patches("remoras", *given_settings)
     return run(scenario, channel=Silent() if silent else None, strategy=watched), watched
 

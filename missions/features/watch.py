@@ -1,0 +1,90 @@
+"""Watch: ``[watch]``, CPU time that a strategy may take for one, and files that it may not write.
+
+For strategies that somebody else wrote, as in benchmarks. Whoever takes too long is asked no more and sends nothing
+from then on, as a vehicle that has fallen silent, and the run goes on; whoever writes files ends it.
+Time of this machine enters the model here, and only here: of a strategy that comes near the limit two runs may differ.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from pydantic import Field
+
+from missions.feature import Feature, Joining
+from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
+from missions.scenarios.tables import Section
+from remoras.events import Host, Part
+from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
+
+if TYPE_CHECKING:
+    from missions.scenarios.scenario import Scenario
+    from remoras.deciding import InTime
+    from remoras.strategy import Strategy
+
+KEY = "watch"
+SILENCED = Table("silenced", (TIME, VEHICLE, Column("group", "str"), Column("part", "str")))
+"""Who is asked no more from ``time_s`` on, since a decision took too long, and by which part of the strategy; written
+in runs of scenarios with ``watch.cpu_s``."""
+
+
+class WatchTable(Section):
+    """The table ``[watch]``."""
+
+    cpu_s: float = Field(
+        0.0, ge=0.0, le=1e6, description="CPU time that a strategy may take for a decision (s), 0 for any"
+    )
+
+
+def watched_setup(scenario: Scenario, strategy: Strategy | None, resolve: Callable[..., Any]) -> Any:
+    """The setup with the strategy watched; None where it is watched already.
+
+    Args:
+        scenario: the whole input.
+        strategy: takes the place of the one that it names.
+        resolve: gives the setup of a scenario and a strategy.
+    """
+    from missions.scenarios.parts import strategy_of
+    from remoras.deciding import InTime
+
+    if isinstance(strategy, InTime):
+        return None
+    made = resolve(scenario, InTime(strategy or strategy_of(scenario), scenario.of_feature(KEY).cpu_s))
+    return replace(made, scenario=scenario) if strategy is None else made
+
+
+def part_of(joining: Joining) -> Part:
+    """Let this run note who falls silent."""
+    from remoras.deciding import InTime
+
+    recorder = joining.recorder
+    recorder.declare(SILENCED)
+
+    def begin(host: Host) -> None:
+        strategy = host.named(host.names[0]).social.strategy
+        assert isinstance(strategy, InTime)  # the feature made it
+        watched_by(strategy, recorder)
+
+    return Part(begin)
+
+
+def watched_by(strategy: InTime, recorder: Recorder) -> None:
+    """Let a strategy, of which no part has fallen silent yet, tell a recorder of those that do."""
+    strategy.silent.clear()
+    rows = recorder.rows(SILENCED.name)
+    strategy.late = lambda part, vehicle, group, now_s: rows.append((now_s, vehicle, group, part))
+
+
+def n_silenced(run: MeasuredRun) -> int | Absent:
+    """How often a decision took too long."""
+    return len(run.recorder.rows(SILENCED.name)) if run.scenario.of_feature(KEY).cpu_s else NOT_APPLICABLE
+
+
+FEATURE = Feature(
+    {"": {KEY: (WatchTable, WatchTable())}},
+    part_of,
+    metrics=(Metric("n_silenced", "", Better.LOWER, "decisions that took too long", n_silenced),),
+    setup=watched_setup,
+)

@@ -1,0 +1,128 @@
+"""Strategies that hang or write files are stopped, named, and the run goes on; others are not touched."""
+
+import signal
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from missions.runs.run import Run, run_of
+from missions.runs.setup import resolved
+from missions.runs.summary import summary
+from missions.scenarios import load
+from remoras.deciding import DecidedTooLate, InTime
+from remoras.errors import PluginError
+from remoras.organisation import Group
+from remoras.strategies.cbba import Bidder, Cbba
+from remoras.strategy import Move, Situation
+from stress.conformance.strategies import check_states_within_the_group
+
+SETTINGS = [("--set", "scenario.duration_s=300.0"), ("--set", "channel.per=0.4")]
+LIMIT = ("--set", "watch.cpu_s=0.2")
+
+
+class Turning(Bidder):
+    """Does something else in one of its rounds."""
+
+    def __init__(self, me: str, group: Group, strategy: "TurnsStrategy") -> None:
+        super().__init__(me, group, strategy.of)
+        self.turns = strategy.turns if me == strategy.vehicle else None
+
+    def negotiate(self, situation: Situation) -> Move:
+        if situation.round == 5 and self.turns is not None:
+            self.turns()
+        return super().negotiate(situation)
+
+
+class TurnsStrategy:
+    """``cbba`` of which one vehicle does something else in its fifth round."""
+
+    of = Cbba()
+    name, declaration = "turns", of.declaration
+    form, adapt = staticmethod(of.form), staticmethod(of.adapt)
+
+    def __init__(self, turns: Callable[[], Any], vehicle: str = "AUV01") -> None:
+        self.turns, self.vehicle = turns, vehicle
+
+    def negotiator(self, me: str, group: Group) -> Bidder:
+        return Turning(me, group, self)
+
+
+def flown(strategy: Any, *settings: tuple[str, str]) -> Run:
+    return run_of(resolved(load("mapping-patches", [*SETTINGS, *settings]), strategy), 3)
+
+
+def hang() -> None:
+    while True:
+        pass
+
+
+def hang_on() -> None:
+    """An endless loop that lets no error end it, but for a few times."""
+    for _ in range(3):
+        with suppress(BaseException):
+            hang()
+
+
+def rows_of(run: Run) -> dict[str, list[Any]]:
+    return {name: list(run.recorder.rows(name)) for name in run.recorder.tables}
+
+
+@pytest.mark.parametrize("turns", [hang, hang_on, lambda: sum(range(10**8))])
+def test_one_that_hangs_falls_silent_and_is_named(turns: Callable[[], Any]) -> None:
+    began_s = time.process_time()
+    run = flown(TurnsStrategy(turns), LIMIT)
+    assert time.process_time() - began_s < 30.0
+    rows = run.recorder.rows("silenced")
+    assert [row[1:] for row in rows] == [("AUV01", "Operational", "negotiate")]
+    fallen_s = rows[0][0]
+    assert summary(run)["n_silenced"] == 1
+    senders = {sender for _, sent_s, sender, *_ in run.recorder.packets if sent_s > fallen_s}
+    assert "AUV00" in senders
+    assert "AUV01" not in senders
+
+
+def test_a_setup_is_used_again_without_what_fell_silent_before() -> None:
+    setup = resolved(load("mapping-patches", [*SETTINGS, LIMIT]), TurnsStrategy(hang))
+    assert rows_of(run_of(setup, 3)) == rows_of(run_of(setup, 3))
+
+
+def test_one_that_is_in_time_gives_the_same_bytes_watched_and_not() -> None:
+    limited, free = flown(Cbba(), LIMIT), flown(Cbba())
+    assert limited.recorder.rows("silenced") == []
+    assert {name: rows for name, rows in rows_of(limited).items() if name != "silenced"} == rows_of(free)
+    assert "n_silenced" not in summary(free)
+
+
+def test_the_watch_of_an_answer_ends_with_it() -> None:
+    assert InTime(Cbba(), 0.2).decided("form", lambda: 3) == 3
+    began_s = time.thread_time()
+    while time.thread_time() - began_s < 0.3:
+        pass
+    assert signal.getitimer(signal.ITIMER_PROF) == (0.0, 0.0)
+
+
+def test_a_file_that_a_decision_opens_to_write_is_named_and_not_written(tmp_path: Path) -> None:
+    file = tmp_path / "notes"
+    with pytest.raises(PluginError, match=r"strategy turns: negotiate opened '.*notes' for writing; allowed: to read"):
+        flown(TurnsStrategy(lambda: file.write_text("x")), LIMIT)
+    assert not file.exists()
+    file.write_text("between decisions anybody may write")
+    assert flown(TurnsStrategy(file.read_text), LIMIT).recorder.rows("silenced") == []
+
+
+def test_what_a_decision_does_in_spite_of_the_refusal_is_named(tmp_path: Path) -> None:
+    def tries() -> None:
+        with suppress(OSError):
+            (tmp_path / "folder").mkdir()
+
+    with pytest.raises(PluginError, match=r"negotiate called os\.mkdir; allowed: to read"):
+        flown(TurnsStrategy(tries), LIMIT)
+
+
+def test_conformance_names_who_hangs() -> None:
+    with pytest.raises(DecidedTooLate, match="strategy turns: negotiate took more than 1 s of CPU time"):
+        check_states_within_the_group(TurnsStrategy(hang, "AUV00"))
