@@ -1,0 +1,202 @@
+"""GRAPE: an anonymous hedonic game, in which each vehicle joins the coalition that suits it, and all come to agree.
+
+A partition says which vehicle is at which job; who is at none is in the void. Every vehicle holds one, with how often
+it has evolved and a time stamp. A vehicle that is not satisfied looks what it would gain in each coalition as the
+partition has them; it joins the best one if that is strictly better than its own, and the partition has evolved once
+more. Then it is satisfied, and broadcasts partition, number and stamp. Of the partitions that it hears and its own the
+one that has evolved most often counts, of equals the one of the greater stamp; if that is another's it is satisfied no
+longer. Where all gain less in a greater coalition, this ends in a partition that nobody wants to leave.
+
+What a vehicle gains is ``(reward + work) / n - way``, in seconds: the time that the job takes it, and a reward that is
+the same for all jobs, shared by the n vehicles that are at it; less the time of the way. More than a role has room for
+gain nothing. When jobs are done or come up, or vehicles are lost, the game goes on from the partition there is.
+
+Ours, since vehicles take time to work and packets are lost: who has begun a job stays until it is done, unless more are
+at it than have room, of whom the lower nodes stay; a job is begun once its coalition has stood for ``settle_rounds``;
+stamps are the round and the node instead of drawn, so that no two are alike. A partition is told in one block, so the
+fleet has to be small.
+
+Source: Jang, Shin, Tsourdos 2018, Anonymous hedonic game for task allocation in a large-scale multiple agent system,
+IEEE Transactions on Robotics 34 (6), algorithms 1 and 2. Utility: reward over participants, less the way (its eq. 32).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+from pydantic import Field
+
+from exchange.arithmetic import distance
+from remoras.authority import Authority
+from remoras.organisation import Group, RoleSpecification
+from remoras.strategies.founding import common_roles, founded
+from remoras.strategy import JOB_DONE, Declaration, Heard, Move, Situation, Statement
+from remoras.work import Outlook, Work
+
+MOST_EVOLVED, MOST_STAMP = 65535, 1048575
+"""That words have room for."""
+
+
+class Player:
+    """One vehicle in the game.
+
+    Args:
+        me: its name.
+        group: whose jobs are divided.
+        strategy: with the parameters.
+    """
+
+    def __init__(self, me: str, group: Group, strategy: Grape) -> None:
+        self._me, self._group, self._with = me, group, strategy
+        self._partition: dict[str, str] = {}  # roles by vehicle
+        self._age = (0, 0)  # how often the partition has evolved, and its stamp
+        self._known: object = None
+        self._is_satisfied = self._is_told = False
+        self._stood: tuple[str | None, int] = (None, 0)  # the own coalition, and the round since which it has been
+
+    def negotiate(self, situation: Situation) -> Move:
+        """Hear partitions, join the best coalition, begin its job once that has stood, tell what is new."""
+        work, now = situation.work, situation.round
+        for heard in situation.heard:
+            self._hear(heard)
+        self._keep_what_is_left(work)
+        held = work.held_by(self._me)
+        crowded = [role for role in held if self._gives_way(role, work)]
+        at = next((role for role in held if role not in crowded), None)
+        if at is not None:
+            self._join(at.name, situation)
+        elif not self._is_satisfied:
+            self._join(self._best(situation, crowded), situation)
+        self._is_satisfied = True
+        said = [Statement(((self._me, "leftRole", self._group.path(role.name)),), told=False) for role in crowded]
+        own = self._partition.get(self._me)
+        if own != self._stood[0]:
+            self._stood = own, now
+        if at is None and own is not None and now - self._stood[1] >= self._with.settle_rounds:
+            said.append(Statement(((self._me, "playsRole", self._group.path(own)),), told=False))
+        if work.unfinished and not (self._is_told and now % self._with.repeat_rounds):
+            self._is_told = True
+            said.append(self._message())
+        return Move(tuple(said), holding=bool(work.unfinished))
+
+    def division(self) -> Mapping[str, str]:
+        """Who is at which job."""
+        return {role: vehicle for vehicle, role in self._partition.items()}
+
+    # Partition
+
+    def _hear(self, heard: Heard) -> None:
+        """Take over a partition that counts more than the own."""
+        told = {(subject, attribute): value for subject, attribute, value in heard.facts}
+        evolved, stamp = told.get((heard.issuer, "claimsOf")), told.get((heard.issuer, "worksSince"))
+        if evolved is None or stamp is None or (int(evolved), int(stamp)) <= self._age:
+            return
+        places = {vehicle: str(path).partition(".") for (vehicle, word), path in told.items() if word == "worksOn"}
+        if any(group != self._group.name for group, _, _ in places.values()):
+            return
+        self._partition = {vehicle: role for vehicle, (_, _, role) in places.items()}
+        self._age, self._is_satisfied = (int(evolved), int(stamp)), False
+
+    def _keep_what_is_left(self, work: Work) -> None:
+        """Leave out who is not there and what is done or may not be begun; what changes is a reason to look anew."""
+        there = {data.name for data in work.workers}
+        left = {role.name: role.job for role in work.unfinished}
+        self._partition = {v: role for v, role in self._partition.items() if v in there and role in left}
+        known = work.done, frozenset(there), tuple(role.name for role in work.open)
+        if known != self._known:
+            self._known, self._is_satisfied = known, False
+
+    def _n_others(self, role: str) -> int:
+        return sum(at == role for vehicle, at in self._partition.items() if vehicle != self._me)
+
+    def _gives_way(self, role: RoleSpecification, work: Work) -> bool:
+        """True if as many vehicles of lower nodes as have room are at a job of this one."""
+        node = work.database[self._me].node
+        before = sum(at == role.name and work.database[v].node < node for v, at in self._partition.items())
+        return role.maximum is not None and before >= role.maximum
+
+    def _join(self, role: str | None, situation: Situation) -> None:
+        """Join a coalition, or the void, unless this vehicle is there."""
+        if role == self._partition.get(self._me):
+            return
+        if role is None:
+            del self._partition[self._me]
+        else:
+            self._partition[self._me] = role
+        work = situation.work
+        stamp = situation.round * len(work.database) + work.database[self._me].node
+        self._age = min(MOST_EVOLVED, self._age[0] + 1), min(MOST_STAMP, stamp)
+        self._is_told = False
+
+    # Utility
+
+    def _best(self, situation: Situation, left: Sequence[RoleSpecification]) -> str | None:
+        """The coalition in which this vehicle gains most; its own unless another is strictly better.
+
+        Args:
+            situation: as it is known; left: roles that it gives up.
+        """
+        own = self._partition.get(self._me)
+        best, most = None, 0.0
+        for role in situation.work.open:
+            gain = -math.inf if role in left else self._gain_s(role, situation)
+            if gain > most or (gain == most and role.name == own):
+                best, most = role.name, gain
+        return best
+
+    def _gain_s(self, role: RoleSpecification, situation: Situation) -> float:
+        """What this vehicle gains in the coalition of a job (s)."""
+        work, n = situation.work, self._n_others(role.name) + 1
+        data, here = work.database[self._me], Outlook(situation.now_s, work.position_m(self._me))
+        then = work.after(here, data, role)
+        if then is None or (role.maximum is not None and n > role.maximum) or not work.affords(here, data, role):
+            return -math.inf
+        way_s = distance(here.position_m, work.job(role).place_m) / data.transit_speed_mps
+        work_s = max(0.0, then.free_s - here.free_s - way_s)
+        return (self._with.reward_s + work_s) / n - way_s
+
+    def _message(self) -> Statement:
+        evolved, stamp = self._age
+        places = [(vehicle, "worksOn", self._group.path(role)) for vehicle, role in sorted(self._partition.items())]
+        return Statement(((self._me, "claimsOf", evolved), (self._me, "worksSince", stamp), *places))
+
+
+@dataclass(frozen=True, slots=True)
+class Grape:
+    """An anonymous hedonic game; see the module's text."""
+
+    reward_s: Annotated[
+        float, Field(ge=0.0, le=1e6, description="what each job is worth beside the time that it takes (s)")
+    ] = 1000.0
+    settle_rounds: Annotated[
+        int, Field(ge=0, le=1000, description="TDMA frames that a coalition must have stood before its job is begun")
+    ] = 1
+    repeat_rounds: Annotated[
+        int, Field(ge=1, le=1000, description="TDMA frames after which the partition is said again")
+    ] = 4
+
+    name: ClassVar[str] = "grape"
+    declaration: ClassVar[Declaration] = Declaration(
+        source="Jang, Shin, Tsourdos 2018 (GRAPE)",
+        messages={
+            "claimsOf": "how often the partition that follows has evolved; not acknowledged",
+            "worksSince": "its time stamp",
+            "worksOn": "at which job the partition has a vehicle",
+            JOB_DONE: "the sender has done a job",
+        },
+        blocks_per_round=1,
+        authorities=frozenset({Authority.TAKE}),
+        private_jobs=True,
+    )
+    form = staticmethod(founded)
+    adapt = staticmethod(common_roles)
+
+    def negotiator(self, me: str, group: Group) -> Player:
+        """A player for each member."""
+        return Player(me, group, self)
+
+
+GRAPE = Grape()
