@@ -26,6 +26,7 @@ from remoras.reach import reachable_fraction
 from remoras.recorder import FAULTS, TRAJECTORIES, Recorder, Table
 from remoras.rows import Row, Rows
 from remoras.separation import Box, Separation, boxes_apart_m
+from remoras.truth import COMPLETE
 from remoras.vehicle import Vehicle
 from remoras.view import ReadOnlyFleet
 from worldmodel import Block, PropertyValue, merge
@@ -408,9 +409,14 @@ class TruthOfAll:
 
     @property
     def milestones(self) -> Sequence[Milestone]:
-        """What has happened so far, in time order."""
+        """What has happened so far, in time order; the mission is complete once that of each fleet is."""
         found = [milestone for fleet in self._fleets for milestone in fleet.truth.milestones]
-        return sorted(found, key=lambda milestone: milestone.time_s) if len(self._fleets) > 1 else found
+        if len(self._fleets) == 1:
+            return found
+        found.sort(key=lambda milestone: milestone.time_s)
+        complete = [milestone for milestone in found if milestone.name == COMPLETE]
+        last = complete[-1:] if all(fleet.completed for fleet in self._fleets) else []
+        return [milestone for milestone in found if milestone.name != COMPLETE] + last
 
     @property
     def goal_fraction(self) -> float:
@@ -504,6 +510,8 @@ class Flotilla(Fleet):
             if table.column_names == OF_ALL and len(crews) > 1
         ]
         self._take_stock()
+        for fleet in self.fleets:
+            fleet.restarted.append(lambda anew: self._take_stock())
 
     def _look_again(self, number: int, anew: Vehicle) -> None:
         """The body of a vehicle that begins anew is another one, at its second address in a fleet, too."""

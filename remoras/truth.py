@@ -15,6 +15,9 @@ from remoras.database import VehicleData
 from remoras.organisation import Organisation
 from remoras.work import Point
 
+COMPLETE = "mission_complete"
+"""The milestone of a mission that has all of its goal and its meetings."""
+
 
 @dataclass(frozen=True, slots=True)
 class Milestone:

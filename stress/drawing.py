@@ -150,6 +150,8 @@ def _is_possible(kind: Kind, scenario: Scenario) -> bool:
     """True unless no vehicle of a scenario can be befallen by a kind."""
     if kind.is_of_scenario and not kind.by_chance:
         return False
+    if kind.name == "clock" and scenario.of_feature("cell"):
+        return False  # cells have one time
     if kind.family is not Family.SENSOR or kind.name == "misplaced":
         return True
     return any(vehicle.sensor for vehicle in scenario.vehicle)

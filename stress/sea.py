@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from exchange.acoustics import loss
 from exchange.acoustics.channel import Arrival, Channel
@@ -25,13 +25,20 @@ class RoughSea:
         slots: TDMA of the fleet.
         forge: makes packets that their sender did not send.
         happened: counts packets that a kind has changed.
+        node_of: nodes of the fleet by the names of its vehicles; faults of others are none of its links.
 
     Attributes:
         is_calm: True once nothing befalls packets any more.
     """
 
     def __init__(
-        self, calm: Channel, schedule: Schedule, slots: TdmaSchedule, forge: Forge, happened: Counter[str]
+        self,
+        calm: Channel,
+        schedule: Schedule,
+        slots: TdmaSchedule,
+        forge: Forge,
+        happened: Counter[str],
+        node_of: Mapping[str, int],
     ) -> None:
         self.is_calm = False
         self._calm = calm
@@ -39,11 +46,10 @@ class RoughSea:
         self._forge = forge
         self._happened = happened
         self._seed = schedule.stress.seed
-        node_of = {name: node for node, name in enumerate(schedule.stress.vehicles)}
         self._faults = [
             (number, fault, node_of.get(fault.vehicle), node_of.get(fault.peer))
             for number, fault in schedule.numbered()
-            if kind_of(fault.kind).family is Family.LINK
+            if kind_of(fault.kind).family is Family.LINK and {fault.vehicle, fault.peer} <= {*node_of, ""}
         ]
 
     def transmit(

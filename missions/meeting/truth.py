@@ -23,6 +23,7 @@ from remoras.nesting import height
 from remoras.organisation import Group
 from remoras.reach import left, reachable_by_jobs, within_reach
 from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
+from remoras.truth import COMPLETE
 from remoras.work import Job, Point
 
 JOBS = Table("jobs", (TIME, VEHICLE, Column("job", "str")))
@@ -160,7 +161,7 @@ class MeetingTruth:
                 self._note_meeting(group, survivors, missing, now_s)
         if not self._is_planned or self._apart or self.goal_fraction < 1.0:
             return False
-        self.milestones.append(Milestone(now_s, "mission_complete"))
+        self.milestones.append(Milestone(now_s, COMPLETE))
         return True
 
     def _note_meeting(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -107,20 +107,26 @@ def actual(setup: Setup, data: VehicleData, seed: int) -> VehicleData:
 
 
 def assemble(
-    setup: Setup, seed: int, channel: Channel | None = None, salt: bytes | None = None, common: Common | None = None
+    setup: Setup,
+    seed: int,
+    channel: Channel | None = None,
+    salt: bytes | None = None,
+    common: Common | None = None,
+    sea: Callable[[Setup, int], Channel] = channel_of,
 ) -> Fleet:
     """A fleet ready to run.
 
     Args:
         setup: the scenario resolved.
         seed: root of all draws.
-        channel: replaces the scenario's, for tests and experiments.
+        channel: replaces the scenario's, for tests and experiments; cells share it.
         salt: of the packets of a scenario with a key, a fresh one if None. Never take one twice but to open what was
             sent under it.
         common: what it has in common with others in the same sea, if it has not the sea to itself.
+        sea: makes the channel of a setup and a seed, where none is given; in cells it is asked for each.
     """
     if setup.parts:
-        return _several(setup, seed, channel)
+        return _several(setup, seed, sea if channel is None else lambda of, seed: channel)
     if setup.scenario.communication.key_file:
         setup = replace(setup, codec=renewed(setup.codec, None if salt is None else lambda sender: salt))
     scenario, mission = setup.scenario, setup.mission
@@ -138,7 +144,7 @@ def assemble(
         return vehicle_anew(model, shared, before, remembers)
 
     faults, times = faults_in(setup, seed) if common is None else tuple(common.faults), scenario.scenario
-    carrier = carrier_for(shared.parts, channel if channel is not None else channel_of(setup, seed))
+    carrier = carrier_for(shared.parts, channel if channel is not None else sea(setup, seed))
     return Fleet(
         Makers(lambda model: [vehicle_of(model, shared, VehicleLife(real)) for real in fleet], anew),
         Medium(carrier, setup.modem, setup.schedule, clocks_of(shared.parts), faults, seed),
@@ -151,13 +157,13 @@ def assemble(
     )
 
 
-def _several(setup: Setup, seed: int, channel: Channel | None) -> Fleet:
-    """Fleets in one sea as one; a channel that is given carries the packets of each of them."""
+def _several(setup: Setup, seed: int, sea: Callable[[Setup, int], Channel]) -> Fleet:
+    """Fleets in one sea as one."""
     join = next(feature.fleet for feature in setup.features if feature.fleet is not None)
     sensors = [sensors_of(data) for data in setup.database.values()]
     yard = Yard(
         lambda of, seed, carrier, common: assemble(of, seed, carrier, common=common),
-        channel_of if channel is None else lambda of, seed: channel,
+        sea,
         faults_in,
         recorder_of_mission(setup.mission, sensors),
     )

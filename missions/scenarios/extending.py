@@ -88,6 +88,11 @@ def locating(scenario: Sparse) -> frozenset[str]:
     return frozenset(name for feature in used_in(scenario) for name in feature.locating(scenario))
 
 
+def other_addresses(scenario: Sparse) -> dict[str, str]:
+    """Vehicles of a scenario that are a second address of another and have no body, by name, with that other."""
+    return {name: of for feature in used_in(scenario) for name, of in feature.other_addresses(scenario).items()}
+
+
 def water(scenario: Sparse) -> Any:
     """How the water moves; None where it stands.
 

@@ -156,6 +156,10 @@ class Scene:
         ]
 
 
+class OfEachFleet:
+    """Base of invariants that are looked at in each fleet by itself, where a sea has several, in cells."""
+
+
 class Invariant(Protocol):
     """One thing that must hold."""
 

@@ -39,7 +39,7 @@ def check_figures(record: Record, report: CheckReport) -> None:
     for name, path in IDENTITY.items():
         report.same("identity", "summary", name, summary.get(name), record.of(path[0]).get(path[1]))
     report.same("identity", "summary", "seed", summary.get("seed"), record.seed)
-    report.same("identity", "summary", "n_vehicles", summary.get("n_vehicles"), len(record.vehicles))
+    report.same("identity", "summary", "n_vehicles", summary.get("n_vehicles"), record.n_bodies)
     channel = record.of("channel")
     if channel["name"] in ("perfect", "bernoulli"):
         report.same("identity", "summary", "per", summary.get("per"), float(channel.get("per", 0.0)), 1e-9)
@@ -138,7 +138,7 @@ def _of_knowledge(record: Record, report: CheckReport) -> dict[str, tuple[Any, f
     waits_s = [time_s - observed[item] for time_s, item in received if item in observed]
     minutes = record.mission_s / 60.0
     found: dict[str, tuple[Any, float]] = {
-        "observations_per_min": (len(received) / len(record.vehicles) / minutes if minutes else 0.0, 1e-4),
+        "observations_per_min": (len(received) / record.n_bodies / minutes if minutes else 0.0, 1e-4),
         "mean_latency_s": (math.fsum(waits_s) / len(waits_s) if waits_s else None, LATENCY_S),
         "p95_latency_s": (float(np.quantile(waits_s, 0.95)) if waits_s else None, LATENCY_S),
         "n_refused_acts": (sum(event == "refused" for event in record["organisation"]["event"]), 0),

@@ -108,6 +108,11 @@ class Record:
         """Who shares a schedule with whom."""
         return Cells(self.scenario, self.by_slot)
 
+    @property
+    def n_bodies(self) -> int:
+        """Vehicles, each counted once, however many addresses it has."""
+        return len(self.vehicles) - len(self.cells.first_of)
+
     @cached_property
     def tick_s(self) -> float:
         """Length of a motion tick."""

@@ -27,9 +27,8 @@ def sea(fault: StressFault, happened: Counter[str] | None = None) -> RoughSea:
         version=1, scenario="", strategy="", vehicles=NAMES, seed=5, heal_s=1000.0, bound_s=2000.0, must_finish=False
     )
     forge = lambda data, slot, draw: b"forged"  # noqa: E731
-    return RoughSea(
-        Still(), Schedule(stress=about, fault=(fault,)), SLOTS, forge, Counter() if happened is None else happened
-    )
+    counted, nodes = Counter[str]() if happened is None else happened, {name: node for node, name in enumerate(NAMES)}
+    return RoughSea(Still(), Schedule(stress=about, fault=(fault,)), SLOTS, forge, counted, nodes)
 
 
 def heard(fault: StressFault, n: int = 600, sender: int = 0) -> list[list[Arrival]]:
