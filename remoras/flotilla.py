@@ -574,7 +574,8 @@ class Flotilla(Fleet):
         is_late = now_s + self.tick_s > self.duration_s
         if self.completed or is_late or self.is_nobody_left or self.truth.is_over:
             self.running = False
-            self.ended_s = now_s
+            for fleet in (self, *self.fleets):
+                fleet.ended_s = now_s
             self.reason = self.truth.close(self.view, now_s)
             self._take_stock()
 

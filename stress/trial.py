@@ -118,7 +118,8 @@ class _Trial:
         self.fleet, self.setup, self.seed = fleet, setup, seed
         effective = effective_kinds(self.schedule, setup)
         self.scene = Scene(setup, self.schedule, fleet, Witness(), {}, effective)
-        self.scenes = scenes_of(self.scene)
+        self.scene.cells = cells_of(self.scene)
+        self.scenes = self.scene.cells or [self.scene]
         about = self.schedule.stress
         left_out = {*(() if about.must_finish else (Finishes.name,)), *(() if about.must_end else (Ends.name,))}
         if setup.parts:  # no quiet time follows, and what is numbered in a fleet is renumbered in tables
@@ -274,14 +275,14 @@ class _Trial:
         return outcome
 
 
-def scenes_of(whole: Scene) -> list[Scene]:
-    """What is seen of each fleet by itself: of all, or in each of its cells.
+def cells_of(whole: Scene) -> list[Scene]:
+    """What is seen of each fleet by itself, where there are several in cells; else none.
 
     Args:
         whole: what is seen of all.
     """
     if not whole.setup.parts:
-        return [whole]
+        return []
     fleets: Sequence[Fleet] = whole.fleet.fleets  # type: ignore[attr-defined]  # a flotilla, which is loaded with cells
     return [
         Scene(setup, whole.schedule, fleet, Witness(), {}, whole.effective)

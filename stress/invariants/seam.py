@@ -71,6 +71,7 @@ class Scene:
         forged: (vehicle, group or subject, what) of each act that a fault of the mind has forged.
         heard: of the moment EVENT: the packet.
         finished: of the moment END: the run; summary: its figures.
+        cells: what is seen of each fleet by itself, where there are several in cells.
         rested: True if the exchange after the mission left nothing open; None where it did not go on.
     """
 
@@ -85,6 +86,7 @@ class Scene:
     finished: Run | None = None
     summary: Mapping[str, Any] = field(default_factory=dict)
     rested: bool | None = None
+    cells: Sequence[Scene] = ()
     _judged: Heard | None = None
     _flaws: list[Flaw] | None = None
 
@@ -124,12 +126,13 @@ class Scene:
     @cached_property
     def is_parted(self) -> bool:
         """True if news has no way between some of those in contact: all such ways have links that are nearly cut."""
-        return self._has_no_way(self._losses_since)
+        return any(cell.is_parted for cell in self.cells) or self._has_no_way(self._losses_since)
 
     @cached_property
     def was_parted(self) -> bool:
         """True if that was so in the later half of the mission, in which those stand still who wait for others."""
-        return self._has_no_way(self._losses_in(0.5 * self.fleet.ended_s, self.fleet.ended_s))
+        losses = self._losses_in(0.5 * self.fleet.ended_s, self.fleet.ended_s)
+        return any(cell.was_parted for cell in self.cells) or self._has_no_way(losses)
 
     @cached_property
     def _losses_since(self) -> Losses:
@@ -138,6 +141,8 @@ class Scene:
 
     def _losses_in(self, from_s: float, until_s: float) -> Losses:
         """What each link loses all the time; on the channel acoustic in that time, where vehicles are in the end."""
+        if self.cells:
+            return {}  # each has its own
         if losses := losses_of(self.setup.scenario):
             return losses
         motions = [vehicle.functional.motion for vehicle in self.fleet.vehicles]
