@@ -9,6 +9,7 @@ from typing import Any
 from missions.errors import ConfigurationError, ConfigurationFault
 from missions.runs.run import run
 from missions.scenarios import load
+from missions.scenarios.extending import is_of_several_fleets
 from missions.scenarios.scenario import Scenario
 from remoras.errors import PluginError
 from stress.draws import Draws
@@ -150,8 +151,8 @@ def _is_possible(kind: Kind, scenario: Scenario) -> bool:
     """True unless no vehicle of a scenario can be befallen by a kind."""
     if kind.is_of_scenario and not kind.by_chance:
         return False
-    if kind.name == "clock" and scenario.of_feature("cell"):
-        return False  # cells have one time
+    if kind.name == "clock" and is_of_several_fleets(scenario):
+        return False  # they have one time
     if kind.family is not Family.SENSOR or kind.name == "misplaced":
         return True
     return any(vehicle.sensor for vehicle in scenario.vehicle)

@@ -118,8 +118,8 @@ class _Trial:
         self.fleet, self.setup, self.seed = fleet, setup, seed
         effective = effective_kinds(self.schedule, setup)
         self.scene = Scene(setup, self.schedule, fleet, Witness(), {}, effective)
-        self.scene.cells = cells_of(self.scene)
-        self.scenes = self.scene.cells or [self.scene]
+        self.scene.parts = parts_of(self.scene)
+        self.scenes = self.scene.parts or [self.scene]
         about = self.schedule.stress
         left_out = {*(() if about.must_finish else (Finishes.name,)), *(() if about.must_end else (Ends.name,))}
         if setup.parts:  # no quiet time follows, and what is numbered in a fleet is renumbered in tables
@@ -146,7 +146,7 @@ class _Trial:
         return replace(outcome, not_promised=tuple(names))
 
     def _sea(self, setup: Setup, seed: int) -> RoughSea:
-        """The sea of a fleet, which is all of it or one in cells."""
+        """The sea of a fleet, which is all there is or one of several."""
         nodes = {data.name: data.node for data in setup.database.values()}
 
         def somebody_knows() -> WorldModel:
@@ -275,15 +275,15 @@ class _Trial:
         return outcome
 
 
-def cells_of(whole: Scene) -> list[Scene]:
-    """What is seen of each fleet by itself, where there are several in cells; else none.
+def parts_of(whole: Scene) -> list[Scene]:
+    """What is seen of each fleet by itself, where there are several; else none.
 
     Args:
         whole: what is seen of all.
     """
     if not whole.setup.parts:
         return []
-    fleets: Sequence[Fleet] = whole.fleet.fleets  # type: ignore[attr-defined]  # a flotilla, which is loaded with cells
+    fleets: Sequence[Fleet] = whole.fleet.fleets
     return [
         Scene(setup, whole.schedule, fleet, Witness(), {}, whole.effective)
         for setup, fleet in zip(whole.setup.parts, fleets, strict=True)

@@ -119,11 +119,11 @@ def assemble(
     Args:
         setup: the scenario resolved.
         seed: root of all draws.
-        channel: replaces the scenario's, for tests and experiments; cells share it.
+        channel: replaces the scenario's, for tests and experiments; of several fleets it carries the packets of each.
         salt: of the packets of a scenario with a key, a fresh one if None. Never take one twice but to open what was
             sent under it.
         common: what it has in common with others in the same sea, if it has not the sea to itself.
-        sea: makes the channel of a setup and a seed, where none is given; in cells it is asked for each.
+        sea: makes the channel of a setup and a seed, where none is given; of several fleets it is asked for each.
     """
     if setup.parts:
         return _several(setup, seed, sea if channel is None else lambda of, seed: channel)

@@ -88,6 +88,11 @@ def locating(scenario: Sparse) -> frozenset[str]:
     return frozenset(name for feature in used_in(scenario) for name in feature.locating(scenario))
 
 
+def is_of_several_fleets(scenario: Sparse) -> bool:
+    """True if the vehicles of a scenario are several fleets in one sea."""
+    return any(feature.fleet is not None for feature in used_in(scenario))
+
+
 def other_addresses(scenario: Sparse) -> dict[str, str]:
     """Vehicles of a scenario that are a second address of another and have no body, by name, with that other."""
     return {name: of for feature in used_in(scenario) for name, of in feature.other_addresses(scenario).items()}
