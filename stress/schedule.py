@@ -236,7 +236,10 @@ def frame_s(scenario: Scenario) -> float:
 
 @lru_cache(maxsize=64)
 def _known(scenario: str, changes: tuple[tuple[str, str], ...]) -> tuple[tuple[dict[str, Any], ...], float]:
-    """The faults that a scenario has itself, and its longest quiet time (s), none for several fleets: many schedules have one."""
+    """The faults that a scenario has itself, and its longest quiet time (s): many schedules have one.
+
+    The exchange of several fleets ends with the mission.
+    """
     own = load(scenario, changes)
     n_frames = 0 if is_of_several_fleets(own) else max(SETTLE_FRAMES, math.ceil(ROUNDS * _packets_each(own)))
     return tuple(table.model_dump(mode="json", exclude_none=True) for table in own.fault), n_frames * frame_s(own)
