@@ -26,8 +26,9 @@ from missions.sweeps.study import Study
 from remoras.plugins import named_object
 
 SEED, N_GENERATIONS, N_CANDIDATES, N_ELITE, N_RUNS = 1, 3, 8, 3, 4
-START = {"bias": 0.5, "turn": 1.0, "done_after": -1.0, "nearer_peers": -0.3, "others": -1.0, "held": -2.0}
-SPREAD, LEAST_SPREAD = 1.0, 0.1
+START = {"bias": -2.5, "turn": 1.0, "others": -1.0, "held": -3.0, "planned": 3.0}
+"""At its turn a vehicle without a job takes the first of the plan that it makes for all."""
+SPREAD, LEAST_SPREAD = 0.3, 0.1
 N_PROCESSES = 2
 Flight = tuple[int, int]
 """Number of a cell, and of a repeat."""

@@ -58,6 +58,7 @@ class Broadcaster:
         self._with = strategy
         self._at: dict[str, JobWatch] = {}  # last known of every vehicle
         self._reported: set[str] = set()  # jobs that somebody says are done
+        self._has_taken_over = False  # and nobody was told
         self._awaited: dict[str, float] = {}  # jobs left to vehicles without work: when they should have been done
 
     def negotiate(self, situation: Situation) -> Move:
@@ -80,13 +81,29 @@ class Broadcaster:
             if name is not None:
                 self._at[self._me] = self._station(name, self._me, round(situation.now_s), work)
                 said.append(Statement(((self._me, "playsRole", self._group.path(name)),), told=False))
-        if situation.round % self._with.period_rounds == 0 or said:
+        if situation.round % self._with.period_rounds == 0 or said or self._has_taken_over:
+            self._has_taken_over = False
             said += self._state(work)
         return Move(tuple(said), holding=bool(work.unfinished))
 
     def division(self) -> Mapping[str, str]:
         """Who is at which job."""
         return {at.role: name for name, at in self._at.items()}
+
+    def take_over(self, situation: Situation) -> None:
+        """Go on where jobs were given out otherwise: whoever holds some is at one that is begun, or at the nearest."""
+        self._has_taken_over = True
+        work, now_s = situation.work, situation.now_s
+        for data in work.workers:
+            held = work.held_by(data.name)
+            begun = [role for role in held if share_left(work.job(role)) < 1.0]
+            for role in work.in_order(Outlook(now_s, work.position_m(data.name)), data, begun or held)[:1]:
+                self._at[data.name] = self._station(role.name, data.name, round(now_s), work)
+
+    def is_at(self, role: str) -> bool:
+        """True if this vehicle is at the job of a role."""
+        at = self._at.get(self._me)
+        return at is not None and at.role == role
 
     def _hear(self, heard: Heard, work: Work) -> None:
         """The state of the mission as a peer tells it."""

@@ -3,8 +3,17 @@
 import numpy as np
 import pytest
 
-from missions.benchmark.learning.baselines import FEATURES, GREEDY, LEARNED, WEIGHTS, Scorer, greedy, learned
-from missions.benchmark.learning.observing import JOB, MOST_JOBS, N_ACTIONS, OWN, TAKE, Sight, unasked
+from missions.benchmark.learning.baselines import (
+    FEATURES,
+    GREEDY,
+    LEARNED,
+    WEIGHTS,
+    Scorer,
+    greedy,
+    learned,
+    planned_first,
+)
+from missions.benchmark.learning.observing import JOB, MOST_JOBS, N_ACTIONS, OWN, PEER, TAKE, Sight, unasked
 from missions.benchmark.learning.policies import strategy
 from missions.benchmark.suite import suite_named
 from missions.runs.run import Run, run_of
@@ -37,6 +46,21 @@ def test_a_scorer_takes_what_scores_highest_if_that_is_above_nothing() -> None:
     assert Scorer(np.zeros(len(FEATURES)))(seen) == 0
     seen["action_mask"][TAKE + 1] = 0
     assert Scorer(by_time)(seen) == TAKE
+
+
+def test_the_plan_has_a_vehicle_do_what_no_peer_would_have_done_sooner() -> None:
+    """Jobs of 400 and 300 s at 1 m/s, 100 m to the east and to the west; a peer stands at the eastern one."""
+    seen = sight([500.0, 400.0], [0, 0])
+    seen["own"][[OWN.index("transit_mps"), OWN.index("place")]] = 1.0, 0
+    seen["jobs"][[0, 1], JOB.index("x_m")] = 100.0, -100.0
+    assert planned_first(seen) == 0  # alone it does both, of equals the first
+    peer = seen["peers"][0]
+    peer[[PEER.index("member"), PEER.index("x_m"), PEER.index("job")]] = 1.0, 100.0, -1.0
+    assert planned_first(seen) == 1
+    peer[PEER.index("x_m")] = 5000.0
+    assert planned_first(seen) == 0  # both are its own again
+    seen["action_mask"][:] = 0
+    assert planned_first(seen) is None
 
 
 def test_the_learned_weights_are_small_and_of_the_suite() -> None:
