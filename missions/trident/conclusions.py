@@ -138,8 +138,10 @@ class Concluding:
             return []
         there = frozenset(name for group in self.groups.values() for name in parties(group, facts))
         ways = self.matching.ways(CHOOSE, me, facts, there)
-        chooser = self.matching.services[ways[0]] if ways else None
-        if chooser is None or chooser.vehicle != me or now_s - since_s < chooser.settings.delay_s:
+        if not ways:
+            return self._nobody_chooses(me, organisation, beliefs)
+        chooser = self.matching.services[ways[0]]
+        if chooser.vehicle != me or now_s - since_s < chooser.settings.delay_s:
             return []
         if beliefs.get(("serviceStatus", chooser.name)) != AVAILABLE:
             return []
@@ -168,6 +170,20 @@ class Concluding:
         opened = [Finding(name, "verdict", "open")] if anew else []
         opened += [Finding(self.recovery, "isExhausted", False)] if is_exhausted else []
         return [*opened, Finding(self.recovery, "chosen", name), Finding(self.recovery, "chosenAt", at_m)]
+
+    def _nobody_chooses(self, me: str, organisation: Organisation, beliefs: Beliefs) -> list[Finding]:
+        """A head says that nothing is left to be chosen, once who is there has no service that chooses and may work."""
+        leads = any(
+            me in organisation.heads(group.name) and any(role.job == self.recovery for role in group.roles)
+            for group in self.groups.values()
+        )
+        if not leads or beliefs.get(("isExhausted", self.recovery)):
+            return []
+        for name in beliefs.instances(self.matching.activities[CHOOSE].requires):
+            there = organisation.members(*(group.name for group in self.groups.values()))
+            if self.matching.services[name].vehicle in there and beliefs.get(("serviceStatus", name)) != FAILED:
+                return []
+        return [Finding(self.recovery, "isExhausted", True)]
 
     def _survey_again(
         self, me: str, beliefs: Beliefs, facts: FactsLike, there: frozenset[str], n_again: int

@@ -139,7 +139,7 @@ class RecoveryJob(OnServices):
         place_m: middle of the site, until more is known.
         needs: names of the blocks.
         services: that have to be on board, and say whether they work; failed: of these, that say that they do not.
-        exhausted: no candidate is left that may be the target.
+        exhausted: no candidate is left that may be the target, or nobody to choose it.
     """
 
     name: str
@@ -161,8 +161,11 @@ class RecoveryJob(OnServices):
 
     @property
     def hindrances(self) -> tuple[str, ...]:
-        """The services that have failed; that no candidate is left."""
-        return (*super().hindrances, *(("no candidate is left that may be the target",) if self.exhausted else ()))
+        """The services that have failed; that no choice is left."""
+        return (
+            *super().hindrances,
+            *(("no candidate is left that may be the target, or nobody to choose it",) if self.exhausted else ()),
+        )
 
     def left(self, facts: Known) -> Self:
         """With the services that have failed, and without a candidate once none is left."""

@@ -376,7 +376,9 @@ class Standing:
             return [*self._leaving(left), self._beliefs.fact(self._me, SENSORS_WORK, False)]
         self._is_out_of_reach = False
         with_job = {(g.name, role.name) for g in self.organisation.groups.values() for role in g.roles if role.job}
-        with_job.add((objective.group, objective.role))
+        of = self.organisation.groups[objective.group].role(objective.role)
+        if of is None or not of.founding:  # by its founding role it is with its group
+            with_job.add((objective.group, objective.role))
         roles = [role for role in self.organisation.roles_of(self._me) if (role.group, role.role) in with_job]
         return [*self._leaving(roles), self._available(False)]
 

@@ -157,7 +157,9 @@ def test_without_another_survey_nothing_is_left_and_that_is_said() -> None:
     assert not done.completed
     assert recovered_by(done) == ""
     assert [value for _, _, _, value in said(done, "isExhausted")] == ["true"]
-    assert {what for _, what in rows(done, "impossible")} == {"recovery: no candidate is left that may be the target"}
+    assert {what for _, what in rows(done, "impossible")} == {
+        "recovery: no candidate is left that may be the target, or nobody to choose it"
+    }
     assert done.recorder.rows("trajectories")[-1][0] < 4200.0
     assert metric(done, "n_violations") == 0
 
@@ -196,3 +198,26 @@ def test_who_does_not_know_whether_its_finders_work_says_that_it_is_unable() -> 
     silent = [f"vehicle.IAUV00.sensor.{one}.self_test=false" for one in ("camera", "forward sonar")]
     done = run(*VAGUE, *silent, seed=3)
     assert [(vehicle, job) for _, vehicle, _, job in said(done, "unableTo")] == [("IAUV00", "recovery")]
+
+
+# What nobody is left to do
+
+
+@pytest.mark.parametrize(
+    ("failing", "why", "latest_s"),
+    [
+        (("ASV00 console", "IAUV00 recogniser"), "nobody to choose it", 1500.0),
+        (("ASV00 multibeam", "IAUV00 stereo", "IAUV00 sidescan"), "IAUV00 stereo has failed", 1000.0),
+    ],
+)
+def test_what_nobody_is_left_to_choose_or_survey_is_said_to_be_impossible(
+    failing: tuple[str, ...], why: str, latest_s: float
+) -> None:
+    """All come home. A diver whose survey on request failed left the role by which it is called home."""
+    done = run(failing=failing, at_s=200.0, until_s=7200.0)
+    assert not done.completed
+    assert any(why in what for _, what in rows(done, "impossible"))
+    tracks = done.recorder.rows("trajectories")
+    assert tracks[-1][0] < latest_s
+    last = {row[1]: row for row in tracks}
+    assert all(math.dist(row[2:4], (190.0, 60.0)) <= 25.0 for row in last.values())
