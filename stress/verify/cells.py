@@ -5,6 +5,7 @@ docs/howto/cells.md. A fleet without cells is one cell.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from functools import cached_property
 from typing import Any
@@ -105,6 +106,12 @@ class Cells:
                 if turns[one] == turns[other] and (is_near or other in self._beside[one]):
                     found.append((table["name"], self.tables[other]["name"]))
         return found
+
+    def done_s(self, name: str, milestones: Iterable[dict[str, Any]]) -> float:
+        """When all groups of the cell of a vehicle had met, while other cells go on; infinite if they had not."""
+        groups = self.tables[self.number_of[name]].get("groups", [])
+        met_s = {stone["group"]: float(stone["time_s"]) for stone in milestones if stone["name"] == "gathered"}
+        return max((met_s.get(group, math.inf) for group in groups), default=math.inf)
 
     def areas(self) -> list[set[str]]:
         """Names of the areas of each cell: jobs of the roles of its groups."""

@@ -138,6 +138,7 @@ def _check_vehicle(
     was_on, was_surely_on = sensor_was_on(record, name, time_s)
     awake = was_on & ~record.during(name, AWAY, time_s)
     ground_mps, error_mps = over_ground_mps(record, track)
+    done_s = record.cells.done_s(name, record.summary["milestones"])  # what a cell does then counts no more
     surely: dict[tuple[int, int], float] = {}
     perhaps: dict[tuple[int, int], list[float]] = {}
     for swath in mapping_swaths(record.vehicles[name]):
@@ -147,7 +148,7 @@ def _check_vehicle(
         is_slow = ground_mps < swath.limit_mps * (1.0 - record.spread) * 1.000001 - error_mps / 2.0
         if not record.spread and water_stands(record):  # else rounded headings do not tell how fast it was
             is_slow |= _is_steady(track, swath.limit_mps)
-        is_sure = (is_slow & was_surely_on).tolist()
+        is_sure = (is_slow & was_surely_on & (time_s <= done_s)).tolist()
         for at, cell, distance_m in _below(record, track, np.flatnonzero(on & slow), swath.reach_m + REACH_M, cells):
             perhaps.setdefault(cell, []).append(time_s[at])
             if is_sure[at] and distance_m < swath.reach_m - REACH_M:

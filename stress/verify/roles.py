@@ -141,7 +141,7 @@ def views_with_durations(record: Record, end_s: float) -> Iterator[tuple[float, 
 def organisation_figures(record: Record, end_s: float) -> dict[str, float | None]:
     """Figures of the organisation over the run; without a time they are None."""
     roles = declared_roles(record)
-    by_groups = record.of("communication").get("needs_follow", "all") == "groups"
+    by_groups = record.of("communication").get("needs_follow", "all") == "groups" or len(record.cells.tables) > 1
     keeps = record.of("strategy")["name"] in KEEP_OWN_JOBS
     left_out = {key for key, role in roles.items() if keeps and role.get("job") is not None}
     conflict_s, apart_s, pairs_s, malformed_s = [], [], [], []
