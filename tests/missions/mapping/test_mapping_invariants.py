@@ -30,7 +30,7 @@ def test_the_table_is_held_against_the_ground(rows: list[Any], share: float, wro
     layer = SimpleNamespace(motion=Motion(37.5, 12.5), data=mapper(), sensing=("mapping",), guidance=guidance)
     condition = SimpleNamespace(dead_sensors=frozenset())
     vehicle = SimpleNamespace(name="AUV00", is_alive=True, functional=layer, condition=condition)
-    scene: Any = SimpleNamespace(finished=None, fleet=SimpleNamespace(vehicles=[vehicle]))
+    scene: Any = SimpleNamespace(finished=None, parts=(), fleet=SimpleNamespace(vehicles=[vehicle]))
     invariant = TrueCoverage()
     assert invariant.broken(scene) is None
     scene.finished = SimpleNamespace(
