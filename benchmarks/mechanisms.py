@@ -12,6 +12,7 @@ place for as long as the run lasts.
 from __future__ import annotations
 
 import argparse
+import json
 import statistics
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -99,6 +100,16 @@ def untold() -> Iterator[None]:
 
 
 @contextmanager
+def unplanned() -> Iterator[None]:
+    """No plan looks at energy: who has little is given work as who has much, and leaves it when it has to go home."""
+    with (
+        mock.patch("remoras.social.agreement.scarce_energy_j", return_value={}),
+        mock.patch.object(Reports, "scarce_energy_j", return_value={}),
+    ):
+        yield
+
+
+@contextmanager
 def hysteresis() -> Iterator[None]:
     """What is performed moves a vehicle by 0.1 more, however dissatisfied it is."""
 
@@ -137,8 +148,21 @@ CUT = 'channel.link=[{sender="AUV05",receiver="ASV00",per=0.97},{sender="ASV00",
 """One vehicle hardly reaches the analyst."""
 
 
-DRAINED = 'fault=[{kind="drains",vehicle="AUV02",at_s=100,drain_w=4000.0}]'
-"""Its battery of 5 MJ is empty after some 1300 s, before it has mapped what it was to map."""
+WEAK = "vehicle.AUV02.energy_j=800000.0"
+"""A battery that plans look at: it would not last for the whole duration in transit."""
+DRAINED = 'fault=[{kind="drains",vehicle="AUV02",at_s=100,drain_w=500.0}]'
+"""That battery is empty after some 1300 s, before its vehicle has mapped what it was to map."""
+NETWORK = (
+    'channel.name="network"',
+    'channel.network="mission-2012"',
+    *(
+        f'channel.nodes.{vehicle}="{node}"'
+        for vehicle, node in zip(("ASV00", "AUV00", "AUV01", "AUV02"), (21, 27, 28, 29), strict=True)
+    ),
+)
+"""The sea of a trial, in which one vehicle hears 2.5 % of what the head says."""
+TWICE = json.dumps([f"AUV0{number}" for number in range(6)] * 2 + ["ASV00"])
+"""Whoever makes snippets has two slots in a frame, and whoever listens to them one."""
 
 
 def _fault(kind: str, vehicle: str, at_s: int) -> str:
@@ -165,7 +189,8 @@ MECHANISMS: Mapping[str, Mechanism] = {
         keys=(*FOR_ALL, 'communication.policy="ack-repeat"'),
         measure=CLASSIFIED,
     ),
-    "relaying": Mechanism(
+    "relaying": Mechanism(MAP, ("communication.relaying=false",), keys=NETWORK),
+    "relaying of images": Mechanism(
         HUNT, ("communication.relaying=false",), keys=(*FOR_ALL, 'channel.name="matrix"', CUT), measure=CLASSIFIED
     ),
     "summaries": Mechanism(
@@ -174,7 +199,14 @@ MECHANISMS: Mapping[str, Mechanism] = {
         keys=('fault=[{kind="restarts",vehicle="ASV00",at_s=700,until_s=760,memory="lost"}]',),
         measure=CLASSIFIED,
     ),
+    "summaries, after silence": Mechanism(
+        HUNT,
+        ("communication.summaries=false",),
+        keys=('channel.blackout=[{from_s=400,until_s=900,vehicle="ASV00"}]',),
+        measure=CLASSIFIED,
+    ),
     "slots": Mechanism(HUNT, ('communication.mac="aloha"',), measure=CLASSIFIED),
+    "slot lists": Mechanism(HUNT, into=(f"communication.slots={TWICE}",), measure=CLASSIFIED),
     "altruism": Mechanism(LIFT, ("decision.weight_external=0.0",)),
     "dissatisfaction": Mechanism(LIFT, ("decision.tedium_per_s=0.0",)),
     "altruism, escorts": Mechanism(ESCORT, ("decision.weight_external=0.0",)),
@@ -183,8 +215,14 @@ MECHANISMS: Mapping[str, Mechanism] = {
     "consultation": Mechanism("mapping-rendezvous", patch=at_once, measure="consultation_done"),
     "passing on of calls": Mechanism(FERRY, ("guidance.keeps_calls=true",), keys=("scenario.duration_s=3600.0",)),
     "avoidance": Mechanism(FERRY, patch=headlong, measure="conflicts"),
-    "battery fact": Mechanism(MAP, patch=untold, keys=(DRAINED,)),
-    "lease": Mechanism(MAP, ("communication.lease_frames=100000",), keys=(_fault("lost", "AUV02", 600),)),
+    "battery fact": Mechanism(MAP, patch=untold, keys=(WEAK, DRAINED)),
+    "energy in plans": Mechanism(MAP, patch=unplanned, keys=("vehicle.AUV02.energy_j=100000.0",)),
+    "energy in plans, sites": Mechanism(LIFT, patch=unplanned, keys=("vehicle.AUV02.energy_j=100000.0",)),
+    "lease": Mechanism(
+        MAP,
+        ("communication.lease_frames=100000", "communication.false_absence=0.0"),
+        keys=(_fault("lost", "AUV02", 600),),
+    ),
     "succession": Mechanism(MAP, ("group.Operational.succession=[]",), keys=(_fault("lost", "AUV00", 600),)),
     "repair of plans": Mechanism(
         "pandora-inspection", patch=unrepaired, keys=("fault=[]", "current.surge=[]"), measure="serviced_fraction"

@@ -13,6 +13,7 @@ from functools import cached_property
 
 from exchange.arithmetic import distance
 from missions.meeting.helping import Help
+from missions.meeting.staying import AnyonesJob
 from remoras.behaviours import (
     ADVANCING,
     DONE,
@@ -25,13 +26,12 @@ from remoras.behaviours import (
     attracted,
     distance_m,
 )
-from remoras.beliefs import Key
 from remoras.database import VehicleData
 from remoras.motion import Motion
 from remoras.picture import Picture
 from remoras.work import Outlook, Point
 
-DONE_BY, ESCORTS = "jobDone", "escorts"
+ESCORTS = "escorts"
 ON_LINE_M = 3.0
 """A vehicle this near to the line is on it."""
 ABREAST = 0.5
@@ -39,25 +39,17 @@ ABREAST = 0.5
 
 
 @dataclass(frozen=True)
-class SurveyLine:
+class SurveyLine(AnyonesJob):
     """A line: a ``remoras.work.Job``.
 
     Attributes:
         name: of the line; place_m: where it begins; to_m: where it ends.
         is_escorted: it takes a second vehicle that follows.
-        needs: nothing must be done before.
     """
 
-    name: str
     place_m: Point
     to_m: Point
     is_escorted: bool
-    needs: tuple[str, ...] = ()
-
-    @property
-    def done(self) -> Key:
-        """Somebody has surveyed it."""
-        return DONE_BY, self.name
 
     @cached_property
     def length_m(self) -> float:
@@ -93,10 +85,6 @@ class SurveyLine:
         """True of a place to the left of the line's direction."""
         (x_m, y_m), (to_x_m, to_y_m) = self.place_m, self.to_m
         return (to_x_m - x_m) * (position_m[1] - y_m) >= (to_y_m - y_m) * (position_m[0] - x_m)
-
-    def is_able(self, data: VehicleData) -> bool:
-        """Every vehicle is."""
-        return True
 
     def after(self, outlook: Outlook, data: VehicleData) -> Outlook:
         """When and where the vehicle will be free if it surveys the line next, and need not wait for an escort."""

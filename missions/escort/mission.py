@@ -19,10 +19,12 @@ from missions.figure import Declared, Figure, Mark, Place, RunResults, Style
 from missions.meeting.helping import URGENCY, Help, HelpMission
 from missions.meeting.job_mission import JobScenario, JobSettings
 from missions.meeting.meeting import Meeting
-from missions.meeting.roles import founding_of, with_job_roles
+from missions.meeting.progress import done_s, draw_steps, first_s, mean_of_all_s
+from missions.meeting.roles import founding_of, listed_faults, with_job_roles
+from missions.meeting.staying import DONE_BY
 from missions.meeting.truth import JOBS, JobTruth
 from missions.metric import Better, MeasuredRun, Metric
-from missions.scenarios.tables import Name, PointM, Raw, Section, entries, names_of, outside_faults, point_of
+from missions.scenarios.tables import Name, PointM, Raw, Section, entries, point_of
 from remoras.behaviours import Behaviour
 from remoras.database import VehicleData
 from remoras.mission import FleetView
@@ -138,14 +140,11 @@ def marks_m(length_m: float) -> list[float]:
 def mean_surveyed_s(run: MeasuredRun) -> float:
     """Mean time by which a line was surveyed; one that was not counts with the duration of the mission."""
     scenario: Any = run.scenario
-    done_s: dict[str, float] = {}
-    for time_s, _, job in run.recorder.rows(JOBS.name):
-        done_s.setdefault(job, time_s)
+    surveyed_s = done_s(run)
     for time_s, _, line, event in run.recorder.rows(ESCORTING.name):
-        if event == SURVEYED and line in done_s:
-            done_s[line] = max(done_s[line], time_s)
-    n_all, duration_s = len(scenario.line), float(scenario.scenario.duration_s)
-    return (math.fsum(done_s.values()) + (n_all - len(done_s)) * duration_s) / n_all
+        if event == SURVEYED and line in surveyed_s:
+            surveyed_s[line] = max(surveyed_s[line], time_s)
+    return mean_of_all_s(surveyed_s.values(), len(scenario.line), run)
 
 
 def mean_escort_s(run: MeasuredRun) -> float | None:
@@ -155,8 +154,8 @@ def mean_escort_s(run: MeasuredRun) -> float | None:
     """
     rows = list(run.recorder.rows(ESCORTING.name))
     began_s = {row[2]: row[0] for row in rows if row[3] == WAITS}
-    done_s = {row[2]: row[0] for row in rows if row[3] == SURVEYED}
-    spans_s = [done_s.get(name, run.end_s) - from_s for name, from_s in began_s.items()]
+    surveyed_s = {row[2]: row[0] for row in rows if row[3] == SURVEYED}
+    spans_s = [surveyed_s.get(name, run.end_s) - from_s for name, from_s in began_s.items()]
     return math.fsum(spans_s) / len(spans_s) if spans_s else None
 
 
@@ -171,13 +170,7 @@ METRICS = (
 
 def draw_surveyed(axes: Axes, results: RunResults, style: Style) -> str:
     """Lines surveyed over time."""
-    first = {row["job"]: row["time_s"] for row in reversed(results.table(JOBS.name).to_pylist())}
-    ordered = sorted(first.values())
-    end_s = max((row["time_s"] for row in results.table("trajectories").to_pylist()), default=0.0)
-    axes.step([0.0, *ordered, end_s], [*range(len(ordered) + 1), len(ordered)], where="post", color=style.black,
-              label="fleet")  # fmt: skip
-    axes.set_xlabel(style.axis("time", "s"))
-    axes.set_ylabel(style.axis("lines surveyed"))
+    draw_steps(axes, results, style, {"fleet": first_s(results).values()}, "lines surveyed")
     return "A line counts once its vehicle has been along all of it, escorted where it takes an escort."
 
 
@@ -198,7 +191,7 @@ class EscortMission(HelpMission):
     group_missions = ("LineSurvey",)
     objective, kind = "Surveying", "SurveyLine"
     help_activity = "Following"
-    needs = (*HelpMission.needs, "objectiveSurveying", "jobDone", ESCORTS)
+    needs = (*HelpMission.needs, "objectiveSurveying", DONE_BY, ESCORTS)
     vocabulary = (Path(__file__).with_name("vocabulary.ttl"),)
     tables: ClassVar[tuple[Table, ...]] = (*HelpMission.tables, ESCORTING)
     metrics: ClassVar[tuple[Metric, ...]] = METRICS
@@ -260,20 +253,8 @@ def with_surveyors(raw: Raw) -> Raw:
 
 def line_faults(raw: Raw) -> Iterator[ConfigurationFault]:
     """Lines outside of the world, too short, with names that are taken, or that take more vehicles than there are."""
-    lines = entries(raw, "line")
-    placed = [
-        (f"line.{line.get('name')}.{key}", at_m)
-        for line in lines
-        for key in ("from_m", "to_m")
-        for at_m in point_of(line, key)
-    ]
-    yield from outside_faults(raw, placed)
-    taken = {name for kind in ("vehicle", "group", "rally_point") for name in names_of(raw, kind)}
-    names = names_of(raw, "line")
-    for name in dict.fromkeys(names):
-        if name in taken or names.count(name) > 1:
-            yield ConfigurationFault(f"line.{name}.name", f'"{name}"', "is taken; lines need names of their own")
-    for line in lines:
+    yield from listed_faults(raw, "line", "from_m", "to_m")
+    for line in entries(raw, "line"):
         for from_m, to_m in zip(point_of(line, "from_m"), point_of(line, "to_m"), strict=False):
             if distance(from_m, to_m) < SHORTEST_M:
                 given = f"[{to_m[0]:g}, {to_m[1]:g}]"

@@ -6,7 +6,6 @@ pass. What comes of that is the model of ``remoras.attraction``, and nothing of 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,32 +18,13 @@ from missions.errors import ConfigurationFault
 from missions.figure import Declared, Figure, Layer, Mark, Place, RunResults, Style
 from missions.files import tables_of
 from missions.meeting.job_mission import JobMission, JobScenario, JobSettings
-from missions.meeting.roles import founding_of, with_job_roles
+from missions.meeting.progress import done_s, draw_steps, first_s, mean_of_all_s
+from missions.meeting.roles import founding_of, listed_faults, placed_in, with_job_roles
+from missions.meeting.staying import DONE_BY, AnyonesJob, Stay
 from missions.meeting.truth import JOBS
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
-from missions.scenarios.tables import (
-    Name,
-    NotNegative,
-    PointM,
-    Raw,
-    Section,
-    entries,
-    names_of,
-    outside_faults,
-    point_of,
-)
-from remoras.behaviours import (
-    ADVANCING,
-    CAPTURE_M,
-    DONE,
-    Approach,
-    Behaviour,
-    Perception,
-    Reference,
-    attracted,
-    distance_m,
-)
-from remoras.beliefs import Key
+from missions.scenarios.tables import Name, NotNegative, PointM, Raw, Section, names_of, point_of
+from remoras.behaviours import ADVANCING, DONE, Behaviour, Perception, Reference
 from remoras.database import VehicleData
 from remoras.motion import Motion
 from remoras.picture import Picture
@@ -57,11 +37,8 @@ if TYPE_CHECKING:
 
 PASSAGE = "passage"
 """Key of the feature by which there is a reef."""
-AT_PLACE_M = 2.0
-"""A load is fetched, or handed over, within this distance."""
 STANDS_MPS = 0.1
 """A vehicle that is slower stands."""
-DONE_BY = "jobDone"
 
 
 class DeliveryTable(Section):
@@ -92,31 +69,19 @@ class FerryScenario(JobScenario):
 
 
 @dataclass(frozen=True)
-class Delivery:
+class Delivery(AnyonesJob):
     """A load: a ``remoras.work.Job``.
 
     Attributes:
         name: of the delivery; place_m: where the load is fetched; to_m: where it is handed over.
         handling_s: how long either takes.
         length_m: length of the way from one place to another.
-        needs: nothing must be done before.
     """
 
-    name: str
     place_m: Point
     to_m: Point
     handling_s: float
     length_m: Callable[[Point, Point], float]
-    needs: tuple[str, ...] = ()
-
-    @property
-    def done(self) -> Key:
-        """It has been handed over."""
-        return DONE_BY, self.name
-
-    def is_able(self, data: VehicleData) -> bool:
-        """Every vehicle is."""
-        return True
 
     def after(self, outlook: Outlook, data: VehicleData) -> Outlook:
         """When and where the vehicle will be free if it carries the load next."""
@@ -132,11 +97,9 @@ class Carrying(Behaviour):
     """
 
     def __init__(self, delivery: Delivery, data: VehicleData) -> None:
-        self._delivery = delivery
-        self._speed_mps = data.transit_speed_mps
-        self._approach = Approach(data.transit_speed_mps)
+        self._delivery, self._data = delivery, data
+        self._stay = Stay(data)
         self._has_load = False
-        self._since_s: float | None = None
 
     @property
     def _place_m(self) -> Point:
@@ -147,23 +110,16 @@ class Carrying(Behaviour):
         of = self._delivery
         if picture.facts.get(of.done) is not None:
             return DONE
-        now_s, to_go_m = picture.body.now_s, of.length_m(motion.position_m, self._place_m)
-        if to_go_m > AT_PLACE_M or not performed:
-            self._since_s = None
-            advance = self._approach.advance(to_go_m, now_s, performed)
-            return Perception(1.0, advance) if performed else attracted(to_go_m)
-        self._since_s = now_s if self._since_s is None else self._since_s
-        if now_s - self._since_s < of.handling_s:
-            return ADVANCING
-        if self._has_load:
-            return DONE
-        self._has_load, self._since_s, self._approach = True, None, Approach(self._speed_mps)
+        to_go_m = of.length_m(motion.position_m, self._place_m)
+        found = self._stay.perceive(to_go_m, of.handling_s, picture.body.now_s, performed)
+        if found is not DONE or self._has_load:
+            return found
+        self._has_load, self._stay = True, Stay(self._data)
         return ADVANCING
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """To where the load is, or is to be, in transit; stay there."""
-        place_m = self._place_m
-        return Reference(place_m, 0.0 if distance_m(motion, place_m) <= CAPTURE_M else self._speed_mps)
+        return self._stay.reference(self._place_m, motion)
 
 
 # What the results say ----------------------------------------------------------------------------
@@ -172,11 +128,7 @@ class Carrying(Behaviour):
 def mean_delivered_s(run: MeasuredRun) -> float:
     """Mean time by which a load was handed over; one that was not counts with the duration of the mission."""
     scenario: Any = run.scenario
-    done_s: dict[str, float] = {}
-    for time_s, _, job in run.recorder.rows(JOBS.name):
-        done_s.setdefault(job, time_s)
-    n_all, duration_s = len(scenario.delivery), float(scenario.scenario.duration_s)
-    return (math.fsum(done_s.values()) + (n_all - len(done_s)) * duration_s) / n_all
+    return mean_of_all_s(done_s(run).values(), len(scenario.delivery), run)
 
 
 def blocked_s(run: MeasuredRun) -> float | Absent:
@@ -200,13 +152,7 @@ METRICS = (
 
 def draw_delivered(axes: Axes, results: RunResults, style: Style) -> str:
     """Loads handed over, over time."""
-    first = {row["job"]: row["time_s"] for row in reversed(results.table(JOBS.name).to_pylist())}
-    ordered = sorted(first.values())
-    end_s = max((row["time_s"] for row in results.table("trajectories").to_pylist()), default=0.0)
-    axes.step([0.0, *ordered, end_s], [*range(len(ordered) + 1), len(ordered)], where="post", color=style.black,
-              label="fleet")  # fmt: skip
-    axes.set_xlabel(style.axis("time", "s"))
-    axes.set_ylabel(style.axis("loads handed over"))
+    draw_steps(axes, results, style, {"fleet": first_s(results).values()}, "loads handed over")
     return "A load counts once its vehicle has handed it over."
 
 
@@ -288,23 +234,10 @@ def with_carriers(raw: Raw) -> Raw:
 
 def delivery_faults(raw: Raw) -> Iterator[ConfigurationFault]:
     """Deliveries outside of the world, in the reef, or with names that are taken."""
-    placed = [
-        (f"delivery.{one.get('name')}.{key}", at_m)
-        for one in entries(raw, "delivery")
-        for key in ("from_m", "to_m")
-        for at_m in point_of(one, key)
-    ]
-    yield from outside_faults(raw, placed)
-    taken = {name for kind in ("vehicle", "group", "rally_point") for name in names_of(raw, kind)}
-    names = names_of(raw, "delivery")
-    for name in dict.fromkeys(names):
-        if name in taken or names.count(name) > 1:
-            yield ConfigurationFault(
-                f"delivery.{name}.name", f'"{name}"', "is taken; deliveries need names of their own"
-            )
+    yield from listed_faults(raw, "delivery", "from_m", "to_m")
     reef = raw.get(PASSAGE)
     for west_m, east_m in point_of(reef, "x_m") if isinstance(reef, Mapping) else ():
-        for key, at_m in placed:
+        for key, at_m in placed_in(raw, "delivery", "from_m", "to_m"):
             if west_m <= at_m[0] <= east_m:
                 allowed = f"in the reef or its passage, x {west_m:g} to {east_m:g}; place it outside"
                 yield ConfigurationFault(key, f"[{at_m[0]:g}, {at_m[1]:g}]", allowed)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any
 
-from missions.scenarios.tables import Raw, entries, list_of, table_of
+from missions.errors import ConfigurationFault
+from missions.scenarios.tables import PointM, Raw, entries, list_of, names_of, outside_faults, point_of, table_of
 
 
 def founding_of(raw: Raw) -> list[str]:
@@ -58,3 +59,27 @@ def _able(vehicle: Any, roles: Sequence[str]) -> Any:
     if not played:
         return vehicle
     return {**vehicle, "playable_roles": [*played, *(role for role in roles if role not in played)]}
+
+
+def placed_in(raw: Raw, kind: str, *keys: str) -> list[tuple[str, PointM]]:
+    """Places that the tables ``[[kind]]`` state by ``keys``, by their keys in messages."""
+    return [(f"{kind}.{one.get('name')}.{key}", at_m) for one in entries(raw, kind) for key in keys
+            for at_m in point_of(one, key)]  # fmt: skip
+
+
+def listed_faults(raw: Raw, kind: str, *keys: str, taken: Collection[str] = ()) -> Iterator[ConfigurationFault]:
+    """Jobs in tables ``[[kind]]`` that lie outside of the world, or have names that are taken.
+
+    Args:
+        raw: the tables as TOML has them; kind: their name.
+        keys: of places.
+        taken: names beside those of vehicles, groups, rally points and other such jobs.
+    """
+    yield from outside_faults(raw, placed_in(raw, kind, *keys))
+    others = {*taken, *(name for of in ("vehicle", "group", "rally_point") for name in names_of(raw, of))}
+    names = names_of(raw, kind)
+    for name in dict.fromkeys(names):
+        if name in others or names.count(name) > 1:
+            yield ConfigurationFault(
+                f"{kind}.{name}.name", f'"{name}"', f"is taken; each {kind} needs a name of its own"
+            )

@@ -16,19 +16,8 @@ from typing import ClassVar
 
 from exchange.acoustics import loss
 from exchange.arithmetic import TAU, distance, normal_quantile, sincos
-from remoras.behaviours import (
-    ADVANCING,
-    CAPTURE_M,
-    DONE,
-    IDLE,
-    Approach,
-    Behaviour,
-    Perception,
-    Reference,
-    attracted,
-    distance_m,
-)
-from remoras.beliefs import Key
+from missions.meeting.staying import AnyonesJob, Stay
+from remoras.behaviours import DONE, IDLE, Behaviour, Perception, Reference, distance_m
 from remoras.database import VehicleData
 from remoras.known import Known
 from remoras.motion import Motion
@@ -48,11 +37,9 @@ ECHOES = 5
 """Echoes of a strip, each an attribute."""
 TARGET_ECHOES = tuple(f"targetEcho{n}" for n in range(1, ECHOES + 1))
 FLOOR_ECHOES = tuple(f"floorEcho{n}" for n in range(1, ECHOES + 1))
-REVISITS, DONE_BY = "revisits", "jobDone"
+REVISITS = "revisits"
 AT_VIEW_M = 3.0
 """A sonar shows the contact of a view within this distance of its place."""
-STAYS_M = 2.0
-"""Who views stays within this."""
 OF_ONE_VIEW_M = 1.0
 """Snippets that were taken nearer to each other are one."""
 MOST_LEVEL_DB = 60.0
@@ -95,7 +82,7 @@ class Imagery:
 
 
 @dataclass(frozen=True)
-class ContactView:
+class ContactView(AnyonesJob):
     """To look at a contact: a ``remoras.work.DivisibleJob``. A revisit comes up when an analyst says what it is of.
 
     Attributes:
@@ -105,17 +92,15 @@ class ContactView:
         contacts_m: where contacts are, by name.
         beside_m: where its place is seen from the contact.
         share_left: 1 until it is done, then 0.
-        needs: nothing must be done before; resumed: who takes it over begins anew.
+        resumed: who takes it over begins anew.
     """
 
-    name: str
     number: int
     contact: str
     view_s: float
     contacts_m: Mapping[str, Point] = field(hash=False)
     beside_m: Point
     share_left: float = 1.0
-    needs: tuple[str, ...] = ()
     resumed: ClassVar[bool] = False
 
     @property
@@ -123,11 +108,6 @@ class ContactView:
         """Where the vehicle has to be; the origin of the map while nobody has said what a revisit is of."""
         x_m, y_m = self.contacts_m.get(self.contact, (0.0, 0.0))
         return x_m + self.beside_m[0], y_m + self.beside_m[1]
-
-    @property
-    def done(self) -> Key:
-        """Somebody has looked."""
-        return DONE_BY, self.name
 
     def is_able(self, data: VehicleData) -> bool:
         """True if the vehicle has a sonar."""
@@ -268,9 +248,7 @@ class Viewing(Behaviour):
 
     def __init__(self, view: ContactView, data: VehicleData) -> None:
         self._view = view
-        self._speed_mps = data.transit_speed_mps
-        self._approach = Approach(data.transit_speed_mps)
-        self._since_s: float | None = None
+        self._stay = Stay(data)
         self._place_m: Point | None = None
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
@@ -281,16 +259,8 @@ class Viewing(Behaviour):
         if view.share_left == 0.0:
             return DONE
         self._place_m = view.place_m
-        to_go_m, now_s = distance_m(motion, view.place_m), picture.body.now_s
-        if to_go_m > STAYS_M or not performed:
-            self._since_s = None
-            advance = self._approach.advance(to_go_m, now_s, performed)
-            return Perception(1.0, advance) if performed else attracted(to_go_m)
-        self._since_s = now_s if self._since_s is None else self._since_s
-        return DONE if now_s - self._since_s >= view.view_s else ADVANCING
+        return self._stay.perceive(distance_m(motion, view.place_m), view.view_s, picture.body.now_s, performed)
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """To the place in transit; stay there."""
-        if self._place_m is None:
-            return None
-        return Reference(self._place_m, 0.0 if distance_m(motion, self._place_m) <= CAPTURE_M else self._speed_mps)
+        return None if self._place_m is None else self._stay.reference(self._place_m, motion)

@@ -18,11 +18,11 @@ from missions.errors import ConfigurationFault
 from missions.figure import Declared, Place
 from missions.meeting.job_mission import JobMission, JobScenario, JobSettings
 from missions.meeting.meeting import Pursuit
-from missions.meeting.roles import with_job_roles
+from missions.meeting.roles import listed_faults, placed_in, with_job_roles
+from missions.meeting.staying import DONE_BY
 from missions.metric import Metric
 from missions.minehunting.analysis import CLASSIFIED, Analysing, Analysis
 from missions.minehunting.imagery import (
-    DONE_BY,
     ON_FLOOR,
     ON_TARGET,
     REVISITS,
@@ -36,18 +36,7 @@ from missions.minehunting.imagery import (
     beside_contact,
 )
 from missions.minehunting.truth import CLASSIFICATIONS, FIGURES, METRICS, MinehuntingTruth
-from missions.scenarios.tables import (
-    Name,
-    PointM,
-    Positive,
-    Raw,
-    Section,
-    entries,
-    names_of,
-    outside_faults,
-    point_of,
-    table_of,
-)
+from missions.scenarios.tables import Name, PointM, Positive, Raw, Section, entries, names_of, table_of
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
 from remoras.behaviours import Behaviour
 from remoras.beliefs import Beliefs
@@ -255,16 +244,8 @@ def minehunting_faults(raw: Raw) -> Iterator[ConfigurationFault]:
     settings, imagery, usual = table_of(raw, "mission"), table_of(raw, "imagery"), MinehuntingSettings()
     number, view_m = settings.get("revisits", usual.revisits), settings.get("view_m", usual.view_m)
     revisits = revisit_names(number) if type(number) is int and 0 < number <= MOST_REVISITS else ()
-    contacts = entries(raw, "contact")
-    placed = [
-        (f"contact.{one.get('name')}.position_m", at_m) for one in contacts for at_m in point_of(one, "position_m")
-    ]
-    yield from outside_faults(raw, placed)
-    taken = {*revisits, *(name for kind in ("vehicle", "group", "rally_point") for name in names_of(raw, kind))}
-    names = names_of(raw, "contact")
-    for name in dict.fromkeys(names):
-        if name in taken or names.count(name) > 1:
-            yield ConfigurationFault(f"contact.{name}.name", f'"{name}"', "is taken; contacts need names of their own")
+    contacts, placed = entries(raw, "contact"), placed_in(raw, "contact", "position_m")
+    yield from listed_faults(raw, "contact", "position_m", taken=revisits)
     if type(view_m) in (int, float) and revisits:
         apart_m = distance(beside_contact(0, len(revisits) + 1, view_m), beside_contact(1, len(revisits) + 1, view_m))
         if apart_m < LEAST_APART_M:

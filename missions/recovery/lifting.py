@@ -17,20 +17,8 @@ from pydantic import Field
 from exchange.acoustics import loss
 from exchange.arithmetic import distance, sincos
 from missions.meeting.helping import Help
-from remoras.behaviours import (
-    ADVANCING,
-    CAPTURE_M,
-    DONE,
-    IDLE,
-    STANDING,
-    Approach,
-    Behaviour,
-    Perception,
-    Reference,
-    attracted,
-    distance_m,
-)
-from remoras.beliefs import Key
+from missions.meeting.staying import DONE_BY, THERE_M, AnyonesJob, Stay
+from remoras.behaviours import CAPTURE_M, DONE, IDLE, STANDING, Behaviour, Perception, Reference, distance_m
 from remoras.database import VehicleData
 from remoras.known import Known
 from remoras.motion import Motion
@@ -38,9 +26,7 @@ from remoras.picture import Picture
 from remoras.sensor import Observation, Pose, Sensor, SensorSettings
 from remoras.work import Outlook, Point
 
-LYING_AT, HELPS, DONE_BY = "lyingAt", "helps", "jobDone"
-AT_END_M = 2.0
-"""A vehicle this near to an end has taken it."""
+LYING_AT, HELPS = "lyingAt", "helps"
 SURELY_M = 1.5
 """A vehicle counts on an end that it has taken if it is this near: the place that was told is rounded, and who has just
 come swings round its end for some seconds."""
@@ -51,27 +37,15 @@ SEEN_SHARE = 0.9
 
 
 @dataclass(frozen=True)
-class SiteSurvey:
+class SiteSurvey(AnyonesJob):
     """A site: a ``remoras.work.Job``.
 
     Attributes:
         name: of the site; place_m: where it is; stay_s: how long a survey takes there.
-        needs: nothing must be done before.
     """
 
-    name: str
     place_m: Point
     stay_s: float
-    needs: tuple[str, ...] = ()
-
-    @property
-    def done(self) -> Key:
-        """Somebody has surveyed it."""
-        return DONE_BY, self.name
-
-    def is_able(self, data: VehicleData) -> bool:
-        """Every vehicle is."""
-        return True
 
     def after(self, outlook: Outlook, data: VehicleData) -> Outlook:
         """When the vehicle will be free if it surveys the site next."""
@@ -80,7 +54,7 @@ class SiteSurvey:
 
 
 @dataclass(frozen=True)
-class Lift:
+class Lift(AnyonesJob):
     """An object: a ``remoras.work.DivisibleJob`` that comes up when somebody says where it lies.
 
     Attributes:
@@ -88,26 +62,15 @@ class Lift:
         length_m: distance of two neighbouring ends.
         place_m: middle of the object; the origin of the map before it is known.
         share_left: 1 until it is done, then 0.
-        needs: nothing must be done before; resumed: who takes it over begins anew.
+        resumed: who takes it over begins anew.
     """
 
-    name: str
     lift_s: float
     vehicles: int
     length_m: float
     place_m: Point = (0.0, 0.0)
     share_left: float = 1.0
-    needs: tuple[str, ...] = ()
     resumed: ClassVar[bool] = False
-
-    @property
-    def done(self) -> Key:
-        """It has been lifted."""
-        return DONE_BY, self.name
-
-    def is_able(self, data: VehicleData) -> bool:
-        """Every vehicle is."""
-        return True
 
     def left(self, facts: Known) -> Lift | None:
         """The job at the place known; None while nobody has said where it is."""
@@ -206,26 +169,20 @@ class SurveyingSite(Behaviour):
 
     def __init__(self, site: SiteSurvey, data: VehicleData) -> None:
         self._site = site
-        self._approach = Approach(data.transit_speed_mps)
+        self._stay = Stay(data)
         self._way = Reference(site.place_m, data.transit_speed_mps, CAPTURE_M)
-        self._stay = Reference(site.place_m, 0.0)
-        self._since_s: float | None = None
+        self._still = Reference(site.place_m, 0.0)
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Due, the nearest first, until the vehicle has stayed long enough; it advances on the way and on site."""
         if picture.facts.get(self._site.done) is not None:
             return DONE
-        to_go_m, now_s = distance_m(motion, self._site.place_m), picture.body.now_s
-        if to_go_m > AT_END_M or not performed:
-            self._since_s = None
-            advance = self._approach.advance(to_go_m, now_s, performed)
-            return Perception(1.0, advance) if performed else attracted(to_go_m)
-        self._since_s = now_s if self._since_s is None else self._since_s
-        return DONE if now_s - self._since_s >= self._site.stay_s else ADVANCING
+        to_go_m = distance_m(motion, self._site.place_m)
+        return self._stay.perceive(to_go_m, self._site.stay_s, picture.body.now_s, performed)
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """To the site in transit; stay there."""
-        return self._stay if distance_m(motion, self._site.place_m) <= CAPTURE_M else self._way
+        return self._still if distance_m(motion, self._site.place_m) <= CAPTURE_M else self._way
 
 
 class Lifting(Behaviour):
@@ -237,10 +194,8 @@ class Lifting(Behaviour):
 
     def __init__(self, lift: Lift, data: VehicleData) -> None:
         self._lift = lift
-        self._speed_mps = data.transit_speed_mps
-        self._approach = Approach(data.transit_speed_mps)
+        self._stay = Stay(data)
         self._end_m: Point | None = None
-        self._since_s: float | None = None
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Due once it is known where the object lies; it advances on the way, and while all are there."""
@@ -251,7 +206,6 @@ class Lifting(Behaviour):
 
     def _perceived(self, middle_m: Point, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """The same where the middle of the object is known."""
-        now_s = picture.body.now_s
         ends_m = self._lift.ends_m(middle_m)
         free_m = [end_m for end_m in ends_m if not _is_taken(end_m, picture)]
         if self._end_m not in free_m:  # of an end that another one has taken, too
@@ -259,26 +213,21 @@ class Lifting(Behaviour):
         if self._end_m is None:
             return IDLE
         to_go_m = distance_m(motion, self._end_m)
-        if to_go_m > AT_END_M or not performed:
-            self._since_s = None
-            advance = self._approach.advance(to_go_m, now_s, performed)
-            return Perception(1.0, advance) if performed else attracted(to_go_m)
-        if to_go_m > SURELY_M or any(
-            end_m != self._end_m and not _is_taken(end_m, picture, SURELY_M) for end_m in ends_m
+        is_there = performed and to_go_m <= THERE_M
+        if is_there and (
+            to_go_m > SURELY_M
+            or any(end_m != self._end_m and not _is_taken(end_m, picture, SURELY_M) for end_m in ends_m)
         ):
-            self._since_s = None
+            self._stay.begin_anew()
             return STANDING
-        self._since_s = now_s if self._since_s is None else self._since_s
-        return DONE if now_s - self._since_s >= self._lift.lift_s else ADVANCING
+        return self._stay.perceive(to_go_m, self._lift.lift_s, picture.body.now_s, performed)
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """To an end in transit; stay there."""
-        if self._end_m is None:
-            return None
-        return Reference(self._end_m, 0.0 if distance_m(motion, self._end_m) <= CAPTURE_M else self._speed_mps)
+        return None if self._end_m is None else self._stay.reference(self._end_m, motion)
 
 
-def _is_taken(end_m: Point, picture: Picture, within_m: float = AT_END_M) -> bool:
+def _is_taken(end_m: Point, picture: Picture, within_m: float = THERE_M) -> bool:
     return any(distance(end_m, contact_m) <= within_m for contact_m in picture.body.contacts_m)
 
 

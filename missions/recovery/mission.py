@@ -16,10 +16,10 @@ from missions.errors import ConfigurationFault
 from missions.figure import Declared, Place
 from missions.meeting.helping import URGENCY, HelpMission
 from missions.meeting.job_mission import JobScenario, JobSettings
-from missions.meeting.roles import founding_of, with_job_roles
+from missions.meeting.roles import founding_of, listed_faults, with_job_roles
+from missions.meeting.staying import DONE_BY
 from missions.metric import Metric
 from missions.recovery.lifting import (
-    DONE_BY,
     HELPS,
     LYING_AT,
     Helping,
@@ -41,8 +41,6 @@ from missions.scenarios.tables import (
     entries,
     is_number,
     names_of,
-    outside_faults,
-    point_of,
     table_of,
 )
 from remoras.avoidance import SEPARATION_M
@@ -185,17 +183,10 @@ def with_jobs(raw: Raw) -> Raw:
 
 def recovery_faults(raw: Raw) -> Iterator[ConfigurationFault]:
     """Sites outside of the world or with names that are taken, objects that take too many vehicles or are too short."""
-    sites, vehicles = entries(raw, "site"), entries(raw, "vehicle")
-    placed = [(f"site.{site.get('name')}.position_m", at_m) for site in sites for at_m in point_of(site, "position_m")]
-    yield from outside_faults(raw, placed)
-    lifts, usual = table_of(raw, "lifts"), LiftsTable()
+    vehicles, lifts, usual = entries(raw, "vehicle"), table_of(raw, "lifts"), LiftsTable()
     number = lifts.get("number", usual.number)
     lifted = lift_names(number) if type(number) is int and 0 < number <= MOST_LIFTS else ()
-    taken = {*lifted, *(name for kind in ("vehicle", "group", "rally_point") for name in names_of(raw, kind))}
-    names = names_of(raw, "site")
-    for name in dict.fromkeys(names):
-        if name in taken or names.count(name) > 1:
-            yield ConfigurationFault(f"site.{name}.name", f'"{name}"', "is taken; sites need names of their own")
+    yield from listed_faults(raw, "site", "position_m", taken=lifted)
     takes, length_m = lifts.get("vehicles", usual.vehicles), lifts.get("length_m", usual.length_m)
     if type(takes) is int and lifted and 0 < len(vehicles) < takes:
         allowed = f"an object takes more vehicles than there are; allowed: 1 to {len(vehicles)}"

@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING, Any
 from exchange.arithmetic import distance
 from missions.figure import Declared, Figure, Mark, RunResults, Style
 from missions.meeting.meeting import Meeting
+from missions.meeting.progress import done_s, draw_steps, first_s, mean_of_all_s
+from missions.meeting.staying import THERE_M
 from missions.meeting.truth import JOBS, JobTruth
 from missions.metric import Better, MeasuredRun, Metric
-from missions.recovery.lifting import AT_END_M, Lift, SeaField
+from missions.recovery.lifting import Lift, SeaField
 from remoras.mission import FleetView
 from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
 
@@ -59,7 +61,7 @@ class RecoveryTruth(JobTruth):
                 vehicle.name
                 for end_m in ends_m
                 for vehicle in fleet.vehicles
-                if vehicle.is_alive and distance(vehicle.position_m, end_m) <= AT_END_M
+                if vehicle.is_alive and distance(vehicle.position_m, end_m) <= THERE_M
             ]
             if there and name not in self._waited:
                 self._waited.add(name)
@@ -89,13 +91,9 @@ def mean_wait_s(run: MeasuredRun) -> float | None:
 def mean_done_s(run: MeasuredRun) -> float:
     """Mean time by which a site was surveyed or an object lifted; what was not counts with the mission's duration."""
     scenario: Any = run.scenario
-    lifted_s, done_s = _times_s(run, LIFTED), dict[str, float]()
-    for time_s, _, job in run.recorder.rows(JOBS.name):
-        done_s.setdefault(job, time_s)
-    names = [site.name for site in scenario.site]
-    times_s = [done_s[name] for name in names if name in done_s] + list(lifted_s.values())
-    n_all, duration_s = len(names) + int(scenario.lifts.number), float(scenario.scenario.duration_s)
-    return (math.fsum(times_s) + (n_all - len(times_s)) * duration_s) / n_all
+    surveyed_s, sites = done_s(run), [site.name for site in scenario.site]
+    times_s = [surveyed_s[name] for name in sites if name in surveyed_s] + list(_times_s(run, LIFTED).values())
+    return mean_of_all_s(times_s, len(sites) + int(scenario.lifts.number), run)
 
 
 METRICS = (
@@ -107,16 +105,9 @@ METRICS = (
 
 def draw_done(axes: Axes, results: RunResults, style: Style) -> str:
     """Sites surveyed and objects lifted over time."""
-    done = {row["job"]: row["time_s"] for row in reversed(results.table(JOBS.name).to_pylist())}
     lifted = {row["lift"]: row["time_s"] for row in results.table(LIFTS.name).to_pylist() if row["event"] == LIFTED}
-    sites = [time_s for job, time_s in done.items() if not job.startswith("lift ")]
-    end_s = max((row["time_s"] for row in results.table("trajectories").to_pylist()), default=0.0)
-    for times_s, label, line in ((sites, "sites surveyed", "-"), (lifted.values(), "objects lifted", "--")):
-        ordered = sorted(times_s)
-        axes.step([0.0, *ordered, end_s], [*range(len(ordered) + 1), len(ordered)], where="post", linestyle=line,
-                  color=style.black, label=label)  # fmt: skip
-    axes.set_xlabel(style.axis("time", "s"))
-    axes.set_ylabel(style.axis("done"))
+    sites = [time_s for job, time_s in first_s(results).items() if not job.startswith("lift ")]
+    draw_steps(axes, results, style, {"sites surveyed": sites, "objects lifted": lifted.values()}, "done")
     return "An object counts once all of its ends were taken for as long as a lift takes."
 
 

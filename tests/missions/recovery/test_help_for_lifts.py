@@ -6,7 +6,8 @@ import math
 import pytest
 from recovering import events, flown
 
-from missions.recovery.lifting import AT_END_M, Lift
+from missions.meeting.staying import THERE_M
+from missions.recovery.lifting import Lift
 from missions.runs.run import Run
 
 OFF = "decision.weight_external=0.0"
@@ -57,7 +58,7 @@ def test_what_is_lifted_had_a_vehicle_at_each_end() -> None:
         ends_m = Lift(name, 60.0, 2, 10.0).ends_m(middle_m)
         for end_m, back_s in itertools.product(ends_m, range(0, 60, 10)):
             there = [math.dist(at_m[lifted[name] - back_s, one], end_m) for one in names]
-            assert min(there) <= AT_END_M
+            assert min(there) <= THERE_M
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3, 185449697741568])
