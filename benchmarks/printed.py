@@ -9,6 +9,11 @@ is the mean over the seeds of a field of the summary of the run named ``run``. W
 ``least``, ``greatest``, ``half`` (of the 95 % interval of the mean, Student's t), ``count`` (of true ones), ``each``
 (all values, commas between) and ``percent`` (of the mean). A milestone is a field by its name, and that of one vehicle
 or group by ``NAME_VEHICLE``. ``<key>`` stands for each value that ``where`` has for it, so that a table is one entry.
+
+Arguments that begin with ``sweep STUDY`` are the runs of a study that have the values that follow, those with
+``mechanism NAME`` and ``with`` or ``without`` what ``benchmarks.mechanisms`` measures, in the field ``measured``.
+``pairs`` names differences of two runs, ``later = ["off", "on"]``, seed by seed: of these there are ``low`` and
+``high``, the ends of the interval, too, and ``share``, the mean in per cent of that of the second.
 """
 
 from __future__ import annotations
@@ -34,6 +39,7 @@ from typing import Any
 
 import remoras
 from benchmarks.house import ROOT
+from benchmarks.mechanisms import MECHANISMS, measured
 from missions.statistics import t_half_width
 
 ENTRIES = Path(__file__).with_name("printed.toml")
@@ -41,7 +47,7 @@ COMMAND = [sys.executable, "-c", "from remoras.cli import main; main()"]
 FIGURE = r"-?[0-9][0-9 ]*(?:\.[0-9]+)?(?:e-?[0-9]+)?"
 """A number as pages print it."""
 Source = tuple[str, int]
-"""Arguments of ``remoras run``, and a seed; or ``sweep STUDY COLUMN=VALUE ...``, for runs of a study."""
+"""Arguments of ``remoras run``, and a seed; or of runs of a study or a mechanism, see the text of this module."""
 Summary = dict[str, Any]
 
 
@@ -54,6 +60,7 @@ class PrintedLine:
         template: of the line.
         runs: arguments of ``remoras run``, by the name that the template has for them.
         seeds: of each run.
+        pairs: differences of two of the runs, by the name that the template has for them.
         is_long: True if it takes minutes: made again by a release, or where it is asked for.
     """
 
@@ -61,6 +68,7 @@ class PrintedLine:
     template: str
     runs: dict[str, str]
     seeds: tuple[int, ...]
+    pairs: dict[str, tuple[str, str]]
     is_long: bool
 
     @property
@@ -80,11 +88,12 @@ class PrintedLine:
 
     def made(self, summaries: dict[Source, list[Summary]]) -> str:
         """The line as it is to be printed by what came of its runs."""
-        measured = {
+        found = {
             name: Measured([of for seed in self.seeds for of in summaries[arguments, seed]])
             for name, arguments in self.runs.items()
         }
-        return self.template.format(**measured)
+        paired = {name: Paired(found[one], found[other]) for name, (one, other) in self.pairs.items()}
+        return self.template.format(**found, **paired)
 
 
 class Measured:
@@ -100,6 +109,17 @@ class Measured:
 
     def __getattr__(self, name: str) -> OverSeeds:
         return OverSeeds([_value(summary, name) for summary in self._summaries])
+
+
+class Paired:
+    """By how much a run is above another one, seed by seed; its fields are theirs."""
+
+    def __init__(self, one: Measured, other: Measured) -> None:
+        self._one, self._other = one, other
+
+    def __getattr__(self, name: str) -> Difference:
+        one, other = getattr(self._one, name), getattr(self._other, name)
+        return Difference.between(one, other)
 
 
 def _value(summary: Summary, name: str) -> float:
@@ -162,6 +182,39 @@ class OverSeeds(float):
         return Listed(self.values)
 
 
+class Difference(OverSeeds):
+    """Paired differences; as a number their mean."""
+
+    base: float
+
+    @classmethod
+    def between(cls, one: OverSeeds, other: OverSeeds) -> Difference:
+        """Of values that are of the same seeds."""
+        made = cls([there - here for there, here in zip(one.values, other.values, strict=True)])
+        made.base = float(other)
+        return made
+
+    @property
+    def low(self) -> float:
+        """The lower end of the 95 % interval of the mean."""
+        return self - self.half
+
+    @property
+    def high(self) -> float:
+        """The upper end of it."""
+        return self + self.half
+
+    @property
+    def n_above(self) -> int:
+        """Pairs in which the first is above the second."""
+        return sum(value > 0.0 for value in self.values)
+
+    @property
+    def share(self) -> float:
+        """The mean in per cent of the mean that it is a difference to."""
+        return 100.0 * self / self.base
+
+
 class Listed(tuple[float, ...]):
     """Values that are printed with commas between."""
 
@@ -178,7 +231,9 @@ def lines() -> Iterator[PrintedLine]:
         for values in itertools.product(*where.values()):
             chosen = dict(zip(where, values, strict=True))
             runs = {name: _with(arguments, chosen) for name, arguments in entry["runs"].items()}
-            yield PrintedLine(entry["page"], _with(entry["line"], chosen), runs, seeds, entry.get("long", False))
+            pairs = {name: (one, other) for name, (one, other) in entry.get("pairs", {}).items()}
+            line = _with(entry["line"], chosen)
+            yield PrintedLine(entry["page"], line, runs, seeds, pairs, entry.get("long", False))
 
 
 def _with(text: str, chosen: dict[str, str]) -> str:
@@ -193,6 +248,8 @@ def summaries_of(source: Source) -> list[Summary]:
     first, *others = shlex.split(arguments)
     if first == "sweep":
         return runs_of_study(others[0], dict(column.split("=", 1) for column in others[1:]))
+    if first == "mechanism":
+        return [{"measured": measured(MECHANISMS[others[0]], seed, others[1] == "without")}]
     command = [*COMMAND, "run", first, *others, "--seed", str(seed), "--json"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     if done.returncode not in (0, 1):  # 1: the mission was not completed

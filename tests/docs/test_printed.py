@@ -86,6 +86,19 @@ def test_fields_are_taken_over_seeds() -> None:
         _ = of.none
 
 
+def test_what_a_mechanism_bears_is_a_paired_difference(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without it the times are 12, 14 and 19 instead of 10, 20 and 30: -5 in the mean, 1 of 3 above."""
+    times_s = {True: (12.0, 14.0, 19.0), False: (10.0, 20.0, 30.0)}
+    monkeypatch.setattr(printed, "measured", lambda of, seed, is_out: times_s[is_out][seed - 1])
+    runs = {"on": "mechanism 'battery fact' with", "off": "mechanism 'battery fact' without"}
+    text = "{d.measured:.0f} ({d.measured.low:.2f} to {d.measured.high:.2f}), {d.measured.share:.0f} %, "
+    text += "{d.measured.n_above} above"
+    line = PrintedLine("page.md", text, runs, (1, 2, 3), {"d": ("off", "on")}, True)
+    half = 4.3027 * ((7.0**2 + 1.0**2 + 6.0**2) / 2 / 3) ** 0.5
+    made = line.made({source: summaries_of(source) for source in line.sources})
+    assert made == f"-5 ({-5.0 - half:.2f} to {-5.0 + half:.2f}), -25 %, 1 above"
+
+
 @pytest.mark.parametrize("wrong", [["--sample", "0"], ["--sample", "2"], ["--page", "none.md"]])
 def test_what_is_asked_wrongly_is_refused(wrong: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
