@@ -59,6 +59,8 @@ nb_output_stderr = "remove"  # progress, for terminals
 # Several classes have a field "type", which annotations with the built-in type are then taken to mean.
 suppress_warnings = ["ref.python"]
 
+toc_object_entries = False  # each page has the contents of all in its margin: a thousand names more, copied 70 times
+
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 autodoc_default_options = {"members": True, "undoc-members": False}
@@ -115,12 +117,17 @@ class Public(SphinxDirective):
     required_arguments = 1
 
     def run(self) -> list[nodes.Node]:
-        """What autodoc makes of each: classes, then functions, then values."""
-        text = "\n".join(sorted(self.directives(), key=lambda lines: ("data::" in lines, "autofunction" in lines)))
-        return self.parse_text_to_nodes(f"```{{eval-rst}}\n.. py:currentmodule:: {self.arguments[0]}\n\n{text}\n```")
+        """The names as links; then what autodoc makes of each: classes, then functions, then values."""
+        package = self.arguments[0]
+        found = sorted(self.directives(), key=lambda one: ("data::" in one[1], "autofunction" in one[1]))
+        links = ", ".join(f":py:obj:`{name} <{package}.{name}>`" for name, _ in found)
+        text = "\n".join(lines for _, lines in found)
+        return self.parse_text_to_nodes(
+            f"```{{eval-rst}}\n.. py:currentmodule:: {package}\n\n{links if len(found) > 1 else ''}\n\n{text}\n```"
+        )
 
-    def directives(self) -> Iterator[str]:
-        """A directive for each name."""
+    def directives(self) -> Iterator[tuple[str, str]]:
+        """Each name with its directive."""
         package = self.arguments[0]
         for name in import_module(package).__all__:
             found: Any = getattr(import_module(package), name)
@@ -128,13 +135,13 @@ class Public(SphinxDirective):
             if inspect.ismodule(found) or (name in remoras.__all__ and found is getattr(remoras, name)):
                 continue
             if inspect.isclass(found):  # fields of models are keys, which have a list of their own
-                yield f".. autoclass:: {where}\n" + "   :no-members:\n" * issubclass(found, BaseModel)
+                yield name, f".. autoclass:: {where}\n" + "   :no-members:\n" * issubclass(found, BaseModel)
             elif inspect.isroutine(found):
-                yield f".. autofunction:: {where}\n"
+                yield name, f".. autofunction:: {where}\n"
             else:
                 several = found if isinstance(found, Collection) and not isinstance(found, str) else [found]
                 names = [one if isinstance(one, str) else getattr(one, "name", repr(one)) for one in several]
-                yield f".. py:data:: {name}\n\n   {', '.join(f'``{one}``' for one in names)}\n"
+                yield name, f".. py:data:: {name}\n\n   {', '.join(f'``{one}``' for one in names)}\n"
 
 
 def keep_first_line(app: Sphinx, what: str, name: str, found: Any, options: Any, lines: list[str]) -> None:

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from missions.cards import card, number_text
+from missions.errors import OutputError
 from missions.runs.results import MemoryResults
-from missions.runs.underway import Underway
+from missions.runs.underway import Underway, Watch
 from remoras.face import Run
 from remoras.mission import Milestone
 
@@ -16,6 +21,30 @@ if TYPE_CHECKING:
     from types import TracebackType
 
     from pandas import DataFrame
+
+LEAST_GAP_S = 0.5
+"""A page in a notebook is told no more often than this."""
+GREATEST_SHARE = 0.1
+"""Of the time, so much goes at most into what the page is told."""
+
+
+@contextmanager
+def _interrupted_between_steps() -> Iterator[Callable[[], None]]:
+    """An interruption waits until the function that this gives is called; only a main thread is interrupted at all."""
+    asked: list[int] = []
+
+    def check() -> None:
+        if asked:
+            raise KeyboardInterrupt
+
+    if threading.current_thread() is not threading.main_thread():
+        yield check
+        return
+    before = signal.signal(signal.SIGINT, lambda number, _: asked.append(number))
+    try:
+        yield check
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 @dataclass(frozen=True)
@@ -77,6 +106,7 @@ class Stepping:
         self._underway = underway
         self._n_milestones = 0
         self._finished: Run | None = None
+        self._is_whole = True
 
     def __repr__(self) -> str:
         how = "ended" if self._finished else "is underway"
@@ -89,7 +119,7 @@ class Stepping:
         if self._finished or not self._underway.is_running:
             self.run()
             raise StopIteration
-        self._underway.step()
+        self._step()
         milestones = self._underway.milestones
         new, self._n_milestones = milestones[self._n_milestones :], len(milestones)
         vehicles = {
@@ -104,6 +134,14 @@ class Stepping:
         }
         return MissionState(self._underway.now_s, self._underway.goal_fraction, vehicles, tuple(new))
 
+    def _step(self) -> None:
+        """One tick; what was interrupted within one is no run any more."""
+        if not self._is_whole:
+            raise OutputError("the run was interrupted within a step, so nothing follows from it; begin it anew")
+        self._is_whole = False
+        self._underway.step()
+        self._is_whole = True
+
     def table(self, name: str) -> DataFrame:
         """The rows of a table so far, as a pandas data frame.
 
@@ -117,9 +155,56 @@ class Stepping:
         """The finished run; what is left of it is run without a stop."""
         if self._finished is None:
             while self._underway.is_running:
-                self._underway.step()
+                self._step()
             self._finished = Run(MemoryResults(self._underway.finish()))
         return self._finished
+
+    def watch(self, speed: float | None = None) -> Run:
+        """Let the run go on to its end, and show its page in the cell of the notebook meanwhile.
+
+        Whoever interrupts the cell has the page as it is, and may go on with ``watch`` or ``run``.
+
+        Args:
+            speed: seconds of the mission in a second; None: as fast as the machine can.
+
+        Returns:
+            The finished run.
+
+        Raises:
+            DrawingError: there is no notebook.
+            ValueError: a speed that is not above 0.
+        """
+        from visualisation.replay import title_of
+        from visualisation.replay.notebook import NotebookPage
+
+        if speed is not None and not speed > 0.0:
+            raise ValueError(f"speed is {speed!r}; allowed: above 0 seconds of the mission in a second, or None")
+        page = NotebookPage(title_of([self._underway.summary()]))
+        began_s, from_s = time.monotonic(), self._underway.now_s
+        due_s = began_s
+        with _interrupted_between_steps() as check:
+            try:
+                for state in self:
+                    check()
+                    told_s = time.monotonic()
+                    if told_s >= due_s:
+                        page.tell(self._shown())
+                        due_s = time.monotonic() + max(LEAST_GAP_S, (time.monotonic() - told_s) / GREATEST_SHARE)
+                    while speed and (left_s := began_s + (state.time_s - from_s) / speed - time.monotonic()) > 0.0:
+                        time.sleep(min(left_s, LEAST_GAP_S))
+                        check()
+            finally:
+                page.tell(self._shown())
+        return self.run()
+
+    def _shown(self) -> bytes:
+        """All that a page shows of the run so far."""
+        from visualisation.replay import Payload
+
+        setup = self._underway.setup
+        summary = self._underway.summary() if self._finished is None else self._finished.summary
+        payload = Payload(setup.mission.places, setup.mission.jobs.values(), setup.strategy.declaration.communicates)
+        return payload.block(Watch(self._underway).news(summary))
 
     def close(self) -> None:
         """Let go of the vehicles of a run that is not to end."""

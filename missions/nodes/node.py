@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from exchange.acoustics import loss
@@ -12,6 +13,7 @@ from missions.nodes.alone import LoneVehicle
 from missions.nodes.frontseat import OwnBody, Placed
 from missions.nodes.logs import LineKind, LogEntry, NodeLog
 from remoras.solo import just_after
+from remoras.vehicle import Vehicle
 
 DOUBLES = 40
 """`trial` of the draws that say which packets a receiver hears twice; those of losses are 0, as in a run."""
@@ -86,6 +88,7 @@ class VehicleNode:
         log: takes every packet with its time; None for no log.
         mishaps: drawn for each packet that is heard.
         body: of the vehicle, if it is one of its own, as the plan says; closed with the node.
+        witness: is told the vehicle and the time whenever something may have become of it.
     """
 
     def __init__(
@@ -96,9 +99,10 @@ class VehicleNode:
         log: NodeLog | None = None,
         mishaps: Mishaps | None = None,
         body: OwnBody | None = None,
+        witness: Callable[[Vehicle, float], None] | None = None,
     ) -> None:
         self._plan, self._setup, self.solo = own.plan, own.setup, own.solo
-        self._body, self._steered = body, own.steered
+        self._body, self._steered, self._witness = body, own.steered, witness
         self._driver = driver
         self._pace = pace
         self._log = log
@@ -204,6 +208,8 @@ class VehicleNode:
         if self._body is not None and self._steered is not None and (goal := self._steered.goal) is not None:
             is_over = until_s >= self._plan.until_s or not self.solo.vehicle.is_alive
             self._body.guide(goal.target_m, 0.0 if is_over else goal.speed_mps)
+        if self._witness is not None:
+            self._witness(self.solo.vehicle, until_s)
 
     def _note(self, kind: LineKind, time_s: float, data: bytes) -> None:
         self._counts[kind] += 1

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from exchange.drivers.udp import Address, Socket
     from missions.nodes.alone import LoneVehicle, NodePlan
     from missions.nodes.frontseat import Frontseat
+    from missions.nodes.moos import MoosShare
     from missions.nodes.node import NodeOutcome
     from missions.scenarios.scenario import Scenario
 
@@ -70,6 +71,12 @@ def node(
             metavar="FILE.py:NAME", help="A vehicle's own body, clock and modem, which a function of yours returns."
         ),
     ] = "",
+    moos: Annotated[
+        str, typer.Option(metavar="HOST:PORT", help="Where pShare of a MOOS community listens: tell it where this is.")
+    ] = "",
+    moos_bind: Annotated[
+        str, typer.Option(metavar="HOST:PORT", help="Where it shares NAV_X and others to: then the body is its own.")
+    ] = "",
     resume: Annotated[
         bool, typer.Option("--resume", help="Go on where the log in --out ends, if there is one; as after a reboot.")
     ] = False,
@@ -98,7 +105,9 @@ def node(
     loaded, (plan,) = _plans(scenario, [vehicle], settings, seed, until, settle)
     modems = [name for name, given in (("--serial", serial), ("--unet", unet)) if given]
     seat = _frontseat(frontseat, start_utc, bool(modems) or bind != ANY_PORT or bool(peers))
-    plan = replace(plan, epoch=epoch, is_steered=seat.body is not None)
+    share = _moos(moos, moos_bind, vehicle, seat)
+    body = share if share is not None and moos_bind else seat.body
+    plan = replace(plan, epoch=epoch, is_steered=body is not None)
     if resume and out is None:
         fail("--resume: --out is missing; name the folder of the log to go on with")
     written = None if out is None else out / f"{vehicle}{ENDING}"
@@ -119,11 +128,32 @@ def node(
     if seat.clock is not None:
         pace = Disciplined(seat.clock, Began.of(pace).unix_s, pace)
     driver = _driver(port, serial, unet, others, pace, own) if seat.modem is None else seat.modem(pace)
-    found = VehicleNode(own, driver, pace, log, Mishaps(drop, double), seat.body).run()
+    witness = None if share is None or body is share else share.witness
+    found = VehicleNode(own, driver, pace, log, Mishaps(drop, double), body, witness).run()
+    if share is not None:
+        share.close()
+        if share.n_refused:
+            print(f"remoras: {share.n_refused} datagrams at {moos_bind} were no messages of MOOS", file=sys.stderr)
     if as_json:
         show_json(asdict(found))
         return
     _print_outcomes([found])
+
+
+def _moos(moos: str, bind: str, vehicle: str, seat: Frontseat) -> MoosShare | None:
+    """What the vehicle shares with a MOOS community; nothing if none is named."""
+    from exchange.drivers.udp import Socket, address_of
+    from missions.nodes.moos import MoosShare
+
+    if not moos and bind:
+        fail("--moos-bind: --moos is missing; name where pShare of the community listens")
+    if not moos:
+        return None
+    if bind and seat.body is not None:
+        fail("--moos-bind: the body is that of --frontseat; leave out one of them")
+    to = address_of(moos, "--moos")
+    own = address_of(bind, "--moos-bind") if bind else ("0.0.0.0", 0)
+    return MoosShare(Socket(own, "--moos-bind"), to, vehicle)
 
 
 def _frontseat(given: str, start_utc: str, has_modem: bool) -> Frontseat:

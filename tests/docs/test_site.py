@@ -91,7 +91,9 @@ def test_every_notebook_was_executed(site: Path, notebook: Path) -> None:
 
 def test_the_reference_has_every_public_name(site: Path) -> None:
     """By the package that promises it, or by `remoras`, which offers some of them."""
-    pages = [(site / f"{name}.html").read_text(encoding="utf-8") for name in ("reference", "packages")]
+    pages = [
+        page.read_text(encoding="utf-8") for page in (site / "reference.html", *(site / "packages").glob("*.html"))
+    ]
     described = {name for page in pages for name in re.findall(r'id="([\w.]+)"', page)}
     assert len(PACKAGES) > 14
     for package in PACKAGES:
@@ -148,6 +150,7 @@ def opened(chrome: Any, site: Path) -> Iterator[Any]:
         ("keys", 0),
         ("reference", 0),
         ("packages", 0),
+        *((f"packages/{path.stem}", 0) for path in sorted((DOCS / "packages").glob("*.md"))),
         ("notebooks/gallery", 15),
         ("notebooks/mission", 5),
         ("notebooks/comparison", 2),

@@ -24,8 +24,10 @@ VIEW = (
 )  # fmt: skip
 SCRIPTS = MODEL + VIEW
 """Scripts in the order in which the page has them."""
-LIVE = ("join.js", "live.js")
+LIVE = ("join.js", "growing.js", "live.js")
 """Scripts that the page of a live run has beside them."""
+NOTEBOOK = ("join.js", "growing.js", "notebook.js")
+"""The same of a run that goes on in a cell of a notebook."""
 STYLES = ("page.css",)
 POLICY = (
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; media-src blob:; "
@@ -61,6 +63,25 @@ def page_text(title: str, payloads: Sequence[bytes]) -> str:
 def live_text(title: str) -> str:
     """The page of a live run: it gets its data from the program that serves it."""
     return _text(title, LIVE_POLICY, (*STYLES, "live.css"), "", (*SCRIPTS, *LIVE))
+
+
+def notebook_text(title: str) -> str:
+    """The page of a run that goes on in a notebook: it gets its data from the cell that frames it."""
+    return _text(title, POLICY, STYLES, "", (*SCRIPTS, *NOTEBOOK))
+
+
+def frame(text: str, name: str = "") -> str:
+    """A page in a frame that can reach nothing of the notebook.
+
+    Args:
+        text: the whole page.
+        name: by which scripts of the cell find the frame.
+    """
+    named = f' id="{html.escape(name)}"' if name else ""
+    return (
+        f'<iframe{named} srcdoc="{html.escape(text)}" sandbox="allow-scripts allow-downloads" title="replay" '
+        f'style="width: 100%; height: {FRAME_PX}px; border: 0"></iframe>'
+    )
 
 
 def _text(title: str, policy: str, styles: Sequence[str], data: str, scripts: Sequence[str]) -> str:
@@ -107,11 +128,7 @@ class ReplayPage:
         return f"<Page of {len(self.text)} characters; a notebook shows it>"
 
     def _repr_html_(self) -> str:
-        """The page in a frame that can reach nothing of the notebook."""
-        return (
-            f'<iframe srcdoc="{html.escape(self.text)}" sandbox="allow-scripts allow-downloads" title="replay" '
-            f'style="width: 100%; height: {FRAME_PX}px; border: 0"></iframe>'
-        )
+        return frame(self.text)
 
 
 def check_page_output(out: Path, force: bool) -> None:

@@ -4,26 +4,22 @@
 (function () {
   const SPEEDS = [["1", "real time"], ...["10", "30", "60", "120", "300", "600"].map((n) => [n, n + "× real time"]), ["full", "full speed"]];
   const OVER = new Set(["finished", "crashed"]);
-  /* The clock takes so long, at least, to what is new; the server sends about as often. */
-  const GLIDE_S = 0.45;
-  /* Building the run anew takes longer as it grows; so much of the time goes into it at most. */
-  const GREATEST_SHARE = 0.25;
   const GONE = "The program does not answer; it may have ended. The page keeps what it had.";
 
   R.Live = class {
     constructor(root) {
       this.root = root;
-      this.state = this.data = null;
-      this.blocks = [];
-      this.isReading = false;
-      this.glide_s = GLIDE_S;
+      this.state = null;
+      this.growing = new R.Growing(root, (text) => this.say(text, true));
       this.build();
       const source = new EventSource("events");
-      source.addEventListener("rows", (event) => this.take(event.data));
+      source.addEventListener("rows", (event) => this.growing.take(event.data));
       source.addEventListener("state", (event) => this.show(JSON.parse(event.data)));
       source.addEventListener("error", () => this.say(GONE, true));
       source.addEventListener("open", () => { if (this.message.textContent === GONE) this.say(""); });
     }
+
+    get data() { return this.growing.data; }
 
     build() {
       this.bar = R.make("section", "live");
@@ -149,43 +145,6 @@
       this.vehicle.replaceChildren(...vehicles.map((name) => new Option(name)));
       for (const [name, field] of Object.entries(this.fields)) field.value = form[name] === null ? "" : form[name];
       this.mark();
-    }
-
-    /** Shows what has come; while that is being built, and for a while after it, more of it gathers. */
-    async take(text) {
-      this.blocks.push(text);
-      if (this.isReading) return;
-      this.isReading = true;
-      while (this.blocks.length) {
-        const began_ms = performance.now();
-        try {
-          await this.read(this.blocks.splice(0));
-        } catch (error) {
-          this.say(`What the program sent cannot be shown: ${error.message}`, true);
-          console.error(error);
-        }
-        const every_ms = (performance.now() - began_ms) / GREATEST_SHARE;
-        this.glide_s = Math.max(GLIDE_S, every_ms / 1000);
-        await new Promise((resolve) => setTimeout(resolve, every_ms * (1 - GREATEST_SHARE)));
-      }
-      this.isReading = false;
-    }
-
-    async read(texts) {
-      for (const text of texts) this.data = R.joined(this.data, await R.unpacked(text));
-      const run = new R.Run(this.data);
-      if (R.app) { R.app.feed(run, this.glide_s); return; }
-      R.app = new R.App(this.root, [run]);
-      this.live = R.button("● live", () => R.app.clock.seek(R.app.clock.end_s));
-      this.live.className = "follow";
-      this.live.title = "Look at the run as it goes on (End)";
-      R.app.controls.scrub.after(this.live);
-      R.app.clock.onChange(() => {
-        this.live.setAttribute("aria-pressed", String(R.app.clock.following));
-        this.live.disabled = !R.app.clock.grows;
-      });
-      R.app.clock.grow(run.header.end_s, run.header.is_underway, GLIDE_S);
-      if (!location.hash.includes("t=")) R.app.clock.seek(R.app.clock.end_s);
     }
   };
 
