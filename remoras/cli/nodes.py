@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import asdict, replace
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from missions.nodes.frontseat import Frontseat
     from missions.nodes.moos import MoosShare
     from missions.nodes.node import NodeOutcome
+    from missions.nodes.ros import RosShare
     from missions.scenarios.scenario import Scenario
 
 SETTLE_S = 300.0
@@ -27,6 +29,14 @@ LISTEN_FRAMES = 2.0
 """For how many TDMA frames a node that was told no start listens whether the mission is under way."""
 MOST_PORT, MOST_AWAY_S = 65_535, 365.0 * 86_400.0
 ANY_PORT = "127.0.0.1:0"
+
+
+class RosSide(StrEnum):
+    """Which way a vehicle's place goes between a node and a graph of ROS 2."""
+
+    BODY = "body"
+    TELL = "tell"
+
 
 Speed = Annotated[float, typer.Option(metavar="X", help="Seconds of the mission in a second: 1 is real time.")]
 Until = Annotated[
@@ -77,6 +87,10 @@ def node(
     moos_bind: Annotated[
         str, typer.Option(metavar="HOST:PORT", help="Where it shares NAV_X and others to: then the body is its own.")
     ] = "",
+    ros: Annotated[
+        RosSide | None,
+        typer.Option(metavar="body|tell", help="ROS 2: take the body from its topics, or tell it where this is."),
+    ] = None,
     resume: Annotated[
         bool, typer.Option("--resume", help="Go on where the log in --out ends, if there is one; as after a reboot.")
     ] = False,
@@ -105,8 +119,11 @@ def node(
     loaded, (plan,) = _plans(scenario, [vehicle], settings, seed, until, settle)
     modems = [name for name, given in (("--serial", serial), ("--unet", unet)) if given]
     seat = _frontseat(frontseat, start_utc, bool(modems) or bind != ANY_PORT or bool(peers))
-    share = _moos(moos, moos_bind, vehicle, seat)
-    body = share if share is not None and moos_bind else seat.body
+    has_body = bool(moos_bind) or ros is RosSide.BODY
+    if has_body and seat.body is not None:
+        fail(f"{'--moos-bind' if moos_bind else '--ros body'}: the body is that of --frontseat; leave out one of them")
+    share = _share(moos, moos_bind, ros, vehicle)
+    body = share if has_body else seat.body
     plan = replace(plan, epoch=epoch, is_steered=body is not None)
     if resume and out is None:
         fail("--resume: --out is missing; name the folder of the log to go on with")
@@ -128,31 +145,35 @@ def node(
     if seat.clock is not None:
         pace = Disciplined(seat.clock, Began.of(pace).unix_s, pace)
     driver = _driver(port, serial, unet, others, pace, own) if seat.modem is None else seat.modem(pace)
-    witness = None if share is None or body is share else share.witness
+    witness = None if share is None or has_body else share.witness
     found = VehicleNode(own, driver, pace, log, Mishaps(drop, double), body, witness).run()
     if share is not None:
         share.close()
-        if share.n_refused:
-            print(f"remoras: {share.n_refused} datagrams at {moos_bind} were no messages of MOOS", file=sys.stderr)
+        if n_refused := getattr(share, "n_refused", 0):
+            print(f"remoras: {n_refused} datagrams at {moos_bind} were no messages of MOOS", file=sys.stderr)
     if as_json:
         show_json(asdict(found))
         return
     _print_outcomes([found])
 
 
-def _moos(moos: str, bind: str, vehicle: str, seat: Frontseat) -> MoosShare | None:
-    """What the vehicle shares with a MOOS community; nothing if none is named."""
+def _share(moos: str, bind: str, ros: RosSide | None, vehicle: str) -> MoosShare | RosShare | None:
+    """What the vehicle shares with a MOOS community, or with a graph of ROS 2; nothing if none is named."""
     from exchange.drivers.udp import Socket, address_of
-    from missions.nodes.moos import MoosShare
 
     if not moos and bind:
         fail("--moos-bind: --moos is missing; name where pShare of the community listens")
+    if moos and ros is not None:
+        fail("--moos and --ros: a vehicle has one of them; leave out the other")
+    if ros is not None:
+        from missions.nodes.ros import RosShare
+
+        return RosShare(vehicle, ros is RosSide.BODY)
     if not moos:
         return None
-    if bind and seat.body is not None:
-        fail("--moos-bind: the body is that of --frontseat; leave out one of them")
-    to = address_of(moos, "--moos")
-    own = address_of(bind, "--moos-bind") if bind else ("0.0.0.0", 0)
+    from missions.nodes.moos import MoosShare
+
+    to, own = address_of(moos, "--moos"), address_of(bind, "--moos-bind") if bind else ("0.0.0.0", 0)
     return MoosShare(Socket(own, "--moos-bind"), to, vehicle)
 
 

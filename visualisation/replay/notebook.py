@@ -11,6 +11,7 @@ import base64
 import json
 import uuid
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 from visualisation.errors import DrawingError
@@ -65,17 +66,19 @@ class NotebookPage:
 
 def _shown() -> Callable[[str, str, bool], None]:
     """Shows HTML in the cell under a name; True: in place of what has that name."""
-    try:
+    shell: Any = None
+    with suppress(ImportError):
         from IPython import get_ipython
-        from IPython.display import publish_display_data
-    except ImportError:
-        get_ipython = None
-    shell: Any = None if get_ipython is None else get_ipython()
+
+        shell = get_ipython()
     if getattr(shell, "kernel", None) is None:
         raise DrawingError("watch: this is no notebook; call run(), or watch with 'remoras live' from a terminal")
+    from IPython import display
+
+    publish: Any = display.publish_display_data
 
     def show(text: str, name: str, replaces: bool) -> None:
         data = {"text/html": text, "text/plain": "<the page of a run that goes on>"}
-        publish_display_data(data, transient={"display_id": name}, update=replaces)
+        publish(data, transient={"display_id": name}, update=replaces)
 
     return show

@@ -1,0 +1,119 @@
+"""A ROS 2 graph beside a node: where a body is comes in, where it is to go goes out; or a simulated body is told.
+
+Topics stand below the vehicle's name (``/auv00/odometry``). Frames are those of REP 103: x east, y north, z up;
+headings count from east, counter-clockwise.
+
+    odometry    nav_msgs/Odometry           where the body is; in (--ros body), or out (--ros tell)
+    goal_pose   geometry_msgs/PoseStamped   where it is to go; out, after each tick
+    goal_speed  std_msgs/Float64            how fast (m/s); 0 is to stop
+
+``rclpy`` and its messages come with an installation of ROS 2 and with no package index, so they are loaded here, when
+they are asked for. Calls are those of rclpy at commit ba72a01 (December 2024).
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from importlib import import_module
+from typing import Any
+
+from missions.errors import ConfigurationError, ConfigurationFault
+from missions.nodes.frontseat import Fix
+from remoras.vehicle import Vehicle
+from remoras.work import Point
+
+KEPT = 10
+"""Messages of a topic that wait for whoever is slower."""
+FRAME = "map"
+MOST_AT_ONCE = 64
+"""Messages that one look takes."""
+
+
+class RosShare:
+    """A vehicle's topics: a body as a node takes it, or a witness of a simulated one.
+
+    Args:
+        vehicle: its name.
+        is_body: whether the body is that of the graph.
+
+    Raises:
+        ConfigurationError: there is no ROS 2 here.
+    """
+
+    def __init__(self, vehicle: str, is_body: bool) -> None:
+        try:
+            self._rclpy: Any = import_module("rclpy")
+            quiet = import_module("rclpy.signals").SignalHandlerOptions.NO
+            self._odometry: Any = import_module("nav_msgs.msg").Odometry
+            self._pose: Any = import_module("geometry_msgs.msg").PoseStamped
+            self._number: Any = import_module("std_msgs.msg").Float64
+        except ImportError as error:
+            where = "a shell that has sourced the setup file of a ROS 2 installation, as /opt/ros/jazzy/setup.bash"
+            raise ConfigurationError("--ros", [ConfigurationFault("rclpy", f"{error}", where)]) from None
+        self._rclpy.init(args=[], signal_handler_options=quiet)
+        name = re.sub(r"\W", "_", vehicle).lower()
+        self._name = name if name[0].isalpha() else f"v{name}"
+        self._node: Any = self._rclpy.create_node("remoras", namespace=self._name, use_global_arguments=False)
+        self._fix: Fix | None = None
+        self._n_heard = 0
+        self._told_s = -math.inf
+        if is_body:
+            self._node.create_subscription(self._odometry, "odometry", self._hear, KEPT)
+            self._goal: Any = self._node.create_publisher(self._pose, "goal_pose", KEPT)
+            self._speed: Any = self._node.create_publisher(self._number, "goal_speed", KEPT)
+        else:
+            self._tracks: Any = self._node.create_publisher(self._odometry, "odometry", KEPT)
+
+    def _hear(self, message: Any) -> None:
+        at, turned, moves = message.pose.pose.position, message.pose.pose.orientation, message.twist.twist.linear
+        sine = 2.0 * (turned.w * turned.z + turned.x * turned.y)
+        cosine = 1.0 - 2.0 * (turned.y * turned.y + turned.z * turned.z)
+        speed_mps = math.sqrt(moves.x * moves.x + moves.y * moves.y)
+        self._fix = Fix(at.x, at.y, math.atan2(sine, cosine), speed_mps, -at.z)
+        self._n_heard += 1
+
+    def fix(self) -> Fix | None:
+        """Where the body is, if the graph has said so since the last call."""
+        for _ in range(MOST_AT_ONCE if self._node is not None else 0):
+            before = self._n_heard
+            self._rclpy.spin_once(self._node, timeout_sec=0.0)
+            if self._n_heard == before:
+                break
+        fix, self._fix = self._fix, None
+        return fix
+
+    def guide(self, target_m: Point, speed_mps: float) -> None:
+        """Say where to go and how fast; to stop at speed 0."""
+        if self._node is not None:
+            pose, number = self._pose(), self._number()
+            self._stamp(pose.header)
+            pose.pose.position.x, pose.pose.position.y = map(float, target_m)
+            pose.pose.orientation.w = 1.0
+            number.data = float(speed_mps)
+            self._goal.publish(pose)
+            self._speed.publish(number)
+
+    def witness(self, vehicle: Vehicle, now_s: float) -> None:
+        """Say where a simulated vehicle is, once for each time of the mission."""
+        if self._node is not None and now_s > self._told_s:
+            self._told_s = now_s
+            layer, motion, message = vehicle.functional, vehicle.functional.motion, self._odometry()
+            self._stamp(message.header)
+            message.child_frame_id = self._name
+            at, turned = message.pose.pose.position, message.pose.pose.orientation
+            at.x, at.y, at.z = float(motion.x_m), float(motion.y_m), -float(layer.depth_m)
+            turned.z, turned.w = math.sin(motion.heading_rad / 2.0), math.cos(motion.heading_rad / 2.0)
+            message.twist.twist.linear.x = float(layer.guidance.ground_mps)
+            self._tracks.publish(message)
+
+    def _stamp(self, header: Any) -> None:
+        header.frame_id = FRAME
+        header.stamp = self._node.get_clock().now().to_msg()
+
+    def close(self) -> None:
+        """Leave the graph; calling it again does nothing."""
+        if self._node is not None:
+            self._node.destroy_node()
+            self._node = None
+            self._rclpy.try_shutdown()
