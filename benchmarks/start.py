@@ -21,7 +21,7 @@ PAIRS = 7
 COMMANDS: dict[str, tuple[tuple[str, ...], str]] = {
     "list": (("list",), "<= 15"),
     "validate": (("validate", "mapping-rendezvous"), "<= 15"),
-    "explain": (("explain",), ""),
+    "explain": (("explain",), "<= 15"),
 }
 """Arguments of each command, and its goal over a bare Python."""
 LOSSY = ("channel.per=0.2",)

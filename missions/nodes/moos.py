@@ -164,7 +164,7 @@ class MoosShare:
         if now_s > self._told_s:
             self._told_s = now_s
             layer, motion = vehicle.functional, vehicle.functional.motion
-            heading_deg = (90.0 - math.degrees(motion.heading_rad)) % 360.0
+            heading_deg = (90.0 - motion.heading_rad / math.radians(1.0)) % 360.0
             values = (motion.x_m, motion.y_m, heading_deg, layer.guidance.ground_mps, layer.depth_m)
             for name, value in zip(NAV, values, strict=True):
                 self._tell(name, float(value))

@@ -18,6 +18,7 @@ import re
 from importlib import import_module
 from typing import Any
 
+from exchange.arithmetic import atan2, length, sincos
 from missions.errors import ConfigurationError, ConfigurationFault
 from missions.nodes.frontseat import Fix
 from remoras.vehicle import Vehicle
@@ -69,8 +70,8 @@ class RosShare:
         at, turned, moves = message.pose.pose.position, message.pose.pose.orientation, message.twist.twist.linear
         sine = 2.0 * (turned.w * turned.z + turned.x * turned.y)
         cosine = 1.0 - 2.0 * (turned.y * turned.y + turned.z * turned.z)
-        speed_mps = math.sqrt(moves.x * moves.x + moves.y * moves.y)
-        self._fix = Fix(at.x, at.y, math.atan2(sine, cosine), speed_mps, -at.z)
+        speed_mps = length(moves.x, moves.y)
+        self._fix = Fix(at.x, at.y, atan2(sine, cosine), speed_mps, -at.z)
         self._n_heard += 1
 
     def fix(self) -> Fix | None:
@@ -103,7 +104,7 @@ class RosShare:
             message.child_frame_id = self._name
             at, turned = message.pose.pose.position, message.pose.pose.orientation
             at.x, at.y, at.z = float(motion.x_m), float(motion.y_m), -float(layer.depth_m)
-            turned.z, turned.w = math.sin(motion.heading_rad / 2.0), math.cos(motion.heading_rad / 2.0)
+            turned.z, turned.w = sincos(motion.heading_rad / 2.0)
             message.twist.twist.linear.x = float(layer.guidance.ground_mps)
             self._tracks.publish(message)
 

@@ -60,6 +60,8 @@ def cross_faults(raw: Raw, mission: type[Mission] | None) -> list[ConfigurationF
         raw: the tables as TOML has them.
         mission: class of the mission, which has checks of its own; None if it cannot be had.
     """
+    if not entries(raw, "vehicle"):  # which is told with the tables; that nobody is able to do a thing follows from it
+        return [fault for check in (_names, _times, _world, _origin, _weights) for fault in check(raw)]
     checks = (
         _names, _slots, _times, _world, _origin, _choices, _weights, channel_faults,
         _vehicles, start_faults, information_faults,

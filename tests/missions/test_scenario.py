@@ -530,6 +530,12 @@ def test_an_explanation_gives_limits_and_default():
     assert "packet error rate" in meaning
 
 
+@pytest.mark.parametrize("vehicles", ["3", "[]", '"AUV00"'])
+def test_no_vehicles_are_one_fault_and_not_one_of_all_that_nobody_is_able_to_do(tmp_path: Path, vehicles: str):
+    (fault,) = faults_of(tmp_path, SMALL, f"vehicle={vehicles}")
+    assert fault.key == "--set (vehicle)"
+
+
 @pytest.mark.parametrize("range_m", ["1e300", "100001.0", "0.0", "inf"])
 def test_a_range_beyond_any_modem_is_refused(tmp_path: Path, range_m: str):
     """Sound needs 67 s for 100 km, which is the guard of every slot then."""

@@ -13,6 +13,7 @@ from missions.nodes.alone import NodePlan, alone
 from missions.nodes.logs import Began, LineKind, NodeLog, gone_on, play, read_log
 from missions.nodes.node import Mishaps, VehicleNode
 from missions.scenarios import load
+from tests.tools.shows import N_KILLS, killed
 
 SEED, UNTIL_S, SETTLE_S, AWAY_S = 5, 900.0, 300.0, 30.0
 BEGAN = Began(1_000_000.0, 1.0)
@@ -147,3 +148,15 @@ def test_a_log_that_cannot_be_gone_on_with_is_named(dive: Dive, tmp_path: Path) 
     dive.ended()
     with pytest.raises(ConfigurationError, match="complete"):
         gone_on(dive.path, plan_of("AUV00"))
+
+
+@pytest.mark.thorough
+def test_a_process_that_is_killed_five_times_knows_in_the_end_what_its_peer_knows(tmp_path: Path) -> None:
+    """Real processes, sockets and kills; all of ``python -m tests.tools.shows FOLDER killed``."""
+    log, text = killed(tmp_path)
+    said = text.read_text(encoding="utf-8")
+    assert said.count("exit -9") == N_KILLS == 5
+    assert said.count("goes on at") == 5
+    assert "they know the same" in said
+    assert "packets sent as in the log" in said
+    assert len(read_log(log).pauses) == 5
