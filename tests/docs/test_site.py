@@ -91,9 +91,8 @@ def test_every_notebook_was_executed(site: Path, notebook: Path) -> None:
 
 def test_the_reference_has_every_public_name(site: Path) -> None:
     """By the package that promises it, or by `remoras`, which offers some of them."""
-    pages = [
-        page.read_text(encoding="utf-8") for page in (site / "reference.html", *(site / "packages").glob("*.html"))
-    ]
+    files = site / "reference.html", site / "seams.html", *(site / "packages").glob("*.html")
+    pages = [page.read_text(encoding="utf-8") for page in files]
     described = {name for page in pages for name in re.findall(r'id="([\w.]+)"', page)}
     assert len(PACKAGES) > 14
     for package in PACKAGES:
@@ -101,6 +100,12 @@ def test_the_reference_has_every_public_name(site: Path) -> None:
             found = getattr(import_module(package), name)
             is_ours = name in remoras.__all__ and found is getattr(remoras, name)
             assert f"{'remoras' if is_ours else package}.{name}" in described
+
+
+def test_no_page_of_the_reference_is_endless(site: Path) -> None:
+    """Half a megabyte at most: that of packages had 1.7, in which nobody finds anything."""
+    sizes = {page.name: page.stat().st_size for page in site.rglob("*.html") if page.name != "genindex.html"}
+    assert {name: size for name, size in sizes.items() if size > 500_000} == {}
 
 
 def test_the_reference_has_every_key(site: Path) -> None:
@@ -149,6 +154,7 @@ def opened(chrome: Any, site: Path) -> Iterator[Any]:
         ("tutorial", 0),
         ("keys", 0),
         ("reference", 0),
+        ("seams", 0),
         ("packages", 0),
         *((f"packages/{path.stem}", 0) for path in sorted((DOCS / "packages").glob("*.md"))),
         ("notebooks/gallery", 15),
