@@ -160,9 +160,9 @@ class Stepping:
         return self._finished
 
     def watch(self, speed: float | None = None) -> Run:
-        """Let the run go on to its end, and show its page in the cell of the notebook meanwhile.
+        """Let the run go on to its end, and show its page in the notebook meanwhile.
 
-        Whoever interrupts the cell has the page as it is, and may go on with ``watch`` or ``run``.
+        Whoever interrupts it has the page as it is, and may go on with ``watch`` or ``run``.
 
         Args:
             speed: seconds of the mission in a second; None: as fast as the machine can.

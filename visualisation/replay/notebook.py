@@ -1,8 +1,8 @@
-"""The live page in a cell of a notebook, with no server: a frame, and a script beside it that is replaced.
+"""The live page in a notebook, with no server: a frame, and a script beside it that is replaced.
 
-Two outputs of the cell. The first is the page in a sandboxed frame, the second a script that hands it what has come so
-far. Each script has all of it: whoever renders the cell may leave out scripts that are replaced at once, and a notebook
-that is opened again has the last one. A frame that is rendered anew says that it is ready, and is told again.
+Two outputs of what is executed. The first is the page in a sandboxed frame, the second a script that hands it what has
+come so far. Each script has all of it: whoever renders them may leave out scripts that are replaced at once, and a
+notebook that is opened again has the last one. A frame that is rendered anew says that it is ready, and is told again.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ TELL = """<script>(function () {
 
 
 class NotebookPage:
-    """The page in the cell that is being executed.
+    """The page among the outputs of what is executed.
 
     Args:
         title: of the page.
@@ -65,7 +65,7 @@ class NotebookPage:
 
 
 def _shown() -> Callable[[str, str, bool], None]:
-    """Shows HTML in the cell under a name; True: in place of what has that name."""
+    """Shows HTML under a name; True: in place of what has that name."""
     shell: Any = None
     with suppress(ImportError):
         from IPython import get_ipython

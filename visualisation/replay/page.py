@@ -27,7 +27,7 @@ SCRIPTS = MODEL + VIEW
 LIVE = ("join.js", "growing.js", "live.js")
 """Scripts that the page of a live run has beside them."""
 NOTEBOOK = ("join.js", "growing.js", "notebook.js")
-"""The same of a run that goes on in a cell of a notebook."""
+"""The same of a run that goes on in a notebook."""
 STYLES = ("page.css",)
 POLICY = (
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; media-src blob:; "
@@ -66,7 +66,7 @@ def live_text(title: str) -> str:
 
 
 def notebook_text(title: str) -> str:
-    """The page of a run that goes on in a notebook: it gets its data from the cell that frames it."""
+    """The page of a run that goes on in a notebook: it gets its data from what frames it."""
     return _text(title, POLICY, STYLES, "", (*SCRIPTS, *NOTEBOOK))
 
 
@@ -75,7 +75,7 @@ def frame(text: str, name: str = "") -> str:
 
     Args:
         text: the whole page.
-        name: by which scripts of the cell find the frame.
+        name: by which scripts beside it find the frame.
     """
     named = f' id="{html.escape(name)}"' if name else ""
     return (

@@ -50,9 +50,11 @@ DISCS = """(view) => {
 """Arcs of a map that are wider than any symbol."""
 
 ON_BARS = """(view) => {
-  const own = CanvasRenderingContext2D.prototype, { fillText } = own, { drawFlag } = R, texts = [], poles = [];
+  const own = CanvasRenderingContext2D.prototype, { fillText } = own, { drawFlag } = R;
+  const texts = [], poles = [], axis = [];
   own.fillText = function (text, x, y) {
     if (this.textBaseline === "middle") texts.push([text, x, x + this.measureText(text).width, y]);
+    if (this.textBaseline === "top" && y < 5) axis.push([text, x, x + this.measureText(text).width, y + 6]);
     fillText.call(this, text, x, y);
   };
   R.drawFlag = function (pen, x, top, foot, ...rest) {
@@ -64,11 +66,11 @@ ON_BARS = """(view) => {
   own.fillText = fillText;
   R.drawFlag = drawFlag;
   const { left } = view.scale(view.lanesBox.clientWidth);
-  const onBars = texts.filter(([, x]) => x > left);
-  return [poles.length, onBars.length, onBars.filter(([, from, to, y]) => poles.some(
+  const named = texts.filter(([, x]) => x > left);
+  return [poles.length, named.length, [...named, ...axis].filter(([, from, to, y]) => poles.some(
     ([x, top, foot]) => x > from - 1 && x < to + 1 && top < y && y < foot)).map(([text]) => text)];
 }"""
-"""How many flags and names of roles the lanes have, and the names through which a flag goes."""
+"""How many flags and names of roles the lanes have, and the names, and texts of the axis, through which a flag goes."""
 
 
 @pytest.fixture(scope="module")
@@ -155,9 +157,10 @@ def test_of_a_crowd_one_disc_is_drawn_that_is_pointed_at(
         assert seek(window, [1540.0], DISCS)[0] >= 1
 
 
-@pytest.mark.parametrize("height", [720, 1100], ids=["tight", "roomy"])
-def test_no_flag_covers_the_name_of_a_role(window: Window, height: int) -> None:
-    window.page.set_viewport_size({"width": 1280, "height": height})
+@pytest.mark.parametrize(("width", "height"), [(1280, 720), (1280, 1100), (390, 844)], ids=["tight", "roomy", "small"])
+def test_no_flag_covers_the_name_of_a_role_or_of_a_milestone(window: Window, width: int, height: int) -> None:
+    window.page.set_viewport_size({"width": width, "height": height})
+    window.page.wait_for_function("(w) => R.app.views[0].narrow === (w < 1000)", arg=width)
     for span_s in (4000, 900, 300):
         for around_s in (0, 600, 1200, 1800):
             window.ask("([span, around]) => R.app.views[0].setSpan(span, around)", [span_s, around_s])

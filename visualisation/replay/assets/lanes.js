@@ -330,10 +330,12 @@
     }
     pen.stroke();
     let free = scale.left;
-    for (const { time_s, name, vehicle, group } of facts.run.milestones) {
-      const x = scale.x(time_s);
-      if (vehicle >= 0 || x < scale.left || x > scale.right) continue;
-      free = R.drawFlag(pen, x, 2, 14, R.words(name) + (group ? ": " + group : ""), free, scale.right);
+    const flags = facts.run.milestones.filter(({ vehicle }) => vehicle < 0)
+      .map(({ time_s, name, group }) => ({ x: scale.x(time_s), text: R.words(name) + (group ? ": " + group : "") }))
+      .filter(({ x }) => x >= scale.left && x <= scale.right);
+    for (const { x, text } of flags) {
+      const next = flags.find((other) => other.x > x + 1); // its pole ends the room of this text
+      free = R.drawFlag(pen, x, 2, 14, text, free, next ? next.x - 3 : scale.right);
     }
   };
 })();
