@@ -39,9 +39,17 @@ def plan_problem(
     if check:
         made = read_plan(read, check)
     else:
-        answer = plan_in_turns(read.domain, read.facts, read.tasks, goal=read.goal, max_expansions=expansions)
+        answer = plan_in_turns(
+            read.domain,
+            read.facts,
+            read.tasks,
+            goal=read.goal,
+            landmarks=read.landmarks,
+            max_expansions=expansions,
+        )
         if isinstance(answer, NoPlan):
-            fail(f"{problem}: no plan exists; the search turned back at {answer.dead_ends[0]}", FAILED)
+            which = "with unordered subtasks in the order of the files" if read.is_linearised else "exists"
+            fail(f"{problem}: no plan {which}; the search turned back at {answer.dead_ends[0]}", FAILED)
         made = answer
     took_s = time.process_time() - began
     verdict = check_plan(read.domain, read.facts, read.tasks, made, goal=read.goal)

@@ -8,9 +8,11 @@ still to be done, and every open node may be the next. No task is made before it
 agenda in the same state again turns back. So where only finitely many can be met the search ends, and where it ends
 without a plan there is none. A recursion that changes nothing comes back to itself, and is turned back there.
 
-**Two sights.** Open ways are in two queues, of which each is asked in turn (Röger, Helmert: The more, the merrier,
-ICAPS 2010). In one the least number of tasks left comes first, in the other every decomposition on the way there counts
-as a twentieth of a task more, so that long recursions wait. What is equal is taken as it came.
+**Two sights.** Open ways are in two queues, asked in turn (Röger, Helmert: The more, the merrier, ICAPS 2010). First is
+which leaves the fewest tasks; every decomposition on the way there counts as a twentieth of a task more, so that long
+recursions wait. In one queue, asked three times of four, every *landmark* that lacks counts as three tasks: a fact that
+the tasks left, or the goal, will have true once, and that does not hold now. The other does without, as landmarks may
+lead astray. What is equal is taken as it came.
 
 **Lazy.** Of a method that has one sequence of tasks for each binding, only the next is made; it is asked for another
 in the state in which it was tried first.
@@ -19,41 +21,67 @@ in the state in which it was tried first.
 from __future__ import annotations
 
 import heapq
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from types import GeneratorType
-from typing import Any
+from typing import Any, NamedTuple
 
 from remoras.htn.domain import GOAL, Decomposition, Domain, Method, Operator, Task, always, goal_methods, nothing
 from remoras.htn.errors import unknown_task, wrong_subtasks
-from remoras.htn.facts import Facts, Key
+from remoras.htn.facts import ANY, Facts, Key
 from remoras.htn.plans import ROOT, Node
 
 MAX_DEAD_ENDS = 100
 SEQUENCE = (list, tuple)
-DEPTH_WEIGHTS = (0.0, 0.05)
-"""For each queue what one decomposition on the way weighs, a task that is left being 1."""
+Landmark = tuple[Key, Any]
+"""A fact that must be true at some time: its key and its value."""
+Landmarks = Callable[[Task], frozenset[Landmark]]
+
+
+class Sight(NamedTuple):
+    """What counts in one queue, a task that is left being 1: one decomposition on the way, one landmark that lacks."""
+
+    depth: float
+    landmark: float
+
+
+SIGHTS = (Sight(0.05, 3.0), Sight(0.05, 0.0))
+TURNS = (0, 0, 0, 1)
+"""Which sight is asked, in turn."""
 NO_OTHERS: Iterator[Decomposition] = iter(())
+NO_LANDMARKS: frozenset[Landmark] = frozenset()
 _Past = tuple[Task, str | None, int, Any] | None
 """What was done last: a task, its method, the number of its subtasks, and what was done before."""
 
 
+def no_landmarks(task: Task) -> frozenset[Landmark]:
+    """The landmarks of tasks of which none are known."""
+    return NO_LANDMARKS
+
+
 class _Agenda:
-    """A task, what is to be done behind it, how many tasks that makes, and the words of states in which it was met."""
+    """A task, and what is to be done behind it.
 
-    __slots__ = ("behind", "length", "met", "number", "task")
+    Attributes:
+        length: of the agenda.
+        met: words of the states in which it was met.
+        wanted: landmarks of all its tasks.
+    """
 
-    def __init__(self, task: Task, behind: _Agenda | None, number: int) -> None:
+    __slots__ = ("behind", "length", "met", "number", "task", "wanted")
+
+    def __init__(self, task: Task, behind: _Agenda | None, number: int, wanted: frozenset[Landmark]) -> None:
         self.task = task
         self.behind = behind
         self.number = number
         self.length: int = 1 if behind is None else behind.length + 1
         self.met: set[int] = set()
+        self.wanted = wanted
 
 
 class _Way:
     """A method tried for the first task of an agenda: the next subtasks it gives, and where it was tried."""
 
-    __slots__ = ("agenda", "changes", "cost", "depth", "method", "others", "past", "subtasks")
+    __slots__ = ("agenda", "changes", "cost", "depth", "method", "n_lacking", "others", "past", "subtasks")
 
     def __init__(self, agenda: _Agenda, method: Method, subtasks: Any, others: Iterator[Decomposition]) -> None:
         self.agenda = agenda
@@ -63,11 +91,13 @@ class _Way:
         self.changes: dict[Key, Any] = {}
         self.past: _Past = None
         self.depth = 0
+        self.n_lacking = 0
         self.cost = 0.0
 
-    def left(self) -> int:
-        """Tasks that are left once these subtasks stand in the place of the task."""
-        return self.agenda.length - 1 + len(self.subtasks)
+    def seen_by(self, sight: Sight) -> float:
+        """How far from the end this is: tasks that are left with these subtasks in the place of the task, and more."""
+        n_left = self.agenda.length - 1 + len(self.subtasks)
+        return n_left + sight.depth * self.depth + sight.landmark * self.n_lacking
 
 
 class BestFirst:
@@ -77,6 +107,7 @@ class BestFirst:
         domain: operators and methods.
         facts: that hold at first.
         tasks: to be done.
+        landmarks: of each task; those of a goal are found here.
 
     Attributes:
         has_ended: with a plan, or because there is none.
@@ -84,7 +115,9 @@ class BestFirst:
         dead_ends: tasks at which the search turned back, the first hundred.
     """
 
-    def __init__(self, domain: Domain, facts: Facts, tasks: Sequence[Task]) -> None:
+    def __init__(
+        self, domain: Domain, facts: Facts, tasks: Sequence[Task], landmarks: Landmarks = no_landmarks
+    ) -> None:
         self.has_ended = False
         self.nodes: tuple[Node, ...] | None = None
         self.cost = 0.0
@@ -93,7 +126,9 @@ class BestFirst:
         self._methods = {**domain.methods, GOAL: goal_methods(domain)}
         self._facts = facts
         self._agendas: dict[tuple[Task, int], _Agenda] = {}
-        self._queues: tuple[list[tuple[float, int, _Way]], ...] = tuple([] for _ in DEPTH_WEIGHTS)
+        self._landmarks = landmarks
+        self._known_landmarks: dict[Task, frozenset[Landmark]] = {}
+        self._queues: tuple[list[tuple[float, int, _Way]], ...] = tuple([] for _ in SIGHTS)
         self._n_ways = 0
         self._turn = 0
         # Where the facts stand: the changes of the last way that was opened or taken, then those since.
@@ -158,12 +193,28 @@ class BestFirst:
         if len(facts.trail) > self._n_changes:
             self._changes = {key: value for key, _, value in facts.trail}
             self._n_changes = len(facts.trail)
+        wanted = NO_LANDMARKS if agenda.behind is None else agenda.behind.wanted
+        lacking = {one for one in wanted if facts.get(one[0]) != one[1]}
         for way in ways:
             way.changes, way.past, way.depth, way.cost = self._changes, self._past, self._depth, self.cost
+            more = frozenset().union(*map(self._landmarks_of, way.subtasks)) - wanted
+            way.n_lacking = len(lacking) + sum(facts.get(key) != value for key, value in more)
             self._n_ways += 1
-            for queue, weight in zip(self._queues, DEPTH_WEIGHTS, strict=True):
-                heapq.heappush(queue, (way.left() + weight * self._depth, self._n_ways, way))
+            for queue, sight in zip(self._queues, SIGHTS, strict=True):
+                heapq.heappush(queue, (way.seen_by(sight), self._n_ways, way))
         self._is_stuck = True
+
+    def _landmarks_of(self, task: Task) -> frozenset[Landmark]:
+        try:
+            found = self._known_landmarks.get(task)
+        except TypeError:  # an argument has no hash
+            return NO_LANDMARKS
+        if found is None:
+            found = self._landmarks(task)
+            if task.name == GOAL:
+                found = frozenset(one for one in task.args[0] if one[1] is not ANY and one[1] is not False)
+            self._known_landmarks[task] = found
+        return found
 
     def _ways(self, agenda: _Agenda) -> Iterator[_Way]:
         task, facts = agenda.task, self._facts
@@ -185,9 +236,10 @@ class BestFirst:
 
     def _take_next(self) -> bool:
         """Go on with the best open way, by the sight whose turn it is; False if none is open."""
-        for _ in self._queues:
-            self._turn = (self._turn + 1) % len(self._queues)
-            queue = self._queues[self._turn]
+        for _ in TURNS:
+            self._turn = (self._turn + 1) % len(TURNS)
+            sight = TURNS[self._turn]
+            queue = self._queues[sight]
             while queue:
                 _, number, way = heapq.heappop(queue)
                 if way.subtasks is None:  # taken from the other queue
@@ -202,8 +254,7 @@ class BestFirst:
                 subtasks = way.subtasks
                 way.subtasks = next(way.others, None)
                 if way.subtasks is not None:
-                    key = way.left() + DEPTH_WEIGHTS[self._turn] * way.depth
-                    heapq.heappush(queue, (key, number, way))
+                    heapq.heappush(queue, (way.seen_by(SIGHTS[sight]), number, way))
                 self._is_stuck = False
                 self._go(way, subtasks)
                 return True
@@ -225,12 +276,16 @@ class BestFirst:
         agendas = self._agendas
         for task in reversed(tasks):
             key = task, 0 if behind is None else behind.number
+            wanted = NO_LANDMARKS if behind is None else behind.wanted
             try:
                 found = agendas.get(key)
-            except TypeError:  # an argument that cannot be compared by hash: this agenda equals no other
-                key, found = (task._replace(args=()), -len(agendas)), None
+            except TypeError:  # an argument has no hash: this agenda equals no other
+                found = agendas[task._replace(args=()), -len(agendas)] = _Agenda(task, behind, len(agendas) + 1, wanted)
             if found is None:
-                found = agendas[key] = _Agenda(task, behind, len(agendas) + 1)
+                own = self._landmarks_of(task)
+                found = agendas[key] = _Agenda(
+                    task, behind, len(agendas) + 1, wanted if own <= wanted else wanted | own
+                )
             behind = found
         return behind
 

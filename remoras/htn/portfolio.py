@@ -2,8 +2,8 @@
 
 The depth-first search is quick where methods say what they need, and wanders where an early choice goes wrong; the
 best-first search is slower at every step and comes back. In every turn the first plans anew with four times the
-expansions that it had before, the second goes on for half as many. Turns are counted in expansions, not in seconds, so
-the same problem gets the same plan everywhere.
+expansions that it had before, the second goes on for as many. Turns are counted in expansions, not in seconds, so the
+same problem gets the same plan everywhere.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from remoras.htn.best_first import BestFirst
+from remoras.htn.best_first import BestFirst, Landmarks, no_landmarks
 from remoras.htn.domain import GOAL, Domain, Task
 from remoras.htn.errors import UnfinishedError
 from remoras.htn.facts import Facts, FactsLike, Key
@@ -19,10 +19,8 @@ from remoras.htn.plans import NoPlan, Plan
 from remoras.htn.search import plan
 
 FIRST_TURN = 20_000
-"""Expansions of the depth-first search in its first turn."""
+"""Expansions of each engine in the first turn."""
 GROWTH = 4
-SHARE = 2
-"""Expansions of the depth-first search for one of the best-first search."""
 
 
 def plan_in_turns(
@@ -31,9 +29,15 @@ def plan_in_turns(
     tasks: Task | Sequence[Task] = (),
     *,
     goal: Mapping[Key, Any] | None = None,
+    landmarks: Landmarks = no_landmarks,
     max_expansions: int = 10_000_000,
 ) -> Plan | NoPlan:
-    """Decompose tasks into elementary tasks, by whichever engine is there first; arguments and answers as of ``plan``.
+    """Decompose tasks into elementary tasks, by whichever engine is there first; answers are those of ``plan``.
+
+    Args:
+        domain, facts, tasks, goal: as of ``plan``.
+        landmarks: of each task facts that every way of doing it has true at some time; a problem of HDDL has them.
+        max_expansions: of both engines together.
 
     Raises:
         PlanningError: a task is not in the domain, or the bound on the expansions of both together is reached.
@@ -47,7 +51,7 @@ def plan_in_turns(
     if goal is not None:
         wanted.append(Task(GOAL, (tuple(goal.items()),)))
     view = Facts(facts)
-    best_first = BestFirst(domain, view, wanted)
+    best_first = BestFirst(domain, view, wanted, landmarks)
     left = max_expansions
     turn = FIRST_TURN
     while True:
@@ -56,7 +60,7 @@ def plan_in_turns(
             return plan(domain, facts, wanted, max_expansions=given)
         except UnfinishedError as error:
             left -= given
-            left -= best_first.run(min(turn // SHARE, left))
+            left -= best_first.run(min(turn, left))
             if not left and not best_first.has_ended:
                 raise UnfinishedError(error.tasks, max_expansions, error.hint) from None
         if best_first.has_ended:

@@ -143,3 +143,7 @@ def test_what_cannot_be_planned_is_said(files: tuple[Path, Path], tmp_path: Path
     done = remoras("plan", files[0], stuck)
     assert done.exit_code == 1
     assert "no plan exists; the search turned back at" in done.stderr
+    partly = tmp_path / "partly.hddl"
+    partly.write_text(stuck.read_text(encoding="utf-8").replace("(shift a b c)", "(shift a b c) (shift c b a)")
+                      .replace(":ordered-tasks", ":tasks"), encoding="utf-8")  # fmt: skip
+    assert "no plan with unordered subtasks in the order of the files" in remoras("plan", files[0], partly).stderr

@@ -1,4 +1,7 @@
-"""HDDL, the language of the International Planning Competition for hierarchical problems, as input; total order only.
+"""HDDL, the language of the International Planning Competition for hierarchical problems, as input.
+
+Plans are in total order. Subtasks that a file leaves unordered are put in the order of the file, as far as its ordering
+allows: what is planned so is a plan of the problem too, but plans that need another order, or take turns, are lost.
 
 Read are types, constants, predicates, tasks, methods, actions, and of a problem objects, facts, tasks and goal.
 Conditions may say and, or, not, imply, forall, exists and =; effects and, not, forall and when.
@@ -29,6 +32,7 @@ from remoras.htn.domain import Domain, Task
 from remoras.htn.facts import FactIndex
 from remoras.htn.hddl.conditions import simplified
 from remoras.htn.hddl.grounding import ObjectsByType, ground
+from remoras.htn.hddl.landmarks import TaskLandmarks
 from remoras.htn.hddl.language import EQUAL, MethodSpec, Subtask
 from remoras.htn.hddl.reading import read_domain, read_problem
 
@@ -39,12 +43,19 @@ WHOLE = "(problem)"
 
 @dataclass(frozen=True)
 class Problem:
-    """A problem to be planned: ``plan(domain, facts, tasks, goal=goal)``."""
+    """A problem to be planned: ``plan(domain, facts, tasks, goal=goal)``, or in turns, which uses the landmarks.
+
+    Attributes:
+        landmarks: of tasks.
+        is_linearised: subtasks that the files leave unordered were put in order; there may be plans in another order.
+    """
 
     domain: Domain
     facts: FactIndex
     tasks: tuple[Task, ...]
     goal: Mapping[Any, Any]
+    landmarks: TaskLandmarks
+    is_linearised: bool
 
 
 def load(domain: Path, problem: Path) -> Problem:
@@ -83,4 +94,5 @@ def parse(domain: str, problem: str, *, domain_file: str = "domain", problem_fil
         raise PlanningError(f"{problem_file}: :goal: an equality between objects is no goal")
     goal = {(atom.predicate, *atom.terms): is_true for atom, is_true in literals}
     facts = FactIndex({(atom.predicate, *atom.terms): True for atom in given.facts})
-    return Problem(ground(spec, objects), facts, tasks, goal)
+    is_linearised = spec.is_linearised or given.is_linearised
+    return Problem(ground(spec, objects), facts, tasks, goal, TaskLandmarks(spec, objects), is_linearised)

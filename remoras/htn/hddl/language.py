@@ -95,7 +95,7 @@ class MethodSpec:
 
 @dataclass
 class DomainSpec:
-    """A domain file; tables by name."""
+    """A domain file; tables by name. ``is_linearised``: subtasks that it leaves unordered were put in order."""
 
     types: dict[str, tuple[str, ...]] = field(default_factory=dict)
     constants: dict[str, TypedParameter] = field(default_factory=dict)
@@ -103,11 +103,12 @@ class DomainSpec:
     tasks: dict[str, tuple[TypedParameter, ...]] = field(default_factory=dict)
     actions: dict[str, Action] = field(default_factory=dict)
     methods: list[MethodSpec] = field(default_factory=list)
+    is_linearised: bool = False
 
 
 @dataclass
 class ProblemSpec:
-    """A problem file."""
+    """A problem file; ``is_linearised`` as of a domain."""
 
     objects: dict[str, TypedParameter] = field(default_factory=dict)
     facts: list[Atom] = field(default_factory=list)
@@ -115,6 +116,7 @@ class ProblemSpec:
     tasks: tuple[Subtask, ...] = ()
     constraints: Formula = TRUE
     goal: Formula = TRUE
+    is_linearised: bool = False
 
 
 def conjuncts(formula: Formula) -> tuple[Formula, ...]:

@@ -82,14 +82,14 @@ def needs_of_methods(domain: DomainSpec, objects: Objects) -> dict[str, Needs]:
     actions = {}
     for name, action in domain.actions.items():
         places: dict[str, str | int] = {parameter.name: place for place, parameter in enumerate(action.parameters)}
-        actions[name] = _over(literals(action.precondition), places)
+        actions[name] = over_arguments(literals(action.precondition), places)
     possible = {method.name: tuple(_possible(method, domain, reach, objects)) for method in domain.methods}
     methods: dict[str, Needs] = {}
     changes = True
     while changes:
         changes = False
         tasks = {
-            method.name: _over(methods[method.name], _places(method))
+            method.name: over_arguments(methods[method.name], argument_places(method))
             for method in domain.methods
             if method.name in methods
         }
@@ -120,7 +120,7 @@ def _needs(
         if needs is None:
             return None
         for need in needs:
-            one = _of_method(need, subtask)
+            one = of_method(need, subtask)
             if not any(_brings_about(change, one, _which(one, kinds)) for change in before):
                 found.add(one)
         before |= reach[subtask.name]
@@ -139,8 +139,8 @@ def _possible(
             for way in domain.methods
             if way.task.name == subtask.name
             and not any(
-                _opposite(_of_method(one, subtask)) in certain
-                for one in _over(literals(way.precondition), _places(way))
+                _opposite(of_method(one, subtask)) in certain
+                for one in over_arguments(literals(way.precondition), argument_places(way))
             )
         )
         changes = reach[subtask.name]
@@ -150,7 +150,7 @@ def _possible(
             if not any(_brings_about(each, _opposite(one), _which(one, kinds)) for each in changes)
         }
         if subtask.name in domain.actions:
-            certain |= {_of_method(one, subtask) for one in _certain(domain.actions[subtask.name], objects)}
+            certain |= {of_method(one, subtask) for one in _certain(domain.actions[subtask.name], objects)}
 
 
 def _certain(action: Action, objects: Objects) -> Needs:
@@ -164,14 +164,14 @@ def _certain(action: Action, objects: Objects) -> Needs:
         is_undone = any(_brings_about(change, _opposite(one), _which(one, kinds)) for change in added)
         if not effect.parameters and effect.condition == TRUE and (effect.is_added or not is_undone):
             found.append(one)
-    return _over(found, places)
+    return over_arguments(found, places)
 
 
 def _opposite(one: Literal) -> Literal:
     return one._replace(is_true=not one.is_true)
 
 
-def _of_method(need: Literal, subtask: Subtask) -> Literal:
+def of_method(need: Literal, subtask: Subtask) -> Literal:
     """What a subtask needs, over the terms that the method gives it."""
     return need._replace(terms=tuple(subtask.terms[term] if isinstance(term, int) else term for term in need.terms))
 
@@ -189,11 +189,12 @@ def _brings_about(change: _Change, need: Literal, which: Iterable[frozenset[str]
     )
 
 
-def _places(method: MethodSpec) -> dict[str, str | int]:
+def argument_places(method: MethodSpec) -> dict[str, str | int]:
+    """The places of its task's arguments, by variable."""
     return {term: place for place, term in enumerate(method.task.terms) if term.startswith("?")}
 
 
-def _over(found: Iterable[Literal], places: Mapping[str, str | int]) -> Needs:
+def over_arguments(found: Iterable[Literal], places: Mapping[str, str | int]) -> Needs:
     """Those literals that speak only of objects and of arguments of the task."""
     return frozenset(
         Literal(one.predicate, tuple(places.get(str(term), term) for term in one.terms), one.is_true)

@@ -34,11 +34,16 @@ NETWORK = (*ORDERED, *UNORDERED, ":ordering", ":constraints")
 
 @dataclass
 class _Reader:
-    """Reads the parts of one file; ``terms`` are the variables and objects that may stand there."""
+    """Reads the parts of one file; ``terms`` are the variables and objects that may stand there.
+
+    Attributes:
+        is_linearised: some subtasks were not ordered, and are now.
+    """
 
     faults: Faults
     domain: DomainSpec
     objects: Mapping[str, TypedParameter]
+    is_linearised: bool = False
 
     def known(self, kind: str, word: Token, names: Collection[str]) -> str:
         """The name in ``word``; a fault if it is none of ``names``."""
@@ -168,7 +173,7 @@ class _Reader:
         return Subtask(name, terms)
 
     def network(self, given: Mapping[str, Parenthesised | Token], variables: Collection[str]) -> tuple[Subtask, ...]:
-        """Subtasks in their order, which must be total."""
+        """Subtasks in one order; what the file leaves unordered is put in that of the file."""
         kinds = {**self.domain.tasks, **{name: action.parameters for name, action in self.domain.actions.items()}}
         keyword = next((key for key in (*ORDERED, *UNORDERED) if key in given), None)
         if keyword is None:
@@ -195,7 +200,7 @@ class _Reader:
         return tuple(tasks[place] for place in self.order(labels, given.get(":ordering"), whole.line))
 
     def order(self, labels: Sequence[str], ordering: Parenthesised | Token | None, line: int) -> list[int]:
-        """Places of the labels in their order; a fault if the ordering leaves it open, or is a circle."""
+        """Places of the labels in their order, the first of several that are free; a fault if it is a circle."""
         pairs: list[Parenthesised | Token] = []
         if isinstance(ordering, Parenthesised):
             pairs = list(ordering.items[1:]) if ordering.head == "and" else [ordering] if ordering.items else []
@@ -211,12 +216,12 @@ class _Reader:
         while len(found) < len(labels):
             done = {labels[place] for place in found}
             free = [place for place in range(len(labels)) if place not in found and before[labels[place]] <= done]
-            if len(free) != 1:
-                fault = "are not ordered; only total order is planned" if free else "go round in a circle"
-                left = [labels[place] for place in (free or range(len(labels))) if place not in found]
-                self.faults.add(line, f"subtasks {', '.join(left)} {fault}")
+            if not free:
+                left = [labels[place] for place in range(len(labels)) if place not in found]
+                self.faults.add(line, f"subtasks {', '.join(left)} go round in a circle; an ordering must have a first")
                 return list(range(len(labels)))
-            found += free
+            self.is_linearised |= len(free) > 1
+            found.append(free[0])
         return found
 
 
@@ -260,6 +265,7 @@ def read_domain(text: str, file: str) -> DomainSpec:
         )
     for section in by_kind[":method"]:
         domain.methods.append(_method(reader, section, [method.name for method in domain.methods]))
+    domain.is_linearised = reader.is_linearised
     faults.end()
     return domain
 
@@ -303,5 +309,6 @@ def read_problem(text: str, file: str, domain: DomainSpec) -> ProblemSpec:
             names = [parameter.name for parameter in problem.parameters]
             problem.tasks = reader.network(given, names)
             problem.constraints = reader.formula(given.get(":constraints"), names)
+    problem.is_linearised = reader.is_linearised
     faults.end()
     return problem

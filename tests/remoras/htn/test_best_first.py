@@ -1,11 +1,12 @@
 """The best-first engine and the portfolio: against brute force and the other engine, and what each part is good for."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import pytest
 from hypothesis import event, given, settings
 from hypothesis import strategies as st
 from random_domains import Raw, brute_force, domain_of, goals, methods, operators, worlds
+from test_hddl_needs import domains, facts
 
 from benchmarks.ipc.problems import KINDS, problem
 from remoras.errors import PlanningError
@@ -24,7 +25,7 @@ from remoras.htn import (
     plan,
     plan_in_turns,
 )
-from remoras.htn.best_first import BestFirst
+from remoras.htn.best_first import BestFirst, Sight
 from remoras.htn.domain import GOAL
 from remoras.htn.hddl import Problem, parse
 
@@ -127,7 +128,7 @@ def test_both_engines_plan_all_kinds(kind: str) -> None:
     read = problem(kind, 1)
     for found in (
         plan(read.domain, read.facts, read.tasks, goal=read.goal),
-        plan_in_turns(read.domain, read.facts, read.tasks, goal=read.goal),
+        plan_in_turns(read.domain, read.facts, read.tasks, goal=read.goal, landmarks=read.landmarks),
         as_plan(by_best_first(read.domain, read.facts, *read.tasks, budget=200_000, goal=read.goal)),
     ):
         assert isinstance(found, Plan)
@@ -154,56 +155,110 @@ def test_that_there_is_no_plan_is_shown_where_the_other_engine_goes_round_for_ev
     assert found.rests_on
 
 
-def a_long_walk() -> Domain:
+SWITCHES = """(define (domain switches) (:types switch) (:predicates (on ?s - switch))
+  (:task arrange :parameters ())
+  (:method press :parameters (?s - switch) :task (arrange) :ordered-subtasks (and (press ?s) (arrange)))
+  (:method release :parameters (?s - switch) :task (arrange) :ordered-subtasks (and (release ?s) (arrange)))
+  (:method ready :parameters () :task (arrange) :precondition (forall (?s - switch) (on ?s)))
+  (:action press :parameters (?s - switch) :precondition (not (on ?s)) :effect (on ?s))
+  (:action release :parameters (?s - switch) :precondition (on ?s) :effect (not (on ?s))))"""
+
+
+def switches(n: int) -> BestFirst:
+    """All must be on, which the task says only in the method that ends it; there is a state for every subset."""
+    names = " ".join(f"s{number}" for number in range(n))
+    read = parse(SWITCHES, f"(define (problem p) (:domain switches) (:objects {names} - switch)"
+                           " (:htn :ordered-subtasks (and (arrange))) (:init))")  # fmt: skip
+    assert len(read.landmarks(Task("arrange"))) == n
+    return BestFirst(read.domain, Facts(read.facts), read.tasks, read.landmarks)
+
+
+def a_long_walk() -> BestFirst:
     """Whoever has few tasks left may walk on and on; the way out has one task more."""
-    return Domain.of(
+    domain = Domain.of(
         [
             Operator("step", effects=lambda facts: {"at": (facts.get("at") or 0) + 1}),
             Operator("pack"),
         ],
         {"go": [Method.fixed("on", "step", "go"), Method.fixed("leave", "pack", "pack", "pack")]},
     )
+    return BestFirst(domain, Facts({}), [Task("go")])
 
 
-def a_thicket() -> Domain:
-    """The way is long and straight; beside it lies a thicket, which has one task more and a state for every subset."""
+def a_trap() -> BestFirst:
+    """The way is straight. Beside it is half of the goal, and then a thicket with a state for every subset."""
 
     def flip(facts: FactsLike, bit: int) -> dict[object, bool]:
         return {("bit", bit): not facts.get(("bit", bit))}
 
     def turns(facts: FactsLike) -> Iterator[list[Task]]:
         for bit in range(20):
-            yield [Task("flip", (bit,)), Task("never"), Task("thicket")]
+            yield [Task("flip", (bit,)), Task("thicket")]
 
     def at(facts: FactsLike) -> int:
         return int(facts.get("at") or 0)
 
-    return Domain.of(
+    domain = Domain.of(
         [
             Operator("step", effects=lambda facts: {"at": at(facts) + 1}),
             Operator("flip", effects=flip),
+            Operator("bite", effects=lambda facts: {"bait": True}),
             Operator("fail", lambda facts: False),
+            Operator("rest", effects=lambda facts: {"bait": True, "prize": True}),
         ],
         {
             "go": [
-                Method.fixed("there", applicable=lambda facts: at(facts) == 120),
-                Method.fixed("aside", "thicket", "fail", "go", applicable=lambda facts: at(facts) < 120),
-                Method.fixed("on", "step", "go", applicable=lambda facts: at(facts) < 120),
+                Method.fixed("there", "rest", applicable=lambda facts: at(facts) == 100),
+                Method.fixed("aside", "bite", "tempted", applicable=lambda facts: at(facts) < 100),
+                Method.fixed("on", "step", "go", applicable=lambda facts: at(facts) < 100),
             ],
-            "thicket": [Method("turn", turns, uses=("flip", "never", "thicket")), Method.fixed("out")],
-            "never": [Method.fixed("nothing")],
+            "tempted": [Method.fixed("on", "thicket", *["fail"] * 5, "go")],
+            "thicket": [Method("turn", turns, uses=("flip", "thicket")), Method.fixed("out")],
         },
     )
+    goal = Task(GOAL, ((("bait", True), ("prize", True)),))
+    return BestFirst(domain, Facts({}), [Task("go"), goal])
 
 
-@pytest.mark.parametrize(("world", "lost_by"), [(a_long_walk, (0.0,)), (a_thicket, (0.05,))])
-def test_without_one_of_the_two_sights_a_problem_is_lost(
-    world: object, lost_by: tuple[float, ...], monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("world", "without"),
+    [
+        (lambda: switches(20), (Sight(0.05, 0.0), Sight(0.05, 0.0))),
+        (a_trap, (Sight(0.05, 3.0), Sight(0.05, 3.0))),
+        (a_long_walk, (Sight(0.0, 3.0), Sight(0.0, 0.0))),
+    ],
+    ids=["landmarks", "without landmarks", "depth"],
+)
+def test_without_a_sight_a_problem_is_lost(
+    world: Callable[[], BestFirst], without: tuple[Sight, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    domain = world()  # type: ignore[operator]
-    assert by_best_first(domain, {}, Task("go"), budget=2_000).nodes
-    monkeypatch.setattr(best_first, "DEPTH_WEIGHTS", lost_by)
-    assert not by_best_first(domain, {}, Task("go"), budget=2_000).nodes
+    seeing, blind = world(), world()
+    seeing.run(3_000)
+    assert seeing.nodes
+    monkeypatch.setattr(best_first, "SIGHTS", without)
+    blind.run(3_000)
+    assert not blind.nodes
+
+
+@few
+@given(domains(), facts)
+def test_landmarks_become_true_on_every_way(domain: str, holding: set[str]) -> None:
+    problem = f"(define (problem p) (:domain d) (:htn :ordered-tasks (t0 one two)) (:init {' '.join(sorted(holding))}))"
+    read = parse(domain, problem)
+    for found in (
+        plan(read.domain, read.facts, read.tasks),
+        plan_in_turns(read.domain, read.facts, read.tasks, landmarks=read.landmarks),
+    ):
+        if isinstance(found, NoPlan):
+            continue
+        state = Facts(read.facts)
+        left = set(read.landmarks(read.tasks[0]))
+        event(f"{min(len(left), 3)} landmarks")
+        left -= {one for one in left if state.get(one[0])}
+        for name, args in found.tasks:
+            state.make_true(read.domain.operators[name].effects(state, *args))
+            left -= {one for one in left if state.get(one[0])}
+        assert not left
 
 
 def test_who_comes_to_the_same_agenda_in_the_same_state_turns_back(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -260,8 +260,6 @@ ONE = """(define (problem p) (:domain d) (:objects x - place)
         (":precondition", ":preconditon", r"domain:4: :preconditon is not known here; allowed: :parameters, :prec"),
         ("(?p - place)\n  :precondition", "(?p - plaice)\n  :precondition",
          r"domain:3: type plaice is not declared; declared: object, place"),
-        (":ordered-subtasks (and (sail ?p))", ":subtasks (and (sail ?p) (sail ?p))",
-         r"domain:6: subtasks 0, 1 are not ordered; only total order is planned"),
         (":ordered-subtasks (and (sail ?p))",
          ":subtasks (and (t1 (sail ?p)) (t2 (sail ?p))) :ordering (and (< t1 t2) (< t2 t1))",
          r"domain:6: subtasks t1, t2 go round in a circle"),
@@ -280,6 +278,31 @@ def test_faults_are_told_with_file_and_line(before: str, after: str, message: st
     assert before in SMALL + ONE
     with pytest.raises(PlanningError, match=message):
         parse(SMALL.replace(before, after), ONE.replace(before, after))
+
+
+PARTLY = """(define (domain d) (:predicates (up) (down))
+(:task go :parameters ())
+(:action rise :parameters () :precondition (down) :effect (and (not (down)) (up)))
+(:action sink :parameters () :precondition (up) :effect (and (not (up)) (down)))
+(:action wait :parameters ())
+(:method m :parameters () :task (go) :subtasks (and (c (wait)) (b (rise)) (a (sink))) :ordering (ORDERING)))"""
+
+
+@pytest.mark.parametrize(
+    ("ordering", "steps"),
+    [
+        ("and (< a b) (< a c)", ["sink", "wait", "rise"]),
+        ("< a b", ["wait", "sink", "rise"]),
+        ("and (< b c) (< a b)", ["sink", "rise", "wait"]),
+        ("", []),
+    ],
+)
+def test_what_is_not_ordered_is_put_in_the_order_of_the_file(ordering: str, steps: list[str]) -> None:
+    """Without any ordering the file has the steps in an order that cannot be carried out, though another can."""
+    read = parse(PARTLY.replace("ORDERING", ordering), "(define (problem p) (:htn :tasks (and (go))) (:init (up)))")
+    found = plan(read.domain, read.facts, read.tasks)
+    assert [task.name for task in getattr(found, "tasks", ())] == steps
+    assert read.is_linearised == (ordering != "and (< b c) (< a b)")
 
 
 def test_all_faults_of_a_file_are_told_at_once() -> None:
