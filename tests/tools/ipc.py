@@ -2,9 +2,10 @@
 
     python tests/tools/ipc.py FOLDER [--first 3 | --sample 40 --seed 1] [--seconds 20] [--engine portfolio] [DOMAIN ...]
 
-FOLDER is ``total-order`` or ``partial-order`` of github.com/panda-planner-dev/ipc2020-domains; it states no licence for these domains, so
-they are not part of this repository. ``--seconds`` is the CPU time of each problem, reading and planning. Exits with 1
-if an answer is missing or a plan is not valid, or if Towers with n discs takes other than 2^n - 1 moves.
+FOLDER is ``total-order`` or ``partial-order`` of github.com/panda-planner-dev/ipc2020-domains; it states no licence for
+these domains, so they are not part of this repository. ``--seconds`` is the CPU time of each problem, reading and
+planning. Exits with 1 if an answer is missing or a plan is not valid, or if Towers with n discs takes other than
+2^n - 1 moves.
 """
 
 from __future__ import annotations
