@@ -1,7 +1,8 @@
 """``python -m benchmarks.variants [--repeats N] [NAME...]``: missions where another vehicle has the tool, or one dies.
 
 Each variant changes the shipped scenario in one respect; its seeds are 1 to N. Of each it prints how many runs were
-complete, with the Wilson interval, when the latest was over, and in how many vehicles said that a job is impossible.
+complete, with the Wilson interval, when those were over in the mean, when the latest of all was, in how many vehicles
+said that a job is impossible, and in how many a decoy was recovered.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ import copy
 import random
 import tempfile
 import tomllib
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -86,6 +87,68 @@ def _trident_drawn(seed: int) -> Raw:
     return raw
 
 
+def _lost(name: str, vehicle: str, times_s: Sequence[float], n_divers: int = 1) -> Callable[[int], Raw]:
+    """A vehicle is lost at one of these times."""
+
+    def tables(seed: int) -> Raw:
+        raw = _tables(NAMES[1]) if name == NAMES[1] else _pandora(3, 3, {"wrench": [seed % 3]})
+        if name == NAMES[1]:
+            raw["fleet"]["size"] = 1 + n_divers
+        of = vehicle or raw["vehicle"][seed % 3]["name"]
+        raw["fault"] = [{"vehicle": of, "kind": "lost", "at_s": times_s[seed % len(times_s)]}]
+        return raw
+
+    return tables
+
+
+def _failing(*modules: tuple[str, float], n_divers: int = 1, each_s: float = 0.0) -> Callable[[int], Raw]:
+    """Modules of Trident, by service, die at a time that is later by ``each_s`` for each seed."""
+
+    def tables(seed: int) -> Raw:
+        raw = _tables(NAMES[1])
+        raw["fleet"]["size"] = 1 + n_divers
+        raw["fault"] = []
+        for service, at_s in modules:
+            vehicle, _, sensor = service.partition(" ")
+            died_s = at_s + each_s * seed
+            raw["fault"].append({"vehicle": vehicle, "kind": "sensor", "sensor": sensor, "at_s": died_s})
+        return raw
+
+    return tables
+
+
+def _at_one_look(tables: Callable[[int], Raw]) -> Callable[[int], Raw]:
+    """A verdict may be wrong as often as one look of the sonar is, so that one look of either finder decides."""
+
+    def hasty(seed: int) -> Raw:
+        raw = tables(seed)
+        raw["mission"].update(p_mistaken=0.45, p_missed=0.45)
+        return raw
+
+    return hasty
+
+
+def _in_a_corner(seed: int) -> Raw:
+    """The target lies in a corner of a block, one after another."""
+    raw = _tables(NAMES[1])
+    block, right, upper = raw["block"][seed % 2], seed // 2 % 2, seed // 4 % 2
+    raw["recovery"]["target_m"] = [block["x_m"][right], block["y_m"][upper]]
+    return raw
+
+
+def _in_another_order(name: str) -> Callable[[int], Raw]:
+    """The file lists the vehicles from last to first, and so they speak."""
+
+    def tables(seed: int) -> Raw:
+        raw = _tables(NAMES[1]) if name == NAMES[1] else _pandora(3, 3, {"wrench": [seed % 3]})
+        raw["vehicle"].reverse()
+        for slot, vehicle in enumerate(raw["vehicle"]):
+            vehicle["slot"] = slot
+        return raw
+
+    return tables
+
+
 def _on_one(tool: str, number: int) -> Callable[[int], Raw]:
     """A tool on one vehicle alone; the valves are stuck where that is the wrench."""
     tools = {tool: [number]}
@@ -105,6 +168,22 @@ VARIANTS: dict[str, Callable[[int], Raw]] = {
     "trident: IAUV01 at 1600 s": lambda seed: _trident("IAUV01", 1600.0),
     "trident: drawn": _trident_drawn,
     "trident: one diver at 100 s": lambda seed: _trident("IAUV00", 100.0, 1),
+    "trident: nothing dies": _failing(),
+    **{f"trident: camera at {at_s:.0f} s": _failing(("IAUV00 camera", at_s)) for at_s in (100.0, 400.0, 800.0)},
+    "trident: one look decides": _at_one_look(_failing()),
+    "trident: one look decides, camera at 100 s": _at_one_look(_failing(("IAUV00 camera", 100.0))),
+    "trident: camera between two looks": _failing(("IAUV00 camera", 1480.0), each_s=6.0),
+    "trident: both finders": _failing(("IAUV00 camera", 1400.0), ("IAUV00 forward sonar", 1450.0), each_s=10.0),
+    "trident: arm, and gripper of the other": _failing(("IAUV01 gripper", 1.0), ("IAUV00 arm", 1500.0), n_divers=2),
+    "trident: who chooses": _failing(("IAUV00 recogniser", 100.0), ("ASV00 console", 200.0)),
+    "trident: who surveys": _failing(("ASV00 multibeam", 100.0), ("IAUV00 stereo", 200.0), ("IAUV00 sidescan", 300.0)),
+    "trident: the only diver is lost": _lost(NAMES[1], "IAUV00", (300.0, 900.0, 1450.0, 1550.0)),
+    "trident: the first diver is lost": _lost(NAMES[1], "IAUV00", (300.0, 900.0, 1450.0, 1600.0), 2),
+    "trident: ASV00 is lost": _lost(NAMES[1], "ASV00", (300.0, 900.0, 1300.0, 1500.0)),
+    "trident: target in a corner": _in_a_corner,
+    "trident: vehicles in another order": _in_another_order(NAMES[1]),
+    "pandora: who has the wrench is lost": _lost(NAMES[0], "", (600.0,)),
+    "pandora: vehicles in another order": _in_another_order(NAMES[0]),
 }
 
 
@@ -130,8 +209,12 @@ def main() -> int:
         low, high = wilson_interval(done, len(runs))[:2]
         over_s = max(one.recorder.rows("trajectories")[-1][0] for one in runs)
         n_said = sum(any(stone.name == "impossible" for stone in one.milestones) for one in runs)
+        n_mistaken = sum(any(stone.name == "mistaken" for stone in one.milestones) for one in runs)
+        times_s = [one.milestones[-1].time_s for one in runs if one.completed]
         of = f"{done} of {len(runs)} ({low:.0%} to {high:.0%})"
-        print(f"{name}: {of}, over by {over_s:.0f} s, impossible said in {n_said}", flush=True)
+        of += f" after {sum(times_s) / done:.0f} s" if done else ""
+        said = f"impossible said in {n_said}, a decoy recovered in {n_mistaken}"
+        print(f"{name}: {of}, the last over by {over_s:.0f} s, {said}", flush=True)
     return 0
 
 

@@ -157,7 +157,7 @@ def opened(chrome: Any, site: Path) -> Iterator[Any]:
         ("seams", 0),
         ("packages", 0),
         *((f"packages/{path.stem}", 0) for path in sorted((DOCS / "packages").glob("*.md"))),
-        ("notebooks/gallery", 15),
+        ("notebooks/gallery", 16),
         ("notebooks/mission", 5),
         ("notebooks/comparison", 2),
     ],
