@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import math
 import re
+import shlex
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
@@ -169,7 +170,7 @@ def of_other_kind(file: str, found: str, line: int | None = None) -> Configurati
         found: the kind that it is of.
         line: of the table that says so.
     """
-    allowed = f"this is a {found}; start it with: {COMMANDS[found].format(file=file)}"
+    allowed = f"this is a {found}; start it with: {COMMANDS[found].format(file=shlex.quote(file))}"
     return ConfigurationError(file, [ConfigurationFault(f"[{found}]", "", allowed, line)])
 
 
@@ -221,7 +222,7 @@ def text_of(path: Path, most_bytes: int | None = None) -> str:
             )
         return content.decode("utf-8-sig").replace("\r\n", "\n")
     except OSError as error:
-        why, line = f"cannot be read: {error}", None
+        why, line = f"cannot be read: {error.strerror or error}", None
     except UnicodeDecodeError as error:
         why = f"cannot be read: byte {error.object[error.start]:#04x} is not UTF-8; save the file as UTF-8"
         line = content.count(b"\n", 0, error.start) + 1

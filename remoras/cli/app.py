@@ -73,6 +73,17 @@ def fail(message: str, code: int = USAGE) -> NoReturn:
     raise CommandFault(message, code)
 
 
+def as_typed(path: Path) -> str:
+    """A path as one types it in a shell.
+
+    >>> as_typed(Path("results/x")), as_typed(Path("my results"))
+    ('results/x', "'my results'")
+    """
+    import shlex
+
+    return shlex.quote(str(path))
+
+
 def remark(text: str) -> None:
     """Say on standard error what one should know of what is read; nothing if there is nothing."""
     if text:

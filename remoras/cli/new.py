@@ -19,7 +19,7 @@ import typer
 
 from missions.errors import LONGEST_VALUE, cut
 from remoras.cli import completion
-from remoras.cli.app import check_known, command, fail
+from remoras.cli.app import as_typed, check_known, command, fail
 from remoras.cli.tables import on_terminal
 
 if TYPE_CHECKING:
@@ -65,13 +65,13 @@ def new(
     if kind == SCENARIO:
         _check_scenario_name(name)
         files = {f"{name}.toml": _scenario(name, given)}
-        then = f"remoras run {out / name}.toml --out first"
+        then = f"remoras run {as_typed(out / f'{name}.toml')} --out first"
     else:
         if told := [f"--{option}" for option, value in given.items() if value is not None]:
             fail(f"{told[0]}: is of a scenario; a {kind} has no such option")
         _check_plugin_name(kind, name, out)
         files = dict(plugin_files(kind, name))
-        then = f"python -m pytest -q {out / f'test_{name}.py'}"
+        then = f"python -m pytest -q {as_typed(out / f'test_{name}.py')}"
     written = [out / file for file in files]
     there = [str(path) for path in written if path.exists() or path.is_symlink()]
     if there and not force:

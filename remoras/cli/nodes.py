@@ -122,6 +122,8 @@ def node(
     has_body = bool(moos_bind) or ros is RosSide.BODY
     if has_body and seat.body is not None:
         fail(f"{'--moos-bind' if moos_bind else '--ros body'}: the body is that of --frontseat; leave out one of them")
+    if begins_s is not None and not resume and (late_s := (now_by_machine() - begins_s) * speed - plan.end_s) > 0.0:
+        fail(f"--start: the mission was over {late_s:.0f} s ago, at {plan.end_s:.0f} s of it; let it begin later")
     share = _share(moos, moos_bind, ros, vehicle)
     body = share if has_body else seat.body
     plan = replace(plan, epoch=epoch, is_steered=body is not None)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from remoras.cli import completion
-from remoras.cli.app import FAILED, Format, Json, command, fail, give_up, remark, show_json
+from remoras.cli.app import FAILED, Format, Json, as_typed, command, fail, give_up, remark, show_json
 from remoras.cli.exports import At, Vehicle
 from remoras.cli.tables import on_terminal, show_table
 from remoras.progress import Progress
@@ -115,7 +115,7 @@ def run(
     else:
         _print_summary(report)
         if out is not None:
-            print(f"results in {out}; draw them with: remoras plot {out}")
+            print(f"results in {out}; draw them with: remoras plot {as_typed(out)}")
     _warn_of_conflicts(report, loaded.guidance.separation_m)
     if not finished.completed:
         raise typer.Exit(FAILED)

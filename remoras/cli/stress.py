@@ -13,7 +13,7 @@ from typing import Annotated
 import typer
 
 from missions.errors import LONGEST_VALUE, cut
-from remoras.cli.app import FAILED, Json, command, fail, show_json
+from remoras.cli.app import FAILED, Json, as_typed, command, fail, show_json
 from remoras.cli.runs import Settings, StrategyName
 from remoras.progress import Progress
 
@@ -114,9 +114,11 @@ def stress(
     else:
         print("\n".join(lines(report)))
         for name in report.shrunk if out is not None else ():
-            print(f"repeat it with: remoras stress --replay {out}/shrunk-{name}.toml", file=sys.stderr)
+            assert out is not None
+            shrunk = as_typed(out / f"shrunk-{name}.toml")
+            print(f"repeat it with: remoras stress --replay {shrunk}", file=sys.stderr)
             seed = report.shrunk[name].schedule.stress.seed
-            alone = f"remoras run {out}/shrunk-{name}.scenario.toml --seed {seed}"
+            alone = f"remoras run {as_typed(out / f'shrunk-{name}.scenario.toml')} --seed {seed}"
             print(f"run its scenario with: {alone}", file=sys.stderr)
     if report.broken:
         raise typer.Exit(FAILED)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from remoras.cli import completion
-from remoras.cli.app import FAILED, Json, command, fail, remark, show_json
+from remoras.cli.app import FAILED, Json, as_typed, command, fail, remark, show_json
 from remoras.cli.tables import on_terminal, show_table
 from remoras.progress import Progress
 
@@ -98,7 +98,9 @@ def sweep(
             )
         except driver.PartlyDoneError as error:
             fail(f"{error}; finished runs are kept in {out}, the same command goes on", PARTLY_DONE)
-    _show(asdict(status), as_json, [_status_line(asdict(status)), f"compare them with: remoras compare {out}"])
+    _show(
+        asdict(status), as_json, [_status_line(asdict(status)), f"compare them with: remoras compare {as_typed(out)}"]
+    )
     if status.failed:
         print(f"remoras: {status.failed} runs failed; columns error and replay of {out}/runs.parquet", file=sys.stderr)
         raise typer.Exit(FAILED)

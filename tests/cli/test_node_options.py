@@ -1,6 +1,6 @@
 """What cannot be asked of ``remoras node`` is one line."""
 
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
@@ -20,6 +20,7 @@ NODE = "node", "mapping-rendezvous", "AUV00"
         ),
         (["--start-utc", "soon"], "--start-utc 'soon': allowed is a time of ISO 8601"),
         (["--start-utc", "1999-01-01T00:00:00"], "allowed is a time within a year of now"),
+        (["--start-utc", (datetime.now(UTC) - timedelta(hours=10)).isoformat()], "the mission was over"),
         (["--start-utc", "2026-01-01T00:00:00", "--start", "1"], "leave out one of them"),
     ],
 )
