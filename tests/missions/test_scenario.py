@@ -403,6 +403,7 @@ def test_a_value_where_a_table_belongs_is_a_fault_and_no_crash(tmp_path: Path, t
                 "worldmodel",
                 "modem",
                 "damage",
+                "watch",
             )
         ),
     }  # have defaults
