@@ -1,5 +1,6 @@
 """The documentation builds as a site: without a warning, whole, with its notebooks executed, and readable offline."""
 
+import fcntl
 import os
 import re
 import subprocess
@@ -46,18 +47,24 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture(scope="session")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The site, built as users are told to; -W makes every warning an error."""
+    """The site, built as users are told to; -W makes every warning an error. Workers that share the tests share it."""
     pytest.importorskip("sphinx")
-    folder = tmp_path_factory.mktemp("documentation")
-    command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html"]
-    built = subprocess.run(
-        [*command, "-d", str(folder / "trees"), str(DOCS), str(folder / "site")],
-        capture_output=True,
-        text=True,
-        check=False,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-    )
-    assert built.returncode == 0, built.stderr
+    root = tmp_path_factory.getbasetemp()
+    folder = (root.parent if "PYTEST_XDIST_WORKER" in os.environ else root) / "documentation"
+    folder.mkdir(exist_ok=True)
+    with (folder / "lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not (folder / "built").exists():
+            command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html"]
+            built = subprocess.run(
+                [*command, "-d", str(folder / "trees"), str(DOCS), str(folder / "site")],
+                capture_output=True,
+                text=True,
+                check=False,
+                env={**os.environ, "PYTHONPATH": str(ROOT)},
+            )
+            assert built.returncode == 0, built.stderr
+            (folder / "built").touch()
     return folder / "site"
 
 
