@@ -260,6 +260,7 @@ def summaries_of(source: Source) -> list[Summary]:
 def runs_of_study(study: str, chosen: dict[str, str]) -> list[Summary]:
     """Rows of the runs of a study that have these values; a run that did not complete has its whole time."""
     rows = [row for row in swept(study) if all(str(row[column]) == value for column, value in chosen.items())]
+    rows.sort(key=lambda row: int(row["repeat"]))  # runs end in any order, and pairs are of one repeat
     if not rows:
         raise SystemExit(f"study {study} has no runs with {chosen}; its columns: {', '.join(swept(study)[0])}")
     return rows

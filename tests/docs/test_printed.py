@@ -99,6 +99,16 @@ def test_what_a_mechanism_bears_is_a_paired_difference(monkeypatch: pytest.Monke
     assert made == f"-5 ({-5.0 - half:.2f} to {-5.0 + half:.2f}), -25 %, 1 above"
 
 
+def test_runs_of_a_study_are_paired_by_repeat(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever the order in which they ended."""
+    rows = [
+        {"repeat": n, "weight": w, "t_s": 10.0 * n + w} for n, w in ((2, 0), (1, 5), (3, 5), (1, 0), (3, 0), (2, 5))
+    ]
+    monkeypatch.setattr(printed, "swept", lambda study: rows)
+    of = {w: Measured(printed.runs_of_study("study", {"weight": w})).t_s.values for w in ("0", "5")}
+    assert of == {"0": [10.0, 20.0, 30.0], "5": [15.0, 25.0, 35.0]}
+
+
 @pytest.mark.parametrize("wrong", [["--sample", "0"], ["--sample", "2"], ["--page", "none.md"]])
 def test_what_is_asked_wrongly_is_refused(wrong: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
