@@ -33,6 +33,8 @@ class Holds(NamedTuple):
 
 NOT = Holds(-math.inf)
 """Of an answer that has to be asked for every time."""
+UNTIL_NEWS = Holds()
+"""Of one that nothing but news changes."""
 UNLESS_CONCERNED = Holds(facts=False)
 """Of one that rests on the organisation, plans and meetings alone."""
 

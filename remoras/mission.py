@@ -111,6 +111,10 @@ class Nothing(Sequence[Finding]):
         raise IndexError(f"finding {place} of none")
 
 
+NOTHING = Nothing()
+"""As long as there is no news."""
+
+
 class SocialPart(Protocol):
     """What the social layer of a vehicle needs of its mission."""
 
@@ -214,7 +218,7 @@ class SocialPart(Protocol):
 
         Who returns `Nothing` is not asked again before there is news, or what it names.
         """
-        return Nothing()
+        return NOTHING
 
     def conclusions(
         self, data: VehicleData, organisation: Organisation, beliefs: Beliefs, picture: Picture, motion: Motion

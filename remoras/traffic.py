@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from exchange.acoustics import loss
 from exchange.acoustics.channel import Arrival, Channel
@@ -48,8 +48,7 @@ class Station(Protocol):
         """Let a vehicle hear a packet that arrives now."""
 
 
-@dataclass(frozen=True, slots=True)
-class SlotOpens:
+class SlotOpens(NamedTuple):
     """The TDMA slot ``number`` starts, or in ALOHA the packet of that number, by the clock of its owner ``node``."""
 
     number: int
@@ -84,8 +83,7 @@ class FrameEnds:
         station.end_frame(self.number, self.node)
 
 
-@dataclass(frozen=True, slots=True)
-class Arrives:
+class Arrives(NamedTuple):
     """The last bit of a packet is where a vehicle is, which hears it unless it has met another packet on its way."""
 
     hearing: Hearing

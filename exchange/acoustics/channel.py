@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from exchange.acoustics import loss
 from exchange.acoustics.link import LinkModel, Transmission
@@ -13,8 +13,7 @@ from exchange.acoustics.modems import Modem
 from exchange.arithmetic import length
 
 
-@dataclass(frozen=True, slots=True)
-class Arrival:
+class Arrival(NamedTuple):
     """A packet as one receiver hears it, complete at ``time_s``."""
 
     receiver: int

@@ -69,7 +69,7 @@ from remoras.database import VehicleData
 from remoras.errors import PlanningError
 from remoras.htn import Domain, FactsLike, Task
 from remoras.known import Known
-from remoras.mission import Finding, Mission, Nothing
+from remoras.mission import NOTHING, Finding, Mission, Nothing
 from remoras.motion import Motion
 from remoras.organisation import Group, Organisation
 from remoras.picture import Picture
@@ -340,7 +340,7 @@ class MappingMission(Mission):
         to inspect does not meet. After a meeting see ``given_anew``.
         """
         if group.formed_by is not None:
-            return Nothing()
+            return NOTHING
         found = self.meeting.findings(group, organisation, beliefs, picture, motion)
         if not found:
             anew = given_anew(group, organisation, self._surveys, self.meeting, beliefs, picture)

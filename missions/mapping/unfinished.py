@@ -18,7 +18,7 @@ from remoras.beliefs import Beliefs
 from remoras.holding import Holds
 from remoras.htn import FactsLike
 from remoras.known import Known
-from remoras.mission import Finding, Nothing
+from remoras.mission import NOTHING, Finding, Nothing
 from remoras.motion import Motion
 from remoras.organisation import Group, Organisation
 from remoras.picture import Picture
@@ -57,7 +57,7 @@ def given_anew(
     """
     met_s = meeting.met_s(group, beliefs, picture)
     if met_s is None:
-        return Nothing()
+        return NOTHING
     if picture.body.now_s - met_s < meeting.patience_s / 2.0:
         return Nothing(met_s + meeting.patience_s / 2.0 - EARLY_S)
     found = []
@@ -70,7 +70,7 @@ def given_anew(
             continue
         if job.left(beliefs).bits and beliefs.n_over(job.done) < MOST_ANEW:
             found.append(Finding(path, EXPLORING, job.name))
-    return found or Nothing()
+    return found or NOTHING
 
 
 def is_open_again(group: Group, surveys: Mapping[str, SurveyJob], beliefs: Beliefs) -> bool:

@@ -36,7 +36,7 @@ from remoras.behaviours import (
 from remoras.beliefs import Beliefs, Key
 from remoras.database import VehicleData
 from remoras.htn import FactsLike, Method, Operator, Task
-from remoras.mission import ASSIGN_OBJECTIVE, Finding, Nothing
+from remoras.mission import ASSIGN_OBJECTIVE, NOTHING, Finding, Nothing
 from remoras.motion import Motion
 from remoras.nesting import meets_after
 from remoras.organisation import Group, Organisation
@@ -198,7 +198,7 @@ class Meeting:
         A group that has met without a member meets once more when that one is back and has come.
         """
         if group.rally_point is None:
-            return Nothing()
+            return NOTHING
         off_m = self._off_m(group, motion.position_m) - self.arrival_radius_m
         if off_m > 0.0:
             return Nothing(within_m=max(0.0, off_m - EARLY_M))
@@ -206,7 +206,7 @@ class Meeting:
             return Nothing(self.opens_s - EARLY_S)
         has_met = group.name in picture.groups.gathered
         if has_met and self._is_complete(group, organisation, beliefs, picture):
-            return Nothing()
+            return NOTHING
         is_overdue = not has_met and self.is_overdue(group, beliefs, picture)
         if not is_overdue and not self._all_are_there(group, organisation, beliefs, picture):
             until_s = math.inf if has_met else self.overdue_s(group, beliefs, picture) - EARLY_S

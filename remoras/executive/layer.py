@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import NamedTuple
 
 from remoras.activities import ActivityKind, ActivitySet, ActivityType, WeighedSet
 from remoras.attraction import NO_PULLS, UNMOVED, Pulls, own_signal, passed_signal
@@ -51,8 +52,7 @@ class Decision:
         return bool(self.types >> activity_type & 1)
 
 
-@dataclass(frozen=True, slots=True)
-class HeardSignal:
+class HeardSignal(NamedTuple):
     """An influence signal as it was heard: satisfaction of the emitter in its role, when, and in which slot."""
 
     value: int

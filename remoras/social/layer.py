@@ -24,7 +24,7 @@ from remoras.activities import ActivitySet, Objective
 from remoras.authority import Rules, Ruling
 from remoras.beliefs import Beliefs, Fact, Key
 from remoras.database import AUVDatabase
-from remoras.holding import NOT, Holds, Kept, all_hold
+from remoras.holding import NOT, UNTIL_NEWS, Kept, all_hold
 from remoras.htn import ANY
 from remoras.mission import SocialPart
 from remoras.motion import Motion
@@ -414,7 +414,7 @@ class SocialLayer:
 
     def findings(self, motion: Motion, now_s: float) -> list[Fact]:
         """What this vehicle concludes as the leader of its groups, as facts."""
-        standing, facts, answers = self.standing, list[Fact](), [Holds()]
+        standing, facts, answers = self.standing, list[Fact](), [UNTIL_NEWS]
         if not self.led or (self.nothing.holds(now_s, motion) and not standing.is_in_doubt):
             return facts
         work = self._work()
