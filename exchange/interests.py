@@ -135,6 +135,11 @@ class Interests:
         announced = next((f.value for f in block if f.subject == fact.subject and f.attribute == 0), 0)
         return int(announced) if isinstance(announced, int) else 0
 
+    def priority_here(self, column: int) -> int:
+        """Priority of an item that this node needs; 0 if it holds it for others alone."""
+        nodes, priority = self.of(self._ledger.entries[column].about)
+        return priority if nodes >> self._me & 1 else 0
+
     # What is sent --------------------------------------------------------------------------------
 
     def take(self, column: int, now_s: float) -> None:

@@ -48,7 +48,7 @@ from exchange.peering.turns import ByFrames, Turns
 from exchange.policies import AckPolicy
 from exchange.queueing.queue import Queue
 from exchange.schedule import TdmaSchedule
-from exchange.values import ADDITIVE, ValueRule
+from exchange.values import ADDITIVE, STATUS_COLUMN, ValueRule
 from exchange.wire.codec import Codec, behind, refuse_longer_texts
 from exchange.wire.definitions import ComparedDefinitions
 from exchange.wire.fragmentcodec import EPOCH_BITS
@@ -176,14 +176,15 @@ class ExchangeManager:
             from exchange.peering.stating import Stating
 
             known, codes = (me, self._state, self._ledger, self._peers, self._holders), policy.acknowledgement.codes
-            self._stating = [Stating(*known, accounts, codec.fragment_bits, codes) for accounts in codec.accounts]
+            asked = codec.fragment_bits, self._interests.priority_here
+            self._stating = [Stating(*known, accounts, *asked, codes) for accounts in codec.accounts]
         self._listener.stating = self._stating
         self.half_blocks = self._listener.assembly.lacking
         """``half_blocks() -> list``: names of blocks of which it has parts, and lacks others."""
         self._signals: tuple[InfluenceSignal, ...] = ()
         self._n_signals_said = 0
         self._left_to_relays = 0  # items that rest, in the packet that is being filled
-        self._is_for_statuses = False  # it leaves room to them
+        self._due_to_statuses = 0  # bits that statuses may take before items, so far
         self._is_for_large = False  # large items go first in the next one that leaves no room to statuses
         self.n_faults = 0
 
@@ -374,6 +375,8 @@ class ExchangeManager:
         n_acks = acks[0].bit_count()
         for stating, accounts in zip(self._stating, codec.accounts, strict=True):
             self.queue.rest(self._left_to_relays)
+            said_bits = sum([candidate.size_bits for candidate in chosen if candidate.column == STATUS_COLUMN])
+            self._due_to_statuses = max(0, self._due_to_statuses - said_bits)
             left_bits = packing.left_bits - (summary_bits if is_spare else 0)
             acks = behind(acks, accounts.encode(stating.account(content, slot, left_bits), self._me))
         data = codec.assembled(head, start_s, acks, wired, signals, summary)
@@ -396,16 +399,23 @@ class ExchangeManager:
     def _let_plan(self, stating: Stating, room_bits: int) -> int:
         """Let what is not planned rest for this packet; returns what is said of holdings (bits).
 
-        Statuses are not planned. In each second packet at least half of the room is left to them, if they take it; in
-        the others they compete with what is planned for what the account leaves.
+        Statuses are not planned. Of the room they are due the share that they have of what waits, by priority and size,
+        as under the additive rule; half of a packet at most, once the smallest of them fits. Else they compete with
+        what is planned for what the account leaves.
         """
         queue = self.queue
         self._left_to_relays = queue.resting if self.relaying else 0
-        status_bits = queue.status_bits
-        self._is_for_statuses = status_bits > 0 and not self._is_for_statuses
-        kept_bits = min(room_bits // 2, status_bits) if self._is_for_statuses else 0
-        large_first = False
-        if not self._is_for_statuses:  # of these packets, too, each second one
+        statuses, others_weight = queue.statuses, queue.items_weight
+        status_bits = sum([candidate.size_bits for candidate in statuses])
+        weight = sum([candidate.waiting.priority * candidate.size_bits for candidate in statuses])
+        kept_bits, large_first = 0, False
+        if statuses:
+            due_bits = self._due_to_statuses + room_bits * weight // (weight + others_weight)
+            self._due_to_statuses = min(status_bits, due_bits)
+            kept_bits = min(room_bits // 2, self._due_to_statuses)
+            if kept_bits < min([candidate.size_bits for candidate in statuses]):
+                kept_bits = 0
+        if not kept_bits:
             large_first, self._is_for_large = self._is_for_large, not self._is_for_large
         chosen, account_bits = stating.plan(queue.open & ~self._left_to_relays, room_bits - kept_bits, large_first)
         queue.rest(queue.open & ~chosen)

@@ -81,11 +81,11 @@ class PacketPlan(NamedTuple):
     Attributes:
         reception: [r] probability that the peer receives a packet of this node; 0 for the node itself.
         origin, size_bits: [c] of the item, ``symbol_bits`` in a symbol.
-        is_new: [c] 1 for an own item that was never sent.
+        is_new: [c] 1 for an own item that all who need it are reckoned to lack, as one that was never sent.
         is_stated: [c] 1 if a statement about its origin says that this node holds it.
         weight: [c] what it is worth that a peer gets it.
         lacks: [c * n_nodes + r] probability that the peer lacks it.
-        owed: [o] items of which the origin is not known to know that this node holds them.
+        owed: [o] weight of the items of which the origin is not known to know that this node holds them.
         statement_bits: [o] size of a statement about the origin.
         gain: [c] filled in: what it brings by itself.
         takes: [c] 1 for items to be sent by themselves; states: [o] 1 for statements.
@@ -100,7 +100,7 @@ class PacketPlan(NamedTuple):
     is_stated: Counts
     weight: Shares
     lacks: Shares
-    owed: Counts
+    owed: Shares
     statement_bits: Counts
     gain: Shares
     takes: Counts
@@ -158,16 +158,16 @@ def take_large(plan: PacketPlan, n_candidates: int, room_bits: int) -> int:
     """Take, of the items of more than half of the room, the one that brings most; returns what is left of the room."""
     chosen, most = -1, 0.0
     for c in range(n_candidates):
-        if room_bits < 2 * plan.size_bits[c] <= 2 * room_bits and plan.gain[c] > most * plan.size_bits[c]:
-            chosen, most = c, plan.gain[c] / plan.size_bits[c]
-    if chosen < 0:
+        if room_bits < 2 * plan.size_bits[c] <= 2 * room_bits and plan.gain[c] > most:
+            chosen, most = c, plan.gain[c]
+    if chosen < 0 or most < take_items(plan, n_candidates, room_bits, False):
         return room_bits
     plan.takes[chosen] = 1
     return room_bits - plan.size_bits[chosen]
 
 
 def take_new(plan: PacketPlan, n_nodes: int, n_candidates: int, room_bits: int) -> int:
-    """Take own items that were never sent, first; returns what is left of the room."""
+    """Take own items that all lack, first what brings most; returns what is left of the room."""
     wanted = 0
     for c in range(n_candidates):
         if plan.is_new[c] != 0 and plan.takes[c] == 0:
@@ -185,11 +185,16 @@ def take_new(plan: PacketPlan, n_nodes: int, n_candidates: int, room_bits: int) 
     if wanted <= room_bits - reserved or RESERVING * most <= all_lack:
         reserved = 0
     left = room_bits
-    for c in range(n_candidates):
-        if plan.is_new[c] != 0 and plan.takes[c] == 0 and plan.size_bits[c] <= left - reserved:
-            plan.takes[c] = 1
-            left -= plan.size_bits[c]
-    return left
+    while True:
+        chosen, most = -1, 0.0
+        for c in range(n_candidates):
+            is_next = plan.is_new[c] != 0 and plan.takes[c] == 0 and plan.gain[c] > most
+            if is_next and plan.size_bits[c] <= left - reserved:
+                chosen, most = c, plan.gain[c]
+        if chosen < 0:
+            return left
+        plan.takes[chosen] = 1
+        left -= plan.size_bits[chosen]
 
 
 def take_statements(plan: PacketPlan, n_nodes: int, room_bits: int, best: float) -> int:

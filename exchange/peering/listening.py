@@ -141,8 +141,7 @@ class Listener:
             heeded, origins = peers.heed(packet, frame, *spoken_of), self._ledger.origins
             self._ageing.absorb(packet, slot, heeded, taken.content, self._carrier_evidence, origins)
             for stating in self.stating:
-                is_asked = spoken_of.is_asked and peers.answers(sender, frame)
-                taken, lacked = self._take_account(stating, packet, slot, is_asked, taken, now_s)
+                taken, lacked = self._take_account(stating, packet, slot, spoken_of.is_asked, taken, now_s)
             for summaries in self._summaries:
                 for summary in packet.summary:
                     if summary[:2] in self._holders.shared:
@@ -158,7 +157,7 @@ class Listener:
         elif lacked:
             self.reopen(now_s)
         for stating in self.stating:
-            stating.note_news(before, slot)
+            stating.note_news(packet, before, slot)
         beliefs = self._gained(before) if before != state.believes else ()
         settled = self._interests.settle(self._done, state.believes) if beliefs else ()
         return Reception(
@@ -180,12 +179,13 @@ class Listener:
         Args:
             stating: of this node.
             packet: heard; slot: in which it was sent.
-            is_asked: its acknowledgements are about the own last packet.
+            is_asked: its acknowledgements, if it has any, are about the own last packet.
             taken: what its fragments brought.
             now_s: the time (s).
         """
         vouched = self._peers.vouched(packet.sender, packet.frame)
-        decoded, lacked = stating.hear(packet, slot, is_asked, vouched, now_s)
+        answers = self._peers.answers(packet.sender, packet.frame)
+        decoded, lacked = stating.hear(packet, slot, is_asked and answers, answers, vouched, now_s)
         if not decoded:
             return taken, lacked
         more, believes = self._take_in(decoded, now_s), self._state.believes

@@ -59,6 +59,7 @@ class Stating:
         ledger, peers, holders: of this node.
         accounts: encodes what is said.
         fragment_bits: the most bits that a fragment takes.
+        priority_here: called with the column of an item that is held; 0 if it is held for others alone.
         codes_repairs: the policy repairs by symbols.
     """
 
@@ -71,12 +72,14 @@ class Stating:
         holders: Holders,
         accounts: Accounts,
         fragment_bits: Callable[[Fragment], int],
+        priority_here: Callable[[int], int],
         codes_repairs: bool,
     ) -> None:
         self._me, self._n_nodes = me, ledger.n_nodes
         self._state, self._ledger, self._peers, self._holders = state, ledger, peers, holders
         self._accounts, self._fragment_bits, self._codes_repairs = accounts, fragment_bits, codes_repairs
-        self._confirmed = self._told = self._said = 0  # item sets
+        self._priority_here = priority_here
+        self._confirmed = self._told = 0  # item sets
         self._has_spoken = False
         self._lost, self._weight = [0.0] * self._n_nodes, [0.0] * self._n_nodes
         self._lacks: dict[int, list[float]] = {}  # by column and peer
@@ -170,15 +173,21 @@ class Stating:
         """
         ledger, n_nodes, me, n = self._ledger, self._n_nodes, self._me, len(columns)
         believes, spared, entries = self._state.believes, ledger.spared, ledger.entries
-        new = ledger.origins[me] & ~self._said
+        new = ledger.origins[me]
+        for peer in range(n_nodes):
+            new &= ~(0 if peer == me else believes[peer] & ~spared[peer])
         most = max((entries[column].priority for column in columns), default=0) or 1
         lacks: list[float] = []
         for column in columns:
             reckoned = self._lacks.get(column)
+            if reckoned is not None and any(
+                reckoned[peer] < 1.0 for peer in range(n_nodes) if peer != me and not spared[peer] >> column & 1
+            ):
+                new &= ~(1 << column)
             for peer in range(n_nodes):
                 is_known = peer == me or (believes[peer] | spared[peer]) >> column & 1
                 lacks.append(0.0 if is_known else 1.0 if reckoned is None else max(LEAST_LACK, reckoned[peer]))
-        owed = [self._owed(origin).bit_count() for origin in range(n_nodes)]
+        owed = [sum(map(self._priority_here, columns_of(self._owed(one)))) / most for one in statements]
         symbol_bits = [self._symbol_bits(column) if self._codes_repairs else IMPOSSIBLE for column in columns]
         is_lost = [peer == me or bool(ledger.away >> peer & 1) for peer in range(n_nodes)]
         return PacketPlan(
@@ -206,12 +215,17 @@ class Stating:
             worth_lacked=[0.0] * n_nodes,
         )
 
-    def _owed(self, origin: int) -> int:
-        """Item set of what an origin is not known to know this vehicle to hold, beside what the vector says."""
+    def _owed(self, one: OriginStatement) -> int:
+        """Item set of what a statement tells an origin of holding that this is not known to know.
+
+        Beside what the vector says; what is beyond the statement waits for a holder set, or a later statement.
+        """
+        origin = one.origin
         if origin == self._me or self._ledger.away >> origin & 1:
             return 0
         said = self._state.content[origin] if self._state.heard[0] >> origin & 1 else 0
-        return self._ledger.origins[origin] & self._state.believes[self._me] & ~self._confirmed & ~said
+        unknown = self._ledger.origins[origin] & self._state.believes[self._me] & ~self._confirmed & ~said
+        return unknown and unknown & (self._items_below((origin, one.epoch), one.first) | self._items(*_window_of(one)))
 
     def _symbol_bits(self, column: int) -> int:
         """Size of a symbol that the block of an item is part of; what is not whole here is part of none."""
@@ -301,7 +315,6 @@ class Stating:
         for shown in holder_sets:
             told |= self._items((shown.origin, shown.epoch), 1 << shown.sequence)
         self._told, self._has_spoken = told & state.believes[self._me], True
-        self._said |= content & ledger.origins[self._me]
         of_code = 0
         for origin, number in coded:
             of_code |= self._items((origin, self._peers.epochs[origin]), 1 << number)
@@ -328,7 +341,7 @@ class Stating:
                 lacks[peer] = 1.0
 
     def hear(
-        self, packet: Packet, slot: int, is_asked: bool, vouched: int, now_s: float
+        self, packet: Packet, slot: int, is_asked: bool, answers: bool, vouched: int, now_s: float
     ) -> tuple[tuple[Named, ...], list[int]]:
         """Learn from a packet; returns the items that were decoded, and columns of those that its sender lacks.
 
@@ -336,6 +349,7 @@ class Stating:
             packet: heard.
             slot: in which it was sent.
             is_asked: its acknowledgements are about the own last packet.
+            answers: it has acknowledgements of the last packets of all.
             vouched: nodes, one bit each, of which the sender is to be believed what it says.
             now_s: the time (s).
         """
@@ -344,6 +358,8 @@ class Stating:
         vouched &= self._heard[sender]
         if is_asked and self._has_spoken:
             self._note_fate(sender, packet.rows[sender] >> self._me & 1)
+        if answers:
+            self._note_fates_of_others(sender, packet.rows[sender])
         for one in account.statements:
             life = one.origin, one.epoch
             if life in self._holders.shared or one.epoch != self._peers.epochs[one.origin]:
@@ -359,8 +375,9 @@ class Stating:
                     self._believe(peer, (shown.origin, shown.epoch), 1 << shown.sequence)
         return self._decoded(packet, slot, now_s), lacked
 
-    def note_news(self, before: Sequence[int], slot: int) -> None:
+    def note_news(self, packet: Packet, before: Sequence[int], slot: int) -> None:
         """Note what was learned by a packet; ``before`` is what each node was believed to hold before it."""
+        self._note_heard(packet)
         believes, uids = self._state.believes, self._ledger.uids
         for column in columns_of(believes[self._me] & ~before[self._me]):
             uid = uids[column]
@@ -379,9 +396,34 @@ class Stating:
         if received:
             self._confirmed |= self._told & self._ledger.origins[peer]
             return
-        for column in columns_of(self._state.content[self._me]):
+        self._reckon_lost(peer, self._state.content[self._me], reception)
+
+    def _reckon_lost(self, peer: int, content: int, reception: float) -> None:
+        """A peer has lost a packet with these items: undo what was reckoned by that."""
+        for column in columns_of(content):
             if (lacks := self._lacks.get(column)) is not None:
                 lacks[peer] = lack_again(lacks[peer], reception)
+
+    def _note_fates_of_others(self, peer: int, received: int) -> None:
+        """Learn what became at a peer of the last packets of others, as far as this vehicle has received them."""
+        reception = reception_of(self._lost[peer], self._weight[peer])
+        for sender in columns_of(self._state.heard[0] & ~(received | 1 << peer | 1 << self._me)):
+            self._reckon_lost(peer, self._state.content[sender], reception)
+
+    def _note_heard(self, packet: Packet) -> None:
+        """Reckon with what a packet that was heard brings to others, of what this vehicle holds."""
+        ledger, over = self._ledger, self._over(packet) if packet.account.symbols else []
+        plain = [ledger.column_of.get(fragment.uid) for fragment in packet.fragments]
+        coded = [column for guid in over if ledger.is_whole(guid) for column in ledger.parts[guid]]
+        others = [peer for peer in range(self._n_nodes) if peer not in (self._me, packet.sender)]
+        others = [peer for peer in others if not ledger.away >> peer & 1]
+        reception = [reception_of(self._lost[peer], self._weight[peer]) for peer in others]
+        for columns, share in ((plain, 1.0), (coded, share_of_symbols(len(packet.account.symbols), len(over)))):
+            for column in columns:
+                if column is not None:
+                    lacks = self._lacks.setdefault(column, [1.0] * self._n_nodes)
+                    for peer, q in zip(others, reception, strict=True):
+                        lacks[peer] = lack_after(lacks[peer], q, share)
 
     def _believe(self, peer: int, life: Life, numbers: int) -> None:
         """Believe that a peer holds blocks of a life, one bit for each number."""

@@ -260,9 +260,14 @@ class Queue:
         return len(self._items)
 
     @property
-    def status_bits(self) -> int:
-        """About the size of the statuses that wait."""
-        return sum([candidate.size_bits for candidate in self._status.values() if candidate.line is not None])
+    def statuses(self) -> list[Candidate]:
+        """The statuses that wait."""
+        return [candidate for candidate in self._status.values() if candidate.line is not None]
+
+    @property
+    def items_weight(self) -> int:
+        """Priority times size, of all items that wait in it."""
+        return sum([candidate.waiting.priority * candidate.size_bits for candidate in self._items.values()])
 
     # What comes in -------------------------------------------------------------------------------
 

@@ -73,7 +73,6 @@ class Statements(NamedTuple):
 
     confirmed: Ints  # items of others that their origin is known to know this node to hold
     told: Ints  # those that the last own packet told it to hold
-    said: Ints  # [word] items that their origin has sent
     lacks: Floats  # [node, column * n_nodes + peer] probability that the peer lacks the item
     lost: Floats  # weighted number of own packets that the peer has lost
     weight: Floats  # of how many
@@ -103,7 +102,6 @@ def new_statements(rules: PolicyRules, n_columns: int) -> Statements:
     return Statements(
         confirmed=np.zeros((n_nodes, n_words), np.int64),
         told=np.zeros((n_nodes, n_words), np.int64),
-        said=np.zeros(n_words, np.int64),
         lacks=np.ones((n_nodes, n_columns * n_nodes)),
         lost=np.zeros((n_nodes, n_nodes)),
         weight=np.zeros((n_nodes, n_nodes)),
@@ -138,7 +136,7 @@ def new_plan(n_nodes: int, n_columns: int) -> PacketPlan:
         is_stated=np.zeros(n_columns, np.int64),
         weight=np.ones(n_columns),
         lacks=np.zeros(n_columns * n_nodes),
-        owed=np.zeros(n_nodes, np.int64),
+        owed=np.zeros(n_nodes),
         statement_bits=np.zeros(n_nodes, np.int64),
         gain=np.zeros(n_columns),
         takes=np.zeros(n_columns, np.int64),
@@ -154,7 +152,6 @@ def forget_all(statements: Statements) -> None:
     """Nobody has told or heard anything."""
     statements.confirmed[:] = 0
     statements.told[:] = 0
-    statements.said[:] = 0
     statements.lost[:] = 0.0
     statements.weight[:] = 0.0
     statements.n_rows[:] = 0
@@ -171,7 +168,6 @@ def number_item(rules: PolicyRules, statements: Statements, origin: int, column:
         statements.passed_slot[node, column] = UNKNOWN
         for peer in range(rules.n_nodes):
             statements.lacks[node, column * rules.n_nodes + peer] = 1.0
-    statements.said[w] &= ~bit
     statements.number[column] = statements.n_numbers[origin]
     statements.n_numbers[origin] += 1
 
@@ -215,16 +211,18 @@ def count_owed(
     """Count what the owner has to tell each origin of holding its items, and what a statement takes."""
     n_nodes, n_words, per_source = rules.n_nodes, rules.n_words, load.columns_per_source
     for origin in range(n_nodes):
-        plan.owed[origin], plan.statement_bits[origin] = 0, IMPOSSIBLE
+        plan.owed[origin], plan.statement_bits[origin] = 0.0, IMPOSSIBLE
         if origin >= load.n_sources:
             continue
         acknowledged = nodes.heard[owner, 0] >> origin & 1
         if origin != owner:
             for column in range(origin * per_source, (origin + 1) * per_source):
                 w, bit = column // WORD_BITS, 1 << column % WORD_BITS
-                if nodes.free_slot[column] > slot and nodes.holds[owner * n_words + w] & bit != 0:
+                is_told = statements.number[column] < statements.end[origin]
+                if is_told and nodes.free_slot[column] > slot and nodes.holds[owner * n_words + w] & bit != 0:
                     said = acknowledged != 0 and nodes.content[owner, origin * n_words + w] & bit != 0
-                    plan.owed[origin] += int(statements.confirmed[owner, w] & bit == 0 and not said)
+                    if statements.confirmed[owner, w] & bit == 0 and not said:
+                        plan.owed[origin] += 1.0
         length = statements.end[origin] - statements.first[origin]
         if length > 0 or plan.owed[origin] > 0:
             length = 0 if origin == owner else length
@@ -249,12 +247,14 @@ def gather(
         statements.columns[c] = column
         plan.origin[c] = origin
         plan.size_bits[c], plan.symbol_bits[c] = nodes.sizes_bits[column], load.symbol_bits
-        plan.is_new[c] = int(origin == owner and statements.said[w] & bit == 0)
+        plan.is_new[c] = int(origin == owner)
         plan.is_stated[c] = int(statements.first[origin] <= number < statements.end[origin])
         for peer in range(n_nodes):
             lack = 0.0
             if peer != owner and nodes.believes[owner, peer * n_words + w] & bit == 0:
                 lack = max(LEAST_LACK, statements.lacks[owner, column * n_nodes + peer])
+            if peer != owner and lack < 1.0:
+                plan.is_new[c] = 0
             plan.lacks[c * n_nodes + peer] = lack
         c += 1
     return c
@@ -372,7 +372,6 @@ def note_sent(
                 said |= nodes.content[owner, origin * n_words + w] & nodes.origins[origin * n_words + w]
         said |= statements.stated[w] | statements.below[w] | statements.shown[w] | nodes.packet[w]
         statements.told[owner, w] = said & nodes.holds[owner * n_words + w]
-        statements.said[w] |= nodes.packet[w] & nodes.origins[owner * n_words + w]
     for column in range(len(nodes.sizes_bits)):
         share = 0.0
         if is_in(nodes.packet, column):
@@ -390,7 +389,7 @@ def note_sent(
 
 def note_fate(rules: PolicyRules, nodes: NodeStates, statements: Statements, node: int, owner: int) -> None:
     """Learn from the owner's bit about a node's own last packet what became of that."""
-    n_nodes, n_words = rules.n_nodes, rules.n_words
+    n_words = rules.n_words
     received = nodes.rows[owner] >> node & 1
     lost, weight = statements.lost[node, owner], statements.weight[node, owner]
     reception = reception_of(lost, weight)
@@ -400,10 +399,48 @@ def note_fate(rules: PolicyRules, nodes: NodeStates, statements: Statements, nod
         if received != 0:
             statements.confirmed[node, w] |= statements.told[node, w] & nodes.origins[owner * n_words + w]
     if received == 0:
-        for column in range(len(nodes.sizes_bits)):
-            if nodes.content[node, node * n_words + column // WORD_BITS] >> column % WORD_BITS & 1 != 0:
-                at = column * n_nodes + owner
-                statements.lacks[node, at] = lack_again(statements.lacks[node, at], reception)
+        reckon_lost(rules, nodes, statements, node, owner, node, reception)
+
+
+def reckon_lost(
+    rules: PolicyRules, nodes: NodeStates, statements: Statements, node: int, owner: int, sender: int, reception: float
+) -> None:
+    """The owner has lost the last packet of a sender: undo what the node had reckoned by that."""
+    n_nodes, n_words = rules.n_nodes, rules.n_words
+    for column in range(len(nodes.sizes_bits)):
+        if nodes.content[node, sender * n_words + column // WORD_BITS] >> column % WORD_BITS & 1 != 0:
+            at = column * n_nodes + owner
+            statements.lacks[node, at] = lack_again(statements.lacks[node, at], reception)
+
+
+def note_fates_of_others(rules: PolicyRules, nodes: NodeStates, statements: Statements, node: int, owner: int) -> None:
+    """Learn from the owner's bits about the last packets of others, as far as the node has received them."""
+    reception = reception_of(statements.lost[node, owner], statements.weight[node, owner])
+    for sender in range(rules.n_nodes):
+        is_known = nodes.heard[node, 0] >> sender & 1 != 0
+        if sender not in (node, owner) and is_known and nodes.rows[owner] >> sender & 1 == 0:
+            reckon_lost(rules, nodes, statements, node, owner, sender, reception)
+
+
+def note_heard(
+    rules: PolicyRules, nodes: NodeStates, statements: Statements, node: int, owner: int, n_symbols: int
+) -> None:
+    """Reckon with what the owner's packet, which this node has heard, brings to others: of items that it holds."""
+    n_nodes, n_words, n_coded = rules.n_nodes, rules.n_words, 0
+    for column in range(len(nodes.sizes_bits)):
+        n_coded += int(is_in(statements.coded, column))
+    for column in range(len(nodes.sizes_bits)):
+        share = 0.0
+        if is_in(nodes.packet, column):
+            share = 1.0
+        elif is_in(statements.coded, column):
+            share = share_of_symbols(n_symbols, n_coded)
+        if share > 0.0 and is_in(nodes.believes[node, node * n_words :], column):
+            for peer in range(n_nodes):
+                if peer not in (node, owner):
+                    reception = reception_of(statements.lost[node, peer], statements.weight[node, peer])
+                    at = column * n_nodes + peer
+                    statements.lacks[node, at] = lack_after(statements.lacks[node, at], reception, share)
 
 
 def believe_statements(
@@ -533,12 +570,15 @@ def hear(
     n_nodes, n_words, frame = rules.n_nodes, rules.n_words, slot // rules.n_nodes
     state = node_state(rules, nodes, node, -1)
     overwrite(nodes.believes[node], statements.before)
-    if slot > node and kind.carries(n_nodes, frame % kind.period_frames, owner, owner, node):
-        note_fate(rules, nodes, statements, node, owner)
+    if kind.carries(n_nodes, frame % kind.period_frames, owner, owner, node):
+        if slot > node:
+            note_fate(rules, nodes, statements, node, owner)
+        note_fates_of_others(rules, nodes, statements, node, owner)
     evidence = rules.carrier_evidence
     absorb(kind, evidence, state, n_nodes, frame, node, owner, nodes.rows, nodes.packet, nodes.origins)
     believe_statements(rules, load, nodes, statements, plan, node, owner, slot)
     hear_symbols(rules, load, nodes, statements, node, slot, n_symbols)
+    note_heard(rules, nodes, statements, node, owner, n_symbols)
     for w in range(n_words):
         at = node * n_words + w
         nodes.holds[at] = nodes.believes[node, at]

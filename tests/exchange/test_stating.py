@@ -173,6 +173,50 @@ def test_a_large_item_goes_before_what_is_owed_in_each_second_packet() -> None:
     assert (list(small.states), list(small.takes)) == ([0, 1, 0], [0])
 
 
+def test_what_all_lack_goes_first_by_its_weight_and_then_in_the_order_of_telling() -> None:
+    """A new item of little weight waits for one of more that all have lost, a small one for a large one before it."""
+    lost = plan_of(3, [[0.0, 1.0, 1.0]] * 2, weight=[0.1, 1.0], is_new=[1, 1])
+    planning.plan_packet(lost, 3, 2, 100, False, False)
+    assert list(lost.takes) == [0, 1]
+    small = plan_of(3, [[0.0, 1.0, 1.0]] * 2, size_bits=[90, 30], is_new=[1, 1])
+    planning.plan_packet(small, 3, 2, 100, False, False)
+    assert list(small.takes) == [1, 0]
+
+
+def test_of_what_a_statement_does_not_tell_nothing_is_owed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It would go in each packet in vain: node 0 holds item 2 of node 1, and a statement ends before that."""
+    monkeypatch.setattr(stating, "MOST_STATED", 2)
+    load, rules = Load(3, 3, 0.0, 60, 256, 0, 0, 10), PolicyRules(True, True, 3, 1)
+    nodes, statements = trial.new_nodes(rules, load, 1), stating.new_statements(rules, 9)
+    trial.clear(nodes)
+    stating.forget_all(statements)
+    for column in range(9):
+        trial.add_item(rules, nodes, column // 3, column, 0)
+        stating.number_item(rules, statements, column // 3, column)
+    plan = stating.new_plan(3, 9)
+    for held, owed in ((0b100, 0), (0b110, 1)):
+        nodes.believes[0, 0] |= held << 3
+        nodes.holds[0] = nodes.believes[0, 0]
+        stating.look_through(rules, load, nodes, statements, 0, 3)
+        stating.count_owed(rules, load, nodes, statements, plan, 0, 3)
+        assert plan.owed[1] == owed
+
+
+def test_who_hears_an_item_reckons_that_others_have_it_too_until_they_say_that_they_lost_it() -> None:
+    load, rules = Load(1, 1, 0.0, 60, 256, 0, 0, 100), PolicyRules(True, True, 3, 1, codes=True)
+    nodes, statements, plan = trial.new_nodes(rules, load, 1), stating.new_statements(rules, 1), stating.new_plan(3, 1)
+    trial.clear(nodes)
+    stating.forget_all(statements)
+    trial.add_item(rules, nodes, 0, 0, 0)
+    stating.number_item(rules, statements, 0, 0)
+    kind = ADAPTIVE
+    stating.play_stating_slot(kind, rules, load, nodes, statements, plan, 0, 0b010)  # node 2 loses it
+    assert statements.lacks[1, 2] == 0.5
+    stating.play_stating_slot(kind, rules, load, nodes, statements, plan, 1, 0)
+    stating.play_stating_slot(kind, rules, load, nodes, statements, plan, 2, 0b010)  # and says so
+    assert statements.lacks[1, 2] > 0.7  # not 1: the link to node 2 is reckoned with anew, too
+
+
 @pytest.mark.parametrize("room_bits", [0, 10, 59, 60, 100, 300, 1000])
 def test_a_plan_fits_its_packet(room_bits: int) -> None:
     dice = np.random.default_rng(room_bits)
