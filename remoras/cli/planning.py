@@ -44,7 +44,7 @@ def plan_problem(
             read.facts,
             read.tasks,
             goal=read.goal,
-            landmarks=read.landmarks,
+            foresight=read.foresight,
             max_expansions=expansions,
         )
         if isinstance(answer, NoPlan):

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from remoras.htn.best_first import BestFirst, Landmarks, no_landmarks
+from remoras.htn.best_first import BestFirst, Foresees
 from remoras.htn.domain import GOAL, Domain, Task
 from remoras.htn.errors import UnfinishedError
 from remoras.htn.facts import Facts, FactsLike, Key
@@ -29,14 +29,14 @@ def plan_in_turns(
     tasks: Task | Sequence[Task] = (),
     *,
     goal: Mapping[Key, Any] | None = None,
-    landmarks: Landmarks = no_landmarks,
+    foresight: Foresees | None = None,
     max_expansions: int = 10_000_000,
 ) -> Plan | NoPlan:
     """Decompose tasks into elementary tasks, by whichever engine is there first; answers are those of ``plan``.
 
     Args:
         domain, facts, tasks, goal: as of ``plan``.
-        landmarks: of each task facts that every way of doing it has true at some time; a problem of HDDL has them.
+        foresight: what is known of tasks before they are planned; a problem of HDDL has it.
         max_expansions: of both engines together.
 
     Raises:
@@ -51,7 +51,7 @@ def plan_in_turns(
     if goal is not None:
         wanted.append(Task(GOAL, (tuple(goal.items()),)))
     view = Facts(facts)
-    best_first = BestFirst(domain, view, wanted, landmarks)
+    best_first = BestFirst(domain, view, wanted, foresight)
     left = max_expansions
     turn = FIRST_TURN
     while True:

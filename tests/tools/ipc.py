@@ -46,7 +46,7 @@ class Result(NamedTuple):
 def by_best_first(read: Problem) -> Plan | NoPlan:
     """The answer of the best-first search alone."""
     search = BestFirst(
-        read.domain, Facts(read.facts), [*read.tasks, Task(GOAL, (tuple(read.goal.items()),))], read.landmarks
+        read.domain, Facts(read.facts), [*read.tasks, Task(GOAL, (tuple(read.goal.items()),))], read.foresight
     )
     search.run(UNBOUNDED)
     if search.nodes is None:
@@ -56,7 +56,7 @@ def by_best_first(read: Problem) -> Plan | NoPlan:
 
 ENGINES: dict[str, Any] = {
     "portfolio": lambda read: plan_in_turns(
-        read.domain, read.facts, read.tasks, goal=read.goal, landmarks=read.landmarks, max_expansions=UNBOUNDED
+        read.domain, read.facts, read.tasks, goal=read.goal, foresight=read.foresight, max_expansions=UNBOUNDED
     ),
     "depth-first": lambda read: plan(read.domain, read.facts, read.tasks, goal=read.goal, max_expansions=UNBOUNDED),
     "best-first": by_best_first,

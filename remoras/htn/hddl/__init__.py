@@ -31,8 +31,8 @@ from remoras.errors import PlanningError
 from remoras.htn.domain import Domain, Task
 from remoras.htn.facts import FactIndex
 from remoras.htn.hddl.conditions import simplified
+from remoras.htn.hddl.foresight import Foresight
 from remoras.htn.hddl.grounding import ObjectsByType, ground
-from remoras.htn.hddl.landmarks import TaskLandmarks
 from remoras.htn.hddl.language import EQUAL, MethodSpec, Subtask
 from remoras.htn.hddl.reading import read_domain, read_problem
 
@@ -43,10 +43,10 @@ WHOLE = "(problem)"
 
 @dataclass(frozen=True)
 class Problem:
-    """A problem to be planned: ``plan(domain, facts, tasks, goal=goal)``, or in turns, which uses the landmarks.
+    """A problem to be planned: ``plan(domain, facts, tasks, goal=goal)``, or in turns, with its foresight.
 
     Attributes:
-        landmarks: of tasks.
+        foresight: what is known of its tasks before they are planned.
         is_linearised: subtasks that the files leave unordered were put in order; there may be plans in another order.
     """
 
@@ -54,7 +54,7 @@ class Problem:
     facts: FactIndex
     tasks: tuple[Task, ...]
     goal: Mapping[Any, Any]
-    landmarks: TaskLandmarks
+    foresight: Foresight
     is_linearised: bool
 
 
@@ -95,4 +95,4 @@ def parse(domain: str, problem: str, *, domain_file: str = "domain", problem_fil
     goal = {(atom.predicate, *atom.terms): is_true for atom, is_true in literals}
     facts = FactIndex({(atom.predicate, *atom.terms): True for atom in given.facts})
     is_linearised = spec.is_linearised or given.is_linearised
-    return Problem(ground(spec, objects), facts, tasks, goal, TaskLandmarks(spec, objects), is_linearised)
+    return Problem(ground(spec, objects), facts, tasks, goal, Foresight(spec, objects), is_linearised)

@@ -1,6 +1,7 @@
 """The best-first engine and the portfolio: against brute force and the other engine, and what each part is good for."""
 
 from collections.abc import Callable, Iterator
+from itertools import pairwise
 
 import pytest
 from hypothesis import event, given, settings
@@ -28,6 +29,7 @@ from remoras.htn import (
 from remoras.htn.best_first import BestFirst, Sight
 from remoras.htn.domain import GOAL
 from remoras.htn.hddl import Problem, parse
+from remoras.htn.hddl.foresight import Foresight
 
 BUDGET = 6_000
 few = settings(max_examples=80, deadline=None)
@@ -128,7 +130,7 @@ def test_both_engines_plan_all_kinds(kind: str) -> None:
     read = problem(kind, 1)
     for found in (
         plan(read.domain, read.facts, read.tasks, goal=read.goal),
-        plan_in_turns(read.domain, read.facts, read.tasks, goal=read.goal, landmarks=read.landmarks),
+        plan_in_turns(read.domain, read.facts, read.tasks, goal=read.goal, foresight=read.foresight),
         as_plan(by_best_first(read.domain, read.facts, *read.tasks, budget=200_000, goal=read.goal)),
     ):
         assert isinstance(found, Plan)
@@ -169,8 +171,8 @@ def switches(n: int) -> BestFirst:
     names = " ".join(f"s{number}" for number in range(n))
     read = parse(SWITCHES, f"(define (problem p) (:domain switches) (:objects {names} - switch)"
                            " (:htn :ordered-subtasks (and (arrange))) (:init))")  # fmt: skip
-    assert len(read.landmarks(Task("arrange"))) == n
-    return BestFirst(read.domain, Facts(read.facts), read.tasks, read.landmarks)
+    assert len(read.foresight.landmarks(Task("arrange"))) == n
+    return BestFirst(read.domain, Facts(read.facts), read.tasks, read.foresight)
 
 
 def a_long_walk() -> BestFirst:
@@ -247,18 +249,85 @@ def test_landmarks_become_true_on_every_way(domain: str, holding: set[str]) -> N
     read = parse(domain, problem)
     for found in (
         plan(read.domain, read.facts, read.tasks),
-        plan_in_turns(read.domain, read.facts, read.tasks, landmarks=read.landmarks),
+        plan_in_turns(read.domain, read.facts, read.tasks, foresight=read.foresight),
     ):
         if isinstance(found, NoPlan):
             continue
         state = Facts(read.facts)
-        left = set(read.landmarks(read.tasks[0]))
+        left = set(read.foresight.landmarks(read.tasks[0]))
         event(f"{min(len(left), 3)} landmarks")
         left -= {one for one in left if state.get(one[0])}
         for name, args in found.tasks:
             state.make_true(read.domain.operators[name].effects(state, *args))
             left -= {one for one in left if state.get(one[0])}
         assert not left
+
+
+GOALS = st.sets(st.builds("({} {})".format, st.sampled_from(["p", "q", "r"]), st.sampled_from(["one", "two"])))
+
+
+@few
+@given(domains(), facts, GOALS)
+def test_what_tasks_may_make_loses_no_plan(domain: str, holding: set[str], wanted: set[str]) -> None:
+    given_facts, goal = " ".join(sorted(holding)), " ".join(sorted(wanted))
+    read = parse(
+        domain,
+        f"(define (problem p) (:domain d) (:htn :ordered-tasks (and (t0 one two) (t1 two one))) (:init {given_facts})"
+        f" (:goal (and {goal})))",
+    )
+    tasks = [*read.tasks, Task(GOAL, (tuple(read.goal.items()),))]
+    found, unaided = (
+        BestFirst(read.domain, Facts(read.facts), tasks, read.foresight),
+        BestFirst(read.domain, Facts(read.facts), tasks),
+    )
+    for search in (found, unaided):
+        search.run(20_000)
+        assert search.has_ended
+    event("a plan" if found.nodes else "none")
+    assert (found.nodes is None) == (unaided.nodes is None)
+    if found.nodes:
+        assert check_plan(read.domain, read.facts, read.tasks, as_plan(found), goal=read.goal).is_valid
+
+
+SPOILING = """(define (domain spoiling) (:types place) (:predicates (a ?p - place) (b ?p - place))
+  (:task first :parameters (?p ?q - place))
+  (:task second :parameters (?p - place))
+  (:method badly :parameters (?p ?q - place) :task (first ?p ?q) :ordered-subtasks (and (both ?p ?q)))
+  (:method well :parameters (?p ?q - place) :task (first ?p ?q) :ordered-subtasks (and (one ?p)))
+  (:method only :parameters (?p - place) :task (second ?p) :ordered-subtasks (and (other ?p)))
+  (:action both :parameters (?p ?q - place) :effect (and (a ?p) (b ?p) (not (a ?q))))
+  (:action one :parameters (?p - place) :effect (a ?p))
+  (:action other :parameters (?p - place) :effect (b ?p)))"""
+
+
+def test_what_nothing_left_can_make_is_not_waited_for() -> None:
+    """Each first task may spoil what the one before it has made; by what is left to be made the two ways are equal."""
+    places = [f"p{number}" for number in range(14)]
+    firsts = " ".join(f"(first {one} {before})" for before, one in pairwise(["start", *places]))
+    problem = (
+        f"(define (problem p) (:domain spoiling) (:objects start {' '.join(places)} - place)"
+        f" (:htn :ordered-subtasks (and {firsts} {' '.join(f'(second {one})' for one in places)}))"
+        f" (:init (a start)) (:goal (and (a start) {' '.join(f'(a {one}) (b {one})' for one in places)})))"
+    )
+    read = parse(SPOILING, problem)
+    tasks = [*read.tasks, Task(GOAL, (tuple(read.goal.items()),))]
+    seeing = BestFirst(read.domain, Facts(read.facts), tasks, read.foresight)
+    seeing.run(3_000)
+    assert seeing.nodes
+    blind = BestFirst(read.domain, Facts(read.facts), tasks, Credulous(read.foresight))
+    blind.run(3_000)
+    assert not blind.nodes
+
+
+class Credulous:
+    """It knows landmarks, and takes every task for able to make everything."""
+
+    def __init__(self, foresight: Foresight) -> None:
+        self.landmarks = foresight.landmarks
+        self.before = foresight.before
+
+    def may_make(self, task: Task) -> frozenset[tuple[object, ...]]:
+        return frozenset({("a", ANY), ("b", ANY)})
 
 
 def test_who_comes_to_the_same_agenda_in_the_same_state_turns_back(monkeypatch: pytest.MonkeyPatch) -> None:
