@@ -93,7 +93,7 @@ class _Agenda:
         self.length: int = 1 if behind is None else behind.length + 1
         self.met: set[int] = set()
         self.wanted = wanted
-        self.makes = makes if behind is None else makes | behind.makes
+        self.makes: int = makes if behind is None else makes | behind.makes
 
 
 class _Way:
