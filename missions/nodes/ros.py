@@ -50,8 +50,10 @@ class RosShare:
             self._pose: Any = import_module("geometry_msgs.msg").PoseStamped
             self._number: Any = import_module("std_msgs.msg").Float64
         except ImportError as error:
-            where = "a shell that has sourced the setup file of a ROS 2 installation, as /opt/ros/jazzy/setup.bash"
-            raise ConfigurationError("--ros", [ConfigurationFault("rclpy", f"{error}", where)]) from None
+            lacks = (
+                "is not here; allowed in a shell that has sourced the setup file of ROS 2, as /opt/ros/jazzy/setup.bash"
+            )
+            raise ConfigurationError("--ros", [ConfigurationFault(str(error.name), "", lacks)]) from None
         self._rclpy.init(args=[], signal_handler_options=quiet)
         name = re.sub(r"\W", "_", vehicle).lower()
         self._name = name if name[0].isalpha() else f"v{name}"
