@@ -158,23 +158,29 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
     def move(self, now_s: float, since_s: float) -> None:
         """Let every vehicle act, sense and think for the tick that ends now, and began at ``since_s`` (s)."""
         dt_s = self.tick_s if now_s > 0.0 else 0.0
-        woken, vehicles = [vehicle.n_woken for vehicle in self.vehicles], self.vehicles
-        if not self._is_still or woken != self._looked:
-            self._neighbours, self._looked = self.separation.look(), woken
-        neighbours, have_stood, is_still = self._neighbours, list[bool](), not self.acted
-        for vehicle in vehicles:
+        if not self._is_still or self._looked != self._woken():
+            self._neighbours = self.separation.look()
+        neighbours, have_stood = self._neighbours, list[bool]()
+        for vehicle in self.vehicles:
             shown_s = self.shown_s(vehicle) if self.clocks else now_s
             near = neighbours.get(vehicle.data.node, ()) if neighbours else ()
             have_stood.append(vehicle.step(shown_s, dt_s, near, since_s))
-            is_still = is_still and (have_stood[-1] or not vehicle.functional.is_on)
             for tell in self.acted:
                 tell(vehicle)
-        self._have_stood, self._is_still = have_stood, is_still and type(self.separation) is Separation
+        self._have_stood, self._is_still = have_stood, False
+        if True in have_stood and not self.acted and type(self.separation) is Separation:
+            moving = [one for one, stood in zip(self.vehicles, have_stood, strict=True) if not stood]
+            self._is_still = not any(one.functional.is_on for one in moving)
+            self._looked = self._woken()
+
+    def _woken(self) -> list[int]:
+        """How often each vehicle has been woken."""
+        return [vehicle.n_woken for vehicle in self.vehicles]
 
     def look(self, now_s: float) -> None:
         """See where everybody is after a tick, and how far the mission is."""
         self._record(now_s)
-        if self._is_still and self._observed == [one.n_woken for one in self.vehicles] and now_s < self._until_s:
+        if self._is_still and self._observed == self._woken() and now_s < self._until_s:
             for watch in self._watching:
                 watch(self.vehicles, now_s)
             return
@@ -227,7 +233,7 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
                 self.completed = self.truth.observe(self.view, now_s)
             except Exception as error:  # it is the mission's: anything may be wrong with it
                 raise broken_promise("the mission's truth", "observe", "True or False", error) from error
-        self._observed = [vehicle.n_woken for vehicle in self.vehicles]
+        self._observed = self._woken() if self._is_still else []
 
     # What events ask for -------------------------------------------------------------------------
 
@@ -320,8 +326,7 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
             layer = vehicle.functional
             m = layer.motion
             if self._have_stood[number]:
-                _, *place, _, depth_m = before[number]
-                row: Row = (now_s, *place, m.energy_j, depth_m)
+                row: Row = (now_s, *before[number][1:6], m.energy_j, before[number][7])
             else:
                 depth_m = 0.0 if layer.exhausted else layer.depth_m  # without power it floats up
                 row = now_s, vehicle.name, m.x_m, m.y_m, m.heading_rad, m.speed_mps, m.energy_j, depth_m
