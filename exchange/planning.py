@@ -155,7 +155,8 @@ def statement_worth(plan: PacketPlan, o: int) -> float:
 
 
 def take_large(plan: PacketPlan, n_candidates: int, room_bits: int) -> int:
-    """Take, of the items of more than half of the room, the one that brings most; returns what is left of the room."""
+    """Take, of the items of more than half of the room, the one that brings most, if others in its place do not bring
+    more; returns what is left of the room."""
     chosen, most = -1, 0.0
     for c in range(n_candidates):
         if room_bits < 2 * plan.size_bits[c] <= 2 * room_bits and plan.gain[c] > most:
