@@ -6,9 +6,7 @@ motion of its vehicle and a ``Picture`` of what the vehicle has heard or worked 
 * ``Mission.behaviour_for`` makes a behaviour when the vehicle takes on an activity set, which its first activity names;
 * ``perceive`` is called at every decision for every set, whether the vehicle performs it or not;
 * ``reference`` is called in every motion tick for the set that guides the vehicle, and for no other, unless its last
-  answer says that it still holds;
-* ``holds`` is asked once a vehicle stands, and decides as before: while all its behaviours say that they would answer
-  alike, none of them is asked; ``waited`` says so afterwards.
+  answer says that it still holds.
 
 A behaviour decides nothing: it never says when the vehicle turns to it. That follows from motivations alone. A runnable
 example, a behaviour that circles a point::
@@ -39,7 +37,6 @@ from typing import NamedTuple, Protocol
 
 from exchange.arithmetic import distance
 from remoras.database import VehicleData
-from remoras.holding import NOT, UNLESS_CONCERNED, Holds
 from remoras.motion import Motion
 from remoras.picture import Peers, Picture
 from remoras.sensor import Observation
@@ -47,8 +44,6 @@ from remoras.work import Point
 
 CAPTURE_M = 1.0
 """A waypoint counts as reached within this distance."""
-EARLY_S = 1.0
-"""What holds until a time is asked for again so much before it, since times are rounded."""
 STEADY_M = 0.05
 """A vehicle that comes nearer by less than this between two decisions stands still."""
 
@@ -146,25 +141,6 @@ class Behaviour(Protocol):
         """
         return math.inf
 
-    def holds(self, motion: Motion, picture: Picture, performed: bool) -> Holds:
-        """How long both answers stay what they were last while the vehicle stands where it is; not at all by default.
-
-        A subclass with another answer has to say it anew.
-
-        Args:
-            performed: True if the vehicle performs the activity.
-        """
-        return NOT
-
-    def waited(self, now_s: float) -> None:
-        """Take note that all stayed as it was: asked once more, it would have been last at that time (s)."""
-        return
-
-    def __init_subclass__(cls) -> None:
-        super().__init_subclass__()
-        if "holds" not in vars(cls) and ("perceive" in vars(cls) or "reference" in vars(cls)):
-            cls.holds = Behaviour.holds  # type: ignore[method-assign]
-
 
 IDLE = Perception(0.0)
 DONE = Perception(0.0, done=True)
@@ -229,11 +205,6 @@ class Approach:
             return 0.0
         return max(-1.0, min(1.0, nearer_m / (self._speed_mps * (now_s - last[1]))))
 
-    def waited(self, now_s: float) -> None:
-        """Take note that nothing has changed: the last call would have been at that time."""
-        if self._last is not None:
-            self._last = self._last[0], now_s
-
 
 class Standing(Behaviour):
     """Something that is always worth doing and guides nobody, such as listening or sending signals."""
@@ -246,10 +217,6 @@ class Standing(Behaviour):
         """It guides nobody."""
         return None
 
-    def holds(self, motion: Motion, picture: Picture, performed: bool) -> Holds:
-        """For good."""
-        return UNLESS_CONCERNED
-
 
 class Planning(Standing):
     """Organising and planning, which are due while the social layer has something to plan."""
@@ -257,10 +224,6 @@ class Planning(Standing):
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Due while the picture says that planning is."""
         return DUE if picture.groups.planning_due else IDLE
-
-    def holds(self, motion: Motion, picture: Picture, performed: bool) -> Holds:
-        """Until there is news."""
-        return UNLESS_CONCERNED
 
 
 class Supervision(Standing):
@@ -280,13 +243,6 @@ class Supervision(Standing):
             return ADVANCING
         return Perception(1.0, max(0.0, 1.0 - late_s / self._patience_s)) if late_s < math.inf else DUE
 
-    def holds(self, motion: Motion, picture: Picture, performed: bool) -> Holds:
-        """While the last news are fresh, and once they are too old to matter."""
-        late_s = picture.body.now_s - picture.peers.last_news_s - self._patience_s
-        if late_s >= self._patience_s:
-            return Holds()
-        return Holds(picture.body.now_s - late_s - EARLY_S, facts=False)
-
 
 class Working(Standing):
     """Productive work, which advances while the sensors of the vehicle yield something now and then.
@@ -303,12 +259,6 @@ class Working(Standing):
         if not performed or picture.body.last_yield_s == -math.inf:  # on the way to where there is work
             return DUE
         return ADVANCING if picture.body.now_s - picture.body.last_yield_s <= self._patience_s else STANDING
-
-    def holds(self, motion: Motion, picture: Picture, performed: bool) -> Holds:
-        """While the last yield is fresh, and from then on until the next one."""
-        until_s = picture.body.last_yield_s + self._patience_s
-        is_fresh = performed and until_s >= picture.body.now_s
-        return Holds(until_s - EARLY_S, facts=False) if is_fresh else UNLESS_CONCERNED
 
 
 def awaited(group: str, picture: Picture) -> float:
@@ -379,14 +329,6 @@ class Homing(Behaviour):
         )
         return self._room if makes_room else self._stay
 
-    def holds(self, motion: Motion, picture: Picture, performed: bool) -> Holds:
-        """Until there is news."""
-        return UNLESS_CONCERNED
-
-    def waited(self, now_s: float) -> None:
-        """It has come no nearer meanwhile."""
-        self._approach.waited(now_s)
-
     def accuracy_m(self, motion: Motion, picture: Picture) -> float:
         """Half the radius, once the vehicle may have arrived: so there is room for others where it surely is there."""
         may_be_there = distance_m(motion, self._point_m) <= self._radius_m + picture.body.uncertainty_m
@@ -455,14 +397,6 @@ class FollowingLeader(Behaviour):
         is_near = distance_m(motion, leader_m) <= self._near_m
         return Reference(leader_m, 0.0 if is_near else self._data.transit_speed_mps)
 
-    def holds(self, motion: Motion, picture: Picture, performed: bool) -> Holds:
-        """Until a leader is heard anew."""
-        return Holds(facts=False, peers=frozenset(self._leaders))
-
-    def waited(self, now_s: float) -> None:
-        """It has come no nearer meanwhile."""
-        self._approach.waited(now_s)
-
     def _leader(self, picture: Picture) -> str | None:
         return next((name for name in self._leaders if name in picture.peers.positions_m), None)
 
@@ -497,10 +431,6 @@ class LeadingFollowers(Behaviour):
         """Stay."""
         return Reference(motion.position_m, 0.0)
 
-    def holds(self, motion: Motion, picture: Picture, performed: bool) -> Holds:
-        """Until a follower of the gathered group is heard anew."""
-        return Holds(facts=False, peers=frozenset(self._gaps if self._group in picture.groups.gathered else ()))
-
 
 class Positioning(Behaviour):
     """Takes a place in the formation once the group is together.
@@ -534,14 +464,6 @@ class Positioning(Behaviour):
             return None
         in_place = distance_m(motion, place) <= CAPTURE_M
         return Reference(place, 0.0 if in_place else self._data.transit_speed_mps)
-
-    def holds(self, motion: Motion, picture: Picture, performed: bool) -> Holds:
-        """Until a leader of the gathered group is heard anew."""
-        return Holds(facts=False, peers=frozenset(self._leaders if self._group in picture.groups.gathered else ()))
-
-    def waited(self, now_s: float) -> None:
-        """It has come no nearer meanwhile."""
-        self._approach.waited(now_s)
 
     def _place(self, picture: Picture) -> Point | None:
         if self._group not in picture.groups.gathered:

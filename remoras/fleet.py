@@ -7,13 +7,12 @@ that know themselves what they do (``remoras.events``).
 from __future__ import annotations
 
 import gc
-import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import NamedTuple
 
 from exchange.acoustics.channel import Arrival
-from remoras.avoidance import SEPARATION_M, Neighbour
+from remoras.avoidance import SEPARATION_M
 from remoras.beliefs import Beliefs, Fact
 from remoras.clock import Clock, Priority
 from remoras.events import Event, Host, Part
@@ -22,7 +21,6 @@ from remoras.host import Agent, Model
 from remoras.mission import Truth
 from remoras.plugins import broken_promise
 from remoras.recorder import Recorder
-from remoras.rows import Row
 from remoras.separation import Separation
 from remoras.traffic import Medium, Traffic
 from remoras.vehicle import Vehicle
@@ -117,12 +115,6 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
         self.separation = Separation(self.vehicles, separation_m)
         self.medium, self.clocks = medium, medium.clocks
         self.channel, self.schedule = medium.channel, medium.schedule
-        self._rows: list[Row] = []  # of the trajectories, in the last tick
-        self._have_stood: list[bool] = []  # whether each vehicle just stood in it
-        self._is_still = False  # nobody did anything else
-        self._neighbours: Mapping[int, Sequence[Neighbour]] = {}
-        self._looked: list[int] = []  # how often each had been woken when it was looked around
-        self._observed: list[int] = []  # and when the truth looked
         self._astray = {node for node, clock in self.clocks.items() if not clock.is_exact}
         self.traffic = Traffic(medium, self.clock)
         for part in parts:
@@ -158,32 +150,16 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
     def move(self, now_s: float, since_s: float) -> None:
         """Let every vehicle act, sense and think for the tick that ends now, and began at ``since_s`` (s)."""
         dt_s = self.tick_s if now_s > 0.0 else 0.0
-        if not self._is_still or self._looked != self._woken():
-            self._neighbours = self.separation.look()
-        neighbours, have_stood = self._neighbours, list[bool]()
+        neighbours = self.separation.look()
         for vehicle in self.vehicles:
             shown_s = self.shown_s(vehicle) if self.clocks else now_s
-            near = neighbours.get(vehicle.data.node, ()) if neighbours else ()
-            have_stood.append(vehicle.step(shown_s, dt_s, near, since_s))
+            vehicle.step(shown_s, dt_s, neighbours.get(vehicle.data.node, ()) if neighbours else (), since_s)
             for tell in self.acted:
                 tell(vehicle)
-        self._have_stood, self._is_still = have_stood, False
-        if True in have_stood and not self.acted and type(self.separation) is Separation:
-            moving = [one for one, stood in zip(self.vehicles, have_stood, strict=True) if not stood]
-            self._is_still = not any(one.functional.is_on for one in moving)
-            self._looked = self._woken()
-
-    def _woken(self) -> list[int]:
-        """How often each vehicle has been woken."""
-        return [vehicle.n_woken for vehicle in self.vehicles]
 
     def look(self, now_s: float) -> None:
         """See where everybody is after a tick, and how far the mission is."""
         self._record(now_s)
-        if self._is_still and self._observed == self._woken() and now_s < self._until_s:
-            for watch in self._watching:
-                watch(self.vehicles, now_s)
-            return
         self.recorder.faults.extend(self.separation.conflicts(now_s))
         self._observe(now_s)
 
@@ -219,12 +195,6 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
             hooks.clear()
         del self.recorder
 
-    @property
-    def _until_s(self) -> float:
-        """Until when the truth need not look after a tick while nothing has changed (s)."""
-        until_s: float = getattr(self.truth, "until_s", -math.inf)
-        return until_s
-
     def _observe(self, now_s: float) -> None:
         for watch in self._watching:
             watch(self.vehicles, now_s)
@@ -233,7 +203,6 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
                 self.completed = self.truth.observe(self.view, now_s)
             except Exception as error:  # it is the mission's: anything may be wrong with it
                 raise broken_promise("the mission's truth", "observe", "True or False", error) from error
-        self._observed = self._woken() if self._is_still else []
 
     # What events ask for -------------------------------------------------------------------------
 
@@ -261,7 +230,6 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
 
     def restart(self, before: Vehicle, remembers: bool) -> Vehicle:
         """The vehicle that begins anew and takes the place of what it was before; False if its memory is lost."""
-        self._is_still = False
         anew = self.makers.anew(self, before, remembers)
         self.vehicles = tuple(anew if vehicle is before else vehicle for vehicle in self.vehicles)
         self.separation.vehicles = self.vehicles
@@ -321,14 +289,9 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
     # What is so ----------------------------------------------------------------------------------
 
     def _record(self, now_s: float) -> None:
-        append, before, self._rows = self.recorder.trajectories.append, self._rows, []
-        for number, vehicle in enumerate(self.vehicles):
+        append = self.recorder.trajectories.append
+        for vehicle in self.vehicles:
             layer = vehicle.functional
             m = layer.motion
-            if self._have_stood[number]:
-                row: Row = (now_s, *before[number][1:6], m.energy_j, before[number][7])
-            else:
-                depth_m = 0.0 if layer.exhausted else layer.depth_m  # without power it floats up
-                row = now_s, vehicle.name, m.x_m, m.y_m, m.heading_rad, m.speed_mps, m.energy_j, depth_m
-            self._rows.append(row)
-            append(row)
+            depth_m = 0.0 if layer.exhausted else layer.depth_m  # without power it floats up
+            append((now_s, vehicle.name, m.x_m, m.y_m, m.heading_rad, m.speed_mps, m.energy_j, depth_m))

@@ -227,9 +227,8 @@ class Address(Vehicle):
         """As the fleet knows it: it has no body."""
         return self.data
 
-    def step(self, now_s: float, dt_s: float, neighbours: Sequence[Neighbour], since_s: float = 0.0) -> bool:
+    def step(self, now_s: float, dt_s: float, neighbours: Sequence[Neighbour], since_s: float = 0.0) -> None:
         """The first address acts."""
-        return False
 
     def think(self, now_s: float, dt_s: float) -> None:
         """The first address decides."""

@@ -38,7 +38,6 @@ from remoras.activities import Activity, ActivitySet, Objective
 from remoras.behaviours import Behaviour
 from remoras.beliefs import Beliefs, Key
 from remoras.database import VehicleData
-from remoras.holding import Holds, all_hold
 from remoras.htn import Domain, FactsLike, Task
 from remoras.known import Known
 from remoras.motion import Motion
@@ -78,41 +77,28 @@ class Finding:
 class Nothing(Sequence[Finding]):
     """No finding, and none before a time as long as there is no news: until then a vehicle need not be asked.
 
-    What news is, ``remoras.holding`` says.
+    News is any fact that is told or found out but where vehicles are and what energy they have left, another
+    organisation, and other sensors of the vehicle that answer.
 
     Args:
         until_s: by the vehicle's clock (s); infinite if time alone changes nothing.
-        within_m: as long as the vehicle is within so much of where it was asked.
-        peers: another report of where these are is news, too.
 
     Raises:
         ValueError: that is not a number.
     """
 
-    __slots__ = ("holds",)
+    __slots__ = ("until_s",)
 
-    def __init__(
-        self, until_s: float = math.inf, within_m: float = math.inf, peers: Collection[str] = frozenset()
-    ) -> None:
+    def __init__(self, until_s: float = math.inf) -> None:
         if math.isnan(until_s):
             raise ValueError("nothing is concluded until a time that is not a number: give seconds, or infinity")
-        if not within_m >= 0.0:
-            raise ValueError(f"nothing is concluded within {within_m} m: give 0 or more, or infinity")
-        self.holds = Holds(until_s, within_m, frozenset(peers))
-
-    def too(self, other: Sequence[Finding]) -> Sequence[Finding]:
-        """Neither this nor another, of which there is none, either."""
-        return Nothing(*all_hold((self.holds, other.holds))[:3]) if isinstance(other, Nothing) else ()
+        self.until_s = until_s
 
     def __len__(self) -> int:
         return 0
 
     def __getitem__(self, place: Any) -> Any:
         raise IndexError(f"finding {place} of none")
-
-
-NOTHING = Nothing()
-"""As long as there is no news."""
 
 
 class SocialPart(Protocol):
@@ -214,11 +200,8 @@ class SocialPart(Protocol):
     def findings(
         self, group: Group, organisation: Organisation, beliefs: Beliefs, picture: Picture, motion: Motion
     ) -> Sequence[Finding]:
-        """What the head of ``group`` concludes at each decision from what it has heard; nothing by default.
-
-        Who returns `Nothing` is not asked again before there is news, or what it names.
-        """
-        return NOTHING
+        """What the head of ``group`` concludes at each decision from what it has heard; nothing by default."""
+        return ()
 
     def conclusions(
         self, data: VehicleData, organisation: Organisation, beliefs: Beliefs, picture: Picture, motion: Motion

@@ -335,23 +335,14 @@ class Radio:
                     self._peers.last_news_s = now_s
         return merged.changes
 
-    def note(self, changes: Sequence[Change]) -> Sequence[str] | None:
-        """Keep the newest positions, whoever said them.
-
-        Returns:
-            Whose; None if facts are about anything else.
-        """
+    def note(self, changes: Sequence[Change]) -> None:
+        """Keep the newest positions, whoever said them."""
         for note in self.noted:
             note(changes)
-        located, is_news = list[str](), False
-        for block, latest in changes:
-            is_news |= block.sequence != STATUS or block.facts[0].attribute != self._position
+        for _, latest in changes:
             for subject, attribute, value, _ in latest:
                 if attribute == self._position:
-                    name = self._beliefs.name(subject)
-                    note_position(self._peers, name, value)  # type: ignore[arg-type]
-                    located.append(name)
-        return None if is_news else located
+                    note_position(self._peers, self._beliefs.name(subject), value)  # type: ignore[arg-type]
 
     def _note_unheard(self) -> None:
         unheard: dict[str, set[str]] = {}

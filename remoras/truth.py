@@ -131,9 +131,7 @@ class Truth(Protocol):
     """Watches one run from outside; it sees everything and tells the vehicles nothing.
 
     It may also have ``reachable_fraction(fleet) -> float``, the share of its goal that is reached or that the vehicles
-    left could still reach. Without it that follows from the jobs of the mission, see ``remoras.reach``. And it may have
-    ``until_s``: while no vehicle moves or changes what it does, and none has news, it does not look after a motion tick
-    before that time (s), since it would find nothing else. Without it it looks after every one.
+    left could still reach. Without it that follows from the jobs of the mission, see ``remoras.reach``.
     """
 
     @property

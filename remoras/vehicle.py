@@ -12,7 +12,6 @@ and the executive layer. Every step returns a value; nothing calls back up.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 
@@ -28,7 +27,6 @@ from remoras.errors import PluginError
 from remoras.executive.layer import ExecutiveLayer
 from remoras.functional.layer import FunctionalLayer, embody
 from remoras.functional.sensing import Sensed
-from remoras.holding import Kept, all_hold
 from remoras.host import Agent, Model
 from remoras.radio import Radio
 from remoras.recorder import Recorder
@@ -61,7 +59,6 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         began_s: when it began; later than 0 if it begins anew, see ``go_on``.
 
     Attributes:
-        n_woken: grows whenever anything has changed for the vehicle while it stood, or with its condition.
         heard: each is told of a packet that was taken in: what came of it, its bits, and the time by the own clock (s).
         readings: each is given what a sensor has read, with its name, and returns what is recorded of it.
     """
@@ -91,10 +88,6 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         self._position = tbox.attribute_named("position").uid
         self._battery = tbox.attribute_named("batteryFraction").uid
         self._next_decision_s = 0.0
-        self._standing = Kept()  # while it would do in each tick what it has done in the last one
-        self._beside: Sequence[Neighbour] = ()  # who was near then
-        self._waited_s = 0.0  # when it would have decided last
-        self.n_woken = 0
         self._pulls = NO_PULLS
         self.has_resigned = False
         self._may_have_replanned = True  # since the rows of plans were written last
@@ -117,7 +110,6 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
 
     def suffer(self, condition: Condition) -> None:
         """Be in another condition from now on; called by the fleet when a fault begins or is over."""
-        self.wake()
         self.condition = condition
         self.functional.is_on = condition.is_alive and not self.functional.exhausted
         self.functional.impair(condition.speed_factor, condition.dead_sensors)
@@ -126,8 +118,8 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
 
     # One tick ------------------------------------------------------------------------------------
 
-    def step(self, now_s: float, dt_s: float, neighbours: Sequence[Neighbour], since_s: float = 0.0) -> bool:
-        """Act for the ``dt_s`` that end now, sense, think; True if it just stood, as in the tick before.
+    def step(self, now_s: float, dt_s: float, neighbours: Sequence[Neighbour], since_s: float = 0.0) -> None:
+        """Act for the ``dt_s`` that end now, sense, think.
 
         Args:
             now_s: what its clock shows.
@@ -140,49 +132,16 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
             self._next_decision_s += period_s
             if not -period_s < self._next_decision_s - now_s <= period_s:
                 self._next_decision_s = now_s + period_s
-        functional = self.functional
-        if not functional.is_on:
-            return False
-        if self._standing.until_s > -math.inf:
-            if now_s < self._standing.until_s and self._beside == neighbours and functional.stand(now_s, dt_s):
-                if is_due:
-                    self._waited_s = now_s
-                    if self.social.led:
-                        self._conclude_as_leader(now_s)
-                return True
-            self.wake()
+        if not self.functional.is_on:
+            return
         if dt_s > 0.0:
-            functional.act(dt_s, neighbours, since_s)
-        for sensed in functional.sense(now_s, neighbours):
+            self.functional.act(dt_s, neighbours, since_s)
+        for sensed in self.functional.sense(now_s, neighbours):
             self._take_note(sensed, now_s)
-        if not functional.is_on:
+        if not self.functional.is_on:
             self._run_log.fault(now_s, "energy", "battery exhausted")
         if is_due:
             self.think(now_s, period_s if dt_s > 0.0 else 0.0)
-            if functional.stands and self.executive.stands:
-                self._stand(now_s, neighbours)
-        return False
-
-    @property
-    def stands(self) -> bool:
-        """True while it stands, and neither moves, senses nor decides until there is news."""
-        return self._standing.until_s > -math.inf
-
-    def _stand(self, now_s: float, neighbours: Sequence[Neighbour]) -> None:
-        """Do in each tick what was done in this one as long as it would come out alike."""
-        functional, social = self.functional, self.social
-        if self._pulls is NO_PULLS and not social.is_due:
-            answers = functional.holds(self.executive.decision.chosen), social.conclusions.own_hold
-            self._standing.keep(all_hold(answers), functional.believed)
-            self._beside, self._waited_s = neighbours, now_s
-
-    def wake(self) -> None:
-        """Something has changed: it acts, senses and decides again, as if it had done so all the time."""
-        self.n_woken += 1
-        if self._standing.until_s > -math.inf:
-            self._standing.end()
-            self.functional.waited(self._waited_s)
-            self.executive.decided_s = self._waited_s
 
     def _take_note(self, sensed: Sensed, now_s: float) -> None:
         """Record what a sensor yields, and tell it if it is to be told."""
@@ -195,8 +154,6 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
     def think(self, now_s: float, dt_s: float) -> None:
         """Perceive, decide, and do at once what the decision asks of the social layer."""
         functional, executive = self.functional, self.executive
-        if self._standing.until_s > -math.inf:
-            self.wake()
         functional.picture.groups.planning_due = bool(self.social.planner.due)
         perceptions: Sequence[Perception] = functional.perceive(executive.decision.chosen)
         if perceptions is not self._uneventful:
@@ -221,21 +178,16 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
             self.conclude(self.social.standing.resign(), now_s)
         if self.social.planner.due and decision.has(ActivityType.PLANNING):
             _plan(self, now_s)
-        if self.social.led:
-            self._conclude_as_leader(now_s)
-        if self.social.conclusions.are_of_its_own:
-            of = self.social.present, functional.picture, functional.believed
-            self.conclude(self.social.conclusions.of_its_own(self.data, *of), now_s)
-
-    def _conclude_as_leader(self, now_s: float) -> None:
-        """Make known what a leader concludes about its groups."""
-        if facts := self.social.findings(self.functional.believed, now_s):
+        if facts := self.social.findings(functional.believed):
             self.conclude(facts, now_s, not self.social.standing.is_cut_off)
         if self.social.judged:
             judged, self.social.judged = self.social.judged, []
             for what, facts in judged:
                 self._run_log.fault(now_s, "impossible", what)
                 self.conclude(facts, now_s)
+        if self.social.conclusions.are_of_its_own:
+            of = self.social.present, functional.picture, functional.believed
+            self.conclude(self.social.conclusions.of_its_own(self.data, *of), now_s)
 
     def _note_events(self, perceptions: Sequence[Perception], now_s: float) -> Sequence[Perception]:
         """Record what activities have found out, done or failed at; return what is perceived then."""
@@ -286,8 +238,6 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         self.radio.tidy(now_s)
         changed = self._look_around(now_s)
         changed |= self._take_effect(now_s)
-        if changed:
-            self.wake()
         if self.social.says_impossible:
             for what, facts in self.social.leave():
                 self._run_log.fault(now_s, "cannot", what)
@@ -299,8 +249,6 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
             changed |= self._take_effect(now_s)
         if taken_up := self.radio.regroup(self.social.organisation, now_s):
             self._consider(taken_up, now_s)
-        if self._standing.until_s > -math.inf and self.social.is_due:
-            self.wake()
         return changed
 
     def _look_around(self, now_s: float) -> bool:
@@ -332,7 +280,6 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
             self.think(now_s, 0.0)
 
     def _adopt(self) -> None:
-        self.wake()
         sets = self.functional.prepare(self.social.activity_sets(self.functional.believed.position_m))
         self.executive.adopt(sets, [(a.group, a.role) for a in self.social.present.roles_of(self.name)])
         self.functional.perform(self.executive.decision.chosen)
@@ -354,7 +301,6 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         if sent is not None:
             self.functional.transmitted(sent.size_bits)
             if self.functional.exhausted:
-                self.wake()
                 self._run_log.fault(now_s, "energy", "battery exhausted")
         return sent
 
@@ -373,10 +319,6 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
             if group in shared:
                 for message in addressed:
                     self.executive.hear((group, message), emitter, role, value, now_s, reception.slot)
-        if reception.beliefs and self.social.nothing.until_s > -math.inf:
-            self.social.nothing.end()
-        if self._standing.until_s > -math.inf and (self._beside or self.executive.is_called or self.social.is_due):
-            self.wake()
         if self.social.planner.due:
             self.think(now_s, 0.0)
         return reception
@@ -410,10 +352,8 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
 
     def _consider(self, changes: Sequence[Change], now_s: float, told: bool = True) -> None:
         self.beliefs.note()
-        located = self.radio.note(changes)
+        self.radio.note(changes)
         considered = self.social.consider(changes, told)
-        if (located is None or located) and max(self._standing.until_s, self.social.nothing.until_s) > -math.inf:
-            self._end_answers(located, considered is not NOTHING_CONSIDERED)
         if considered is NOTHING_CONSIDERED and not self._may_have_replanned:
             return
         self._may_have_replanned = False
@@ -422,16 +362,6 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         if considered.activities_due:
             self._adopt()
         self._run_log.plans(now_s, self.social.planner.executions, self.social.pursuit.executions)
-
-    def _end_answers(self, located: Sequence[str] | None, is_concerned: bool) -> None:
-        """Keep no answers that rest on what has changed; arguments as of ``Kept.is_over``."""
-        nothing = self.social.nothing
-        if nothing.until_s > -math.inf and nothing.is_over(located, is_concerned):
-            nothing.end()
-        if self._standing.until_s > -math.inf and (
-            self._standing.is_over(located, is_concerned) or (located is None and self.social.is_due)
-        ):
-            self.wake()
 
 
 def _recorded(sensed: Sensed, vehicle: Vehicle, now_s: float) -> Change:

@@ -37,7 +37,6 @@ from remoras.behaviours import (
     distance_m,
 )
 from remoras.database import VehicleData
-from remoras.holding import NOT, Holds
 from remoras.known import Known
 from remoras.motion import Motion
 from remoras.picture import Picture
@@ -238,17 +237,6 @@ class ZigzagExploring(Behaviour):
             self._ahead = Reference(passage.target_m, self._speed_mps, CAPTURE_M, is_over_ground=True)
         return self._ahead
 
-    def holds(self, motion: Motion, picture: Picture, performed: bool) -> Holds:
-        """Unless it is performed, until one of the others is heard anew before it has begun."""
-        return NOT if performed else Holds(peers=frozenset(() if self._begun else self._others))
-
-    def waited(self, now_s: float) -> None:
-        """It has looked at what is left all the time."""
-        if self._rest:
-            self._seen_s = now_s
-            if self._begun and self._passage is not None:
-                self._since_s = now_s
-
     def accuracy_m(self, motion: Motion, picture: Picture) -> float:
         """On a row what its cells leave of half the swath, less how far from a point it counts as reached.
 
@@ -412,7 +400,3 @@ class MappingAlong(Working):
         if self._due.stimulus != stimulus or self._due.advance != advance:
             self._due = Perception(stimulus, advance)
         return self._due
-
-    def holds(self, motion: Motion, picture: Picture, performed: bool) -> Holds:
-        """As all productive work, as long as nothing is mapped."""
-        return super().holds(motion, picture, performed)._replace(facts=True)

@@ -69,7 +69,7 @@ from remoras.database import VehicleData
 from remoras.errors import PlanningError
 from remoras.htn import Domain, FactsLike, Task
 from remoras.known import Known
-from remoras.mission import NOTHING, Finding, Mission, Nothing
+from remoras.mission import Finding, Mission
 from remoras.motion import Motion
 from remoras.organisation import Group, Organisation
 from remoras.picture import Picture
@@ -340,14 +340,11 @@ class MappingMission(Mission):
         to inspect does not meet. After a meeting see ``given_anew``.
         """
         if group.formed_by is not None:
-            return NOTHING
-        found = self.meeting.findings(group, organisation, beliefs, picture, motion)
-        if not found:
-            anew = given_anew(group, organisation, self._surveys, self.meeting, beliefs, picture)
-            if not anew:
-                return found.too(anew) if isinstance(found, Nothing) else ()
-            found = anew
-        if self.meeting.is_overdue(group, beliefs, picture):
+            return ()
+        found = self.meeting.findings(group, organisation, beliefs, picture, motion) or given_anew(
+            group, organisation, self._surveys, self.meeting, beliefs, picture
+        )
+        if not found or self.meeting.is_overdue(group, beliefs, picture):
             return found
         of = [other for other in self.groups.values() if group.name in (other.name, other.formed_by)]
         is_left = (

@@ -12,7 +12,6 @@ ever found. What the vehicles left are able to map and inspect counts in the rea
 
 from __future__ import annotations
 
-import math
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
@@ -22,7 +21,6 @@ from missions.mapping.sensors import LIMIT_TOLERANCE, Cell, Seabed, SwathSetting
 from missions.meeting.meeting import Meeting
 from missions.meeting.truth import MeetingTruth
 from remoras.activities import Objective
-from remoras.behaviours import EARLY_S
 from remoras.mission import FleetView, Milestone, VehicleView
 from remoras.organisation import Group
 from remoras.reach import left
@@ -244,14 +242,6 @@ class MappingTruth(MeetingTruth):
     def is_over(self) -> bool:
         """True once the groups have met without the goal, and for the patience nobody goes on or will be back."""
         return super().is_over or (self._met_s is not None and self._now_s - self._met_s > self._patience_s)
-
-    @property
-    def until_s(self) -> float:
-        """Before this time it finds nothing else as long as nothing else is to be seen (s)."""
-        times_s = [self._opens_s, *(there_s + self._deadline_s for there_s in self._there_s.values())]
-        if self._met_s is not None:
-            times_s.append(self._met_s + self._patience_s)
-        return min([time_s for time_s in times_s if time_s > self._now_s - EARLY_S], default=math.inf) - EARLY_S
 
     def close(self, fleet: FleetView, now_s: float) -> str:
         """Add who gave up; say who is missing where, and how much of the work is done if it is not enough."""

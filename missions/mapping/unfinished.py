@@ -8,17 +8,16 @@ wait would call others off work that nobody else does.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping
 from functools import partial
 
 from missions.mapping.jobs import SurveyJob
 from missions.meeting.meeting import Meeting
-from remoras.behaviours import EARLY_S, IDLE, Behaviour, Perception, Reference, awaited
+from remoras.behaviours import IDLE, Behaviour, Perception, Reference, awaited
 from remoras.beliefs import Beliefs
-from remoras.holding import Holds
 from remoras.htn import FactsLike
 from remoras.known import Known
-from remoras.mission import NOTHING, Finding, Nothing
+from remoras.mission import Finding
 from remoras.motion import Motion
 from remoras.organisation import Group, Organisation
 from remoras.picture import Picture
@@ -41,7 +40,7 @@ def given_anew(
     meeting: Meeting,
     beliefs: Beliefs,
     picture: Picture,
-) -> Sequence[Finding]:
+) -> list[Finding]:
     """Orders for areas of a group that are held or said to be done, and of which not all cells are known to be mapped.
 
     Whoever is done with an area knows all its cells, and tells them when it meets the others. So half the patience
@@ -56,10 +55,8 @@ def given_anew(
         beliefs: of the head; picture: what else it knows.
     """
     met_s = meeting.met_s(group, beliefs, picture)
-    if met_s is None:
-        return NOTHING
-    if picture.body.now_s - met_s < meeting.patience_s / 2.0:
-        return Nothing(met_s + meeting.patience_s / 2.0 - EARLY_S)
+    if met_s is None or picture.body.now_s - met_s < meeting.patience_s / 2.0:
+        return []
     found = []
     for role in group.roles:
         job, path = surveys.get(role.job or ""), group.path(role.name)
@@ -70,7 +67,7 @@ def given_anew(
             continue
         if job.left(beliefs).bits and beliefs.n_over(job.done) < MOST_ANEW:
             found.append(Finding(path, EXPLORING, job.name))
-    return found or NOTHING
+    return found
 
 
 def is_open_again(group: Group, surveys: Mapping[str, SurveyJob], beliefs: Beliefs) -> bool:
@@ -162,14 +159,6 @@ class AfterWork(Behaviour):
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """As the behaviour itself."""
         return self._meeting.reference(motion, picture)
-
-    def holds(self, motion: Motion, picture: Picture, performed: bool) -> Holds:
-        """As the behaviour itself: what is left is worked out for a call."""
-        return self._meeting.holds(motion, picture, performed)
-
-    def waited(self, now_s: float) -> None:
-        """As the behaviour itself."""
-        self._meeting.waited(now_s)
 
     def accuracy_m(self, motion: Motion, picture: Picture) -> float:
         """As the behaviour itself."""

@@ -45,12 +45,12 @@ from missions.scenarios.parts import groups_of
 from missions.scenarios.scenario import Scenario
 from missions.scenarios.tables import Section
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
-from remoras.behaviours import EARLY_S, Behaviour
+from remoras.behaviours import Behaviour
 from remoras.beliefs import Beliefs
 from remoras.database import VehicleData
 from remoras.errors import PluginError
 from remoras.htn import Domain, FactsLike, Method, Task
-from remoras.mission import ABILITIES, ALLOCATE_ROLES, ASSIGN_OBJECTIVE, Finding, Mission, Nothing
+from remoras.mission import ABILITIES, ALLOCATE_ROLES, ASSIGN_OBJECTIVE, Finding, Mission
 from remoras.motion import Motion
 from remoras.organisation import Group, Organisation
 from remoras.picture import Picture
@@ -258,7 +258,7 @@ class JobMission(Mission):
         rally point, or has waited there to the deadline.
         """
         if self._open(beliefs, group) and not self.meeting.is_overdue(group, beliefs, picture):
-            return Nothing(self.meeting.overdue_s(group, beliefs, picture) - EARLY_S)
+            return ()
         return self.meeting.findings(group, organisation, beliefs, picture, motion)
 
     def truth(self, recorder: Recorder, world: Any) -> JobTruth:

@@ -25,7 +25,6 @@ from exchange.arithmetic import length
 from missions.meeting.orders import entrusted, operators
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
 from remoras.behaviours import (
-    EARLY_S,
     Behaviour,
     FollowingLeader,
     Homing,
@@ -36,7 +35,7 @@ from remoras.behaviours import (
 from remoras.beliefs import Beliefs, Key
 from remoras.database import VehicleData
 from remoras.htn import FactsLike, Method, Operator, Task
-from remoras.mission import ASSIGN_OBJECTIVE, NOTHING, Finding, Nothing
+from remoras.mission import ASSIGN_OBJECTIVE, Finding
 from remoras.motion import Motion
 from remoras.nesting import meets_after
 from remoras.organisation import Group, Organisation
@@ -56,8 +55,6 @@ GATHER = "Gather"
 """Task of a group and one of its founding roles: to come to the meeting."""
 HEARD_TOLERANCE_M = 1.0
 """A position heard is rounded on the wire."""
-EARLY_M = 1.0
-"""A head looks so much before it arrives at the rally point whether others are there."""
 NEWS_FRAMES = 20.0
 """A position heard more TDMA frames ago does not tell where a vehicle is: meanwhile it may have left for work.
 
@@ -197,34 +194,17 @@ class Meeting:
         nobody else: neither for another member, nor for a vehicle that has fallen silent and may have come unheard.
         A group that has met without a member meets once more when that one is back and has come.
         """
-        if group.rally_point is None:
-            return NOTHING
-        off_m = self._off_m(group, motion.position_m) - self.arrival_radius_m
-        if off_m > 0.0:
-            return Nothing(within_m=max(0.0, off_m - EARLY_M))
+        if group.rally_point is None or not self._is_there(group, motion.position_m, 0.0):
+            return ()
         if picture.body.now_s < self.opens_s:
-            return Nothing(self.opens_s - EARLY_S)
+            return ()
         has_met = group.name in picture.groups.gathered
         if has_met and self._is_complete(group, organisation, beliefs, picture):
-            return NOTHING
+            return ()
         is_overdue = not has_met and self.is_overdue(group, beliefs, picture)
         if not is_overdue and not self._all_are_there(group, organisation, beliefs, picture):
-            until_s = math.inf if has_met else self.overdue_s(group, beliefs, picture) - EARLY_S
-            return self._while_away(group, organisation, beliefs, picture, until_s)
+            return ()
         return (Finding(group.name, "gatheredAt", group.rally_point),)
-
-    def _while_away(
-        self, group: Group, organisation: Organisation, beliefs: Beliefs, picture: Picture, until_s: float
-    ) -> Sequence[Finding]:
-        """Nothing before a time while it was lately heard of a member that it is away, and the head stays."""
-        news_s = NEWS_FRAMES * picture.frame_s
-        for name in sorted(set(organisation.members(group.name)).difference(organisation.heads(group.name))):
-            observed_s, position_m = beliefs.observed_s(("position", name)), picture.peers.positions_m.get(name)
-            if observed_s is None or position_m is None or observed_s < picture.body.now_s - news_s:
-                continue
-            if not self._is_there(group, position_m, HEARD_TOLERANCE_M):
-                return Nothing(min(until_s, observed_s + news_s - EARLY_S), 0.0, (name,))
-        return ()
 
     def _is_complete(self, group: Group, organisation: Organisation, beliefs: Beliefs, picture: Picture) -> bool:
         """True if no member has come back since the group met."""
@@ -250,19 +230,12 @@ class Meeting:
 
         Who supervises other groups begins to wait when they have met.
         """
-        return picture.body.now_s - self._waits_since_s(group, beliefs, picture) >= self.deadline_s
-
-    def overdue_s(self, group: Group, beliefs: Beliefs, picture: Picture) -> float:
-        """Time from which that is so if the head stays."""
-        return self._waits_since_s(group, beliefs, picture) + self.deadline_s
-
-    def _waits_since_s(self, group: Group, beliefs: Beliefs, picture: Picture) -> float:
         idle_s = picture.groups.idle_since_s.get(group.name, math.inf)
         since_s = max(picture.body.settled_s, idle_s, self.opens_s)
         for other in self._before(group):
             met_s = beliefs.observed_s(("gatheredAt", other))
             since_s = max(since_s, math.inf if met_s is None else met_s)
-        return since_s
+        return picture.body.now_s - since_s >= self.deadline_s
 
     def _before(self, group: Group) -> tuple[str, ...]:
         """Groups that meet before this one: those that it supervises, see ``remoras.nesting``."""
@@ -294,9 +267,5 @@ class Meeting:
         return n_not_heard <= max(0, n_seen - n_heard - n_silent)
 
     def _is_there(self, group: Group, position_m: Point, tolerance_m: float) -> bool:
-        return self._off_m(group, position_m) <= self.arrival_radius_m + tolerance_m
-
-    def _off_m(self, group: Group, position_m: Point) -> float:
-        """Distance of a place from the rally point of a group."""
         x_m, y_m = self.rally_points_m[group.rally_point or ""]
-        return length(position_m[0] - x_m, position_m[1] - y_m)
+        return length(position_m[0] - x_m, position_m[1] - y_m) <= self.arrival_radius_m + tolerance_m

@@ -38,11 +38,11 @@ from missions.minehunting.imagery import (
 from missions.minehunting.truth import CLASSIFICATIONS, FIGURES, METRICS, MinehuntingTruth
 from missions.scenarios.tables import Name, PointM, Positive, Raw, Section, entries, names_of, table_of
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
-from remoras.behaviours import EARLY_S, Behaviour
+from remoras.behaviours import Behaviour
 from remoras.beliefs import Beliefs
 from remoras.database import VehicleData
 from remoras.htn import FactsLike
-from remoras.mission import Finding, Nothing
+from remoras.mission import Finding
 from remoras.motion import Motion
 from remoras.organisation import Group, Organisation
 from remoras.picture import Picture
@@ -222,7 +222,7 @@ class MinehuntingMission(JobMission):
         """A group meets once all contacts are classified, since views may be asked for until then."""
         is_open = any(beliefs.get((CLASSIFIED, one.name)) is None for one in self._firsts)
         if is_open and not self.meeting.is_overdue(group, beliefs, picture):
-            return Nothing(self.meeting.overdue_s(group, beliefs, picture) - EARLY_S)
+            return ()
         return super().findings(group, organisation, beliefs, picture, motion)
 
 

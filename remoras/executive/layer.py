@@ -85,10 +85,7 @@ class ExecutiveLayer:
     ) -> None:
         self._equals, self._passes_on = equals, passes_on
         self.yields_to, self.is_hindered = 0.0, False
-        self.decided_s = 0.0
-        """Time of the last decision (s)."""
-        self.stands = False
-        """True if it changed nothing, and the next one will not while the same is perceived and nobody calls."""
+        self._now_s = 0.0  # of the last decision
         self._claims: list[tuple[float, float]] = []  # times and strengths of calls for room that it has sent
         self._constants = constants
         self._name = name
@@ -180,12 +177,12 @@ class ExecutiveLayer:
             return passed_signal(self.yields_to) if self._passes_on else 0
         if not (guides and self.is_hindered):
             return own_signal(max(0, value))
-        since_s, told = self.decided_s - self._constants.signal_memory_s, own_signal(value)
+        since_s, told = self._now_s - self._constants.signal_memory_s, own_signal(value)
         self._claims = [claim for claim in self._claims if claim[0] >= since_s]
         if self._claims:
             told = min(told, STILL_PASSING)
         if told < 0:
-            self._claims.append((self.decided_s, call(told, 0.0, self._constants)))
+            self._claims.append((self._now_s, call(told, 0.0, self._constants)))
         return told
 
     def _guiding_role(self) -> RoleKey | None:
@@ -203,9 +200,8 @@ class ExecutiveLayer:
         Returns:
             The same object as before while the choice stays the same.
         """
-        self.decided_s = now_s
-        self.stands = self._at_rest == perceptions and not (self._calling or self._waiting)
-        if self.stands:
+        self._now_s = now_s
+        if self._at_rest == perceptions and not (self._calling or self._waiting):
             return self.decision
         constants = self._constants
         stimuli = self._stimuli if perceptions is self._perceived else self._stimuli_of(perceptions)
@@ -240,11 +236,6 @@ class ExecutiveLayer:
         self._perceived = perceptions
         self._at_rest = perceptions if is_steady and chosen == performed else None
         return self.decision
-
-    @property
-    def is_called(self) -> bool:
-        """True while others call, for help or for an end of their wait."""
-        return bool(self._calling or self._waiting)
 
     def decided_anew(self) -> tuple[int, ...]:
         """What would be chosen by the motivations of the last decision if every combination was looked at again."""

@@ -41,11 +41,6 @@ class Detour:
         """True while the vehicle goes round others."""
         return self._left_m > 0.0
 
-    @property
-    def is_over(self) -> bool:
-        """True unless the vehicle goes round others, or may soon."""
-        return not (self.is_on or self._stood_s)
-
     def turned(self, goal: Velocity) -> Velocity:
         """The velocity (m/s) of a goal, turned aside during a detour; else the same object."""
         if not self.is_on:

@@ -86,13 +86,6 @@ class Guidance:
         return self._speed_factor * self._greatest_speed_mps
 
     @property
-    def is_settled(self) -> bool:
-        """True if it would do the same again for the same reference and neighbours."""
-        if self.withdraws or self.queues or self.hindered_s > 0.0 or self.aimed or self.go is not advance:
-            return False
-        return self._detour.is_over
-
-    @property
     def ground_mps(self) -> float:
         """Speed over ground (m/s)."""
         return self.motion.speed_mps

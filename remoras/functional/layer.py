@@ -15,7 +15,6 @@ from remoras.errors import PluginError
 from remoras.functional.guidance import Guidance
 from remoras.functional.sensing import Sensed, Sensing
 from remoras.functional.vital import VITAL_NAMES, VITAL_SETS, vital_behaviour
-from remoras.holding import NOT, Holds, all_hold
 from remoras.mission import FunctionalPart
 from remoras.motion import Motion
 from remoras.picture import Picture
@@ -93,7 +92,6 @@ class FunctionalLayer:
         posed: each gives the pose at which sensors look, of that by the others before it; called by ``sense``.
         held: the last reference of the behaviour that guides, until the next decision.
         loads_w: power that the battery loses beside what the vehicle uses; the reserve does not know of it.
-        stands: True if the last tick of motion changed nothing but its energy.
     """
 
     def __init__(
@@ -135,7 +133,6 @@ class FunctionalLayer:
         self._perceived: list[Perception] = []
         picture.body.answering = _answering(data, ())
         self.loads_w: list[float] = []
-        self.stands = False
 
     @property
     def sensing(self) -> tuple[str, ...]:
@@ -181,11 +178,6 @@ class FunctionalLayer:
     def guiding(self) -> Behaviour | None:
         """The behaviour that guides, if one does."""
         return None if self._guiding is None else self._behaviours[self._guiding]
-
-    @property
-    def answers(self) -> list[tuple[Behaviour, Perception]]:
-        """Its behaviours, with what each has perceived last."""
-        return list(zip(self._behaviours, self._perceived, strict=True))
 
     # What there is to do -------------------------------------------------------------------------
 
@@ -314,7 +306,6 @@ class FunctionalLayer:
             PluginError: the behaviour that guides raises, or returns anything but a finite Reference or None.
         """
         reference, believed, motion = self.held, self.believed, self.motion
-        at = (motion.x_m, motion.y_m, motion.ahead) if motion.speed_mps == 0.0 else None
         if reference is not None:
             (x_m, y_m), _, holds_m, _ = reference
             dx_m, dy_m = x_m - believed.x_m, y_m - believed.y_m
@@ -330,38 +321,6 @@ class FunctionalLayer:
             motion.speed_mps = 0.0
         for tell in self.moved:
             tell(neighbours, dt_s)
-        self.stands = motion.speed_mps == 0.0 and at == (motion.x_m, motion.y_m, motion.ahead)
-
-    def holds(self, performed: Sequence[int]) -> Holds:
-        """How long it would go on standing, and perceive what it has perceived last; not at all where features act.
-
-        Args:
-            performed: the indices in the decision.
-        """
-        acts = self.moved or self.asked or self.loads_w or self.picture.body.sensors_on
-        held = self.held is not None and self.held.holds_m < math.inf
-        if not self.stands or acts or held or not self.guidance.is_settled:
-            return NOT
-        motion, picture = self.believed, self.picture
-        return all_hold(
-            _holds(behaviour)(motion, picture, index in performed) for index, behaviour in enumerate(self._behaviours)
-        )
-
-    def stand(self, now_s: float, dt_s: float) -> bool:
-        """Let a tick pass in which it only stands; False, and nothing has changed, if its energy asks for more."""
-        motion, body, data = self.motion, self.picture.body, self.data
-        energy_j = motion.energy_j + data.hotel_w * dt_s
-        battery = 1.0 - energy_j / data.energy_j
-        if battery <= body.reserve or energy_j >= data.energy_j or self.loads_w:
-            return False
-        motion.energy_j, body.battery, body.now_s = energy_j, battery, now_s
-        return True
-
-    def waited(self, now_s: float) -> None:
-        """It stood, and its behaviours were not asked; they would have been last at that time."""
-        for behaviour in self._behaviours:
-            if (waited := getattr(behaviour, "waited", None)) is not None:
-                waited(now_s)
 
     def heed(self, pulls: Pulls) -> None:
         """Let signals of others pull at guidance like this until the next decision."""
@@ -381,15 +340,6 @@ class FunctionalLayer:
         if not sound:
             raise self._broken(index, "reference", REFERENCE, reference)
         return reference
-
-
-def _holds(behaviour: Behaviour) -> Callable[[Motion, Picture, bool], Holds]:
-    """How a behaviour says how long its answers hold; one of others' making may lack it."""
-    return getattr(behaviour, "holds", None) or _not
-
-
-def _not(motion: Motion, picture: Picture, performed: bool) -> Holds:
-    return NOT
 
 
 def _contacts_m(x_m: float, y_m: float, neighbours: Sequence[Neighbour]) -> tuple[Point, ...]:

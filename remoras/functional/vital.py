@@ -16,7 +16,6 @@ from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType
 from remoras.avoidance import Bounds
 from remoras.behaviours import CAPTURE_M, DUE, IDLE, Behaviour, Perception, Reference, Standing, distance_m
 from remoras.database import VehicleData
-from remoras.holding import UNLESS_CONCERNED, Holds
 from remoras.motion import Motion
 from remoras.picture import Picture
 from remoras.work import Point
@@ -40,10 +39,6 @@ class ReturningHome(Behaviour):
         arrived = distance_m(motion, self._data.start_m) <= CAPTURE_M
         return Reference(self._data.start_m, 0.0 if arrived else self._data.survey_speed_mps)
 
-    def holds(self, motion: Motion, picture: Picture, performed: bool) -> Holds:
-        """As long as the vehicle stands with more than the reserve: with less it is asked every time."""
-        return UNLESS_CONCERNED
-
 
 class ReturningToArea(Behaviour):
     """Goes back into the area of operations.
@@ -64,10 +59,6 @@ class ReturningToArea(Behaviour):
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """To the centre in transit."""
         return Reference(self._centre_m, self._data.transit_speed_mps)
-
-    def holds(self, motion: Motion, picture: Picture, performed: bool) -> Holds:
-        """As long as the vehicle stands."""
-        return UNLESS_CONCERNED
 
 
 def _vital(name: str) -> ActivitySet:

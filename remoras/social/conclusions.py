@@ -8,7 +8,6 @@ from collections.abc import Iterable, Sequence
 from remoras.activities import Objective
 from remoras.beliefs import Beliefs, Fact, Key
 from remoras.database import VehicleData
-from remoras.holding import NOT, UNLESS_CONCERNED, Holds
 from remoras.mission import Finding, Nothing, SocialPart
 from remoras.motion import Motion
 from remoras.organisation import Organisation
@@ -102,10 +101,8 @@ class Conclusions:
         )
         return () if finding is None else (finding,)
 
-    def of_head(
-        self, name: str, organisation: Organisation, picture: Picture, motion: Motion
-    ) -> tuple[list[Fact], Holds]:
-        """What a head concludes about its group, and how long it is nothing.
+    def of_head(self, name: str, organisation: Organisation, picture: Picture, motion: Motion) -> list[Fact]:
+        """What a head concludes about its group.
 
         Args:
             name: of the group.
@@ -115,29 +112,23 @@ class Conclusions:
         expected = "a list of Finding"
         group = organisation.groups[name]
         try:
-            findings = self._mission.findings(group, organisation, self._beliefs, picture, motion)
-            if isinstance(findings, Nothing):
-                return [], findings.holds
-            findings = tuple(findings)
+            findings: Sequence[Finding] = tuple(
+                self._mission.findings(group, organisation, self._beliefs, picture, motion)
+            )
         except Exception as error:
             raise broken_promise(self._mission_name, "findings", expected, error) from error
         if findings and not all(isinstance(finding, Finding) for finding in findings):
             raise broken_promise(self._mission_name, "findings", expected, findings)
-        return self._facts_of(findings), NOT
+        return self._facts_of(findings)
 
     def of_its_own(self, data: VehicleData, organisation: Organisation, picture: Picture, motion: Motion) -> list[Fact]:
         """What a vehicle concludes for itself; arguments as of ``of_head``."""
         if self.holds(organisation, picture):
             return []
         findings = self._own(data, organisation, picture, motion)
-        self._until_s = findings.holds.until_s if isinstance(findings, Nothing) else -math.inf
+        self._until_s = findings.until_s if isinstance(findings, Nothing) else -math.inf
         self._asked_of = organisation, picture.body.answering
         return self._facts_of(findings)
-
-    @property
-    def own_hold(self) -> Holds:
-        """How long it concludes nothing for itself."""
-        return Holds(self._until_s) if self.are_of_its_own else UNLESS_CONCERNED
 
     def holds(self, organisation: Organisation, picture: Picture) -> bool:
         """True while the mission has said that it concludes nothing; arguments as of ``of_head``."""

@@ -24,7 +24,6 @@ from remoras.activities import ActivitySet, Objective
 from remoras.authority import Rules, Ruling
 from remoras.beliefs import Beliefs, Fact, Key
 from remoras.database import AUVDatabase
-from remoras.holding import NOT, UNTIL_NEWS, Kept, all_hold
 from remoras.htn import ANY
 from remoras.mission import SocialPart
 from remoras.motion import Motion
@@ -143,14 +142,12 @@ class SocialLayer:
         self._impossible: dict[str, frozenset[str]] = {}  # by group that it leads, as it has seen last
         self.judged: list[tuple[str, list[Fact]]] = []
         """What it has to say of jobs being impossible or not: in words, and as facts."""
-        self.nothing = Kept()
-        """That it concludes nothing as the leader of its groups, as long as that holds."""
-        self.led = self.standing.led
+        self._led = self.standing.led
         self._is_news = True  # since the last round, of what its groups rest on
-        planned = {group: agreement.plans[group] for group in self.led if group in agreement.plans}
+        planned = {group: agreement.plans[group] for group in self._led if group in agreement.plans}
         self.planner = MissionPlanner(me, mission.social_domain, beliefs, strategy, planned, agreement.at_sea)
         self.planner.resume(self.facts)
-        self.planner.take_on(group for group in self.led if group in self.missions)
+        self.planner.take_on(group for group in self._led if group in self.missions)
         self._negotiation = Negotiation(me, strategy, self.organisation, beliefs, rally_points_m, rules)
         noted = self.standing.attributes | self._negotiation.attributes
         self._attributes: set[int | None] = {self._gatherings.attribute, *noted}
@@ -187,7 +184,7 @@ class SocialLayer:
 
     def leads(self, group: str) -> bool:
         """True if this vehicle is a head of ``group`` and has the social layer to lead it."""
-        return group in self.led
+        return group in self._led
 
     def _work(self, positions_m: Mapping[str, Point] | None = None, from_s: float = 0.0) -> Mapping[str, Work]:
         return self._workload.of_groups(self.standing.footing, self._picture, positions_m, from_s)
@@ -208,7 +205,7 @@ class SocialLayer:
                 self.planner.orders.note(change)
         if self._workload.is_anew:
             self._workload.is_anew, self._is_news = False, True
-            self.planner.plan_again(self.led)
+            self.planner.plan_again(self._led)
         if not self._is_concerned(changes):
             return NOTHING_CONSIDERED
         self._is_news = True
@@ -222,9 +219,9 @@ class SocialLayer:
             if alone:
                 self._gatherings.note_alone(keys, changes[0].block.time_s)
             self._picture.groups.gathered = self._gatherings.believed(self.standing.is_cut_off)
-        self.planner.reconsider(keys, self.led, self.facts)
+        self.planner.reconsider(keys, self._led, self.facts)
         if self.standing.is_cut_off and any(job.done in keys for job in self._jobs.values()):
-            self.planner.plan_again(self.led)  # it is free for what others have left
+            self.planner.plan_again(self._led)  # it is free for what others have left
         return Considered(self.pursuit.let_go(keys), view.rulings if view else ())
 
     def _await_facts(self, rested_on: Iterable[Any]) -> None:
@@ -259,10 +256,9 @@ class SocialLayer:
             standing.be_patient(lambda at: self._patience(at, now_s))
         over = self._lose_patience(footing, now_s) if standing.is_cut_off else None
         if standing.is_in_doubt != (footing is not None):
-            self.planner.plan_again(self.led)  # what it leaves to others, or no longer
+            self.planner.plan_again(self._led)  # what it leaves to others, or no longer
         if seen is None and over is None:
             return None
-        self.nothing.end()
         seen, self._is_news = seen or Seen(NO_CHANGES), True
         self._picture.groups.gathered = self._gatherings.believed(self.standing.is_cut_off)
         self._picture.groups.meets_unheard = self.standing.meets_unheard
@@ -274,7 +270,7 @@ class SocialLayer:
         keys = {("members", f"{role.group}.{role.role}") for role in [*roles, *undone]}
         stale = self.pursuit.let_go(keys | self._gatherings.concluded_alone | (over or set()))
         self._renew_leads()
-        led = [role for role in roles if role.group in self.led]
+        led = [role for role in roles if role.group in self._led]
         self.planner.lose((assignment for assignment in led if assignment.vehicle in seen.changes.absent), self.present)
         self.planner.plan_again({assignment.group for assignment in led if assignment.vehicle in seen.changes.present})
         passed_on = [] if self.standing.is_cut_off else self._workload.told_by(seen.changes.absent)
@@ -299,9 +295,9 @@ class SocialLayer:
         now, over = self.standing.footing, set[Key]()
         if before is not None and (now.barred, now.takes_no_jobs) == (before.barred, before.takes_no_jobs):
             return None
-        self.planner.plan_again(self.led)
+        self.planner.plan_again(self._led)
         work = self._work() if not now.barred and self.me not in now.takes_no_jobs else {}
-        for group in self.led:
+        for group in self._led:
             if group in work and work[group].has_something_left:
                 over |= self._gatherings.begin(group, now_s)
                 self._negotiation.begin(group)
@@ -314,17 +310,18 @@ class SocialLayer:
 
     def _renew_leads(self) -> None:
         """The organisation or who is there has changed: missions of groups that this vehicle leads now are due."""
-        before, self.led = self.led, self.standing.led
-        if before != self.led:
-            self._negotiation.hold(set(self.led).difference(before))
-            self.planner.lead(self.led, [group for group in self.led if group not in before and group in self.missions])
+        before, self._led = self._led, self.standing.led
+        if before != self._led:
+            self._negotiation.hold(set(self._led).difference(before))
+            self.planner.lead(
+                self._led, [group for group in self._led if group not in before and group in self.missions]
+            )
 
     # The end of a round --------------------------------------------------------------------------
 
     def consult(self) -> Considered:
         """End of a round: what was said in it of roles and objectives counts from now on."""
         self._is_news, view = True, self.standing.agree()
-        self.nothing.end()
         self._negotiation.disregard(view.unlawful)
         rulings = [ruling for ruling in view.rulings if not ruling.repeats(self.objectives)]
         left, objectives, renewed = view.left, view.objectives, view.renewed
@@ -338,8 +335,8 @@ class SocialLayer:
         self._picture.groups.gathered = self._gatherings.believed(self.standing.is_cut_off)
         self._renew_leads()
         self.planner.end_round(left, self.facts)
-        self.planner.reconsider(view.keys | over, self.led, self.facts)
-        self.planner.lose((assignment for assignment in left if assignment.group in self.led), self.present)
+        self.planner.reconsider(view.keys | over, self._led, self.facts)
+        self.planner.lose((assignment for assignment in left if assignment.group in self._led), self.present)
         moved = [*view.assigned, *left]
         stale = self.pursuit.let_go({("members", f"{role.group}.{role.role}") for role in moved} | over)
         return Considered(bool(objectives or stale or any(role.vehicle == self.me for role in moved)), rulings)
@@ -364,7 +361,6 @@ class SocialLayer:
         if self._declaration.influences:
             self._picture.groups.awaited, self._picture.groups.works = Awaited(work, self.me, now_s), work
         unheard = {name: roles for name, roles in peers.unheard.items() if name not in self.standing.absent}
-        before = self._negotiation.holding
         for statement in self._negotiation.negotiate(
             told_s, work, peers.known_s, unheard, calls, self.missions, peers.links, is_news
         ):
@@ -373,8 +369,6 @@ class SocialLayer:
             self._negotiation.note_added(now_s, [fact for fact in facts if fact not in own])
             facts += aims(statement.facts, self.objectives.values(), self._founding, self._beliefs, self._mission)
             stated.append((facts, statement.told and not (is_order and self.standing.is_cut_off)))
-        if self._negotiation.holding != before:
-            self.nothing.end()
         return stated
 
     def moves_anew(self, now_s: float, motion: Motion) -> list[tuple[str, Move, Move]]:
@@ -400,7 +394,7 @@ class SocialLayer:
             self._beliefs.fact(name, LEFT_ROLE, f"{role.group}.{role.role}")
             for name in names
             for role in self.organisation.roles_of(name)
-            if role.group in self.led and f"{role.group}.{role.role}" in unheard[name]
+            if role.group in self._led and f"{role.group}.{role.role}" in unheard[name]
             if (of := self.organisation.groups[role.group].role(role.role)) is not None and of.job
         ]
 
@@ -412,14 +406,14 @@ class SocialLayer:
         facts = self.standing.in_place_of_the_absent(planned.facts)
         return replace(planned, facts=facts, parts=self.standing.by_receiver(facts, self._mission.is_individual))
 
-    def findings(self, motion: Motion, now_s: float) -> list[Fact]:
+    def findings(self, motion: Motion) -> list[Fact]:
         """What this vehicle concludes as the leader of its groups, as facts."""
-        standing, facts, answers = self.standing, list[Fact](), [UNTIL_NEWS]
-        if not self.led or (self.nothing.holds(now_s, motion) and not standing.is_in_doubt):
-            return facts
-        work = self._work()
+        if not self._led:
+            return []
+        facts: list[Fact] = []
+        work, standing = self._work(), self.standing
         present = standing.footing.present if standing.is_cut_off else standing.present
-        for name in self.led:
+        for name in self._led:
             self._picture.groups.note_work(name, work[name].has_something_left, self._picture.body.now_s)
             if standing.is_patient:  # with its own work done it meets with whoever has come
                 self._picture.groups.meets_unheard = not self._has_left(work[name])
@@ -427,24 +421,8 @@ class SocialLayer:
             if is_new and not standing.is_cut_off:
                 self._see_what_is_impossible(work[name])
             if not self._holds(work[name]):
-                found, holds = self.conclusions.of_head(name, present, self._picture, motion)
-                facts += found
-                answers.append(holds)
-        self.nothing.keep(NOT if standing.reports.frugal else all_hold(answers), motion)
+                facts += self.conclusions.of_head(name, present, self._picture, motion)
         return facts
-
-    def found_anew(self, motion: Motion, now_s: float) -> list[Fact]:
-        """What it would conclude now as the leader of its groups where it is said to conclude nothing."""
-        if not self.led or self.standing.is_in_doubt or not self.nothing.holds(now_s, motion):
-            return []
-        asked, work = self.conclusions.of_head, self._work()
-        names = [name for name in self.led if not self._holds(work[name])]
-        return [fact for name in names for fact in asked(name, self.present, self._picture, motion)[0]]
-
-    @property
-    def is_due(self) -> bool:
-        """True while it has something to plan, or is in doubt."""
-        return bool(self.planner.due) or self.standing.is_in_doubt
 
     # What is beyond it, and beyond all ------------------------------------------------------------
 

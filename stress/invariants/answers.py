@@ -3,15 +3,12 @@
 Whoever says how long an answer holds is not asked meanwhile. Here it is asked all the same, as it would be without
 that, and has to answer alike: behaviours of their references, decisions of the best combination of activities, and
 negotiators of moves that stand until there is news. A mission that concludes nothing before then concludes nothing
-still. Of a vehicle that just stands all behaviours are asked, each as a copy, since it may remember what it was asked.
+still.
 """
 
 from __future__ import annotations
 
-from copy import copy
-from typing import Any
-
-from remoras.behaviours import Approach, Perception, distance_m
+from remoras.behaviours import distance_m
 from remoras.vehicle import Vehicle
 from stress.invariants.seam import Moment, Scene
 
@@ -27,8 +24,7 @@ class AnswersHold:
         """The first answer that is another one before it was to be."""
         for vehicle in scene.fleet.vehicles:
             if vehicle.is_alive:
-                found = _reference(vehicle) or _decision(vehicle) or _move(vehicle, scene.now_s)
-                found = found or _conclusion(vehicle) or _finding(vehicle) or _standing(vehicle)
+                found = _reference(vehicle) or _decision(vehicle) or _move(vehicle, scene.now_s) or _conclusion(vehicle)
                 if found is not None:
                     return f"{found}, at {scene.now_s:g} s"
         return None
@@ -70,41 +66,3 @@ def _conclusion(vehicle: Vehicle) -> str | None:
     of = vehicle.social.present, vehicle.functional.picture, vehicle.functional.believed
     found = vehicle.social.conclusions.anew(vehicle.data, *of)
     return f"conclusions of {vehicle.name} said to be none until news, and are {list(found)}" if found else None
-
-
-def _finding(vehicle: Vehicle) -> str | None:
-    """A mission that has said that a head concludes nothing concludes something."""
-    body = vehicle.functional.picture.body
-    found = vehicle.social.found_anew(vehicle.functional.believed, body.now_s)
-    return f"findings of {vehicle.name} said to be none, and are {found}" if found else None
-
-
-def _standing(vehicle: Vehicle) -> str | None:
-    """A behaviour of a vehicle that just stands perceives something else, or would have it move."""
-    layer, chosen = vehicle.functional, vehicle.executive.decision.chosen
-    if not vehicle.stands or vehicle.executive.decided_s == layer.picture.body.now_s:
-        return None  # it decides, or has just decided
-    for number, (behaviour, before) in enumerate(layer.answers):
-        asked = _copied(behaviour)
-        now = asked.perceive(layer.believed, layer.picture, number in chosen)
-        if _told(now) != _told(before):
-            return f"{type(behaviour).__name__}.perceive of {vehicle.name} said to hold, and answers {now} for {before}"
-        reference = asked.reference(layer.believed, layer.picture) if behaviour is layer.guiding else None
-        to_go_m = 0.0 if reference is None else distance_m(layer.believed, reference.target_m)
-        if reference is not None and reference.speed_mps > 0.0 and to_go_m > 0.0 and not layer.picture.body.contacts_m:
-            return f"{type(behaviour).__name__}.reference of {vehicle.name} said to hold, and answers {reference}"
-    return None
-
-
-def _copied(part: Any) -> Any:
-    """A behaviour that remembers the same, and forgets what the copy is asked."""
-    if not (hasattr(part, "perceive") or isinstance(part, Approach)):
-        return part
-    anew = copy(part)
-    vars(anew).update({name: _copied(value) for name, value in vars(part).items()})
-    return anew
-
-
-def _told(of: Perception) -> tuple[object, ...]:
-    """What counts of a perception while nobody calls."""
-    return *of[:4], of.concludes, of.makes_no_way, of.is_beyond_it
