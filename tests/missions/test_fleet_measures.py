@@ -175,7 +175,7 @@ def test_every_measure_can_be_compared() -> None:
     scenario = load("mapping-rendezvous", [("--set", "scenario.duration_s=60")])
     silent = {"recovery_time_s", "finds_inspected_fraction", "given_up_s", "left_when_given_up"}
     silent |= {"n_violated_obligations", "n_expired", "settling_s", "settled"}
-    silent |= {"n_fixes", "fixing_s", "believed_fraction"}
+    silent |= {"n_fixes", "fixing_s", "believed_fraction", "n_silenced"}
     declared = set(metrics_of(scenario))
     assert measures | silent <= declared
     assert declared - silent == declared & set(summary(run_scenario(scenario, 1)))

@@ -1,7 +1,7 @@
 """The run of the REMORAS paper (section VII.B), and what causes it."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import pytest
 from sampling import sampled
@@ -77,7 +77,7 @@ class Scripted:
         altered = self.codec.encode(
             told.sender, told.rows, told.fragments, told.signals, told.frame, told.epoch, start_s, told.summary
         )
-        return [replace(a, data=altered) for a in self.channel.transmit(slot, sender, data, now_s, positions_m)]
+        return [a._replace(data=altered) for a in self.channel.transmit(slot, sender, data, now_s, positions_m)]
 
 
 def scripted(loaded: Scenario, alter: Callable[[Packet], Packet]) -> Scripted:

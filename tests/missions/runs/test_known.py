@@ -3,7 +3,6 @@
 import random
 import re
 from collections.abc import Sequence
-from dataclasses import replace
 from itertools import cycle, product
 from pathlib import Path
 from typing import Any
@@ -86,7 +85,7 @@ class Garbling:
     ) -> list[Arrival]:
         """What arrives, spoilt or not."""
         arrivals = self._channel.transmit(slot, sender, data, now_s, positions_m)
-        return [replace(one, data=b"\xff" * 40) for one in arrivals] if slot % 7 == 3 else arrivals
+        return [one._replace(data=b"\xff" * 40) for one in arrivals] if slot % 7 == 3 else arrivals
 
 
 def live(

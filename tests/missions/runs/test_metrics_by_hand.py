@@ -6,11 +6,13 @@ from typing import Any
 import pytest
 
 from missions.runs import metrics
+from missions.scenarios import load
 
 
 def run_of(end_s: float, n_vehicles: int, rows: list[tuple[float, str, str, str, str]]) -> Any:
     """A run as far as these figures look at it; rows are of the table ``knowledge``."""
-    scenario = SimpleNamespace(vehicle=[None] * n_vehicles)
+    known = load("mapping-rendezvous")
+    scenario = known.model_copy(update={"vehicle": known.vehicle[:1] * n_vehicles})
     return SimpleNamespace(
         end_s=end_s, scenario=scenario, recorder=SimpleNamespace(rows={"knowledge": rows}.__getitem__)
     )

@@ -33,6 +33,7 @@ def finished(*changes: Change, faults: list[tuple[Any, ...]] | None = None, priv
         recorder.organisation.append((at_s, viewer, peer, "Team", role, event, "A", "assign", "", "", "success"))
     recorder.faults.extend(faults or [])
     setup = SimpleNamespace(
+        parts=(),
         strategy=SimpleNamespace(declaration=SimpleNamespace(private_jobs=private_jobs)),
         agreement=SimpleNamespace(organisation=Organisation.of([TEAM]), groups=(TEAM,)),
         subjects=None,
