@@ -33,13 +33,12 @@ def finished(*changes: Change, faults: list[tuple[Any, ...]] | None = None, priv
         recorder.organisation.append((at_s, viewer, peer, "Team", role, event, "A", "assign", "", "", "success"))
     recorder.faults.extend(faults or [])
     setup = SimpleNamespace(
-        parts=(),
         strategy=SimpleNamespace(declaration=SimpleNamespace(private_jobs=private_jobs)),
         agreement=SimpleNamespace(organisation=Organisation.of([TEAM]), groups=(TEAM,)),
         subjects=None,
         database=dict.fromkeys(NAMES),
     )
-    made: Any = SimpleNamespace(recorder=recorder, setup=setup, end_s=100.0)
+    made: Any = SimpleNamespace(recorder=recorder, setup=setup, end_s=100.0, scenario=load("mapping-rendezvous"))
     return made  # type: ignore[no-any-return]
 
 
