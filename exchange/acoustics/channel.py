@@ -23,17 +23,26 @@ class Arrival(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Blackout:
-    """A time in which a node is neither heard nor hears.
+    """A time in which a node is neither heard nor hears, or in which nothing passes between parts of the fleet.
 
     Args:
         from_s: a packet that starts at this time, or later,
         until_s: but before this one, is cut off.
         node: whom it befalls; everybody if None.
+        between: sets of nodes that hear nothing of each other, in place of ``node``; who is in none of them hears all.
     """
 
     from_s: float
     until_s: float
     node: int | None = None
+    between: tuple[frozenset[int], ...] = ()
+
+    def cut_off(self, sender: int) -> frozenset[int | None]:
+        """Nodes that nothing of a sender's reaches while it lasts; with None in it, or the sender, that is all."""
+        if not self.between:
+            return frozenset((self.node,))
+        own = [side for side in self.between if sender in side]
+        return frozenset(node for side in self.between if own and side not in own for node in side)
 
 
 class Channel(Protocol):
@@ -86,7 +95,10 @@ class BroadcastChannel:
         self, slot: int, sender: int, data: bytes, now_s: float, positions_m: Sequence[tuple[float, float]]
     ) -> list[Arrival]:
         """Arrivals at all whom it reaches in time, who are not blacked out and do not lose the packet."""
-        cut_off = {b.node for b in self.blackouts if b.from_s <= now_s < b.until_s}
+        cut_off: frozenset[int | None] = frozenset()
+        for blackout in self.blackouts:
+            if blackout.from_s <= now_s < blackout.until_s:
+                cut_off |= blackout.cut_off(sender)
         if None in cut_off or sender in cut_off:
             return []
         x_m, y_m = positions_m[sender]

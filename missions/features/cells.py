@@ -418,6 +418,10 @@ class Plan:
             for name in ("link", "blackout")
             if (listed := getattr(whole.channel, name, ()))
         }
+        own = {vehicle.name for vehicle in self.members[number]}
+        cuts = tuple(cut for entry in whole.channel.blackout for cut in entry.among(own))
+        if cuts:
+            channel["blackout"] = (*(entry for entry in channel["blackout"] if not entry.between), *cuts)
         of_cell["channel"] = whole.channel.model_copy(update=channel)
         if self._turns_s:
             guard = {"guard_s": self._turns_s - self._packet_s}

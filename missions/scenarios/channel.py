@@ -10,7 +10,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict, Field, SerializationInfo, ValidationError, model_serializer
 
@@ -37,8 +37,10 @@ from missions.scenarios.tables import (
     NotNegative,
     Raw,
     Section,
+    Sparse,
     entries,
     is_number,
+    list_of,
     names_of,
     one_of,
     table_of,
@@ -56,12 +58,29 @@ FILE_KEYS = {"trace": "file", "network": "network"}
 """Key by which a channel names a file, which results repeat with its hash."""
 
 
-class BlackoutTable(Section):
+Side = Annotated[tuple[str, ...], Field(min_length=1)]
+
+
+class BlackoutTable(Sparse):
     """A time without communication."""
+
+    UNSAID: ClassVar[frozenset[str]] = frozenset({"between"})
 
     from_s: NotNegative = Field(description="packets that start at this time or later are lost")
     until_s: NotNegative = Field(description="packets that start at this time or later are heard again")
     vehicle: str | None = Field(None, description="vehicle neither heard nor hearing; the whole channel if absent")
+    between: tuple[Side, ...] | None = Field(
+        None,
+        min_length=2,
+        description='in place of vehicle: lists of vehicles between which nothing passes, as [["A", "B"], ["C"]]; '
+        "those of one list hear each other, and those in none hear all",
+    )
+
+    def among(self, vehicles: Collection[str]) -> Iterator[BlackoutTable]:
+        """What remains of a cut of the fleet among these vehicles; nothing where they are on one side."""
+        sides = [tuple(name for name in side if name in vehicles) for side in self.between or ()]
+        if sum(map(bool, sides)) > 1:
+            yield self.model_copy(update={"between": tuple(filter(None, sides))})
 
 
 class NamedTable(Section):
@@ -126,7 +145,12 @@ class ChannelTable(TraceChannel, NetworkChannel, AcousticChannel, GilbertElliott
     def blackouts(self, nodes: Mapping[str, int]) -> tuple[Blackout, ...]:
         """Times without communication, for vehicles of these node numbers."""
         return tuple(
-            Blackout(table.from_s, table.until_s, None if table.vehicle is None else nodes[table.vehicle])
+            Blackout(
+                table.from_s,
+                table.until_s,
+                None if table.vehicle is None else nodes[table.vehicle],
+                tuple(frozenset(nodes[name] for name in side) for side in table.between or ()),
+            )
             for table in self.blackout
         )
 
@@ -257,10 +281,22 @@ def channel_faults(raw: Raw) -> Iterator[ConfigurationFault]:
             yield from _setting_faults(name, model, channel, raw)
     for number, blackout in enumerate(entries(channel, "blackout"), 1):
         yield from one_of(f"channel.blackout.{number}.vehicle", blackout.get("vehicle"), vehicles)
+        yield from _side_faults(f"channel.blackout.{number}.between", blackout, vehicles)
         from_s, until_s = blackout.get("from_s"), blackout.get("until_s")
         if isinstance(from_s, int | float) and isinstance(until_s, int | float) and from_s >= until_s:
             allowed = f"must be above from_s = {from_s}"
             yield ConfigurationFault(f"channel.blackout.{number}.until_s", str(until_s), allowed)
+
+
+def _side_faults(key: str, blackout: Raw, vehicles: Sequence[str]) -> Iterator[ConfigurationFault]:
+    """Sides of a blackout that name no vehicle of the scenario, or one twice, or beside a vehicle."""
+    names = [name for side in list_of(blackout, "between") if isinstance(side, list) for name in side]
+    for at, name in enumerate(names):
+        yield from one_of(key, name, vehicles)
+        if name in names[:at]:
+            yield ConfigurationFault(key, _shown(name), "named twice: a vehicle is on one side")
+    if "between" in blackout and "vehicle" in blackout:
+        yield ConfigurationFault(key, _shown(blackout["between"]), "not together with vehicle: leave one of them out")
 
 
 def _setting_faults(name: str, model: type[ChannelModel], channel: Raw, raw: Raw) -> Iterator[ConfigurationFault]:

@@ -155,6 +155,9 @@ def _why_not_heard(record: Record, sender: str, name: str, time_s: float, arriva
             return f"{name} is not able to hear from its start to its end"
     for blackout in record.of("channel").get("blackout", []):
         is_about = blackout.get("vehicle") in (None, "", "all", sender, name)
+        if sides := blackout.get("between"):
+            of = [[at for at, side in enumerate(sides) if one in side] for one in (sender, name)]
+            is_about = [] not in of and of[0] != of[1]
         if is_about and blackout["from_s"] + CLOSE_S <= time_s < blackout["until_s"] - CLOSE_S:
             return "there is a blackout"
     return ""

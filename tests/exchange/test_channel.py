@@ -157,6 +157,41 @@ def test_a_blackout_holds_from_its_start_to_just_before_its_end_and_two_of_them_
     assert heard == [[1, 2, 3], [2, 3], [3], [3], [1, 3], [1, 2, 3]]
 
 
+SIDES = st.lists(st.integers(0, 2), min_size=4, max_size=4)
+"""For each node its side, 0 for none."""
+
+
+@given(SIDES, st.floats(0.0, 100.0), st.floats(0.1, 100.0), st.floats(0.0, 200.0), st.integers(0, 3))
+def test_nothing_passes_between_the_sides_of_a_cut_and_all_else_does(
+    side_of: list[int], from_s: float, lasts_s: float, now_s: float, sender: int
+):
+    sides = tuple(frozenset(node for node in range(4) if side_of[node] == side) for side in (1, 2))
+    cut = Blackout(from_s, from_s + lasts_s, between=sides)
+    channel = BroadcastChannel(MODEM, Perfect(), 1, blackouts=(cut,))
+    heard = {arrival.receiver for arrival in channel.transmit(0, sender, b"x", now_s, TOGETHER_M)}
+    parted = {node for node in range(4) if {side_of[node], side_of[sender]} == {1, 2}}
+    lasts = from_s <= now_s < from_s + lasts_s
+    assert heard == set(range(4)) - {sender} - (parted if lasts else set())
+
+
+@given(SIDES)
+def test_a_cut_changes_no_loss_within_its_sides(side_of: list[int]):
+    sides = tuple(frozenset(node for node in range(4) if side_of[node] == side) for side in (1, 2))
+    cut = BroadcastChannel(MODEM, Bernoulli(0.4), seed=1, blackouts=(Blackout(0.0, 1e6, between=sides),))
+    across = {(slot, node) for slot in range(24) for node in range(4) if {side_of[node], side_of[slot % 4]} == {1, 2}}
+    assert lost(cut, 24) == lost(BroadcastChannel(MODEM, Bernoulli(0.4), seed=1), 24) | across
+
+
+def test_cuts_add_up_with_blackouts_of_vehicles_and_may_have_three_sides():
+    three = Blackout(0.0, 20.0, between=(frozenset((0,)), frozenset((1, 2)), frozenset((3,))))
+    channel = BroadcastChannel(MODEM, Perfect(), 1, blackouts=(three, Blackout(10.0, 30.0, 2)))
+    heard = [
+        [[arrival.receiver for arrival in channel.transmit(0, node, b"x", t_s, TOGETHER_M)] for node in range(4)]
+        for t_s in (5.0, 15.0, 25.0)
+    ]
+    assert heard == [[[], [2], [1], []], [[], [], [], []], [[1, 3], [0, 3], [], [0, 1]]]
+
+
 def test_a_blackout_changes_no_loss_outside_of_it():
     plain = lost(BroadcastChannel(MODEM, Bernoulli(0.4), seed=1), 200)
     cut = lost(BroadcastChannel(MODEM, Bernoulli(0.4), seed=1, blackouts=(Blackout(100.0, 200.0),)), 200)

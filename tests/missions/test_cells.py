@@ -443,6 +443,16 @@ def test_tables_of_other_features_go_to_the_cell_that_they_name() -> None:
     assert [len(plan.scenario_of(number).of_feature("ban")) for number in range(2)] == [0, 1]
 
 
+def test_a_cut_parts_those_vehicles_of_a_cell_that_it_names() -> None:
+    """A side may name vehicles of several cells; nothing passes between cells anyway."""
+    cut = "{from_s=30,until_s=60,between=[['AUV00 c0r0'],['AUV01 c0r0','AUV00 c1r0']]}"
+    fleet = run(scenario_of(in_a_row(2), "channel.per=0", f"channel.blackout=[{cut}]", "scenario.duration_s=90"), 1)
+    far = {"AUV00 c0r0": {"AUV01 c0r0"}, "AUV01 c0r0": {"AUV00 c0r0"}}
+    lost = [(row[1], row[2], set(row[7])) for row in fleet.recorder.packets]
+    assert {who for at_s, who, _ in lost if 30.0 <= at_s < 60.0} > set(far)
+    assert all(by == (far.get(who, set()) if 30.0 <= at_s < 60.0 else set()) for at_s, who, by in lost)
+
+
 def test_of_few_cells_it_is_said_why_they_are_not_done() -> None:
     reason = run(scenario_of(raw_of(5, 1, 4, joined=False), "scenario.duration_s=20.0"), 1).reason
     assert reason.startswith("c0r0: ")

@@ -10,6 +10,7 @@ import outside_channels
 import pytest
 from small_mission import SMALL, line_of, named, run_varied, shipped_tables
 
+from exchange.acoustics.channel import Blackout
 from exchange.acoustics.link import GilbertElliott, Transmission
 from exchange.acoustics.shipped import CHANNELS
 from missions.errors import ConfigurationError, ConfigurationFault
@@ -44,6 +45,14 @@ per = 1.0
 from_s = 600.0
 until_s = 900.0
 vehicle = "Diver"
+"""
+APART = """\
+[channel]
+name = "perfect"
+[[channel.blackout]]
+from_s = 600.0
+until_s = 900.0
+between = [["Boat"], ["Diver"]]
 """
 BURSTS = """\
 [channel]
@@ -94,6 +103,15 @@ def test_links_and_blackouts_are_of_the_nodes_that_own_the_slots(tmp_path: Path)
     assert [(b.from_s, b.until_s, b.node) for b in channel.blackouts] == [(600.0, 900.0, 0)]
 
 
+def test_the_sides_of_a_cut_are_of_the_nodes_that_own_the_slots_and_unsaid_where_there_are_none(tmp_path: Path):
+    scenario = loaded(tmp_path, APART)
+    (cut,) = channel_of(resolved(scenario), 1).blackouts
+    assert cut == Blackout(600.0, 900.0, between=(frozenset((1,)), frozenset((0,))))
+    assert scenario.channel.model_dump(mode="json")["blackout"][0]["between"] == [["Boat"], ["Diver"]]
+    (plain,) = loaded(tmp_path, LINKED).channel.model_dump(mode="json")["blackout"]
+    assert plain == {"from_s": 600.0, "until_s": 900.0, "vehicle": "Diver"}
+
+
 def test_the_states_of_the_links_come_from_the_seed_of_the_run(tmp_path: Path):
     link = channel_of(resolved(loaded(tmp_path, BURSTS, "channel.per_bad=0.9")), 7).link
     assert link == GilbertElliott(0.1, 0.3, 0.05, 0.9, seed=7)
@@ -135,6 +153,7 @@ def test_every_key_is_explained():
         "per_bad",
         "blackout.from_s",
         "blackout.vehicle",
+        "blackout.between",
     ]
     assert all(known[f"channel.{key}"][1] for key in keys)
 
@@ -152,6 +171,12 @@ ONE_FAULT = [
     (LINKED, "until_s = 900.0", "until_s = 600.0", "blackout.1.until_s", "600.0", "above from_s = 600.0"),
     (LINKED, "from_s = 600.0", "from_s = -1.0", "blackout.1.from_s", "-1.0", "greater than or equal to 0"),
     (LINKED, 'vehicle = "Diver"', 'vehicle = "Drive"', "blackout.1.vehicle", '"Drive"', "did you mean 'Diver'"),
+    (APART, '["Diver"]', '["Drive"]', "blackout.1.between", '"Drive"', "did you mean 'Diver'"),
+    (APART, '["Diver"]', '["Boat", "Diver"]', "blackout.1.between", '"Boat"', "a vehicle is on one side"),
+    (APART, '["Boat"], ["Diver"]', '["Boat"]', "blackout.1.between", '[["Boat"]]', "at least 2 items"),
+    (APART, '["Diver"]', "[]", "blackout.1.between.2", "[]", "at least 1 item"),
+    (APART, '["Diver"]', '"Diver"', "blackout.1.between.2", '"Diver"', "valid array"),
+    (APART, '["Diver"]]', '["Diver"]]\nvehicle = "Boat"', "blackout.1.between", '[["Boat"], ["Diver"]]', "leave one"),
     (BURSTS, "p_good_to_bad = 0.1", "p_good_to_bad = 0.8", "p_good_to_bad", "0.8", "at most 1, not 1.1"),
     (BURSTS, "p_bad_to_good = 0.3", "p_bad_to_good = 0.95", "p_bad_to_good", "0.95", "at most 1, not 1.05"),
     (BURSTS, "per_bad = 0.8", "per_bad = 1.01", "per_bad", "1.01", "less than or equal to 1"),
@@ -393,6 +418,15 @@ def test_a_blackout_cuts_exactly_its_time_out_of_a_mission(tmp_path: Path):
             assert lost == others
         else:
             assert lost == ({"AUV01"} if 30.0 <= time_s < 60.0 else set())
+
+
+def test_a_cut_parts_a_fleet_for_exactly_its_time(tmp_path: Path):
+    """ASV00 and AUV00 hear nothing of AUV01, nor it of them, from 30 to 60 s; AUV02 is on no side and hears all."""
+    cut = {"from_s": 30.0, "until_s": 60.0, "between": [["ASV00", "AUV00"], ["AUV01"]]}
+    packets = lost_by(run_with(tmp_path, {"name": "perfect", "blackout": [cut]}))
+    far = {"ASV00": {"AUV01"}, "AUV00": {"AUV01"}, "AUV01": {"ASV00", "AUV00"}, "AUV02": set()}
+    assert {sender for time_s, sender in packets if 30.0 <= time_s < 60.0} == set(SHIPPED)
+    assert all(lost == (far[who] if 30.0 <= at_s < 60.0 else set()) for (at_s, who), lost in packets.items())
 
 
 def test_a_link_may_be_lost_in_one_direction_only(tmp_path: Path):

@@ -19,13 +19,14 @@ from stress.verify.folder import verify
 SETTINGS = [
     "channel.per=0.3", "current.east_mps=0.3", "current.tide_period_h=4",
     'fault=[{kind="mute",vehicle="AUV01",at_s=100,until_s=160},{kind="slow",vehicle="AUV02",at_s=300,until_s=400}]',
+    'channel.blackout=[{from_s=420,until_s=450,between=[["AUV00"],["AUV01","AUV02"]]}]',
 ]  # fmt: skip
 Rows = list[dict[str, Any]]
 
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A whole mission in an eastward current, with two faults."""
+    """A whole mission in an eastward current, with two faults, and parted for half a minute."""
     folder = tmp_path_factory.mktemp("made") / "run"
     write_results(run(load("mapping-rendezvous", [("--set", one) for one in SETTINGS]), 3), folder)
     return folder
@@ -141,6 +142,14 @@ def _unheard(rows: Rows) -> None:
     teller["status_uids"] += row["status_uids"]
 
 
+def _across(rows: Rows) -> None:
+    """A vehicle hears a packet from the other side of a cut."""
+    row = next(row for row in rows if 420.0 < row["time_s"] < 450.0 and row["sender"] == "AUV00")
+    row["lost_by"].remove("AUV01")
+    row["receivers"].append("AUV01")
+    row["arrivals_s"].append(row["end_s"] + 0.2)
+
+
 def _to_nobody(rows: Rows) -> None:
     next(row for row in rows if row["lost_by"])["lost_by"].pop()
 
@@ -215,6 +224,7 @@ CASES: dict[str, tuple[str, Callable[[Path], None]]] = {
     "goal row altered": ("goal", in_table("goal", lambda rows: rows[50].update(goal_fraction=0.9))),
     "received or not": ("figures", in_table("packets", _to_lost)),
     "relayed and not heard": ("senders", in_table("packets", _unheard)),
+    "heard across a cut": ("receivers", in_table("packets", _across)),
     "a fate missing": ("receivers", in_table("packets", _to_nobody)),
     "another's slot": ("slots", in_table("packets", lambda rows: rows[30].update(slot=rows[30]["slot"] + 1))),
     "longer packet": ("sizes", in_table("packets", lambda rows: rows[30].update(size_bits=8 + rows[30]["size_bits"]))),
