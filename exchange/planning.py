@@ -90,6 +90,7 @@ class PacketPlan(NamedTuple):
         gain: [c] filled in: what it brings by itself.
         takes: [c] 1 for items to be sent by themselves; states: [o] 1 for statements.
         rests, with_code, lacked, worth_lacked: [c], [o], [r], [r] scratch.
+        begin, end: [o] scratch: between these candidates are those of the origin that can be coded.
     """
 
     reception: Shares
@@ -109,6 +110,8 @@ class PacketPlan(NamedTuple):
     with_code: Counts
     lacked: Shares
     worth_lacked: Shares
+    begin: Counts
+    end: Counts
 
 
 def plan_packet(
@@ -141,11 +144,12 @@ def plan_packet(
         if plan.takes[c] == 0 and plan.size_bits[c] <= left:
             best = max(best, plan.gain[c] / plan.size_bits[c])
     left = take_statements(plan, n_nodes, left, best)
-    n_symbols = 0
+    by_items, n_symbols = leave_rests(plan, n_candidates, left), 0
     if codes:
-        n_symbols = take_symbols(plan, n_nodes, n_candidates, left)
+        n_symbols = take_symbols(plan, n_nodes, n_candidates, left, by_items)
     if n_symbols == 0:
-        take_items(plan, n_candidates, left, True)
+        for c in range(n_candidates):
+            plan.takes[c] = 1 - plan.rests[c]
     return n_symbols
 
 
@@ -161,7 +165,7 @@ def take_large(plan: PacketPlan, n_candidates: int, room_bits: int) -> int:
     for c in range(n_candidates):
         if room_bits < 2 * plan.size_bits[c] <= 2 * room_bits and plan.gain[c] > most:
             chosen, most = c, plan.gain[c]
-    if chosen < 0 or most < take_items(plan, n_candidates, room_bits, False):
+    if chosen < 0 or most < leave_rests(plan, n_candidates, room_bits):
         return room_bits
     plan.takes[chosen] = 1
     return room_bits - plan.size_bits[chosen]
@@ -222,15 +226,8 @@ def take_statements(plan: PacketPlan, n_nodes: int, room_bits: int, best: float)
         share = 1.0
 
 
-def take_items(plan: PacketPlan, n_candidates: int, room_bits: int, is_final: bool) -> float:
-    """Take the items that bring most for each of their bits; returns what they bring.
-
-    Args:
-        plan: of the packet.
-        n_candidates: items.
-        room_bits: for them.
-        is_final: False to see what they would bring, and take none.
-    """
+def leave_rests(plan: PacketPlan, n_candidates: int, room_bits: int) -> float:
+    """See which items would rest if those that bring most for each of their bits went; returns what these bring."""
     left, total = room_bits, 0.0
     for c in range(n_candidates):
         plan.rests[c] = 1 - plan.takes[c]
@@ -244,27 +241,44 @@ def take_items(plan: PacketPlan, n_candidates: int, room_bits: int, is_final: bo
         plan.rests[chosen] = 0
         left -= plan.size_bits[chosen]
         total += plan.gain[chosen]
-        if is_final:
-            plan.takes[chosen] = 1
 
 
-def add_lacked(plan: PacketPlan, n_nodes: int, n_candidates: int, o: int) -> None:
-    """Add to what each peer is reckoned to lack of what is coded the items of an origin."""
+def can_be_coded(plan: PacketPlan, o: int, c: int) -> bool:
+    """True if symbols can be over an item of an origin."""
+    return plan.origin[c] == o and plan.takes[c] == 0 and plan.is_stated[c] != 0
+
+
+def find_coded(plan: PacketPlan, n_nodes: int, n_candidates: int) -> None:
+    """Find between which candidates those of each origin are that can be coded."""
+    for o in range(n_nodes):
+        plan.begin[o] = plan.end[o] = 0
     for c in range(n_candidates):
-        if plan.origin[c] == o and plan.takes[c] == 0 and plan.is_stated[c] != 0:
+        o = plan.origin[c]
+        if can_be_coded(plan, o, c):
+            if plan.end[o] == 0:
+                plan.begin[o] = c
+            plan.end[o] = c + 1
+
+
+def add_lacked(plan: PacketPlan, n_nodes: int, o: int) -> None:
+    """Add to what each peer is reckoned to lack of what is coded the items of an origin."""
+    for c in range(plan.begin[o], plan.end[o]):
+        if can_be_coded(plan, o, c):
             for r in range(n_nodes):
                 plan.lacked[r] += plan.lacks[c * n_nodes + r]
                 plan.worth_lacked[r] += plan.weight[c] * plan.lacks[c * n_nodes + r]
 
 
-def symbols_worth(plan: PacketPlan, n_nodes: int, n_candidates: int, o: int, n_symbols: int) -> float:
-    """What so many symbols bring if the items of an origin are coded, too."""
-    total = 0.0
+def symbols_worth(plan: PacketPlan, n_nodes: int, o: int, n_symbols: int) -> float:
+    """What so many symbols bring if the items of an origin are coded, too; of none, if that is -1."""
+    begin, end, total = 0, 0, 0.0
+    if o >= 0:
+        begin, end = plan.begin[o], plan.end[o]
     for r in range(n_nodes):
         if plan.reception[r] > 0.0:
             lacked, worth = plan.lacked[r], plan.worth_lacked[r]
-            for c in range(n_candidates):
-                if plan.origin[c] == o and plan.takes[c] == 0 and plan.is_stated[c] != 0:
+            for c in range(begin, end):
+                if can_be_coded(plan, o, c):
                     lacked += plan.lacks[c * n_nodes + r]
                     worth += plan.weight[c] * plan.lacks[c * n_nodes + r]
             if lacked > float(n_symbols):
@@ -273,10 +287,10 @@ def symbols_worth(plan: PacketPlan, n_nodes: int, n_candidates: int, o: int, n_s
     return total
 
 
-def largest_symbol(plan: PacketPlan, n_candidates: int, o: int, at_least: int) -> int:
+def largest_symbol(plan: PacketPlan, o: int, at_least: int) -> int:
     """Size of a symbol that items of an origin are part of, too, in bits."""
-    for c in range(n_candidates):
-        if plan.origin[c] == o and plan.takes[c] == 0 and plan.is_stated[c] != 0:
+    for c in range(plan.begin[o], plan.end[o]):
+        if can_be_coded(plan, o, c):
             at_least = max(at_least, plan.symbol_bits[c])
     return at_least
 
@@ -286,8 +300,9 @@ def number_of_symbols(room_bits: int, size_bits: int) -> int:
     return max(0, min(MOST_SYMBOLS, (room_bits - SIZE_BITS) // size_bits))
 
 
-def take_symbols(plan: PacketPlan, n_nodes: int, n_candidates: int, room_bits: int) -> int:
+def take_symbols(plan: PacketPlan, n_nodes: int, n_candidates: int, room_bits: int, by_items: float) -> int:
     """Take statements of origins whose items are coded, if symbols bring more than items do; returns their number."""
+    find_coded(plan, n_nodes, n_candidates)
     left, size_bits, current = room_bits, 1, 0.0
     for r in range(n_nodes):
         plan.lacked[r] = 0.0
@@ -295,18 +310,18 @@ def take_symbols(plan: PacketPlan, n_nodes: int, n_candidates: int, room_bits: i
     for o in range(n_nodes):
         plan.with_code[o] = plan.states[o]
         if plan.states[o] != 0:
-            size_bits = largest_symbol(plan, n_candidates, o, size_bits)
-            add_lacked(plan, n_nodes, n_candidates, o)
+            size_bits = largest_symbol(plan, o, size_bits)
+            add_lacked(plan, n_nodes, o)
     if size_bits > 1:
-        current = symbols_worth(plan, n_nodes, n_candidates, -1, number_of_symbols(left, size_bits))
+        current = symbols_worth(plan, n_nodes, -1, number_of_symbols(left, size_bits))
     while True:
         chosen, most = -1, current + 1e-9
         for o in range(n_nodes):
             if plan.with_code[o] == 0 and plan.statement_bits[o] <= left:
-                size = largest_symbol(plan, n_candidates, o, size_bits)
+                size = largest_symbol(plan, o, size_bits)
                 if size > 1:
                     n_symbols = number_of_symbols(left - plan.statement_bits[o], size)
-                    worth = symbols_worth(plan, n_nodes, n_candidates, o, n_symbols)
+                    worth = symbols_worth(plan, n_nodes, o, n_symbols)
                     worth += STATED_BY_THE_WAY * statement_worth(plan, o)
                     if worth > most:
                         chosen, most = o, worth
@@ -314,15 +329,15 @@ def take_symbols(plan: PacketPlan, n_nodes: int, n_candidates: int, room_bits: i
             break
         plan.with_code[chosen] = 1
         left -= plan.statement_bits[chosen]
-        size_bits = largest_symbol(plan, n_candidates, chosen, size_bits)
-        add_lacked(plan, n_nodes, n_candidates, chosen)
+        size_bits = largest_symbol(plan, chosen, size_bits)
+        add_lacked(plan, n_nodes, chosen)
         current = most
     n_coded = 0
     for c in range(n_candidates):
-        is_coded = plan.with_code[plan.origin[c]] != 0 and plan.takes[c] == 0 and plan.is_stated[c] != 0
+        is_coded = plan.with_code[plan.origin[c]] != 0 and can_be_coded(plan, plan.origin[c], c)
         n_coded += int(is_coded and plan.gain[c] > 0.0)
     n_symbols = min(number_of_symbols(left, size_bits), n_coded)
-    if n_symbols == 0 or current <= take_items(plan, n_candidates, room_bits, False):
+    if n_symbols == 0 or current <= by_items:
         return 0
     for o in range(n_nodes):
         plan.states[o] = plan.with_code[o]

@@ -213,6 +213,8 @@ class Stating:
             with_code=[0] * n_nodes,
             lacked=[0.0] * n_nodes,
             worth_lacked=[0.0] * n_nodes,
+            begin=[0] * n_nodes,
+            end=[0] * n_nodes,
         )
 
     def _owed(self, one: OriginStatement) -> int:

@@ -8,13 +8,14 @@ which only the coefficients matter here: what a node can decode. All else is sha
 Plain Python that `exchange.study.compiler` compiles.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from exchange.ack import AckRules, absorb, bits_carried, compose, open_slot, settled
 from exchange.acoustics.loss import trial_key
-from exchange.coding import LOGS, MOST_ROWS, NONZERO, POWERS, coefficient, symbol_key
+from exchange.coding import LOGS, MOST_ROWS, POWERS, coefficient, inverse, symbol_key
 from exchange.planning import (
     IMPOSSIBLE,
     KEPT,
@@ -62,7 +63,12 @@ from exchange.study.trial import (
 UNKNOWN = -1
 """Slot in which nothing was learned, or told."""
 
-_POWERS, _LOGS = np.array(POWERS, np.int64), np.array(LOGS, np.int64)
+Bytes: TypeAlias = NDArray[np.uint8]
+
+_PRODUCTS = np.array(POWERS, np.uint8)[np.add.outer(LOGS, LOGS)]
+"""Products in the field of `exchange.coding`."""
+_PRODUCTS[0] = _PRODUCTS[:, 0] = 0
+_INVERSES = np.array([0, *map(inverse, range(1, 256))], np.uint8)
 
 
 class Statements(NamedTuple):
@@ -80,7 +86,12 @@ class Statements(NamedTuple):
     passed_slot: Ints  # in which it last told a holder set of it
     n_passed: Ints  # how often, since it learned
     n_rows: Ints  # [node] symbols that wait to be decoded
-    rows: Ints  # [node, row, column] their coefficients
+    rows: Bytes  # [node, row, column] their coefficients
+    pivots: Ints  # [node, row] the first column of each that is not 0
+    waiting: Ints  # [node, word] items that they are over, at least
+    brought: Ints  # [node, place] columns of the items of its last packet, and behind them those that are coded
+    n_plain: Ints  # [node] the former
+    n_coded: Ints  # [node] the latter
     number: Ints  # [column] that the origin gave the item
     n_numbers: Ints  # [node] items that it has had
     # Of the packet that is being sent:
@@ -90,9 +101,14 @@ class Statements(NamedTuple):
     stated: Ints  # [word] items that statements say to be held
     below: Ints  # [word] items that statements say all to hold
     coded: Ints  # [word] items that symbols are over
+    denied: Ints  # [place] columns that statements cover and leave out
+    n_denied: Ints  # [0] how many
     shown: Ints  # [word] items of which a holder set is told
     columns: Ints  # [candidate]
-    vector: Ints  # [column] scratch: a symbol
+    alive: Ints  # [word] columns that have an item
+    tellable: Ints  # [word] scratch: items of which a holder set can be told
+    reception: Floats  # [peer] scratch
+    vector: Bytes  # [column] scratch: a symbol
     before: Ints  # [word of believes] scratch
 
 
@@ -109,7 +125,12 @@ def new_statements(rules: PolicyRules, n_columns: int) -> Statements:
         passed_slot=np.zeros((n_nodes, n_columns), np.int64),
         n_passed=np.zeros((n_nodes, n_columns), np.int64),
         n_rows=np.zeros(n_nodes, np.int64),
-        rows=np.zeros((n_nodes, MOST_ROWS, n_columns), np.int64),
+        rows=np.zeros((n_nodes, MOST_ROWS, n_columns), np.uint8),
+        pivots=np.zeros((n_nodes, MOST_ROWS), np.int64),
+        waiting=np.zeros((n_nodes, n_words), np.int64),
+        brought=np.zeros((n_nodes, n_columns), np.int64),
+        n_plain=np.zeros(n_nodes, np.int64),
+        n_coded=np.zeros(n_nodes, np.int64),
         number=np.zeros(n_columns, np.int64),
         n_numbers=np.zeros(n_nodes, np.int64),
         first=np.zeros(n_nodes, np.int64),
@@ -118,9 +139,14 @@ def new_statements(rules: PolicyRules, n_columns: int) -> Statements:
         stated=np.zeros(n_words, np.int64),
         below=np.zeros(n_words, np.int64),
         coded=np.zeros(n_words, np.int64),
+        denied=np.zeros(n_columns, np.int64),
+        n_denied=np.zeros(1, np.int64),
         shown=np.zeros(n_words, np.int64),
         columns=np.zeros(n_columns, np.int64),
-        vector=np.zeros(n_columns, np.int64),
+        alive=np.zeros(n_words, np.int64),
+        tellable=np.zeros(n_words, np.int64),
+        reception=np.zeros(n_nodes),
+        vector=np.zeros(n_columns, np.uint8),
         before=np.zeros(n_nodes * n_words, np.int64),
     )
 
@@ -145,6 +171,8 @@ def new_plan(n_nodes: int, n_columns: int) -> PacketPlan:
         with_code=np.zeros(n_nodes, np.int64),
         lacked=np.zeros(n_nodes),
         worth_lacked=np.zeros(n_nodes),
+        begin=np.zeros(n_nodes, np.int64),
+        end=np.zeros(n_nodes, np.int64),
     )
 
 
@@ -155,6 +183,8 @@ def forget_all(statements: Statements) -> None:
     statements.lost[:] = 0.0
     statements.weight[:] = 0.0
     statements.n_rows[:] = 0
+    statements.waiting[:] = 0
+    statements.n_plain[:] = 0
     statements.n_numbers[:] = 0
 
 
@@ -177,6 +207,12 @@ def is_in(words: Ints, column: int) -> bool:
     return bool((words[column // WORD_BITS] >> column % WORD_BITS) & 1)
 
 
+def has_item(rules: PolicyRules, nodes: NodeStates, node: int, column: int) -> bool:
+    """True if the node holds the item."""
+    at = node * rules.n_words + column // WORD_BITS
+    return bool((nodes.believes[node, at] >> column % WORD_BITS) & 1)
+
+
 # What goes into a packet --------------------------------------------------------------------------
 
 
@@ -185,6 +221,7 @@ def look_through(
 ) -> None:
     """Find what the owner of the slot can state of each origin: from where to where."""
     n_words, per_source = rules.n_words, load.columns_per_source
+    statements.alive[:] = 0
     for origin in range(rules.n_nodes):
         first, end, highest = -1, -1, 0
         if origin < load.n_sources:
@@ -193,6 +230,7 @@ def look_through(
                     continue
                 number, at = statements.number[column], owner * n_words + column // WORD_BITS
                 bit = 1 << column % WORD_BITS
+                statements.alive[column // WORD_BITS] |= bit
                 highest = max(highest, number + 1)
                 if nodes.settled[at] & bit == 0 and (first < 0 or number < first):
                     first = number
@@ -206,7 +244,7 @@ def look_through(
 
 
 def count_owed(
-    rules: PolicyRules, load: Load, nodes: NodeStates, statements: Statements, plan: PacketPlan, owner: int, slot: int
+    rules: PolicyRules, load: Load, nodes: NodeStates, statements: Statements, plan: PacketPlan, owner: int
 ) -> None:
     """Count what the owner has to tell each origin of holding its items, and what a statement takes."""
     n_nodes, n_words, per_source = rules.n_nodes, rules.n_words, load.columns_per_source
@@ -214,15 +252,14 @@ def count_owed(
         plan.owed[origin], plan.statement_bits[origin] = 0.0, IMPOSSIBLE
         if origin >= load.n_sources:
             continue
-        acknowledged = nodes.heard[owner, 0] >> origin & 1
+        acknowledged = -(nodes.heard[owner, 0] >> origin & 1)
         if origin != owner:
             for column in range(origin * per_source, (origin + 1) * per_source):
-                w, bit = column // WORD_BITS, 1 << column % WORD_BITS
-                is_told = statements.number[column] < statements.end[origin]
-                if is_told and nodes.free_slot[column] > slot and nodes.holds[owner * n_words + w] & bit != 0:
-                    said = acknowledged != 0 and nodes.content[owner, origin * n_words + w] & bit != 0
-                    if statements.confirmed[owner, w] & bit == 0 and not said:
-                        plan.owed[origin] += 1.0
+                w = column // WORD_BITS
+                said = nodes.content[owner, origin * n_words + w] & acknowledged
+                owed = statements.alive[w] & nodes.holds[owner * n_words + w] & ~(statements.confirmed[owner, w] | said)
+                if owed >> column % WORD_BITS & 1 != 0 and statements.number[column] < statements.end[origin]:
+                    plan.owed[origin] += 1.0
         length = statements.end[origin] - statements.first[origin]
         if length > 0 or plan.owed[origin] > 0:
             length = 0 if origin == owner else length
@@ -234,29 +271,27 @@ def gather(
 ) -> int:
     """Gather what the owner may send and does not know all to hold; returns how many items."""
     n_nodes, n_words, per_source, c = rules.n_nodes, rules.n_words, load.columns_per_source, 0
-    for step in range(n_nodes * per_source):  # own ones first: of equals each node takes others
-        origin = (owner + step // per_source) % n_nodes
-        column = origin * per_source + step % per_source
-        if origin >= load.n_sources:
-            continue
-        w, bit = column // WORD_BITS, 1 << column % WORD_BITS
-        at = owner * n_words + w
-        if may_send(rules.repeat, nodes.holds[at] & ~nodes.settled[at], nodes.origins[at]) & bit == 0:
-            continue
-        number = statements.number[column]
-        statements.columns[c] = column
-        plan.origin[c] = origin
-        plan.size_bits[c], plan.symbol_bits[c] = nodes.sizes_bits[column], load.symbol_bits
-        plan.is_new[c] = int(origin == owner)
-        plan.is_stated[c] = int(statements.first[origin] <= number < statements.end[origin])
-        for peer in range(n_nodes):
-            lack = 0.0
-            if peer != owner and nodes.believes[owner, peer * n_words + w] & bit == 0:
-                lack = max(LEAST_LACK, statements.lacks[owner, column * n_nodes + peer])
-            if peer != owner and lack < 1.0:
-                plan.is_new[c] = 0
-            plan.lacks[c * n_nodes + peer] = lack
-        c += 1
+    for turn in range(n_nodes):  # own ones first: of equals each node takes others
+        origin = (owner + turn) % n_nodes
+        for column in range(origin * per_source, (origin + 1) * per_source if origin < load.n_sources else 0):
+            w, bit = column // WORD_BITS, 1 << column % WORD_BITS
+            at = owner * n_words + w
+            if may_send(rules.repeat, nodes.holds[at] & ~nodes.settled[at], nodes.origins[at]) & bit == 0:
+                continue
+            number = statements.number[column]
+            statements.columns[c] = column
+            plan.origin[c] = origin
+            plan.size_bits[c], plan.symbol_bits[c] = nodes.sizes_bits[column], load.symbol_bits
+            plan.is_new[c] = int(origin == owner)
+            plan.is_stated[c] = int(statements.first[origin] <= number < statements.end[origin])
+            for peer in range(n_nodes):
+                lack = 0.0
+                if peer != owner and nodes.believes[owner, peer * n_words + w] & bit == 0:
+                    lack = max(LEAST_LACK, statements.lacks[owner, column * n_nodes + peer])
+                if peer != owner and lack < 1.0:
+                    plan.is_new[c] = 0
+                plan.lacks[c * n_nodes + peer] = lack
+            c += 1
     return c
 
 
@@ -268,7 +303,7 @@ def compose_packet(
     """Put into the packet what the owner of the slot sends; returns the number of items and symbols."""
     n_nodes = rules.n_nodes
     look_through(rules, load, nodes, statements, owner, slot)
-    count_owed(rules, load, nodes, statements, plan, owner, slot)
+    count_owed(rules, load, nodes, statements, plan, owner)
     n_candidates = gather(rules, load, nodes, statements, plan, owner)
     for peer in range(n_nodes):
         reception = reception_of(statements.lost[owner, peer], statements.weight[owner, peer])
@@ -283,39 +318,49 @@ def compose_packet(
         if plan.takes[c] != 0:
             column = statements.columns[c]
             nodes.packet[column // WORD_BITS] |= 1 << column % WORD_BITS
+            statements.brought[owner, n_sent] = column
             left -= plan.size_bits[c]
             n_sent += 1
+    statements.n_plain[owner] = n_sent
     for origin in range(n_nodes):
         if plan.states[origin] != 0:
             left -= plan.statement_bits[origin]
     if n_symbols > 0:
         left -= SIZE_BITS + n_symbols * load.symbol_bits
-    state_holdings(rules, load, nodes, statements, plan, owner, slot, n_symbols)
+    state_holdings(rules, load, nodes, statements, plan, owner, n_symbols)
     show_holders(rules, load, nodes, statements, owner, slot, left)
-    note_sent(rules, load, nodes, statements, plan, owner, n_symbols)
+    note_told(rules, nodes, statements, owner)
+    note_brought(rules, nodes, statements, owner, owner, n_symbols)
     return n_sent, n_symbols
 
 
 def state_holdings(
-    rules: PolicyRules, load: Load, nodes: NodeStates, statements: Statements, plan: PacketPlan, owner: int, slot: int,
+    rules: PolicyRules, load: Load, nodes: NodeStates, statements: Statements, plan: PacketPlan, owner: int,
     n_symbols: int,
 ) -> None:  # fmt: skip
-    """Write what the statements say, and what symbols are over."""
+    """Write what the statements say, what they leave out, and what symbols are over."""
     n_words, per_source = rules.n_words, load.columns_per_source
+    n_plain, n_coded, n_denied = statements.n_plain[owner], 0, 0
     statements.stated[:] = 0
     statements.below[:] = 0
     statements.coded[:] = 0
-    for column in range(len(nodes.sizes_bits)):
-        origin, w, bit = column // per_source, column // WORD_BITS, 1 << column % WORD_BITS
-        if plan.states[origin] == 0 or nodes.free_slot[column] <= slot:
-            continue
-        number = statements.number[column]
-        if number < statements.first[origin]:
-            statements.below[w] |= bit
-        elif number < statements.end[origin] and nodes.holds[owner * n_words + w] & bit != 0:
-            statements.stated[w] |= bit
-            if n_symbols > 0 and nodes.packet[w] & bit == 0:
-                statements.coded[w] |= bit
+    for origin in range(load.n_sources):
+        for column in range(origin * per_source, (origin + 1) * per_source if plan.states[origin] != 0 else 0):
+            w, bit, number = column // WORD_BITS, 1 << column % WORD_BITS, statements.number[column]
+            if statements.alive[w] & bit == 0:
+                continue
+            if number < statements.first[origin]:
+                statements.below[w] |= bit
+            elif number < statements.end[origin] and nodes.holds[owner * n_words + w] & bit != 0:
+                statements.stated[w] |= bit
+                if n_symbols > 0 and nodes.packet[w] & bit == 0:
+                    statements.coded[w] |= bit
+                    statements.brought[owner, n_plain + n_coded] = column
+                    n_coded += 1
+            elif number < statements.end[origin] or statements.is_total[origin] != 0:
+                statements.denied[n_denied] = column
+                n_denied += 1
+    statements.n_coded[owner], statements.n_denied[0] = n_coded, n_denied
 
 
 def show_holders(
@@ -324,19 +369,19 @@ def show_holders(
     """Tell of the items of which something was learned last who holds them, as far as there is room."""
     n_words, left = rules.n_words, room_bits
     size_bits = holder_set_bits(rules.n_nodes, load.number_bits)
-    statements.shown[:] = 0
+    for w in range(n_words):
+        held = held_twice = 0
+        for peer in range(rules.n_nodes):
+            held_twice |= held & nodes.believes[owner, peer * n_words + w]
+            held |= nodes.believes[owner, peer * n_words + w]
+        statements.tellable[w] = held_twice & nodes.holds[owner * n_words + w] & statements.alive[w]
+        statements.shown[w] = 0
     while left >= size_bits:
         chosen, latest, oldest = -1, UNKNOWN, slot
         for column in range(len(nodes.sizes_bits)):
             learned, passed = statements.learned_slot[owner, column], statements.passed_slot[owner, column]
-            if learned < 0 or is_in(statements.shown, column) or nodes.free_slot[column] <= slot:
-                continue
-            if statements.n_passed[owner, column] >= MOST_PASSED or not is_in(nodes.holds[owner * n_words :], column):
-                continue
-            n_holders = 0
-            for peer in range(rules.n_nodes):
-                n_holders += nodes.believes[owner, peer * n_words + column // WORD_BITS] >> column % WORD_BITS & 1
-            if n_holders < 2:
+            is_open = learned >= 0 and statements.n_passed[owner, column] < MOST_PASSED
+            if not is_open or not is_in(statements.tellable, column):
                 continue
             if learned > passed:  # news first, the newest of them
                 if learned > latest:
@@ -346,42 +391,38 @@ def show_holders(
         if chosen < 0:
             return
         statements.shown[chosen // WORD_BITS] |= 1 << chosen % WORD_BITS
+        statements.tellable[chosen // WORD_BITS] &= ~(1 << chosen % WORD_BITS)
         statements.passed_slot[owner, chosen] = slot
         statements.n_passed[owner, chosen] += 1
         left -= size_bits
 
 
-def note_sent(
-    rules: PolicyRules,
-    load: Load,
-    nodes: NodeStates,
-    statements: Statements,
-    plan: PacketPlan,
-    owner: int,
-    n_symbols: int,
-) -> None:
-    """Note what the packet tells of the owner's holdings, and what peers are reckoned to lack after it."""
-    n_nodes, n_words = rules.n_nodes, rules.n_words
-    n_coded = 0
-    for column in range(len(nodes.sizes_bits)):
-        n_coded += int(is_in(statements.coded, column))
+def note_told(rules: PolicyRules, nodes: NodeStates, statements: Statements, owner: int) -> None:
+    """Note what the packet tells of the owner's holdings."""
+    n_words = rules.n_words
     for w in range(n_words):
-        said = 0
-        for origin in range(n_nodes):
+        said = statements.stated[w] | statements.below[w] | statements.shown[w] | nodes.packet[w]
+        for origin in range(rules.n_nodes):
             if nodes.heard[owner, 0] >> origin & 1 != 0:
                 said |= nodes.content[owner, origin * n_words + w] & nodes.origins[origin * n_words + w]
-        said |= statements.stated[w] | statements.below[w] | statements.shown[w] | nodes.packet[w]
         statements.told[owner, w] = said & nodes.holds[owner * n_words + w]
-    for column in range(len(nodes.sizes_bits)):
-        share = 0.0
-        if is_in(nodes.packet, column):
-            share = 1.0
-        elif is_in(statements.coded, column):
-            share = share_of_symbols(n_symbols, n_coded)
-        if share > 0.0:
+
+
+def note_brought(
+    rules: PolicyRules, nodes: NodeStates, statements: Statements, node: int, owner: int, n_symbols: int
+) -> None:
+    """Reckon with what the owner's packet, which a node has sent or heard, brings to others: of items that it holds."""
+    n_nodes, n_plain, n_coded = rules.n_nodes, statements.n_plain[owner], statements.n_coded[owner]
+    for peer in range(n_nodes):
+        reception = reception_of(statements.lost[node, peer], statements.weight[node, peer])
+        statements.reception[peer] = 0.0 if peer in (node, owner) else reception
+    of_coded = share_of_symbols(n_symbols, n_coded)
+    for place in range(n_plain + n_coded):
+        column, share = statements.brought[owner, place], 1.0 if place < n_plain else of_coded
+        if has_item(rules, nodes, node, column):
             for peer in range(n_nodes):
                 at = column * n_nodes + peer
-                statements.lacks[owner, at] = lack_after(statements.lacks[owner, at], plan.reception[peer], share)
+                statements.lacks[node, at] = lack_after(statements.lacks[node, at], statements.reception[peer], share)
 
 
 # What is made of one ------------------------------------------------------------------------------
@@ -399,18 +440,16 @@ def note_fate(rules: PolicyRules, nodes: NodeStates, statements: Statements, nod
         if received != 0:
             statements.confirmed[node, w] |= statements.told[node, w] & nodes.origins[owner * n_words + w]
     if received == 0:
-        reckon_lost(rules, nodes, statements, node, owner, node, reception)
+        reckon_lost(rules, statements, node, owner, node, reception)
 
 
 def reckon_lost(
-    rules: PolicyRules, nodes: NodeStates, statements: Statements, node: int, owner: int, sender: int, reception: float
+    rules: PolicyRules, statements: Statements, node: int, owner: int, sender: int, reception: float
 ) -> None:
-    """The owner has lost the last packet of a sender: undo what the node had reckoned by that."""
-    n_nodes, n_words = rules.n_nodes, rules.n_words
-    for column in range(len(nodes.sizes_bits)):
-        if nodes.content[node, sender * n_words + column // WORD_BITS] >> column % WORD_BITS & 1 != 0:
-            at = column * n_nodes + owner
-            statements.lacks[node, at] = lack_again(statements.lacks[node, at], reception)
+    """The owner has lost the last packet of a sender, which the node has: undo what it had reckoned by that."""
+    for place in range(statements.n_plain[sender]):
+        at = statements.brought[sender, place] * rules.n_nodes + owner
+        statements.lacks[node, at] = lack_again(statements.lacks[node, at], reception)
 
 
 def note_fates_of_others(rules: PolicyRules, nodes: NodeStates, statements: Statements, node: int, owner: int) -> None:
@@ -419,93 +458,58 @@ def note_fates_of_others(rules: PolicyRules, nodes: NodeStates, statements: Stat
     for sender in range(rules.n_nodes):
         is_known = nodes.heard[node, 0] >> sender & 1 != 0
         if sender not in (node, owner) and is_known and nodes.rows[owner] >> sender & 1 == 0:
-            reckon_lost(rules, nodes, statements, node, owner, sender, reception)
+            reckon_lost(rules, statements, node, owner, sender, reception)
 
 
-def note_heard(
-    rules: PolicyRules, nodes: NodeStates, statements: Statements, node: int, owner: int, n_symbols: int
-) -> None:
-    """Reckon with what the owner's packet, which this node has heard, brings to others: of items that it holds."""
-    n_nodes, n_words, n_coded = rules.n_nodes, rules.n_words, 0
-    for column in range(len(nodes.sizes_bits)):
-        n_coded += int(is_in(statements.coded, column))
-    for column in range(len(nodes.sizes_bits)):
-        share = 0.0
-        if is_in(nodes.packet, column):
-            share = 1.0
-        elif is_in(statements.coded, column):
-            share = share_of_symbols(n_symbols, n_coded)
-        if share > 0.0 and is_in(nodes.believes[node, node * n_words :], column):
-            for peer in range(n_nodes):
-                if peer not in (node, owner):
-                    reception = reception_of(statements.lost[node, peer], statements.weight[node, peer])
-                    at = column * n_nodes + peer
-                    statements.lacks[node, at] = lack_after(statements.lacks[node, at], reception, share)
-
-
-def believe_statements(
-    rules: PolicyRules, load: Load, nodes: NodeStates, statements: Statements, plan: PacketPlan, node: int, owner: int,
-    slot: int,
-) -> None:  # fmt: skip
+def believe_statements(rules: PolicyRules, nodes: NodeStates, statements: Statements, node: int, owner: int) -> None:
     """Believe what statements and holder sets of the owner say."""
     n_nodes, n_words = rules.n_nodes, rules.n_words
     for w in range(n_words):
-        stated, below = statements.stated[w], statements.below[w]
-        nodes.believes[node, owner * n_words + w] |= stated | below
-        shown = statements.shown[w]
+        below, shown = statements.below[w], statements.shown[w]
+        nodes.believes[node, owner * n_words + w] |= statements.stated[w] | below
         for peer in range(n_nodes):
             nodes.believes[node, peer * n_words + w] |= below | shown & nodes.believes[owner, peer * n_words + w]
-    for column in range(len(nodes.sizes_bits)):
-        origin = column // load.columns_per_source
-        if plan.states[origin] == 0 or is_in(statements.stated, column) or is_in(statements.below, column):
-            continue
-        is_covered = statements.is_total[origin] != 0 or statements.number[column] < statements.end[origin]
-        if is_covered and nodes.free_slot[column] > slot:
-            statements.lacks[node, column * n_nodes + owner] = 1.0
-
-
-def product(a: int, b: int) -> int:
-    """Product in the field of `exchange.coding`."""
-    if a == 0 or b == 0:
-        return 0
-    return int(_POWERS[_LOGS[a] + _LOGS[b]])
+    for place in range(statements.n_denied[0]):
+        statements.lacks[node, statements.denied[place] * n_nodes + owner] = 1.0
 
 
 def add_symbol(nodes: NodeStates, statements: Statements, rules: PolicyRules, node: int) -> None:
     """Take in the symbol that stands in `vector`: `exchange.coding.Decoder.add`, of which only coefficients count."""
-    rows, vector, n_columns = statements.rows[node], statements.vector, len(statements.vector)
+    rows, pivots, vector = statements.rows[node], statements.pivots[node], statements.vector
     n_rows = int(statements.n_rows[node])
     for row in range(n_rows):
-        pivot = pivot_of(rows[row])
-        factor = vector[pivot]
-        if factor != 0:
-            for column in range(n_columns):
-                vector[column] ^= product(factor, rows[row, column])
+        take_off(vector, int(vector[pivots[row]]), rows[row], pivots[row])
     pivot = pivot_of(vector)
     if pivot < 0 or n_rows == MOST_ROWS:
         return
-    by = _POWERS[NONZERO - _LOGS[vector[pivot]]]
-    for column in range(n_columns):
-        vector[column] = product(by, vector[column])
+    by = _INVERSES[vector[pivot]]
+    for column in range(pivot, len(vector)):
+        vector[column] = _PRODUCTS[by, vector[column]]
+        statements.waiting[node, column // WORD_BITS] |= int(vector[column] != 0) << column % WORD_BITS
     for row in range(n_rows):
-        factor = rows[row, pivot]
-        if factor != 0:
-            for column in range(n_columns):
-                rows[row, column] ^= product(factor, vector[column])
+        take_off(rows[row], int(rows[row, pivot]), vector, pivot)
     overwrite(vector, rows[n_rows])
+    pivots[n_rows] = pivot
     statements.n_rows[node] = n_rows + 1
     take_solved(nodes, statements, rules, node)
 
 
-def overwrite(one: Ints, other: Ints) -> None:
+def take_off(one: Bytes, factor: int, row: Bytes, pivot: int) -> None:
+    """Take the factor times a row, which has nothing before its pivot, off another."""
+    if factor != 0:
+        for column in range(pivot, len(row)):
+            one[column] ^= _PRODUCTS[factor, row[column]]
+
+
+def overwrite(one: NDArray[Any], other: NDArray[Any]) -> None:
     """Write the numbers of one row over those of the other."""
     for at in range(len(one)):
         other[at] = one[at]
 
 
-def pivot_of(row: Ints) -> int:
-    """The first column that is not 0; -1 if all are."""
-    for column in range(len(row)):
+def pivot_of(row: Bytes, begin: int = 0) -> int:
+    """The first column from `begin` on that is not 0; -1 if all are."""
+    for column in range(begin, len(row)):
         if row[column] != 0:
             return column
     return -1
@@ -513,36 +517,36 @@ def pivot_of(row: Ints) -> int:
 
 def take_solved(nodes: NodeStates, statements: Statements, rules: PolicyRules, node: int) -> None:
     """Take out the symbols of a single item, which the node holds from now on."""
-    rows, kept = statements.rows[node], 0
+    rows, pivots, kept = statements.rows[node], statements.pivots[node], 0
     for row in range(statements.n_rows[node]):
-        pivot, n_terms = pivot_of(rows[row]), 0
-        for column in range(len(statements.vector)):
-            n_terms += int(rows[row, column] != 0)
-        if n_terms == 1:
+        pivot = pivots[row]
+        if pivot_of(rows[row], pivot + 1) < 0:
             w, bit = pivot // WORD_BITS, 1 << pivot % WORD_BITS
+            statements.waiting[node, w] &= ~bit
             nodes.believes[node, node * rules.n_words + w] |= bit
             for origin in range(rules.n_nodes):
                 at = origin * rules.n_words + w
                 nodes.believes[node, at] |= bit & nodes.origins[at]
         else:
-            overwrite(rows[row], rows[kept])
+            if kept < row:
+                overwrite(rows[row], rows[kept])
+            pivots[kept] = pivot
             kept += 1
     statements.n_rows[node] = kept
 
 
 def drop_known(nodes: NodeStates, statements: Statements, rules: PolicyRules, node: int) -> None:
     """Take what the node holds out of the symbols that wait, each solved anew: `exchange.coding.Decoder.learn`."""
-    rows, n_rows = statements.rows[node], int(statements.n_rows[node])
-    is_touched = False
-    for row in range(n_rows):
-        for column in range(len(statements.vector)):
-            is_touched |= rows[row, column] != 0 and is_in(nodes.believes[node, node * rules.n_words :], column)
-    if is_touched:
-        statements.n_rows[node] = 0
+    known = 0
+    for w in range(rules.n_words):
+        known |= statements.waiting[node, w] & nodes.believes[node, node * rules.n_words + w]
+    if known != 0:
+        n_rows, statements.n_rows[node] = int(statements.n_rows[node]), 0
+        statements.waiting[node, :] = 0
         for row in range(n_rows):
             for column in range(len(statements.vector)):
-                is_known = is_in(nodes.believes[node, node * rules.n_words :], column)
-                statements.vector[column] = 0 if is_known else rows[row, column]
+                is_known = has_item(rules, nodes, node, column)
+                statements.vector[column] = 0 if is_known else statements.rows[node, row, column]
             add_symbol(nodes, statements, rules, node)
 
 
@@ -552,18 +556,22 @@ def hear_symbols(
     """Take in the symbols of a packet."""
     drop_known(nodes, statements, rules, node)
     for place in range(n_symbols):
+        lacked = 0
+        for w in range(rules.n_words):
+            lacked |= statements.coded[w] & ~nodes.believes[node, node * rules.n_words + w]
+        if lacked == 0:
+            return
         key = symbol_key(slot, place)
         for column in range(len(statements.vector)):
             statements.vector[column] = 0
-            if is_in(statements.coded, column) and not is_in(nodes.believes[node, node * rules.n_words :], column):
+            if is_in(statements.coded, column) and not has_item(rules, nodes, node, column):
                 origin = column // load.columns_per_source
                 statements.vector[column] = coefficient(key, origin, statements.number[column])
         add_symbol(nodes, statements, rules, node)
 
 
 def hear(
-    kind: AckRules, rules: PolicyRules, load: Load, nodes: NodeStates, statements: Statements, plan: PacketPlan,
-    owner: int,
+    kind: AckRules, rules: PolicyRules, load: Load, nodes: NodeStates, statements: Statements, owner: int,
     node: int, slot: int, n_symbols: int,
 ) -> None:  # fmt: skip
     """A node receives the packet of the owner of the slot."""
@@ -576,19 +584,19 @@ def hear(
         note_fates_of_others(rules, nodes, statements, node, owner)
     evidence = rules.carrier_evidence
     absorb(kind, evidence, state, n_nodes, frame, node, owner, nodes.rows, nodes.packet, nodes.origins)
-    believe_statements(rules, load, nodes, statements, plan, node, owner, slot)
+    believe_statements(rules, nodes, statements, node, owner)
     hear_symbols(rules, load, nodes, statements, node, slot, n_symbols)
-    note_heard(rules, nodes, statements, node, owner, n_symbols)
+    note_brought(rules, nodes, statements, node, owner, n_symbols)
     for w in range(n_words):
-        at = node * n_words + w
+        at, news = node * n_words + w, 0
         nodes.holds[at] = nodes.believes[node, at]
         nodes.settled[at] = settled(state, n_nodes, None, w)
-    for at in range(n_nodes * n_words):
-        news = nodes.believes[node, at] & ~statements.before[at]
+        for of_peer in range(w, n_nodes * n_words, n_words):
+            news |= nodes.believes[node, of_peer] & ~statements.before[of_peer]
         for b in range(WORD_BITS if news != 0 else 0):
             if news >> b & 1 != 0:
-                statements.learned_slot[node, at % n_words * WORD_BITS + b] = slot
-                statements.n_passed[node, at % n_words * WORD_BITS + b] = 0
+                statements.learned_slot[node, w * WORD_BITS + b] = slot
+                statements.n_passed[node, w * WORD_BITS + b] = 0
 
 
 # The loop -----------------------------------------------------------------------------------------
@@ -608,7 +616,7 @@ def play_stating_slot(
     compose(kind, node_state(rules, nodes, owner, -1), n_nodes, frame, owner, nodes.packet, nodes.rows)
     for node in range(n_nodes):
         if heard_by >> node & 1 != 0:
-            hear(kind, rules, load, nodes, statements, plan, owner, node, slot, n_symbols)
+            hear(kind, rules, load, nodes, statements, owner, node, slot, n_symbols)
     return n_sent + n_symbols
 
 

@@ -125,7 +125,7 @@ def plan_of(n_nodes: int, lacks: list[list[float]], **settings: Any) -> planning
     plan = planning.PacketPlan(
         [0.0] + [0.5] * (n_nodes - 1), [0] * n, [60] * n, [70] * n, [0] * n, [1] * n, [1.0] * n, flat, [0] * n_nodes,
         [15] + [planning.IMPOSSIBLE] * (n_nodes - 1), [0.0] * n, [0] * n, [0] * n_nodes, [0] * n, [0] * n_nodes,
-        [0.0] * n_nodes, [0.0] * n_nodes,
+        [0.0] * n_nodes, [0.0] * n_nodes, [0] * n_nodes, [0] * n_nodes,
     )  # fmt: skip
     return plan._replace(**settings)
 
@@ -198,7 +198,7 @@ def test_of_what_a_statement_does_not_tell_nothing_is_owed(monkeypatch: pytest.M
         nodes.believes[0, 0] |= held << 3
         nodes.holds[0] = nodes.believes[0, 0]
         stating.look_through(rules, load, nodes, statements, 0, 3)
-        stating.count_owed(rules, load, nodes, statements, plan, 0, 3)
+        stating.count_owed(rules, load, nodes, statements, plan, 0)
         assert plan.owed[1] == owed
 
 
