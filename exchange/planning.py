@@ -57,13 +57,13 @@ def reception_of(lost: float, weight: float) -> float:
     return 1.0 - min(max(p_loss, LEAST_SHARE), 1.0 - LEAST_SHARE)
 
 
-def lack_after(lack: float, reception: float, share: float) -> float:
-    """Probability that a peer lacks an item still, after a packet that brings it with that share of certainty."""
-    return lack * (1.0 - reception * share)
+def kept_of_lack(reception: float, share: float) -> float:
+    """What is left of the probability that a peer lacks an item, by a packet that brings it with that certainty."""
+    return 1.0 - reception * share
 
 
 def lack_again(lack: float, reception: float) -> float:
-    """The same before such a packet, when the peer says that it has not received it."""
+    """That probability before a packet that brings the item, when the peer says that it has not received it."""
     return min(1.0, lack / (1.0 - reception))
 
 

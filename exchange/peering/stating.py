@@ -7,7 +7,8 @@ number, so that it counts for an item that comes to be held here later, too.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from operator import mul
 from typing import Protocol
 
 from exchange import ack
@@ -23,7 +24,7 @@ from exchange.planning import (
     KEPT,
     LEAST_LACK,
     PacketPlan,
-    lack_after,
+    kept_of_lack,
     lack_again,
     plan_packet,
     reception_of,
@@ -90,8 +91,7 @@ class Stating:
         self._heard = [-1] * self._n_nodes  # by peer, nodes of which it has heard in the life that it is in
         self._decoder: Decoder[Guid] = Decoder()
         self._bytes: dict[Guid, bytes] = {}
-        self._reception = [0.0] * self._n_nodes  # of the packet that is being sent, as what follows
-        self._statements: list[OriginStatement] = []
+        self._statements: list[OriginStatement] = []  # of the packet that is being sent, as what follows
         self._n_symbols = self._symbols_bits = 0
         self.n_refused = 0
         """Blocks that were decoded and can be none: then all undecoded symbols are dropped."""
@@ -117,7 +117,6 @@ class Stating:
         )
         plan = self._gathered(columns, window, statements)
         self._n_symbols = plan_packet(plan, n_nodes, len(columns), room_bits, self._codes_repairs, large_first)
-        self._reception = list(plan.reception)  # type: ignore[call-overload]
         chosen = sum([1 << column for at, column in enumerate(columns) if plan.takes[at]])
         self._statements = [one for one in statements if plan.states[one.origin]]
         size_bits = sum([self._accounts.statement(one, self._me)[1] for one in self._statements])
@@ -320,10 +319,26 @@ class Stating:
         of_code = 0
         for origin, number in coded:
             of_code |= self._items((origin, self._peers.epochs[origin]), 1 << number)
-        for items, share in ((content, 1.0), (of_code, share_of_symbols(n_symbols, len(coded)))):
-            for column in columns_of(items):
+        self._note_brought(self._me, columns_of(content), columns_of(of_code), share_of_symbols(n_symbols, len(coded)))
+
+    def _note_brought(self, sender: int, plain: Iterable[int], coded: Iterable[int], share: float) -> None:
+        """Reckon with what a packet brings to others, of what this vehicle holds.
+
+        Args:
+            sender: of the packet.
+            plain: columns of what it has.
+            coded: columns of what its symbols are over.
+            share: how surely these bring an item.
+        """
+        is_other = [
+            peer not in (self._me, sender) and not self._ledger.away >> peer & 1 for peer in range(self._n_nodes)
+        ]
+        reception = [reception_of(lost, weight) for lost, weight in zip(self._lost, self._weight, strict=True)]
+        for columns, of_columns in ((plain, 1.0), (coded, share)):
+            kept = [kept_of_lack(q, of_columns) if other else 1.0 for q, other in zip(reception, is_other, strict=True)]
+            for column in columns:
                 lacks = self._lacks.setdefault(column, [1.0] * self._n_nodes)
-                lacks[:] = [lack_after(lack, q, share) for lack, q in zip(lacks, self._reception, strict=True)]
+                lacks[:] = map(mul, lacks, kept)
 
     # What it makes of what it hears ----------------------------------------------------------------
 
@@ -417,15 +432,8 @@ class Stating:
         ledger, over = self._ledger, self._over(packet) if packet.account.symbols else []
         plain = [ledger.column_of.get(fragment.uid) for fragment in packet.fragments]
         coded = [column for guid in over if ledger.is_whole(guid) for column in ledger.parts[guid]]
-        others = [peer for peer in range(self._n_nodes) if peer not in (self._me, packet.sender)]
-        others = [peer for peer in others if not ledger.away >> peer & 1]
-        reception = [reception_of(self._lost[peer], self._weight[peer]) for peer in others]
-        for columns, share in ((plain, 1.0), (coded, share_of_symbols(len(packet.account.symbols), len(over)))):
-            for column in columns:
-                if column is not None:
-                    lacks = self._lacks.setdefault(column, [1.0] * self._n_nodes)
-                    for peer, q in zip(others, reception, strict=True):
-                        lacks[peer] = lack_after(lacks[peer], q, share)
+        held = [column for column in plain if column is not None]
+        self._note_brought(packet.sender, held, coded, share_of_symbols(len(packet.account.symbols), len(over)))
 
     def _believe(self, peer: int, life: Life, numbers: int) -> None:
         """Believe that a peer holds blocks of a life, one bit for each number."""

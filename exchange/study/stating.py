@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from exchange.ack import AckRules, absorb, bits_carried, compose, open_slot, settled
+from exchange.ack import AckRules, absorb, compose, open_slot, settled
 from exchange.acoustics.loss import trial_key
 from exchange.coding import LOGS, MOST_ROWS, POWERS, coefficient, inverse, symbol_key
 from exchange.planning import (
@@ -21,7 +21,7 @@ from exchange.planning import (
     KEPT,
     LEAST_LACK,
     PacketPlan,
-    lack_after,
+    kept_of_lack,
     lack_again,
     plan_packet,
     reception_of,
@@ -37,7 +37,7 @@ from exchange.statements import (
     holder_set_bits,
     statement_bits,
 )
-from exchange.study.montecarlo import count_false_beliefs, drawn_receivers, generate
+from exchange.study.montecarlo import count_false_beliefs, drawn_receivers, generate, header_sizes
 from exchange.study.trial import (
     COUNT,
     FALSE_BELIEFS,
@@ -61,7 +61,7 @@ from exchange.study.trial import (
 )
 
 UNKNOWN = -1
-"""Slot in which nothing was learned, or told."""
+"""Slot in which nothing was told."""
 
 Bytes: TypeAlias = NDArray[np.uint8]
 
@@ -69,6 +69,12 @@ _PRODUCTS = np.array(POWERS, np.uint8)[np.add.outer(LOGS, LOGS)]
 """Products in the field of `exchange.coding`."""
 _PRODUCTS[0] = _PRODUCTS[:, 0] = 0
 _INVERSES = np.array([0, *map(inverse, range(1, 256))], np.uint8)
+
+
+_BIT_OF = np.zeros(67, np.int64)
+"""The bit that is set in a power of two, by its remainder: the powers below 2^63 have 63 different ones."""
+for _bit in range(WORD_BITS):
+    _BIT_OF[(1 << _bit) % 67] = _bit
 
 
 class Statements(NamedTuple):
@@ -85,6 +91,7 @@ class Statements(NamedTuple):
     learned_slot: Ints  # in which the node last learned who holds the item
     passed_slot: Ints  # in which it last told a holder set of it
     n_passed: Ints  # how often, since it learned
+    telling: Ints  # [node, word] items of which it has learned that, and not told often enough
     n_rows: Ints  # [node] symbols that wait to be decoded
     rows: Bytes  # [node, row, column] their coefficients
     pivots: Ints  # [node, row] the first column of each that is not 0
@@ -107,7 +114,7 @@ class Statements(NamedTuple):
     columns: Ints  # [candidate]
     alive: Ints  # [word] columns that have an item
     tellable: Ints  # [word] scratch: items of which a holder set can be told
-    reception: Floats  # [peer] scratch
+    kept: Floats  # [peer] scratch: what is left of its lacking an item that was brought
     vector: Bytes  # [column] scratch: a symbol
     before: Ints  # [word of believes] scratch
 
@@ -124,6 +131,7 @@ def new_statements(rules: PolicyRules, n_columns: int) -> Statements:
         learned_slot=np.zeros((n_nodes, n_columns), np.int64),
         passed_slot=np.zeros((n_nodes, n_columns), np.int64),
         n_passed=np.zeros((n_nodes, n_columns), np.int64),
+        telling=np.zeros((n_nodes, n_words), np.int64),
         n_rows=np.zeros(n_nodes, np.int64),
         rows=np.zeros((n_nodes, MOST_ROWS, n_columns), np.uint8),
         pivots=np.zeros((n_nodes, MOST_ROWS), np.int64),
@@ -145,7 +153,7 @@ def new_statements(rules: PolicyRules, n_columns: int) -> Statements:
         columns=np.zeros(n_columns, np.int64),
         alive=np.zeros(n_words, np.int64),
         tellable=np.zeros(n_words, np.int64),
-        reception=np.zeros(n_nodes),
+        kept=np.zeros(n_nodes),
         vector=np.zeros(n_columns, np.uint8),
         before=np.zeros(n_nodes * n_words, np.int64),
     )
@@ -182,6 +190,8 @@ def forget_all(statements: Statements) -> None:
     statements.told[:] = 0
     statements.lost[:] = 0.0
     statements.weight[:] = 0.0
+    statements.telling[:] = 0
+    statements.alive[:] = 0
     statements.n_rows[:] = 0
     statements.waiting[:] = 0
     statements.n_plain[:] = 0
@@ -194,17 +204,23 @@ def number_item(rules: PolicyRules, statements: Statements, origin: int, column:
     for node in range(rules.n_nodes):
         statements.confirmed[node, w] &= ~bit
         statements.told[node, w] &= ~bit
-        statements.learned_slot[node, column] = UNKNOWN
+        statements.telling[node, w] &= ~bit
         statements.passed_slot[node, column] = UNKNOWN
         for peer in range(rules.n_nodes):
             statements.lacks[node, column * rules.n_nodes + peer] = 1.0
     statements.number[column] = statements.n_numbers[origin]
     statements.n_numbers[origin] += 1
+    statements.alive[w] |= bit
 
 
 def is_in(words: Ints, column: int) -> bool:
     """True if the set of items has the column."""
     return bool((words[column // WORD_BITS] >> column % WORD_BITS) & 1)
+
+
+def first_in(items: int, w: int) -> int:
+    """The first column of a set of items of which word w is given, and the others are empty."""
+    return w * WORD_BITS + int(_BIT_OF[(items & -items) % len(_BIT_OF)])
 
 
 def has_item(rules: PolicyRules, nodes: NodeStates, node: int, column: int) -> bool:
@@ -216,29 +232,22 @@ def has_item(rules: PolicyRules, nodes: NodeStates, node: int, column: int) -> b
 # What goes into a packet --------------------------------------------------------------------------
 
 
-def look_through(
-    rules: PolicyRules, load: Load, nodes: NodeStates, statements: Statements, owner: int, slot: int
-) -> None:
+def look_through(rules: PolicyRules, nodes: NodeStates, statements: Statements, owner: int) -> None:
     """Find what the owner of the slot can state of each origin: from where to where."""
-    n_words, per_source = rules.n_words, load.columns_per_source
-    statements.alive[:] = 0
+    n_words = rules.n_words
     for origin in range(rules.n_nodes):
-        first, end, highest = -1, -1, 0
-        if origin < load.n_sources:
-            for column in range(origin * per_source, (origin + 1) * per_source):
-                if nodes.free_slot[column] <= slot:
-                    continue
-                number, at = statements.number[column], owner * n_words + column // WORD_BITS
-                bit = 1 << column % WORD_BITS
-                statements.alive[column // WORD_BITS] |= bit
-                highest = max(highest, number + 1)
-                if nodes.settled[at] & bit == 0 and (first < 0 or number < first):
-                    first = number
-                if nodes.holds[at] & bit != 0:
-                    end = max(end, number + 1)
-        if first < 0:
-            first = end = highest
-        end = max(first, end)
+        first = n_numbers = statements.n_numbers[origin]
+        for w in range(n_words):
+            items = statements.alive[w] & nodes.origins[origin * n_words + w] & ~nodes.settled[owner * n_words + w]
+            while items != 0:
+                first = min(first, statements.number[first_in(items, w)])
+                items &= items - 1
+        end = first
+        for w in range(n_words if first < n_numbers else 0):
+            items = statements.alive[w] & nodes.origins[origin * n_words + w] & nodes.holds[owner * n_words + w]
+            while items != 0:
+                end = max(end, statements.number[first_in(items, w)] + 1)
+                items &= items - 1
         statements.is_total[origin] = int(end - first < MOST_STATED)
         statements.first[origin], statements.end[origin] = first, min(end, first + MOST_STATED)
 
@@ -247,19 +256,17 @@ def count_owed(
     rules: PolicyRules, load: Load, nodes: NodeStates, statements: Statements, plan: PacketPlan, owner: int
 ) -> None:
     """Count what the owner has to tell each origin of holding its items, and what a statement takes."""
-    n_nodes, n_words, per_source = rules.n_nodes, rules.n_words, load.columns_per_source
+    n_nodes, n_words = rules.n_nodes, rules.n_words
     for origin in range(n_nodes):
         plan.owed[origin], plan.statement_bits[origin] = 0.0, IMPOSSIBLE
-        if origin >= load.n_sources:
-            continue
         acknowledged = -(nodes.heard[owner, 0] >> origin & 1)
-        if origin != owner:
-            for column in range(origin * per_source, (origin + 1) * per_source):
-                w = column // WORD_BITS
-                said = nodes.content[owner, origin * n_words + w] & acknowledged
-                owed = statements.alive[w] & nodes.holds[owner * n_words + w] & ~(statements.confirmed[owner, w] | said)
-                if owed >> column % WORD_BITS & 1 != 0 and statements.number[column] < statements.end[origin]:
-                    plan.owed[origin] += 1.0
+        for w in range(n_words if origin != owner else 0):
+            at = origin * n_words + w
+            told = statements.confirmed[owner, w] | nodes.content[owner, at] & acknowledged
+            items = statements.alive[w] & nodes.origins[at] & nodes.holds[owner * n_words + w] & ~told
+            while items != 0:
+                plan.owed[origin] += int(statements.number[first_in(items, w)] < statements.end[origin])
+                items &= items - 1
         length = statements.end[origin] - statements.first[origin]
         if length > 0 or plan.owed[origin] > 0:
             length = 0 if origin == owner else length
@@ -270,14 +277,15 @@ def gather(
     rules: PolicyRules, load: Load, nodes: NodeStates, statements: Statements, plan: PacketPlan, owner: int
 ) -> int:
     """Gather what the owner may send and does not know all to hold; returns how many items."""
-    n_nodes, n_words, per_source, c = rules.n_nodes, rules.n_words, load.columns_per_source, 0
-    for turn in range(n_nodes):  # own ones first: of equals each node takes others
-        origin = (owner + turn) % n_nodes
-        for column in range(origin * per_source, (origin + 1) * per_source if origin < load.n_sources else 0):
-            w, bit = column // WORD_BITS, 1 << column % WORD_BITS
-            at = owner * n_words + w
-            if may_send(rules.repeat, nodes.holds[at] & ~nodes.settled[at], nodes.origins[at]) & bit == 0:
-                continue
+    n_nodes, n_words, c = rules.n_nodes, rules.n_words, 0
+    for turn in range(n_nodes * n_words):  # own ones first: of equals each node takes others
+        origin, w = (owner + turn // n_words) % n_nodes, turn % n_words
+        at = owner * n_words + w
+        may_go = may_send(rules.repeat, nodes.holds[at] & ~nodes.settled[at], nodes.origins[at])
+        items = may_go & nodes.origins[origin * n_words + w]
+        while items != 0:
+            column, bit = first_in(items, w), items & -items
+            items &= items - 1
             number = statements.number[column]
             statements.columns[c] = column
             plan.origin[c] = origin
@@ -296,19 +304,17 @@ def gather(
 
 
 def compose_packet(
-    kind: AckRules, rules: PolicyRules, load: Load, nodes: NodeStates, statements: Statements, plan: PacketPlan,
-    owner: int,
-    slot: int,
-) -> tuple[int, int]:  # fmt: skip
+    rules: PolicyRules, load: Load, nodes: NodeStates, statements: Statements, plan: PacketPlan, owner: int, slot: int
+) -> tuple[int, int]:
     """Put into the packet what the owner of the slot sends; returns the number of items and symbols."""
     n_nodes = rules.n_nodes
-    look_through(rules, load, nodes, statements, owner, slot)
+    look_through(rules, nodes, statements, owner)
     count_owed(rules, load, nodes, statements, plan, owner)
     n_candidates = gather(rules, load, nodes, statements, plan, owner)
     for peer in range(n_nodes):
         reception = reception_of(statements.lost[owner, peer], statements.weight[owner, peer])
         plan.reception[peer] = 0.0 if peer == owner else reception
-    left = load.capacity_bits - END_BITS - bits_carried(kind, n_nodes, slot // n_nodes, owner)
+    left = load.capacity_bits - END_BITS - nodes.header_bits[slot % len(nodes.header_bits)]
     if rules.codes:
         left -= COUNT_BITS
     n_symbols = plan_packet(plan, n_nodes, n_candidates, left, rules.codes, slot // n_nodes % 2 == 1)
@@ -374,27 +380,37 @@ def show_holders(
         for peer in range(rules.n_nodes):
             held_twice |= held & nodes.believes[owner, peer * n_words + w]
             held |= nodes.believes[owner, peer * n_words + w]
-        statements.tellable[w] = held_twice & nodes.holds[owner * n_words + w] & statements.alive[w]
+        items = statements.telling[owner, w] & statements.alive[w]
+        statements.tellable[w] = items & held_twice & nodes.holds[owner * n_words + w]
         statements.shown[w] = 0
     while left >= size_bits:
-        chosen, latest, oldest = -1, UNKNOWN, slot
-        for column in range(len(nodes.sizes_bits)):
-            learned, passed = statements.learned_slot[owner, column], statements.passed_slot[owner, column]
-            is_open = learned >= 0 and statements.n_passed[owner, column] < MOST_PASSED
-            if not is_open or not is_in(statements.tellable, column):
-                continue
-            if learned > passed:  # news first, the newest of them
-                if learned > latest:
-                    chosen, latest = column, learned
-            elif latest == UNKNOWN and passed < oldest:
-                chosen, oldest = column, passed
-        if chosen < 0:
+        first = slot
+        for w in range(n_words):
+            items = statements.tellable[w]
+            while items != 0:
+                first = min(first, rank(statements, owner, first_in(items, w)))
+                items &= items - 1
+        if first == slot:
             return
-        statements.shown[chosen // WORD_BITS] |= 1 << chosen % WORD_BITS
-        statements.tellable[chosen // WORD_BITS] &= ~(1 << chosen % WORD_BITS)
-        statements.passed_slot[owner, chosen] = slot
-        statements.n_passed[owner, chosen] += 1
-        left -= size_bits
+        for w in range(n_words):
+            items = statements.tellable[w]
+            while items != 0 and left >= size_bits:
+                column, bit = first_in(items, w), items & -items
+                items &= items - 1
+                if rank(statements, owner, column) == first:
+                    statements.tellable[w] &= ~bit
+                    statements.shown[w] |= bit
+                    statements.passed_slot[owner, column] = slot
+                    statements.n_passed[owner, column] += 1
+                    if statements.n_passed[owner, column] == MOST_PASSED:
+                        statements.telling[owner, w] &= ~bit
+                    left -= size_bits
+
+
+def rank(statements: Statements, owner: int, column: int) -> int:
+    """Of what it can tell, a node tells the lowest first: the newest of news, then what it told the longest ago."""
+    learned, passed = statements.learned_slot[owner, column], statements.passed_slot[owner, column]
+    return int(passed if learned <= passed else -1 - learned)
 
 
 def note_told(rules: PolicyRules, nodes: NodeStates, statements: Statements, owner: int) -> None:
@@ -412,17 +428,26 @@ def note_brought(
     rules: PolicyRules, nodes: NodeStates, statements: Statements, node: int, owner: int, n_symbols: int
 ) -> None:
     """Reckon with what the owner's packet, which a node has sent or heard, brings to others: of items that it holds."""
-    n_nodes, n_plain, n_coded = rules.n_nodes, statements.n_plain[owner], statements.n_coded[owner]
-    for peer in range(n_nodes):
+    n_plain, n_coded = statements.n_plain[owner], statements.n_coded[owner]
+    reckon_brought(rules, nodes, statements, node, owner, 0, n_plain, 1.0)
+    share = share_of_symbols(n_symbols, n_coded)
+    reckon_brought(rules, nodes, statements, node, owner, n_plain, n_plain + n_coded, share)
+
+
+def reckon_brought(
+    rules: PolicyRules, nodes: NodeStates, statements: Statements, node: int, owner: int, begin: int, end: int,
+    share: float,
+) -> None:  # fmt: skip
+    """Reckon with some of what it brings, which it does with that share of certainty."""
+    n_nodes = rules.n_nodes
+    for peer in range(n_nodes if begin < end else 0):
         reception = reception_of(statements.lost[node, peer], statements.weight[node, peer])
-        statements.reception[peer] = 0.0 if peer in (node, owner) else reception
-    of_coded = share_of_symbols(n_symbols, n_coded)
-    for place in range(n_plain + n_coded):
-        column, share = statements.brought[owner, place], 1.0 if place < n_plain else of_coded
+        statements.kept[peer] = 1.0 if peer in (node, owner) else kept_of_lack(reception, share)
+    for place in range(begin, end):
+        column = statements.brought[owner, place]
         if has_item(rules, nodes, node, column):
             for peer in range(n_nodes):
-                at = column * n_nodes + peer
-                statements.lacks[node, at] = lack_after(statements.lacks[node, at], statements.reception[peer], share)
+                statements.lacks[node, column * n_nodes + peer] *= statements.kept[peer]
 
 
 # What is made of one ------------------------------------------------------------------------------
@@ -593,10 +618,12 @@ def hear(
         nodes.settled[at] = settled(state, n_nodes, None, w)
         for of_peer in range(w, n_nodes * n_words, n_words):
             news |= nodes.believes[node, of_peer] & ~statements.before[of_peer]
-        for b in range(WORD_BITS if news != 0 else 0):
-            if news >> b & 1 != 0:
-                statements.learned_slot[node, w * WORD_BITS + b] = slot
-                statements.n_passed[node, w * WORD_BITS + b] = 0
+        statements.telling[node, w] |= news
+        while news != 0:
+            column = first_in(news, w)
+            statements.learned_slot[node, column] = slot
+            statements.n_passed[node, column] = 0
+            news &= news - 1
 
 
 # The loop -----------------------------------------------------------------------------------------
@@ -612,7 +639,7 @@ def play_stating_slot(
     frame, owner = slot // n_nodes, slot % n_nodes
     for node in range(n_nodes):
         open_slot(kind, node_state(rules, nodes, node, -1), n_nodes, owner)
-    n_sent, n_symbols = compose_packet(kind, rules, load, nodes, statements, plan, owner, slot)
+    n_sent, n_symbols = compose_packet(rules, load, nodes, statements, plan, owner, slot)
     compose(kind, node_state(rules, nodes, owner, -1), n_nodes, frame, owner, nodes.packet, nodes.rows)
     for node in range(n_nodes):
         if heard_by >> node & 1 != 0:
@@ -633,6 +660,7 @@ def run_stating_trials(
     """Play the trials `first_trial`, `first_trial` + 1, ... of one policy, as `montecarlo.run_trials` does."""
     n_columns, is_batch = load.n_sources * load.columns_per_source, load.rate == 0.0
     nodes = new_nodes(rules, load, kind.period_frames)
+    header_sizes(kind, rules.n_nodes, nodes.header_bits)
     statements, plan = new_statements(rules, n_columns), new_plan(rules.n_nodes, n_columns)
     for index in range(len(outcomes)):
         trial_state, outcome = trial_key(seed, first_trial + index), outcomes[index]
@@ -649,7 +677,9 @@ def run_stating_trials(
             if not is_batch:
                 n_followed += generate(rules, load, nodes, trial_state, slot, outcome)
                 for column in range(n_columns):
-                    if nodes.born_slot[column] == slot and nodes.free_slot[column] > slot:
+                    if nodes.free_slot[column] <= slot:
+                        statements.alive[column // WORD_BITS] &= ~(1 << column % WORD_BITS)
+                    elif nodes.born_slot[column] == slot:
                         number_item(rules, statements, column // load.columns_per_source, column)
             heard_by = drawn_receivers(received[index], trial_state, slot, rules.n_nodes, p_loss)
             n_sent = play_stating_slot(kind, rules, load, nodes, statements, plan, slot, heard_by)

@@ -197,7 +197,7 @@ def test_of_what_a_statement_does_not_tell_nothing_is_owed(monkeypatch: pytest.M
     for held, owed in ((0b100, 0), (0b110, 1)):
         nodes.believes[0, 0] |= held << 3
         nodes.holds[0] = nodes.believes[0, 0]
-        stating.look_through(rules, load, nodes, statements, 0, 3)
+        stating.look_through(rules, nodes, statements, 0)
         stating.count_owed(rules, load, nodes, statements, plan, 0)
         assert plan.owed[1] == owed
 
@@ -210,6 +210,7 @@ def test_who_hears_an_item_reckons_that_others_have_it_too_until_they_say_that_t
     trial.add_item(rules, nodes, 0, 0, 0)
     stating.number_item(rules, statements, 0, 0)
     kind = ADAPTIVE
+    montecarlo.header_sizes(kind, 3, nodes.header_bits)
     stating.play_stating_slot(kind, rules, load, nodes, statements, plan, 0, 0b010)  # node 2 loses it
     assert statements.lacks[1, 2] == 0.5
     stating.play_stating_slot(kind, rules, load, nodes, statements, plan, 1, 0)
