@@ -130,10 +130,10 @@ def plan_packet(
     """
     best = 0.0
     for c in range(n_candidates):
-        plan.takes[c] = 0
-        plan.gain[c] = 0.0
+        gain = 0.0
         for r in range(n_nodes):
-            plan.gain[c] += plan.weight[c] * plan.reception[r] * plan.lacks[c * n_nodes + r]
+            gain += plan.weight[c] * plan.reception[r] * plan.lacks[c * n_nodes + r]
+        plan.gain[c], plan.takes[c] = gain, 0
     for o in range(n_nodes):
         plan.states[o] = 0
     left = room_bits

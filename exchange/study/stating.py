@@ -85,7 +85,7 @@ class Statements(NamedTuple):
 
     confirmed: Ints  # items of others that their origin is known to know this node to hold
     told: Ints  # those that the last own packet told it to hold
-    lacks: Floats  # [node, column * n_nodes + peer] probability that the peer lacks the item
+    lacks: Floats  # [node, column, peer] probability that the peer lacks the item
     lost: Floats  # weighted number of own packets that the peer has lost
     weight: Floats  # of how many
     learned_slot: Ints  # in which the node last learned who holds the item
@@ -125,7 +125,7 @@ def new_statements(rules: PolicyRules, n_columns: int) -> Statements:
     return Statements(
         confirmed=np.zeros((n_nodes, n_words), np.int64),
         told=np.zeros((n_nodes, n_words), np.int64),
-        lacks=np.ones((n_nodes, n_columns * n_nodes)),
+        lacks=np.ones((n_nodes, n_columns, n_nodes)),
         lost=np.zeros((n_nodes, n_nodes)),
         weight=np.zeros((n_nodes, n_nodes)),
         learned_slot=np.zeros((n_nodes, n_columns), np.int64),
@@ -207,7 +207,7 @@ def number_item(rules: PolicyRules, statements: Statements, origin: int, column:
         statements.telling[node, w] &= ~bit
         statements.passed_slot[node, column] = UNKNOWN
         for peer in range(rules.n_nodes):
-            statements.lacks[node, column * rules.n_nodes + peer] = 1.0
+            statements.lacks[node, column, peer] = 1.0
     statements.number[column] = statements.n_numbers[origin]
     statements.n_numbers[origin] += 1
     statements.alive[w] |= bit
@@ -295,7 +295,7 @@ def gather(
             for peer in range(n_nodes):
                 lack = 0.0
                 if peer != owner and nodes.believes[owner, peer * n_words + w] & bit == 0:
-                    lack = max(LEAST_LACK, statements.lacks[owner, column * n_nodes + peer])
+                    lack = max(LEAST_LACK, statements.lacks[owner, column, peer])
                 if peer != owner and lack < 1.0:
                     plan.is_new[c] = 0
                 plan.lacks[c * n_nodes + peer] = lack
@@ -447,7 +447,7 @@ def reckon_brought(
         column = statements.brought[owner, place]
         if has_item(rules, nodes, node, column):
             for peer in range(n_nodes):
-                statements.lacks[node, column * n_nodes + peer] *= statements.kept[peer]
+                statements.lacks[node, column, peer] *= statements.kept[peer]
 
 
 # What is made of one ------------------------------------------------------------------------------
@@ -465,16 +465,14 @@ def note_fate(rules: PolicyRules, nodes: NodeStates, statements: Statements, nod
         if received != 0:
             statements.confirmed[node, w] |= statements.told[node, w] & nodes.origins[owner * n_words + w]
     if received == 0:
-        reckon_lost(rules, statements, node, owner, node, reception)
+        reckon_lost(statements, node, owner, node, reception)
 
 
-def reckon_lost(
-    rules: PolicyRules, statements: Statements, node: int, owner: int, sender: int, reception: float
-) -> None:
+def reckon_lost(statements: Statements, node: int, owner: int, sender: int, reception: float) -> None:
     """The owner has lost the last packet of a sender, which the node has: undo what it had reckoned by that."""
     for place in range(statements.n_plain[sender]):
-        at = statements.brought[sender, place] * rules.n_nodes + owner
-        statements.lacks[node, at] = lack_again(statements.lacks[node, at], reception)
+        column = statements.brought[sender, place]
+        statements.lacks[node, column, owner] = lack_again(statements.lacks[node, column, owner], reception)
 
 
 def note_fates_of_others(rules: PolicyRules, nodes: NodeStates, statements: Statements, node: int, owner: int) -> None:
@@ -483,7 +481,7 @@ def note_fates_of_others(rules: PolicyRules, nodes: NodeStates, statements: Stat
     for sender in range(rules.n_nodes):
         is_known = nodes.heard[node, 0] >> sender & 1 != 0
         if sender not in (node, owner) and is_known and nodes.rows[owner] >> sender & 1 == 0:
-            reckon_lost(rules, statements, node, owner, sender, reception)
+            reckon_lost(statements, node, owner, sender, reception)
 
 
 def believe_statements(rules: PolicyRules, nodes: NodeStates, statements: Statements, node: int, owner: int) -> None:
@@ -495,7 +493,7 @@ def believe_statements(rules: PolicyRules, nodes: NodeStates, statements: Statem
         for peer in range(n_nodes):
             nodes.believes[node, peer * n_words + w] |= below | shown & nodes.believes[owner, peer * n_words + w]
     for place in range(statements.n_denied[0]):
-        statements.lacks[node, statements.denied[place] * n_nodes + owner] = 1.0
+        statements.lacks[node, statements.denied[place], owner] = 1.0
 
 
 def add_symbol(nodes: NodeStates, statements: Statements, rules: PolicyRules, node: int) -> None:

@@ -212,10 +212,10 @@ def test_who_hears_an_item_reckons_that_others_have_it_too_until_they_say_that_t
     kind = ADAPTIVE
     montecarlo.header_sizes(kind, 3, nodes.header_bits)
     stating.play_stating_slot(kind, rules, load, nodes, statements, plan, 0, 0b010)  # node 2 loses it
-    assert statements.lacks[1, 2] == 0.5
+    assert statements.lacks[1, 0, 2] == 0.5
     stating.play_stating_slot(kind, rules, load, nodes, statements, plan, 1, 0)
     stating.play_stating_slot(kind, rules, load, nodes, statements, plan, 2, 0b010)  # and says so
-    assert statements.lacks[1, 2] > 0.7  # not 1: the link to node 2 is reckoned with anew, too
+    assert statements.lacks[1, 0, 2] > 0.7  # not 1: the link to node 2 is reckoned with anew, too
 
 
 @pytest.mark.parametrize("room_bits", [0, 10, 59, 60, 100, 300, 1000])
