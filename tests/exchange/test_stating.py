@@ -118,6 +118,12 @@ def test_along_a_line_all_come_to_hold_all() -> None:
 # Parts taken out ----------------------------------------------------------------------------------
 
 
+def test_the_first_column_of_a_set_is_found_whichever_it_is() -> None:
+    for column in range(3 * trial.WORD_BITS):
+        w, bit = column // trial.WORD_BITS, 1 << column % trial.WORD_BITS
+        assert {stating.first_in(bit | more, w) for more in (0, -2 * bit & (1 << trial.WORD_BITS) - 1)} == {column}
+
+
 def plan_of(n_nodes: int, lacks: list[list[float]], **settings: Any) -> planning.PacketPlan:
     """A plan of node 0 for its own items, by default of 60 bits, 70 in a symbol, told before."""
     n = len(lacks)
