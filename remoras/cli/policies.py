@@ -141,9 +141,9 @@ def _files(
     from exchange.study.study import LoadKind, loaded_studies
     from visualisation.policies import as_csv, contents
 
-    if study.load.kind is LoadKind.POISSON:
+    if study.load.kind is LoadKind.POISSON and len(study.per) == 1:
         return [(f"{LOADED}.csv", as_csv(rows))]
-    if not of_the_paper:
+    if not of_the_paper or study.load.kind is LoadKind.POISSON:
         return [file for kind in TIMES for file in contents(rows, kind, kind, file_format)]
     ten = _run([replace(study, nodes=10)], jobs)
     loaded = _run(loaded_studies(seed=study.seed), jobs)

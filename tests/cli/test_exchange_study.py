@@ -32,6 +32,9 @@ def test_force_takes_all_of_the_older_study_away_and_leaves_what_is_the_users(ol
     before = content_of(older)
     remoras(*STUDY, "--seed", 2, "--load", "poisson:0.01", "--capacity-bits", 256, "--out", older, "--force")
     assert content_of(older).keys() == {"loaded.csv", "notes.txt"}
+    over_loss = ("--per", "0.1,0.3", "--load", "poisson:0.01", "--capacity-bits", 256, "--format", "svg", "--bound")
+    remoras(*STUDY, *over_loss, "--out", older, "--force")
+    assert content_of(older).keys() == FIGURES | {"notes.txt"}
     remoras(*STUDY, "--seed", 1, "--format", "svg", "--out", older, "--force")
     assert content_of(older) == before
     assert list(older.parent.iterdir()) == [older]
