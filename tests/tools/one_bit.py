@@ -13,7 +13,7 @@ import argparse
 import random
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from exchange.acoustics.channel import Arrival, Channel
 from missions.runs.assembly import channel_of
@@ -53,7 +53,7 @@ class DamagingChannel:
         damaged = bytearray(data)
         byte, place = divmod(self.bit % (8 * len(data)), 8)
         damaged[byte] ^= 128 >> place
-        return [replace(arrival, data=bytes(damaged)) for arrival in arrivals]
+        return [arrival._replace(data=bytes(damaged)) for arrival in arrivals]
 
 
 def flown(scenario: Scenario, seed: int, number: int = -1, bit: int = 0) -> tuple[Run, DamagingChannel]:
