@@ -197,6 +197,7 @@ class Feature:
         place_error_m: called with each checked scenario and data of vehicles; how far off these may take themselves to
             be in the time in which they learn their place (m); None where they know it.
         locating: called with each checked scenario; names of the vehicles near which others learn where they are.
+        n_fleets: called with each checked scenario; how many fleets its vehicles are.
         other_addresses: called with each checked scenario; vehicles without a body by the vehicle whose body they have.
         water: called with each checked scenario; how the water moves, see ``missions.scenarios.extending.water``; None
             where it stands.
@@ -228,6 +229,7 @@ class Feature:
     slower: Callable[[Raw], tuple[Any, str]] = lambda raw: (0.0, "")
     place_error_m: Callable[[Scenario, Sequence[VehicleData]], float | None] = lambda scenario, vehicles: None
     locating: Callable[[Scenario], Iterable[str]] = lambda scenario: ()
+    n_fleets: Callable[[Scenario], int] = lambda scenario: 1
     other_addresses: Callable[[Scenario], Mapping[str, str]] = lambda scenario: {}
     water: Callable[[Scenario], Any] = lambda scenario: None
     for_all: Sequence[str] = ()

@@ -18,7 +18,7 @@ from missions.errors import ConfigurationError, ConfigurationFault
 from missions.files import shown, text_of, toml_value
 from missions.scenarios import load
 from missions.scenarios.deployment import deployment_of
-from missions.scenarios.extending import is_of_several_fleets, other_addresses
+from missions.scenarios.extending import makes_fleets, other_addresses
 from missions.scenarios.faults import DeclaredFault, users_of_keys
 from missions.scenarios.loading import scenario_from
 from missions.scenarios.scenario import Scenario
@@ -241,7 +241,7 @@ def _known(scenario: str, changes: tuple[tuple[str, str], ...]) -> tuple[tuple[d
     The exchange of several fleets ends with the mission.
     """
     own = load(scenario, changes)
-    n_frames = 0 if is_of_several_fleets(own) else max(SETTLE_FRAMES, math.ceil(ROUNDS * _packets_each(own)))
+    n_frames = 0 if makes_fleets(own) else max(SETTLE_FRAMES, math.ceil(ROUNDS * _packets_each(own)))
     return tuple(table.model_dump(mode="json", exclude_none=True) for table in own.fault), n_frames * frame_s(own)
 
 

@@ -835,6 +835,7 @@ FEATURE = Feature(
     made_checks=made_faults,
     most_vehicles=LARGEST,
     fleet_size=lambda raw: max([len(list_of(table, "vehicles")) for table in entries(raw, CELL)], default=0),
+    n_fleets=lambda scenario: len(scenario.of_feature(CELL)),
     other_addresses=lambda scenario: Plan(scenario).first_of,
     setup=setup_of,
     fleet=fleets_of,

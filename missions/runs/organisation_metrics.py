@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from missions.fault import absence
 from missions.metric import MeasuredRun
-from missions.scenarios.extending import is_of_several_fleets
+from missions.scenarios.extending import n_fleets
 from remoras.faults import OVER
 from remoras.organisation import Organisation, RoleAssignment
 from remoras.wellformed import Malformed, specification_faults
@@ -126,7 +126,7 @@ def _moments(run: MeasuredRun) -> Iterator[tuple[float, _Views]]:
         tuple(run.setup.database),
         frozenset(key for key, role in roles.items() if keeps_jobs and role.job is not None),
         {key: role.maximum for key, role in roles.items() if role.maximum is not None},
-        run.setup.subjects is not None or is_of_several_fleets(run.scenario),
+        run.setup.subjects is not None or n_fleets(run.scenario) > 1,
     )
     before_s = 0.0
     for event in _events(run):

@@ -88,8 +88,13 @@ def locating(scenario: Sparse) -> frozenset[str]:
     return frozenset(name for feature in used_in(scenario) for name in feature.locating(scenario))
 
 
-def is_of_several_fleets(scenario: Sparse) -> bool:
-    """True if the vehicles of a scenario are several fleets in one sea."""
+def n_fleets(scenario: Sparse) -> int:
+    """How many fleets the vehicles of a scenario are, in one sea."""
+    return max((feature.n_fleets(scenario) for feature in used_in(scenario)), default=1)
+
+
+def makes_fleets(scenario: Sparse) -> bool:
+    """True if a feature makes the fleets of a scenario, be it one alone."""
     return any(feature.fleet is not None for feature in used_in(scenario))
 
 
