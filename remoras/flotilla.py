@@ -567,8 +567,8 @@ class Flotilla(Fleet):
         for fleet in self.fleets:
             fleet.look(now_s)
         self.completed = self.truth.observe(self.view, now_s)
-        if self.truth.goal_fraction != self._goal_fraction:
-            self._goal_fraction = self.truth.goal_fraction
+        if self._progress and (goal_fraction := self.truth.goal_fraction) != self._goal_fraction:
+            self._goal_fraction = goal_fraction
             for rows in self._progress:
                 rows.append((now_s, self._goal_fraction))
         is_late = now_s + self.tick_s > self.duration_s

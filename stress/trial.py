@@ -223,8 +223,8 @@ class _Trial:
                 self._break(promise.name, text)
 
     def _listen(self, scene: Scene, heard: Heard) -> None:
-        scene.heard = heard
-        self._look(one for one in self.at_events if one[0] is scene)
+        scene.heard = self.scene.heard = heard
+        self._look(one for one in self.at_events if one[0] is scene or one[0] is self.scene)
 
     def _take_over(self, scene: Scene, block: Block) -> None:
         """A gateway brings a block into a fleet: from then on it counts as recorded there, and it has to be true."""

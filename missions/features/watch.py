@@ -1,4 +1,4 @@
-"""Watch: ``[watch]``, CPU time that a strategy may take for one, and files that it may not write.
+"""Watch: ``[watch]``, CPU time that a strategy may take for a decision, and files that it may not write.
 
 For strategies that somebody else wrote, as in benchmarks. Whoever takes too long is asked no more and sends nothing
 from then on, as a vehicle that has fallen silent, and the run goes on; whoever writes files ends it.

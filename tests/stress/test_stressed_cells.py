@@ -12,6 +12,8 @@ from benchmarks.cells import raw_of
 from remoras.flotilla import Passage
 from remoras.testing import Plan, Schedule, judge, plan_of, schedule_of
 from stress.invariants.knowledge import KnowledgeAgreement, Rest
+from stress.invariants.seam import Moment, Scene
+from stress.trial import run_trial
 
 SHRUNK = 1.0 / 3.0
 
@@ -65,6 +67,28 @@ def test_a_gateway_that_brings_what_nobody_recorded_is_found(plan: Plan, monkeyp
     assert broken is not None
     assert broken.invariant == "recorded"
     assert "a gateway brings" in broken.text
+
+
+class HeardInAllCells:
+    """Asked of all fleets together, whenever somebody hears a packet."""
+
+    name = "heard"
+    moment = Moment.EVENT
+    not_under = frozenset[str]()
+
+    def __init__(self) -> None:
+        self._senders: set[str] = set()
+
+    def broken(self, scene: Scene) -> str | None:
+        if scene.heard is not None:
+            self._senders.add(scene.heard.vehicle.name[-4:])
+        return " and ".join(sorted(self._senders)) if len(self._senders) > 1 else None
+
+
+def test_what_a_user_asks_of_packets_is_asked_in_all_cells(plan: Plan) -> None:
+    broken = run_trial(calm(plan), [HeardInAllCells]).broken
+    assert broken is not None
+    assert broken.text == "c0r0 and c1r0"
 
 
 @pytest.mark.slow
