@@ -5,7 +5,8 @@
     PursueWorking(block)      survey it      -> Surveying(block, service)
     PursueWorking(recovery)   await a choice -> StandingBy(recovery)
                               recover        -> Fix -> FindAgain -> HoldOn -> HandleIt
-    Fix                       on the way     ->                         fixes come from another vehicle
+    Fix                       seen again     ->                         it knows where it is beside the candidate
+                              on the way     ->                         fixes come from another vehicle
                               there          -> Ranging(vehicle, candidate, service)
                               without        ->
     FindAgain, HoldOn, HandleIt  by a service -> Reacquiring, Holding, Handling(recovery, candidate, service)
@@ -81,7 +82,11 @@ def activity_domain(matching: Matching, groups: Mapping[str, Group], recovery: s
             if matching.services[service].vehicle == data.name:
                 yield [Task(RANGING, (data.name, candidate, service))]
 
+    def is_seen(facts: FactsLike, objective: Objective, data: VehicleData, candidate: str) -> bool:
+        return bool(facts.get(("reacquiredBy", candidate)) == data.name)
+
     fix = [
+        Method("seen again", _nothing, is_seen, ()),
         Method("on the way", _nothing, is_fixed, ()),
         Method("there", ranges, uses=(RANGING,)),
         Method("without", _nothing, uses=()),
