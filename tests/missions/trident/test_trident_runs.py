@@ -184,7 +184,7 @@ def test_who_is_lost_is_not_waited_for_at_sea(at_s: float) -> None:
 
 
 def test_who_holds_on_does_not_leave_for_a_fix_when_the_other_is_lost() -> None:
-    """Its fixes came from the vehicle that is lost. It went for one, came back without holding, and could not handle."""
+    """Its fixes came from who is lost. It went for one, came back without holding, and could not handle."""
     finished = run("fault=[{kind='lost',vehicle='ASV00',at_s=1500.0}]", seed=3, until_s=7200.0)
     (held,) = [row for row in said(finished, "heldBy") if row[1] == "IAUV00"]
     assert said(finished, "fixedOn") == []
