@@ -19,9 +19,9 @@ from benchmarks.measuring import row
 
 PAIRS = 7
 COMMANDS: dict[str, tuple[tuple[str, ...], str]] = {
-    "list": (("list",), "<= 15"),
+    "list": (("list",), "<= 13"),
     "validate": (("validate", "mapping-rendezvous"), "<= 15"),
-    "explain": (("explain",), "<= 15"),
+    "explain": (("explain",), "<= 7"),
 }
 """Arguments of each command, and its goal over a bare Python."""
 LOSSY = ("channel.per=0.2",)

@@ -89,15 +89,16 @@ def _networks(ctx: typer.Context) -> Iterable[str]:
 
 
 def _keys(ctx: typer.Context) -> Iterable[str]:
-    from missions.scenarios.explanations import explanations
+    from missions.files import SCENARIO
+    from remoras.cli.keys import explained
 
-    return explanations()
+    return explained()[SCENARIO]
 
 
 def _keys_of_all(ctx: typer.Context) -> Iterable[str]:
-    from missions.sweeps.study import study_explanations
+    from remoras.cli.keys import explained
 
-    return ["codec", *_keys(ctx), *study_explanations()]
+    return ["codec", *(key for keys in explained().values() for key in keys)]
 
 
 def _folder(ctx: typer.Context) -> Path:

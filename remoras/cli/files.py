@@ -12,6 +12,7 @@ import typer
 from missions.errors import LONGEST_VALUE, cut
 from remoras.cli import completion
 from remoras.cli.app import Format, Json, check_known, command, fail, show_json
+from remoras.cli.keys import explained
 from remoras.cli.networks import network_named, show_network
 from remoras.cli.tables import on_terminal, show_table
 
@@ -238,21 +239,18 @@ def explain(
     if key == "ontology":
         _explain_ontology(scenario, as_json)
         return
-    from exchange.acoustics.network import file_in, shipped
-
-    if file_in(key) or key in shipped():
-        show_network(network_named(key), as_json)
-        return
-    from missions.scenarios.explanations import explanations
-    from missions.sweeps.study import study_explanations
-    from worldmodel import suggestion
-
-    known = explanations() | study_explanations()
+    known = {name: text for keys in explained().values() for name, text in keys.items()}
     found = _explained(key, known)
     if not found and key.count(".") > 1:  # an entry of a list by its name, as --set has it
         table, _, rest = key.split(".", 2)
         found = _explained(f"{table}.{rest}", known)
     if not found:
+        from exchange.acoustics.network import file_in, shipped
+        from worldmodel import suggestion
+
+        if file_in(key) or key in shipped():
+            show_network(network_named(key), as_json)
+            return
         given = cut(key, LONGEST_VALUE)
         fail(f"key {given!r} is in no scenario and no study{suggestion(key, known)}; `remoras explain` lists all keys")
     if as_json:

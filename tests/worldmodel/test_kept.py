@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from worldmodel import Source, core_ontology_paths, kept
+from worldmodel import Source, caches, core_ontology_paths, kept
 from worldmodel.owl import ontology_path
 from worldmodel.tbox import TBox
 from worldmodel.turtle import compile_tbox
@@ -106,7 +106,7 @@ def test_where_nothing_can_be_written_nothing_is_kept(compiled: TBox, tmp_path: 
 
 
 def test_the_oldest_go(compiled: TBox, cache: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(kept, "MOST_FILES", 3)
+    monkeypatch.setattr(caches, "MOST_FILES", 3)
     cache.mkdir(parents=True)
     for number in range(5):
         (cache / str(number)).write_text("")
