@@ -25,22 +25,29 @@ Piece = tuple[int, int, int, int]
 """Column, row, width and height, in cells of the rectangle."""
 
 
-def drawn_ground(tables: Mapping[str, Any], seed: int) -> dict[str, Any]:
+def drawn_ground(
+    tables: Mapping[str, Any],
+    seed: int,
+    n_mappers: tuple[int, int] = MAPPERS,
+    n_pieces: tuple[int, int] = PIECES,
+    n_cells: tuple[int, int] = CELLS,
+) -> dict[str, Any]:
     """The tables of a scenario with drawn areas and a drawn fleet.
 
     Args:
         tables: of a scenario of this mission with ``fleet.copies_of``, and one group with areas.
         seed: of the draws, 0 to 2^62.
+        n_mappers, n_pieces, n_cells: least and most of what is drawn.
     """
     draws, found = _draws(seed), deepcopy(dict(tables))
     cell_m, (x_m, y_m) = found["world"]["cell_m"], (found["world"]["x_m"], found["world"]["y_m"])
     n_across, n_up = (int((high - low) / cell_m) for low, high in (x_m, y_m))
     width = _whole(draws, *WIDTHS)
-    height = min(n_up, round(_whole(draws, *CELLS) / width))
+    height = min(n_up, round(_whole(draws, *n_cells) / width))
     left_m = x_m[0] + cell_m * _whole(draws, 0, n_across - width)
     low_m = y_m[0] + cell_m * _whole(draws, 0, n_up - height)
-    pieces = _cut((0, 0, width, height), _whole(draws, *PIECES), draws)
-    room, n_mappers = _whole(draws, 1, 2), _whole(draws, *MAPPERS)
+    pieces = _cut((0, 0, width, height), _whole(draws, *n_pieces), draws)
+    room, mappers = _whole(draws, 1, 2), _whole(draws, *n_mappers)
     names = [f"piece {number:02d}" for number in range(1, len(pieces) + 1)]
     roles = [name.title().replace(" ", "") for name in names]
     found["area"] = [
@@ -68,7 +75,7 @@ def drawn_ground(tables: Mapping[str, Any], seed: int) -> dict[str, Any]:
         kept = [role for role in able if role not in former]
         vehicle["playable_roles"] = kept + (roles if len(kept) < len(able) else [])
         n_others += len(kept) == len(able)
-    found["fleet"]["size"] = n_others + n_mappers
+    found["fleet"]["size"] = n_others + mappers
     return found
 
 
