@@ -15,6 +15,7 @@ from missions.advising.model import CHOICES, WITHIN, Model, Pooling
 from missions.advising.traits import TRAITS, traits_of
 from missions.runs.setup import Setup
 from missions.scenarios import load
+from missions.scenarios.extending import features
 
 TAIL = 0.025
 N_NEAREST = 5
@@ -131,6 +132,10 @@ class Adviser:
                 yield f"{trait.name} = {value:g}{unit} ({known.min():g} to {known.max():g})"
         if (policy := setup.scenario.communication.policy) != drawn.communication.policy:
             yield f"policy {policy} (all instances: {drawn.communication.policy})"
+        if (n_groups := sum(any(role.job for role in group.roles) for group in setup.agreement.groups)) != 1:
+            yield f"{n_groups} groups with jobs (all instances: 1)"
+        for name in (name for name, one in features().items() if one in setup.features and name != "uncertainty"):
+            yield f"feature {name} (in no instance)"
         for fault in setup.scenario.fault:
             if fault.kind != "lost":
                 yield f"fault {fault.kind} (instances: lost)"

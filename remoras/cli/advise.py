@@ -196,8 +196,8 @@ def _show(advice: Advice, adviser: Adviser) -> None:
 
     first, second = advice.rows[0], advice.rows[1]
     print(
-        f"{first.strategy}: {second.longer:.1%} less time than the next; "
-        f"within 3 % of the best with probability {first.p_within:.2f}"
+        f"{first.strategy}: within 3 % of the best with probability {first.p_within:.2f}; "
+        f"{second.strategy} is next and takes {second.longer:.1%} longer"
     )
     if advice.outside:
         print(f"outside of what was drawn, so take it for a guess: {'; '.join(advice.outside)}")

@@ -39,6 +39,10 @@ def test_what_lies_outside_is_said() -> None:
     outside = next(line for line in done.stdout.splitlines() if line.startswith("outside of what was drawn"))
     assert "loss = 0.97 (" in outside
     assert "policy m-ack (all instances: ack)" in outside
+    teams = json.loads(remoras("advise", "mapping-nine-teams", "--set", "current.east_mps=0.1", "--json").stdout)[
+        "outside"
+    ]
+    assert {"3 groups with jobs (all instances: 1)", "feature current (in no instance)"} <= set(teams)
     other = json.loads(remoras("advise", "pandora-inspection", "--json").stdout)["outside"]
     assert any(text.startswith("mission missions.pandora:PandoraMission") for text in other)
 
