@@ -154,7 +154,7 @@ def _bursts(per: float, names: Sequence[str], draws: InstanceDraws) -> Tables:
     per = min(per, 0.8)
     return {
         "name": "gilbert-elliott",
-        "p_good_to_bad": round(ends * per / (1.0 - per), 6),
+        "p_good_to_bad": min(1.0, round(ends * per / (1.0 - per), 6)),
         "p_bad_to_good": round(ends, 6),
         "per_good": 0.0,
         "per_bad": 1.0,
