@@ -150,11 +150,11 @@ def _alike(per: float, names: Sequence[str], draws: InstanceDraws) -> Tables:
 
 def _bursts(per: float, names: Sequence[str], draws: InstanceDraws) -> Tables:
     """A bad link loses everything, for some slots on average."""
-    ends = 1.0 / draws.scaled(3.0, 40.0)
-    per = min(per, 0.8)
+    ends, per = 1.0 / draws.scaled(3.0, 40.0), min(per, 0.8)
+    ends = min(ends, 1.0 - per)  # shorter ones do not lose as much
     return {
         "name": "gilbert-elliott",
-        "p_good_to_bad": min(1.0, round(ends * per / (1.0 - per), 6)),
+        "p_good_to_bad": round(ends * per / (1.0 - per), 6),
         "p_bad_to_good": round(ends, 6),
         "per_good": 0.0,
         "per_bad": 1.0,
