@@ -105,20 +105,20 @@ class Model:
         n = len(self.traits)
         if not pooling.width:
             return np.full((len(np.atleast_2d(traits)), n), 1.0 / n)
-        middle = self._likeness(self.traits, pooling.width).mean(axis=0)
+        middle = self._nearness(self.traits, pooling.width).mean(axis=0)
         if pooling not in self._inverses:
-            own = _centred(self._likeness(self.traits, pooling.width), middle)
+            own = _centred(self._nearness(self.traits, pooling.width), middle)
             inverse: Numbers = np.linalg.inv(own + pooling.penalty * np.eye(n)).astype(np.float64)
             self._inverses[pooling] = inverse
-        found: Numbers = 1.0 / n + _centred(self._likeness(traits, pooling.width), middle) @ self._inverses[pooling]
+        found: Numbers = 1.0 / n + _centred(self._nearness(traits, pooling.width), middle) @ self._inverses[pooling]
         return found
 
     @cached_property
     def _inverses(self) -> dict[Pooling, Numbers]:
-        """Inverses of the penalised likeness of the instances, as far as they were asked for."""
+        """Inverses of the penalised nearness of the instances, as far as they were asked for."""
         return {}
 
-    def _likeness(self, traits: Numbers, width: float) -> Numbers:
+    def _nearness(self, traits: Numbers, width: float) -> Numbers:
         """The Gaussian of the distance from each instance: scenarios x instances."""
         found: Numbers = np.exp(-((self.distances(traits) / width) ** 2) / 2.0)
         return found
@@ -154,7 +154,7 @@ class Model:
         return found
 
 
-def _centred(likeness: Numbers, middle: Numbers) -> Numbers:
+def _centred(nearness: Numbers, middle: Numbers) -> Numbers:
     """Likeness to each instance, less what the mean of all instances explains: rows sum to 0."""
-    found: Numbers = likeness - likeness.mean(axis=1, keepdims=True) - middle + middle.mean()
+    found: Numbers = nearness - nearness.mean(axis=1, keepdims=True) - middle + middle.mean()
     return found

@@ -114,21 +114,21 @@ def test_times_in_other_units_give_the_same_advice(choices: tuple[Pooling, ...])
 def test_what_is_unexplained_is_that_of_an_instance_left_out() -> None:
     """The short cut is what fitting without the instance gives, at the scale of all.
 
-    Of functions ``middle + sum of weight * likeness`` with weights that sum to 0, the one that is least in squares and
+    Of functions ``middle + sum of weight * nearness`` with weights that sum to 0, the one that is least in squares and
     penalty solves a linear system; so it is solved here, once without instance 7.
     """
     experience, pooling = made_up(), Pooling(1.0, 0.3)
     model = Model(experience.traits, experience.log_times, (pooling,))
     assert model.reference == 0
     assert set(model.poolings[1:]) == {pooling}
-    likeness = np.exp(-((model.distances(experience.traits) / pooling.width) ** 2) / 2.0)
+    nearness = np.exp(-((model.distances(experience.traits) / pooling.width) ** 2) / 2.0)
     beside = np.clip(experience.log_times - experience.log_times[:, :1], -MOST_BESIDE, MOST_BESIDE)
     rest = [at for at in range(N) if at != 7]
     system = np.zeros((N, N))
-    system[:-1, :-1] = likeness[np.ix_(rest, rest)] + pooling.penalty * np.eye(N - 1)
+    system[:-1, :-1] = nearness[np.ix_(rest, rest)] + pooling.penalty * np.eye(N - 1)
     system[:-1, -1] = system[-1, :-1] = 1.0
     solved = np.linalg.solve(system, np.vstack([beside[rest], np.zeros((1, 3))]))
-    left = beside[7] - (likeness[7, rest] @ solved[:-1] + solved[-1])
+    left = beside[7] - (nearness[7, rest] @ solved[:-1] + solved[-1])
     assert model.unexplained[7, 1:] == pytest.approx(left[1:], abs=1e-9)
 
 
