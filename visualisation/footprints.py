@@ -23,7 +23,7 @@ ELSEWHERE = "longer"
 WELL = "within 3 % of the best"
 
 
-class Placed(NamedTuple):
+class InstancePoint(NamedTuple):
     """One instance: its number, its place in the plane, and for each strategy whether it does well there."""
 
     number: int
@@ -42,7 +42,7 @@ class Footprints(NamedTuple):
     """
 
     strategies: tuple[str, ...]
-    instances: tuple[Placed, ...]
+    instances: tuple[InstancePoint, ...]
     axes: tuple[str, str]
 
 
@@ -105,7 +105,7 @@ def footprint_figure(found: Footprints) -> Figure:
     return page.figure
 
 
-def _share_limits(axes: object, instances: Sequence[Placed]) -> None:
+def _share_limits(axes: object, instances: Sequence[InstancePoint]) -> None:
     """All panels show the same part of the plane."""
     for values, limit in (([one.x for one in instances], "set_xlim"), ([one.y for one in instances], "set_ylim")):
         room = 0.06 * (max(values) - min(values)) or 1.0

@@ -155,6 +155,6 @@ class Model:
 
 
 def _centred(nearness: Numbers, middle: Numbers) -> Numbers:
-    """Likeness to each instance, less what the mean of all instances explains: rows sum to 0."""
+    """Nearness to each instance, less what the mean of all instances explains: rows sum to 0."""
     found: Numbers = nearness - nearness.mean(axis=1, keepdims=True) - middle + middle.mean()
     return found

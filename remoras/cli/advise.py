@@ -110,11 +110,11 @@ def _draw(experience: Experience, folder: Path, file_format: str, as_json: bool)
     """Draw the instances in the plane of their traits, a map for each strategy."""
     from missions.advising.projection import projected
     from visualisation import files
-    from visualisation.footprints import Footprints, Placed, footprint_contents
+    from visualisation.footprints import Footprints, InstancePoint, footprint_contents
 
     plane = projected(experience)
     placed = [
-        Placed(instance.number, x, y, tuple(well))
+        InstancePoint(instance.number, x, y, tuple(well))
         for instance, (x, y), well in zip(
             experience.instances, plane.places.tolist(), plane.within.tolist(), strict=True
         )
