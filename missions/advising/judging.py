@@ -59,8 +59,7 @@ class AdviceScore:
         n_learned: instances that there are, all but those held out to learn from.
         stated: probability to lie within 3 % that the advice states of itself, mean.
         covered: share of the intervals of all strategies but the advised one that hold what the runs showed.
-        n_fresh: instances that had no part in the choice of what decides, with one run of each strategy at least.
-        fresh, fresh_95: share of time saved on these beside the single best, learned from all others; its interval.
+        fresh: the same rules on instances that had no part in the choice of what decides, learned from the others.
         smooth: strategies that have a smooth part, in the mean of the folds.
     """
 
@@ -68,9 +67,7 @@ class AdviceScore:
     n_learned: int
     stated: float
     covered: float
-    n_fresh: int
-    fresh: float
-    fresh_95: tuple[float, float]
+    fresh: tuple[RuleScore, ...]
     smooth: float
 
 
@@ -106,27 +103,33 @@ def advice_score(experience: Experience) -> AdviceScore:
             judge.rule(f"always {names[np.bincount(single).argmax()]}", np.array(single)[:, None]),
             judge.rule("at random", every),
             judge.repeated_best(),
+            judge.weighed_best(),
             *(judge.rule(name, _advised(taught)[:, None]) for name, taught in less),
         ),
         len(experience.instances),
         float(np.mean(stated)),
         float(np.mean(inside)),
-        *_fresh(experience),
+        _fresh(experience),
         float(np.mean(smooth)),
     )
 
 
-def _fresh(experience: Experience) -> tuple[int, float, tuple[float, float]]:
-    """What advice saves beside the single best strategy where it is told nothing: instances, share, interval."""
-    numbers = [instance.number for instance in experience.instances]
-    fresh = [at for at, number in enumerate(numbers) if number >= CHOSEN_ON]
-    adviser = Adviser(experience.of([at for at, number in enumerate(numbers) if number < CHOSEN_ON]))
-    if not fresh:
-        return 0, 0.0, (0.0, 0.0)
-    of, times = experience.of(fresh), experience.log_times[fresh]
-    advised = adviser.model.predicted(of.traits).argmin(axis=1)
-    saved = times[:, adviser.model.reference] - times[np.arange(len(fresh)), advised]
-    return len(fresh), -math.expm1(-float(saved.mean())), _share_interval(saved, lambda mean: -math.expm1(-mean))
+def _fresh(experience: Experience) -> tuple[RuleScore, ...]:
+    """Rules on instances that had no part in the choice of what decides; learned from the others alone."""
+    early = [at for at, instance in enumerate(experience.instances) if instance.number < CHOSEN_ON]
+    fresh = [at for at in _several(experience) if at not in early]
+    if not (early and fresh):
+        return ()
+    model, of = Adviser(experience.of(early)).model, experience.of(fresh)
+    single = np.full(len(fresh), model.reference)
+    judge = _Judge(of, single)
+    return (
+        judge.rule("advice", model.predicted(of.traits).argmin(axis=1)[:, None]),
+        judge.rule(f"always {experience.strategies[model.reference]}", single[:, None]),
+        judge.rule("at random", np.tile(np.arange(len(experience.strategies)), (len(fresh), 1))),
+        judge.repeated_best(),
+        judge.weighed_best(),
+    )
 
 
 def folds(experience: Experience) -> Iterator[tuple[list[int], list[int]]]:
@@ -209,6 +212,23 @@ class _Judge:
         """What is best in half of the repeats, judged by the other half: no more can be seen of what is best."""
         best = [half.argmin(axis=1)[:, None] for half in self._halves]
         return self._score("best in the other repeats", None, None, (best[1], best[0]))
+
+    def weighed_best(self) -> RuleScore:
+        """The same, but what half of the repeats shows of a strategy is drawn to its mean as far as halves disagree.
+
+        Differences to the single best count by the correlation of both halves over the instances. Nobody can know more
+        of an instance without more runs of it.
+        """
+        beside = [np.clip(half - _of(half, self._single), -MOST_BESIDE, MOST_BESIDE) for half in self._halves]
+        apart = [one - one.mean(axis=0) for one in beside]
+        common, spread = (
+            (apart[0] * apart[1]).sum(axis=0),
+            np.sqrt((apart[0] ** 2).sum(axis=0) * (apart[1] ** 2).sum(axis=0)),
+        )
+        reliable = np.maximum(np.divide(common, spread, out=np.zeros_like(common), where=spread > 0.0), 0.0)
+        middle = (beside[0].mean(axis=0) + beside[1].mean(axis=0)) / 2.0
+        best = [(middle + reliable * (one - middle)).argmin(axis=1)[:, None] for one in beside]
+        return self._score("the same, drawn to the mean", None, None, (best[1], best[0]))
 
     def _score(
         self,

@@ -24,7 +24,7 @@ STRATEGIES = (
 STRATEGY = "strategy.name"
 
 
-STAGES: Sequence[tuple[Sequence[int], int]] = ((range(46), 2), (range(46, 73), 1))
+STAGES: Sequence[tuple[Sequence[int], int]] = ((range(46), 2), (range(46, 65), 1), (range(65, 100), 2))
 """Instances and their repeats, in the order in which runs are made."""
 
 

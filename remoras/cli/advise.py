@@ -134,6 +134,7 @@ def _draw(experience: Experience, folder: Path, file_format: str, as_json: bool)
 
 def _score_lines(score: AdviceScore) -> list[str]:
     heads = ("chosen", "n", "within 3 % [95 %]", "by half", "longer than the best [95 %]", "saved [95 %]")
+    tables = [score.rules, score.fresh] if score.fresh else [score.rules]
     rows = [
         (
             rule.name,
@@ -143,17 +144,23 @@ def _score_lines(score: AdviceScore) -> list[str]:
             f"{rule.longer:.1%}{_bounds(rule.longer_95, 1)}",
             f"{rule.saved:.1%}{_bounds(rule.saved_95, 1)}",
         )
-        for rule in score.rules
+        for rules in tables
+        for rule in rules
     ]
     widths = [max(map(len, column)) for column in zip(heads, *rows, strict=True)]
-    padded = ([text.ljust(width) for text, width in zip(row, widths, strict=True)] for row in (heads, *rows))
+    lines = ["  ".join(map(str.ljust, row, widths)).rstrip() for row in (heads, *rows)]
+    first = 1 + len(score.rules)
     return [
-        *("  ".join(row).rstrip() for row in padded),
-        f"learned from {score.n_learned} instances but those held out, which have several runs of each strategy",
+        f"held out in turn, learned from the others of {score.n_learned} instances",
+        *lines[:first],
+        *(
+            ["", "had no part in the choice of traits, learned from those that had", *lines[first:]]
+            if score.fresh
+            else []
+        ),
+        "",
         "by half: by each half of the runs, as who is best in the other half is judged; saved: beside the single best",
         f"it says of itself {score.stated:.0%} within 3 %; its intervals hold {score.covered:.0%} of what was run",
-        f"on {score.n_fresh} instances that had no part in the choice of traits it saves "
-        f"{score.fresh:.1%}{_bounds(score.fresh_95, 1)}",
         f"strategies of which traits tell something, mean of the folds: {score.smooth:.1f}",
     ]
 
