@@ -181,12 +181,10 @@ def test_without_the_group_that_decides_nothing_is_gained() -> None:
         assert score[f"advice without {group}"].saved > 0.05
 
 
-def test_on_shipped_experience_shuffled_labels_lose() -> None:
-    """What was learned of real runs is lost once instances have the times of others."""
+def test_on_shipped_experience_advice_is_told_from_chance() -> None:
+    """From a strategy at random, that is; the page says that it is not told from the single best."""
     score = {rule.name: rule for rule in advice_score(read_experience()).rules}
-    told, untold = score["advice"], score["advice, instances shuffled"]
-    assert told.saved > untold.saved
-    assert told.longer < untold.longer
+    assert score["advice"].saved_95[0] > score["at random"].saved_95[1]
 
 
 def test_nothing_is_gained_where_one_strategy_is_best_everywhere() -> None:
