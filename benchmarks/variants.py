@@ -56,6 +56,24 @@ def _split(seed: int) -> Raw:
     return _pandora(2, 3, {"arm": [arm], "wrench": [wrench]})
 
 
+def _fleet(seed: int) -> Raw:
+    """One to three vehicles, of which one keeps all tools and the others may have none, lose one, or be lost."""
+    rng = random.Random(seed)
+    n = rng.choice([1, 2, 3])
+    able, tools = rng.randrange(n), ("arm", "wrench", "camera")
+    have = {one: [number for number in range(n) if number == able or rng.random() < 0.6] for one in tools}
+    raw = _pandora(rng.randrange(4), n, have)
+    raw["channel"]["per"], raw["fault"] = rng.choice([0.0, 0.2, 0.5]), []
+    for vehicle in raw["vehicle"][:able] + raw["vehicle"][able + 1 :]:
+        has = [one["type"] for one in vehicle["sensor"] if one["type"] in tools]
+        fault = {"vehicle": vehicle["name"], "at_s": rng.uniform(20.0, 2500.0)}
+        if rng.random() < 0.4:
+            raw["fault"].append({**fault, "kind": "lost"})
+        elif has:
+            raw["fault"].append({**fault, "kind": "sensor", "sensor": rng.choice(has)})
+    return raw
+
+
 def _trident(dead: str, at_s: float, n_divers: int = 2) -> Raw:
     """Arm and gripper of one vehicle die."""
     raw = _tables(NAMES[1])
@@ -160,6 +178,7 @@ VARIANTS: dict[str, Callable[[int], Raw]] = {
     "pandora: arm and wrench on one each": _split,
     "pandora: no wrench": lambda seed: _pandora(3, 3, {"wrench": []}),
     "pandora: a tool dies": _drawn,
+    "pandora: a fleet is drawn": _fleet,
     "pandora: one vehicle": lambda seed: _pandora(1, 1),
     "pandora: one vehicle, no wrench": lambda seed: _pandora(1, 1, {"wrench": []}),
     "trident: IAUV00 at 100 s": lambda seed: _trident("IAUV00", 100.0),

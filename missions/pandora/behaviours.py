@@ -159,7 +159,8 @@ class WorkingOnPart(Acting):
     ) -> None:
         super().__init__(part, data, orders)
         self._pace, self._is_wrench = pace, is_wrench
-        self._has_felt = False
+        self._share: float | None = None  # as last known, by whatever tool
+        self._felt_there_s: float | None = None  # time on site when it changed last
         self._dead = "wrench" if is_wrench else "arm"
 
     def work_s(self) -> float:
@@ -169,7 +170,8 @@ class WorkingOnPart(Acting):
     def work(self, facts: Known) -> list[Fact]:
         """Done when the tool feels the end; resisted when it feels nothing though the place is held."""
         part, share = self._part, facts.get(("workedShare", self._part.of))
-        self._has_felt = self._has_felt or share is not None
+        if self._felt_there_s is None or share != self._share:
+            self._share, self._felt_there_s = share, self._there_s
         if facts.get(("toolDead", self._data.name)) not in (None, self._dead):
             self._dead = "both"
         if share is not None and share >= 1.0:
@@ -184,9 +186,11 @@ class WorkingOnPart(Acting):
         return [resists, (self._data.name, "actionStatus", "failed")]
 
     def _failed(self) -> list[Fact]:
-        """It has failed in time; a tool that felt nothing in all that time is dead."""
+        """It has failed in time; a tool that felt nothing for as long as all of the work takes is dead."""
         dead: Fact = self._data.name, "toolDead", self._dead
-        return [*super()._failed(), *([] if self._has_felt or not self._orders.repairs else [dead])]
+        felt_nothing_s = self._there_s - (self._felt_there_s or 0.0)
+        is_dead = self._orders.repairs and felt_nothing_s > self.work_s()
+        return [*super()._failed(), *([dead] if is_dead else [])]
 
     def _placed_anew(self, facts: Known) -> list[Fact]:
         """Where the part is by what is known of the camera now, if that is elsewhere."""

@@ -106,6 +106,16 @@ def test_a_dead_arm_is_noticed_by_what_it_does_not_feel(tmp_path: Path) -> None:
     assert done.completed, done.reason
 
 
+@pytest.mark.parametrize("at_s", [200.0, 300.0])
+def test_a_wrench_that_dies_at_work_is_noticed_though_something_was_felt_before(tmp_path: Path, at_s: float) -> None:
+    """At 200 s the arm has felt that the valve resists, at 300 s the wrench has turned a quarter: both counted."""
+    died = {**fault("sensor", sensor="wrench"), "vehicle": "AUV00", "at_s": at_s}
+    done = flown(tmp_path, vehicle=vehicles(wrench=(0, 1)), fault=[died], **STUCK)
+    told = [(row[1], row[4], row[6]) for row in done.recorder.items if row[5] == "toolDead"]
+    assert told == [("AUV00", "AUV00", "wrench")]
+    assert done.completed, done.reason
+
+
 @pytest.mark.parametrize("upset", [{}, STUCK], ids=["nothing", "stuck"])
 def test_one_vehicle_does_it_alone(tmp_path: Path, upset: dict[str, Any]) -> None:
     assert flown(tmp_path, vehicle=vehicles()[:1], **upset).completed
