@@ -8,6 +8,8 @@ from remoras.plugin_folders import drop_current_folder
 
 NO_PYDANTIC_PLUGINS = "PYDANTIC_DISABLE_PLUGINS"
 """Variable of the environment by which pydantic does not ask every package that is installed for plug-ins of it."""
+ARROWS_MEMORY = "ARROW_DEFAULT_MEMORY_POOL"
+"""Variable of the environment by which Arrow takes memory from the system: its own pool gives back little of it."""
 RARELY = 200_000
 """Objects made between two looks for garbage: nearly all that is loaded stays, and there is little to be found."""
 
@@ -17,6 +19,7 @@ def main() -> None:
     heed()
     gc.set_threshold(RARELY)
     os.environ.setdefault(NO_PYDANTIC_PLUGINS, "true")
+    os.environ.setdefault(ARROWS_MEMORY, "system")
     try:
         from remoras.cli import main as command
 

@@ -141,6 +141,7 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
         self.clock.now_s = now_s
         self.move(now_s, since_s)
         self.look(now_s)
+        self.recorder.pack()
         over = now_s + self.tick_s > self.duration_s or self.is_nobody_left or self.truth.is_over
         if self.completed or over:
             self.running = False
@@ -268,7 +269,6 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
 
     def end_frame(self, frame: int, node: int | None) -> None:
         """Let a vehicle consult at the end of a frame by its clock; without a node all whose clocks are right."""
-        self.recorder.pack()
         if node is not None:
             self._consult(self.vehicles[node])
             self.traffic.await_frame(frame + 1, node)

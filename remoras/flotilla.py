@@ -566,6 +566,7 @@ class Flotilla(Fleet):
             fleet.move(now_s, since_s)
         for fleet in self.fleets:
             fleet.look(now_s)
+        self.recorder.pack()
         self.completed = self.truth.observe(self.view, now_s)
         if self._progress and (goal_fraction := self.truth.goal_fraction) != self._goal_fraction:
             self._goal_fraction = goal_fraction

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 from remoras.errors import PluginError
-from remoras.rows import Rows
+from remoras.rows import CHANGING, Rows
 
 if TYPE_CHECKING:
     from remoras.contents import Content
@@ -21,7 +21,7 @@ KINDS = ("float", "int", "str", "bool", "list", "floats", "ints")
 """Kinds of columns; ``list`` is one of texts, ``floats`` and ``ints`` are lists of numbers."""
 KEY = "key"
 """Column that the tables of a sweep have in front."""
-MANY = 1024
+MANY = 256
 """New rows of a table from which on they are packed."""
 UNFIT = frozenset("/\\\0")
 """Characters that a name of a file cannot have everywhere."""
@@ -194,12 +194,14 @@ class Recorder:
 
     Args:
         tables: of the mission and its sensors, beside those of every run; declared alike by several is declared once.
+        changing: lists of so many rows, the last of a table, may still change: those of packets that are on their way.
 
     Raises:
         PluginError: two declare a table of one name with other columns.
     """
 
-    def __init__(self, tables: Iterable[Table] = ()) -> None:
+    def __init__(self, tables: Iterable[Table] = (), changing: int = CHANGING) -> None:
+        self._changing = changing
         self.bits: Counter[Content] = Counter()
         self.tables: dict[str, Table] = {}
         self._rows: dict[str, Rows] = {}
@@ -230,7 +232,7 @@ class Recorder:
         if self.tables.setdefault(table.name, table) != table:
             known = ", ".join(self.tables[table.name].column_names)
             raise PluginError(f"table {table.name!r} is declared twice, once with the columns {known}: rename one")
-        self._rows.setdefault(table.name, Rows())
+        self._rows.setdefault(table.name, Rows(changing=self._changing))
 
     def rows(self, table: str) -> Rows:
         """Rows of a table, to be read or appended to; empty for a table that nobody declared."""
@@ -238,7 +240,8 @@ class Recorder:
         return Rows() if found is None else found
 
     def pack(self) -> None:
-        """Bring the rows of long tables into columns; to be called now and then."""
-        for rows in self._rows.values():
-            if len(rows.new) >= MANY:
-                rows.pack()
+        """Bring the rows of long tables into columns, once there are many of where vehicles are; called every tick."""
+        if len(self.trajectories.new) >= MANY:
+            for rows in self._rows.values():
+                if len(rows.new) >= MANY:
+                    rows.pack()

@@ -1,23 +1,29 @@
 """Rows of a table of results, of which most lie in columns, which take less than a quarter of the memory of tuples.
 
 Whoever writes appends tuples, to a list, as fast as to any list. ``pack`` brings what has come since into the columns:
-of floats and of whole numbers as machine words, of texts that come again and again as numbers of a list of texts, of
-lists as what is in them, one behind the other. A column that holds anything else stays a list of the very objects, so a
-row reads back as it was given: the same types and the same bits. Lists within the last rows may still change.
+of floats and of whole numbers as machine words, as narrow as they may be, of texts that come again and again as numbers
+of a list of texts, of lists as what is in them, one behind the other. A column that holds anything else stays a list of
+the very objects, so a row reads back as it was given: the same types and the same bits. Lists within the last rows may
+still change.
 """
 
 from __future__ import annotations
 
 from array import array
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import suppress
 from itertools import accumulate, chain
 from typing import Any, TypeAlias, overload
 
 Row = tuple[Any, ...]
 MOST_TEXTS = 2**16
 """Different texts of a column that has numbers for them."""
+WIDTHS = "bhiq"
+"""Type codes of whole numbers of 8, 16, 32 and 64 bits."""
 CHANGING = 1024
-"""Lists of so many rows, the last of a table, may still change: those of packets that are on their way."""
+"""Lists of so many rows, the last of a table, may still change, if its maker does not say how many."""
+SETTLED = 64
+"""Lists that are put together at once, or more."""
 
 
 class Texts:
@@ -65,11 +71,13 @@ class Lists:
 
     Args:
         values: of the first rows.
+        changing: so many, the last, may still change.
     """
 
-    __slots__ = ("_ends", "_entries", "_newest")
+    __slots__ = ("_changing", "_ends", "_entries", "_newest")
 
-    def __init__(self, values: Iterable[list[Any]]) -> None:
+    def __init__(self, values: Iterable[list[Any]], changing: int = CHANGING) -> None:
+        self._changing = changing
         self._entries: Packed = []
         self._ends = array("Q")  # of each list that lies in the entries
         self._newest: list[list[Any]] = []
@@ -78,10 +86,11 @@ class Lists:
     def extend(self, values: Iterable[list[Any]]) -> None:
         """Take further rows; some at the end stay the very lists."""
         self._newest += values
-        if len(self._newest) < 2 * CHANGING:
+        n_settled = len(self._newest) - self._changing
+        if n_settled < SETTLED:
             return
-        settled = self._newest[:-CHANGING]
-        del self._newest[:-CHANGING]
+        settled = self._newest[:n_settled]
+        del self._newest[:n_settled]
         first = len(self._entries)
         self._ends.extend(accumulate(map(len, settled[1:]), initial=first + len(settled[0])))
         entries = list(chain.from_iterable(settled))
@@ -105,20 +114,20 @@ Packed: TypeAlias = "array[float] | array[int] | Texts | Lists | list[Any]"
 """A column."""
 
 
-def _packed(values: Sequence[Any]) -> Packed:
-    """A column of these values, as small as it gives them back as they are."""
+def _packed(values: Sequence[Any], changing: int = CHANGING) -> Packed:
+    """A column of these values, as small as it gives them back as they are; for ``changing`` see ``Lists``."""
     kinds = set(map(type, values))
     if kinds == {float}:
         return array("d", values)
     if kinds == {int}:
-        try:
-            return array("q", values)
-        except OverflowError:
-            return list(values)
+        for width in WIDTHS:
+            with suppress(OverflowError):
+                return array(width, values)
+        return list(values)
     if kinds == {str} and 2 * len(set(values)) <= len(values):
         return Texts(values)
     if kinds == {list}:
-        return Lists(values)
+        return Lists(values, changing)
     return list(values)
 
 
@@ -134,16 +143,22 @@ def _together(column: Packed, values: Sequence[Any]) -> Packed:
         if set(map(type, values)) == {list}:
             column.extend(values)
             return column
-    else:
-        more = _packed(values)
-        if isinstance(more, array) and more.typecode == column.typecode:
-            column.extend(more)  # type: ignore[arg-type]  # of the same kind
-            return column
+    elif set(map(type, values)) == {float if column.typecode == "d" else int}:
+        for width in "d" if column.typecode == "d" else WIDTHS[WIDTHS.index(column.typecode) :]:
+            with suppress(OverflowError):
+                more = array(width, values)
+                column = column if width == column.typecode else array(width, column)
+                column.extend(more)
+                return column
     return [*column, *values]
 
 
 class Rows(Sequence[Row]):
     """Rows of a table in the order in which they were written, to be read or appended to.
+
+    Args:
+        rows: the first ones.
+        changing: lists of so many rows, the last, may still change.
 
     Attributes:
         append: takes a row; extend: takes several.
@@ -158,11 +173,12 @@ class Rows(Sequence[Row]):
     (3, (1.5, 'AUV01'), [(0.5, 'AUV00'), (1.0, 'AUV00')])
     """
 
-    __slots__ = ("_columns", "append", "extend", "n_packed", "new")
+    __slots__ = ("_changing", "_columns", "append", "extend", "n_packed", "new")
     append: Callable[[Row], None]
     extend: Callable[[Iterable[Row]], None]
 
-    def __init__(self, rows: Iterable[Row] = ()) -> None:
+    def __init__(self, rows: Iterable[Row] = (), changing: int = CHANGING) -> None:
+        self._changing = changing
         self.new: list[Row] = list(rows)
         self._columns: list[Packed] = []
         self.n_packed = 0
@@ -180,7 +196,7 @@ class Rows(Sequence[Row]):
         if self.n_packed:
             self._columns = [_together(column, more) for column, more in zip(self._columns, values, strict=True)]
         else:
-            self._columns = [_packed(column) for column in values]
+            self._columns = [_packed(column, self._changing) for column in values]
         self.n_packed += len(self.new)
         self.new.clear()
         return True

@@ -44,7 +44,7 @@ REPEATED_EPOCHS = 2
 """Packets in a row of an older epoch after which the newer one is taken for damage."""
 
 
-LOST, HEARD = 1.0, 0.0
+LOST, HEARD = 1, 0
 """Samples of a link."""
 MOST_SAMPLES = 64
 """That wait to be counted."""
@@ -89,21 +89,21 @@ class LossEstimate:
     """Running estimate of the loss of one directed link.
 
     Attributes:
-        samples: those that nobody has asked about yet; each is `LOST` or `HEARD`.
+        samples: those that nobody has asked about yet, a byte each: `LOST` or `HEARD`.
 
-    >>> estimate = LossEstimate([LOST, LOST, LOST, HEARD])
+    >>> estimate = LossEstimate(bytearray([LOST, LOST, LOST, HEARD]))
     >>> round(estimate.link.p_loss, 2), estimate.link.n, estimate.longest_silence
     (0.74, 4, 17)
     """
 
-    samples: list[float] = field(default_factory=list)
+    samples: bytearray = field(default_factory=bytearray)
     _n: int = 0
     _lost: float = 0.0
     _weight: float = 0.0
 
     def note_heard(self, n_lost: int) -> None:
         """Take note of a packet that was heard after so many that were lost: of ever so many the newest count."""
-        self.samples += [LOST] * min(n_lost, MOST_SAMPLES)
+        self.samples += bytes([LOST]) * min(n_lost, MOST_SAMPLES)
         self.samples.append(HEARD)
         if len(self.samples) > MOST_SAMPLES:
             self._count()
@@ -375,7 +375,7 @@ class PeerStates:
         """Count what was missed of a peer in a row, unless it was away."""
         incoming = self._incoming[sender]
         if n_missed <= 2 * SHORTEST_SILENCE or n_missed <= 2 * incoming.longest_silence:
-            incoming.samples += [LOST] * n_missed
+            incoming.samples += bytes([LOST]) * n_missed
 
     def heed(
         self, packet: Packet, frame: int, lasting: int, is_asked: bool, about: int | None = None

@@ -55,8 +55,8 @@ def column_array(values: Packed | Sequence[Any], kind: str, keep: Keep, order: A
     if isinstance(values, Texts) and kind == "str":
         numbers = np.array(values.numbers)
         return _texts(values.names, numbers if order is None else numbers[order])
-    if isinstance(values, array) and kind == {"d": "float", "q": "int"}[values.typecode]:
-        numbers = np.array(values)
+    if isinstance(values, array) and kind == ("float" if values.typecode == "d" else "int"):
+        numbers = np.array(values, np.float64 if kind == "float" else np.int64)
         numbers = numbers if order is None else numbers[order]
         return keep(numbers, None) if kind == "float" else numbers_array(numbers, TYPES[kind])
     values = list(values) if order is None else [values[number] for number in order]

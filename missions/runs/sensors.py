@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 
 from remoras.database import VehicleData
 from remoras.deliveries import DELIVERIES, UNSAID
@@ -35,7 +35,8 @@ def sensors_of(data: VehicleData) -> dict[str, Sensor]:
     return made
 
 
-def recorder_of_mission(mission: Mission, sensors: Iterable[Mapping[str, Sensor]]) -> Recorder:
-    """A recorder with the tables of the mission and its sensors."""
+def recorder_of_mission(mission: Mission, sensors: Sequence[Mapping[str, Sensor]]) -> Recorder:
+    """A recorder with the tables of the mission and of the sensors of each vehicle, which may have two packets on their
+    way."""
     tables = [sensor.table for of_one in sensors for sensor in of_one.values() if sensor.table is not None]
-    return Recorder([*mission.tables, *tables, DELIVERIES, UNSAID])
+    return Recorder([*mission.tables, *tables, DELIVERIES, UNSAID], 2 * len(sensors))

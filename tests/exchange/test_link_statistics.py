@@ -64,7 +64,7 @@ def test_what_a_receiver_loses_of_all_is_what_it_loses_of_each():
         rows = [draws.getrandbits(n_nodes) for _ in range(n_rows)]
         losses.note(rows)
         for sender, estimate in enumerate(estimates):
-            estimate.samples += [HEARD if row >> sender & 1 else LOST for row in rows]
+            estimate.samples += bytes(HEARD if row >> sender & 1 else LOST for row in rows)
         assert losses.p_reckoned == [estimate.p_reckoned for estimate in estimates]
 
 
