@@ -18,7 +18,7 @@ from exchange.schedule import TdmaSchedule
 from exchange.wire.codec import Codec, Widths
 from missions.mapping.mission import MappingMission
 from missions.runs.assembly import assemble
-from remoras.fleet import rare_collections
+from remoras.collecting import rare_collections
 from worldmodel import InformationNeed, Instance, NeedsIndex, WorldModel, core_ontology_paths, merge, read_tbox
 
 FEW, MANY = 100, 10_000

@@ -15,8 +15,9 @@ from missions.runs.results import write_results
 from missions.runs.run import run
 from missions.runs.tables import encoded, merge_tables, write_part
 from missions.scenarios import load
+from remoras.collecting import rare_collections
 from remoras.executive.layer import ExecutiveLayer
-from remoras.fleet import Fleet, rare_collections
+from remoras.fleet import Fleet
 from remoras.radio import Radio
 from remoras.recorder import Recorder
 from remoras.rows import Rows

@@ -6,15 +6,14 @@ that know themselves what they do (``remoras.events``).
 
 from __future__ import annotations
 
-import gc
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from exchange.acoustics.channel import Arrival
 from remoras.avoidance import SEPARATION_M
 from remoras.beliefs import Beliefs, Fact
 from remoras.clock import Clock, Priority
+from remoras.collecting import rare_collections
 from remoras.events import Event, Host, Part
 from remoras.holders import HolderCount
 from remoras.host import Agent, Model
@@ -25,27 +24,6 @@ from remoras.separation import Separation
 from remoras.traffic import Medium, Traffic
 from remoras.vehicle import Vehicle
 from remoras.view import ReadOnlyFleet
-
-COLLECT_AFTER = 1_000_000
-"""New objects after which the garbage collector looks for cycles during a run."""
-
-
-@contextmanager
-def rare_collections() -> Iterator[None]:
-    """Let the garbage collector look less often meanwhile.
-
-    A run makes many values and hardly any cycles; searching them for cycles would cost a sixth of its time. Where it
-    is rare already it is left so: of several runs that overlap the end of the first ends it.
-    """
-    usual = gc.get_threshold()
-    if usual[0] >= COLLECT_AFTER:
-        yield
-        return
-    gc.set_threshold(COLLECT_AFTER, *usual[1:])
-    try:
-        yield
-    finally:
-        gc.set_threshold(*usual)
 
 
 class Makers(NamedTuple):

@@ -22,8 +22,9 @@ from missions.runs.setup import Setup, resolved
 from missions.runs.summary import summary
 from missions.scenarios import load
 from missions.scenarios.parts import strategy_of
+from remoras.collecting import rare_collections
 from remoras.errors import PluginError
-from remoras.fleet import Fleet, rare_collections
+from remoras.fleet import Fleet
 from remoras.recorder import Recorder
 from stress.forging import forger
 from stress.invariants.ending import Ends, Finishes, NoException, SameDigest

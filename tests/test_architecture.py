@@ -145,7 +145,7 @@ HOST = "remoras.host"
 KNOW_MESA = {"remoras.fleet", "remoras.solo", "remoras.vehicle"}
 STAND_ALONE = {
     "remoras.organisation": {"remoras.errors"},
-    "remoras.htn": {"remoras.errors"},
+    "remoras.htn": {"remoras.errors", "remoras.collecting"},
     "remoras.executive.satisfaction": {"remoras.activities"},
 }
 FACE = (

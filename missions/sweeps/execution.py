@@ -27,7 +27,7 @@ from missions.scenarios import Scenario
 from missions.sweeps.code import code_with, references
 from missions.sweeps.ledger import DONE, FAILED, FinishedRun
 from missions.sweeps.plan import RunTask, version
-from remoras.fleet import rare_collections
+from remoras.collecting import rare_collections
 
 try:
     import resource

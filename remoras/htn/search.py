@@ -25,6 +25,7 @@ from functools import partial
 from types import GeneratorType
 from typing import Any
 
+from remoras.collecting import rare_collections
 from remoras.htn.domain import GOAL, Decomposition, Domain, Method, Operator, Task, always, goal_methods, nothing
 from remoras.htn.errors import endless, unknown_task, wrong_subtasks
 from remoras.htn.facts import Facts, FactsLike, Key
@@ -316,6 +317,7 @@ def _agenda(tasks: Sequence[Task], place: int, depth: int, behind: Agenda | None
     return behind
 
 
+@rare_collections()
 def plan(
     domain: Domain,
     facts: FactsLike,

@@ -23,9 +23,10 @@ from missions.benchmark.learning.observing import Observer, Sight
 from missions.benchmark.learning.policies import DECLARATION
 from missions.runs.setup import Setup
 from missions.runs.underway import Underway
+from remoras.collecting import rare_collections
 from remoras.errors import PluginError
 from remoras.events import Joined, Part
-from remoras.fleet import Fleet, rare_collections
+from remoras.fleet import Fleet
 from remoras.organisation import Group
 from remoras.rows import Row
 from remoras.strategies.founding import common_roles, founded

@@ -15,7 +15,7 @@ from missions.runs.results import MemoryResults, write_results
 from missions.runs.setup import Setup
 from missions.runs.underway import Underway
 from remoras.cli.live.audience import Audience
-from remoras.fleet import rare_collections
+from remoras.collecting import rare_collections
 
 USUAL_SPEED = 60.0
 LONGEST_LAG_S = 0.5
