@@ -11,13 +11,12 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from exchange.arithmetic import distance
-from missions.arrows.bayes import divergence, entropy
 from missions.arrows.chart import Chart
-from missions.arrows.choosing import Choosing, Trail, Way, goes_on
-from missions.arrows.contact import Leash, Reach
-from missions.arrows.detectors import ANOMALY, shown_of
+from missions.arrows.choosing import Choosing, Leg, Return, Trail, Way, goes_on
+from missions.arrows.contact import Find, Hearers, Leash, Reach
+from missions.arrows.detectors import ANOMALY, SAME_M, shown_of, unidentified
 from missions.arrows.grid import summed
-from missions.arrows.scenario import NOTHING, UNKNOWN, ArrowsScenario
+from missions.arrows.scenario import UNKNOWN, ArrowsScenario
 from remoras.behaviours import ADVANCING, DONE, DUE, IDLE, Approach, Behaviour, Perception, Reference, distance_m
 from remoras.database import VehicleData
 from remoras.known import Known
@@ -71,7 +70,7 @@ class Searching(Behaviour):
     Args:
         chart: a map of its own; choosing: how it chooses.
         reach: where it is in contact; others: who else searches.
-        hearers: whom it tells what it has found, who can identify it; it never comes back into contact if empty.
+        hearers: who can identify finds, and what they have heard of; None if it never comes back into contact.
         data: of the vehicle; until_s: when the search ends.
     """
 
@@ -81,19 +80,18 @@ class Searching(Behaviour):
         choosing: Choosing,
         reach: Reach,
         others: Sequence[str],
-        hearers: Sequence[str],
+        hearers: Hearers | None,
         data: VehicleData,
         until_s: float,
     ) -> None:
-        self._chart, self._choosing, self._reach = chart, choosing, reach
-        self._hearers = hearers
-        self._told_bits, self._told_s = 0.0, 0.0  # what others have heard of, and when it was in contact last
-        self._leash, self._others, self._held = Leash(reach), others, Held(others)
+        self._chart, self._choosing, self._reach, self._hearers = chart, choosing, reach, hearers
+        self._others, self._held = others, Held(others)
         self._track = Trail(choosing, chart.grid)
         self._data, self._until_s = data, until_s
         self._target_m: Point | None = None
         self._chosen_s = -math.inf
         self._is_returning = False
+        self._back_s: float | None = None  # since when it waits where it is in contact
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Due until the search ends; it makes known where it goes whenever it chooses anew."""
@@ -102,15 +100,12 @@ class Searching(Behaviour):
             return DONE
         at_m = motion.position_m
         self._held.note(picture.facts, now_s)
+        if self._hearers is not None:
+            self._hearers.note(picture.facts, picture.peers)
         if not performed:
             return DUE
         self._track.note(at_m, now_s)
-        heard_s = picture.peers.heard_s
-        acting_s = max((heard_s.get(name, -math.inf) for name in self._hearers), default=now_s)
-        self._leash.update(at_m, max(heard_s.values(), default=-math.inf), now_s, acting_s)
-        if is_in_contact := self._leash.is_in_contact(now_s):
-            self._told_s = now_s
-        if self._is_returning and not is_in_contact:
+        if self._is_returning and self._has_to_tell(picture, at_m, now_s):
             return ADVANCING
         is_stale = now_s - self._chosen_s > STALE_S
         if self._target_m is not None and not (self._is_returning or is_stale or self._is_reached(motion)):
@@ -122,23 +117,45 @@ class Searching(Behaviour):
     def _is_reached(self, motion: Motion) -> bool:
         return self._target_m is not None and distance_m(motion, self._target_m) <= ARRIVED_M
 
+    def _has_to_tell(self, picture: Picture, at_m: Point, now_s: float) -> bool:
+        """True while there is something left to tell, until it has waited for long where it should be heard."""
+        assert self._hearers is not None
+        if not self._reach.holds(at_m):
+            self._back_s = None
+        elif self._back_s is None:
+            self._back_s = now_s
+        elif now_s - self._back_s >= self._reach.greeting_s:
+            self._hearers.give_up(picture.facts)
+            return False
+        return bool(self._hearers.untold_m(picture.facts))
+
     def _choose(self, picture: Picture, at_m: Point, now_s: float) -> Point:
         self._chart.update(picture.facts, (self._data.name, *self._others))
         held = self._held.ways(picture.peers.positions_m, now_s)
-        leg = self._choosing.choose(self._chart, held, self._track, at_m, self._leash, now_s)
-        untold_bits, left_s = self._untold_bits(), self._until_s - now_s
-        is_on = leg is not None and (
-            not self._hearers or goes_on(leg, untold_bits, self._reach, at_m, self._choosing.speed_mps, left_s)
-        )
-        self._is_returning = not is_on
-        return leg.target_m if leg is not None and is_on else self._reach.point_m
+        leg = self._choosing.choose(self._chart, held, self._track, at_m, None, now_s)
+        assert leg is not None  # it may go anywhere
+        self._is_returning, self._back_s = self._comes_back(leg, picture, at_m, now_s), None
+        return self._reach.point_m if self._is_returning else leg.target_m
 
-    def _untold_bits(self) -> float:
-        """What it has learnt since it was in contact, as far as its choices tell: divergence of its map."""
-        known_bits = divergence(self._chart.shares, self._chart.prior)
-        if self._told_s >= self._chosen_s:
-            self._told_bits = known_bits
-        return max(0.0, known_bits - self._told_bits)
+    def _comes_back(self, leg: Leg, picture: Picture, at_m: Point, now_s: float) -> bool:
+        """True if telling what it has found is worth more than a leg, and it will not be heard sooner anyway."""
+        if (hearers := self._hearers) is None:
+            return False
+        facts, reach, speed_mps = picture.facts, self._reach, self._choosing.speed_mps
+        back_s = reach.heard_in_s(at_m, speed_mps, picture.frame_s)
+        if now_s - hearers.heard_s <= back_s:
+            return False
+        finds = []
+        for place_m in hearers.untold_m(facts):
+            cell = self._chart.grid.cell_at(place_m)
+            p_site = 0.0 if cell is None else float(self._chart.sites(self._chart.shares[:, cell]))
+            finds.append(Find(p_site, hearers.takes_s(reach.point_m, place_m)))
+        busy_s = hearers.busy_until_s(facts, picture.peers) - now_s
+        takes_s = hearers.takes_s(reach.point_m, leg.target_m)
+        out_s, direct_s = reach.home_s(leg.target_m, speed_mps), distance(at_m, leg.target_m) / speed_mps
+        later_s = reach.heard_in_s(leg.target_m, speed_mps, picture.frame_s)
+        now, later = Return(back_s, max(0.0, back_s + out_s - direct_s)), Return(later_s, later_s + out_s)
+        return not goes_on(leg, finds, takes_s, now, later, self._until_s - now_s, busy_s)
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """To the target, as fast as detectors work."""
@@ -271,7 +288,7 @@ class Identifying(Behaviour):
 
     Args:
         chart: a map of its own; scenario: of the mission.
-        searchers: whose looks it takes in; data: of the vehicle.
+        crew: whose looks it takes in; searchers: who may find anomalies; data: of the vehicle.
         reach: where it comes to hear more once it knows of no anomaly; None if it does not.
     """
 
@@ -279,18 +296,18 @@ class Identifying(Behaviour):
         self,
         chart: Chart,
         scenario: ArrowsScenario,
+        crew: Sequence[str],
         searchers: Sequence[str],
         data: VehicleData,
         reach: Reach | None = None,
     ) -> None:
         self._chart, self._settings, self._reach = chart, scenario.mission, reach
-        self._optical, self._searchers, self._data = scenario.detector.optical, searchers, data
-        self._names = (NOTHING, *(kind.name for kind in scenario.kinds))
+        self._optical, self._crew, self._searchers, self._data = scenario.detector.optical, crew, searchers, data
+        self._names, self._stay_s = chart.names, scenario.stay_s
         self._approach = Approach(data.transit_speed_mps)
         self._at: str | None = None
         self._place_m: Point | None = None
         self._since_s: float | None = None
-        self._left: set[str] = set()
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Due while an anomaly is known that is neither identified nor given up, and out of contact where none is."""
@@ -300,7 +317,7 @@ class Identifying(Behaviour):
         if self._at is None:
             self._at = self._next(motion, facts)
             if self._at is None:
-                return self._listen(motion, performed)
+                return self._listen(motion, picture, performed)
             self._place_m, self._since_s = facts.get(("location", self._at)), None
         assert self._place_m is not None
         to_go_m = distance_m(motion, self._place_m)
@@ -313,25 +330,28 @@ class Identifying(Behaviour):
             self._since_s = now_s
         return Perception(1.0, 1.0, concludes=tuple(self._concluded(self._at, facts, now_s)))
 
-    def _listen(self, motion: Motion, performed: bool) -> Perception:
-        """Nothing is known that it could identify: it comes back into contact, where it hears of more."""
-        if self._reach is None or self._reach.holds(motion.position_m):
-            self._place_m = None
+    def _listen(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
+        """Nothing is known that it could identify: it comes back into contact where it hears of more sooner there."""
+        heard_s, at_m, speed_mps = picture.peers.heard_s, motion.position_m, self._data.transit_speed_mps
+        silent_s = picture.body.now_s - min(heard_s.get(name, 0.0) for name in self._searchers)
+        self._place_m = None
+        if (reach := self._reach) is None or reach.holds(at_m):
             return IDLE
-        self._place_m = self._reach.point_m
+        if silent_s <= reach.heard_in_s(at_m, speed_mps, picture.frame_s):
+            return IDLE
+        self._place_m = reach.point_m
         return ADVANCING if performed else DUE
 
     def _concluded(self, anomaly: str, facts: Known, now_s: float) -> Iterator[Observation]:
         """What the anomaly is, once that is clear or will not become so; then, of a site, that it is pictured."""
         if facts.get(("identity", anomaly)) is None:
-            shown, shares = facts.values(("shown", anomaly)), self._shares(anomaly, facts)
+            shown, shares = self._shown(anomaly, facts), self._shares(anomaly, facts)
             best = int(np.argmax(shares))
             if shown and shares[best] >= self._settings.sure:
                 probability = min(0.99, float(shares[best]))
                 self._since_s = now_s
                 yield Observation(((anomaly, "identity", self._names[best], probability),))
             elif len(shown) >= ENOUGH_IMAGES:
-                self._left.add(anomaly)
                 self._at = None
                 yield Observation(((anomaly, "identity", UNKNOWN),))
             return
@@ -343,25 +363,27 @@ class Identifying(Behaviour):
             yield Observation(((anomaly, "picturedBy", self._data.name),))
 
     def _next(self, motion: Motion, facts: Known) -> str | None:
-        """The anomaly of which most is to be learnt per time."""
-        self._chart.update(facts, self._searchers)
+        """The anomaly that is most likely to be a site, for the time it takes."""
+        self._chart.update(facts, self._crew)
         found = []
-        for name in facts.instances(ANOMALY):
-            place_m = facts.get(("location", name))
-            if name in self._left or place_m is None or facts.get(("identity", name)) is not None:
-                continue
-            bits = float(entropy(self._shares(name, facts)[:, None])[0])
-            stay_s = 2.0 * self._optical.look_s + self._settings.picture_s
+        for name, place_m in unidentified(facts).items():
+            p_site = float(self._chart.sites(self._shares(name, facts)))
             way_s = distance_m(motion, place_m) / self._data.transit_speed_mps
-            found.append((bits / (way_s + stay_s), name))
+            found.append((p_site / (way_s + self._stay_s), name))
         return max(found, key=lambda weighed: (weighed[0], weighed[1]))[1] if found else None
+
+    def _shown(self, anomaly: str, facts: Known) -> list[int]:
+        """What images show of an anomaly, under whatever name it is the same."""
+        at_m = facts.get(("location", anomaly))
+        same = [name for name in facts.instances(ANOMALY) if _are_same(facts.get(("location", name)), at_m)]
+        return sorted(shown_of(int(code)) for name in same for code in facts.values(("shown", name)))
 
     def _shares(self, anomaly: str, facts: Known) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
         """What an anomaly is: by the map where it lies, and by what images of it show; shape (1 + kinds,)."""
         cell = self._chart.grid.cell_at(facts.get(("location", anomaly)))
         n_kinds, p_wrong = len(self._names), self._optical.p_false
         shares = np.full(n_kinds, 1.0 / n_kinds) if cell is None else self._chart.shares[:, cell].copy()
-        for kind in sorted(shown_of(int(code)) for code in facts.values(("shown", anomaly))):
+        for kind in self._shown(anomaly, facts):
             likelihood = np.full(n_kinds, p_wrong / max(1, n_kinds - 1))
             likelihood[kind] = 1.0 - p_wrong
             shares *= likelihood
@@ -374,3 +396,7 @@ class Identifying(Behaviour):
             return None
         to_go_m = distance_m(motion, self._place_m)
         return Reference(self._place_m, 0.0 if to_go_m <= HOVER_M else self._data.transit_speed_mps)
+
+
+def _are_same(one_m: Point | None, other_m: Point | None) -> bool:
+    return one_m is not None and other_m is not None and distance(one_m, other_m) <= SAME_M

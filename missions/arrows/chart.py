@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from missions.arrows.bayes import posterior
 from missions.arrows.grid import N_DETECTORS, Array, CellGrid, contact_of, swept_of
+from missions.arrows.scenario import SITES
 from remoras.known import Known
 
 SWEPT, CONTACT = "swept", "contact"
@@ -26,10 +27,12 @@ class Chart:
         grid: the cells.
         prior: shape (1 + kinds, n_cells); the first row is nothing.
         rates: of contacts by detector and kind, shape (detectors, 1 + kinds).
+        names: of the kinds, nothing first.
     """
 
-    def __init__(self, grid: CellGrid, prior: Array, rates: Array) -> None:
-        self.grid, self.prior, self.rates = grid, prior, rates
+    def __init__(self, grid: CellGrid, prior: Array, rates: Array, names: Sequence[str]) -> None:
+        self.grid, self.prior, self.rates, self.names = grid, prior, rates, names
+        self._sites = [number for number, name in enumerate(names) if name in SITES]
         self._n_told = -1
         self._seen: dict[tuple[str, str], set[int]] = {}
         self._clear()
@@ -51,6 +54,13 @@ class Chart:
     def holds_find(self) -> npt.NDArray[np.bool_]:
         """Cells in which somebody has found something, shape (n_cells,)."""
         return np.asarray(self._n_yes.any(axis=0))
+
+    def sites(self, shares: Array) -> Array:
+        """The part of shares of kinds, shape (1 + kinds, ...), that are sites."""
+        total: Array = np.zeros_like(shares[0])
+        for number in self._sites:
+            total = total + shares[number]
+        return total
 
     def update(self, facts: Known, vehicles: Sequence[str]) -> None:
         """Take in what is known of the looks of some vehicles."""

@@ -16,8 +16,8 @@ import numpy.typing as npt
 
 from missions.arrows.bayes import look_information
 from missions.arrows.chart import Chart
-from missions.arrows.contact import Leash, Reach
-from missions.arrows.grid import Array, CellGrid, halved
+from missions.arrows.contact import Find, Leash
+from missions.arrows.grid import Array, CellGrid, halved, summed
 from remoras.work import Point
 
 TURN_S = 20.0
@@ -42,31 +42,47 @@ def beside(grid: CellGrid, way: Way) -> Array:
 
 
 class Leg(NamedTuple):
-    """The way to a target: where that is, what looks on it may tell (bits), and the time that it takes (s)."""
+    """The way to a target: where that is, how many sites it may be expected to find, and the time that it takes (s)."""
 
     target_m: Point
-    bits: float
+    sites: float
     takes_s: float
 
 
-def goes_on(leg: Leg, untold_bits: float, reach: Reach, at_m: Point, speed_mps: float, left_s: float) -> bool:
-    """True while what a leg is expected to tell is worth more than telling sooner what is held; see ``contact``.
+class Return(NamedTuple):
+    """Coming back: how long it takes until it is heard (s), and how much longer it takes to go on from there (s)."""
+
+    heard_in_s: float
+    pause_s: float
+
+
+def goes_on(
+    leg: Leg, finds: Sequence[Find], takes_s: float, now: Return, later: Return, left_s: float, busy_s: float
+) -> bool:
+    """True if coming back after a leg gains more than coming back now, or neither gains anything; see ``contact``.
 
     Args:
         leg: that it would go.
-        untold_bits: what it holds that nobody has heard of.
-        reach: where it is in contact.
-        at_m, speed_mps: where it is, and how fast.
+        finds: of which nobody has heard who can identify them.
+        takes_s: how long it takes to identify what it finds on the leg.
+        now, later: coming back before the leg, and after it.
         left_s: until the search ends.
+        busy_s: until who identifies finds is done with what it has heard of.
 
-    >>> goes_on(Leg((900.0, 0.0), 1.0, 100.0), 2.0, Reach((0.0, 0.0), 100.0, 0.0, 60.0), (900.0, 0.0), 1.0, 2000.0)
-    True
-    >>> goes_on(Leg((900.0, 0.0), 1.0, 100.0), 20.0, Reach((0.0, 0.0), 100.0, 0.0, 60.0), (900.0, 0.0), 1.0, 2000.0)
+    >>> leg, finds, back = Leg((500.0, 0.0), 0.04, 100.0), [Find(0.9, 200.0)], Return(400.0, 800.0)
+    >>> goes_on(leg, finds, 200.0, back, back, 2000.0, 0.0)
     False
+    >>> goes_on(leg, finds, 200.0, back, back, 2000.0, 1000.0)  # who identifies them has its hands full
+    True
     """
-    sooner_s = max(0.0, left_s - reach.home_s(at_m, speed_mps))
-    later_s = max(0.0, left_s - leg.takes_s - reach.home_s(leg.target_m, speed_mps))
-    return leg.bits * later_s >= untold_bits * (sooner_s - later_s)
+
+    def gain(told: Sequence[Find], after_s: float, back: Return) -> float:
+        until_s = left_s - max(after_s + back.heard_in_s, busy_s)
+        identified = sum(find.p_site * max(0.0, until_s - find.takes_s) for find in told)
+        missed = leg.sites / leg.takes_s * back.pause_s * max(0.0, left_s - after_s - back.pause_s / 2.0)
+        return identified - 2.0 * missed  # found later, and identified later
+
+    return max(0.0, gain([*finds, Find(leg.sites, takes_s)], leg.takes_s, later)) >= gain(finds, 0.0, now)
 
 
 class Trail:
@@ -120,16 +136,29 @@ class Choosing:
             track: where it has been lately.
             now_s: the time.
         """
-        left = np.where(chart.holds_find, 0.0, 1.0) if self.leaves_finds else np.ones(chart.grid.n_cells)
-        for way in held:
-            left *= 1.0 - self.repulsion * np.maximum(0.0, 1.0 - beside(chart.grid, way) / self.repulsion_m)
+        left = self._left(chart, held)
         return {
             one: np.where(track.is_fresh(one, now_s), 0.0, left * look_information(chart.shares, chart.rates[one]))
             for one in self.ranges_m
         }
 
+    def _left(self, chart: Chart, held: Sequence[Way]) -> Array:
+        """Which share of each cell is neither left to others nor to who identifies what was found, shape (n_cells,)."""
+        left = np.where(chart.holds_find, 0.0, 1.0) if self.leaves_finds else np.ones(chart.grid.n_cells)
+        for way in held:
+            left *= 1.0 - self.repulsion * np.maximum(0.0, 1.0 - beside(chart.grid, way) / self.repulsion_m)
+        return left
+
+    def _sites(self, chart: Chart, left: Array, track: Trail, off2: Array, now_s: float) -> float:
+        """How many sites are found on a way, of which cells are so far off (m2), shape (n_cells,)."""
+        missed = np.ones_like(chart.shares)
+        for one, range_m in self.ranges_m.items():
+            looked = (off2 <= range_m * range_m) & ~track.is_fresh(one, now_s)
+            missed *= 1.0 - chart.rates[one][:, None] * looked
+        return summed(left * chart.sites((1.0 - missed) * chart.shares))
+
     def choose(
-        self, chart: Chart, held: Sequence[Way], track: Trail, at_m: Point, leash: Leash, now_s: float
+        self, chart: Chart, held: Sequence[Way], track: Trail, at_m: Point, leash: Leash | None, now_s: float
     ) -> Leg | None:
         """The first leg of the best route; None if there is no point to which it may go.
 
@@ -140,15 +169,16 @@ class Choosing:
         Args:
             chart, held, track: see ``information``.
             at_m: where it is.
-            leash: how far it may go.
+            leash: how far it may go; None where it may go anywhere.
             now_s: the time.
         """
         grid = chart.grid
         cells = np.arange(grid.n_cells)
         on_lattice = (cells // grid.n_columns % STRIDE == 0) & (cells % grid.n_columns % STRIDE == 0)
         x_m, y_m = grid.x_m[on_lattice], grid.y_m[on_lattice]
-        allowed = leash.allows(x_m, y_m, at_m, self.speed_mps, now_s)
-        x_m, y_m = x_m[allowed], y_m[allowed]
+        if leash is not None:
+            allowed = leash.allows(x_m, y_m, at_m, self.speed_mps, now_s)
+            x_m, y_m = x_m[allowed], y_m[allowed]
         if len(x_m) == 0:
             return None
         bits = self.information(chart, held, track, now_s)
@@ -156,7 +186,8 @@ class Choosing:
         firsts = np.argsort(-legs[0] / legs[1], kind="stable")[:N_FIRST]
         rates = [self._rate(grid, bits, legs, int(first), x_m, y_m) for first in firsts]
         best = int(firsts[int(np.argmax(rates))])
-        return Leg((float(x_m[best]), float(y_m[best])), float(legs[0][best]), float(legs[1][best]))
+        sites = self._sites(chart, self._left(chart, held), track, legs[2][best], now_s)
+        return Leg((float(x_m[best]), float(y_m[best])), sites, float(legs[1][best]))
 
     def _legs(
         self, grid: CellGrid, bits: Mapping[int, Array], at_m: Point, x_m: Array, y_m: Array

@@ -1,37 +1,46 @@
 """Contact: where a vehicle is within reach of the others, and when it has to be back there.
 
-All know the rally point, around which the group keeps together, and what the channel loses over range. So each knows on
-its own where contact is, and that it has left it; nobody has to tell it when to come back.
+All know where the group keeps together, and what the channel loses over range. So each knows on its own where contact
+is, and that it has left it; nobody has to tell it when to come back.
 
-**A leash by value.** What is found is worth more the sooner others hear of it: until the search ends at T, they can act
-on it, so each bit that is told at t is worth T - t, and nothing from T on. A vehicle that holds U bits which nobody has
-heard of, is h from contact, and could go on a leg that takes L, may tell g bits and ends h' from contact, goes on while
+**A leash by value.** A site is worth more the sooner it is found, and once more the sooner it is identified: until the
+search ends, T from now, each is worth the time that is left. What a vehicle has found is identified once it has told
+who can identify it, and that one is done with all it has heard of before, b from now (``Hearers``). So a vehicle that
+finds r sites per second, comes back after a time l, is heard h later, and is c later than it would be on its way for
+that, gains over one that never comes back, with finds i, each a site by p_i and a_i from being identified,
 
-    g * (T - now - L - h')  >=  U * ((T - now - h) - (T - now - L - h')),
+    sum over i of  p_i * (T - max(l + h, b) - a_i)  -  2 * r * c * (T - l - c / 2),
 
-with each time to the end taken as 0 once it is past: while what it expects to be told is worth more than what it holds
-loses by being told later (``choosing.goes_on``). It comes back sooner the more it has found, and lastly before the end.
+with each time that is left taken as 0 once it is past: what it tells of is identified, and what it goes on to find is
+found later, and identified later. It goes on a leg if coming back after that gains more than coming back now, or
+neither gains anything (``choosing.goes_on``). Nor does it come back where it expects to be heard sooner anyway: it
+expects a silence to last as long again as it has lasted, its median where nothing else is known of it (Gott, Nature
+363, 1993).
 """
 
 from __future__ import annotations
 
-import math
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from exchange.acoustics.link import Transmission
 from exchange.arithmetic import distance
+from missions.arrows.detectors import ANOMALY, unidentified
 from missions.arrows.grid import Array
 from missions.arrows.scenario import ArrowsScenario
 from missions.scenarios.deployment import deployment_of
+from remoras.known import Known
+from remoras.picture import Peers
 from remoras.work import Point
 
 N_RANGES = 200
 """Ranges at which the loss is looked up."""
-LATELY_S = 60.0
-"""Who has heard others twice within so long is in contact; one packet may come through from afar."""
+N_HEARD = 2
+"""Who has heard so many packets of another one has been heard by it; one may come through from afar."""
 
 
 def contact_range_m(scenario: ArrowsScenario) -> float:
@@ -55,14 +64,16 @@ class Reach:
     Attributes:
         point_m: the middle of where all are in contact.
         range_m: a vehicle within it is in contact.
-        alone_s: how long a vehicle may be out of contact; infinite where that is not bounded.
-        greeting_s: who is back stays until it hears somebody, for so long at most.
+        alone_s: how long a vehicle that waits for orders may be out of contact.
+        greeting_s: who is back stays until it is heard, for so long at most.
+        p_loss: share of packets that is lost at that range.
     """
 
     point_m: Point
     range_m: float
     alone_s: float
     greeting_s: float
+    p_loss: float = 0.0
 
     def holds(self, position_m: Point) -> bool:
         """True within it."""
@@ -72,9 +83,65 @@ class Reach:
         """How long the way back into contact takes."""
         return max(0.0, distance(position_m, self.point_m) - self.range_m) / speed_mps
 
+    def heard_in_s(self, position_m: Point, speed_mps: float, frame_s: float) -> float:
+        """How long it takes until who comes back has heard, and been heard by, another one that is there."""
+        return self.home_s(position_m, speed_mps) + N_HEARD * frame_s / (1.0 - self.p_loss)
+
+
+class Find(NamedTuple):
+    """What a vehicle has found: the probability that it is a site, and how long it takes to identify it (s)."""
+
+    p_site: float
+    takes_s: float
+
+
+class Hearers:
+    """Those who identify finds: what they have heard of, as far as one vehicle can know, and have to do.
+
+    Args:
+        speeds_mps: of who identifies, by name.
+        stay_s: how long one stays at a find.
+    """
+
+    def __init__(self, speeds_mps: Mapping[str, float], stay_s: float) -> None:
+        self._speeds_mps, self._stay_s = speeds_mps, stay_s
+        self.heard_s = 0.0
+        self._told: Collection[str] = ()
+        self._known: Collection[str] = ()
+
+    def note(self, facts: Known, peers: Peers) -> None:
+        """Of what was known before two packets of theirs they have heard (``N_HEARD``)."""
+        heard_s = max((peers.heard_s.get(name, 0.0) for name in self._speeds_mps), default=0.0)
+        if heard_s > self.heard_s:
+            self.heard_s, self._told, self._known = heard_s, self._known, frozenset(facts.instances(ANOMALY))
+
+    def give_up(self, facts: Known) -> None:
+        """Nobody came to hear of what is known: it is as good as told."""
+        self._told = frozenset(facts.instances(ANOMALY))
+
+    def untold_m(self, facts: Known) -> list[Point]:
+        """Where finds lie of which they have not heard."""
+        return [place_m for name, place_m in unidentified(facts).items() if name not in self._told]
+
+    def takes_s(self, from_m: Point, place_m: Point) -> float:
+        """How long the way to a find takes, and what is done there."""
+        return distance(from_m, place_m) / max(self._speeds_mps.values()) + self._stay_s
+
+    def busy_until_s(self, facts: Known, peers: Peers) -> float:
+        """When they will be done with all they have heard of, if each time they go to what is nearest."""
+        places_m = [place_m for name, place_m in unidentified(facts).items() if name in self._told]
+        last, until_s = max(self._speeds_mps, key=lambda name: peers.heard_s.get(name, 0.0)), self.heard_s
+        at_m = peers.positions_m.get(last)
+        while places_m:
+            next_m = min(places_m, key=lambda place_m: distance(at_m or place_m, place_m))
+            until_s += self.takes_s(at_m or next_m, next_m) / len(self._speeds_mps)
+            places_m.remove(next_m)
+            at_m = next_m
+        return until_s
+
 
 class Leash:
-    """Whether one vehicle is in contact, and how far and for how long it may still go.
+    """How far and for how long one vehicle may go that has to come back for orders.
 
     Args:
         reach: where it is in contact.
@@ -82,28 +149,20 @@ class Leash:
 
     def __init__(self, reach: Reach) -> None:
         self._reach = reach
-        self._back_s: float | None = None  # since when it is in contact again
-        self._heard_s = -math.inf, -math.inf  # when it heard last who acts on what it tells, and before
+        self._back_s: float | None = 0.0  # since when it is in contact again
         self.due_s = reach.alone_s
         self.has_greeted = True
 
-    def update(self, position_m: Point, heard_s: float, now_s: float, acting_s: float = -math.inf) -> None:
-        """Note where the vehicle is, when it heard anybody last, and when anybody who acts on what it tells."""
-        if acting_s > self._heard_s[0]:
-            self._heard_s = acting_s, self._heard_s[0]
+    def update(self, position_m: Point, heard_s: float, now_s: float) -> None:
+        """Note where the vehicle is, and when it was heard last."""
         if not self._reach.holds(position_m):
             self._back_s = None
             return
         if self._back_s is None:
-            self._back_s = now_s
-            self.has_greeted = now_s == 0.0
+            self._back_s, self.has_greeted = now_s, False
         self.due_s = now_s + self._reach.alone_s
         waited_s = now_s - self._back_s
         self.has_greeted = self.has_greeted or heard_s > self._back_s or waited_s >= self._reach.greeting_s
-
-    def is_in_contact(self, now_s: float) -> bool:
-        """True for who has lately heard twice who acts on it, or is back and has heard anybody or waited for long."""
-        return self._heard_s[1] >= now_s - LATELY_S or (self._back_s is not None and self.has_greeted)
 
     def allows(
         self, x_m: Array, y_m: Array, position_m: Point, speed_mps: float, now_s: float
@@ -114,8 +173,6 @@ class Leash:
         within = from_point_m <= self._reach.range_m
         if not self.has_greeted:
             return np.asarray(within)
-        if self._reach.alone_s == math.inf:
-            return np.ones(len(x_m), dtype=bool)
         dx_m, dy_m = x_m - position_m[0], y_m - position_m[1]
         there_m = np.sqrt(dx_m * dx_m + dy_m * dy_m)
         back_s = now_s + (there_m + np.maximum(0.0, from_point_m - self._reach.range_m)) / speed_mps

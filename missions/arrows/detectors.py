@@ -15,6 +15,7 @@ from missions.arrows.grid import MOST_LOOKS, MOST_PASSES, N_DETECTORS, TILE, con
 from missions.arrows.scenario import DETECTORS, NOTHING
 from missions.arrows.seafloor import Seafloor, Thing
 from remoras.database import VehicleData
+from remoras.known import Known
 from remoras.recorder import TIME, VEHICLE, Column, Table
 from remoras.sensor import SELF, Observation, Pose, Sensor, SensorSettings
 from remoras.work import Point
@@ -58,6 +59,21 @@ def shown_of(code: int) -> int:
     4
     """
     return code % 8
+
+
+def unidentified(facts: Known) -> dict[str, Point]:
+    """Anomalies that are known, by name, and where: neither identified, nor the same as one that is.
+
+    Two vehicles that did not hear each other give one thing two names.
+    """
+    known = ((name, facts.get(("location", name))) for name in facts.instances(ANOMALY))
+    places_m = {name: place_m for name, place_m in known if place_m is not None}
+    done_m = [place_m for name, place_m in places_m.items() if facts.get(("identity", name)) is not None]
+    return {
+        name: place_m
+        for name, place_m in places_m.items()
+        if all(distance(place_m, other_m) > SAME_M for other_m in done_m)
+    }
 
 
 def _off_m(sigma_m: float, share: float) -> float:

@@ -84,7 +84,7 @@ def draw_maps(axes: Axes, results: RunResults, style: Style) -> str:
 
     scenario = ArrowsScenario.model_validate(tables_of(results.manifest["scenario"], "manifest.json"))
     grid, prior, rates = grid_of(scenario), prior_of(scenario), rates_of(scenario)
-    chart = Chart(grid, prior, rates)
+    chart = Chart(grid, prior, rates, scenario.names)
     for row in _rows(results, "items"):
         if row["attribute"] in (SWEPT, CONTACT):
             chart.add(row["attribute"], (int(float(row["value"])),))

@@ -16,11 +16,13 @@ from functools import cached_property
 from pathlib import Path
 from typing import ClassVar
 
+import numpy as np
+
 from missions.arrows.behaviours import Directing, Identifying, Obeying, Searching, Sweeping
 from missions.arrows.chart import Chart
 from missions.arrows.checks import arrows_faults
 from missions.arrows.choosing import Choosing, lawnmower_track
-from missions.arrows.contact import Reach, contact_range_m
+from missions.arrows.contact import Hearers, Reach, contact_range_m
 from missions.arrows.detectors import (
     AcousticSettings,
     ClassifyingCameraSettings,
@@ -28,7 +30,7 @@ from missions.arrows.detectors import (
     MagneticSettings,
 )
 from missions.arrows.figures import FIGURES
-from missions.arrows.grid import MOST_PASSES
+from missions.arrows.grid import MOST_PASSES, halved
 from missions.arrows.metrics import METRICS
 from missions.arrows.prior import grid_of, prior_of, rates_of
 from missions.arrows.scenario import DETECTORS, ArrowsScenario
@@ -129,7 +131,7 @@ class ArrowsMission(JobMission):
 
     def chart(self) -> Chart:
         """A map of which nothing but the prior is known."""
-        return Chart(self.grid, self.prior, self.rates)
+        return Chart(self.grid, self.prior, self.rates, self.scenario.names)
 
     # Who does what -------------------------------------------------------------------------------
 
@@ -150,11 +152,19 @@ class ArrowsMission(JobMission):
 
     @cached_property
     def reach(self) -> Reach:
-        """Where vehicles are in contact: around the rally point of the first group."""
+        """Where vehicles are in contact: around the rally point of the first group, where its head is.
+
+        Who decides for itself is in contact around the cell from which the sites that are expected are nearest in the
+        mean (the median of a network; Hakimi, Operations Research 12, 1964), which all know by the prior.
+        """
         settings, point = self.scenario.mission, next(iter(self._groups.values())).rally_point
-        alone_s = settings.alone_s if settings.contact and settings.search == "central" else math.inf
-        greeting_s = settings.greeting_s if settings.contact else 0.0
-        return Reach(self._rally_points_m[point or ""], contact_range_m(self.scenario), alone_s, greeting_s)
+        at_m = self._rally_points_m[point or ""]
+        if settings.search != "central":
+            grid, sites = self.grid, self.chart().sites(self.prior)
+            dx_m, dy_m = grid.x_m[:, None] - grid.x_m, grid.y_m[:, None] - grid.y_m
+            at_m = grid.centre_m(int(np.argmin(halved(sites * np.sqrt(dx_m * dx_m + dy_m * dy_m)))))
+        alone_s, greeting_s = (settings.alone_s, settings.greeting_s) if settings.contact else (math.inf, 0.0)
+        return Reach(at_m, contact_range_m(self.scenario), alone_s, greeting_s, settings.contact_loss)
 
     def _choosing(self, data: VehicleData) -> Choosing:
         detectors, settings = self.scenario.detector, self.scenario.mission
@@ -206,7 +216,7 @@ class ArrowsMission(JobMission):
         match activity.name, settings.search:
             case ("Identifying", _):
                 reach = self.reach if settings.contact else None
-                return Identifying(self.chart(), self.scenario, self.crew, data, reach)
+                return Identifying(self.chart(), self.scenario, self.crew, self.searchers, data, reach)
             case ("Directing", _):
                 choosing = {name: self._choosing(self._database[name]) for name in self.searchers}
                 starts_m = {name: self._database[name].start_m for name in self.searchers}
@@ -217,11 +227,12 @@ class ArrowsMission(JobMission):
                 return Sweeping(self._lanes(data), data, settings.search_s)
             case ("Searching", _):
                 others = tuple(name for name in self.searchers if name != data.name)
-                hearers = tuple(name for name in self.identifiers or self._database if name != data.name)
+                told = [name for name in self.identifiers if name != data.name and settings.contact]
+                speeds_mps = {name: self._database[name].transit_speed_mps for name in told}
+                hearers = Hearers(speeds_mps, self.scenario.stay_s) if told else None
                 return Searching(
-                    self.chart(), self._choosing(data), self.reach, others, hearers if settings.contact else (), data,
-                    settings.search_s,
-                )  # fmt: skip
+                    self.chart(), self._choosing(data), self.reach, others, hearers, data, settings.search_s
+                )
         raise PlanningError(f"activity {activity.name!r} has no behaviour")
 
     def _lanes(self, data: VehicleData) -> Sequence[Point]:

@@ -38,14 +38,16 @@ class ArrowsSettings(JobSettings):
     contact: bool = Field(
         True, description="false: a vehicle never comes back into contact to tell what it found, or to hear of more"
     )
-    contact_loss: Probability = Field(
+    contact_loss: float = Field(
         0.3,
-        description="a vehicle is in contact where a full packet to the rally point is lost no more often than this",
+        ge=0.0,
+        lt=1.0,
+        description="a vehicle is in contact where a full packet to the middle is lost no more often than this",
     )
     alone_s: Positive = Field(600.0, description="how long a vehicle may be out of contact under search = central")
     greeting_s: Positive = Field(
         120.0,
-        description="a vehicle that is back stays in contact until it hears somebody, but not for longer than this",
+        description="a vehicle that is back stays in contact until it is heard, but not for longer than this",
     )
     sure: float = Field(0.9, gt=0.5, lt=1.0, description="an anomaly is identified at this probability")
     picture_s: Positive = Field(60.0, description="how long a vehicle stays to take pictures of a site")
@@ -118,3 +120,13 @@ class ArrowsScenario(JobScenario):
     def kinds(self) -> tuple[KindTable, ...]:
         """What may lie in a cell, numbered from 1 on in an order that is not that of the file."""
         return tuple(sorted(self.kind, key=lambda kind: KINDS.index(kind.name)))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of what a cell may hold, by its number: nothing first."""
+        return (NOTHING, *(kind.name for kind in self.kinds))
+
+    @property
+    def stay_s(self) -> float:
+        """How long who identifies an anomaly stays there: for two images, and for pictures of a site."""
+        return 2.0 * self.detector.optical.look_s + self.mission.picture_s

@@ -44,12 +44,13 @@ class Facts:
     """What is known, as maps and behaviours ask for it.
 
     Attributes:
-        told: every value of facts; known: the latest of others.
+        told: every value of facts; known: the latest of others; anomalies: names of those that are known.
     """
 
     def __init__(self, told: dict[tuple[str, str], set[int]]) -> None:
         self.told, self.n_told = told, 0
         self.known: dict[tuple[str, str], object] = {}
+        self.anomalies: tuple[str, ...] = ()
 
     def get(self, key: tuple[str, str], default: object = None) -> object:
         return self.known.get(key, default)
@@ -58,4 +59,9 @@ class Facts:
         return self.told.get(key, set())
 
     def instances(self, of_class: str) -> tuple[str, ...]:
-        return ()
+        return self.anomalies if of_class == "Anomaly" else ()
+
+    def add(self, name: str, place_m: tuple[float, float]) -> None:
+        """An anomaly is known."""
+        self.anomalies += (name,)
+        self.known["location", name] = place_m

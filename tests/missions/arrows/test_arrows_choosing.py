@@ -13,21 +13,23 @@ from searching import Facts, mission
 
 import missions.arrows.choosing as choosing_module
 from missions.arrows.behaviours import HELD_S, Held
-from missions.arrows.choosing import Choosing, Leg, Trail, goes_on, lawnmower_track
-from missions.arrows.contact import Leash, Reach, contact_range_m
+from missions.arrows.choosing import Choosing, Leg, Return, Trail, goes_on, lawnmower_track
+from missions.arrows.contact import Find, Hearers, Leash, Reach, contact_range_m
 from missions.arrows.grid import contact_code
 from remoras.activities import Activity, ActivityType
+from remoras.motion import Motion
+from remoras.picture import Peers, Picture
 
 SEA = mission()
+SEARCHING = Activity("Searching", ActivityType.GUIDANCE, ("search area",))
 REACH = Reach((600.0, -60.0), 400.0, 600.0, 120.0)
-FREE = Reach((600.0, -60.0), 400.0, math.inf, 120.0)
 CHOOSING = Choosing({0: 60.0}, {0: 60.0}, 1.5, 1.0, 150.0)
 
 
 def chosen(at_m: tuple[float, float], *held: tuple[tuple[float, float], tuple[float, float]], repulsion: float = 1.0):
     choosing = Choosing({0: 60.0}, {0: 60.0}, 1.5, repulsion, 150.0)
     chart = SEA.chart()
-    leg = choosing.choose(chart, held, Trail(choosing, chart.grid), at_m, Leash(FREE), 0.0)
+    leg = choosing.choose(chart, held, Trail(choosing, chart.grid), at_m, None, 0.0)
     assert leg is not None
     return leg.target_m
 
@@ -40,7 +42,7 @@ def test_it_goes_where_something_is_to_be_found() -> None:
     chart.prior[0] = 1.0 - chart.prior[1:].sum(axis=0)
     chart.add("contact", ())
     for at_m in ((700.0, 600.0), (1100.0, 600.0)):
-        leg = CHOOSING.choose(chart, (), Trail(CHOOSING, chart.grid), at_m, Leash(FREE), 0.0)
+        leg = CHOOSING.choose(chart, (), Trail(CHOOSING, chart.grid), at_m, None, 0.0)
         assert leg is not None
         assert math.dist(leg.target_m, (900.0, 600.0)) < 160.0
 
@@ -84,45 +86,100 @@ def test_from_wherever_it_may_go_it_is_back_in_time(x_m: float, y_m: float, sinc
         assert REACH.holds(target_m) or there_s + REACH.home_s(target_m, speed_mps) <= leash.due_s + 1e-6
 
 
-def test_who_has_heard_twice_lately_who_acts_on_it_is_in_contact_wherever_it_is() -> None:
-    leash, far_m = Leash(REACH), (600.0, 800.0)
-    leash.update(far_m, 100.0, 100.0, 100.0)
-    assert not leash.is_in_contact(100.0)  # one packet may come through from afar
-    leash.update(far_m, 130.0, 130.0, 100.0)  # somebody else
-    assert not leash.is_in_contact(130.0)
-    leash.update(far_m, 140.0, 140.0, 140.0)
-    assert leash.is_in_contact(150.0)
-    assert not leash.is_in_contact(161.0)
+def test_what_was_known_before_two_packets_of_the_camera_it_has_heard_of() -> None:
+    hearers, facts, peers = Hearers({"AUV03": 1.5}, 80.0), Facts({}), Peers()
+    facts.add("one", (100.0, 100.0))
+    for at_s, is_told in ((10.0, False), (10.0, False), (20.0, True)):  # one packet may come through from afar
+        peers.heard_s = {"AUV03": at_s, "ASV00": 30.0}
+        hearers.note(facts, peers)
+        assert hearers.untold_m(facts) == ([] if is_told else [(100.0, 100.0)])
+    facts.add("two", (500.0, 100.0))
+    assert hearers.untold_m(facts) == [(500.0, 100.0)]
+    facts.add("two, by another name", (510.0, 100.0))
+    facts.known["identity", "two, by another name"] = "rock"
+    assert hearers.untold_m(facts) == []
 
 
-LEGS = st.builds(
-    Leg, st.tuples(st.floats(0.0, 1200.0), st.floats(0.0, 800.0)), st.floats(0.0, 50.0), st.floats(1.0, 900.0)
-)
-PLACES = st.tuples(st.floats(0.0, 1200.0), st.floats(0.0, 800.0))
+def test_a_camera_is_busy_with_what_it_was_told_of() -> None:
+    """It was told at 60 s of finds 300 and 600 m along its way: 200 s of way each at 1.5 m/s, and 80 s at each."""
+    hearers, facts, peers = Hearers({"AUV03": 1.5}, 80.0), Facts({}), Peers()
+    for name, east_m in (("far", 700.0), ("near", 400.0)):
+        facts.add(name, (east_m, 100.0))
+    for at_s in (50.0, 60.0):
+        peers.heard_s = {"AUV03": at_s}
+        hearers.note(facts, peers)
+    peers.positions_m["AUV03"] = (100.0, 100.0)
+    assert hearers.busy_until_s(facts, peers) == pytest.approx(60.0 + 2.0 * (200.0 + 80.0))
+    facts.known["identity", "near"] = "rock"
+    assert hearers.busy_until_s(facts, peers) == pytest.approx(60.0 + 400.0 + 80.0)
 
 
-@given(LEGS, PLACES, st.floats(0.0, 50.0), st.floats(0.0, 50.0), st.floats(0.0, 3600.0))
+LEGS = st.builds(Leg, st.just((600.0, 700.0)), st.floats(0.0, 2.0), st.floats(1.0, 900.0))
+FINDS = st.lists(st.builds(Find, st.floats(0.0, 1.0), st.floats(80.0, 600.0)), max_size=8)
+TIMES = st.floats(0.0, 3600.0)
+
+
+@given(LEGS, FINDS, FINDS, st.floats(0.0, 900.0), TIMES, TIMES)
 def test_the_more_it_has_to_tell_the_sooner_it_comes_back(
-    leg: Leg, at_m: tuple[float, float], untold_bits: float, more_bits: float, left_s: float
+    leg: Leg, finds: list[Find], more: list[Find], home_s: float, left_s: float, busy_s: float
 ) -> None:
-    def on(leg: Leg, untold_bits: float, left_s: float) -> bool:
-        return goes_on(leg, untold_bits, REACH, at_m, 1.5, left_s)
+    """From a leg that ends as far from contact as it began."""
 
-    assert on(leg, 0.0, left_s)  # with nothing to tell it never does
-    assert on(leg, untold_bits, REACH.home_s(at_m, 1.5))  # nor where it would be too late
-    if on(leg, untold_bits + more_bits, left_s):
-        assert on(leg, untold_bits, left_s)
-    if on(leg, untold_bits, left_s):
-        assert on(leg._replace(bits=leg.bits + more_bits), untold_bits, left_s)
+    def on(finds: list[Find], busy_s: float) -> bool:
+        back = Return(home_s, 2.0 * home_s)
+        return goes_on(leg, finds, 300.0, back, back, left_s, busy_s)
+
+    assert on([], busy_s)  # with nothing to tell it never does
+    assert on(finds, left_s)  # nor where nobody has time to identify it
+    if on([*finds, *more], busy_s):
+        assert on(finds, busy_s)
 
 
 def test_what_is_found_late_is_told_while_there_is_time() -> None:
-    """At 1 bit per 100 s, 500 s from contact: it turns back when what it holds outweighs that, and before the end."""
-    at_m, leg = (600.0, 1090.0), Leg((600.0, 1090.0), 1.0, 100.0)
-    reach = Reach((600.0, -60.0), 400.0, math.inf, 120.0)
-    turns = [left_s for left_s in range(3000, 0, -100) if not goes_on(leg, 8.0, reach, at_m, 1.5, left_s)]
-    assert reach.home_s(at_m, 1.5) == 500.0
-    assert turns == [1300, 1200, 1100, 1000, 900, 800, 700, 600]
+    """500 s from contact and on the way there, with two sites, where a leg of 100 s finds 0.1."""
+    leg, finds, back = Leg((600.0, 1090.0), 0.1, 100.0), [Find(0.9, 300.0)] * 2, Return(500.0, 0.0)
+
+    def turns(busy_s: float, back: Return = back) -> list[int]:
+        steps = range(3500, 0, -100)
+        return [left_s for left_s in steps if not goes_on(leg, finds, 300.0, back, back, left_s, busy_s)]
+
+    # 1.8 (T - 800) > 1.9 (T - 900) for T < 2700, and nothing to gain up to T = 800
+    assert turns(0.0) == list(range(2600, 800, -100))
+    assert turns(1000.0) == []  # T - 1300 either way: who identifies it has its hands full
+    # 500 s later on its way, 2 * 0.001 * 500 = 1: it loses T - 250, or later T - 350. That leaves a gain of
+    # 0.8 T - 1190 > 0 for T > 1487, and more than 0.9 T - 1360 for T < 1700
+    assert turns(0.0, Return(500.0, 500.0)) == [1600, 1500]
+
+
+@pytest.mark.parametrize(("silent_s", "comes"), [(100.0, False), (250.0, False), (700.0, True)])
+def test_it_does_not_come_back_where_it_expects_to_be_heard_sooner_anyway(silent_s: float, comes: bool) -> None:
+    """At 108 dB it is 280 s from contact, and has found six hulls."""
+    of, now_s = mission("channel.source_level_db=108"), 1500.0
+    searching = of.behaviour_for(SEARCHING, of._database["AUV01"])
+    facts, cells = Facts({}), range(312, 348, 6)
+    looks = [(look, detector, cell) for look in range(2) for detector in (0, 1) for cell in cells]
+    facts.told["contact", "AUV01"] = {contact_code(*look) for look in looks}
+    for cell in cells:
+        facts.add(f"hull {cell}", of.grid.centre_m(cell))
+    picture = Picture(frame_s=6.0, facts=facts)
+    picture.body.now_s = now_s
+    picture.peers.heard_s = {"AUV03": now_s - silent_s}
+    searching.perceive(Motion(180.0, 380.0), picture, True)
+    reference = searching.reference(Motion(180.0, 380.0), picture)
+    assert reference is not None
+    assert (reference.target_m == of.reach.point_m) is comes
+
+
+def test_contact_is_where_expected_sites_are_nearest_unless_a_head_decides() -> None:
+    of = mission()
+    weights = of.chart().sites(of.prior)
+
+    def mean_way_m(at_m: tuple[float, float]) -> float:
+        return float(weights @ np.hypot(of.grid.x_m - at_m[0], of.grid.y_m - at_m[1]) / weights.sum())
+
+    best_m = min(mean_way_m(of.grid.centre_m(cell)) for cell in range(of.grid.n_cells))
+    assert mean_way_m(of.reach.point_m) == pytest.approx(best_m)
+    assert mission("mission.search=central").reach.point_m == (600.0, -60.0)
 
 
 def test_what_was_found_is_left_to_who_identifies_it() -> None:
@@ -137,7 +194,7 @@ def test_what_was_found_is_left_to_who_identifies_it() -> None:
 
 
 def told_by(n_legs: int, seed: int, monkeypatch: pytest.MonkeyPatch) -> float:
-    """Bits per second over eight legs on a map with hills at random, where looks find nothing."""
+    """Sites found per second over eight legs on a map with hills at random, where looks find nothing."""
     monkeypatch.setattr(choosing_module, "N_LEGS", n_legs)
     rng, chart = random.Random(seed), SEA.chart()
     hills = np.zeros(chart.grid.n_cells)
@@ -147,17 +204,17 @@ def told_by(n_legs: int, seed: int, monkeypatch: pytest.MonkeyPatch) -> float:
     chart.prior = np.vstack([np.zeros_like(hills), *(0.02 * hills + 1e-5 for _ in SEA.prior[1:])])
     chart.prior[0] = 1.0 - chart.prior[1:].sum(axis=0)
     chart.add("contact", ())
-    at_m, now_s, bits, track = (600.0, 0.0), 0.0, 0.0, Trail(replace(CHOOSING, again_s={0: math.inf}), chart.grid)
+    at_m, now_s, sites, track = (600.0, 0.0), 0.0, 0.0, Trail(replace(CHOOSING, again_s={0: math.inf}), chart.grid)
     for _ in range(8):
-        leg = CHOOSING.choose(chart, (), track, at_m, Leash(FREE), now_s)
+        leg = CHOOSING.choose(chart, (), track, at_m, None, now_s)
         assert leg is not None
         for part in range(41):
             share = part / 40.0
             track.note(
                 (at_m[0] + share * (leg.target_m[0] - at_m[0]), at_m[1] + share * (leg.target_m[1] - at_m[1])), 0.0
             )
-        at_m, now_s, bits = leg.target_m, now_s + leg.takes_s, bits + leg.bits
-    return bits / now_s
+        at_m, now_s, sites = leg.target_m, now_s + leg.takes_s, sites + leg.sites
+    return sites / now_s
 
 
 def test_a_route_tells_more_than_one_target_after_the_other(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -207,7 +264,7 @@ def test_lanes_leave_nothing_out(width_m: float, height_m: float, apart_m: float
 def test_each_search_is_carried_out_by_a_behaviour(search: str) -> None:
     of = mission(f"mission.search={search}")
     data = of._database[of.searchers[0]]
-    behaviour = of.behaviour_for(Activity("Searching", ActivityType.GUIDANCE, ("search area",)), data)
+    behaviour = of.behaviour_for(SEARCHING, data)
     assert (
         type(behaviour).__name__ == {"elementary": "Searching", "lawnmower": "Sweeping", "central": "Obeying"}[search]
     )

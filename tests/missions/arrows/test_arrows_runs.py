@@ -3,16 +3,20 @@
 import math
 import re
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 from searching import SCENARIO, SILENCE, Facts, mission, run, run_of, text
 
-from missions.arrows.metrics import METRICS, alone_of
+from missions.arrows.detectors import shown_code
+from missions.arrows.grid import contact_code
+from missions.arrows.metrics import METRICS
+from missions.arrows.mission import ArrowsMission
 from missions.arrows.scenario import SITES
 from missions.runs.run import Run
 from remoras.activities import Activity, ActivityType
+from remoras.behaviours import Behaviour
 from remoras.motion import Motion
+from remoras.picture import Picture
 
 
 def metric(of: Run, name: str) -> float:
@@ -55,7 +59,7 @@ def test_who_searches_by_itself_tells_where_and_keeps_clear_of_what_others_hold(
 def test_in_silence_each_searches_and_comes_home_and_the_maps_stay_apart() -> None:
     silent = run(*SILENCE)
     assert metric(silent, "found_fraction") > 0.0
-    assert last_apart_bits(silent) > 10.0 * last_apart_bits(run())
+    assert last_apart_bits(silent) > 5.0 * last_apart_bits(run())
     at_m = {row[1]: (row[2], row[3]) for row in silent.recorder.trajectories[-4:]}
     assert all(math.dist(place_m, (600.0, -60.0)) <= 60.0 for place_m in at_m.values())
 
@@ -78,8 +82,6 @@ def test_without_the_definitions_nothing_is_concluded_to_be_a_site(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The class of what is identified follows from the vocabulary; pictures are taken of what follows to be a site."""
-    from missions.arrows.mission import ArrowsMission
-
     (words,) = ArrowsMission.vocabulary
     plain = words.read_text(encoding="utf-8").split("\n")
     kept, is_definition = [], False
@@ -99,27 +101,68 @@ def test_without_the_definitions_nothing_is_concluded_to_be_a_site(
     assert said(of, "picturedBy") == []
 
 
-def test_who_comes_back_where_it_has_much_to_tell_is_less_alone_and_maps_are_more_alike() -> None:
+def test_who_comes_back_where_it_has_much_to_tell_has_more_of_it_identified() -> None:
+    """One run; the page has the mean over 20."""
     faint = "channel.source_level_db=108"
     held, free = (run(faint, f"mission.contact={one}", search_s=2400.0) for one in ("true", "false"))
-    longest = [max(longest_s for _, longest_s in alone_of(one).values()) for one in (held, free)]
-    assert longest[0] < longest[1]
-    assert metric(held, "apart_bits") < 0.75 * metric(free, "apart_bits")
+    assert metric(held, "identified_fraction") > metric(free, "identified_fraction") > 0.0
 
 
-def test_a_camera_that_knows_of_nothing_comes_back_into_contact() -> None:
+def test_where_all_is_heard_a_leash_holds_nobody() -> None:
+    """Not one position differs: neither at the start, nor where somebody passes by the rally point."""
+    loud = "channel.source_level_db=130"
+    held, free = (run(loud, f"mission.contact={one}") for one in ("true", "false"))
+    assert held.recorder.trajectories == free.recorder.trajectories
+
+
+def camera_of(of: ArrowsMission) -> Behaviour:
+    return of.behaviour_for(Activity("Identifying", ActivityType.GUIDANCE, ("search area",)), of._database["AUV03"])
+
+
+def test_a_camera_that_knows_of_nothing_comes_back_where_it_hears_more() -> None:
     """Where it would not, it hovers where it has identified the last anomaly, and hears of no other."""
-    far, near = Motion(600.0, 700.0), Motion(600.0, -20.0)
-    for contact, goes in (("true", True), ("false", False)):
+    far, near = Motion(200.0, 700.0), Motion(690.0, 390.0)
+    picture = Picture(frame_s=6.0, facts=Facts({}))
+    picture.body.now_s = 1000.0
+    for contact, heard_s, goes in (("true", 100.0, True), ("true", 900.0, False), ("false", 100.0, False)):
         of = mission("channel.source_level_db=108", f"mission.contact={contact}")
-        camera = of.behaviour_for(
-            Activity("Identifying", ActivityType.GUIDANCE, ("search area",)), of._database["AUV03"]
-        )
-        picture = SimpleNamespace(facts=Facts({}), body=SimpleNamespace(now_s=100.0))
+        camera = camera_of(of)
+        picture.peers.heard_s = {"AUV01": heard_s, "AUV02": 990.0}
         assert (camera.perceive(far, picture, True).stimulus > 0.0) is goes
         reference = camera.reference(far, picture)
-        assert (reference is not None and reference.target_m == (600.0, -60.0)) is goes
+        assert (reference is not None and reference.target_m == of.reach.point_m) is goes
         assert camera.perceive(near, picture, True).stimulus == 0.0
+
+
+def test_what_two_vehicles_found_is_identified_once_by_all_images_of_it() -> None:
+    """Images of it are noted under one of its two names; a camera that waits for those of the other waits for good."""
+    facts, at_m = Facts({}), Motion(600.0, 400.0)
+    facts.add("Anomaly-310", (600.0, 400.0))
+    facts.add("Anomaly-610", (608.0, 400.0))
+    facts.told["shown", "Anomaly-610"] = {shown_code(number, 3, 4) for number in range(4)}
+    camera, picture = camera_of(mission()), Picture(frame_s=6.0, facts=facts)
+    picture.body.now_s = 100.0
+    (concluded,) = camera.perceive(at_m, picture, True).concludes
+    ((anomaly, attribute, identity, _),) = concluded.facts
+    assert (attribute, identity) == ("identity", "rock")
+    facts.known["identity", anomaly] = identity
+    camera.perceive(at_m, picture, True)
+    assert camera.perceive(at_m, picture, True).stimulus == 0.0
+
+
+def test_a_camera_goes_first_where_a_site_is_most_likely() -> None:
+    """A hull that is all but certain is a site, though little is left to be learnt there."""
+    facts, of = Facts({}), mission()
+    cells = {"hull": 10 * 30 + 20, "doubt": 10 * 30 + 10}
+    facts.told["contact", "AUV01"] = {contact_code(look, one, cells["hull"]) for look in range(3) for one in (0, 1)}
+    facts.told["contact", "AUV02"] = {contact_code(0, 0, cells["doubt"])}
+    for name, cell in cells.items():
+        facts.add(name, of.grid.centre_m(cell))
+    camera, picture = camera_of(of), Picture(frame_s=6.0, facts=facts)
+    camera.perceive(Motion(620.0, 420.0), picture, True)
+    reference = camera.reference(Motion(620.0, 420.0), picture)
+    assert reference is not None
+    assert reference.target_m == of.grid.centre_m(cells["hull"])
 
 
 def test_a_lost_searcher_leaves_its_part_to_the_other(tmp_path: Path) -> None:
