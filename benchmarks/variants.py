@@ -1,8 +1,9 @@
-"""``python -m benchmarks.variants [--repeats N] [NAME...]``: missions where another vehicle has the tool, or one dies.
+"""``python -m benchmarks.variants [--repeats N] [--set KEY=VALUE] [NAME...]``: missions where one thing is otherwise.
 
 Each variant changes the shipped scenario in one respect; its seeds are 1 to N. Of each it prints how many runs were
 complete, with the Wilson interval, when those were over in the mean, when the latest of all was, in how many vehicles
-said that a job is impossible, and in how many a decoy was recovered.
+said that a job is impossible, and in how many a decoy was recovered; the mission's headline shares of which more is
+better, with the interval of the mean (Student's t); and of those that were not complete, how many said why not.
 """
 
 from __future__ import annotations
@@ -12,19 +13,21 @@ import copy
 import random
 import tempfile
 import tomllib
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from pathlib import Path
+from statistics import fmean
 from typing import Any
 
 import tomli_w
 
+from missions.metric import Better
 from missions.runs.run import Run, run
 from missions.scenarios import load, shipped
-from missions.statistics import wilson_interval
+from missions.statistics import t_half_width, wilson_interval
 
 Raw = dict[str, Any]
 NO_CHANGE: Mapping[str, Collection[int]] = {}
-NAMES = ("pandora-inspection", "trident-intervention")
+NAMES = ("pandora-inspection", "trident-intervention", "arrows-archaeology")
 
 
 def _tables(name: str) -> Raw:
@@ -119,6 +122,18 @@ def _lost(name: str, vehicle: str, times_s: Sequence[float], n_divers: int = 1) 
     return tables
 
 
+def _search(*lost: str, transit_mps: float = 1.5) -> Callable[[int], Raw]:
+    """A search in which vehicles are lost at one of four times, and the camera's is so fast."""
+
+    def tables(seed: int) -> Raw:
+        raw, at_s = _tables(NAMES[2]), (300.0, 900.0, 1500.0, 2400.0)[seed % 4]
+        raw["fault"] = [{"vehicle": vehicle, "kind": "lost", "at_s": at_s} for vehicle in lost]
+        raw["vehicle"][3]["transit_speed_mps"] = transit_mps
+        return raw
+
+    return tables
+
+
 def _failing(*modules: tuple[str, float], n_divers: int = 1, each_s: float = 0.0) -> Callable[[int], Raw]:
     """Modules of Trident, by service, die at a time that is later by ``each_s`` for each seed."""
 
@@ -203,15 +218,30 @@ VARIANTS: dict[str, Callable[[int], Raw]] = {
     "trident: vehicles in another order": _in_another_order(NAMES[1]),
     "pandora: who has the wrench is lost": _lost(NAMES[0], "", (600.0,)),
     "pandora: vehicles in another order": _in_another_order(NAMES[0]),
+    "arrows: nobody is lost": _search(),
+    "arrows: the camera is twice as fast": _search(transit_mps=3.0),
+    "arrows: AUV01 is lost": _search("AUV01"),
+    "arrows: the camera is lost": _search("AUV03"),
+    "arrows: ASV00 is lost": _search("ASV00"),
+    "arrows: all but AUV01 are lost": _search("ASV00", "AUV02", "AUV03"),
+    "arrows: all but the camera are lost": _search("ASV00", "AUV01", "AUV02"),
 }
 
 
-def flown(raw: Raw, seed: int) -> Run:
-    """A run of these tables."""
+def flown(raw: Raw, seed: int, settings: Sequence[str] = ()) -> Run:
+    """A run of these tables, some keys set as ``KEY=VALUE``."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "variant.toml"
         path.write_text(tomli_w.dumps(raw), encoding="utf-8")
-        return run(load(str(path)), seed)
+        return run(load(str(path), [("--set", one) for one in settings]), seed)
+
+
+def shares_of(runs: Sequence[Run]) -> Iterator[str]:
+    """Of each headline share of which more is better, its mean and interval."""
+    for metric in runs[0].mission.metrics:
+        if metric.headline and metric.better is Better.HIGHER and metric.name.endswith("_fraction"):
+            values = [value for one in runs if isinstance(value := metric.of(one), float)]
+            yield f"{metric.name} {fmean(values):.2f} ± {t_half_width(values):.2f}"
 
 
 def main() -> int:
@@ -219,11 +249,12 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.variants", description=__doc__)
     parser.add_argument("name", nargs="*", help="beginnings of variants; all by default")
     parser.add_argument("--repeats", type=int, default=10)
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE")
     arguments = parser.parse_args()
     for name, tables in VARIANTS.items():
         if arguments.name and not name.startswith(tuple(arguments.name)):
             continue
-        runs = [flown(tables(seed), seed) for seed in range(1, arguments.repeats + 1)]
+        runs = [flown(tables(seed), seed, arguments.set) for seed in range(1, arguments.repeats + 1)]
         done = sum(one.completed for one in runs)
         low, high = wilson_interval(done, len(runs))[:2]
         over_s = max(one.recorder.rows("trajectories")[-1][0] for one in runs)
@@ -232,8 +263,10 @@ def main() -> int:
         times_s = [one.milestones[-1].time_s for one in runs if one.completed]
         of = f"{done} of {len(runs)} ({low:.0%} to {high:.0%})"
         of += f" after {sum(times_s) / done:.0f} s" if done else ""
-        said = f"impossible said in {n_said}, a decoy recovered in {n_mistaken}"
-        print(f"{name}: {of}, the last over by {over_s:.0f} s, {said}", flush=True)
+        n_why = sum(bool(one.reason) for one in runs if not one.completed)
+        said = [f"impossible said in {n_said}", f"a decoy recovered in {n_mistaken}", *shares_of(runs)]
+        said += [f"{n_why} of {len(runs) - done} say why not"] if done < len(runs) else []
+        print(f"{name}: {of}, the last over by {over_s:.0f} s, {', '.join(said)}", flush=True)
     return 0
 
 
