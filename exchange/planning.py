@@ -2,15 +2,17 @@
 
 A node reckons with what each peer may still lack. An item that it sends brings, for each peer that receives the packet,
 the probability that it lacks it; so many symbols over a set of items bring as many of them as the peer lacks, and no
-more than there are symbols. A statement of what it holds of an origin spares that origin repeating what nobody lacks;
-it is worth as much as there is to tell, and the more, the less the bits of the acknowledgements get through. The plan
-fills the packet with what brings most, and takes symbols if they bring more than the items would by themselves.
+more than there are symbols. Of what a peer may have heard in symbols it lacks as many items less, whichever these are.
+A statement of what a node holds of an origin spares that origin repeating what nobody lacks; it is worth as much as
+there is to tell, and the more, the less the bits of the acknowledgements get through. The plan fills the packet with
+what brings most, takes symbols if they bring more than the items would by themselves, and no more than are of use.
 
 Plain loops, which the policy study compiles and vehicles interpret, as those of `exchange.ack`.
 """
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple, Protocol
 
 from exchange.statements import MOST_SYMBOLS, SIZE_BITS
@@ -62,14 +64,21 @@ def kept_of_lack(reception: float, share: float) -> float:
     return 1.0 - reception * share
 
 
-def lack_again(lack: float, reception: float) -> float:
-    """That probability before a packet that brings the item, when the peer says that it has not received it."""
-    return min(1.0, lack / (1.0 - reception))
+def share_of_symbols(n_symbols: int, lacked: float) -> float:
+    """How surely so many symbols bring a peer an item of those that they are over, of which it lacks so many."""
+    return min(1.0 - LEAST_LACK, n_symbols / lacked) if lacked > 0.0 else 0.0
 
 
-def share_of_symbols(n_symbols: int, n_coded: int) -> float:
-    """How surely so many symbols bring an item of those coded, of which a peer is reckoned to lack half."""
-    return min(1.0, n_symbols / max(1.0, 0.5 * n_coded))
+def lack_after(lack: float, reception: float, share: float, is_received: bool) -> float:
+    """What the probability that a peer lacks an item is once it says whether it received a packet.
+
+    Args:
+        lack: as reckoned before that was known, the packet included.
+        reception: of the link, as reckoned with then.
+        share: how surely the packet brought it.
+        is_received: what the peer says.
+    """
+    return min(1.0, lack / kept_of_lack(reception, share) * (1.0 - share if is_received else 1.0))
 
 
 class PacketPlan(NamedTuple):
@@ -270,7 +279,11 @@ def add_lacked(plan: PacketPlan, n_nodes: int, o: int) -> None:
 
 
 def symbols_worth(plan: PacketPlan, n_nodes: int, o: int, n_symbols: int) -> float:
-    """What so many symbols bring if the items of an origin are coded, too; of none, if that is -1."""
+    """What so many symbols bring if the items of an origin are coded, too; of none, if that is -1.
+
+    It would be the lesser of their number and what a peer lacks, were that known; where only its mean is, the bend is
+    rounded.
+    """
     begin, end, total = 0, 0, 0.0
     if o >= 0:
         begin, end = plan.begin[o], plan.end[o]
@@ -281,8 +294,10 @@ def symbols_worth(plan: PacketPlan, n_nodes: int, o: int, n_symbols: int) -> flo
                 if can_be_coded(plan, o, c):
                     lacked += plan.lacks[c * n_nodes + r]
                     worth += plan.weight[c] * plan.lacks[c * n_nodes + r]
-            if lacked > float(n_symbols):
-                worth *= n_symbols / lacked
+            if n_symbols > 0:
+                worth *= n_symbols / math.sqrt(lacked * lacked + n_symbols * n_symbols)
+            else:
+                worth = 0.0
             total += plan.reception[r] * worth
     return total
 
@@ -298,6 +313,19 @@ def largest_symbol(plan: PacketPlan, o: int, at_least: int) -> int:
 def number_of_symbols(room_bits: int, size_bits: int) -> int:
     """How many symbols of that size have room."""
     return max(0, min(MOST_SYMBOLS, (room_bits - SIZE_BITS) // size_bits))
+
+
+def symbols_of_use(plan: PacketPlan, n_nodes: int) -> int:
+    """How many symbols it takes, in the mean, until what a peer lacks of what is coded has come, and word of it back.
+
+    Of the peer of whom that is most: others need no more. What it lacks is sent 1 / ((1 - p) (1 - p)) times (Maurelli
+    et al., section 5.2).
+    """
+    most = 0.0
+    for r in range(n_nodes):
+        if plan.reception[r] > 0.0:
+            most = max(most, plan.lacked[r] / (plan.reception[r] * plan.reception[r]))
+    return int(most + 0.5)
 
 
 def take_symbols(plan: PacketPlan, n_nodes: int, n_candidates: int, room_bits: int, by_items: float) -> int:
@@ -336,7 +364,7 @@ def take_symbols(plan: PacketPlan, n_nodes: int, n_candidates: int, room_bits: i
     for c in range(n_candidates):
         is_coded = plan.with_code[plan.origin[c]] != 0 and can_be_coded(plan, plan.origin[c], c)
         n_coded += int(is_coded and plan.gain[c] > 0.0)
-    n_symbols = min(number_of_symbols(left, size_bits), n_coded)
+    n_symbols = min(number_of_symbols(left, size_bits), n_coded, symbols_of_use(plan, n_nodes))
     if n_symbols == 0 or current <= by_items:
         return 0
     for o in range(n_nodes):

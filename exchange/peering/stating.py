@@ -7,6 +7,7 @@ number, so that it counts for an item that comes to be held here later, too.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from operator import mul
 from typing import Protocol
@@ -25,7 +26,7 @@ from exchange.planning import (
     LEAST_LACK,
     PacketPlan,
     kept_of_lack,
-    lack_again,
+    lack_after,
     plan_packet,
     reception_of,
     share_of_symbols,
@@ -89,6 +90,8 @@ class Stating:
         self._first: dict[Life, int] = {}  # number of the first block that is not settled here
         self._below: dict[Life, tuple[int, int]] = {}  # such a number, and the items of the blocks below it
         self._heard = [-1] * self._n_nodes  # by peer, nodes of which it has heard in the life that it is in
+        # By sender, what the symbols of its last packet are over, and by peer how surely they brought it:
+        self._coded_last: dict[int, tuple[Sequence[Guid], Sequence[float]]] = {}
         self._decoder: Decoder[Guid] = Decoder()
         self._bytes: dict[Guid, bytes] = {}
         self._statements: list[OriginStatement] = []  # of the packet that is being sent, as what follows
@@ -316,29 +319,53 @@ class Stating:
         for shown in holder_sets:
             told |= self._items((shown.origin, shown.epoch), 1 << shown.sequence)
         self._told, self._has_spoken = told & state.believes[self._me], True
-        of_code = 0
-        for origin, number in coded:
-            of_code |= self._items((origin, self._peers.epochs[origin]), 1 << number)
-        self._note_brought(self._me, columns_of(content), columns_of(of_code), share_of_symbols(n_symbols, len(coded)))
+        over = [(origin, self._peers.epochs[origin], number) for origin, number in coded]
+        self._note_brought(self._me, columns_of(content), over, n_symbols)
 
-    def _note_brought(self, sender: int, plain: Iterable[int], coded: Iterable[int], share: float) -> None:
+    def _note_brought(self, sender: int, plain: Iterable[int], over: Sequence[Guid], n_symbols: int) -> None:
         """Reckon with what a packet brings to others, of what this vehicle holds.
 
         Args:
             sender: of the packet.
             plain: columns of what it has.
-            coded: columns of what its symbols are over.
-            share: how surely these bring an item.
+            over: blocks that its symbols are over.
+            n_symbols: how many these are.
         """
-        is_other = [
-            peer not in (self._me, sender) and not self._ledger.away >> peer & 1 for peer in range(self._n_nodes)
-        ]
+        others = [peer for peer in range(self._n_nodes) if peer not in (self._me, sender)]
+        others = [peer for peer in others if not self._ledger.away >> peer & 1]
+        kept, shares = [1.0] * self._n_nodes, [0.0] * self._n_nodes
         reception = [reception_of(lost, weight) for lost, weight in zip(self._lost, self._weight, strict=True)]
-        for columns, of_columns in ((plain, 1.0), (coded, share)):
-            kept = [kept_of_lack(q, of_columns) if other else 1.0 for q, other in zip(reception, is_other, strict=True)]
-            for column in columns:
-                lacks = self._lacks.setdefault(column, [1.0] * self._n_nodes)
-                lacks[:] = map(mul, lacks, kept)
+        for peer in others:
+            kept[peer] = kept_of_lack(reception[peer], 1.0)
+        for column in plain:
+            lacks = self._lacks_of(column)
+            lacks[:] = map(mul, lacks, kept)
+        for peer in others if over else ():
+            shares[peer] = share_of_symbols(n_symbols, self._lacked_of_code(over, peer))
+            kept[peer] = kept_of_lack(reception[peer], shares[peer])
+        for column in self._columns_held(over):
+            lacks = self._lacks_of(column)
+            lacks[:] = map(mul, lacks, kept)
+        self._coded_last[sender] = over, shares
+
+    def _lacks_of(self, column: int) -> list[float]:
+        """By peer, the probability that it lacks an item, which it changes."""
+        return self._lacks.setdefault(column, [1.0] * self._n_nodes)
+
+    def _columns_held(self, guids: Iterable[Guid]) -> Iterator[int]:
+        """Columns of the blocks that are held here, of those named."""
+        return itertools.chain.from_iterable(
+            [self._ledger.parts[guid] for guid in guids if self._ledger.is_whole(guid)]
+        )
+
+    def _lacked_of_code(self, over: Sequence[Guid], peer: int) -> float:
+        """How many blocks of those that symbols are over a peer is reckoned to lack."""
+        known, lacked = self._state.believes[peer] | self._ledger.spared[peer], 0.0
+        for guid in over:
+            parts = self._ledger.parts[guid] if self._ledger.is_whole(guid) else ()
+            of_parts = [0.0 if known >> part & 1 else self._lacks_of(part)[peer] for part in parts]
+            lacked += max(of_parts, default=1.0)
+        return lacked
 
     # What it makes of what it hears ----------------------------------------------------------------
 
@@ -353,6 +380,7 @@ class Stating:
 
     def miss(self, *peers: int) -> None:
         """These were away, and may have received nothing: they lack what they are not known to hold."""
+        self._first.clear()  # what all who were there hold may be lacked now
         for lacks in self._lacks.values():
             for peer in peers:
                 lacks[peer] = 1.0
@@ -412,28 +440,28 @@ class Stating:
         self._weight[peer] = KEPT * self._weight[peer] + 1.0
         if received:
             self._confirmed |= self._told & self._ledger.origins[peer]
-            return
-        self._reckon_lost(peer, self._state.content[self._me], reception)
+        self._reckon_fate(peer, self._me, bool(received), reception)
 
-    def _reckon_lost(self, peer: int, content: int, reception: float) -> None:
-        """A peer has lost a packet with these items: undo what was reckoned by that."""
-        for column in columns_of(content):
-            if (lacks := self._lacks.get(column)) is not None:
-                lacks[peer] = lack_again(lacks[peer], reception)
+    def _reckon_fate(self, peer: int, sender: int, is_received: bool, reception: float) -> None:
+        """A peer says whether it has received the last packet of a sender, which this vehicle has: no longer guess."""
+        over, shares = self._coded_last.get(sender, ((), ()))
+        of_plain = [(column, 1.0) for column in columns_of(0 if is_received else self._state.content[sender])]
+        for column, share in (*of_plain, *[(column, shares[peer]) for column in self._columns_held(over)]):
+            lacks = self._lacks_of(column)
+            lacks[peer] = lack_after(lacks[peer], reception, share, is_received)
 
     def _note_fates_of_others(self, peer: int, received: int) -> None:
         """Learn what became at a peer of the last packets of others, as far as this vehicle has received them."""
         reception = reception_of(self._lost[peer], self._weight[peer])
-        for sender in columns_of(self._state.heard[0] & ~(received | 1 << peer | 1 << self._me)):
-            self._reckon_lost(peer, self._state.content[sender], reception)
+        for sender in columns_of(self._state.heard[0] & ~(1 << peer | 1 << self._me)):
+            self._reckon_fate(peer, sender, bool(received >> sender & 1), reception)
 
     def _note_heard(self, packet: Packet) -> None:
         """Reckon with what a packet that was heard brings to others, of what this vehicle holds."""
         ledger, over = self._ledger, self._over(packet) if packet.account.symbols else []
         plain = [ledger.column_of.get(fragment.uid) for fragment in packet.fragments]
-        coded = [column for guid in over if ledger.is_whole(guid) for column in ledger.parts[guid]]
         held = [column for column in plain if column is not None]
-        self._note_brought(packet.sender, held, coded, share_of_symbols(len(packet.account.symbols), len(over)))
+        self._note_brought(packet.sender, held, over, len(packet.account.symbols))
 
     def _believe(self, peer: int, life: Life, numbers: int) -> None:
         """Believe that a peer holds blocks of a life, one bit for each number."""
@@ -455,7 +483,7 @@ class Stating:
                 continue
             items = self._items(life, 1 << number)
             for column in columns_of(items):
-                self._lacks.setdefault(column, [1.0] * self._n_nodes)[sender] = 1.0
+                self._lacks_of(column)[sender] = 1.0
             if items and self._state.believes[sender] & items == items and ledger.is_whole((*life, number)):
                 self._state.believes[sender] &= ~items
                 self._stated[sender, life] = self._stated.get((sender, life), 0) & ~(1 << number)

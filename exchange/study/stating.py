@@ -22,7 +22,7 @@ from exchange.planning import (
     LEAST_LACK,
     PacketPlan,
     kept_of_lack,
-    lack_again,
+    lack_after,
     plan_packet,
     reception_of,
     share_of_symbols,
@@ -114,6 +114,7 @@ class Statements(NamedTuple):
     columns: Ints  # [candidate]
     alive: Ints  # [word] columns that have an item
     tellable: Ints  # [word] scratch: items of which a holder set can be told
+    share: Floats  # [node, sender, peer] how surely the symbols of its last packet brought the peer what they are over
     kept: Floats  # [peer] scratch: what is left of its lacking an item that was brought
     vector: Bytes  # [column] scratch: a symbol
     before: Ints  # [word of believes] scratch
@@ -153,6 +154,7 @@ def new_statements(rules: PolicyRules, n_columns: int) -> Statements:
         columns=np.zeros(n_columns, np.int64),
         alive=np.zeros(n_words, np.int64),
         tellable=np.zeros(n_words, np.int64),
+        share=np.zeros((n_nodes, n_nodes, n_nodes)),
         kept=np.zeros(n_nodes),
         vector=np.zeros(n_columns, np.uint8),
         before=np.zeros(n_nodes * n_words, np.int64),
@@ -195,6 +197,8 @@ def forget_all(statements: Statements) -> None:
     statements.n_rows[:] = 0
     statements.waiting[:] = 0
     statements.n_plain[:] = 0
+    statements.n_coded[:] = 0
+    statements.share[:] = 0.0
     statements.n_numbers[:] = 0
 
 
@@ -428,25 +432,43 @@ def note_brought(
     rules: PolicyRules, nodes: NodeStates, statements: Statements, node: int, owner: int, n_symbols: int
 ) -> None:
     """Reckon with what the owner's packet, which a node has sent or heard, brings to others: of items that it holds."""
-    n_plain, n_coded = statements.n_plain[owner], statements.n_coded[owner]
-    reckon_brought(rules, nodes, statements, node, owner, 0, n_plain, 1.0)
-    share = share_of_symbols(n_symbols, n_coded)
-    reckon_brought(rules, nodes, statements, node, owner, n_plain, n_plain + n_coded, share)
+    n_nodes, n_plain, n_coded = rules.n_nodes, statements.n_plain[owner], statements.n_coded[owner]
+    for peer in range(n_nodes):
+        reception = reception_of(statements.lost[node, peer], statements.weight[node, peer])
+        statements.kept[peer] = 1.0 if peer in (node, owner) else kept_of_lack(reception, 1.0)
+    reckon_brought(rules, nodes, statements, node, owner, 0, n_plain)
+    for peer in range(n_nodes):
+        share = 0.0
+        if peer not in (node, owner):
+            share = share_of_symbols(n_symbols, lacked_of_code(rules, nodes, statements, node, owner, peer))
+        reception = reception_of(statements.lost[node, peer], statements.weight[node, peer])
+        statements.share[node, owner, peer], statements.kept[peer] = share, kept_of_lack(reception, share)
+    reckon_brought(rules, nodes, statements, node, owner, n_plain, n_plain + n_coded)
+
+
+def lacked_of_code(
+    rules: PolicyRules, nodes: NodeStates, statements: Statements, node: int, owner: int, peer: int
+) -> float:
+    """How many items of those that the owner's symbols are over a node reckons a peer to lack."""
+    lacked, n_plain = 0.0, statements.n_plain[owner]
+    for place in range(n_plain, n_plain + statements.n_coded[owner]):
+        column = statements.brought[owner, place]
+        at = peer * rules.n_words + column // WORD_BITS
+        if not has_item(rules, nodes, node, column):
+            lacked += 1.0
+        elif (nodes.believes[node, at] >> column % WORD_BITS) & 1 == 0:
+            lacked += statements.lacks[node, column, peer]
+    return lacked
 
 
 def reckon_brought(
-    rules: PolicyRules, nodes: NodeStates, statements: Statements, node: int, owner: int, begin: int, end: int,
-    share: float,
-) -> None:  # fmt: skip
-    """Reckon with some of what it brings, which it does with that share of certainty."""
-    n_nodes = rules.n_nodes
-    for peer in range(n_nodes if begin < end else 0):
-        reception = reception_of(statements.lost[node, peer], statements.weight[node, peer])
-        statements.kept[peer] = 1.0 if peer in (node, owner) else kept_of_lack(reception, share)
+    rules: PolicyRules, nodes: NodeStates, statements: Statements, node: int, owner: int, begin: int, end: int
+) -> None:
+    """Reckon with some of what it brings: ``kept`` is left of what each peer lacked."""
     for place in range(begin, end):
         column = statements.brought[owner, place]
         if has_item(rules, nodes, node, column):
-            for peer in range(n_nodes):
+            for peer in range(rules.n_nodes):
                 statements.lacks[node, column, peer] *= statements.kept[peer]
 
 
@@ -464,15 +486,20 @@ def note_fate(rules: PolicyRules, nodes: NodeStates, statements: Statements, nod
     for w in range(n_words):
         if received != 0:
             statements.confirmed[node, w] |= statements.told[node, w] & nodes.origins[owner * n_words + w]
-    if received == 0:
-        reckon_lost(statements, node, owner, node, reception)
+    reckon_fate(rules, nodes, statements, node, owner, node, reception)
 
 
-def reckon_lost(statements: Statements, node: int, owner: int, sender: int, reception: float) -> None:
-    """The owner has lost the last packet of a sender, which the node has: undo what it had reckoned by that."""
-    for place in range(statements.n_plain[sender]):
-        column = statements.brought[sender, place]
-        statements.lacks[node, column, owner] = lack_again(statements.lacks[node, column, owner], reception)
+def reckon_fate(
+    rules: PolicyRules, nodes: NodeStates, statements: Statements, node: int, owner: int, sender: int, reception: float
+) -> None:
+    """The owner says whether it has received the last packet of a sender, which the node has: no longer guess."""
+    is_received = bool((nodes.rows[owner] >> sender) & 1)
+    n_plain, share = statements.n_plain[sender], statements.share[node, sender, owner]
+    for place in range(n_plain + statements.n_coded[sender]):
+        column, of_place = statements.brought[sender, place], 1.0 if place < n_plain else share
+        if has_item(rules, nodes, node, column) and not (place < n_plain and is_received):
+            lack = statements.lacks[node, column, owner]
+            statements.lacks[node, column, owner] = lack_after(lack, reception, of_place, is_received)
 
 
 def note_fates_of_others(rules: PolicyRules, nodes: NodeStates, statements: Statements, node: int, owner: int) -> None:
@@ -480,8 +507,8 @@ def note_fates_of_others(rules: PolicyRules, nodes: NodeStates, statements: Stat
     reception = reception_of(statements.lost[node, owner], statements.weight[node, owner])
     for sender in range(rules.n_nodes):
         is_known = nodes.heard[node, 0] >> sender & 1 != 0
-        if sender not in (node, owner) and is_known and nodes.rows[owner] >> sender & 1 == 0:
-            reckon_lost(statements, node, owner, sender, reception)
+        if sender not in (node, owner) and is_known:
+            reckon_fate(rules, nodes, statements, node, owner, sender, reception)
 
 
 def believe_statements(rules: PolicyRules, nodes: NodeStates, statements: Statements, node: int, owner: int) -> None:

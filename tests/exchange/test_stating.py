@@ -224,6 +224,57 @@ def test_who_hears_an_item_reckons_that_others_have_it_too_until_they_say_that_t
     assert statements.lacks[1, 0, 2] > 0.7  # not 1: the link to node 2 is reckoned with anew, too
 
 
+def coded_pair(per_source: int) -> tuple[Load, PolicyRules, trial.NodeStates, stating.Statements]:
+    """Nodes 0 and 1 hold so many items of node 0; of node 2 nothing is known."""
+    load, rules = Load(1, per_source, 0.0, 60, 512, 0, 0, 100, 1.0, 4, 70), PolicyRules(True, True, 3, 1, codes=True)
+    nodes, statements = trial.new_nodes(rules, load, 1), stating.new_statements(rules, per_source)
+    trial.clear(nodes)
+    stating.forget_all(statements)
+    for column in range(per_source):
+        trial.add_item(rules, nodes, 0, column, 0)
+        stating.number_item(rules, statements, 0, column)
+        statements.brought[0, column] = column
+    nodes.believes[1, :2] = nodes.holds[1] = (1 << per_source) - 1
+    statements.n_coded[0] = per_source
+    return load, rules, nodes, statements
+
+
+def test_a_peer_that_may_have_heard_symbols_lacks_as_many_items_less() -> None:
+    """Whichever: 2 symbols over 8 items, half of which come, leave 7 of 8; half of the items need not be lacked."""
+    _, rules, nodes, statements = coded_pair(8)
+    stating.note_brought(rules, nodes, statements, 0, 0, 2)
+    assert statements.lacks[0, :8, 2] == pytest.approx([7 / 8] * 8)
+    nodes.believes[0, 2] = 0b1111  # it holds four of them, so that these two are half of what it lacks
+    statements.lacks[0, :8, 2] = 1.0
+    stating.note_brought(rules, nodes, statements, 0, 0, 2)
+    assert statements.lacks[0, 4:8, 2] == pytest.approx([3 / 4] * 4)
+
+
+@pytest.mark.parametrize(("received", "left"), [(0, 8.0), (1, 6.0)])
+def test_what_became_of_symbols_is_no_longer_guessed(received: int, left: float) -> None:
+    _, rules, nodes, statements = coded_pair(8)
+    stating.note_brought(rules, nodes, statements, 0, 0, 2)
+    nodes.rows[2] = received
+    stating.note_fate(rules, nodes, statements, 0, 2)
+    assert statements.lacks[0, :8, 2].sum() == pytest.approx(left)
+
+
+def test_no_more_symbols_go_than_are_of_use() -> None:
+    """With room for 7: a peer that lacks one of 8 items, half of whose packets arrive, takes 1 / 0.25 of them."""
+    slightly = plan_of(2, [[0.0, 0.125]] * 8, size_bits=[90] * 8)
+    assert planning.plan_packet(slightly, 2, 8, 600, True, False) == 4
+    wholly = plan_of(2, [[0.0, 1.0]] * 24, size_bits=[90] * 24)
+    assert planning.plan_packet(wholly, 2, 24, 600, True, False) == 7
+
+
+def test_symbols_are_over_more_than_a_peer_lacks_just_as_many_of() -> None:
+    """It lacks as many of node 0 as there are symbols, but in the mean: those of node 1 count where it lacks fewer."""
+    origin = [0] * 6 + [1] * 6
+    plan = plan_of(3, [[0.0, 0.0, 1.0]] * 12, origin=origin, size_bits=[90] * 12, statement_bits=[15, 16, 40])
+    assert planning.plan_packet(plan, 3, 12, 472, True, False) == 6
+    assert list(plan.states) == [1, 1, 0]
+
+
 @pytest.mark.parametrize("room_bits", [0, 10, 59, 60, 100, 300, 1000])
 def test_a_plan_fits_its_packet(room_bits: int) -> None:
     dice = np.random.default_rng(room_bits)
