@@ -69,7 +69,7 @@ def goes_on(
         left_s: until the search ends.
         busy_s: until who identifies finds is done with what it has heard of.
 
-    >>> leg, finds, back = Leg((500.0, 0.0), 0.04, 100.0), [Find(0.9, 200.0)], Return(400.0, 800.0)
+    >>> leg, finds, back = Leg((500.0, 0.0), 0.04, 100.0), [Find(0.9, 200.0)], Return(400.0, 400.0)
     >>> goes_on(leg, finds, 200.0, back, back, 2000.0, 0.0)
     False
     >>> goes_on(leg, finds, 200.0, back, back, 2000.0, 1000.0)  # who identifies them has its hands full

@@ -2,8 +2,10 @@
 
 import json
 import math
+import os
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import pytest
@@ -80,7 +82,11 @@ def without(kind: str, of: str) -> dict[str, object]:
     # a process of its own: kinds are looked for once
     use = f"{{kind='{of}', vehicle='AUV01', at_s=30{USES[of]}}}"
     command = [sys.executable, "-c", WITHOUT, kind, use]
-    made = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, timeout=500)
+    with (
+        tempfile.TemporaryDirectory() as kept
+    ):  # files are all there, so what others have kept would be taken for its own
+        env = {**os.environ, "XDG_CACHE_HOME": kept}
+        made = subprocess.run(command, cwd=ROOT, env=env, capture_output=True, text=True, check=False, timeout=500)
     assert made.returncode == 0, made.stderr
     found: dict[str, object] = json.loads(made.stdout)
     return found

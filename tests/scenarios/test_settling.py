@@ -83,15 +83,15 @@ def test_a_deaf_vehicle_keeps_it_from_ending_and_the_others_know_the_same() -> N
 
 
 def test_who_only_seems_to_be_away_is_waited_for() -> None:
-    """AUV02 has not heard ASV00 for long when the mission ends, and would tell it eleven items that it lacks."""
+    """AUV02 has not heard ASV00 for long when the mission ends, and would tell it fourteen items that it lacks."""
     silence = "channel.blackout=[{from_s=150, until_s=300, vehicle='ASV00'}]"
-    cut = ("scenario.duration_s=300", SETTLED, "communication.crc_bits=32", silence)
+    cut = ("scenario.duration_s=300", SETTLED, "communication.crc_bits=32", "channel.source_level_db=120.0", silence)
     setup = resolved(load("arrows-archaeology", [("--set", one) for one in cut]))
     fleet = assemble(setup, 53)
     fleet.run()
     teller, lacking = fleet.vehicles[2].radio.manager, fleet.vehicles[0].radio.manager
     assert not any(vehicle.radio.manager.n_open for vehicle in fleet.vehicles)
-    assert sum(node == 0 and not lacking.holds(uid) for node, uid in teller.postponed()) == 11
+    assert sum(node == 0 and not lacking.holds(uid) for node, uid in teller.postponed()) == 14
     settled = settled_of(setup, fleet)
     assert settled is not None
     assert settled.complete
