@@ -62,11 +62,14 @@ class Life:
     def inherit(self, before: Life) -> None:
         """Note what it kept of the life before: the blocks that were whole there.
 
-        Of one name that two vehicles gave, it may hold the content that it was not given first.
+        Of one name that two vehicles gave, it may hold the content that it was not given first, and all of that though
+        of the first it was given a part.
         """
         for guid, parts in before.parts.items():
             if before.is_whole(guid) and self.model.has_arrived(guid):
                 self.take([part for part in parts.values() if before.holds(part)] or parts.values())
+            elif (block := self.model.arrived(guid)) is not None:
+                self.take([Fragment(block.origin, block.sequence, block.time_s, block.facts, 0, 1, block.epoch)])
 
     def is_whole(self, guid: Guid) -> bool:
         """True if it was given all parts of a block; two vehicles of one number make several of one name."""

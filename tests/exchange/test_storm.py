@@ -10,6 +10,7 @@ from storm_vehicles import creates, maker, maps, schedule_of
 from exchange.policies import POLICIES
 from remoras.testing import Life, Storm, storm_machine
 from stress.conformance.radio import POSITION
+from stress.storm.fates import HEARD, LOST
 
 
 def storm_of_any(
@@ -64,3 +65,20 @@ def create_an_area(storm: Storm, who: int | Life, number: int) -> None:
 TELLS = (map_a_cell, map_seven_cells, tell_position, create_an_area)
 TestStorm = storm_machine(STORMS, TELLS, lambda storm: storm.repeats).TestCase  # type: ignore[attr-defined]
 TestStorm.settings = settings(max_examples=40, stateful_step_count=30, deadline=None)
+
+
+def test_who_holds_the_whole_of_one_twin_and_a_part_of_the_other_may_say_it_after_a_restart() -> None:
+    """The part came first, so the whole was never given by the record of the storm, and saying it broke the law."""
+    storm = storm_of_any(4, "adaptive", 24, True, [0.0] * 4, 0, 0, None)
+    storm.die(0)
+    map_seven_cells(storm, 1, 0)
+    storm.run(4, [HEARD] * 10)
+    storm.forgives_names = True
+    map_a_cell(storm, storm.add_twin(1), 1)
+    create_an_area(storm, 1, 2)
+    storm.run(12, [HEARD, HEARD, LOST, *[HEARD] * 25])
+    assert not storm.lives[3].is_whole((1, 0, 0))
+    assert storm.lives[3].model.has_arrived((1, 0, 0))
+    storm.restart(3, keeps=True)
+    storm.calm(40)
+    assert any(said.sender is storm.lives[3] and said.fragments for said in storm.aired)

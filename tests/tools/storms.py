@@ -1,8 +1,9 @@
 """Storms of exchange managers, as many as you like: `python tests/tools/storms.py 10000 adaptive holdings`.
 
 Each is a schedule of what is told, lost, late, doubled, damaged, restarted, as `tests/exchange/test_storm.py` draws it;
-after every event nobody may believe what is false. It ends with the count, or with the shortest storm that breaks the
-law. Without names it takes every policy that states holdings. ``--seed N`` draws others.
+after every event nobody may believe what is false. It says how many there were, every 500, and ends with the count, or
+with the shortest storm that breaks the law. Without names it takes every policy that states holdings. ``--seed N``
+draws others.
 """
 
 import argparse
@@ -37,6 +38,8 @@ def main() -> None:
 
     def counted(policy: str, **others: Any) -> Storm:
         made.append(policy)
+        if len(made) % 500 == 0:
+            print(f"{len(made)} storms", flush=True)
         storm: Storm = drawn.storm_of_any(policy=policy, **others)
         return storm
 
