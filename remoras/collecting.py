@@ -14,9 +14,9 @@ COLLECT_AFTER = 1_000_000
 def rare_collections() -> Iterator[None]:
     """Let the garbage collector look less often meanwhile.
 
-    A run makes many values and hardly any cycles; searching them for cycles would cost a sixth of its time, and of a
-    plan of 10,000 levels half. Where it is rare already it is left so: of several that overlap the end of the first
-    ends it.
+    A run makes many values and hardly any cycles; searching them for cycles would cost a sixth of its time, and up to
+    two fifths of that of a plan of 10,000 levels. Where it is rare already it is left so: of several that overlap the
+    end of the first ends it.
     """
     usual = gc.get_threshold()
     if usual[0] >= COLLECT_AFTER:

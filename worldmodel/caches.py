@@ -8,6 +8,7 @@ import hashlib
 import os
 from collections.abc import Iterable
 from contextlib import suppress
+from importlib.util import find_spec
 from pathlib import Path
 
 MOST_FILES = 64
@@ -21,6 +22,14 @@ def files_digest(paths: Iterable[Path]) -> bytes:
     for path in sorted(paths):
         digest.update(path.name.encode() + hashlib.sha256(path.read_bytes()).digest())
     return digest.digest()
+
+
+def package_mark(name: str) -> bytes:
+    """Return where a package of others lies, and since when; nothing if it is not there; raises OSError."""
+    found = find_spec(name)
+    if found is None or found.origin is None:
+        return b""
+    return f"{found.origin} {Path(found.origin).stat().st_mtime_ns}".encode()
 
 
 def read_kept(kind: str, digest: bytes) -> bytes | None:

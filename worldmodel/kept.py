@@ -10,12 +10,11 @@ import json
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from functools import cache
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 from worldmodel.axioms import Axioms, Definition, ValueCondition
-from worldmodel.caches import files_digest, keep_file, read_kept
+from worldmodel.caches import files_digest, keep_file, package_mark, read_kept
 from worldmodel.fields import Field
 from worldmodel.tbox import Attribute, Individual, OntologyClass, Source, TBox, ValueKind
 
@@ -75,8 +74,4 @@ def _digest(sources: Sequence[Source]) -> bytes:
 @cache
 def _code() -> bytes:
     """A digest of all that compiles: the modules of this package, and which rdflib is there."""
-    digest = files_digest(Path(__file__).parent.glob("*.py"))
-    found = find_spec("rdflib")
-    if found is not None and found.origin is not None:
-        digest += f"{found.origin} {Path(found.origin).stat().st_mtime_ns}".encode()
-    return digest
+    return files_digest(Path(__file__).parent.glob("*.py")) + package_mark("rdflib")

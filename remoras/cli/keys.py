@@ -6,13 +6,14 @@ the two do.
 
 from __future__ import annotations
 
+import hashlib
 import json
 from contextlib import suppress
 from pathlib import Path
 
 import missions
 from missions.files import SCENARIO, STUDY
-from worldmodel.caches import files_digest, keep_file, read_kept
+from worldmodel.caches import files_digest, keep_file, package_mark, read_kept
 
 Explained = dict[str, tuple[str, str]]
 """(Type and range, meaning) by dotted key."""
@@ -26,7 +27,8 @@ SAID_BY = "worldmodel", "exchange", "remoras", "missions"
 def explained() -> dict[str, Explained]:
     """Every key of a file, by the kind of file: scenario, study."""
     folders = [ROOT / name for name in SAID_BY]
-    code = files_digest(file for folder in folders for kind in ("py", "toml") for file in folder.rglob(f"*.{kind}"))
+    files = (file for folder in folders for kind in ("py", "toml") for file in folder.rglob(f"*.{kind}"))
+    code = hashlib.sha256(files_digest(files) + package_mark("pydantic")).digest()  # which words ranges
     with suppress(ValueError, TypeError, AttributeError, KeyError):
         found = json.loads(read_kept(KEYS, code) or b"")
         return {kind: {key: (text, meaning) for key, (text, meaning) in found[kind].items()} for kind in KINDS}
