@@ -1,8 +1,8 @@
 """``python -m benchmarks [NAME...] [--json]``: every module here with a function ``rows`` is a benchmark.
 
-``bursts``, ``flicker``, ``holdings``, ``intervals``, ``mechanisms``, ``site``, ``tuning`` and ``variants`` are none:
-they are commands of their own, as ``python -m benchmarks.tuning``. ``printed`` takes options: it makes the figures of
-pages. ``ipc`` is a part of ``htn``, ``dividing`` of ``organisation``, ``measuring`` of all.
+``bursts``, ``flicker``, ``healing``, ``holdings``, ``intervals``, ``mechanisms``, ``site``, ``tuning`` and ``variants``
+are none: they are commands of their own, as ``python -m benchmarks.tuning``. ``printed`` takes options: it makes the
+figures of pages. ``ipc`` is a part of ``htn``, ``dividing`` of ``organisation``, ``measuring`` of all.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ import benchmarks
 from benchmarks import printed
 
 NO_BENCHMARKS = {
-    "__main__", "bursts", "dividing", "flicker", "holdings", "intervals", "ipc", "measuring", "mechanisms", "printed",
-    "site", "tuning", "variants",
+    "__main__", "bursts", "dividing", "flicker", "healing", "holdings", "intervals", "ipc", "measuring", "mechanisms",
+    "printed", "site", "tuning", "variants",
 }  # fmt: skip
 
 

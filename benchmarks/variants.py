@@ -241,7 +241,7 @@ def shares_of(runs: Sequence[Run]) -> Iterator[str]:
     for metric in runs[0].mission.metrics:
         if metric.headline and metric.better is Better.HIGHER and metric.name.endswith("_fraction"):
             values = [value for one in runs if isinstance(value := metric.of(one), float)]
-            yield f"{metric.name} {fmean(values):.2f} ± {t_half_width(values):.2f}"
+            yield f"{metric.name} {fmean(values):.2f}" + (f" ± {t_half_width(values):.2f}" if len(values) > 1 else "")
 
 
 def main() -> int:
@@ -251,6 +251,10 @@ def main() -> int:
     parser.add_argument("--repeats", type=int, default=10)
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE")
     arguments = parser.parse_args()
+    if unknown := [one for one in arguments.name if not any(name.startswith(one) for name in VARIANTS)]:
+        parser.error(f"no variant begins with {', '.join(unknown)}: there are {', '.join(VARIANTS)}")
+    if arguments.repeats < 1:
+        parser.error(f"--repeats is {arguments.repeats}: allowed is 1 or more")
     for name, tables in VARIANTS.items():
         if arguments.name and not name.startswith(tuple(arguments.name)):
             continue

@@ -105,7 +105,7 @@ class Searching(Behaviour):
         if not performed:
             return DUE
         self._track.note(at_m, now_s)
-        if self._is_returning and self._has_to_tell(picture, at_m, now_s):
+        if self._is_returning and self._hearers is not None and self._has_to_tell(self._hearers, picture, at_m, now_s):
             return ADVANCING
         is_stale = now_s - self._chosen_s > STALE_S
         if self._target_m is not None and not (self._is_returning or is_stale or self._is_reached(motion)):
@@ -117,17 +117,16 @@ class Searching(Behaviour):
     def _is_reached(self, motion: Motion) -> bool:
         return self._target_m is not None and distance_m(motion, self._target_m) <= ARRIVED_M
 
-    def _has_to_tell(self, picture: Picture, at_m: Point, now_s: float) -> bool:
+    def _has_to_tell(self, hearers: Hearers, picture: Picture, at_m: Point, now_s: float) -> bool:
         """True while there is something left to tell, until it has waited for long where it should be heard."""
-        assert self._hearers is not None
         if not self._reach.holds(at_m):
             self._back_s = None
         elif self._back_s is None:
             self._back_s = now_s
         elif now_s - self._back_s >= self._reach.greeting_s:
-            self._hearers.give_up(picture.facts)
+            hearers.give_up(picture.facts)
             return False
-        return bool(self._hearers.untold_m(picture.facts))
+        return bool(hearers.untold_m(picture.facts))
 
     def _choose(self, picture: Picture, at_m: Point, now_s: float) -> Point:
         self._chart.update(picture.facts, (self._data.name, *self._others))
@@ -281,7 +280,7 @@ class Sweeping(Behaviour):
 
 
 class Identifying(Behaviour):
-    """Goes from anomaly to anomaly, those first of which least is known per time, and takes images of each.
+    """Goes from anomaly to anomaly, first to what is most likely to be a site for the time it takes; takes images.
 
     What an anomaly is follows from the map where it lies and from all images. Of what is concluded to be an
     archaeological site pictures are taken.
