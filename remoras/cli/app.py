@@ -101,6 +101,8 @@ def give_up(message: str, as_json: bool) -> None:
 def _report(error: Exception, as_json: bool) -> None:
     """Tell a fault: a message for people, and one JSON value where that was asked for."""
     message = shortened(str(error))
+    if isinstance(error, OSError) and error.filename is not None:
+        message = shortened(f"{error.filename}: {error.strerror}")
     print(f"remoras: {message}", file=sys.stderr)
     if as_json:
         listed = [

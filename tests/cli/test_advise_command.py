@@ -52,6 +52,7 @@ def test_misuse_is_one_line() -> None:
     assert "SCENARIO is missing" in refused("advise")
     assert "mapping-patches" in refused("advise", "mapping-patch")
     assert "no experience for advice" in refused("advise", "mapping-patches", "--experience", "pyproject.toml")
+    assert refused("advise", "--make", "pyproject.toml") == "remoras: pyproject.toml: File exists\n"
 
 
 def test_footprints_are_drawn_with_their_numbers(tmp_path: Path) -> None:
