@@ -47,7 +47,7 @@ def draw_sites(axes: Axes, results: RunResults, style: Style) -> str:
         ("sites found", sorted(found.values()), "-", style.black),
         ("sites identified", sites, "--", style.black),
         (
-            "other anomalies explained",
+            "others explained",
             others,
             ":",
             style.grey,

@@ -54,7 +54,7 @@ def run_conditions(results: RunResults) -> str:
     summary = results.summary
     per = summary.get("per")
     assumed = f" ({text})" if (text := results.manifest.get("assumed")) else ""
-    channel = f"{summary['channel']} channel{assumed}" + (f", PER {100 * per:g} %" if per is not None else "")
+    channel = f"{summary['channel']} channel{assumed}" + (f", PER {100 * per:.3g} %" if per is not None else "")
     reason = summary["reason"] or "no reason given"
     ending = "mission completed" if summary["completed"] else f"not completed ({reason})"
     return (
