@@ -1,8 +1,9 @@
 """What a vehicle knew at a time of a recorded run: its world model, and the organisation in its view.
 
 The tables say it all. A block of facts is in a vehicle's world model from when the vehicle recorded it, or had received
-the last of its items, or the packet with it as status; under a bound from when its origin told it. What was heard after
-the mission, where the exchange went on, stands in a table of its own. Merging has one
+the last of its items, or the packet with it as status; under a bound from when its origin told it, and whoever begins
+anew without memory has all of it again. What was heard after the mission, where the exchange went on, stands in a table
+of its own. Merging has one
 outcome whatever the order, so the model that is built of these blocks is the one that the vehicle had.
 """
 
@@ -306,11 +307,12 @@ class Memory:
             if block.is_status:
                 heard = [statuses[number]] if number in statuses else heard[:1]
             for name, data in setup.database.items():
-                if kind == "kept" or (name == origin and (block.is_status or not by_packets)):
+                if kind == "kept" or (name == origin and block.is_status and by_packets):
                     continue
                 if not by_packets:
                     order = (recorded_s, block.origin) < (exhausted_s.get(name, math.inf), data.node)
-                    times_s = [[recorded_s] if order else []]
+                    told_s = [recorded_s] if order and name != origin else []
+                    times_s = [told_s + [from_s for from_s, _ in memories(self._lives[name]) if from_s > recorded_s]]
                 else:
                     times_s = [of_item.get(name, []) for of_item in heard]
                 self._hold(name, times_s, block, items)

@@ -296,7 +296,10 @@ def test_a_status_that_damage_has_made_up_and_others_relayed_is_no_error() -> No
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("strategy", "case"), sampled(product(strategies(), CASES), *list(zip(strategies(), cycle(CASES)))[::3])
+    ("strategy", "case"),
+    sampled(
+        product(strategies(), CASES), *list(zip(strategies(), cycle(CASES)))[::3], ("oracle", "restarts")
+    ),  # under a bound memory that is lost is told anew at once
 )
 def test_so_it_is_under_every_strategy(strategy: str, case: str) -> None:
     compare(scenario(*LOSS, *CASES[case], strategy=strategy), 11)
