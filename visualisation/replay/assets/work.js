@@ -144,7 +144,7 @@ globalThis.R = globalThis.R || {};
     return run.vehicles.map((_, v) => v).filter((v) => !run.outAt(v, at));
   }
 
-  // Share of the vehicles that see all roles as their holders do, at each of the times; a view is wrong of a holder by
+  // Share of the vehicles that see all roles of their peers as these do, at each of the times; a view is wrong of a holder by
   // the number of assignments in which it differs, which changes by one with each event of either.
   function agreementOf(run, t, inside) {
     if (!run.has("organisation")) return [];
@@ -166,7 +166,7 @@ globalThis.R = globalThis.R || {};
     let next = 0;
     return t.map((at, n) => {
       while (next < events.length && events[next].row.time_s <= at) apply(events[next++]);
-      const right = inside[n].filter((v) => inside[n].every((holder) => !wrong[v][holder]));
+      const right = inside[n].filter((v) => inside[n].every((holder) => !wrong[v][holder] || !run.isPeer(v, holder)));
       return right.length / Math.max(1, inside[n].length);
     });
   }
