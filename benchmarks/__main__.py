@@ -1,9 +1,9 @@
 """``python -m benchmarks [NAME...] [--json]``: every module here with a function ``rows`` is a benchmark.
 
-``bursts``, ``flicker``, ``healing``, ``holdings``, ``intervals``, ``mechanisms``, ``site``, ``tuning``, ``under_loss``
-and ``variants`` are none: they are commands of their own, as ``python -m benchmarks.tuning``. ``printed`` takes
-options: it makes the figures of pages. ``ipc`` is a part of ``htn``, ``dividing`` of ``organisation``, ``measuring`` of
-all.
+``bursts``, ``contest``, ``flicker``, ``healing``, ``holdings``, ``intervals``, ``mechanisms``, ``site``, ``tuning``,
+``under_loss`` and ``variants`` are none: they are commands of their own, as ``python -m benchmarks.tuning``.
+``printed`` takes options: it makes the figures of pages. ``ipc`` is a part of ``htn``, ``dividing`` of
+``organisation``, ``measuring`` of all.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ import benchmarks
 from benchmarks import printed
 
 NO_BENCHMARKS = {
-    "__main__", "bursts", "dividing", "flicker", "healing", "holdings", "intervals", "ipc", "measuring", "mechanisms",
-    "printed", "site", "tuning", "under_loss", "variants",
+    "__main__", "bursts", "contest", "dividing", "flicker", "healing", "holdings", "intervals", "ipc", "measuring",
+    "mechanisms", "printed", "site", "tuning", "under_loss", "variants",
 }  # fmt: skip
 
 

@@ -1,0 +1,102 @@
+"""What cards of one split say together: ``python -m benchmarks.contest CARD... [--other CARD...]``.
+
+Scores; which pairs are told apart (normal approximation of the bootstrap over runs paired by seed, Holm's correction,
+5 %); regret, the mean over conditions (network and what is unforeseen) of what is lacking to the best of the nine
+shipped strategies in each, chosen in hindsight; and of another split by how many pairs stand in the same order.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import combinations
+from pathlib import Path
+from statistics import NormalDist, fmean
+
+from missions.benchmark.card import read_strategies
+from missions.benchmark.scoring import Scored, against
+from missions.statistics import CONFIDENCE, holm
+from remoras.strategies import strategies
+
+WIDTH = 2.0 * NormalDist().inv_cdf((1.0 + CONFIDENCE) / 2.0)
+"""Of an interval, in standard errors."""
+Contest = Mapping[str, Scored]
+
+
+def read(paths: Sequence[Path]) -> Contest:
+    """Strategies of cards, the best first; of one that several have the last counts."""
+    found = {one.name: one for path in paths for one in read_strategies(json.loads(path.read_text(encoding="utf-8")))}
+    return dict(sorted(found.items(), key=lambda of: -of[1].score))
+
+
+def ranked(contest: Contest) -> list[str]:
+    """The nine that are shipped: neither a bound nor one of others."""
+    shipped = {name for name, one in strategies().items() if one.declaration.part is None}
+    return [name for name in contest if name in shipped]
+
+
+def p_value(one: Scored, other: Scored) -> float:
+    """That two are alike."""
+    mean, interval = against(one, other)
+    if interval is None or interval[0] == interval[1]:
+        return 1.0 if mean == 0.0 or interval is None else 0.0
+    return 2.0 * NormalDist().cdf(-abs(mean) * WIDTH / (interval[1] - interval[0]))
+
+
+def apart(contest: Contest, names: Sequence[str]) -> dict[tuple[str, str], bool]:
+    """Of each pair, the better one first, whether it is told apart."""
+    pairs = list(combinations(names, 2))
+    corrected = holm([p_value(contest[one], contest[other]) for one, other in pairs])
+    return {pair: p <= 1.0 - CONFIDENCE for pair, p in zip(pairs, corrected, strict=True)}
+
+
+def by_condition(scored: Scored) -> dict[tuple[str, str], float]:
+    """Mean efficiency over grounds by network and what is unforeseen."""
+    found: dict[tuple[str, str], list[float]] = defaultdict(list)
+    for cell, efficiency in scored.by_cell.items():
+        found[cell.network, cell.unforeseen].append(efficiency)
+    return {condition: fmean(values) for condition, values in found.items()}
+
+
+def regrets(contest: Contest, names: Sequence[str]) -> dict[str, list[float]]:
+    """Of each strategy, by condition, the share that is lacking to the best of some in hindsight."""
+    efficiency = {name: by_condition(one) for name, one in contest.items()}
+    best = {condition: max(efficiency[name][condition] for name in names) for condition in efficiency[names[0]]}
+    return {name: [1.0 - of[condition] / best[condition] for condition in best] for name, of in efficiency.items()}
+
+
+def lines(contest: Contest, other: Contest) -> Iterator[str]:
+    """All that is said."""
+    names = ranked(contest)
+    lacking = regrets(contest, names)
+    yield "strategy: score [95 %], completed, regret, worst; minus the best of the nine [95 %]"
+    for name, one in contest.items():
+        mean, interval = against(one, contest[names[0]])
+        told = "" if interval is None else f" [{interval[0]:+.3f}, {interval[1]:+.3f}]"
+        score = "" if one.interval is None else f" [{one.interval[0]:.3f}, {one.interval[1]:.3f}]"
+        yield (
+            f"{name}: {one.score:.3f}{score}, {one.completed_share:.1%}, {fmean(lacking[name]):.1%}, "
+            f"{max(lacking[name]):.1%}; {mean:+.3f}{told}"
+        )
+    found = apart(contest, names)
+    yield f"{sum(found.values())} of {len(found)} pairs are told apart; not:"
+    yield from (f"  {one}, {another}" for (one, another), is_apart in found.items() if not is_apart)
+    if other:
+        pairs = [(one, another) for one, another in found if one in other and another in other]
+        same = sum(other[one].score > other[another].score for one, another in pairs)
+        yield f"{same} of {len(pairs)} pairs stand in the same order: Kendall's tau {2 * same / len(pairs) - 1:.2f}"
+
+
+def main() -> None:
+    """Say it."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.contest", description=__doc__)
+    parser.add_argument("card", nargs="+", type=Path)
+    parser.add_argument("--other", nargs="+", type=Path, default=[])
+    asked = parser.parse_args()
+    print(*lines(read(asked.card), read(asked.other)), sep="\n")
+
+
+if __name__ == "__main__":
+    main()
