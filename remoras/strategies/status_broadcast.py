@@ -9,7 +9,8 @@ role has room, if that saves ``help_s``.
 Health and re-tasking: a vehicle that says that it takes no jobs, or has left the group, has no part in the plan, and
 its job is open again. A job that is late by ``doubt_rounds`` is done again by who has nothing else left to do; that of
 one to which nobody is known to have turned is late from when it was first left to somebody, whoever that was. If two
-are at the same job and it has no room for both, the one that came later leaves it on hearing of the other.
+are at the same job, though the one that came later did not come to help, or it has no room for both, that one chooses
+anew on hearing of the other.
 
 Source: Sotzing, Lane 2010 (DELPHIS: broadcast of the mission state, prediction of silent partners, re-tasking).
 """
@@ -59,6 +60,7 @@ class Broadcaster:
         self._at: dict[str, JobWatch] = {}  # last known of every vehicle
         self._reported: set[str] = set()  # jobs that somebody says are done
         self._has_taken_over = False  # and nobody was told
+        self._helps = False  # it is at a job that it knew another one to be at
         self._awaited: dict[str, float] = {}  # jobs left to vehicles without work: when they should have been done
 
     def negotiate(self, situation: Situation) -> Move:
@@ -74,13 +76,16 @@ class Broadcaster:
             for role in situation.work.held_by(self._me)
             if role not in held or self._is_later(role.name, doubted, work)
         ]
-        said = [Statement(((self._me, "leftRole", self._group.path(role.name)),), told=False) for role in left]
+        name = None
         if all(role in left for role in held):
             self._at.pop(self._me, None)
             name = self._choice(work, outlooks, doubted, situation)
             if name is not None:
                 self._at[self._me] = self._station(name, self._me, round(situation.now_s), work)
-                said.append(Statement(((self._me, "playsRole", self._group.path(name)),), told=False))
+        left = [role for role in left if role.name != name]  # it stays, to help
+        said = [Statement(((self._me, "leftRole", self._group.path(role.name)),), told=False) for role in left]
+        if name is not None and name not in [role.name for role in held if role not in left]:
+            said.append(Statement(((self._me, "playsRole", self._group.path(name)),), told=False))
         if situation.round % self._with.period_rounds == 0 or said or self._has_taken_over:
             self._has_taken_over = False
             said += self._state(work)
@@ -92,7 +97,7 @@ class Broadcaster:
 
     def take_over(self, situation: Situation) -> None:
         """Go on where jobs were given out otherwise: whoever holds some is at one that is begun, or at the nearest."""
-        self._has_taken_over = True
+        self._has_taken_over = self._helps = True  # whoever is two at a job was meant to be
         work, now_s = situation.work, situation.now_s
         for data in work.workers:
             held = work.held_by(data.name)
@@ -125,7 +130,10 @@ class Broadcaster:
         return JobWatch(role, since_s, from_m, since_s if then is None else then.free_s)
 
     def _is_later(self, role: str, doubted: Collection[str], work: Work) -> bool:
-        """True if as many members as the role has room for, none of them doubted, were at its job before this one."""
+        """True if as many members as the job takes, none of them doubted, were at it before this one.
+
+        One that did not come to help takes it to be its own: where two chose the same, by what each knew, one goes on.
+        """
         mine, database = self._at.get(self._me), work.database
         if mine is None:
             return False
@@ -136,7 +144,7 @@ class Broadcaster:
             if name not in doubted and name != self._me and name in work.members
         ]
         specification = work.group.role(role)
-        room = None if specification is None else specification.maximum
+        room = 1 if not self._helps else None if specification is None else specification.maximum
         return room is not None and len(before) >= room
 
     # Prediction
@@ -174,6 +182,7 @@ class Broadcaster:
         at = [(at.role, name) for name, at in self._at.items() if name in outlooks]
         taken = {role for role, _ in at}
         plan = planned(work, [role for role in work.open if role.name not in taken], work.workers, outlooks)
+        self._helps = not plan.roles[self._me]
         if plan.roles[self._me]:
             return plan.roles[self._me][0].name
         return self._again(work, plan, outlooks, doubted, situation) or self._help(work, plan, outlooks, situation)
