@@ -7,7 +7,7 @@ from worldmodel.facts import Block, Instance, Lacking, Observation, PropertyValu
 from worldmodel.fields import Value
 from worldmodel.history import History
 from worldmodel.holdings import StoredItems
-from worldmodel.index import observation_of, observed_at_s
+from worldmodel.index import EMPTY, observation_of, observed_at_s
 from worldmodel.reasoning import Inference
 from worldmodel.subscriptions import Subscription, Subscriptions
 from worldmodel.tbox import TYPE_UID, TBox, ValueKind
@@ -53,7 +53,7 @@ class Answers(StoredItems):
             attribute: its uid.
             at_s: of those observed by this time, in s; of all if None. Of statuses only the newest is held.
         """
-        entries = self.index.slots.get((subject, attribute))
+        entries = self.index.slots.get(attribute, EMPTY).get(subject)
         if entries is None:
             return None
         if at_s is None:
@@ -74,7 +74,7 @@ class Answers(StoredItems):
             since_s: observed at this time or later, in s; from the first if None.
             until_s: observed at this time or before, in s; to the last if None.
         """
-        return History(self.index.slots.get((subject, attribute), ()), since_s, until_s)
+        return History(self.index.slots.get(attribute, EMPTY).get(subject, ()), since_s, until_s)
 
     def since(self, origin: int, time_s: float) -> Iterator[Block]:
         """Yield the items of an origin that it observed at a time (s) or later, in order of epoch and sequence.
@@ -109,7 +109,7 @@ class Answers(StoredItems):
 
     def value(self, subject: int, attribute: int, default: Value | None = None) -> Value | None:
         """Return the latest value of a slot, else what all know from the start, or ``default`` when there is none."""
-        entries = self.index.slots.get((subject, attribute))
+        entries = self.index.slots.get(attribute, EMPTY).get(subject)
         if entries is None:
             return self._common_values.get((subject, attribute), default)
         newest = entries[-1]

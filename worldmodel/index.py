@@ -1,7 +1,8 @@
 """The facts of one store by slot, the classes of its instances, and who rests on them.
 
 A slot is an attribute of an instance. Its facts are sorted from old to new; of the statuses in it only the newest of
-each origin is there. A fact stands in its slot as its block alone if the block has no other: that saves memory.
+each origin is there. To save memory slots have no names of their own, but are found by attribute and then by instance,
+and a fact stands in its slot as its block alone if the block has no other.
 Facts of banned vehicles stand apart, so that to ask takes the same steps with a ban and without.
 """
 
@@ -18,6 +19,10 @@ Entry = Block | Observation
 """A fact in a slot."""
 StatusSlot = tuple[int, int, int]
 """(subject, attribute, origin)."""
+Slots = dict[int, dict[int, list[Entry]]]
+"""The facts of slots, oldest first, by attribute and subject; no slot is empty."""
+EMPTY: dict[int, list[Entry]] = {}
+"""The slots of an attribute of which nothing is known."""
 
 
 def block_of(entry: Entry) -> Block:
@@ -47,10 +52,10 @@ class Index:
         self._tbox = tbox
         self._tables = compiled_attributes(tbox)
         self._base = [tbox.ancestor_mask(instance.class_uid) for instance in instances]
-        self.slots: dict[Slot, list[Entry]] = {}
-        """The facts of each slot that count, oldest first; no slot is empty."""
-        self.apart: dict[Slot, list[Entry]] = {}
-        """The same for those of banned vehicles, which do not count."""
+        self.slots: Slots = {}
+        """The facts that count."""
+        self.apart: Slots = {}
+        """Those of banned vehicles, which do not count."""
         self.trust = self._tables.trust()
         """Who is believed, by the facts that are held."""
         self.turned: set[Slot] = set()
@@ -69,35 +74,35 @@ class Index:
 
     def enter(self, fact: PropertyValue, entry: Entry) -> None:
         """Add a fact to its slot."""
-        attribute = fact.attribute
-        slot = (fact.subject, attribute)
+        subject, attribute = fact.subject, fact.attribute
         slots = self._slots_of(block_of(entry)) if self.trust.from_s else self.slots
-        entries = slots.get(slot)
+        of_attribute = slots.setdefault(attribute, {})
+        entries = of_attribute.get(subject)
         if entries is None:
-            slots[slot] = [entry]
+            of_attribute[subject] = [entry]
         elif entries[-1].time_s < entry.time_s or sort_key(entries[-1]) <= sort_key(entry):
             entries.append(entry)
         else:
             insort(entries, entry, key=sort_key)
         if attribute in self.heeded:
-            self.touched.add(slot)
+            self.touched.add((subject, attribute))
         if attribute == TYPE_UID:
-            self.masks[fact.subject] = self.masks.get(fact.subject, 0) | self._tbox.ancestor_mask(fact.target)
+            self.masks[subject] = self.masks.get(subject, 0) | self._tbox.ancestor_mask(fact.target)
             self.version_of_types += 1
         elif self._tables.rows[attribute].range_class >= 0:
             block = block_of(entry)
-            self._linking.setdefault(fact.target, {})[_link_name(slot, block)] = block
+            self._linking.setdefault(fact.target, {})[_link_name((subject, attribute), block)] = block
         elif attribute == self.trust.attribute:
             self._turn(self.trust.note(observation_of(entry)))
 
     def leave(self, fact: PropertyValue, entry: Entry) -> None:
         """Take a fact out of its slot."""
         slot, block = (fact.subject, fact.attribute), block_of(entry)
-        slots = self._slots_of(block)
-        entries = slots[slot]
+        of_attribute = self._slots_of(block)[fact.attribute]
+        entries = of_attribute[fact.subject]
         del entries[bisect_left(entries, sort_key(entry), key=sort_key)]
         if not entries:
-            del slots[slot]
+            del of_attribute[fact.subject]
         if fact.attribute in self.heeded:
             self.touched.add(slot)
         if fact.attribute == TYPE_UID:
@@ -112,27 +117,31 @@ class Index:
 
     def all_of(self, slot: Slot) -> Sequence[Entry]:
         """The facts of a slot, whether they count or not; in order among those that count, and among the others."""
-        counting = self.slots.get(slot, ())
-        return (*counting, *self.apart.get(slot, ())) if self.apart else counting
+        subject, attribute = slot
+        counting = self.slots.get(attribute, EMPTY).get(subject, ())
+        return (*counting, *self.apart.get(attribute, EMPTY).get(subject, ())) if self.apart else counting
 
-    def _slots_of(self, block: Block) -> dict[Slot, list[Entry]]:
+    def _slots_of(self, block: Block) -> Slots:
         return self.apart if self.trust.hides(block.origin, block.time_s) else self.slots
 
     def _turn(self, origins: frozenset[int]) -> None:
         """Sort anew what counts and what does not, in the slots in which these origins have said anything."""
         if not origins:
             return
-        for slot in {*self.slots, *self.apart}:
+        both = self.slots, self.apart
+        for slot in {(subject, of) for slots in both for of, subjects in slots.items() for subject in subjects}:
             entries = sorted(self.all_of(slot), key=sort_key)
             if origins.isdisjoint(block_of(entry).origin for entry in entries):
                 continue
             self.turned.add(slot)
-            if slot[1] in self.heeded:
+            subject, attribute = slot
+            if attribute in self.heeded:
                 self.touched.add(slot)
-            for slots in (self.slots, self.apart):
-                slots.pop(slot, None)
+            for slots in both:
+                slots.get(attribute, EMPTY).pop(subject, None)
             for entry in entries:
-                self._slots_of(block_of(entry)).setdefault(slot, []).append(entry)
+                of_attribute = self._slots_of(block_of(entry)).setdefault(attribute, {})
+                of_attribute.setdefault(subject, []).append(entry)
 
     def _work_out_types(self, uid: int) -> None:
         mask = self._base[uid] if uid < len(self._base) else 0
@@ -176,7 +185,7 @@ class Index:
             return False
         if self.trust.from_s or attribute not in self._tables.unlinked or attribute in self.heeded:
             return False
-        entries = self.slots[subject, attribute]
+        entries = self.slots[attribute][subject]
         if entries[-1] is held:
             entries[-1] = new
         else:

@@ -16,7 +16,7 @@ counted even where it rested on the content that went.
 from collections.abc import Iterable, Iterator
 
 from worldmodel.facts import Block, Fault, Guid
-from worldmodel.index import Entry, block_of
+from worldmodel.index import EMPTY, Entry, block_of
 from worldmodel.merge import expire
 from worldmodel.store import PruneRule, Store
 
@@ -59,7 +59,7 @@ def _drop(store: Store, limits: Iterable[tuple[int, int, float]]) -> int:
     for class_uid, attribute, before_s in limits:
         for uid in store.instance_uids():
             if store.class_mask(uid) >> class_uid & 1:
-                for entry in _outdated(store.index.slots.get((uid, attribute), []), before_s):
+                for entry in _outdated(store.index.slots.get(attribute, EMPTY).get(uid, []), before_s):
                     block = block_of(entry)
                     blocks[block.guid] = block
                     may_go.setdefault(block.guid, set()).add(0 if isinstance(entry, Block) else entry.position)

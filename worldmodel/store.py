@@ -28,7 +28,7 @@ from worldmodel.facts import (
     Observation,
     PropertyValue,
 )
-from worldmodel.index import Entry, observation_of, sort_key
+from worldmodel.index import EMPTY, Entry, observation_of, sort_key
 from worldmodel.log import BlockLog
 from worldmodel.tables import compiled_attributes
 from worldmodel.tbox import TYPE_UID, Attribute, TBox
@@ -197,10 +197,12 @@ class Store(Answers):
         index = self.index
         if index.trust.from_s:
             return self._indexed(block)
-        slots, slot = index.slots, (subject, attribute)
-        entries = slots.get(slot)
+        of_attribute = index.slots.get(attribute)
+        if of_attribute is None:
+            of_attribute = index.slots[attribute] = {}
+        entries = of_attribute.get(subject)
         if entries is None:
-            slots[slot] = [block]
+            of_attribute[subject] = [block]
         elif entries[-1].time_s < time_s:
             entries.append(block)
         else:
@@ -228,7 +230,7 @@ class Store(Answers):
             return Change(block, self._turned())
         slots, pairs = self.index.slots, zip(facts, entries, strict=True)
         return Change(
-            block, tuple([f for f, entry in pairs if slots.get((f.subject, f.attribute), _NONE)[-1] is entry])
+            block, tuple([f for f, entry in pairs if slots.get(f.attribute, EMPTY).get(f.subject, _NONE)[-1] is entry])
         )
 
     def _turned(self) -> tuple[PropertyValue, ...]:
@@ -242,7 +244,7 @@ class Store(Answers):
         facts, watching, slots = block.facts, self.subscriptions.watching, self.index.slots
         if len(facts) == 1 and facts[0].attribute not in watching and self.index.succeed(block):
             self.version += 1
-            is_latest = slots[facts[0].subject, facts[0].attribute][-1] is block
+            is_latest = slots[facts[0].attribute][facts[0].subject][-1] is block
             return _new(Change, (block, facts if is_latest else ()))
         placed = self.index.place(block)
         self.version += bool(placed)
@@ -250,8 +252,7 @@ class Store(Answers):
             if fact.attribute in watching:
                 self.subscriptions.note(Observation(placed_block, 0))
         return Change(
-            block,
-            tuple([f for f, placed_block in placed if slots.get((f.subject, f.attribute), _NONE)[-1] is placed_block]),
+            block, tuple([f for f, its in placed if slots.get(f.attribute, EMPTY).get(f.subject, _NONE)[-1] is its])
         )
 
     def facts_of(self, subject: int, attribute: int) -> list[Observation]:

@@ -89,8 +89,8 @@ def test_asking_takes_as_many_steps_with_a_ban(monkeypatch: pytest.MonkeyPatch) 
     merge(model, [block(1, 0, 0, (ECHO, LOCATION, (9.0, 9.0)))])
     merge(model, [block(2, n, n + 1, (ECHO, LOCATION, (float(n % 100), 0.0))) for n in range(1000)])
     ban(model, [2])
-    assert len(model.index.slots[ECHO, LOCATION]) == 1
-    assert len(model.index.apart[ECHO, LOCATION]) == 1000
+    assert len(model.index.slots[LOCATION][ECHO]) == 1
+    assert len(model.index.apart[LOCATION][ECHO]) == 1000
     asked: list[int] = []
     hides = type(model.index.trust).hides
     monkeypatch.setattr(type(model.index.trust), "hides", lambda *a: asked.append(1) or hides(*a))
