@@ -137,7 +137,7 @@ class Interests:
 
     def priority_here(self, column: int) -> int:
         """Priority of an item that this node needs; 0 if it holds it for others alone."""
-        nodes, priority = self.of(self._ledger.entries[column].about)
+        nodes, priority = self.of(self._ledger.about(column))
         return priority if nodes >> self._me & 1 else 0
 
     # What is sent --------------------------------------------------------------------------------
@@ -201,7 +201,7 @@ class Interests:
             self._addressed.discard(column)
         for column in [addressed for addressed in self._addressed if self._ledger.ease(addressed, believes)]:
             self._addressed.discard(column)
-            entry = self._ledger.entries[column]
+            entry = self._ledger.entry(column)
             self._queue.revalue(column, entry.priority, self.terms_of(entry.about))
         return tuple(sorted(self._ledger.uids[column] for column in settled))
 
@@ -218,7 +218,7 @@ class Interests:
         settled: list[ItemUid] = []
         unneeded: list[Expiry] = []
         for column in self._may_send:
-            entry, was_open = self._ledger.entries[column], bool(before >> column & 1)
+            entry, was_open = self._ledger.entry(column), bool(before >> column & 1)
             needed_before = self._needed_by(column)
             is_needed = self._judge(column)
             if is_needed and self._is_lacked(column, believes):
@@ -265,7 +265,7 @@ class Interests:
         return sum(1 << node for node, items in enumerate(self._ledger.unneeded) if not items >> column & 1)
 
     def _send(self, column: int, now_s: float, is_new_need: bool = False) -> None:
-        entry = self._ledger.entries[column]
+        entry = self._ledger.entry(column)
         fragment = entry.fragment
         if entry.waiting is None:
             entry.waiting = Waiting(entry.priority, fragment.time_s, now_s)
@@ -277,7 +277,7 @@ class Interests:
 
     def _judge(self, column: int) -> bool:
         """Note who needs an item; True if anybody else does."""
-        entry, item = self._ledger.entries[column], 1 << column
+        entry, item = self._ledger.entry(column), 1 << column
         nodes, entry.priority = self._judged(entry)
         if not nodes and any(self._class_of(fact, entry.about) == 0 for fact in entry.about):
             self.undecided[column] = None

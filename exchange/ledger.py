@@ -11,10 +11,12 @@ from dataclasses import dataclass
 
 from exchange.ack import Words
 from exchange.blocks import joined_block
-from exchange.packets import Fragment, ItemUid, Named, name_of_item
+from exchange.packets import Fragment, ItemUid, Named
 from exchange.values import Waiting
 from worldmodel import Block, PropertyValue
 from worldmodel.facts import Guid
+
+_new = tuple.__new__  # makes a named tuple of a tuple, in half the time
 
 Life = tuple[int, int]
 """An origin and its epoch."""
@@ -24,7 +26,7 @@ ADDRESSED_SHARE = 10
 
 @dataclass(slots=True)
 class LedgerEntry:
-    """One item as this node sees it; of one that it does not send, the fragment is all.
+    """An item that this node may send, as it sees it.
 
     ``about`` are the facts by which it is judged who needs it: of its whole block, where this node knows that.
     ``addressed`` are the peers (bit word) to which this node addresses it, beside those that need it; ``is_eased`` says
@@ -40,7 +42,7 @@ class LedgerEntry:
 
 
 class Ledger:
-    """Item UID <-> column, and the entry of each column.
+    """Item UID <-> column, and the item of each column.
 
     Args:
         n_nodes: size of the fleet.
@@ -50,9 +52,12 @@ class Ledger:
     def __init__(self, n_nodes: int, speakers: Sequence[int] = ()) -> None:
         self.column_of: dict[ItemUid, int] = {}
         """Column of each item; without one that this node has never held."""
-        self.entries: list[LedgerEntry] = []
-        self.uids: list[ItemUid] = []
+        self.fragments: list[Fragment] = []
         """The item of each column."""
+        self.entries: dict[int, LedgerEntry] = {}
+        """By column, what this node makes of those that it may send."""
+        self.uids: list[ItemUid] = []
+        """The name of each."""
         self.n_nodes = n_nodes
         self.speakers = (*range(n_nodes), *speakers)
         """By origin the node that tells what it told: itself, or of an origin beyond the nodes a gateway."""
@@ -61,8 +66,7 @@ class Ledger:
         self.origins = [0] * n_nodes
         """Item set that each node has recorded in the life that it is in: these it holds."""
         self._epochs = [0] * n_nodes
-        self.parts: dict[Guid, tuple[int, ...]] = {}
-        """Columns of the parts of each block, as far as they are known."""
+        self._parts: dict[Guid, tuple[int, ...]] = {}  # of blocks of several
         self.ends: dict[Life, int] = {}
         """By origin and epoch, the sequence behind the highest of which anything is known."""
         self.unneeded = [0] * n_nodes
@@ -81,21 +85,46 @@ class Ledger:
         return uid in self.column_of
 
     def __len__(self) -> int:
-        return len(self.entries)
+        return len(self.fragments)
 
     def fragment(self, uid: ItemUid) -> Fragment | None:
         """The item as this node holds it; None if it never has."""
         column = self.column_of.get(uid)
-        return None if column is None else self.entries[column].fragment
+        return None if column is None else self.fragments[column]
 
-    def add(self, entry: LedgerEntry, item: Named | None = None) -> int:
-        """Take in a new item, with its names where these are made already; returns its column."""
-        column, (_, uid, guid, _) = len(self.entries), item or name_of_item(entry.fragment)
+    def entry(self, column: int) -> LedgerEntry:
+        """What this node makes of an item that it may send."""
+        entry = self.entries.get(column)
+        if entry is None:
+            fragment = self.fragments[column]
+            entry = self.entries[column] = LedgerEntry(fragment, fragment.facts)
+        return entry
+
+    def about(self, column: int) -> tuple[PropertyValue, ...]:
+        """The facts by which it is judged who needs an item."""
+        entry = self.entries.get(column)
+        return self.fragments[column].facts if entry is None else entry.about
+
+    def parts(self, guid: Guid) -> tuple[int, ...]:
+        """Columns of the parts of a block, as far as they are known."""
+        parts = self._parts.get(guid)
+        if parts is not None:
+            return parts
+        origin, epoch, sequence = guid
+        column = self.column_of.get(_new(ItemUid, (origin, sequence, 0, epoch)))
+        return () if column is None else (column,)
+
+    def add(self, item: Named, entry: LedgerEntry | None = None) -> int:
+        """Take in a new item, with what this node makes of it where that is more than it says; returns its column."""
+        column, (fragment, uid, guid, _) = len(self.fragments), item
+        if fragment.count > 1 or guid in self._parts:
+            self._parts[guid] = *self.parts(guid), column
         self.column_of[uid] = column
         self.uids.append(uid)
-        self.entries.append(entry)
+        self.fragments.append(fragment)
+        if entry is not None:
+            self.entries[column] = entry
         origin, epoch, sequence = guid
-        self.parts[guid] = *self.parts.get(guid, ()), column
         self.ends[origin, epoch] = max(self.ends.get((origin, epoch), 0), sequence + 1)
         if origin >= self.n_nodes:
             self.brought[self.speakers[origin]] |= 1 << column
@@ -111,12 +140,12 @@ class Ledger:
 
     def is_whole(self, guid: Guid) -> bool:
         """True if every part of a block is known."""
-        parts = self.parts.get(guid)
-        return parts is not None and len(parts) == self.entries[parts[0]].fragment.count
+        parts = self.parts(guid)
+        return bool(parts) and len(parts) == self.fragments[parts[0]].count
 
     def block(self, guid: Guid) -> Block:
         """A block of which every part is known."""
-        fragments = [self.entries[column].fragment for column in self.parts[guid]]
+        fragments = [self.fragments[column] for column in self.parts(guid)]
         return joined_block(sorted(fragments, key=lambda fragment: fragment.index))
 
     def ease(self, column: int, believes: Words) -> bool:
@@ -126,7 +155,7 @@ class Ledger:
             column: of the item.
             believes: item set that each node is believed to hold.
         """
-        entry = self.entries[column]
+        entry = self.entry(column)
         peers = [peer for peer in range(len(self.unneeded)) if entry.addressed >> peer & 1]
         if not peers or not all(believes[peer] >> column & 1 for peer in peers):
             return False

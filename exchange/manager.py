@@ -37,6 +37,7 @@ from exchange.packets import (
     StatusUid,
     Summary,
     Transmission,
+    name_of_item,
 )
 from exchange.peering.holders import Holders
 from exchange.peering.listening import Listener
@@ -209,7 +210,7 @@ class ExchangeManager:
             room_bits = self._room_bits - self._signal_room_bits
             for fragment in fragments_of(block, room_bits, self._codec.fragment_bits):
                 entry = LedgerEntry(fragment, block.facts, addressed=sum([1 << peer for peer in addressed]))
-                self._listener.register(entry, block.time_s)
+                self._listener.register(name_of_item(fragment), block.time_s, entry)
                 items.append(fragment)
             self._holders.complete(block.guid)
         return tuple(items)

@@ -10,7 +10,7 @@ from exchange import ack
 from exchange.blocks import Assembly, fragments_of, joined_block
 from exchange.interests import Interests
 from exchange.ledger import Ledger, LedgerEntry, columns_of
-from exchange.packets import Fragment, ItemUid, Judged, Met, Named, Packet, Reception
+from exchange.packets import Fragment, ItemUid, Judged, Met, Named, Packet, Reception, name_of_item
 from exchange.peering.holders import Holders
 from exchange.peering.peers import Ageing, PeerStates
 from exchange.peering.summaries import Summaries
@@ -98,12 +98,12 @@ class Listener:
         self.stating: list[Stating] = []
         """What it states of its holdings: one of them where the policy does so."""
 
-    def register(self, entry: LedgerEntry, now_s: float, item: Named | None = None) -> int:
+    def register(self, item: Named, now_s: float, entry: LedgerEntry | None = None) -> int:
         """Hold an item that is new here, see ``Ledger.add``, and send it if this vehicle is to; returns its column."""
-        column = self._ledger.add(entry, item)
+        column, fragment = self._ledger.add(item, entry), item.fragment
         self._holders.take(column)
-        is_list = any(fact.attribute == self._slot_list for fact in entry.fragment.facts)
-        speaker = self._ledger.speakers[entry.fragment.origin]
+        is_list = any(fact.attribute == self._slot_list for fact in fragment.facts)
+        speaker = self._ledger.speakers[fragment.origin]
         is_to_tell = self._relayed >> speaker & 1 or self._ledger.brought[self._me] >> column & 1
         if is_list or is_to_tell or may_send(self._repeat, 1 << column, self._ledger.origins[self._me]):
             self._interests.take(column, now_s)
@@ -253,7 +253,7 @@ class Listener:
             self._holders.complete(guid)
             if block is not None:
                 for fragment in fragments_of(block, room_bits, size_bits):
-                    self.register(LedgerEntry(fragment, block.facts), now_s)
+                    self.register(name_of_item(fragment), now_s, LedgerEntry(fragment, block.facts))
 
     def _twin(self, packet: Packet, is_second: bool, now_s: float) -> int | None:
         """The name under which two vehicles speak, if this packet is the first to show it."""
@@ -327,9 +327,9 @@ class Listener:
                 is_ambiguous = True
                 continue
             if column is None:
-                column = self.register(LedgerEntry(fragment, fragment.facts), now_s, item)
+                column = self.register(item, now_s)
                 if block is None:
-                    parts = [ledger.entries[part].fragment for part in ledger.parts[guid]]
+                    parts = [ledger.fragments[part] for part in ledger.parts(guid)]
                     block = self.assembly.add(fragment, parts)
                 if block is not None:
                     self._holders.complete(guid)
@@ -341,11 +341,11 @@ class Listener:
                 if block is not None:
                     blocks.append(block)
                 content |= 1 << column
-            elif ledger.entries[column].fragment == fragment:
+            elif ledger.fragments[column] == fragment:
                 content |= 1 << column
                 if self._holders.own.given_up and (again := self._holders.come_again(guid)) is not None:
                     blocks.append(again)
-                    items += [ledger.uids[part] for part in ledger.parts[guid]]
+                    items += [ledger.uids[part] for part in ledger.parts(guid)]
             elif guid[:2] in self._holders.shared:
                 is_ambiguous = True
             elif (other := _contradiction(fragment, ledger, self.assembly)) is not None:

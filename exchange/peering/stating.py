@@ -150,9 +150,9 @@ class Stating:
 
     def _items(self, life: Life, numbers: int) -> int:
         """Item set of blocks of a life, one bit for each number; of those that are known here."""
-        items, parts = 0, self._ledger.parts
+        items = 0
         for number in columns_of(numbers):
-            for column in parts.get((*life, number), ()):
+            for column in self._ledger.parts((*life, number)):
                 items |= 1 << column
         return items
 
@@ -289,7 +289,7 @@ class Stating:
         waiting: list[tuple[bool, int, HolderSet, int]] = []
         for guid, column in blocks.items():
             learned, passed, _ = self._learned[column]
-            items = sum([1 << part for part in ledger.parts[guid]])
+            items = sum([1 << part for part in ledger.parts(guid)])
             holders = sum([1 << peer for peer, held in enumerate(believes) if not items & ~held])
             if holders & ~(1 << self._me):
                 rank = passed if learned <= passed else -learned
@@ -301,7 +301,7 @@ class Stating:
                 return
             left_bits -= size_bits
             learned, _, n_passed = self._learned[column]
-            for part in ledger.parts[one.origin, one.epoch, one.sequence]:
+            for part in ledger.parts((one.origin, one.epoch, one.sequence)):
                 self._learned.pop(part, None)
             if n_passed + 1 < MOST_PASSED:
                 self._learned[column] = learned, slot, n_passed + 1
@@ -355,14 +355,14 @@ class Stating:
     def _columns_held(self, guids: Iterable[Guid]) -> Iterator[int]:
         """Columns of the blocks that are held here, of those named."""
         return itertools.chain.from_iterable(
-            [self._ledger.parts[guid] for guid in guids if self._ledger.is_whole(guid)]
+            [self._ledger.parts(guid) for guid in guids if self._ledger.is_whole(guid)]
         )
 
     def _lacked_of_code(self, over: Sequence[Guid], peer: int) -> float:
         """How many blocks of those that symbols are over a peer is reckoned to lack."""
         known, lacked = self._state.believes[peer] | self._ledger.spared[peer], 0.0
         for guid in over:
-            parts = self._ledger.parts[guid] if self._ledger.is_whole(guid) else ()
+            parts = self._ledger.parts(guid) if self._ledger.is_whole(guid) else ()
             of_parts = [0.0 if known >> part & 1 else self._lacks_of(part)[peer] for part in parts]
             lacked += max(of_parts, default=1.0)
         return lacked

@@ -175,8 +175,8 @@ class Summaries:
         held = summary.held_from(first) if first < end else 0
         for sequence in range(first, end):
             guid = (*life, sequence)
-            columns = ledger.parts.get(guid)
-            if columns is None:
+            columns = ledger.parts(guid)
+            if not columns:
                 continue
             items = sum([1 << column for column in columns])
             if held >> sequence - first & 1:

@@ -3,18 +3,18 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from exchange.ledger import Ledger, LedgerEntry, columns_of
-from exchange.packets import Fragment, ItemUid
+from exchange.ledger import Ledger, columns_of
+from exchange.packets import Fragment, ItemUid, Named, name_of_item
 from stress.conformance.radio import cells
 
 
-def entry(origin: int, sequence: int, part: int = 0) -> LedgerEntry:
-    return LedgerEntry(Fragment(origin, sequence, 0.0, cells(4, 1), part, part + 1), 0, 0, 0b1110, 1)
+def item(origin: int, sequence: int, part: int = 0, count: int = 1) -> Named:
+    return name_of_item(Fragment(origin, sequence, 0.0, cells(4, 1), part, count))
 
 
 def test_an_item_has_one_column_and_unknown_items_have_none():
     ledger = Ledger(4)
-    first, second = ledger.add(entry(0, 7)), ledger.add(entry(2, 7))
+    first, second = ledger.add(item(0, 7)), ledger.add(item(2, 7))
     assert (first, second) == (0, 1)
     assert ledger.column_of.get(ItemUid(0, 7, 0)) == 0
     assert ledger.column_of.get(ItemUid(0, 8, 0)) is None
@@ -24,7 +24,7 @@ def test_an_item_has_one_column_and_unknown_items_have_none():
 
 def test_parts_of_one_block_are_items_of_their_own():
     ledger = Ledger(4)
-    assert [ledger.add(entry(1, 3, part)) for part in range(3)] == [0, 1, 2]
+    assert [ledger.add(item(1, 3, part, 3)) for part in range(3)] == [0, 1, 2]
     assert ledger.origins == [0, 0b111, 0, 0]
 
 
@@ -36,7 +36,7 @@ def test_a_set_of_items_is_read_back_by_its_bits(guids: list[tuple[int, int]], s
     """More than 64 items too: a set is one integer of any width."""
     ledger = Ledger(4)
     for origin, sequence in guids:
-        ledger.add(entry(origin, sequence))
+        ledger.add(item(origin, sequence))
     chosen = some & ((1 << len(guids)) - 1)
     assert [ledger.uids[column] for column in columns_of(chosen)] == [
         ItemUid(*guid, 0) for bit, guid in enumerate(guids) if chosen >> bit & 1

@@ -93,7 +93,7 @@ def test_what_those_hold_to_whom_it_is_addressed_gives_way_to_what_they_lack():
         model = fleet.models[0]
         fleet.managers[0].offer([model.record([cells(3, 9)[cell][:3]], 0.0)], [peer])
     fleet.pass_frames(2)
-    assert [entry.priority for entry in fleet.managers[0]._ledger.entries] == [5, 50]
+    assert [entry.priority for entry in fleet.managers[0]._ledger.entries.values()] == [5, 50]
 
 
 def test_what_nobody_waited_for_but_its_addressee_is_as_urgent_once_it_has_lost_it():
@@ -105,7 +105,7 @@ def test_what_nobody_waited_for_but_its_addressee_is_as_urgent_once_it_has_lost_
     sea.restart(2, keeps=False)
     sea.pass_frames(1)
     assert sea.n_open == 1
-    assert [entry.priority for entry in sea.managers[0]._ledger.entries] == [50]
+    assert [entry.priority for entry in sea.managers[0]._ledger.entries.values()] == [50]
 
 
 def test_with_repeat_a_peer_passes_on_what_its_origin_cannot_deliver():
