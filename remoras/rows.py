@@ -1,18 +1,19 @@
 """Rows of a table of results, of which most lie in columns, which take less than a quarter of the memory of tuples.
 
 Whoever writes appends tuples, to a list, as fast as to any list. ``pack`` brings what has come since into the columns:
-of floats and of whole numbers as machine words, as narrow as they may be, of texts that come again and again as numbers
-of a list of texts, of lists as what is in them, one behind the other. A column that holds anything else stays a list of
-the very objects, so a row reads back as it was given: the same types and the same bits. Lists within the last rows may
-still change.
+of floats and of whole numbers as machine words, as narrow as they may be, of texts and floats that come again and again
+as numbers of a list of them, of lists as what is in them, one behind the other. A column that holds anything else stays
+a list of the very objects, so a row reads back as it was given: the same types and the same bits. Lists within the last
+rows may still change.
 """
 
 from __future__ import annotations
 
 from array import array
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
-from itertools import accumulate, chain
+from itertools import accumulate, chain, count
 from typing import Any, TypeAlias, overload
 
 Row = tuple[Any, ...]
@@ -24,13 +25,15 @@ CHANGING = 1024
 """Lists of so many rows, the last of a table, may still change, if its maker does not say how many."""
 SETTLED = 64
 """Lists that are put together at once, or more."""
+BLOCK = 256
+"""Rows whose different floats are kept once; a byte says which of them a row has."""
 
 
 class Texts:
     """A column of texts that come again: for each row the number of one of them.
 
     Attributes:
-        numbers: of the rows, 16 bits each; names: the texts, in the order in which they first came.
+        numbers: of the rows, 8 or 16 bits each; names: the texts, in the order in which they first came.
 
     Args:
         values: of the first rows.
@@ -39,7 +42,7 @@ class Texts:
     __slots__ = ("_number_of", "names", "numbers")
 
     def __init__(self, values: Iterable[str]) -> None:
-        self.numbers = array("H")
+        self.numbers = array("B")
         self.names: list[str] = []
         self._number_of: dict[str, int] = {}
         self.extend(values)
@@ -52,6 +55,8 @@ class Texts:
             return False
         self._number_of.update(zip(new, range(len(self.names), len(self.names) + len(new)), strict=True))
         self.names += new
+        if len(self.names) > 256 and self.numbers.typecode == "B":
+            self.numbers = array("H", self.numbers)
         self.numbers.extend(map(self._number_of.__getitem__, values))
         return True
 
@@ -64,6 +69,56 @@ class Texts:
     def __getitem__(self, place: Any) -> Any:
         found = self.numbers[place]
         return self.names[found] if isinstance(place, int) else [self.names[number] for number in found]
+
+
+class Floats:
+    """A column of floats that come again among the rows near by, such as times, headings and speeds of a fleet.
+
+    Attributes:
+        values: the different floats of each block of rows, to the bit, one block behind the other.
+        starts: where those of each block begin; numbers: of the rows, counted from there, a byte each.
+        newest: the floats of the rows behind the last block.
+
+    Args:
+        values: of the first rows.
+    """
+
+    __slots__ = ("newest", "numbers", "starts", "values")
+
+    def __init__(self, values: Iterable[float]) -> None:
+        self.values, self.newest = array("d"), array("d")
+        self.starts, self.numbers = array("Q"), bytearray()
+        self.extend(values)
+
+    def extend(self, values: Iterable[float]) -> None:
+        """Take further rows."""
+        self.newest.extend(values)
+        n_whole = len(self.newest) // BLOCK * BLOCK
+        bits = array("q", self.newest[:n_whole].tobytes())  # -0.0 equals 0.0, and a NaN nothing; their bits do not
+        for first in range(0, n_whole, BLOCK):
+            number_of: defaultdict[int, int] = defaultdict(count().__next__)
+            self.numbers.extend(map(number_of.__getitem__, bits[first : first + BLOCK]))
+            self.starts.append(len(self.values))
+            self.values.frombytes(array("q", number_of).tobytes())
+        del self.newest[:n_whole]
+
+    def __len__(self) -> int:
+        return len(self.numbers) + len(self.newest)
+
+    def __iter__(self) -> Iterator[float]:
+        return chain(chain.from_iterable(map(self._of, count(), self.starts)), self.newest)
+
+    def _of(self, block: int, start: int) -> Iterator[float]:
+        """The floats of the rows of a block."""
+        values = self.values[start : start + BLOCK]
+        return map(values.__getitem__, self.numbers[block * BLOCK : (block + 1) * BLOCK])
+
+    def __getitem__(self, place: Any) -> Any:
+        if isinstance(place, slice):
+            return [self[number] for number in range(*place.indices(len(self)))]
+        if place >= len(self.numbers):
+            return self.newest[place - len(self.numbers)]
+        return self.values[self.starts[place // BLOCK] + self.numbers[place]]
 
 
 class Lists:
@@ -110,7 +165,7 @@ class Lists:
         return list(self._entries[self._ends[place - 1] if place else 0 : self._ends[place]])
 
 
-Packed: TypeAlias = "array[float] | array[int] | Texts | Lists | list[Any]"
+Packed: TypeAlias = "array[float] | array[int] | Floats | Texts | Lists | list[Any]"
 """A column."""
 
 
@@ -118,17 +173,21 @@ def _packed(values: Sequence[Any], changing: int = CHANGING) -> Packed:
     """A column of these values, as small as it gives them back as they are; for ``changing`` see ``Lists``."""
     kinds = set(map(type, values))
     if kinds == {float}:
-        return array("d", values)
+        return Floats(values) if _come_again(values) else array("d", values)
     if kinds == {int}:
         for width in WIDTHS:
             with suppress(OverflowError):
                 return array(width, values)
         return list(values)
-    if kinds == {str} and 2 * len(set(values)) <= len(values):
+    if kinds == {str} and _come_again(values):
         return Texts(values)
     if kinds == {list}:
         return Lists(values, changing)
     return list(values)
+
+
+def _come_again(values: Sequence[Any]) -> bool:
+    return 2 * len(set(values)) <= len(values)
 
 
 def _together(column: Packed, values: Sequence[Any]) -> Packed:
@@ -139,8 +198,8 @@ def _together(column: Packed, values: Sequence[Any]) -> Packed:
     if isinstance(column, Texts):
         if set(map(type, values)) == {str} and column.extend(values):
             return column
-    elif isinstance(column, Lists):
-        if set(map(type, values)) == {list}:
+    elif isinstance(column, Lists | Floats):
+        if set(map(type, values)) == {list if isinstance(column, Lists) else float}:
             column.extend(values)
             return column
     elif set(map(type, values)) == {float if column.typecode == "d" else int}:

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 
-from remoras.rows import Packed, Texts
+from remoras.rows import BLOCK, Floats, Packed, Texts
 
 TYPES = {
     "float": pa.float64(), "int": pa.int64(), "str": pa.string(), "bool": pa.bool_(), "list": pa.list_(pa.string()),
@@ -59,6 +59,9 @@ def column_array(values: Packed | Sequence[Any], kind: str, keep: Keep, order: A
         numbers = np.array(values, np.float64 if kind == "float" else np.int64)
         numbers = numbers if order is None else numbers[order]
         return keep(numbers, None) if kind == "float" else numbers_array(numbers, TYPES[kind])
+    if isinstance(values, Floats) and kind == "float":
+        numbers = _together(values)
+        return keep(numbers if order is None else numbers[order], None)
     values = list(values) if order is None else [values[number] for number in order]
     if not set(map(type, values)) <= {*_VALUES[kind]}:
         return _otherwise(values, kind, keep)
@@ -69,6 +72,17 @@ def column_array(values: Packed | Sequence[Any], kind: str, keep: Keep, order: A
         buffers = [None, pa.py_buffer(offsets)]
         return pa.Array.from_buffers(pa.list_(entries.type), len(values), buffers, children=[entries])
     return _plain(values, kind, keep)
+
+
+def _together(column: Floats) -> Array:
+    """The floats of all rows."""
+    numbers, values = np.empty(len(column)), np.array(column.values)
+    number_of = np.frombuffer(bytes(column.numbers), np.uint8)
+    for block, start in enumerate(column.starts):
+        rows = slice(block * BLOCK, (block + 1) * BLOCK)
+        numbers[rows] = values[start : start + BLOCK][number_of[rows]]
+    numbers[len(column.numbers) :] = column.newest
+    return numbers
 
 
 def _otherwise(values: list[Any], kind: str, keep: Keep) -> pa.Array:

@@ -10,8 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from missions.runs.arrays import TYPES, column_array, numbers_array
 from remoras.recorder import MANY, Recorder
-from remoras.rows import CHANGING, MOST_TEXTS, Rows, Texts
+from remoras.rows import BLOCK, CHANGING, MOST_TEXTS, Floats, Rows, Texts
 
 VALUES = st.one_of(
     st.none(), st.booleans(), st.integers(), st.floats(), st.sampled_from(["AUV00", "AUV01", ""]), st.text(max_size=3),
@@ -59,6 +60,38 @@ def test_floats_keep_their_bits():
     rows = Rows((value,) for value in values)
     rows.pack()
     assert [value.hex() for (value,) in rows] == [value.hex() for value in values]
+
+
+def test_floats_that_come_again_keep_their_bits():
+    """Of three blocks and a half: the third is of other values, and what equals another, or nothing, is told apart."""
+    other_nan = array("d")
+    other_nan.frombytes(array("q", [-1]).tobytes())
+    few = [0.0, -0.0, math.inf, math.nan, *other_nan, 5e-324, 0.1]
+    values = [few[n % 7] if n // BLOCK != 2 else n * 0.1 for n in range(7 * BLOCK // 2)]
+    rows = Rows((value,) for value in values[:300])
+    rows.pack()
+    rows.extend((value,) for value in values[300:])
+    rows.pack()
+    (column,) = rows.columns() or []
+    assert isinstance(column, Floats)
+    assert len(column.values) == 2 * 7 + BLOCK
+    read = ([value for (value,) in rows], [rows[n][0] for n in range(len(rows))], [v for (v,) in rows[:]])
+    given = array("d", values).tobytes()
+    assert [array("d", each).tobytes() for each in read] == [given] * 3
+    made = column_array(column, "float", lambda numbers, _: numbers_array(numbers, TYPES["float"]))
+    assert made.buffers()[1].to_pybytes() == given
+    rows.append((None,))  # and a column that is none of floats any more
+    rows.pack()
+    assert array("d", [value for (value,) in rows[:-1]]).tobytes() == given
+    assert rows[-1] == (None,)
+
+
+def test_texts_come_in_bytes_until_they_are_too_many():
+    texts = Texts(map(str, range(256)))
+    assert texts.numbers.typecode == "B"
+    texts.extend(["256", "3"])
+    assert texts.numbers.typecode == "H"
+    assert list(texts) == [*map(str, range(257)), "3"]
 
 
 def test_whole_numbers_are_as_wide_as_they_have_to_be():
