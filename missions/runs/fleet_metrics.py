@@ -8,6 +8,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator
+from operator import itemgetter
 from typing import TYPE_CHECKING
 
 from missions.fault import EMPTY, Absence, absence, kind_of_row
@@ -108,17 +109,15 @@ def _least_distances_m(run: MeasuredRun) -> list[float]:
         return []
     n_vehicles = len(names)
     n_times = len(rows) // n_vehicles
-
-    def column(number: int) -> npt.NDArray[np.float64]:
-        return np.fromiter((row[number] for row in rows), np.float64, n_times * n_vehicles)
-
-    at_m = np.stack((column(2), column(3)), axis=-1).reshape(-1, n_vehicles, 2)
+    of_row = np.fromiter(map(itemgetter(0, 2, 3, 7), rows), np.dtype((np.float64, 4)), n_times * n_vehicles)
+    by_time = of_row.reshape(-1, n_vehicles, 4)
+    at_m = by_time[:, :, 1:3].copy()
     numbers = {vehicle.name: number for number, vehicle in enumerate(run.scenario.vehicle)}
     columns = [numbers[name] for name in names]
-    present = _present(run, column(0)[::n_vehicles])[:, columns]
+    present = _present(run, by_time[:, 0, 0])[:, columns]
     at_m[~present] = np.nan
     own_m = np.array([run.scenario.vehicle[number].depth_m for number in columns])
-    deep_m = np.where(present, column(7).reshape(-1, n_vehicles), own_m)
+    deep_m = np.where(present, by_time[:, :, 3], own_m)
     moves = bool((deep_m != own_m).any())
     pairs = [
         pair for pair in itertools.combinations(range(n_vehicles), 2)

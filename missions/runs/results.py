@@ -144,9 +144,14 @@ class MemoryResults:
         return run_id(self.run, ((name, self._made(name)) for name in self.tables))
 
     @cached_property
-    def summary(self) -> dict[str, Any]:
+    def figures(self) -> dict[str, Any]:
         """The figures of the run."""
-        return {**summary(self.run), RUN_ID: self._run_id}
+        return summary(self.run)
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        """The same with the name of the run."""
+        return {**self.figures, RUN_ID: self._run_id}
 
     @cached_property
     def manifest(self) -> dict[str, Any]:

@@ -99,7 +99,6 @@ def run(
         from missions.runs.folder import check_output
         from missions.runs.results import MemoryResults, write_results
         from missions.runs.run import run as run_scenario
-        from missions.runs.summary import summary
         from missions.scenarios import load
 
         loaded = load(scenario, overrides_of(strategy, policy, channel, network, per, settings or []))
@@ -107,9 +106,10 @@ def run(
             check_output(out, force)
         with Progress(f"run {loaded.scenario.name}", loaded.scenario.duration_s, "s of mission time") as progress:
             finished = run_scenario(loaded, seed, progress=progress.at)
+        results = MemoryResults(finished)
         if out is not None:
-            write_results(finished, out, force)
-    report = MemoryResults(finished).summary if as_json else summary(finished)
+            write_results(results, out, force)
+    report = results.summary if as_json else results.figures
     if as_json:
         show_json(report)
     else:
