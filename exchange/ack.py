@@ -338,9 +338,9 @@ def learn_from_row(state: AckState, n_nodes: int, sender: int, rows: Words) -> N
     """Believe that the sender holds the last packets that its row acknowledges, as far as they are known."""
     n_words, content = state.n_words, state.content
     for w in range(n_words):
-        learned = 0
+        learned, unknown = 0, ~state.believes[sender * n_words + w]
         for j in range(n_nodes):
-            items = content[j * n_words + w]
+            items = content[j * n_words + w] & unknown
             if items != 0:
                 learned |= items & has(state, rows, sender, j)
         state.believes[sender * n_words + w] |= learned & state.received

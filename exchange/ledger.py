@@ -107,12 +107,19 @@ class Ledger:
 
     def parts(self, guid: Guid) -> tuple[int, ...]:
         """Columns of the parts of a block, as far as they are known."""
-        parts = self._parts.get(guid)
-        if parts is not None:
-            return parts
         origin, epoch, sequence = guid
-        column = self.column_of.get(_new(ItemUid, (origin, sequence, 0, epoch)))
-        return () if column is None else (column,)
+        return self.known((origin, epoch), sequence, sequence + 1).get(sequence, ())
+
+    def known(self, life: Life, first: int, end: int) -> dict[int, tuple[int, ...]]:
+        """Columns of the parts that are known of the blocks of a life, by sequence: ``first`` to before ``end``."""
+        (origin, epoch), found, column_of = life, dict[int, tuple[int, ...]](), self.column_of
+        for sequence in range(first, end):
+            parts = self._parts.get((origin, epoch, sequence))
+            if parts is not None:
+                found[sequence] = parts
+            elif (column := column_of.get(_new(ItemUid, (origin, sequence, 0, epoch)))) is not None:
+                found[sequence] = (column,)
+        return found
 
     def add(self, item: Named, entry: LedgerEntry | None = None) -> int:
         """Take in a new item, with what this node makes of it where that is more than it says; returns its column."""

@@ -173,15 +173,11 @@ class Summaries:
         ledger, believes = self._ledger, self._state.believes
         end = min(highest + 2 + MASK_BITS, ledger.ends.get(life, 0))  # beyond it says nothing
         held = summary.held_from(first) if first < end else 0
-        for sequence in range(first, end):
-            guid = (*life, sequence)
-            columns = ledger.parts(guid)
-            if not columns:
-                continue
+        for sequence, columns in ledger.known(life, first, end).items() if first < end else ():
             items = sum([1 << column for column in columns])
             if held >> sequence - first & 1:
                 believes[sender] |= items
-            elif believes[sender] & items == items and ledger.is_whole(guid):
+            elif believes[sender] & items == items and ledger.is_whole((*life, sequence)):
                 believes[sender] &= ~items
                 lacked += columns
         return lacked
