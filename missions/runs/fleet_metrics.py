@@ -109,8 +109,9 @@ def _least_distances_m(run: MeasuredRun) -> list[float]:
         return []
     n_vehicles = len(names)
     n_times = len(rows) // n_vehicles
-    of_row = np.fromiter(map(itemgetter(0, 2, 3, 7), rows), np.dtype((np.float64, 4)), n_times * n_vehicles)
-    by_time = of_row.reshape(-1, n_vehicles, 4)
+    places = map(itemgetter(0, 2, 3, 7), rows)
+    by_time: npt.NDArray[np.float64] = np.fromiter(places, np.dtype((np.float64, 4)), n_times * n_vehicles)
+    by_time = by_time.reshape(-1, n_vehicles, 4)
     at_m = by_time[:, :, 1:3].copy()
     numbers = {vehicle.name: number for number, vehicle in enumerate(run.scenario.vehicle)}
     columns = [numbers[name] for name in names]
