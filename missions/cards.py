@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from html import escape
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 LONGEST_TEXT = 160
@@ -20,15 +19,16 @@ def card(title: str, rows: Iterable[tuple[str, ...]], note: str = "") -> str:
     >>> card("A & B", [("depth", "12 m")])
     '<div><strong>A &amp; B</strong><table><tr><th style="text-align:left">depth</th><td>12 m</td></tr></table></div>'
     """
+    from html import escape  # whose tables no command but a notebook needs
+
     listed = [tuple(_cut(text) for text in row) for row in rows]
     more = [f"and {len(listed) - MOST_ROWS} more"] if len(listed) > MOST_ROWS else []
-    lines = "".join(_row(row) for row in listed[:MOST_ROWS])
+    lines = "".join(_row(*map(escape, row)) for row in listed[:MOST_ROWS])
     notes = "".join(f"<p>{escape(text)}</p>" for text in [*more, *([note] if note else [])])
     return f"<div><strong>{escape(title)}</strong><table>{lines}</table>{notes}</div>"
 
 
-def _row(texts: Sequence[str]) -> str:
-    first, *others = map(escape, texts)
+def _row(first: str, *others: str) -> str:
     style = ' style="text-align:left"'
     return f"<tr><th{style}>{first}</th>{''.join(f'<td>{text}</td>' for text in others)}</tr>"
 

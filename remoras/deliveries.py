@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
 
-from exchange.packets import ItemUid
-from exchange.queueing.queue import Queue
-from exchange.queueing.reasons import Expiry
-from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
-from worldmodel import WorldModel
+from remoras.recorder import TIME, VEHICLE, Column, Table
+
+if TYPE_CHECKING:
+    from exchange.packets import ItemUid
+    from exchange.queueing.queue import Queue
+    from exchange.queueing.reasons import Expiry
+    from remoras.recorder import Recorder
+    from worldmodel import WorldModel
 
 DELIVERIES = Table("deliveries", (
     TIME, VEHICLE, Column("item", "str"), Column("event", "str"), Column("reason", "str"),

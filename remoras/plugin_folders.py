@@ -12,7 +12,6 @@ import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from importlib.abc import MetaPathFinder
 from importlib.machinery import ModuleSpec, PathFinder
 from types import ModuleType
 from typing import Final
@@ -23,7 +22,7 @@ IMPORT_SYSTEM = frozenset({"_frozen_importlib", "_frozen_importlib_external", "i
 _asked: ContextVar[str] = ContextVar("_asked", default="")
 
 
-class PluginFolders(MetaPathFinder):
+class PluginFolders:
     """Finds modules in folders of plug-ins, for those who may have them."""
 
     def __init__(self) -> None:

@@ -14,6 +14,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
+from functools import cached_property
 
 from worldmodel.axioms import NO_AXIOMS, Axioms, CompiledAxioms
 from worldmodel.errors import unknown_name
@@ -186,7 +187,7 @@ class TBox:
         attributes: all attributes, ``type`` first.
         disjoint: pairs of class uids that have no instance in common; their subclasses have none either.
         sources: the files that the tables were made of, if any; they do not count in a comparison.
-        axioms: what is concluded from facts beyond the hierarchy; ``rules`` are these, compiled.
+        axioms: what is concluded from facts beyond the hierarchy.
         individuals: things that the files name, by name.
         hash: a 32-bit digest of the tables.
     """
@@ -198,7 +199,6 @@ class TBox:
     axioms: Axioms = NO_AXIOMS
     individuals: tuple[Individual, ...] = ()
     hash: int = field(init=False)
-    rules: CompiledAxioms = field(init=False, compare=False)
     _ancestors: tuple[int, ...] = field(init=False, compare=False)
     _descendants: tuple[tuple[int, ...], ...] = field(init=False, compare=False)
     _excluded: tuple[int, ...] = field(init=False)
@@ -225,7 +225,6 @@ class TBox:
         table += repr(self.individuals) if self.individuals else ""
         derived = {
             "hash": int.from_bytes(hashlib.sha256(table.encode()).digest()[:4], "big"),
-            "rules": CompiledAxioms(self.classes, self.attributes, self.axioms, self.disjoint),
             "_ancestors": ancestors,
             "_descendants": descendants,
             "_excluded": tuple(excluded),
@@ -234,6 +233,11 @@ class TBox:
         }
         for name, value in derived.items():
             object.__setattr__(self, name, value)
+
+    @cached_property
+    def rules(self) -> CompiledAxioms:
+        """The axioms, compiled; of an ontology that scenarios are checked by nobody asks for them."""
+        return CompiledAxioms(self.classes, self.attributes, self.axioms, self.disjoint)
 
     def class_named(self, name: str) -> OntologyClass:
         """Return the class; raises UnknownNameError, which proposes a similar name."""

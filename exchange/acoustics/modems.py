@@ -6,7 +6,7 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from importlib import resources
+from pathlib import Path
 from typing import Any
 
 from exchange.acoustics.bit_errors import Modulation
@@ -73,7 +73,7 @@ class Modem:
 @cache
 def modems() -> dict[str, Modem]:
     """The shipped profiles by name."""
-    text = resources.files("exchange.acoustics").joinpath(FILE).read_text(encoding="utf-8")
+    text = Path(__file__).with_name(FILE).read_text(encoding="utf-8")
     return {name: modem_of(name, profile) for name, profile in tomllib.loads(text).items()}
 
 

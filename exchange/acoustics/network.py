@@ -36,7 +36,6 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from importlib import resources
 from itertools import pairwise, permutations
 from pathlib import Path
 from typing import Annotated, Any
@@ -290,8 +289,7 @@ def shipped() -> dict[str, Network]:
 
 @lru_cache(maxsize=1)
 def _shipped() -> dict[str, Network]:
-    folder = resources.files("exchange.acoustics").joinpath("networks")
-    files = sorted((file for file in folder.iterdir() if file.name.endswith(".toml")), key=lambda file: file.name)
+    files = sorted(Path(__file__).with_name("networks").glob("*.toml"))
     return {network.name: network for file in files for network in _of_toml(file.read_text("utf-8"), file.name)}
 
 

@@ -22,7 +22,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
-from statistics import median
 from typing import Any
 
 from pydantic import Field
@@ -211,6 +210,8 @@ def _read(file: str, sha256: str) -> Trace:
     links = {link: LossSeries(*zip(*sorted(of_link.items()), strict=True)) for link, of_link in sorted(losses.items())}
     gaps_s = [end - begin for series in links.values() for begin, end in pairwise(series.times_s)]
     latest_s = max(series.times_s[-1] for series in links.values())
+    from statistics import median
+
     return Trace(links, latest_s + (median(gaps_s) if gaps_s else 0.0))
 
 

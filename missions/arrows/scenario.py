@@ -110,7 +110,7 @@ class DetectorsTable(Section):
 class ArrowsScenario(JobScenario):
     """The whole input of a run of this mission."""
 
-    mission: ArrowsSettings = ArrowsSettings()
+    mission: ArrowsSettings = ArrowsSettings.usual()
     search: SearchTable
     kind: tuple[KindTable, ...] = Field(min_length=1)
     historic_find: tuple[HistoricFindTable, ...] = ()

@@ -18,9 +18,7 @@ from pydantic import Field
 
 from exchange.acoustics import loss
 from exchange.arithmetic import distance, length
-from exchange.packets import Reception
 from exchange.peering.offsets import Offsets
-from exchange.schedule import TdmaSchedule
 from missions.errors import ConfigurationFault
 from missions.feature import Draws, Feature, Joining, Trial
 from missions.scenarios.deployment import scenario_sound_speed_mps
@@ -28,12 +26,14 @@ from missions.scenarios.tables import Raw, Section, table_of
 from remoras.events import Joined, Part
 from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
 from remoras.rows import Row, Rows
-from remoras.work import Point
 
 if TYPE_CHECKING:
+    from exchange.packets import Reception
+    from exchange.schedule import TdmaSchedule
     from missions.scenarios.scenario import Scenario
     from remoras.mission import Mission
     from remoras.vehicle import Vehicle
+    from remoras.work import Point
 
 KEY, OF_VEHICLE = "clocks", "clock"
 PPM = 1e-6

@@ -31,20 +31,20 @@ from missions.scenarios.tables import (
     point_of,
     table_of,
 )
-from remoras.avoidance import HalfPlane, Neighbour
-from remoras.behaviours import Reference
 from remoras.current import Current, Surge, Velocity, through_water
 from remoras.events import Joined, Part
 from remoras.functional.guidance import Guidance
-from remoras.functional.layer import FunctionalLayer
 from remoras.motion import NEAREST_M, turned
-from remoras.work import Point
 
 if TYPE_CHECKING:
     from missions.scenarios.scenario import Scenario
+    from remoras.avoidance import HalfPlane, Neighbour
+    from remoras.behaviours import Reference
+    from remoras.functional.layer import FunctionalLayer
     from remoras.mission import Mission
     from remoras.sensor import Pose
     from remoras.vehicle import Vehicle
+    from remoras.work import Point
 
 KEY = "current"
 SAME_TIME_S = 1e-6
@@ -335,7 +335,7 @@ def drawn(draws: Draws, scenario: Scenario) -> Mapping[str, Any]:
 
 
 FEATURE = Feature(
-    {"": {KEY: (CurrentTable, CurrentTable())}},
+    {"": {KEY: (CurrentTable, CurrentTable.usual())}},
     part_of,
     current_faults,
     trials=(

@@ -48,21 +48,21 @@ from missions.scenarios.tables import (
     point_of,
 )
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType
-from remoras.avoidance import Neighbour
 from remoras.behaviours import CAPTURE_M, DUE, IDLE, Behaviour, Perception, Reference, distance_m
-from remoras.database import VehicleData
 from remoras.events import Host, Joined, Part
-from remoras.functional.layer import FunctionalLayer
-from remoras.motion import Motion
-from remoras.navigation import Beacon, Navigation, NavigationConstants, takes_s
-from remoras.picture import Picture
-from remoras.sensor import Pose
 from remoras.separation import SAME_DEPTH_M, Separation
-from remoras.work import Point
 
 if TYPE_CHECKING:
     from missions.scenarios.scenario import Scenario
+    from remoras.avoidance import Neighbour
+    from remoras.database import VehicleData
+    from remoras.functional.layer import FunctionalLayer
     from remoras.mission import Mission
+    from remoras.motion import Motion
+    from remoras.navigation import Beacon, Navigation
+    from remoras.picture import Picture
+    from remoras.sensor import Pose
+    from remoras.work import Point
 
 KEY, BEACON = "navigation", "beacon"
 FIXING = ActivitySet(None, ActivityKind.VITAL, (Activity("FixingPosition", ActivityType.GUIDANCE),), 1.0)
@@ -134,6 +134,8 @@ def place_error_m(scenario: Scenario, vehicles: Sequence[VehicleData]) -> float 
     """Error (m) that the worst of these vehicles comes to in the time of a fix; None where they make none."""
     if not errs(scenario):
         return None
+    from remoras.navigation import NavigationConstants, takes_s  # of vehicles that err alone
+
     table = scenario.of_feature(KEY)
     constants = NavigationConstants(table.drift, table.fix_s, vertical_speed_mps=table.vertical_speed_mps)
     ways_m = [vehicle.survey_speed_mps * takes_s(constants, vehicle.depth_m) for vehicle in vehicles]
@@ -374,6 +376,8 @@ def part_of(joining: Joining) -> Part | None:
     scenario, seed = joining.scenario, joining.seed
     if not errs(scenario):
         return None
+    from remoras.navigation import Beacon, Navigation, NavigationConstants
+
     table: NavigationTable = scenario.of_feature(KEY)
     beacons: tuple[BeaconTable, ...] = scenario.of_feature(BEACON)
     carriers, adrift = Carriers(), dict[int, Adrift]()
@@ -448,7 +452,7 @@ def drawn(draws: Draws, scenario: Scenario) -> Mapping[str, Any]:
 
 
 FEATURE = Feature(
-    {"": {KEY: (NavigationTable, NavigationTable()), BEACON: (tuple[BeaconTable, ...], ())}},
+    {"": {KEY: (NavigationTable, NavigationTable.usual()), BEACON: (tuple[BeaconTable, ...], ())}},
     part_of,
     beacon_faults,
     last_metrics=(

@@ -23,11 +23,11 @@ from missions.files import shown
 from missions.scenarios.tables import Positive, Raw, Section, bounds_of, entries, is_number, point_of, table_of
 from remoras.avoidance import RECOVERY_S, SEPARATION_M, HalfPlane
 from remoras.events import Part
-from remoras.functional.layer import FunctionalLayer
-from remoras.work import Point
 
 if TYPE_CHECKING:
+    from remoras.functional.layer import FunctionalLayer
     from remoras.mission import Mission
+    from remoras.work import Point
 
 KEY = "passage"
 MOUTH_M = 6.0

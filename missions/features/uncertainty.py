@@ -13,12 +13,12 @@ from pydantic import Field
 from exchange.acoustics import loss
 from missions.feature import Draws, Feature, Joining, Trial
 from missions.scenarios.tables import Raw, Section, table_of
-from remoras.database import VehicleData
 from remoras.events import Part
-from remoras.functional.layer import FunctionalLayer
 
 if TYPE_CHECKING:
     from missions.scenarios.scenario import Scenario
+    from remoras.database import VehicleData
+    from remoras.functional.layer import FunctionalLayer
 
 KEY, SPREAD = "uncertainty", "speed_spread"
 
@@ -85,7 +85,7 @@ def drawn(draws: Draws, scenario: Scenario) -> Mapping[str, Any]:
 
 
 FEATURE = Feature(
-    {"": {KEY: (UncertaintyTable, UncertaintyTable())}},
+    {"": {KEY: (UncertaintyTable, UncertaintyTable.usual())}},
     part_of,
     trials=(Trial(KEY, "sensors miss 0.02 to 0.5 of ticks, speeds spread by 0.02 to 0.3", (KEY,), drawn),),
     real=real,

@@ -83,7 +83,7 @@ def n_silenced(run: MeasuredRun) -> int | Absent:
 
 
 FEATURE = Feature(
-    {"": {KEY: (WatchTable, WatchTable())}},
+    {"": {KEY: (WatchTable, WatchTable.usual())}},
     part_of,
     metrics=(Metric("n_silenced", "", Better.LOWER, "decisions that took too long", n_silenced),),
     setup=watched_setup,

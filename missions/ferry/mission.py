@@ -58,7 +58,7 @@ class FerrySettings(JobSettings):
 class FerryScenario(JobScenario):
     """The whole input of a run of this mission."""
 
-    mission: FerrySettings = FerrySettings()
+    mission: FerrySettings = FerrySettings.usual()
     delivery: tuple[DeliveryTable, ...] = Field(min_length=1)
 
     @property

@@ -92,7 +92,7 @@ LEADS_SET = ("Positioning", "ZigzagExploring")
 SENSING = ("Mapping", "Inspecting")
 """Activities that switch the sensors of a vehicle on."""
 
-NO_FINDS = FindsTable()
+NO_FINDS = FindsTable.usual()
 FINDS_WORDS = Path(__file__).with_name("finds.ttl")
 
 SENSORS: Mapping[str, type[SensorSettings]] = {"mapping": SwathSettings, "classifier": ClassifierSettings}

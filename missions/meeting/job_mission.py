@@ -88,7 +88,7 @@ class JobSettings(Section):
 class JobScenario(Scenario):
     """The whole input of a run of a mission of jobs; a mission with tables of its own subclasses it."""
 
-    mission: JobSettings = JobSettings()
+    mission: JobSettings = JobSettings.usual()
 
 
 class JobMission(Mission):

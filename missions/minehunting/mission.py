@@ -90,9 +90,9 @@ class MinehuntingSettings(JobSettings):
 class MinehuntingScenario(JobScenario):
     """The whole input of a run of this mission."""
 
-    mission: MinehuntingSettings = MinehuntingSettings()
+    mission: MinehuntingSettings = MinehuntingSettings.usual()
     contact: tuple[ContactTable, ...] = Field(min_length=1)
-    imagery: ImageryTable = ImageryTable()
+    imagery: ImageryTable = ImageryTable.usual()
 
 
 def revisit_names(number: int) -> tuple[str, ...]:
@@ -231,7 +231,7 @@ class MinehuntingMission(JobMission):
 
 def with_views(raw: Raw) -> Raw:
     """The tables with a role for each contact and revisit in the first group."""
-    number = table_of(raw, "mission").get("revisits", MinehuntingSettings().revisits)
+    number = table_of(raw, "mission").get("revisits", MinehuntingSettings.usual().revisits)
     if type(number) is not int or not 0 <= number <= MOST_REVISITS:
         number = 0  # reported elsewhere
     jobs = [*names_of(raw, "contact"), *revisit_names(number)]
@@ -241,7 +241,7 @@ def with_views(raw: Raw) -> Raw:
 
 def minehunting_faults(raw: Raw) -> Iterator[ConfigurationFault]:
     """Contacts outside of the world, too near to each other or with names that are taken; images that show nothing."""
-    settings, imagery, usual = table_of(raw, "mission"), table_of(raw, "imagery"), MinehuntingSettings()
+    settings, imagery, usual = table_of(raw, "mission"), table_of(raw, "imagery"), MinehuntingSettings.usual()
     number, view_m = settings.get("revisits", usual.revisits), settings.get("view_m", usual.view_m)
     revisits = revisit_names(number) if type(number) is int and 0 < number <= MOST_REVISITS else ()
     contacts, placed = entries(raw, "contact"), placed_in(raw, "contact", "position_m")
@@ -258,7 +258,7 @@ def minehunting_faults(raw: Raw) -> Iterator[ConfigurationFault]:
             if near is not None:
                 allowed = f"nearer than {3.0 * view_m:g} m to {near}: views of the two could be taken for each other"
                 yield ConfigurationFault(key, f"[{at_m[0]:g}, {at_m[1]:g}]", allowed)
-    strips, targets = (imagery.get(key, getattr(ImageryTable(), key)) for key in ("strips", "target_strips"))
+    strips, targets = (imagery.get(key, getattr(ImageryTable.usual(), key)) for key in ("strips", "target_strips"))
     if type(strips) is int and type(targets) is int and targets > strips > 0:
         yield ConfigurationFault("imagery.target_strips", str(targets), f"allowed: 1 to {strips}, the strips there are")
     if contacts and not any(

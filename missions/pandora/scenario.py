@@ -102,7 +102,7 @@ class PandoraScenario(JobScenario):
 
     UNSAID = JobScenario.UNSAID | {"upset"}
 
-    mission: PandoraSettings = PandoraSettings()
+    mission: PandoraSettings = PandoraSettings.usual()
     panel: tuple[PlacedTable, ...] = ()
     valve: tuple[ValveTable, ...] = ()
     chain: tuple[ChainTable, ...] = ()

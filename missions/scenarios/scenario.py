@@ -287,10 +287,10 @@ class Scenario(Sparse):
     modem: dict[Name, ModemTable] = Field({}, description="modems of one's own by name, a table each")
     channel: ChannelTable
     strategy: StrategyTable
-    decision: DecisionTable = DecisionTable()
-    guidance: GuidanceTable = GuidanceTable()
-    mission: Section = Field(Section(), description="settings of the mission")
-    worldmodel: WorldModelTable = WorldModelTable()
+    decision: DecisionTable = DecisionTable.usual()
+    guidance: GuidanceTable = GuidanceTable.usual()
+    mission: Section = Field(Section.usual(), description="settings of the mission")
+    worldmodel: WorldModelTable = WorldModelTable.usual()
     rally_point: tuple[RallyPoint, ...] = ()
     role: tuple[dict[str, Any], ...] = Field(
         (), description="roles that roles of groups extend, a table each, with the keys of a group.role"

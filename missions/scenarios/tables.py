@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import Annotated, Any, ClassVar, TypeGuard
+from typing import Annotated, Any, ClassVar, Self, TypeGuard, cast
 
 from pydantic import BaseModel, ConfigDict, Field, SerializerFunctionWrapHandler, model_serializer
 
@@ -38,6 +38,11 @@ class Section(BaseModel):
     GONE: ClassVar[Mapping[str, str]] = {}
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
+
+    @classmethod
+    def usual(cls) -> Self:
+        """A table of which nothing is said: defaults need no check, and so no validator, which takes time to make."""
+        return cast(Self, cls.model_construct())
 
     def __repr__(self) -> str:
         """All of a small table; of a large one its name and size."""

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
 from copy import deepcopy
+from typing import TYPE_CHECKING
 
-from exchange.peering.peers import PeerLinks
 from remoras.authority import Rules
 from remoras.beliefs import Beliefs, Fact
 from remoras.organisation import Group, Organisation
-from remoras.social.leadership import Age
 from remoras.social.succession import LEFT_ROLE, ROLE_ATTRIBUTES
 from remoras.strategy import (
     JOB_DONE,
@@ -25,6 +24,10 @@ from remoras.strategy import (
 )
 from remoras.work import Job, Outlook, Point, Work
 from worldmodel import Block, Change, TBox
+
+if TYPE_CHECKING:
+    from exchange.peering.peers import PeerLinks
+    from remoras.social.leadership import Age
 
 LEG = 1.5
 """Who takes no part in the work expects the longest leg to last as much of one vehicle's share of all work."""
