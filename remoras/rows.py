@@ -198,8 +198,12 @@ def _together(column: Packed, values: Sequence[Any]) -> Packed:
     if isinstance(column, Texts):
         if set(map(type, values)) == {str} and column.extend(values):
             return column
-    elif isinstance(column, Lists | Floats):
-        if set(map(type, values)) == {list if isinstance(column, Lists) else float}:
+    elif isinstance(column, Floats):
+        if set(map(type, values)) == {float}:
+            column.extend(values)
+            return column
+    elif isinstance(column, Lists):
+        if set(map(type, values)) == {list}:
             column.extend(values)
             return column
     elif set(map(type, values)) == {float if column.typecode == "d" else int}:

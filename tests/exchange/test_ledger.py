@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from exchange.ledger import Ledger, columns_of
+from exchange.ledger import Ledger, LedgerEntry, columns_of
 from exchange.packets import Fragment, ItemUid, Named, name_of_item
 from stress.conformance.radio import cells
 
@@ -26,6 +26,31 @@ def test_parts_of_one_block_are_items_of_their_own():
     ledger = Ledger(4)
     assert [ledger.add(item(1, 3, part, 3)) for part in range(3)] == [0, 1, 2]
     assert ledger.origins == [0, 0b111, 0, 0]
+    assert ledger.parts((1, 0, 3)) == (0, 1, 2)
+
+
+def test_a_block_is_whole_by_its_parts_in_whatever_order_they_came():
+    ledger = Ledger(4)
+    for part in (2, 0):
+        ledger.add(item(1, 3, part, 3))
+    assert ledger.parts((1, 0, 3)) == (0, 1)
+    assert not ledger.is_whole((1, 0, 3))
+    ledger.add(item(1, 3, 1, 3))
+    ledger.add(item(1, 5))
+    assert ledger.is_whole((1, 0, 3))
+    assert ledger.is_whole((1, 0, 5))
+    assert not ledger.is_whole((1, 0, 4))
+    assert ledger.known((1, 0), 0, 9) == {3: (0, 1, 2), 5: (3,)}
+
+
+def test_what_a_node_does_not_send_is_judged_by_what_it_says_itself_and_its_own_by_the_whole_block():
+    ledger = Ledger(4)
+    heard, own = item(1, 3), item(0, 0, 0, 2)
+    whole = (*own.fragment.facts, *heard.fragment.facts)
+    columns = ledger.add(heard), ledger.add(own, LedgerEntry(own.fragment, whole))
+    assert [ledger.about(column) for column in columns] == [heard.fragment.facts, whole]
+    assert not ledger.entries.keys() & {columns[0]}
+    assert ledger.entry(columns[0]).about == heard.fragment.facts
 
 
 @given(
