@@ -155,7 +155,8 @@ class Lists:
         return len(self._ends) + len(self._newest)
 
     def __iter__(self) -> Iterator[list[Any]]:
-        return map(self.__getitem__, range(len(self)))
+        entries, ends = list(self._entries), self._ends
+        return chain((entries[begin:end] for begin, end in zip(chain((0,), ends), ends, strict=False)), self._newest)
 
     def __getitem__(self, place: Any) -> Any:
         if isinstance(place, slice):
