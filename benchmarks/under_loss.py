@@ -1,6 +1,7 @@
-"""``python -m benchmarks.under_loss DIR``: the tables that the page on strategies prints of ``strategies-under-loss``.
+"""``python -m benchmarks.under_loss DIR...``: tables that the page on strategies prints of ``strategies-under-loss``.
 
-DIR is the folder of the study, finished or not: a repeat counts once all its runs are made. A mission that never ends
+DIR is the folder of the study, finished or not: a repeat counts once all its runs are made. A strategy that another
+folder has, too, counts as the last has it. A mission that never ends
 counts with its horizon. Differences are to the baseline of the study, run by run, each repeat first averaged over its
 conditions; Student's interval of 95 % over the repeats.
 """
@@ -136,10 +137,15 @@ def tables(runs: Runs, cases: Sequence[str]) -> Iterator[str]:
 def main() -> None:
     """Print all tables."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.under_loss", description=__doc__)
-    parser.add_argument("folder", type=Path)
-    results = SweepResults.read(parser.parse_args().folder)
-    runs = Runs(line for line in results.lines.values() if line["status"] == "done")
-    print(*tables(runs, [case.name for case in results.file.unforeseen]), sep="\n")
+    parser.add_argument("folder", nargs="+", type=Path)
+    studies = [SweepResults.read(folder) for folder in parser.parse_args().folder]
+    found: dict[str, list[Line]] = {}
+    for study in studies:
+        done = [line for line in study.lines.values() if line["status"] == "done"]
+        for name in {settings_of(line)[STRATEGY] for line in done}:
+            found[name] = [line for line in done if settings_of(line)[STRATEGY] == name]
+    runs = Runs(line for lines in found.values() for line in lines)
+    print(*tables(runs, [case.name for case in studies[0].file.unforeseen]), sep="\n")
 
 
 if __name__ == "__main__":

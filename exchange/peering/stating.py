@@ -422,13 +422,13 @@ class Stating:
 
     def note_news(self, packet: Packet, before: Sequence[int], slot: int) -> None:
         """Note what was learned by a packet; ``before`` is what each node was believed to hold before it."""
-        self._note_heard(packet)
         believes, uids = self._state.believes, self._ledger.uids
         for column in columns_of(believes[self._me] & ~before[self._me]):
             uid = uids[column]
             for peer in range(self._n_nodes):
                 if self._stated.get((peer, (uid.origin, uid.epoch)), 0) >> uid.sequence & 1:
                     believes[peer] |= 1 << column
+        self._note_heard(packet)  # behind: who is known to hold an item does not lack it
         for items, earlier in zip(believes, before, strict=True):
             for column in columns_of(items & ~earlier):
                 self._learned[column] = slot, -1, 0

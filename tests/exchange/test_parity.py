@@ -41,6 +41,12 @@ def test_statements_and_symbols_are_those_of_the_study(policy: AckPolicy, data: 
     assume(assert_study_is_managers(policy, n_nodes, items, True, payload_bytes, heard))
 
 
+def test_who_is_known_to_hold_what_is_news_does_not_lack_it() -> None:
+    """A vehicle takes in items that it knew another one to hold: then it reckons what symbols over them bring."""
+    heard = [4, 5, 12, 26, 0, 0, 1, 0, 6, 6, 8, 17, 0, 21, 14, 14, 8, 14, 28, 8, 0, 12, 0, 6, 0, 0, 0, 2, *[0] * 9]
+    assert assert_study_is_managers(STATING["adaptive"], 5, 5, True, 28, heard)
+
+
 def test_a_difference_would_be_seen() -> None:
     """The comparison is not vacuous: with one more loss on one side, beliefs come apart within a frame."""
     fleet = one_size_fleet(PAPER_POLICIES["ack"], 3, 64, True, lambda slot, sender, receiver: False)
