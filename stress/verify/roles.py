@@ -17,7 +17,7 @@ from stress.verify.record import TIME_STEP_S, Record
 Role = tuple[str, str]
 KEEP_OWN_JOBS = (
     "cbba", "cbba-plain", "status-broadcast", "fixed-partition", "missions.benchmark.grape:GRAPE",
-    "remoras.strategies.reorganising:REORGANISING",
+    "missions.benchmark.fmc_ata:FMC_ATA", "remoras.strategies.reorganising:REORGANISING",
 )  # fmt: skip
 """Strategies under which each vehicle notes its jobs for itself."""
 

@@ -1,0 +1,299 @@
+"""FMC_ATA: vehicles buy shares of jobs in a Fisher market, by whatever bids have arrived.
+
+Every vehicle has the same money, and spends all of it on jobs. The price of a job is the sum of the bids for it, and
+whoever bids is allotted its bid over the price. What a vehicle gains from a share x of a job is (r x)^elasticity, with
+r the worth of the whole job to it; it bids anew in proportion to what it gained from each (proportional response). In a
+market of constant elasticity this comes to the equilibrium: nobody would rather have what another one has, and no job
+is left over. Then a role's room counts: if more bid than it has room for, the greatest shares stay and are made to sum
+to 1; and of those the ones below ``least_share`` are dropped, but for the greatest. A vehicle turns to its jobs in the
+order of gain over time, r x / (way + x work).
+
+It is asynchronous: there are no rounds in which all bid. A vehicle bids anew once a message has arrived, by the last
+bids that it has heard of each other one; a message older than that is left aside. Once work, vehicles or who is at what
+are not as before, it enters the market anew: its first bids are in proportion to the gain from whole jobs.
+
+From the papers: equal money, proportional response, elasticity 0.9, prices and shares, the room of a task, the order by
+gain over time, stamps of messages, and going on with the last ones. Ours, since bids are broadcast in TDMA slots:
+
+* No vehicle plays a task: each works out all prices and shares by the bids that it has heard and its own.
+* Worth r = work e^(-(arrival) / discount_s): the time that the job takes it, with a soft deadline that counts from now.
+* Bids are told in whole parts of 255, in one block: the greatest 13, that is one byte for each job at most.
+* Who has begun a job stays until it is done, unless more are at it than have room, of whom the lower nodes stay. What
+  it is at keeps its money in the market; the other jobs are worth what they are after it. Who is free begins the
+  first job of its schedule, but no earlier than ``settle_rounds`` after work or vehicles last came up. Of equal bids
+  the lower node's counts.
+* Nobody waits for those with whom it shares a job (the papers' schedule does): here they may begin at any time.
+
+Source: Rachmut, Nelke, Zivan 2023, Asynchronous communication aware multi-agent task allocation, IJCAI, 262-270: by its
+abstract, and by what the program of its first author does (Simulation_For_Research, ``solver_fmc_distributed_asy``),
+since its text was not at hand; Nelke, Okamoto, Zivan 2020, Market clearing-based dynamic multi-agent task allocation,
+ACM TIST 11 (1) (FMC_TA), by its abstract; Zhang 2011, Proportional response dynamics in the Fisher market, Theoretical
+Computer Science 412 (24).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+from pydantic import Field
+
+from exchange.arithmetic import distance, exp, log
+from remoras.authority import Authority
+from remoras.organisation import Group, RoleSpecification
+from remoras.strategies.allocation import Expectations
+from remoras.strategies.founding import common_roles, founded
+from remoras.strategy import JOB_DONE, Declaration, Heard, Move, Situation, Statement
+from remoras.work import Outlook, Work
+
+MONEY = 255
+"""What each vehicle spends; bids are told in whole parts of it."""
+BIDS_PER_BLOCK = 13
+"""Bids that go into one block, as claims do (``remoras.strategies.cbba``)."""
+
+
+def responses(worth: Mapping[str, float], shares: Mapping[str, float], elasticity: float) -> dict[str, float]:
+    """The bids of one buyer, as parts of its money: in proportion to what it gained from its shares.
+
+    Args:
+        worth: of each whole good to the buyer, above 0; shares: of each good that it was allotted, 0..1.
+        elasticity: of what it gains, above 0..1; with 1 gains are linear.
+    """
+    bought = {good: worth[good] * shares[good] for good in worth}
+    gains = {good: exp(elasticity * log(gain)) if gain > 0.0 else 0.0 for good, gain in bought.items()}
+    total = math.fsum(gains.values())
+    return {good: gain / total for good, gain in gains.items()}
+
+
+def in_whole_parts(bids: Mapping[str, float], money: int, most: int) -> dict[str, int]:
+    """The ``most`` greatest bids in whole parts of the money, all of which they spend; none of nothing."""
+    left = dict(sorted(bids.items(), key=lambda bid: (-bid[1], bid[0]))[:most])
+    total = math.fsum(left.values())
+    exact = {good: money * bid / total for good, bid in left.items()}
+    parts = {good: int(bid) for good, bid in exact.items()}
+    behind = sorted(exact, key=lambda good: (parts[good] - exact[good], good))
+    for good in behind[: money - sum(parts.values())]:
+        parts[good] += 1
+    return {good: part for good, part in sorted(parts.items()) if part}
+
+
+def allotted(bids: Mapping[str, float], room: int | None, least_share: float) -> dict[str, float]:
+    """The shares of one good, by buyer: bids over the price, where a good has room for so many buyers.
+
+    Args:
+        bids: for it, above 0; of equal ones the first counts.
+        room: for how many; None: for all.
+        least_share: those below it are dropped, but for the greatest.
+    """
+    greatest = sorted(bids, key=lambda buyer: -bids[buyer])[:room]
+    price = math.fsum(bids[buyer] for buyer in greatest)
+    stay = [buyer for n, buyer in enumerate(greatest) if n == 0 or bids[buyer] >= least_share * price]
+    paid = math.fsum(bids[buyer] for buyer in stay)
+    return {buyer: bids[buyer] / paid for buyer in stay}
+
+
+class Buyer:
+    """One vehicle in the market.
+
+    Args:
+        me: its name.
+        group: whose jobs are divided.
+        strategy: with the parameters.
+    """
+
+    def __init__(self, me: str, group: Group, strategy: FmcAta) -> None:
+        self._me, self._group, self._with = me, group, strategy
+        self._bids: dict[str, float] = {}  # own, parts of the money, by role
+        self._told: tuple[str | None, dict[str, int]] = (None, {})  # where this vehicle is, and its bids, as told last
+        self._heard: dict[str, dict[str, int]] = {}  # last bids of others
+        self._news: dict[str, int] = {}  # of which round they are
+        self._at: dict[str, str] = {}  # at which role another one is
+        self._shares: dict[str, dict[str, float]] = {}  # by role and buyer
+        self._expectations = Expectations()
+        self._known: object = None
+        self._traded: set[str] = set()  # roles and vehicles that have been in the market
+        self._since = 0  # the round of the last one that came into it
+
+    def negotiate(self, situation: Situation) -> Move:
+        """Hear bids, bid anew if any have come, begin the first job of the schedule once it has stood, tell."""
+        work, now = situation.work, situation.round
+        is_heard = [self._hear(heard) for heard in situation.heard]
+        self._keep_what_is_left(work)
+        held = work.held_by(self._me)
+        crowded = [role for role in held if self._gives_way(role, work)]
+        at = next((role for role in held if role not in crowded), None)
+        worth = self._worth(at, crowded, situation)
+        if came := {role.name for role in work.open}.union(data.name for data in work.workers) - self._traded:
+            self._traded |= came
+            self._since = now
+        known = at, work.workers, tuple(worth), tuple(sorted(self._at.items()))
+        if known != self._known:
+            self._known, self._bids = known, responses(worth, dict.fromkeys(worth, 1.0), self._with.elasticity)
+        elif any(is_heard):
+            self._bids = responses(worth, self._bought(), self._with.elasticity)
+        bids = in_whole_parts(self._bids, MONEY, BIDS_PER_BLOCK)
+        self._shares = self._allotted(work)
+        said = [Statement(((self._me, "leftRole", self._group.path(role.name)),), told=False) for role in crowded]
+        place = None if at is None else at.name
+        is_settled = now - self._since >= self._with.settle_rounds
+        if at is None and is_settled and (first := self._first(worth, situation)) is not None:
+            said.append(Statement(((self._me, "playsRole", self._group.path(first)),), told=False))
+            place = first
+        if work.unfinished and ((place, bids) != self._told or now % self._with.repeat_rounds == 0):
+            self._told = place, bids
+            said.append(self._message(now))
+        return Move(tuple(said), holding=bool(work.unfinished))
+
+    def division(self) -> Mapping[str, str]:
+        """Who is at a job, or has the greatest share of it."""
+        greatest = {role: next(iter(shares)) for role, shares in self._shares.items() if shares}
+        return {**greatest, **{role: vehicle for vehicle, role in self._at.items()}}
+
+    # Messages
+
+    def _hear(self, heard: Heard) -> bool:
+        """Take in the bids of a vehicle; False if they are none of this group, or older than the last ones."""
+        told = {(subject, attribute): value for subject, attribute, value in heard.facts}
+        made = told.get((heard.issuer, "claimsOf"))
+        if made is None or int(made) <= self._news.get(heard.issuer, -1):
+            return False
+        group, _, at = str(told.get((heard.issuer, "worksOn"), "")).partition(".")
+        bids = {subject.partition("."): int(bid) for (subject, word), bid in told.items() if word == "claim"}
+        if {group, *(path[0] for path in bids)} - {"", self._group.name}:
+            return False
+        self._news[heard.issuer] = int(made)
+        self._heard[heard.issuer] = {path[2]: bid for path, bid in bids.items()}
+        self._at.pop(heard.issuer, None)
+        if at:
+            self._at[heard.issuer] = at
+        return True
+
+    def _message(self, now: int) -> Statement:
+        at, bids = self._told
+        place = () if at is None else ((self._me, "worksOn", self._group.path(at)),)
+        offers = tuple((self._group.path(role), "claim", bid) for role, bid in bids.items())
+        return Statement(((self._me, "claimsOf", now), *place, *offers))
+
+    def _keep_what_is_left(self, work: Work) -> None:
+        """Leave out who is not there, and what is done or may not be begun."""
+        there, left = {data.name for data in work.workers}, {role.name for role in work.unfinished}
+        self._heard = {
+            vehicle: {role: bid for role, bid in bids.items() if role in left}
+            for vehicle, bids in self._heard.items()
+            if vehicle in there
+        }
+        self._at = {vehicle: role for vehicle, role in self._at.items() if vehicle in there and role in left}
+
+    # Market
+
+    def _worth(
+        self, at: RoleSpecification | None, crowded: list[RoleSpecification], situation: Situation
+    ) -> dict[str, float]:
+        """What each whole job is worth to this vehicle, in seconds of work; that it cannot do is missing."""
+        work, now_s = situation.work, situation.now_s
+        data, here = work.database[self._me], Outlook(now_s, work.position_m(self._me))
+        held = () if at is None else (at,)
+        free = self._expectations.of(data, held, work, now_s).end(data, work)
+        found = {}
+        for role in work.open:
+            full = role.maximum is not None and sum(role.name == place for place in self._at.values()) >= role.maximum
+            outlook = here if role == at else free
+            then = None if role in crowded or (full and role != at) else work.after(outlook, data, role)
+            if then is None or not (role == at or work.affords(outlook, data, role)):
+                continue
+            way_s = distance(outlook.position_m, work.job(role).place_m) / data.transit_speed_mps
+            arrival_s = 0.0 if role == at else outlook.free_s + way_s - now_s
+            work_s = max(1.0, then.free_s - outlook.free_s - way_s)
+            found[role.name] = work_s * max(1e-6, exp(-arrival_s / self._with.discount_s))
+        return found
+
+    def _bought(self) -> dict[str, float]:
+        """This vehicle's share of each good that it bids for, by the last bids heard."""
+        shares = {}
+        for role, bid in self._bids.items():
+            others = math.fsum(bids.get(role, 0) for bids in self._heard.values()) / MONEY
+            shares[role] = bid / (bid + others) if bid > 0.0 else 0.0
+        return shares
+
+    def _allotted(self, work: Work) -> dict[str, dict[str, float]]:
+        """Shares of all open jobs, by the bids as all have been told them last."""
+        bids = {**self._heard, self._me: self._told[1]}
+        nodes = sorted(bids, key=lambda vehicle: work.database[vehicle].node)
+        return {
+            role.name: allotted(
+                {vehicle: bids[vehicle][role.name] for vehicle in nodes if role.name in bids[vehicle]},
+                role.maximum,
+                self._with.least_share,
+            )
+            for role in work.open
+        }
+
+    # Schedule
+
+    def _first(self, worth: Mapping[str, float], situation: Situation) -> str | None:
+        """Of the jobs allotted to this vehicle the one that it gains most from in the time that it takes."""
+        work, me = situation.work, self._me
+        data, here = work.database[me], Outlook(situation.now_s, work.position_m(me))
+        best, most = None, 0.0
+        for role in work.open:
+            share = self._shares[role.name].get(me, 0.0)
+            then = work.after(here, data, role) if share and role.name in worth else None
+            if then is None:
+                continue
+            way_s = distance(here.position_m, work.job(role).place_m) / data.transit_speed_mps
+            takes_s = way_s + share * max(0.0, then.free_s - here.free_s - way_s)
+            rate = worth[role.name] * share / max(1.0, takes_s)
+            if rate > most:
+                best, most = role.name, rate
+        return best
+
+    def _gives_way(self, role: RoleSpecification, work: Work) -> bool:
+        """True if as many vehicles of lower nodes as have room are at a job of this one."""
+        node = work.database[self._me].node
+        before = sum(at == role.name and work.database[v].node < node for v, at in self._at.items())
+        return role.maximum is not None and before >= role.maximum
+
+
+@dataclass(frozen=True, slots=True)
+class FmcAta:
+    """A Fisher market for jobs; see the module's text."""
+
+    discount_s: Annotated[
+        float, Field(gt=0.0, le=1e6, description="a job that is reached this much later is worth 1/e of the other")
+    ] = 300.0
+    elasticity: Annotated[
+        float, Field(gt=0.0, le=1.0, description="gain from a share x of a job goes as x to the power of this")
+    ] = 0.9
+    least_share: Annotated[
+        float, Field(ge=0.0, le=1.0, description="share of a job that is worth the way where others do the rest")
+    ] = 0.25
+    settle_rounds: Annotated[
+        int, Field(ge=0, le=1000, description="TDMA frames that the market is given before a job is begun")
+    ] = 2
+    repeat_rounds: Annotated[int, Field(ge=1, le=1000, description="TDMA frames after which bids are said again")] = 4
+
+    name: ClassVar[str] = "fmc-ata"
+    declaration: ClassVar[Declaration] = Declaration(
+        source="Rachmut, Nelke, Zivan 2023 (FMC_ATA)",
+        messages={
+            "claimsOf": "of which round the bids that follow are; not acknowledged",
+            "worksOn": "the job that the sender is at",
+            "claim": "how much of its money the sender bids for a job, in parts of 255",
+            JOB_DONE: "the sender has done a job",
+        },
+        blocks_per_round=1,
+        authorities=frozenset({Authority.TAKE}),
+        private_jobs=True,
+    )
+    form = staticmethod(founded)
+    adapt = staticmethod(common_roles)
+
+    def negotiator(self, me: str, group: Group) -> Buyer:
+        """A buyer for each member."""
+        return Buyer(me, group, self)
+
+
+FMC_ATA = FmcAta()
+"""FMC_ATA: a Fisher market for shares of jobs."""
