@@ -8,9 +8,9 @@ is left over. Then a role's room counts: if more bid than it has room for, the g
 to 1; and of those the ones below ``least_share`` are dropped, but for the greatest. A vehicle turns to its jobs in the
 order of gain over time, r x / (way + x work).
 
-It is asynchronous: there are no rounds in which all bid. A vehicle bids anew once a message has arrived, by the last
-bids that it has heard of each other one; a message older than that is left aside. Once work, vehicles or who is at what
-are not as before, it enters the market anew: its first bids are in proportion to the gain from whole jobs.
+It is asynchronous: there are no rounds in which all bid. A vehicle bids anew once a message has arrived, or a job is
+gone, by the last bids that it has heard of each other one; a message older than that is left aside. Once work or a
+vehicle comes up it enters the market anew: its first bids are in proportion to the gain from whole jobs.
 
 From the papers: equal money, proportional response, elasticity 0.9, prices and shares, the room of a task, the order by
 gain over time, stamps of messages, and going on with the last ones. Ours, since bids are broadcast in TDMA slots:
@@ -112,7 +112,6 @@ class Buyer:
         self._at: dict[str, str] = {}  # at which role another one is
         self._shares: dict[str, dict[str, float]] = {}  # by role and buyer
         self._expectations = Expectations()
-        self._known: object = None
         self._traded: set[str] = set()  # roles and vehicles that have been in the market
         self._since = 0  # the round of the last one that came into it
 
@@ -128,10 +127,9 @@ class Buyer:
         if came := {role.name for role in work.open}.union(data.name for data in work.workers) - self._traded:
             self._traded |= came
             self._since = now
-        known = at, work.workers, tuple(worth), tuple(sorted(self._at.items()))
-        if known != self._known:
-            self._known, self._bids = known, responses(worth, dict.fromkeys(worth, 1.0), self._with.elasticity)
-        elif any(is_heard):
+        if came or not worth.keys() <= self._bids.keys():
+            self._bids = responses(worth, dict.fromkeys(worth, 1.0), self._with.elasticity)
+        elif any(is_heard) or len(worth) < len(self._bids):
             self._bids = responses(worth, self._bought(), self._with.elasticity)
         bids = in_whole_parts(self._bids, MONEY, BIDS_PER_BLOCK)
         self._shares = self._allotted(work)
