@@ -12,17 +12,19 @@ It is asynchronous: there are no rounds in which all bid. A vehicle bids anew on
 gone, by the last bids that it has heard of each other one; a message older than that is left aside. Once work or a
 vehicle comes up it enters the market anew: its first bids are in proportion to the gain from whole jobs.
 
-From the papers: equal money, proportional response, elasticity 0.9, prices and shares, the room of a task, the order by
-gain over time, stamps of messages, and going on with the last ones. Ours, since bids are broadcast in TDMA slots:
+From abstracts and program (below): equal money, proportional response, elasticity 0.9, prices and shares, the room of a
+task, worth that falls with the time of arrival, the order by gain over time, stamps of messages, and going on with the
+last ones. Ours, since bids are broadcast in TDMA slots, and work takes time:
 
 * No vehicle plays a task: each works out all prices and shares by the bids that it has heard and its own.
-* Worth r = work e^(-(arrival) / discount_s): the time that the job takes it, with a soft deadline that counts from now.
-* Bids are told in whole parts of 255, in one block: the greatest 13, that is one byte for each job at most.
+* Worth r = work e^(-arrival / discount_s): what counts of a job is the time that it takes; arrival counts from now.
+* Bids are told in whole parts of 255, the greatest 13 in one block; each travels as a claim, of 14 bits, to its role.
+* Shares below 0.25 are dropped (0.001 in the program), since it costs the way to go there.
 * Who has begun a job stays until it is done, unless more are at it than have room, of whom the lower nodes stay. What
   it is at keeps its money in the market; the other jobs are worth what they are after it. Who is free begins the
   first job of its schedule, but no earlier than ``settle_rounds`` after work or vehicles last came up. Of equal bids
   the lower node's counts.
-* Nobody waits for those with whom it shares a job (the papers' schedule does): here they may begin at any time.
+* Nobody waits for those with whom it shares a job (in the program's schedule it may do another one before).
 
 Source: Rachmut, Nelke, Zivan 2023, Asynchronous communication aware multi-agent task allocation, IJCAI, 262-270: by its
 abstract, and by what the program of its first author does (Simulation_For_Research, ``solver_fmc_distributed_asy``),
@@ -147,7 +149,8 @@ class Buyer:
     def division(self) -> Mapping[str, str]:
         """Who is at a job, or has the greatest share of it."""
         greatest = {role: next(iter(shares)) for role, shares in self._shares.items() if shares}
-        return {**greatest, **{role: vehicle for vehicle, role in self._at.items()}}
+        begun = {role: vehicle for vehicle, role in self._at.items()}
+        return {**greatest, **begun} if self._told[0] is None else {**greatest, **begun, self._told[0]: self._me}
 
     # Messages
 
@@ -204,7 +207,7 @@ class Buyer:
             way_s = distance(outlook.position_m, work.job(role).place_m) / data.transit_speed_mps
             arrival_s = 0.0 if role == at else outlook.free_s + way_s - now_s
             work_s = max(1.0, then.free_s - outlook.free_s - way_s)
-            found[role.name] = work_s * max(1e-6, exp(-arrival_s / self._with.discount_s))
+            found[role.name] = work_s * max(1e-6, exp(-arrival_s / self._with.discount_s))  # far ones stay in, too
         return found
 
     def _bought(self) -> dict[str, float]:
