@@ -17,8 +17,8 @@ from pydantic import Field
 from exchange.acoustics import loss
 from exchange.arithmetic import distance, sincos
 from missions.meeting.helping import Help
-from missions.meeting.staying import DONE_BY, THERE_M, AnyonesJob, Stay
-from remoras.behaviours import CAPTURE_M, DONE, IDLE, STANDING, Behaviour, Perception, Reference, distance_m
+from missions.meeting.staying import DONE_BY, THERE_M, AnyonesJob, SiteSurvey, Stay
+from remoras.behaviours import DONE, IDLE, STANDING, Behaviour, Perception, Reference, distance_m
 from remoras.database import VehicleData
 from remoras.known import Known
 from remoras.motion import Motion
@@ -34,23 +34,6 @@ NEAREST_M = 5.0
 """No object lies nearer to the middle of a site."""
 SEEN_SHARE = 0.9
 """And none farther than this share of the range of the shortest sonar: whoever surveys the site sees it."""
-
-
-@dataclass(frozen=True)
-class SiteSurvey(AnyonesJob):
-    """A site: a ``remoras.work.Job``.
-
-    Attributes:
-        name: of the site; place_m: where it is; stay_s: how long a survey takes there.
-    """
-
-    place_m: Point
-    stay_s: float
-
-    def after(self, outlook: Outlook, data: VehicleData) -> Outlook:
-        """When the vehicle will be free if it surveys the site next."""
-        way_s = distance(outlook.position_m, self.place_m) / data.transit_speed_mps
-        return Outlook(outlook.free_s + way_s + self.stay_s, self.place_m)
 
 
 @dataclass(frozen=True)
@@ -158,31 +141,6 @@ class Sonar:
                 self._seen.add(name)
                 found.append(Observation(((name, LYING_AT, (x_m + pose.error_m[0], y_m + pose.error_m[1])),)))
         return found
-
-
-class SurveyingSite(Behaviour):
-    """Goes to a site and stays until it is surveyed; whoever is called away begins anew.
-
-    Args:
-        site: the job; data: of the vehicle.
-    """
-
-    def __init__(self, site: SiteSurvey, data: VehicleData) -> None:
-        self._site = site
-        self._stay = Stay(data)
-        self._way = Reference(site.place_m, data.transit_speed_mps, CAPTURE_M)
-        self._still = Reference(site.place_m, 0.0)
-
-    def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Due, the nearest first, until the vehicle has stayed long enough; it advances on the way and on site."""
-        if picture.facts.get(self._site.done) is not None:
-            return DONE
-        to_go_m = distance_m(motion, self._site.place_m)
-        return self._stay.perceive(to_go_m, self._site.stay_s, picture.body.now_s, performed)
-
-    def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """To the site in transit; stay there."""
-        return self._still if distance_m(motion, self._site.place_m) <= CAPTURE_M else self._way
 
 
 class Lifting(Behaviour):

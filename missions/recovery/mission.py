@@ -17,7 +17,7 @@ from missions.figure import Declared, Place
 from missions.meeting.helping import URGENCY, HelpMission
 from missions.meeting.job_mission import JobScenario, JobSettings
 from missions.meeting.roles import founding_of, listed_faults, with_job_roles
-from missions.meeting.staying import DONE_BY
+from missions.meeting.staying import DONE_BY, SiteSurvey, SurveyingSite
 from missions.metric import Metric
 from missions.recovery.lifting import (
     HELPS,
@@ -26,9 +26,7 @@ from missions.recovery.lifting import (
     Lift,
     Lifting,
     SeaField,
-    SiteSurvey,
     SonarSettings,
-    SurveyingSite,
     laid_out,
 )
 from missions.recovery.truth import FIGURES, LIFTS, METRICS, RecoveryTruth
