@@ -8,6 +8,7 @@ other one leaves once the battery must be full, or its store is empty.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from missions.meeting.helping import Help
@@ -37,6 +38,7 @@ from remoras.behaviours import (
     distance_m,
 )
 from remoras.database import VehicleData
+from remoras.known import Known
 from remoras.motion import Motion
 from remoras.picture import Picture
 from remoras.sensor import Observation
@@ -74,11 +76,14 @@ class Drilling(Behaviour):
     """Goes to a hole and bores it; without energy it stays there, and is dissatisfied.
 
     Args:
-        boring: the job; transfer: how energy comes in; wait_s: after so long without any it gives up.
-        data: of the vehicle.
+        boring: the job; others: those that take the same drill; transfer: how energy comes in.
+        wait_s: after so long without any it gives up; data: of the vehicle.
     """
 
-    def __init__(self, boring: Boring, transfer: Transfer, wait_s: float, data: VehicleData) -> None:
+    def __init__(
+        self, boring: Boring, others: Sequence[Boring], transfer: Transfer, wait_s: float, data: VehicleData
+    ) -> None:
+        self._others = others
         self._boring, self._transfer, self._wait_s = boring, transfer, wait_s
         self._drill = boring.drill_of(data) or DrillSettings()
         self._berth_m = transfer.berth(boring.place_m)
@@ -104,9 +109,14 @@ class Drilling(Behaviour):
             return self._work(dt_s, picture) if to_go_m <= SURELY_M else STANDING
         self._last_s, noted = None, self._gauge.let_go()
         advance = self._approach.advance(to_go_m, now_s, performed)
-        if self._halted_s is None and self._gauge.left_j(picture.facts) < LEAST_SHARE * self._gauge.full_j:
-            return IDLE._replace(concludes=noted)  # it waits at another hole
+        if self._halted_s is None and self._waits_elsewhere(picture.facts):
+            return IDLE._replace(concludes=noted)
         return (Perception(1.0, advance) if performed else attracted(to_go_m))._replace(concludes=noted)
+
+    def _waits_elsewhere(self, facts: Known) -> bool:
+        """True if it has too little energy, and waits for some at another hole."""
+        is_short = self._gauge.left_j(facts) < LEAST_SHARE * self._gauge.full_j
+        return is_short and any(facts.get((HALTED, one.name)) and facts.get(one.done) is None for one in self._others)
 
     def _work(self, dt_s: float, picture: Picture) -> Perception:
         """Bore, or take energy in, for the time since the last decision."""

@@ -19,7 +19,7 @@ from remoras.work import Point
 
 DRILL_CHARGE, STORE_CHARGE = "drillCharge", "storeCharge"
 """Attributes of a vehicle: how much of the battery of its drill, or of the store of its charger, is left."""
-SAID_SHARE = 0.05
+SAID_SHARE = 0.1
 """A vehicle notes what is left whenever it has changed by so much of all."""
 LEAST_SHARE = 0.1
 """With less than this in the battery a drill is not set to work."""

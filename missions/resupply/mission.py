@@ -166,7 +166,8 @@ class ResupplyMission(HelpMission):
     def behaviour_at(self, job: Job, data: VehicleData) -> Behaviour:
         """The survey of a site, or a boring."""
         if isinstance(job, Boring):
-            return Drilling(job, self._transfer, self.scenario.mission.wait_s, data)
+            others = [one for one in self._borings.values() if one.drill == job.drill and one.name != job.name]
+            return Drilling(job, others, self._transfer, self.scenario.mission.wait_s, data)
         return SurveyingSite(self._sites[job.name], data)
 
 

@@ -26,8 +26,11 @@ if TYPE_CHECKING:
 ENERGY = Table(
     "energy", (TIME, VEHICLE, Column("boring", "str"), Column("event", "str"), Column("energy_j", "float", "J"))
 )
-"""What befell a hole: its drill had no energy (``halted``), one had ``brought`` so much, it was really ``bored``."""
-HALTED, BROUGHT, BORED = "halted", "brought", "bored"
+"""What befell a hole: its drill had no energy (``halted``), another one ``came`` and passed some on, had ``brought``
+so much when it left, and the hole was really ``bored``."""
+HALTED, CAME, BROUGHT, BORED = "halted", "came", "brought", "bored"
+GAP_S = 20.0
+"""Who passes energy on again within this time has not left meanwhile."""
 BORED_SHARE = 0.98
 """A hole is bored once the drill has really worked on it for this share of the time that it takes: a vehicle counts by
 decisions, and by where it takes itself to be."""
@@ -46,18 +49,22 @@ class ResupplyTruth(JobTruth):
     ) -> None:
         super().__init__(meeting, objective, recorder)
         self._energy = recorder.rows(ENERGY.name)
-        self._open, self._transfer = dict(borings), transfer
+        self._borings, self._transfer = borings, transfer
+        self._open = set(borings)
         self._worked_s = dict.fromkeys(borings, 0.0)
         self.battery_j: dict[str, float] = {}
         self.store_j: dict[str, float] = {}
-        self._passing: dict[tuple[str, str], float] = {}  # by who brings and hole, energy that has come in so far
+        self._passing: dict[
+            tuple[str, str], tuple[float, float]
+        ] = {}  # by who brings and hole: energy so far, when last
         self._halted: set[str] = set()
+        self._is_starved = False
         self._last_s = 0.0
 
     @property
     def jobs_done(self) -> Collection[str]:
         """Sites that were surveyed and holes that were really bored."""
-        return self._done - self._open.keys()
+        return self._done - self._open
 
     @property
     def goal_fraction(self) -> float:
@@ -69,7 +76,7 @@ class ResupplyTruth(JobTruth):
         """Holes for which no energy is left are beyond everybody."""
         if not self._is_starved:
             return self._jobs
-        return {**self._jobs, **{name: replace(boring, is_starved=True) for name, boring in self._open.items()}}
+        return {**self._jobs, **{name: replace(self._borings[name], is_starved=True) for name in self._open}}
 
     def reachable_fraction(self, fleet: FleetView) -> float:
         """Share of the goal that somebody left is able to reach with the energy that is left."""
@@ -81,31 +88,33 @@ class ResupplyTruth(JobTruth):
         )
         return super().reachable_fraction(fleet)
 
-    _is_starved = False
-
     def watch(self, fleet: FleetView, now_s: float) -> None:
         """Pass energy on and let drills work for the time since the last look, and note what was done."""
         super().watch(fleet, now_s)
         dt_s, self._last_s = now_s - self._last_s, now_s
         if dt_s <= 0.0:
             return
-        passing: set[tuple[str, str]] = set()
         for vehicle in fleet.vehicles:
-            for boring in list(self._open.values()):
+            for boring in self._borings.values():
                 drill = boring.drill_of(vehicle.data)
                 if drill is not None and drill.name in vehicle.sensing and _is_there(vehicle, boring.place_m):
-                    passing |= self._come_in(fleet, vehicle, boring, drill, dt_s, now_s)
+                    self._come_in(fleet, vehicle, boring, drill, dt_s, now_s)
                     self._bore(vehicle, boring, drill, dt_s, now_s)
-        for who, name in self._passing.keys() - passing:
-            self._energy.append((now_s, who, name, BROUGHT, self._passing.pop((who, name))))
+        for key, (_, last_s) in list(self._passing.items()):
+            if now_s - last_s > GAP_S:
+                self._note_brought(key)
+
+    def _note_brought(self, key: tuple[str, str]) -> None:
+        energy_j, last_s = self._passing.pop(key)
+        self._energy.append((last_s, *key, BROUGHT, energy_j))
 
     def _bore(self, vehicle: VehicleView, boring: Boring, drill: DrillSettings, dt_s: float, now_s: float) -> None:
         left_j = self.battery_j.setdefault(vehicle.name, drill.battery_j)
         used_j = 0.0 if boring.name in self._halted else min(drill.power_w * dt_s, left_j)
         self.battery_j[vehicle.name] = left_j - used_j
         self._worked_s[boring.name] += used_j / drill.power_w
-        if self._worked_s[boring.name] >= BORED_SHARE * boring.stay_s:
-            del self._open[boring.name]
+        if boring.name in self._open and self._worked_s[boring.name] >= BORED_SHARE * boring.stay_s:
+            self._open.remove(boring.name)
             self._energy.append((now_s, vehicle.name, boring.name, BORED, 0.0))
         elif self.battery_j[vehicle.name] <= 0.0 and boring.name not in self._halted:
             self._halted.add(boring.name)
@@ -113,9 +122,9 @@ class ResupplyTruth(JobTruth):
 
     def _come_in(
         self, fleet: FleetView, vehicle: VehicleView, boring: Boring, drill: DrillSettings, dt_s: float, now_s: float
-    ) -> set[tuple[str, str]]:
-        """Energy from whoever lies at the berth with its charger on; who passes, by name and hole."""
-        berth_m, found = self._transfer.berth(boring.place_m), set[tuple[str, str]]()
+    ) -> None:
+        """Energy from whoever lies at the berth with its charger on."""
+        berth_m, comes = self._transfer.berth(boring.place_m), False
         for other in fleet.vehicles:
             charger = self._charger(other)
             if charger is None or charger.name not in other.sensing or not _is_there(other, berth_m):
@@ -126,12 +135,18 @@ class ResupplyTruth(JobTruth):
             if passes_j > 0.0:
                 self.store_j[other.name] = store_j - passes_j / self._transfer.efficiency
                 self.battery_j[vehicle.name] += passes_j
-                key = other.name, boring.name
-                self._passing[key] = self._passing.get(key, 0.0) + passes_j
-                found.add(key)
-        if not found and self.battery_j.get(vehicle.name, math.inf) >= LEAST_SHARE * drill.battery_j:
+                key, comes = (other.name, boring.name), True
+                if key not in self._passing:
+                    self._energy.append((now_s, *key, CAME, 0.0))
+                self._passing[key] = self._passing.get(key, (0.0, now_s))[0] + passes_j, now_s
+        if not comes and self.battery_j.get(vehicle.name, math.inf) >= LEAST_SHARE * drill.battery_j:
             self._halted.discard(boring.name)
-        return found
+
+    def close(self, fleet: FleetView, now_s: float) -> str:
+        """Say who is missing where, and what was not done; whoever passes energy on has brought so much."""
+        for key in list(self._passing):
+            self._note_brought(key)
+        return super().close(fleet, now_s)
 
     @staticmethod
     def _charger(vehicle: VehicleView) -> ChargerSettings | None:
@@ -156,14 +171,14 @@ def _rows(run: MeasuredRun, event: str) -> list[tuple[Any, ...]]:
 
 
 def mean_wait_s(run: MeasuredRun) -> float | None:
-    """Mean time from when a drill had no energy to when others had brought some; one that got none counts to the end.
+    """Mean time from when a drill had no energy to when another one came with some; to the end where nobody came.
 
     None if no drill ever had none.
     """
-    brought = _rows(run, BROUGHT)
+    came = _rows(run, CAME)
     waits_s = []
     for at_s, _, boring, *_ in _rows(run, HALTED):
-        after_s = [row[0] for row in brought if row[2] == boring and row[0] > at_s]
+        after_s = [row[0] for row in came if row[2] == boring and row[0] > at_s]
         waits_s.append(min(after_s, default=run.end_s) - at_s)
     return math.fsum(waits_s) / len(waits_s) if waits_s else None
 
