@@ -110,7 +110,8 @@ class ResupplyTruth(JobTruth):
 
     def _bore(self, vehicle: VehicleView, boring: Boring, drill: DrillSettings, dt_s: float, now_s: float) -> None:
         left_j = self.battery_j.setdefault(vehicle.name, drill.battery_j)
-        used_j = 0.0 if boring.name in self._halted else min(drill.power_w * dt_s, left_j)
+        most_j = min(drill.power_w * dt_s, left_j, drill.power_w * (boring.stay_s - self._worked_s[boring.name]))
+        used_j = 0.0 if boring.name in self._halted else max(0.0, most_j)
         self.battery_j[vehicle.name] = left_j - used_j
         self._worked_s[boring.name] += used_j / drill.power_w
         if boring.name in self._open and self._worked_s[boring.name] >= BORED_SHARE * boring.stay_s:
