@@ -56,6 +56,7 @@ ROOMS: dict[str, set[str]] = {
     "missions.recovery": {"missions.recovery", "missions.meeting", "missions.scenarios", "missions", "remoras"},
     "missions.ferry": {"missions.ferry", "missions.meeting", "missions.scenarios", "missions", "remoras"},
     "missions.escort": {"missions.escort", "missions.meeting", "missions.scenarios", "missions", "remoras"},
+    "missions.resupply": {"missions.resupply", "missions.meeting", "missions.scenarios", "missions", "remoras"},
     "missions.minehunting": {
         "missions.minehunting", "missions.meeting", "missions.scenarios", "missions", "remoras",
     },

@@ -14,6 +14,7 @@ from missions.mapping import MappingMission
 from missions.minehunting import MinehuntingMission
 from missions.pandora import PandoraMission
 from missions.recovery import RecoveryMission
+from missions.resupply import ResupplyMission
 from missions.scenarios import load
 from remoras.mission import Mission
 from stress.conformance import missions as conformance
@@ -57,6 +58,7 @@ def test_the_mission_of_search_conforms() -> None:
         (RecoveryMission, "recovery-field"),
         (FerryMission, "ferry-passage"),
         (EscortMission, "escort-lines"),
+        (ResupplyMission, "resupply-field"),
         (MinehuntingMission, "minehunting-contacts"),
     ],
 )

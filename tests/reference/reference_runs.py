@@ -73,6 +73,7 @@ RUNS: dict[str, tuple[str, float, int, tuple[str, ...]]] = {
     "recovery": ("recovery-field", 900.0, 22, ()),
     "ferry": ("ferry-passage", 500.0, 23, ()),
     "escort": ("escort-lines", 600.0, 25, ()),
+    "resupply": ("resupply-field", 1000.0, 26, ()),
     "minehunting": ("minehunting-contacts", 900.0, 24, ("communication.coarse_above=4",)),
 }  # fmt: skip
 """By name: scenario, how long it lasts (s), seed, and what else is set."""
