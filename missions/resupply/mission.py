@@ -43,7 +43,7 @@ TOLD = {HALTED: URGENCY, BRINGS: URGENCY, "isImpossible": URGENCY}
 """How urgently vehicles need what the scenario does not list itself."""
 
 
-class SiteTable(Section):
+class SampledSiteTable(Section):
     """One ``[[site]]``."""
 
     name: Name = Field(description="name of the site")
@@ -78,7 +78,7 @@ class ResupplyScenario(JobScenario):
     """The whole input of a run of this mission."""
 
     mission: ResupplySettings = ResupplySettings()
-    site: tuple[SiteTable, ...] = ()
+    site: tuple[SampledSiteTable, ...] = ()
     boring: tuple[BoringTable, ...] = Field(min_length=1)
     transfer: TransferTable = TransferTable()
 
@@ -100,7 +100,7 @@ class ResupplyMission(HelpMission):
     @classmethod
     def completed(cls, raw: Raw) -> Raw:
         """With a role for every site and hole."""
-        return with_jobs(raw)
+        return with_samplers(raw)
 
     @classmethod
     def check(cls, raw: Raw) -> Iterable[ConfigurationFault]:
@@ -180,7 +180,7 @@ def _of_type(scenario: ResupplyScenario, kind: str, settings: type[Any]) -> list
 # What a scenario gains ---------------------------------------------------------------------------
 
 
-def with_jobs(raw: Raw) -> Raw:
+def with_samplers(raw: Raw) -> Raw:
     """The tables with a role for each site and hole in the first group; the latter call on the founding roles."""
     roles: list[dict[str, Any]] = [
         {"name": f"Surveyor of {site}", "maximum": 1, "job": site} for site in names_of(raw, "site")

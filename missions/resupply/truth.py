@@ -171,7 +171,7 @@ def _rows(run: MeasuredRun, event: str) -> list[tuple[Any, ...]]:
     return [row for row in run.recorder.rows(ENERGY.name) if row[3] == event]
 
 
-def mean_wait_s(run: MeasuredRun) -> float | None:
+def mean_energy_wait_s(run: MeasuredRun) -> float | None:
     """Mean time from when a drill had no energy to when another one came with some; to the end where nobody came.
 
     None if no drill ever had none.
@@ -189,7 +189,7 @@ def brought_j(run: MeasuredRun) -> float:
     return math.fsum(row[4] for row in _rows(run, BROUGHT))
 
 
-def mean_done_s(run: MeasuredRun) -> float:
+def mean_sampled_s(run: MeasuredRun) -> float:
     """Mean time by which a site was surveyed or a hole bored; what was not counts with the mission's duration."""
     scenario: Any = run.scenario
     surveyed_s, sites = done_s(run), [site.name for site in scenario.site]
@@ -198,14 +198,14 @@ def mean_done_s(run: MeasuredRun) -> float:
 
 
 METRICS = (
-    Metric("mean_done_s", "s", Better.LOWER, "mean time until work is done", mean_done_s, headline=True),
-    Metric("mean_wait_s", "s", Better.LOWER, "mean wait for energy", mean_wait_s, headline=True),
+    Metric("mean_done_s", "s", Better.LOWER, "mean time until work is done", mean_sampled_s, headline=True),
+    Metric("mean_wait_s", "s", Better.LOWER, "mean wait for energy", mean_energy_wait_s, headline=True),
     Metric("brought_j", "J", Better.LOWER, "energy brought", brought_j),
 )
 """Metrics of the mission, in the order of the summary."""
 
 
-def draw_done(axes: Axes, results: RunResults, style: Style) -> str:
+def draw_sampled(axes: Axes, results: RunResults, style: Style) -> str:
     """Sites surveyed and holes bored over time."""
     bored = {row["boring"]: row["time_s"] for row in results.table(ENERGY.name).to_pylist() if row["event"] == BORED}
     sites = [time_s for job, time_s in first_s(results).items() if job not in bored]
@@ -214,7 +214,7 @@ def draw_done(axes: Axes, results: RunResults, style: Style) -> str:
 
 
 FIGURES: tuple[Declared, ...] = (
-    Figure("sampled", "Sites surveyed and holes bored over mission time", draw_done, needs=(JOBS.name, ENERGY.name)),
+    Figure("sampled", "Sites surveyed and holes bored over mission time", draw_sampled, needs=(JOBS.name, ENERGY.name)),
     Mark("job_done", "job done"),
 )
 """Figures of the mission."""

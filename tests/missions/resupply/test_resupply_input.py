@@ -8,7 +8,7 @@ import pytest
 from resupplying import raw, written
 
 from missions.errors import ConfigurationError
-from missions.resupply.mission import with_jobs
+from missions.resupply.mission import with_samplers
 from missions.scenarios import load
 
 
@@ -48,12 +48,12 @@ def test_places_that_cannot_be(tmp_path: Path, kind: str, change: dict[str, Any]
 
 @pytest.mark.parametrize("tables", [{}, {"group": 3}, {"group": [{"role": 1}]}, {"boring": "many"}])
 def test_malformed_tables_are_left_as_they_are(tables: dict[str, Any]) -> None:
-    assert with_jobs(tables) == tables
+    assert with_samplers(tables) == tables
 
 
 def test_roles_for_holes_that_are_listed_stay() -> None:
-    once = with_jobs(raw())
-    assert with_jobs(once) == once
+    once = with_samplers(raw())
+    assert with_samplers(once) == once
     assert {role["job"] for role in once["group"][0]["role"] if "job" in role} == {
         *(f"site {n}" for n in range(1, 19)), *(f"hole {n}" for n in range(1, 9)),
     }  # fmt: skip
