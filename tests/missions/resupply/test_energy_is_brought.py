@@ -67,7 +67,7 @@ def test_energy_comes_in_while_both_are_in_place_and_no_faster_than_it_can() -> 
     """Looked at in the tracks."""
     done = sampled(1)
     at_m = {(row[0], row[1]): (row[2], row[3]) for row in done.recorder.trajectories}
-    holes_m = {boring.name: boring.position_m for boring in done.scenario.boring}
+    holes_m = {boring["name"]: boring["position_m"] for boring in done.scenario.model_dump()["boring"]}
     came = {(vehicle, hole): time_s for time_s, vehicle, hole, _ in reversed(events(done, "came"))}
     brought = events(done, "brought")
     assert len(brought) >= 4
