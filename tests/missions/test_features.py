@@ -1,8 +1,10 @@
 """Each feature is one file: who takes it away loses the feature, and nothing else."""
 
 import json
+import os
 import subprocess
 import sys
+import tempfile
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -66,6 +68,16 @@ USES = {
 """What a scenario has to say to use each feature."""
 
 
+def said_apart(program: str, *arguments: str) -> str:
+    """What a process of its own prints; files are all there, so what others keep would be taken for its own."""
+    command = [sys.executable, "-c", program, *arguments]
+    with tempfile.TemporaryDirectory() as kept:
+        env = {**os.environ, "XDG_CACHE_HOME": kept}
+        made = subprocess.run(command, cwd=ROOT, env=env, capture_output=True, text=True, check=False, timeout=240)
+    assert made.returncode == 0, made.stderr
+    return made.stdout
+
+
 def said_without(feature: str, *use: str, program: str = "", folder: str = "") -> list[Any]:
     """Digest of a run, how a scenario with these settings is refused, and which features there are; what more is said.
 
@@ -74,10 +86,8 @@ def said_without(feature: str, *use: str, program: str = "", folder: str = "") -
         program: that runs after that; folder: for its results.
     """
     # a process of its own: tables take in the keys of features once, when they are imported
-    command = [sys.executable, "-c", LEAVING_OUT + WITHOUT + program, feature, folder, *use]
-    made = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, timeout=240)
-    assert made.returncode == 0, made.stderr
-    found, *more = map(json.loads, made.stdout.splitlines())
+    said = said_apart(LEAVING_OUT + WITHOUT + program, feature, folder, *use)
+    found, *more = map(json.loads, said.splitlines())
     return [*found, *more]
 
 
@@ -115,10 +125,7 @@ print(json.dumps([scenario.foretold, list(scenario.surges(1)), n_rows > 0]))
 
 
 def test_a_mission_that_asks_how_the_water_moves_works_where_nothing_moves_it() -> None:
-    command = [sys.executable, "-c", LEAVING_OUT + IN_STILL_WATER, "current", ""]
-    made = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, timeout=240)
-    assert made.returncode == 0, made.stderr
-    assert json.loads(made.stdout) == [None, [], True]
+    assert json.loads(said_apart(LEAVING_OUT + IN_STILL_WATER, "current", "")) == [None, [], True]
 
 
 PROGRAM = """
@@ -208,9 +215,7 @@ def printed_feature(folder: Path, at_s: float) -> object:
     """What comes of the feature of the how-to, with a second count at a time (s)."""
     page = (ROOT / "docs" / "howto" / "feature.md").read_text(encoding="utf-8")
     (folder / "headcount.py").write_text(page.split("```python\n")[1].split("```")[0], encoding="utf-8")
-    command = [sys.executable, "-c", PRINTED, str(folder), str(at_s)]
-    made = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True, timeout=240)
-    return json.loads(made.stdout)
+    return json.loads(said_apart(PRINTED, str(folder), str(at_s)))
 
 
 def test_the_feature_of_the_how_to_works_as_printed(tmp_path: Path) -> None:
