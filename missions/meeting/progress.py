@@ -49,3 +49,4 @@ def draw_steps(
                   color=style.black, label=kind)  # fmt: skip
     axes.set_xlabel(style.axis("time", "s"))
     axes.set_ylabel(style.axis(label))
+    axes.locator_params("y", integer=True)
