@@ -1,31 +1,6 @@
 """The shipped passage for tests: its tables, and runs of it with settings changed."""
 
-import copy
-import tomllib
-from functools import cache
-from pathlib import Path
-from typing import Any
+from varied import Varied
 
-import tomli_w
-
-from missions.runs.run import Run, run
-from missions.scenarios import load, shipped
-
-RAW = tomllib.loads(shipped()["ferry-passage"].read_text(encoding="utf-8"))
-
-
-def raw() -> dict[str, Any]:
-    return copy.deepcopy(RAW)
-
-
-def written(folder: Path, tables: dict[str, Any]) -> Path:
-    """The tables as a file."""
-    path = folder / "reef.toml"
-    path.write_text(tomli_w.dumps(tables), encoding="utf-8")
-    return path
-
-
-@cache
-def ferried(seed: int, *keys: str) -> Run:
-    """A run with keys set."""
-    return run(load("ferry-passage", [("--set", key) for key in keys]), seed)
+PASSAGE = Varied("ferry-passage", "reef.toml")
+raw, written, ferried = PASSAGE.raw, PASSAGE.written, PASSAGE.flown
