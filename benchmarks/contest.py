@@ -26,8 +26,17 @@ Contest = Mapping[str, Scored]
 
 
 def read(paths: Sequence[Path]) -> Contest:
-    """Strategies of cards, the best first; of one that several have the last counts."""
-    found = {one.name: one for path in paths for one in read_strategies(json.loads(path.read_text(encoding="utf-8")))}
+    """Strategies of cards, the best first; of one that several have the last counts.
+
+    Raises:
+        OSError, ValueError, KeyError, TypeError: a file is no card, or they are of several suites or splits.
+    """
+    cards = [json.loads(path.read_text(encoding="utf-8")) for path in paths]
+    if len({(card["digest"], card["split"]) for card in cards}) > 1:
+        raise ValueError(
+            "they are of several suites or splits; allowed are those of one, and of another behind --other"
+        )
+    found = {one.name: one for card in cards for one in read_strategies(card)}
     return dict(sorted(found.items(), key=lambda of: -of[1].score))
 
 
@@ -95,7 +104,13 @@ def main() -> None:
     parser.add_argument("card", nargs="+", type=Path)
     parser.add_argument("--other", nargs="+", type=Path, default=[])
     asked = parser.parse_args()
-    print(*lines(read(asked.card), read(asked.other)), sep="\n")
+    try:
+        contest, other = read(asked.card), read(asked.other)
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        parser.error(f"no cards of a benchmark: {error}")
+    if not ranked(contest):
+        parser.error(f"none of the nine shipped strategies is in these cards, but {', '.join(contest)}")
+    print(*lines(contest, other), sep="\n")
 
 
 if __name__ == "__main__":

@@ -129,6 +129,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.healing", description=__doc__)
     parser.add_argument("--trials", type=int, default=20)
     trials = range(parser.parse_args().trials)
+    if not trials:
+        parser.error(f"--trials is {trials.stop}: allowed is 1 or more")
     print("healed partition: items of a node, bytes of a packet, policy: sendings of an item; frames")
     for n_items, payload_bytes in PARTED:
         in_packet = 0

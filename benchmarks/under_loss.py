@@ -15,6 +15,7 @@ from pathlib import Path
 from statistics import fmean
 from typing import Any
 
+from missions.errors import OutputError
 from missions.statistics import t_half_width
 from missions.sweeps.folder import SweepResults
 
@@ -138,14 +139,20 @@ def main() -> None:
     """Print all tables."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.under_loss", description=__doc__)
     parser.add_argument("folder", nargs="+", type=Path)
-    studies = [SweepResults.read(folder) for folder in parser.parse_args().folder]
+    folders = parser.parse_args().folder
     found: dict[str, list[Line]] = {}
-    for study in studies:
-        done = [line for line in study.lines.values() if line["status"] == "done"]
+    try:
+        studies = [SweepResults.read(folder) for folder in folders]
+        lines = [[line for line in study.lines.values() if line["status"] == "done"] for study in studies]
+        cases = [case.name for case in studies[0].file.unforeseen]
+    except OutputError as error:
+        parser.error(str(error))
+    for done in lines:
         for name in {settings_of(line)[STRATEGY] for line in done}:
             found[name] = [line for line in done if settings_of(line)[STRATEGY] == name]
-    runs = Runs(line for lines in found.values() for line in lines)
-    print(*tables(runs, [case.name for case in studies[0].file.unforeseen]), sep="\n")
+    if BASELINE not in found:
+        parser.error(f"{folders[0]}: no finished run of {BASELINE}, to which others are compared")
+    print(*tables(Runs(line for of in found.values() for line in of), cases), sep="\n")
 
 
 if __name__ == "__main__":
