@@ -33,9 +33,7 @@ def read(paths: Sequence[Path]) -> Contest:
     """
     cards = [json.loads(path.read_text(encoding="utf-8")) for path in paths]
     if len({(card["digest"], card["split"]) for card in cards}) > 1:
-        raise ValueError(
-            "they are of several suites or splits; allowed: of one, and behind --other of another"
-        )
+        raise ValueError("they are of several suites or splits; allowed: of one, and behind --other of another")
     found = {one.name: one for card in cards for one in read_strategies(card)}
     return dict(sorted(found.items(), key=lambda of: -of[1].score))
 
