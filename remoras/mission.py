@@ -9,8 +9,8 @@ Who calls what, and when:
 ========================  ===========================================================================================
 loading a scenario        ``Scenario``, ``completed``, ``check``, ``sensors``, ``vocabulary``, ``group_missions``,
                           ``needs``
-setting a run up          ``from_scenario``, ``jobs``, ``world``, ``founding_objectives``, ``truth``, ``tables``,
-                          ``instances``, ``instances_found_per_vehicle``, ``most_observations``,
+setting a run up          ``from_scenario``, ``jobs``, ``world``, ``nature``, ``founding_objectives``, ``truth``,
+                          ``tables``, ``instances``, ``instances_found_per_vehicle``, ``most_observations``,
                           ``vocabulary_used``, ``groups_of``
 social layer, at sea      ``social_domain``, ``is_individual``, ``activity_domain``, ``activities``,
                           ``activity_sets``, ``findings``, ``conclusions``, ``completion``
@@ -29,7 +29,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar, Protocol, Self
@@ -225,7 +225,15 @@ class FunctionalPart(Protocol):
     def world(self, seed: int) -> Any:
         """What sensors perceive in the run with that seed: a pure function of it, since metrics ask for it again.
 
-        All vehicles and the truth of a run share the object: nothing may change in it.
+        All vehicles and the truth of a run share the object: nothing may change in it, but by ``nature``.
+        """
+        return None
+
+    def nature(self, world: Any) -> Callable[[FleetView, float], None] | None:
+        """What changes the world of a run: called with the fleet and the true time (s) whenever truth looks, before it.
+
+        It happens between vehicles, whether truth looks or not, so that a sensor perceives it in the next motion tick.
+        None by default: nothing changes. A vehicle by itself, see ``remoras.solo``, is refused a mission that has it.
         """
         return None
 

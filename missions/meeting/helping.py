@@ -23,7 +23,7 @@ from remoras.database import VehicleData
 from remoras.htn import FactsLike
 from remoras.picture import Picture
 from remoras.sensor import Observation
-from remoras.work import Point
+from remoras.work import Point, Work
 
 HELPING = "Helping"
 HELPING_IMPORTANCE = 0.5
@@ -46,6 +46,9 @@ class Help:
         n_helpers: how many the job takes beside its holder.
         attribute: of the vocabulary, by which a vehicle says to which job it goes.
         helped: all jobs that take help, by name.
+
+    Attributes:
+        is_on: it has helped since the last decision.
     """
 
     def __init__(
@@ -59,11 +62,11 @@ class Help:
         helped: Collection[str],
     ) -> None:
         self.holders = holders
-        self._job, self._group, self._me = job, group, me
+        self._job, self._group, self.me = job, group, me
         self._n_helpers, self._attribute, self._helped = n_helpers, attribute, helped
         self._place_m: Point | None = None
         self._picture: Picture | None = None
-        self._is_on = False
+        self.is_on = False
         self._began = False
 
     def is_of_use(self, place_m: Point | None, to_go_m: float, picture: Picture, performed: bool) -> bool:
@@ -76,37 +79,50 @@ class Help:
             performed: True if it has helped since the last decision.
         """
         self._picture, self._place_m = picture, place_m
-        self._began, self._is_on = performed and not self._is_on, performed
+        self._began, self.is_on = performed and not self.is_on, performed
         return place_m is not None and self._n_nearer(place_m, to_go_m, picture) < self._n_helpers
 
     def said(self) -> tuple[Observation, ...]:
         """What the vehicle says of it: to which job it goes, once it has set out."""
-        return (Observation(((self._me, self._attribute, self._job),)),) if self._began else ()
+        return (Observation(((self.me, self._attribute, self._job),)),) if self._began else ()
 
     def _n_nearer(self, place_m: Point, to_go_m: float, picture: Picture) -> int:
-        """How many others that are nearer have said that they help, and were heard lately."""
+        """How many others that go before have said that they help, and were heard lately."""
         peers, late_s = picture.peers, picture.body.now_s - NEWS_FRAMES * picture.frame_s
-        margin_m = MUCH_NEARER_M if self._is_on else 0.0
         n_nearer = 0
         for name, at_m in peers.positions_m.items():
-            if name == self._me or name in self.holders or picture.facts.get((self._attribute, name)) != self._job:
+            if name == self.me or name in self.holders or picture.facts.get((self._attribute, name)) != self._job:
                 continue
             if peers.heard_s.get(name, -math.inf) >= late_s:
-                n_nearer += (distance(at_m, place_m) + margin_m, name) < (to_go_m, self._me)
+                n_nearer += self.goes_before(name, distance(at_m, place_m), to_go_m)
         return n_nearer
 
-    def ends(self, caller: str, role: str) -> float:
-        """How much of the wait of a vehicle in a role this one ends by coming: of who holds the job, as ``Work`` says.
+    def goes_before(self, name: str, its_m: float, to_go_m: float) -> bool:
+        """True if another one that helps is nearer; much nearer, where this one is on its way.
 
-        Who holds a job that takes help waits too, so its jobs will not be done before.
+        Args:
+            name: of the other one.
+            its_m: the way that it has to go, as far as heard; to_go_m: that of this one.
         """
+        margin_m = MUCH_NEARER_M if self.is_on else 0.0
+        return (its_m + margin_m, name) < (to_go_m, self.me)
+
+    def ends(self, caller: str, role: str) -> float:
+        """How much of the wait of whoever holds the job, by vehicle and role, this one ends by coming: see ``Work``."""
         picture, place_m = self._picture, self._place_m
         work = None if picture is None else picture.groups.works.get(self._group)
         of = None if work is None else work.group.role(role)
         if picture is None or work is None or of is None or of.job != self._job or place_m is None:
             return 0.0
-        waiting = [name for one in work.unfinished if one.job in self._helped for name in work.holders(one)]
-        return work.ended(self._me, caller, place_m, waiting, picture.body.now_s)
+        return work.ended(self.me, caller, place_m, self.stay_away(work, picture), picture.body.now_s)
+
+    def stay_away(self, work: Work, picture: Picture) -> Collection[str]:
+        """Members that will not come meanwhile: who holds a job that takes help waits too, so it will not be done.
+
+        Args:
+            work: of the group; picture: of the vehicle.
+        """
+        return [name for one in work.unfinished if one.job in self._helped for name in work.holders(one)]
 
 
 class HelpMission(JobMission):

@@ -95,7 +95,7 @@ class NodePlan:
 
         Raises:
             ConfigurationError: its strategy is a bound, whose vehicles know all without packets; it has several fleets;
-                or ``epoch`` is none.
+                something passes between its vehicles (``Mission.nature``); or ``epoch`` is none.
         """
         scenario = scenario_from(Document.of_text(self.scenario, "scenario"))
         name = scenario.scenario.name
@@ -107,6 +107,10 @@ class NodePlan:
         setup = setup_of(scenario)
         if setup.strategy.declaration.part is not None:
             given = ConfigurationFault("strategy.name", setup.strategy.name, "a strategy that tells by packets")
+            raise ConfigurationError(name, [given])
+        if setup.mission.nature(setup.mission.world(self.seed)) is not None:
+            allowed = "a mission in which nothing passes between vehicles: no node knows where others really are"
+            given = ConfigurationFault("scenario.mission", f'"{scenario.scenario.mission}"', allowed)
             raise ConfigurationError(name, [given])
         if not 0 <= self.epoch < EPOCHS:
             raise ConfigurationError(name, [ConfigurationFault("--epoch", str(self.epoch), f"0 to {EPOCHS - 1}")])

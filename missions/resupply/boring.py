@@ -1,27 +1,34 @@
 """What there is to do, and how vehicles do it: a hole takes a certain drill, and more energy than its battery has.
 
 Where the battery is empty the vehicle stays, says that the work is halted there, and is dissatisfied. A vehicle with a
-charger that comes lies at a berth beside the hole. While each sees the other at its place energy passes over. Both
-count it: the one goes on boring once its battery is full, or the other one has left and there is enough to go on; the
-other one leaves once the battery must be full, or its store is empty.
+charger that comes lies at a berth beside the hole, and energy passes over. Each goes by what its own equipment
+measures: the one stays until its drill says that the hole is bored, the other one leaves once its charger says that the
+battery is full, or its store is empty.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection
 from dataclasses import dataclass
 
-from missions.meeting.helping import Help
-from missions.meeting.staying import THERE_M, SiteSurvey
+from missions.meeting.helping import MUCH_NEARER_M, Help
+from missions.meeting.staying import DONE_BY, THERE_M, SiteSurvey
 from missions.resupply.energy import (
+    BORED_SHARE,
+    BORES,
+    BORING,
+    CHARGER_STATE,
+    CHARGING,
     DRILL_CHARGE,
+    DRILL_STATE,
+    FULL,
+    GIVING,
+    HALTED,
     LEAST_SHARE,
     STORE_CHARGE,
     ChargerSettings,
     DrillSettings,
-    Gauge,
     Transfer,
-    is_at,
 )
 from remoras.behaviours import (
     ADVANCING,
@@ -42,11 +49,13 @@ from remoras.known import Known
 from remoras.motion import Motion
 from remoras.picture import Picture
 from remoras.sensor import Observation
+from remoras.work import Work
 
-BRINGS, HALTED = "brings", "isHalted"
+BRINGS, IS_HALTED = "brings", "isHalted"
 """Attributes: to which hole a vehicle has gone with energy last; whether the work at a hole is halted without it."""
-SURELY_M = 1.5
-"""A vehicle counts on another one that it sees this near to its place."""
+
+IN_PLACE_M = 5.0
+"""Who was heard this near to a berth lies there: where it said that it is is some seconds old."""
 
 
 @dataclass(frozen=True)
@@ -73,84 +82,59 @@ class Boring(SiteSurvey):
 
 
 class Drilling(Behaviour):
-    """Goes to a hole and bores it; without energy it stays there, and is dissatisfied.
+    """Goes to a hole and stays until it is bored; without energy it is dissatisfied there.
 
     Args:
-        boring: the job; others: those that take the same drill; transfer: how energy comes in.
-        wait_s: after so long without any it gives up; data: of the vehicle.
+        boring: the job; others: names of those that take the same drill.
+        wait_s: after so long there without getting on it gives up; data: of the vehicle.
     """
 
-    def __init__(
-        self, boring: Boring, others: Sequence[Boring], transfer: Transfer, wait_s: float, data: VehicleData
-    ) -> None:
-        self._others = others
-        self._boring, self._transfer, self._wait_s = boring, transfer, wait_s
-        self._drill = boring.drill_of(data) or DrillSettings()
-        self._berth_m = transfer.berth(boring.place_m)
-        self._gauge = Gauge(data.name, DRILL_CHARGE, self._drill.battery_j)
-        self._speed_mps = data.transit_speed_mps
+    def __init__(self, boring: Boring, others: Collection[str], wait_s: float, data: VehicleData) -> None:
+        self._boring, self._others, self._wait_s = boring, others, wait_s
+        self._me, self._speed_mps = data.name, data.transit_speed_mps
         self._approach = Approach(data.transit_speed_mps)
-        self._bored_s = 0.0
-        self._last_s: float | None = None  # of the last decision at the hole
-        self._halted_s: float | None = None  # since when it waits
+        self._waits_s: float | None = None  # since when it is there and does not get on
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Due until the hole is bored, the nearest first; it advances while the drill works or energy comes in."""
-        boring, now_s = self._boring, picture.body.now_s
-        if picture.facts.get(boring.done) is not None:
+        boring, facts, now_s = self._boring, picture.facts, picture.body.now_s
+        if facts.get(boring.done) is not None or facts.get((BORED_SHARE, boring.name), 0.0) >= 1.0:
             return DONE
         if boring.drill not in picture.body.answering:
             return FAILED
-        if begun := self._gauge.begun(picture.facts, now_s):
-            return IDLE._replace(concludes=begun)
         to_go_m = distance_m(motion, boring.place_m)
         if performed and to_go_m <= THERE_M:
-            dt_s, self._last_s = (0.0 if self._last_s is None else now_s - self._last_s), now_s
-            return self._work(dt_s, picture) if to_go_m <= SURELY_M else STANDING
-        self._last_s, noted = None, self._gauge.let_go()
+            return self._work(facts, now_s)
+        self._waits_s = None
         advance = self._approach.advance(to_go_m, now_s, performed)
-        if self._halted_s is None and self._waits_elsewhere(picture.facts):
-            return IDLE._replace(concludes=noted)
-        return (Perception(1.0, advance) if performed else attracted(to_go_m))._replace(concludes=noted)
+        if self._waits_elsewhere(facts):
+            return IDLE
+        return Perception(1.0, advance) if performed else attracted(to_go_m)
 
     def _waits_elsewhere(self, facts: Known) -> bool:
         """True if it has too little energy, and waits for some at another hole."""
-        is_short = self._gauge.left_j(facts) < LEAST_SHARE * self._gauge.full_j
-        return is_short and any(facts.get((HALTED, one.name)) and facts.get(one.done) is None for one in self._others)
+        hole = facts.get((BORES, self._me))
+        if hole not in self._others or not facts.get((IS_HALTED, hole)) or facts.get((DONE_BY, hole)) is not None:
+            return False
+        return bool(facts.get((DRILL_CHARGE, self._me), 1.0) < LEAST_SHARE)
 
-    def _work(self, dt_s: float, picture: Picture) -> Perception:
-        """Bore, or take energy in, for the time since the last decision."""
-        facts, gauge = picture.facts, self._gauge
-        if self._halted_s is not None:
-            return self._wait(dt_s, picture, self._halted_s)
-        used_j = min(self._drill.power_w * dt_s, gauge.left_j(facts))
-        gauge.change(-used_j, facts)
-        self._bored_s += used_j / self._drill.power_w
-        if self._bored_s >= self._boring.stay_s:
-            return DONE._replace(concludes=gauge.let_go())
-        if gauge.left_j(facts) > 0.0:
-            return ADVANCING._replace(concludes=gauge.noted())
-        self._halted_s = picture.body.now_s
-        return STANDING._replace(concludes=(*gauge.noted(), self._says(True)))
-
-    def _wait(self, dt_s: float, picture: Picture, since_s: float) -> Perception:
-        facts, gauge, now_s = picture.facts, self._gauge, picture.body.now_s
-        left_j = gauge.left_j(facts)
-        if is_at(self._berth_m, SURELY_M, picture):
-            gauge.change(self._transfer.efficiency * self._transfer.power_w * dt_s, facts)
-            self._halted_s = now_s
-            if gauge.left_j(facts) < gauge.full_j:
-                return ADVANCING._replace(concludes=gauge.noted())
-        elif left_j < LEAST_SHARE * gauge.full_j:
-            if now_s - since_s > self._wait_s:
-                return FAILED
-            is_known = facts.get((HALTED, self._boring.name))
-            return STANDING if is_known else STANDING._replace(concludes=(self._says(True),))
-        self._halted_s = None
-        return ADVANCING._replace(concludes=(*gauge.noted(at_once=True), self._says(False)))
+    def _work(self, facts: Known, now_s: float) -> Perception:
+        """As the drill says that it gets on; it says whether the work is halted where that is known otherwise."""
+        is_here = facts.get((BORES, self._me)) == self._boring.name
+        state = facts.get((DRILL_STATE, self._me)) if is_here else None
+        is_known = bool(facts.get((IS_HALTED, self._boring.name)))
+        if state in (BORING, CHARGING):
+            self._waits_s = None
+            goes_on = state == BORING and is_known
+            return ADVANCING._replace(concludes=(self._says(False),)) if goes_on else ADVANCING
+        since_s = self._waits_s = now_s if self._waits_s is None else self._waits_s
+        if now_s - since_s > self._wait_s:
+            return FAILED._replace(concludes=(self._says(False),)) if is_known else FAILED
+        says = state == HALTED and not is_known
+        return STANDING._replace(concludes=(self._says(True),)) if says else STANDING
 
     def _says(self, is_halted: bool) -> Observation:
-        return Observation(((self._boring.name, HALTED, is_halted),))
+        return Observation(((self._boring.name, IS_HALTED, is_halted),))
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """To the hole in transit; stay there."""
@@ -158,71 +142,82 @@ class Drilling(Behaviour):
         return Reference(place_m, 0.0 if distance_m(motion, place_m) <= CAPTURE_M else self._speed_mps)
 
 
+class HelpAtBerth(Help):
+    """Help where one alone has room: of those about as near the first by name goes, and who is there stays.
+
+    Positions heard are some seconds old, so who went by them alone would take the other one to be farther away, and so
+    would that one: both would lie about the berth.
+    """
+
+    def goes_before(self, name: str, its_m: float, to_go_m: float) -> bool:
+        """True if the other one is there, or much nearer, or as near and the first by name."""
+        if self.is_on and to_go_m <= IN_PLACE_M:
+            return False
+        is_as_near = abs(its_m - to_go_m) <= MUCH_NEARER_M
+        return its_m <= IN_PLACE_M or (name < self.me if is_as_near else its_m < to_go_m)
+
+    def stay_away(self, work: Work, picture: Picture) -> Collection[str]:
+        """Those who wait themselves, and those who have no energy to give, as far as is known."""
+        without = [name for name in work.members if not _has_energy(work.database[name], picture.facts)]
+        return [*super().stay_away(work, picture), *without]
+
+
+def _has_energy(data: VehicleData, facts: Known) -> bool:
+    """True if a vehicle has something in its store, as it has said last, or as it had at the start."""
+    charger = data.sensor(ChargerSettings)
+    return charger is not None and facts.get((STORE_CHARGE, data.name), charger.store_j) > 0.0
+
+
 class Bringing(Behaviour):
     """Brings energy to a hole at which the work of another vehicle is halted.
 
     Args:
-        boring: the job; transfer: how energy passes over; lacks_j: energy of the battery there when it is full.
+        boring: the job; transfer: how energy passes over.
         help: whether this vehicle is of use there; charger: that it has; data: of the vehicle.
     """
 
     def __init__(
-        self,
-        boring: Boring,
-        transfer: Transfer,
-        lacks_j: float,
-        help: Help,
-        charger: ChargerSettings,
-        data: VehicleData,
+        self, boring: Boring, transfer: Transfer, help: Help, charger: ChargerSettings, data: VehicleData
     ) -> None:
-        self._boring, self._transfer, self._lacks_j, self._help = boring, transfer, lacks_j, help
-        self._charger = charger.name
+        self._boring, self._help, self._charger, self._data = boring, help, charger, data
         self._berth_m = transfer.berth(boring.place_m)
-        self._gauge = Gauge(data.name, STORE_CHARGE, charger.store_j)
-        self._speed_mps = data.transit_speed_mps
+        self._me, self._speed_mps = data.name, data.transit_speed_mps
         self._approach = Approach(data.transit_speed_mps)
-        self._given_j = 0.0  # since it has come
-        self._last_s: float | None = None  # of the last decision at the berth
 
     def _is_due(self, to_go_m: float, picture: Picture, performed: bool) -> bool:
         facts = picture.facts
         is_of_use = self._help.is_of_use(self._berth_m, to_go_m, picture, performed)
         return (
             is_of_use
-            and bool(facts.get((HALTED, self._boring.name)))
+            and bool(facts.get((IS_HALTED, self._boring.name)))
             and facts.get(self._boring.done) is None
-            and self._charger in picture.body.answering
-            and self._gauge.left_j(facts) > 0.0
+            and self._charger.name in picture.body.answering
+            and _has_energy(self._data, facts)
+            and (performed or not self._is_giving(picture))
         )
+
+    def _is_giving(self, picture: Picture) -> bool:
+        """True while it gives energy at another hole: who left before the battery is full would soon be called anew."""
+        return self._charger.name in picture.body.sensors_on and picture.facts.get((CHARGER_STATE, self._me)) == GIVING
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Due while work is halted there and no other one comes; it advances on the way, and while energy passes."""
         to_go_m, now_s = distance_m(motion, self._berth_m), picture.body.now_s
-        if begun := self._gauge.begun(picture.facts, now_s):
-            return IDLE._replace(concludes=begun)
         if not self._is_due(to_go_m, picture, performed):
-            self._last_s, self._given_j = None, 0.0
-            return IDLE._replace(concludes=self._gauge.let_go())
+            return IDLE
         if performed and to_go_m <= THERE_M:
-            dt_s, self._last_s = (0.0 if self._last_s is None else now_s - self._last_s), now_s
-            found = self._give(dt_s, to_go_m, picture)
+            found = self._give(picture.facts)
         else:
-            self._last_s, self._given_j, noted = None, 0.0, self._gauge.let_go()
             advance = self._approach.advance(to_go_m, now_s, performed)
-            found = (Perception(1.0, advance) if performed else attracted(to_go_m))._replace(concludes=noted)
+            found = Perception(1.0, advance) if performed else attracted(to_go_m)
         return found._replace(concludes=(*self._help.said(), *found.concludes), ends=self._help.ends)
 
-    def _give(self, dt_s: float, to_go_m: float, picture: Picture) -> Perception:
-        if to_go_m > SURELY_M or not is_at(self._boring.place_m, THERE_M, picture):
-            return STANDING
-        gauge, facts = self._gauge, picture.facts
-        given_j = min(self._transfer.power_w * dt_s, gauge.left_j(facts))
-        gauge.change(-given_j, facts)
-        self._given_j += self._transfer.efficiency * given_j
-        if self._given_j < self._lacks_j:
-            return ADVANCING._replace(concludes=gauge.noted())
-        is_full = Observation(((self._boring.name, HALTED, False),))
-        return ADVANCING._replace(concludes=(*gauge.noted(at_once=True), is_full))
+    def _give(self, facts: Known) -> Perception:
+        """As the charger says that energy passes; a battery that it finds full ends the wait there."""
+        state = facts.get((CHARGER_STATE, self._me))
+        if state == FULL:
+            return ADVANCING._replace(concludes=(Observation(((self._boring.name, IS_HALTED, False),)),))
+        return ADVANCING if state == GIVING else STANDING
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """To the berth in transit; stay there."""

@@ -1,53 +1,101 @@
-"""Energy that is passed on: batteries of drills, stores of chargers, and what a vehicle knows is left in its own.
+"""Energy that is passed on: batteries of drills and stores of chargers, and what both measure.
+
+How much there really is stands in the run's ``Energies``: what happens between vehicles changes them
+(``missions.resupply.passing``), drills and chargers read them. A reading is that of the tick before.
 
 The battery of a drill moves no vehicle: how far a vehicle gets is the affair of its own battery, as in every mission.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 from pydantic import Field
 
-from exchange.arithmetic import distance
 from remoras.database import VehicleData
-from remoras.known import Known
-from remoras.picture import Picture
-from remoras.sensor import Observation, Pose, Sensor, SensorSettings
+from remoras.rows import Row
+from remoras.sensor import Fact, Observation, Pose, Sensor, SensorSettings
 from remoras.work import Point
 
 DRILL_CHARGE, STORE_CHARGE = "drillCharge", "storeCharge"
 """Attributes of a vehicle: how much of the battery of its drill, or of the store of its charger, is left."""
-SAID_SHARE = 0.1
-"""A vehicle notes what is left whenever it has changed by so much of all."""
+DRILL_STATE, CHARGER_STATE = "drillState", "chargerState"
+"""Attributes of a vehicle: what its drill, or its charger, does."""
+BORES, BORED_SHARE = "bores", "boredShare"
+"""Attributes: of a vehicle, the hole at which its drill is; of a hole, how far it is bored."""
+IDLE, BORING, HALTED, CHARGING, GIVING, FULL = "idle", "bores", "halted", "charges", "gives", "full"
+"""What a drill does: nothing, bore, wait for energy, take some in; a charger: nothing, give, find the battery full."""
+CAME, BROUGHT, BORED = "came", "brought", "bored"
+"""What befalls a hole, beside that its drill has no energy (``HALTED``), see ``missions.resupply.truth.ENERGY``."""
 LEAST_SHARE = 0.1
-"""With less than this in the battery a drill is not set to work."""
-FULL_UNTIL_S = 300.0
-"""A vehicle that knows nothing of its own energy takes it for all there; later, having lost its memory, for none."""
+"""With less than this in the battery a drill that had none is not set to work."""
+STEPS = 10
+"""A reading is told whenever it has come to another of so many steps, and at both ends."""
+
+
+@dataclass
+class Drill:
+    """How a drill really is.
+
+    Attributes:
+        left_j: energy in its battery; state: what it does; hole: at which it is, empty for none.
+    """
+
+    left_j: float
+    state: str = IDLE
+    hole: str = ""
+
+
+@dataclass
+class Charger:
+    """How a charger really is.
+
+    Attributes:
+        left_j: energy in its store; state: what it does.
+    """
+
+    left_j: float
+    state: str = IDLE
+
+
+@dataclass
+class Energies:
+    """All energy of a run, how far holes are bored, and what has befallen them.
+
+    Attributes:
+        drills, chargers: by vehicle and name of the sensor; those that have not been used yet are missing.
+        bored: share of each hole that is bored, 0..1.
+        events: what truth writes down, in order: rows of ``missions.resupply.truth.ENERGY``.
+        passing: by vehicle that gives and hole, the energy that has passed, and when some did last.
+    """
+
+    drills: dict[tuple[str, str], Drill] = field(default_factory=dict)
+    chargers: dict[tuple[str, str], Charger] = field(default_factory=dict)
+    bored: dict[str, float] = field(default_factory=dict)
+    events: list[Row] = field(default_factory=list)
+    passing: dict[tuple[str, str], tuple[float, float]] = field(default_factory=dict)
+
+    def note_passed(self, key: tuple[str, str], energy_j: float, now_s: float) -> None:
+        """So much energy has passed from a vehicle, at a hole, until now."""
+        if key not in self.passing:
+            self.events.append((now_s, *key, CAME, 0.0))
+        self.passing[key] = self.passing.get(key, (0.0, now_s))[0] + energy_j, now_s
+
+    def note_left(self, key: tuple[str, str]) -> None:
+        """Nothing passes from that vehicle there any more."""
+        energy_j, last_s = self.passing.pop(key)
+        self.events.append((last_s, *key, BROUGHT, energy_j))
 
 
 class EquipmentSettings(SensorSettings):
-    """What a drill and a charger have in common: they observe nothing, and say whether they work."""
+    """What a drill and a charger have in common: they say whether they work."""
 
     @property
     def tells_state(self) -> bool:
         """The vehicle can ask it."""
         return True
-
-    def make(self, data: VehicleData) -> Sensor:
-        """The equipment of a vehicle."""
-        return Equipment()
-
-
-class Equipment:
-    """What a vehicle has on board to work with; it observes nothing."""
-
-    table = None
-
-    def sense(self, pose: Pose, world: object, now_s: float) -> list[Observation]:
-        """Nothing."""
-        return []
 
 
 class DrillSettings(EquipmentSettings):
@@ -58,6 +106,14 @@ class DrillSettings(EquipmentSettings):
     battery_j: float = Field(90e3, gt=0.0, description="energy in its battery when that is full, as it is at the start")
     power_w: float = Field(300.0, gt=0.0, description="power that it takes from its battery while it bores")
 
+    def make(self, data: VehicleData) -> Sensor:
+        """The drill of a vehicle."""
+        return DrillReading(self, data.name)
+
+    def of(self, vehicle: str, energies: Energies) -> Drill:
+        """How that of a vehicle really is."""
+        return energies.drills.get((vehicle, self.name)) or Drill(self.battery_j)
+
 
 class ChargerSettings(EquipmentSettings):
     """The table ``[[vehicle.sensor]]`` of a charger: a store of energy for the drills of others."""
@@ -65,6 +121,76 @@ class ChargerSettings(EquipmentSettings):
     EQUIPMENT: ClassVar[str] = "Equipment"
 
     store_j: float = Field(300e3, ge=0.0, description="energy in its store at the start")
+
+    def make(self, data: VehicleData) -> Sensor:
+        """The charger of a vehicle."""
+        return ChargerReading(self, data.name)
+
+    def of(self, vehicle: str, energies: Energies) -> Charger:
+        """How that of a vehicle really is."""
+        return energies.chargers.get((vehicle, self.name)) or Charger(self.store_j)
+
+
+class Told:
+    """Keeps what a sensor has told, so that it tells of each fact what is new."""
+
+    def __init__(self) -> None:
+        self._told: dict[tuple[str, str], object] = {}
+
+    def news(self, *read: Fact) -> list[Observation]:
+        """One observation of the facts that are not as they were told; shares are told in steps."""
+        facts = []
+        for fact in read:
+            of, value = fact[:2], fact[2]
+            step = _step(value) if isinstance(value, float) else value
+            if self._told.get(of) != step:
+                self._told[of] = step
+                facts.append(fact)
+        return [Observation(tuple(facts))] if facts else []
+
+
+def _step(share: float) -> int:
+    return 0 if share <= 0.0 else STEPS + 1 if share >= 1.0 else 1 + math.floor(STEPS * share)
+
+
+class DrillReading:
+    """Tells what the drill of a vehicle does, at which hole, how deep that is, and what its battery has left.
+
+    Args:
+        settings: of the drill; vehicle: that has it.
+    """
+
+    table = None
+
+    def __init__(self, settings: DrillSettings, vehicle: str) -> None:
+        self._settings, self._vehicle, self._told = settings, vehicle, Told()
+
+    def sense(self, pose: Pose, world: Energies, now_s: float) -> list[Observation]:
+        """What is new of it."""
+        me, drill = self._vehicle, self._settings.of(self._vehicle, world)
+        read: list[Fact] = [(me, DRILL_STATE, drill.state), (me, DRILL_CHARGE, drill.left_j / self._settings.battery_j)]
+        if drill.hole:
+            read += [(me, BORES, drill.hole), (drill.hole, BORED_SHARE, world.bored[drill.hole])]
+        return self._told.news(*read)
+
+
+class ChargerReading:
+    """Tells what the charger of a vehicle does, and what its store has left.
+
+    Args:
+        settings: of the charger; vehicle: that has it.
+    """
+
+    table = None
+
+    def __init__(self, settings: ChargerSettings, vehicle: str) -> None:
+        self._settings, self._vehicle, self._told = settings, vehicle, Told()
+
+    def sense(self, pose: Pose, world: Energies, now_s: float) -> list[Observation]:
+        """What is new of it."""
+        me, charger, full_j = self._vehicle, self._settings.of(self._vehicle, world), self._settings.store_j
+        left = charger.left_j / full_j if full_j > 0.0 else 0.0
+        return self._told.news((me, CHARGER_STATE, charger.state), (me, STORE_CHARGE, left))
 
 
 @dataclass(frozen=True)
@@ -95,54 +221,3 @@ class Transfer:
         2100.0
         """
         return min(self.efficiency * min(self.power_w * dt_s, left_j), lacks_j)
-
-
-class Gauge:
-    """What a vehicle knows is left of its energy of one kind: it notes that as a fact, and goes on from there.
-
-    Args:
-        vehicle: its name; attribute: of the vocabulary; full_j: all of it.
-    """
-
-    def __init__(self, vehicle: str, attribute: str, full_j: float) -> None:
-        self._vehicle, self._attribute, self.full_j = vehicle, attribute, full_j
-        self._left_j: float | None = None  # of whoever uses it, until it lets go of it
-        self._noted_j = full_j
-
-    def left_j(self, facts: Known) -> float:
-        """Energy that is left; none if nothing was noted."""
-        if self._left_j is None:
-            self._noted_j = facts.get((self._attribute, self._vehicle), 0.0) * self.full_j
-            return self._noted_j
-        return self._left_j
-
-    def begun(self, facts: Known, now_s: float) -> tuple[Observation, ...]:
-        """What a vehicle takes for granted that has noted nothing yet; nothing once it has."""
-        if facts.get((self._attribute, self._vehicle)) is not None:
-            return ()
-        return (Observation(((self._vehicle, self._attribute, 1.0 if now_s <= FULL_UNTIL_S else 0.0),)),)
-
-    def change(self, by_j: float, facts: Known) -> None:
-        """So much comes in, or is taken out if it is negative; it is never less than empty, nor more than full."""
-        self._left_j = max(0.0, min(self.full_j, self.left_j(facts) + by_j))
-
-    def noted(self, at_once: bool = False) -> tuple[Observation, ...]:
-        """What is left as a fact to be noted: if it has changed by a share, or else only if ``at_once``."""
-        left_j = self._left_j
-        if left_j is None or left_j == self._noted_j:
-            return ()
-        if not at_once and abs(left_j - self._noted_j) < SAID_SHARE * self.full_j and 0.0 < left_j < self.full_j:
-            return ()
-        self._noted_j = left_j
-        return (Observation(((self._vehicle, self._attribute, left_j / self.full_j),)),)
-
-    def let_go(self) -> tuple[Observation, ...]:
-        """The same at once; whoever uses it next goes on from what is noted."""
-        noted = self.noted(at_once=True)
-        self._left_j = None
-        return noted
-
-
-def is_at(place_m: Point, within_m: float, picture: Picture) -> bool:
-    """True if the obstacle sonar sees a vehicle so near to a place."""
-    return any(distance(place_m, contact_m) <= within_m for contact_m in picture.body.contacts_m)

@@ -6,7 +6,8 @@ Nobody but the vehicle with the drill is able to bore a hole. What moves others 
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+import math
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar
@@ -15,14 +16,15 @@ from pydantic import Field
 
 from missions.errors import ConfigurationFault
 from missions.figure import Declared, Place
-from missions.meeting.helping import URGENCY, Help, HelpMission
+from missions.meeting.helping import HELPING, URGENCY, HelpMission
 from missions.meeting.job_mission import JobScenario, JobSettings
 from missions.meeting.meeting import Pursuit
 from missions.meeting.roles import founding_of, listed_faults, with_job_roles
-from missions.meeting.staying import DONE_BY, SiteSurvey, SurveyingSite
+from missions.meeting.staying import DONE_BY, THERE_M, SiteSurvey, SurveyingSite
 from missions.metric import Metric
-from missions.resupply.boring import BRINGS, HALTED, Boring, Bringing, Drilling
-from missions.resupply.energy import ChargerSettings, DrillSettings, Transfer
+from missions.resupply.boring import BRINGS, IS_HALTED, Boring, Bringing, Drilling, HelpAtBerth
+from missions.resupply.energy import STORE_CHARGE, ChargerSettings, DrillSettings, Energies, Transfer
+from missions.resupply.passing import Passing
 from missions.resupply.truth import ENERGY, FIGURES, METRICS, ResupplyTruth
 from missions.scenarios.tables import Name, PointM, Positive, Raw, Section, entries, is_number, names_of, table_of
 from remoras.activities import Objective
@@ -30,7 +32,7 @@ from remoras.avoidance import SEPARATION_M
 from remoras.behaviours import Behaviour
 from remoras.database import VehicleData
 from remoras.htn import FactsLike
-from remoras.mission import ABILITIES
+from remoras.mission import ABILITIES, FleetView
 from remoras.recorder import Recorder, Table
 from remoras.sensor import SensorSettings
 from remoras.work import Job, Point
@@ -39,7 +41,7 @@ ROOM = 1.65
 """Vehicles that lie beside each other are so many separations apart at least: their margin, and half of it."""
 FARTHEST_M = 20.0
 """No berth is farther beside its hole: an obstacle sonar sees who lies there."""
-TOLD = {HALTED: URGENCY, BRINGS: URGENCY, "isImpossible": URGENCY}
+TOLD = {IS_HALTED: URGENCY, BRINGS: URGENCY, "isImpossible": URGENCY, STORE_CHARGE: 10}
 """How urgently vehicles need what the scenario does not list itself."""
 
 
@@ -89,7 +91,7 @@ class ResupplyMission(HelpMission):
     Scenario = ResupplyScenario
     group_missions = ("Sampling",)
     objective = "Sampling"
-    needs = (*HelpMission.needs, "objectiveSampling", DONE_BY, HALTED, BRINGS)
+    needs = (*HelpMission.needs, "objectiveSampling", DONE_BY, IS_HALTED, BRINGS)
     vocabulary = (Path(__file__).with_name("vocabulary.ttl"), ABILITIES)
     sensors: ClassVar[Mapping[str, type[SensorSettings]]] = {"drill": DrillSettings, "charger": ChargerSettings}
     tables: ClassVar[tuple[Table, ...]] = (*HelpMission.tables, ENERGY)
@@ -111,11 +113,6 @@ class ResupplyMission(HelpMission):
         """The sites and the holes."""
         self._transfer = Transfer(**scenario.transfer.model_dump())
         self._borings = {one.name: Boring(one.name, one.position_m, one.stay_s, one.drill) for one in scenario.boring}
-        self._full_j = {
-            name: max((drill.battery_j for drill in _of_type(scenario, "drill", DrillSettings)
-                       if drill.name == one.drill), default=0.0)
-            for name, one in self._borings.items()
-        }  # fmt: skip
         self._sites = {one.name: SiteSurvey(one.name, one.position_m, one.stay_s) for one in scenario.site}
         return [*self._sites.values(), *self._borings.values()]
 
@@ -131,9 +128,17 @@ class ResupplyMission(HelpMission):
         kinds = [("boring" if name in self._borings else "site", job) for name, job in self.jobs.items()]
         return [*points, *(Place(job.name, kind, (job.place_m,)) for kind, job in kinds)]
 
-    def truth(self, recorder: Recorder, world: Any) -> ResupplyTruth:
-        """Keeps account of energy, and notes what was really bored."""
-        return ResupplyTruth(self.meeting, self.objective, recorder, self._borings, self._transfer)
+    def world(self, seed: int) -> Energies:
+        """Full batteries and stores, and nothing bored."""
+        return Energies()
+
+    def nature(self, world: Energies) -> Callable[[FleetView, float], None]:
+        """Energy passes, and drills work."""
+        return Passing(self._borings, self._transfer, world).go_on
+
+    def truth(self, recorder: Recorder, world: Energies) -> ResupplyTruth:
+        """Notes what befell holes, and what was really bored."""
+        return ResupplyTruth(self.meeting, self.objective, recorder, self._borings, world)
 
     # Who does what -------------------------------------------------------------------------------
 
@@ -147,34 +152,33 @@ class ResupplyMission(HelpMission):
         return self._borings
 
     def activity_sets(self, objective: Objective, data: VehicleData, facts: FactsLike, position_m: Point) -> Pursuit:
-        """Those of every mission in which others are helped; whoever helps has a charger, and switches it on."""
+        """Those of every mission in which others are helped; whoever helps has a charger, and switches it on.
+
+        At a hole that nobody is to bore any more nobody waits, whatever was said of it last.
+        """
         sets, rests_on = super().activity_sets(objective, data, facts, position_m)
-        if objective.name == self.objective or not any(one.activities[0].name == self.help_activity for one in sets):
+        if objective.name != HELPING:
             return sets, rests_on
         charger = data.sensor(ChargerSettings)
         if charger is None:
             return (), rests_on
+        helps = [(one, one.activities[0]) for one in sets]
+        is_held = [(one, activity) for one, activity in helps if activity.parameters[-1]]
         on = (charger.name,)
-        return tuple(replace(one, activities=(replace(one.activities[0], sensors=on),)) for one in sets), rests_on
+        return tuple(replace(one, activities=(replace(activity, sensors=on),)) for one, activity in is_held), rests_on
 
     def helper(self, job: str, group: str, holders: Collection[str], data: VehicleData) -> Behaviour:
         """To bring energy to a hole."""
-        help = Help(job, group, holders, data.name, 1, BRINGS, self.helped)
+        help = HelpAtBerth(job, group, holders, data.name, 1, BRINGS, self.helped)
         charger = data.sensor(ChargerSettings) or ChargerSettings()
-        return Bringing(self._borings[job], self._transfer, self._full_j[job], help, charger, data)
+        return Bringing(self._borings[job], self._transfer, help, charger, data)
 
     def behaviour_at(self, job: Job, data: VehicleData) -> Behaviour:
         """The survey of a site, or a boring."""
         if isinstance(job, Boring):
-            others = [one for one in self._borings.values() if one.drill == job.drill and one.name != job.name]
-            return Drilling(job, others, self._transfer, self.scenario.mission.wait_s, data)
+            others = {name for name, one in self._borings.items() if one.drill == job.drill and name != job.name}
+            return Drilling(job, others, self.scenario.mission.wait_s, data)
         return SurveyingSite(self._sites[job.name], data)
-
-
-def _of_type(scenario: ResupplyScenario, kind: str, settings: type[Any]) -> list[Any]:
-    """Settings of all sensors of a type in the fleet."""
-    tables = [sensor for vehicle in scenario.vehicle for sensor in vehicle.sensor if sensor.get("type") == kind]
-    return [settings(**{"name": kind, **table}) for table in tables]
 
 
 # What a scenario gains ---------------------------------------------------------------------------
@@ -209,6 +213,7 @@ def resupply_faults(raw: Raw) -> Iterator[ConfigurationFault]:
                 f"no vehicle has such a drill; allowed: {', '.join(sorted(drills)) or 'none, as there is no drill'}"
             )
             yield ConfigurationFault(f"boring.{boring.get('name')}.drill", f'"{drill}"', allowed)
+    yield from _holes_in_each_other(raw)
     separation_m = table_of(raw, "guidance").get("separation_m", SEPARATION_M)
     least_m = ROOM * separation_m if is_number(separation_m) else 0.0
     berth_m = table_of(raw, "transfer").get("berth_m", TransferTable().berth_m)
@@ -217,3 +222,14 @@ def resupply_faults(raw: Raw) -> Iterator[ConfigurationFault]:
             f"allowed: {least_m:.3g} to {FARTHEST_M:g}, so that vehicles keep clear of each other, and see each other"
         )
         yield ConfigurationFault("transfer.berth_m", str(berth_m), allowed)
+
+
+def _holes_in_each_other(raw: Raw) -> Iterator[ConfigurationFault]:
+    """Holes so near to each other that a drill would be at both."""
+    places = [(boring.get("name"), boring.get("position_m")) for boring in entries(raw, "boring")]
+    sound = [(name, at_m) for name, at_m in places if isinstance(at_m, list | tuple) and len(at_m) == 2]
+    for number, (name, at_m) in enumerate(sound):
+        for other, other_m in sound[:number]:
+            if all(map(is_number, (*at_m, *other_m))) and math.dist(at_m, other_m) <= 2.0 * THERE_M:
+                allowed = f"more than {2.0 * THERE_M:g} m from {other}: a drill is at one hole"
+                yield ConfigurationFault(f"boring.{name}.position_m", str(list(at_m)), allowed)

@@ -7,15 +7,21 @@ from collections.abc import Collection, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from exchange.arithmetic import distance
 from missions.figure import Declared, Figure, Mark, RunResults, Style
 from missions.meeting.meeting import Meeting
 from missions.meeting.progress import done_s, draw_steps, first_s, mean_of_all_s
-from missions.meeting.staying import THERE_M
 from missions.meeting.truth import JOBS, JobTruth
 from missions.metric import Better, MeasuredRun, Metric
 from missions.resupply.boring import Boring
-from missions.resupply.energy import LEAST_SHARE, ChargerSettings, DrillSettings, Transfer
+from missions.resupply.energy import (
+    BORED,
+    BROUGHT,
+    CAME,
+    HALTED,
+    LEAST_SHARE,
+    ChargerSettings,
+    Energies,
+)
 from remoras.mission import FleetView, VehicleView
 from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
 from remoras.work import Job
@@ -28,38 +34,27 @@ ENERGY = Table(
 )
 """What befell a hole: its drill had no energy (``halted``), another one ``came`` and passed some on, had ``brought``
 so much when it left, and the hole was really ``bored``."""
-HALTED, CAME, BROUGHT, BORED = "halted", "came", "brought", "bored"
-GAP_S = 20.0
-"""Who passes energy on again within this time has not left meanwhile."""
-BORED_SHARE = 0.98
-"""A hole is bored once the drill has really worked on it for this share of the time that it takes: a vehicle counts by
-decisions, and by where it takes itself to be."""
 
 
 class ResupplyTruth(JobTruth):
-    """Keeps account of all energy, whatever vehicles believe, and notes which holes were bored with it.
+    """Notes what really befell holes, whatever vehicles believe, and which were bored.
 
     Args:
         meeting: of the mission; objective: of roles with a job; recorder: takes the rows.
-        borings: by name; transfer: how energy passes over.
+        borings: by name; energies: of the run.
     """
 
     def __init__(
-        self, meeting: Meeting, objective: str, recorder: Recorder, borings: Mapping[str, Boring], transfer: Transfer
+        self, meeting: Meeting, objective: str, recorder: Recorder, borings: Mapping[str, Boring], energies: Energies
     ) -> None:
         super().__init__(meeting, objective, recorder)
-        self._energy = recorder.rows(ENERGY.name)
-        self._borings, self._transfer = borings, transfer
+        self._energy_rows = recorder.rows(ENERGY.name)
+        self._borings, self._energies = borings, energies
         self._open = set(borings)
-        self._worked_s = dict.fromkeys(borings, 0.0)
-        self.battery_j: dict[str, float] = {}
-        self.store_j: dict[str, float] = {}
-        self._passing: dict[
-            tuple[str, str], tuple[float, float]
-        ] = {}  # by who brings and hole: energy so far, when last
-        self._halted: set[str] = set()
-        self._is_starved = False
-        self._last_s = 0.0
+        self._starved: set[str] = set()
+        self._halted_s: dict[str, float] = {}  # since when, where nobody has come
+        self._is_left = False
+        self._n_noted = 0
 
     @property
     def jobs_done(self) -> Collection[str]:
@@ -74,94 +69,74 @@ class ResupplyTruth(JobTruth):
     @property
     def jobs_as_they_are(self) -> Mapping[str, Job]:
         """Holes for which no energy is left are beyond everybody."""
-        if not self._is_starved:
-            return self._jobs
-        return {**self._jobs, **{name: replace(self._borings[name], is_starved=True) for name in self._open}}
+        return {**self._jobs, **{name: replace(self._borings[name], is_starved=True) for name in self._starved}}
 
     def reachable_fraction(self, fleet: FleetView) -> float:
         """Share of the goal that somebody left is able to reach with the energy that is left."""
-        stores = any(self.store_j.get(vehicle.name, 1.0) > 0.0 for vehicle in fleet.vehicles if self._charger(vehicle))
-        self._is_starved = not stores and all(
-            self.battery_j.get(vehicle.name, math.inf) < LEAST_SHARE * drill.battery_j
-            for vehicle in fleet.vehicles
-            for drill in self._drills(vehicle)
-        )
+        self._starved = set() if self._is_energy_left(fleet) else {
+            name for name in self._open if not self._is_drill_charged(fleet, self._borings[name])
+        }  # fmt: skip
         return super().reachable_fraction(fleet)
 
-    def watch(self, fleet: FleetView, now_s: float) -> None:
-        """Pass energy on and let drills work for the time since the last look, and note what was done."""
-        super().watch(fleet, now_s)
-        dt_s, self._last_s = now_s - self._last_s, now_s
-        if dt_s <= 0.0:
-            return
+    def _is_energy_left(self, fleet: FleetView) -> bool:
+        """True if somebody is left with something in a store."""
         for vehicle in fleet.vehicles:
-            for boring in self._borings.values():
-                drill = boring.drill_of(vehicle.data)
-                if drill is not None and drill.name in vehicle.sensing and _is_there(vehicle, boring.place_m):
-                    self._come_in(fleet, vehicle, boring, drill, dt_s, now_s)
-                    self._bore(vehicle, boring, drill, dt_s, now_s)
-        for key, (_, last_s) in list(self._passing.items()):
-            if now_s - last_s > GAP_S:
-                self._note_brought(key)
+            data = vehicle.able_data
+            charger = None if data is None else data.sensor(ChargerSettings)
+            if charger is not None and charger.of(vehicle.name, self._energies).left_j > 0.0:
+                return True
+        return False
 
-    def _note_brought(self, key: tuple[str, str]) -> None:
-        energy_j, last_s = self._passing.pop(key)
-        self._energy.append((last_s, *key, BROUGHT, energy_j))
+    def _is_drill_charged(self, fleet: FleetView, boring: Boring) -> bool:
+        """True if somebody is left whose drill for that hole goes on boring with what it has."""
+        for vehicle in fleet.vehicles:
+            data = vehicle.able_data
+            drill = None if data is None else boring.drill_of(data)
+            if drill is not None and drill.of(vehicle.name, self._energies).left_j >= LEAST_SHARE * drill.battery_j:
+                return True
+        return False
 
-    def _bore(self, vehicle: VehicleView, boring: Boring, drill: DrillSettings, dt_s: float, now_s: float) -> None:
-        left_j = self.battery_j.setdefault(vehicle.name, drill.battery_j)
-        most_j = min(drill.power_w * dt_s, left_j, drill.power_w * (boring.stay_s - self._worked_s[boring.name]))
-        used_j = 0.0 if boring.name in self._halted else max(0.0, most_j)
-        self.battery_j[vehicle.name] = left_j - used_j
-        self._worked_s[boring.name] += used_j / drill.power_w
-        if boring.name in self._open and self._worked_s[boring.name] >= BORED_SHARE * boring.stay_s:
-            self._open.remove(boring.name)
-            self._energy.append((now_s, vehicle.name, boring.name, BORED, 0.0))
-        elif self.battery_j[vehicle.name] <= 0.0 and boring.name not in self._halted:
-            self._halted.add(boring.name)
-            self._energy.append((now_s, vehicle.name, boring.name, HALTED, 0.0))
+    @property
+    def is_given_up(self) -> bool:
+        """True if vehicles say so, or have left each job that is open, of which nobody tells others."""
+        return super().is_given_up or self._is_left
 
-    def _come_in(
-        self, fleet: FleetView, vehicle: VehicleView, boring: Boring, drill: DrillSettings, dt_s: float, now_s: float
-    ) -> None:
-        """Energy from whoever lies at the berth with its charger on."""
-        berth_m, comes = self._transfer.berth(boring.place_m), False
-        for other in fleet.vehicles:
-            charger = self._charger(other)
-            if charger is None or charger.name not in other.sensing or not _is_there(other, berth_m):
-                continue
-            store_j = self.store_j.setdefault(other.name, charger.store_j)
-            lacks_j = drill.battery_j - self.battery_j.setdefault(vehicle.name, drill.battery_j)
-            passes_j = self._transfer.passes_j(dt_s, store_j, lacks_j)
-            if passes_j > 0.0:
-                self.store_j[other.name] = store_j - passes_j / self._transfer.efficiency
-                self.battery_j[vehicle.name] += passes_j
-                key, comes = (other.name, boring.name), True
-                if key not in self._passing:
-                    self._energy.append((now_s, *key, CAME, 0.0))
-                self._passing[key] = self._passing.get(key, (0.0, now_s))[0] + passes_j, now_s
-        if not comes and self.battery_j.get(vehicle.name, math.inf) >= LEAST_SHARE * drill.battery_j:
-            self._halted.discard(boring.name)
+    def watch(self, fleet: FleetView, now_s: float) -> None:
+        """Note what has happened since the last look."""
+        super().watch(fleet, now_s)
+        self._note_events()
+        self._is_left = bool(self._halted_s) and not any(
+            vehicle.communicates or self._holds_any(vehicle) for vehicle in fleet.vehicles
+        )
+
+    def _holds_any(self, vehicle: VehicleView) -> bool:
+        """True if a vehicle, as it sees itself, has a job that is open."""
+        if not vehicle.is_alive:
+            return False
+        plays, done = vehicle.organisation.plays, self.jobs_done
+        roles = [(group.name, role) for group in self._groups for role in group.roles if role.job is not None]
+        return any(role.job not in done and plays(vehicle.name, group, role.name) for group, role in roles)
+
+    def _note_events(self) -> None:
+        events = self._energies.events
+        for event in events[self._n_noted :] if len(events) > self._n_noted else ():
+            self._energy_rows.append(event)
+            if event[3] == BORED:
+                self._open.discard(event[2])
+            if event[3] == HALTED:
+                self._halted_s[event[2]] = event[0]
+            elif event[3] in (CAME, BORED):
+                self._halted_s.pop(event[2], None)
+        self._n_noted = len(events)
 
     def close(self, fleet: FleetView, now_s: float) -> str:
-        """Say who is missing where, and what was not done; whoever passes energy on has brought so much."""
-        for key in list(self._passing):
-            self._note_brought(key)
-        return super().close(fleet, now_s)
-
-    @staticmethod
-    def _charger(vehicle: VehicleView) -> ChargerSettings | None:
-        data = vehicle.able_data
-        return None if data is None else data.sensor(ChargerSettings)
-
-    @staticmethod
-    def _drills(vehicle: VehicleView) -> list[DrillSettings]:
-        data = vehicle.able_data
-        return [] if data is None else [one for one in data.sensors if isinstance(one, DrillSettings)]
-
-
-def _is_there(vehicle: VehicleView, place_m: tuple[float, float]) -> bool:
-    return vehicle.is_alive and distance(vehicle.position_m, place_m) <= THERE_M
+        """Say who is missing where, what was not done, and where no energy came to."""
+        for key in list(self._energies.passing):
+            self._energies.note_left(key)
+        self._note_events()
+        reason = super().close(fleet, now_s)
+        halted = ", ".join(f"{hole} since {at_s:.0f} s" for hole, at_s in self._halted_s.items() if hole in self._open)
+        return "; ".join(text for text in (reason, f"without energy: {halted}" if halted else "") if text)
 
 
 # What the results say ----------------------------------------------------------------------------

@@ -24,6 +24,7 @@ from remoras.fault_events import faults_part
 from remoras.faults import Fault, drawn
 from remoras.fleet import Fleet, Makers
 from remoras.functional.layer import FunctionalLayer
+from remoras.mission import Mission
 from remoras.picture import Picture
 from remoras.radio import Radio, RenewedNeeds
 from remoras.recorder import Recorder
@@ -34,6 +35,7 @@ from remoras.social.needs import GroupNeeds
 from remoras.solo import Solo
 from remoras.traffic import Medium
 from remoras.vehicle import Layers, Vehicle, go_on
+from remoras.view import ReadOnlyFleet
 from worldmodel import WorldModel
 
 
@@ -138,7 +140,9 @@ def assemble(
     parts = feature_parts(setup, recorder, seed)
     if common is not None:
         parts.append(common.part)
-    shared = Shared(setup, seed, mission.world(seed), recorder, parts)
+    world = mission.world(seed)
+    parts += nature_of(mission, world)
+    shared = Shared(setup, seed, world, recorder, parts)
 
     def anew(model: Fleet, before: Vehicle, remembers: bool) -> Vehicle:
         return vehicle_anew(model, shared, before, remembers)
@@ -194,6 +198,12 @@ def feature_parts(setup: Setup, recorder: Recorder, seed: int, is_alone: bool = 
     parts = [part for feature in setup.features if (part := feature.part(joining)) is not None]
     own: Part | None = setup.strategy.declaration.part
     return parts if own is None else [*parts, own]
+
+
+def nature_of(mission: Mission, world: Any) -> list[Part]:
+    """What changes the world of a run, if anything does."""
+    changes = mission.nature(world)
+    return [] if changes is None else [Part(watch=lambda vehicles, now_s: changes(ReadOnlyFleet.of(vehicles), now_s))]
 
 
 def _lease(shared: Shared) -> Lease:

@@ -29,6 +29,12 @@ def hook_faults(reference: str, made: Mission) -> Iterator[ConfigurationFault]:
     hooks: tuple[tuple[str, str, Callable[[Any], bool], Callable[[], Any]], ...] = (
         ("jobs", f"objects by name, each with {', '.join(PARTS_OF_JOB)}", _are_jobs, lambda: made.jobs),
         ("world", "what its sensors perceive", lambda found: True, lambda: made.world(0)),
+        (
+            "nature",
+            "None, or what is called with the fleet and the time",
+            lambda found: found is None or callable(found),
+            lambda: made.nature(made.world(0)),
+        ),
         ("social_domain", _allowed_domain(), _is_domain, lambda: made.social_domain),
         (
             "founding_objectives",
