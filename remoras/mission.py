@@ -225,15 +225,7 @@ class FunctionalPart(Protocol):
     def world(self, seed: int) -> Any:
         """What sensors perceive in the run with that seed: a pure function of it, since metrics ask for it again.
 
-        All vehicles and the truth of a run share the object: nothing may change in it, but by ``nature``.
-        """
-        return None
-
-    def nature(self, world: Any) -> Callable[[FleetView, float], None] | None:
-        """What changes the world of a run: called with the fleet and the true time (s) whenever truth looks, before it.
-
-        It happens between vehicles, whether truth looks or not, so that a sensor perceives it in the next motion tick.
-        None by default: nothing changes. A vehicle by itself, see ``remoras.solo``, is refused a mission that has it.
+        All vehicles and the truth of a run share the object: nothing may change in it, but by ``Mission.nature``.
         """
         return None
 
@@ -277,6 +269,14 @@ class Mission(SocialPart, FunctionalPart, Protocol):
             world: of the run, the object that sensors perceive.
         """
         ...
+
+    def nature(self, world: Any) -> Callable[[FleetView, float], None] | None:
+        """What changes the world of a run: called with the fleet and the true time (s) whenever truth looks, before it.
+
+        It happens between vehicles, whether truth looks or not, so that a sensor perceives it in the next motion tick.
+        None by default: nothing changes. A vehicle by itself, see ``remoras.solo``, is refused a mission that has it.
+        """
+        return None
 
     @classmethod
     def check(cls, raw: Mapping[str, Any]) -> Iterable[Any]:

@@ -27,7 +27,7 @@ from missions.resupply.energy import STORE_CHARGE, ChargerSettings, DrillSetting
 from missions.resupply.passing import Passing
 from missions.resupply.truth import ENERGY, FIGURES, METRICS, ResupplyTruth
 from missions.scenarios.tables import Name, PointM, Positive, Raw, Section, entries, is_number, names_of, table_of
-from remoras.activities import Objective
+from remoras.activities import Activity, Objective
 from remoras.avoidance import SEPARATION_M
 from remoras.behaviours import Behaviour
 from remoras.database import VehicleData
@@ -162,10 +162,13 @@ class ResupplyMission(HelpMission):
         charger = data.sensor(ChargerSettings)
         if charger is None:
             return (), rests_on
-        helps = [(one, one.activities[0]) for one in sets]
-        is_held = [(one, activity) for one, activity in helps if activity.parameters[-1]]
         on = (charger.name,)
-        return tuple(replace(one, activities=(replace(activity, sensors=on),)) for one, activity in is_held), rests_on
+        helps = [(one, one.activities[0]) for one in sets if self.is_waited_for(one.activities[0])]
+        return tuple(replace(one, activities=(replace(activity, sensors=on),)) for one, activity in helps), rests_on
+
+    def is_waited_for(self, help: Activity) -> bool:
+        """True if somebody is to bore the hole at which an activity helps."""
+        return bool(help.parameters[-1])
 
     def helper(self, job: str, group: str, holders: Collection[str], data: VehicleData) -> Behaviour:
         """To bring energy to a hole."""

@@ -90,16 +90,6 @@ def test_nobody_takes_a_hole_for_bored_that_is_not(keys: tuple[str, ...]) -> Non
     assert all(claimed[hole] >= bored_s[hole] for hole in claimed)
 
 
-def test_a_vehicle_that_lost_its_memory_takes_its_battery_for_empty() -> None:
-    """So it gets energy, and says of no hole that it is bored which is not."""
-    done = sampled(1, 'fault=[{kind="restarts",vehicle="AUV03",at_s=700.0,until_s=760.0,memory="lost"}]')
-    assert done.completed
-    charges = [float(row[6]) for row in done.recorder.items if row[5] == "drillCharge" and row[4] == "AUV03"]
-    assert charges[0] == 1.0
-    first = next(row for row in done.recorder.items if row[5] == "drillCharge" and row[4] == "AUV03" and row[3] > 760.0)
-    assert float(first[6]) == 0.0
-
-
 @pytest.mark.parametrize(
     ("keys", "says"),
     [

@@ -36,6 +36,11 @@ def test_energy_that_cannot_pass(tmp_path: Path, table: str, change: dict[str, A
         ("boring", {"name": "site 1"}, 'boring.site 1.name = "site 1": is taken'),
         ("site", {"name": "site 2"}, 'site.site 2.name = "site 2": is taken'),
         ("boring", {"position_m": [900.0, 0.0]}, r"boring.hole 1.position_m = \[900.0, 0.0\]: outside the world"),
+        (
+            "boring",
+            {"position_m": [-240.0, 93.0]},
+            r"boring.hole 2.position_m = \[-240.0, 90.0\]: more than 4 m from hole 1: a drill is at one hole",
+        ),
         ("boring", {"drill": "saw"}, 'boring.hole 1.drill = "saw": no vehicle has such a drill; allowed: auger, corer'),
     ],
 )
