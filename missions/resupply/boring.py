@@ -149,6 +149,11 @@ class HelpAtBerth(Help):
     would that one: both would lie about the berth.
     """
 
+    @property
+    def is_awaited(self) -> bool:
+        """True if somebody is to bore the hole: else nobody waits there, whatever was said of it last."""
+        return bool(self.holders)
+
     def goes_before(self, name: str, its_m: float, to_go_m: float) -> bool:
         """True if the other one is there, or much nearer, or as near and the first by name."""
         if self.is_on and to_go_m <= IN_PLACE_M:
@@ -177,7 +182,7 @@ class Bringing(Behaviour):
     """
 
     def __init__(
-        self, boring: Boring, transfer: Transfer, help: Help, charger: ChargerSettings, data: VehicleData
+        self, boring: Boring, transfer: Transfer, help: HelpAtBerth, charger: ChargerSettings, data: VehicleData
     ) -> None:
         self._boring, self._help, self._charger, self._data = boring, help, charger, data
         self._berth_m = transfer.berth(boring.place_m)
@@ -189,6 +194,7 @@ class Bringing(Behaviour):
         is_of_use = self._help.is_of_use(self._berth_m, to_go_m, picture, performed)
         return (
             is_of_use
+            and self._help.is_awaited
             and bool(facts.get((IS_HALTED, self._boring.name)))
             and facts.get(self._boring.done) is None
             and self._charger.name in picture.body.answering

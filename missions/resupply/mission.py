@@ -6,7 +6,6 @@ Nobody but the vehicle with the drill is able to bore a hole. What moves others 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -14,6 +13,7 @@ from typing import Any, ClassVar
 
 from pydantic import Field
 
+from exchange.arithmetic import distance
 from missions.errors import ConfigurationFault
 from missions.figure import Declared, Place
 from missions.meeting.helping import HELPING, URGENCY, HelpMission
@@ -27,7 +27,7 @@ from missions.resupply.energy import STORE_CHARGE, ChargerSettings, DrillSetting
 from missions.resupply.passing import Passing
 from missions.resupply.truth import ENERGY, FIGURES, METRICS, ResupplyTruth
 from missions.scenarios.tables import Name, PointM, Positive, Raw, Section, entries, is_number, names_of, table_of
-from remoras.activities import Activity, Objective
+from remoras.activities import Objective
 from remoras.avoidance import SEPARATION_M
 from remoras.behaviours import Behaviour
 from remoras.database import VehicleData
@@ -152,10 +152,7 @@ class ResupplyMission(HelpMission):
         return self._borings
 
     def activity_sets(self, objective: Objective, data: VehicleData, facts: FactsLike, position_m: Point) -> Pursuit:
-        """Those of every mission in which others are helped; whoever helps has a charger, and switches it on.
-
-        At a hole that nobody is to bore any more nobody waits, whatever was said of it last.
-        """
+        """Those of every mission in which others are helped; whoever helps has a charger, and switches it on."""
         sets, rests_on = super().activity_sets(objective, data, facts, position_m)
         if objective.name != HELPING:
             return sets, rests_on
@@ -163,12 +160,7 @@ class ResupplyMission(HelpMission):
         if charger is None:
             return (), rests_on
         on = (charger.name,)
-        helps = [(one, one.activities[0]) for one in sets if self.is_waited_for(one.activities[0])]
-        return tuple(replace(one, activities=(replace(activity, sensors=on),)) for one, activity in helps), rests_on
-
-    def is_waited_for(self, help: Activity) -> bool:
-        """True if somebody is to bore the hole at which an activity helps."""
-        return bool(help.parameters[-1])
+        return tuple(replace(one, activities=(replace(one.activities[0], sensors=on),)) for one in sets), rests_on
 
     def helper(self, job: str, group: str, holders: Collection[str], data: VehicleData) -> Behaviour:
         """To bring energy to a hole."""
@@ -229,10 +221,13 @@ def resupply_faults(raw: Raw) -> Iterator[ConfigurationFault]:
 
 def _holes_in_each_other(raw: Raw) -> Iterator[ConfigurationFault]:
     """Holes so near to each other that a drill would be at both."""
-    places = [(boring.get("name"), boring.get("position_m")) for boring in entries(raw, "boring")]
-    sound = [(name, at_m) for name, at_m in places if isinstance(at_m, list | tuple) and len(at_m) == 2]
-    for number, (name, at_m) in enumerate(sound):
-        for other, other_m in sound[:number]:
-            if all(map(is_number, (*at_m, *other_m))) and math.dist(at_m, other_m) <= 2.0 * THERE_M:
-                allowed = f"more than {2.0 * THERE_M:g} m from {other}: a drill is at one hole"
-                yield ConfigurationFault(f"boring.{name}.position_m", str(list(at_m)), allowed)
+    least_m, before = 2.0 * THERE_M, list[tuple[Any, Point]]()
+    for boring in entries(raw, "boring"):
+        name, place_m = boring.get("name"), boring.get("position_m")
+        if not isinstance(place_m, list | tuple) or len(place_m) != 2 or not all(map(is_number, place_m)):
+            continue
+        at_m = place_m[0], place_m[1]
+        if other := next((other for other, other_m in before if distance(at_m, other_m) <= least_m), None):
+            allowed = f"more than {least_m:g} m from {other}: a drill is at one hole"
+            yield ConfigurationFault(f"boring.{name}.position_m", str(list(at_m)), allowed)
+        before.append((name, at_m))

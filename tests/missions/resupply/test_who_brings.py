@@ -8,7 +8,6 @@ from resupplying import OFF, events, sampled
 
 from missions.meeting.helping import Help
 from missions.resupply.boring import Bringing, HelpAtBerth
-from missions.resupply.mission import ResupplyMission
 from missions.runs.run import Run, run
 from missions.scenarios import load
 
@@ -63,7 +62,7 @@ def test_nobody_helps_at_a_hole_whose_vehicle_is_lost(monkeypatch: pytest.Monkey
     done = sampled(1, LOST)
     assert not done.completed
     assert "no vehicle left that is able to do hole 2, hole 3, hole 4" in done.reason
-    monkeypatch.setattr(ResupplyMission, "is_waited_for", lambda self, help: True)
+    monkeypatch.setattr(HelpAtBerth, "is_awaited", True)
     assert ended_s(anew(1, LOST)) > ended_s(done) + 500.0
 
 
