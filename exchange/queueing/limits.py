@@ -24,6 +24,9 @@ from worldmodel import Terms
 
 DEFAULT_TIME_TO_LIVE_S = 1800.0
 """Time to live that rules take where a need names none; Goby's default."""
+LAST_SHARE = 0.1
+"""``Deadline`` counts the time left as this share of the time to live at least, overdue or not: more than what an item
+that was said often may still be lacking is worth, so that it is not said for ever before what is new."""
 
 
 class QueueLimits:
@@ -253,17 +256,19 @@ class Deadline:
     name = "deadline"
 
     def place(self, waiting: Waiting) -> QueuePlace:
-        """One group for each priority and number of times that it was said; the earliest deadline first."""
-        return QueuePlace((waiting.priority, min(waiting.n_said, MOST_SAID)), -self._deadline_s(waiting))
+        """One group for each priority, time to live and number of times said; the earliest deadline first."""
+        alike = waiting.priority, _rated_s(waiting), min(waiting.n_said, MOST_SAID)
+        return QueuePlace(alike, -self._deadline_s(waiting))
 
     def value(self, waiting: Waiting, moment: Moment) -> float:
-        """The time left counts as a second at least.
+        """The time left counts as ``LAST_SHARE`` of the time to live at least.
 
         >>> Deadline().value(Waiting(priority=20, observed_s=0.0, terms=Terms(time_to_live_s=60.0)), Moment(50.0, 1))
         2.0
         """
         lacked = LACKED_AFTER[min(waiting.n_said, MOST_SAID)]
-        return waiting.priority * lacked / max(1.0, self._deadline_s(waiting) - moment.now_s)
+        least_s = LAST_SHARE * _rated_s(waiting)
+        return waiting.priority * lacked / max(least_s, self._deadline_s(waiting) - moment.now_s)
 
     def _deadline_s(self, waiting: Waiting) -> float:
         return waiting.observed_s + _rated_s(waiting)

@@ -83,10 +83,10 @@ class Energies:
             self.events.append((now_s, *key, CAME, 0.0))
         self.passing[key] = self.passing.get(key, (0.0, now_s))[0] + energy_j, now_s
 
-    def note_left(self, key: tuple[str, str]) -> None:
+    def note_left(self, key: tuple[str, str], now_s: float) -> None:
         """Nothing passes from that vehicle there any more."""
-        energy_j, last_s = self.passing.pop(key)
-        self.events.append((last_s, *key, BROUGHT, energy_j))
+        energy_j, _ = self.passing.pop(key)
+        self.events.append((now_s, *key, BROUGHT, energy_j))
 
 
 class EquipmentSettings(SensorSettings):

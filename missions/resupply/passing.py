@@ -62,7 +62,7 @@ class Passing:
                     self._let_work(fleet, vehicle, settings, dt_s, now_s)
         for key, (_, last_s) in list(self._energies.passing.items()):
             if now_s - last_s > GAP_S:
-                self._energies.note_left(key)
+                self._energies.note_left(key, now_s)
 
     def _let_work(
         self, fleet: FleetView, vehicle: VehicleView, settings: DrillSettings, dt_s: float, now_s: float

@@ -132,7 +132,7 @@ class ResupplyTruth(JobTruth):
     def close(self, fleet: FleetView, now_s: float) -> str:
         """Say who is missing where, what was not done, and where no energy came to."""
         for key in list(self._energies.passing):
-            self._energies.note_left(key)
+            self._energies.note_left(key, now_s)
         self._note_events()
         reason = super().close(fleet, now_s)
         halted = ", ".join(f"{hole} since {at_s:.0f} s" for hole, at_s in self._halted_s.items() if hole in self._open)

@@ -161,6 +161,18 @@ def test_by_every_rule_all_get_their_turn_where_nothing_is_acknowledged(name: st
     assert gone == set(range(6))
 
 
+@pytest.mark.parametrize("name", sorted(VALUE_RULES))
+def test_what_is_new_does_not_wait_for_what_nobody_acknowledges(name: str) -> None:
+    """Six items that were said for more than an hour, room for two: each that comes then goes within ten minutes."""
+    queue = Queue(VALUE_RULES[name])
+    for column in range(6):
+        take(queue, column)
+    for slot in range(500):
+        said(queue, 2, 10.0 * slot)
+    take(queue, 6, time_s=5000.0)
+    assert any(6 in said(queue, 2, 5000.0 + 10.0 * slot) for slot in range(60))
+
+
 # Terms --------------------------------------------------------------------------------------------
 
 

@@ -63,6 +63,13 @@ def test_no_energy_comes_from_nowhere() -> None:
         assert math.fsum(row[3] for row in events(done, "brought") if row[1] == vehicle) <= 0.7 * 500e3
 
 
+def test_what_befell_is_written_down_in_order() -> None:
+    """Also that somebody has left, which shows some seconds later."""
+    times_s = [row[0] for row in sampled(2).recorder.rows("energy")]
+    assert len(times_s) > 20
+    assert times_s == sorted(times_s)
+
+
 def test_energy_comes_in_while_both_are_in_place_and_no_faster_than_it_can() -> None:
     """Looked at in the tracks."""
     done = sampled(1)
