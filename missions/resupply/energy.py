@@ -9,6 +9,7 @@ The battery of a drill moves no vehicle: how far a vehicle gets is the affair of
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from dataclasses import dataclass, field
 from typing import ClassVar
 
@@ -90,12 +91,20 @@ class Energies:
 
 
 class EquipmentSettings(SensorSettings):
-    """What a drill and a charger have in common: they say whether they work."""
+    """What a drill and a charger have in common: they say whether they work, and what they have left."""
 
     @property
     def tells_state(self) -> bool:
         """The vehicle can ask it."""
         return True
+
+    def make(self, data: VehicleData) -> Sensor:
+        """The equipment of a vehicle."""
+        return Gauge(self, data.name)
+
+    @abstractmethod
+    def reading(self, vehicle: str, energies: Energies) -> list[Fact]:
+        """What that of a vehicle shows."""
 
 
 class DrillSettings(EquipmentSettings):
@@ -106,13 +115,17 @@ class DrillSettings(EquipmentSettings):
     battery_j: float = Field(90e3, gt=0.0, description="energy in its battery when that is full, as it is at the start")
     power_w: float = Field(300.0, gt=0.0, description="power that it takes from its battery while it bores")
 
-    def make(self, data: VehicleData) -> Sensor:
-        """The drill of a vehicle."""
-        return DrillReading(self, data.name)
-
     def of(self, vehicle: str, energies: Energies) -> Drill:
         """How that of a vehicle really is."""
         return energies.drills.get((vehicle, self.name)) or Drill(self.battery_j)
+
+    def reading(self, vehicle: str, energies: Energies) -> list[Fact]:
+        """What it does, what its battery has left, at which hole it is, and how far that is bored."""
+        drill = self.of(vehicle, energies)
+        read: list[Fact] = [(vehicle, DRILL_STATE, drill.state), (vehicle, DRILL_CHARGE, drill.left_j / self.battery_j)]
+        if drill.hole:
+            read += [(vehicle, BORES, drill.hole), (drill.hole, BORED_SHARE, energies.bored[drill.hole])]
+        return read
 
 
 class ChargerSettings(EquipmentSettings):
@@ -122,25 +135,34 @@ class ChargerSettings(EquipmentSettings):
 
     store_j: float = Field(300e3, ge=0.0, description="energy in its store at the start")
 
-    def make(self, data: VehicleData) -> Sensor:
-        """The charger of a vehicle."""
-        return ChargerReading(self, data.name)
-
     def of(self, vehicle: str, energies: Energies) -> Charger:
         """How that of a vehicle really is."""
         return energies.chargers.get((vehicle, self.name)) or Charger(self.store_j)
 
+    def reading(self, vehicle: str, energies: Energies) -> list[Fact]:
+        """What it does, and what its store has left."""
+        charger = self.of(vehicle, energies)
+        left = charger.left_j / self.store_j if self.store_j > 0.0 else 0.0
+        return [(vehicle, CHARGER_STATE, charger.state), (vehicle, STORE_CHARGE, left)]
 
-class Told:
-    """Keeps what a sensor has told, so that it tells of each fact what is new."""
 
-    def __init__(self) -> None:
+class Gauge:
+    """The sensor of a drill or a charger: it tells what has changed of its reading, and shares in steps.
+
+    Args:
+        settings: of the equipment; vehicle: that has it.
+    """
+
+    table = None
+
+    def __init__(self, settings: EquipmentSettings, vehicle: str) -> None:
+        self._settings, self._vehicle = settings, vehicle
         self._told: dict[tuple[str, str], object] = {}
 
-    def news(self, *read: Fact) -> list[Observation]:
-        """One observation of the facts that are not as they were told; shares are told in steps."""
+    def sense(self, pose: Pose, world: Energies, now_s: float) -> list[Observation]:
+        """One observation of the facts that are not as they were told."""
         facts = []
-        for fact in read:
+        for fact in self._settings.reading(self._vehicle, world):
             of, value = fact[:2], fact[2]
             step = _step(value) if isinstance(value, float) else value
             if self._told.get(of) != step:
@@ -151,46 +173,6 @@ class Told:
 
 def _step(share: float) -> int:
     return 0 if share <= 0.0 else STEPS + 1 if share >= 1.0 else 1 + math.floor(STEPS * share)
-
-
-class DrillReading:
-    """Tells what the drill of a vehicle does, at which hole, how deep that is, and what its battery has left.
-
-    Args:
-        settings: of the drill; vehicle: that has it.
-    """
-
-    table = None
-
-    def __init__(self, settings: DrillSettings, vehicle: str) -> None:
-        self._settings, self._vehicle, self._told = settings, vehicle, Told()
-
-    def sense(self, pose: Pose, world: Energies, now_s: float) -> list[Observation]:
-        """What is new of it."""
-        me, drill = self._vehicle, self._settings.of(self._vehicle, world)
-        read: list[Fact] = [(me, DRILL_STATE, drill.state), (me, DRILL_CHARGE, drill.left_j / self._settings.battery_j)]
-        if drill.hole:
-            read += [(me, BORES, drill.hole), (drill.hole, BORED_SHARE, world.bored[drill.hole])]
-        return self._told.news(*read)
-
-
-class ChargerReading:
-    """Tells what the charger of a vehicle does, and what its store has left.
-
-    Args:
-        settings: of the charger; vehicle: that has it.
-    """
-
-    table = None
-
-    def __init__(self, settings: ChargerSettings, vehicle: str) -> None:
-        self._settings, self._vehicle, self._told = settings, vehicle, Told()
-
-    def sense(self, pose: Pose, world: Energies, now_s: float) -> list[Observation]:
-        """What is new of it."""
-        me, charger, full_j = self._vehicle, self._settings.of(self._vehicle, world), self._settings.store_j
-        left = charger.left_j / full_j if full_j > 0.0 else 0.0
-        return self._told.news((me, CHARGER_STATE, charger.state), (me, STORE_CHARGE, left))
 
 
 @dataclass(frozen=True)

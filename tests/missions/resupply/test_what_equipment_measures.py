@@ -1,6 +1,5 @@
 """Drills and chargers measure what they have: nobody takes a hole for bored that is not, wherever others lie."""
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +17,6 @@ from missions.resupply.energy import (
     Charger,
     ChargerSettings,
     Drill,
-    DrillReading,
     DrillSettings,
     Energies,
 )
@@ -26,7 +24,7 @@ from missions.runs.assembly import assemble
 from missions.runs.run import Run, run
 from missions.runs.setup import resolved
 from missions.scenarios import load
-from remoras.sensor import Observation, Pose
+from remoras.sensor import Fact, Pose
 from stress.conformance import sensors as conformance
 
 AT = Pose(0.0, 0.0, 20.0, 0.0, 0.0)
@@ -61,15 +59,13 @@ def test_a_drill_that_counts_time_in_place_of_measuring_claims_what_is_not_bored
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The cause: what vehicles said was so before they measured."""
-    honest = DrillReading.sense
+    honest = DrillSettings.reading
 
-    def counts(self: DrillReading, pose: Pose, world: Energies, now_s: float) -> Sequence[Observation]:
-        drill = self._settings.of(self._vehicle, world)
-        if drill.state != HALTED:
-            return honest(self, pose, world, now_s)
-        return [Observation(((drill.hole, "boredShare", 1.0),))]
+    def counts(self: DrillSettings, vehicle: str, energies: Energies) -> list[Fact]:
+        drill = self.of(vehicle, energies)
+        return honest(self, vehicle, energies) if drill.state != HALTED else [(drill.hole, "boredShare", 1.0)]
 
-    monkeypatch.setattr(DrillReading, "sense", counts)
+    monkeypatch.setattr(DrillSettings, "reading", counts)
     done = flown_with_sites_at_berths(tmp_path, 1, "scenario.duration_s=1500.0")
     assert claimed_too_early(done)
 
