@@ -385,7 +385,8 @@ class JobTruth(MeetingTruth):
         reason = super().close(fleet, now_s)
         undone = [job for group in self._groups for job in self._undone(group)]
         told = [f"{job} impossible, as vehicles say since {at_s:.0f} s" for job, at_s in self._impossible.items()]
-        missing = [f"jobs not done: {', '.join(undone)}"] if reason and undone else []
+        is_short = bool(reason) or self.goal_fraction < 1.0  # all may be together since somebody said what is not so
+        missing = [f"jobs not done: {', '.join(undone)}"] if is_short and undone else []
         return "; ".join(text for text in (reason, *missing, *told) if text)
 
     def _undone(self, group: Group) -> list[str]:

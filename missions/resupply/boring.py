@@ -8,10 +8,12 @@ battery is full, or its store is empty.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection
 from dataclasses import dataclass
 
-from missions.meeting.helping import MUCH_NEARER_M, Help
+from exchange.arithmetic import distance
+from missions.meeting.helping import MUCH_NEARER_M, NEWS_FRAMES, Help
 from missions.meeting.staying import DONE_BY, THERE_M, SiteSurvey
 from missions.resupply.energy import (
     BORED_SHARE,
@@ -55,7 +57,7 @@ BRINGS, IS_HALTED = "brings", "isHalted"
 """Attributes: to which hole a vehicle has gone with energy last; whether the work at a hole is halted without it."""
 
 IN_PLACE_M = 5.0
-"""Who was heard this near to a berth lies there: where it said that it is is some seconds old."""
+"""Who was heard this near to a berth or a hole lies there: where it said that it is is some seconds old."""
 
 
 @dataclass(frozen=True)
@@ -149,11 +151,6 @@ class HelpAtBerth(Help):
     would that one: both would lie about the berth.
     """
 
-    @property
-    def is_awaited(self) -> bool:
-        """True if somebody is to bore the hole: else nobody waits there, whatever was said of it last."""
-        return bool(self.holders)
-
     def goes_before(self, name: str, its_m: float, to_go_m: float) -> bool:
         """True if the other one is there, or much nearer, or as near and the first by name."""
         if self.is_on and to_go_m <= IN_PLACE_M:
@@ -194,13 +191,19 @@ class Bringing(Behaviour):
         is_of_use = self._help.is_of_use(self._berth_m, to_go_m, picture, performed)
         return (
             is_of_use
-            and self._help.is_awaited
             and bool(facts.get((IS_HALTED, self._boring.name)))
             and facts.get(self._boring.done) is None
             and self._charger.name in picture.body.answering
             and _has_energy(self._data, facts)
             and (performed or not self._is_giving(picture))
+            and self._is_awaited(picture)
         )
+
+    def _is_awaited(self, picture: Picture) -> bool:
+        """True if somebody is to bore the hole, or lies there: who claims jobs for itself alone is known by that."""
+        peers, late_s = picture.peers, picture.body.now_s - NEWS_FRAMES * picture.frame_s
+        there = (name for name, at_m in peers.positions_m.items() if distance(at_m, self._boring.place_m) <= IN_PLACE_M)
+        return bool(self._help.holders) or any(peers.word_s.get(name, -math.inf) >= late_s for name in there)
 
     def _is_giving(self, picture: Picture) -> bool:
         """True while it gives energy at another hole: who left before the battery is full would soon be called anew."""

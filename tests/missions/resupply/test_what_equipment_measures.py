@@ -68,6 +68,7 @@ def test_a_drill_that_counts_time_in_place_of_measuring_claims_what_is_not_bored
     monkeypatch.setattr(DrillSettings, "reading", counts)
     done = flown_with_sites_at_berths(tmp_path, 1, "scenario.duration_s=1500.0")
     assert claimed_too_early(done)
+    assert "said to be bored and not: hole" in done.reason
 
 
 def test_what_is_measured_is_what_was_so_a_tick_before() -> None:

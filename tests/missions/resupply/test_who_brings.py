@@ -8,7 +8,9 @@ from resupplying import OFF, events, sampled
 
 from missions.meeting.helping import Help
 from missions.resupply.boring import Bringing, HelpAtBerth
+from missions.runs.assembly import assemble
 from missions.runs.run import Run, run
+from missions.runs.setup import resolved
 from missions.scenarios import load
 
 HELPERS = ("AUV00", "AUV01", "AUV02")
@@ -62,8 +64,17 @@ def test_nobody_helps_at_a_hole_whose_vehicle_is_lost(monkeypatch: pytest.Monkey
     done = sampled(1, LOST)
     assert not done.completed
     assert "no vehicle left that is able to do hole 2, hole 3, hole 4" in done.reason
-    monkeypatch.setattr(HelpAtBerth, "is_awaited", True)
+    monkeypatch.setattr(Bringing, "_is_awaited", lambda self, picture: True)
     assert ended_s(anew(1, LOST)) > ended_s(done) + 500.0
+
+
+@pytest.mark.parametrize("strategy", ["cbba", "status-broadcast"])
+def test_whose_job_nobody_is_told_of_is_helped_too(strategy: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No holder is known of who claims a job for itself alone: that it lies at the hole is heard."""
+    keys = (f'strategy.name="{strategy}"',)
+    assert sampled(1, *keys).completed
+    monkeypatch.setattr(Bringing, "_is_awaited", lambda self, picture: bool(self._help.holders))
+    assert not anew(1, *keys).completed
 
 
 def test_where_nobody_tells_anybody_the_run_ends_and_says_what_had_no_energy() -> None:
@@ -75,3 +86,14 @@ def test_where_nobody_tells_anybody_the_run_ends_and_says_what_had_no_energy() -
     assert len(halted) == 2
     assert "without energy: " in done.reason
     assert all(f"{hole} since" in done.reason for hole in halted)
+
+
+def test_a_run_says_what_was_not_done_though_somebody_said_so() -> None:
+    """All believe AUV01 and meet; the site is not surveyed, so the mission is not complete, and says why."""
+    fleet = assemble(resolved(load("resupply-field", [("--set", "scenario.duration_s=3600.0")])), 1)
+    while fleet.running:
+        fleet.step()
+        if fleet.steps == 60:
+            assert fleet.let_say("AUV01", lambda beliefs: [beliefs.fact("site 18", "jobDone", "AUV01")])
+    assert not fleet.completed
+    assert fleet.reason == "jobs not done: site 18"
