@@ -3,9 +3,10 @@
     python tests/reference/reference_runs.py write            # write digests.toml anew
     python tests/reference/reference_runs.py check [JOBS]     # compare; exit code 1 if a run gives something else
 
-A digest is of all rows of all tables, every number in full, and of all figures of the summary, before anything is
-rounded for a file. So it is the same on every machine, under every Python, NumPy and library of functions, and for any
-number of workers. Whoever changes one on purpose writes the file anew and says in CHANGELOG.md what runs do otherwise.
+A digest covers the columns and rows of all non-empty tables, every number in full, and the figures of the summary,
+before a file rounds them. It is the same on every machine, under every Python, NumPy and library of functions, and for
+any number of workers. An empty table does not change it. A commit that changes a digest on purpose writes the file anew
+and names the changed runs in CHANGELOG.md.
 """
 
 from __future__ import annotations
@@ -14,13 +15,15 @@ import hashlib
 import json
 import sys
 import tomllib
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from missions.runs.run import run
+from missions.runs.run import Run, run
 from missions.runs.summary import summary
 from missions.scenarios import load
 from missions.sweeps.pool import SupervisedPool
+from remoras.recorder import Table
 
 FILE = Path(__file__).with_name("digests.toml")
 BLACKOUT = "channel.blackout=[{from_s=100.0, until_s=200.0, vehicle='AUV02'}]"
@@ -80,19 +83,46 @@ RUNS: dict[str, tuple[str, float, int, tuple[str, ...]]] = {
 
 
 def digest(name: str) -> str:
-    """What a run gives."""
+    """Digest of a run of ``RUNS``."""
+    return digest_of(made(name))
+
+
+def made(name: str) -> Run:
+    """Make a run of ``RUNS``."""
     shipped, duration_s, seed, given = RUNS[name]
     settings = (f"scenario.duration_s={duration_s}", *given)
-    finished = run(load(shipped, [("--set", one) for one in settings]), seed)
-    figures = summary(finished)
-    tables = {table: list(finished.recorder.rows(table)) for table in sorted(finished.recorder.tables)}
-    told = json.dumps([figures, finished.distance_m, tables], default=_plain)
-    return hashlib.sha256(told.encode()).hexdigest()[:20]
+    return run(load(shipped, [("--set", one) for one in settings]), seed)
 
 
-def _plain(value: Any) -> Any:
-    """What JSON does not know: a NumPy number."""
-    return value.item()
+def digest_of(finished: Run) -> str:
+    """Digest of the summary, the exact distance, and the columns and rows of the non-empty tables, sorted by name."""
+    rows = {table: _rows(table, finished.recorder.rows(table.name)) for table in finished.recorder.tables.values()}
+    tables = {table.name: [table.column_names, rows[table]] for table in rows if rows[table]}
+    content = _exact([summary(finished), finished.distance_m, tables])
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:20]
+
+
+def _rows(table: Table, rows: Iterable[tuple[Any, ...]]) -> list[list[Any]]:
+    """Rows of a table; each number has the type that its column declares."""
+    kinds = [_TYPES.get(column.kind, lambda value: value) for column in table.columns]
+    return [[None if value is None else kind(value) for kind, value in zip(kinds, row, strict=True)] for row in rows]
+
+
+_TYPES: dict[str, Callable[[Any], Any]] = {
+    "float": float, "int": int, "floats": lambda values: [*map(float, values)],
+    "ints": lambda values: [*map(int, values)],
+}  # fmt: skip
+
+
+def _exact(value: Any) -> Any:
+    """The value with every float as hexadecimal digits, and with NumPy numbers as those of Python."""
+    if isinstance(value, Mapping):
+        return {key: _exact(one) for key, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [_exact(one) for one in value]
+    if isinstance(value, float):
+        return value.hex()
+    return value if value is None or isinstance(value, str | bool | int) else _exact(value.item())
 
 
 def digests(n_workers: int = 1) -> dict[str, str]:
