@@ -296,7 +296,7 @@ def network(name: str | Path) -> nx.DiGraph:
         LinkFileError: there is no such network, or losses are over range, so that there are no links.
         OutputError: networkx is not installed.
     """
-    from exchange.acoustics.linkfile import LinkFileError
+    from exchange.acoustics.models import LinkFileError
     from exchange.acoustics.network import network_of
     from missions.graphs import network_graph
 

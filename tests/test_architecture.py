@@ -536,7 +536,7 @@ def test_a_violation_is_seen(module: str, line: str) -> None:
         ("visualisation.runs.timeline", "from missions.runs.results import Results"),
         ("visualisation.sweeps.comparison", "from missions.comparison import compare"),
         ("worldmodel.abox", "import numpy as np"),
-        ("exchange.acoustics.noise", "from exchange.arithmetic import log10"),
+        ("exchange.acoustics.link_budget", "from exchange.arithmetic import log10"),
     ],
 )
 def test_what_the_design_allows_passes(module: str, line: str) -> None:

@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from exchange.acoustics.bit_errors import Modulation
+from exchange.acoustics.error_rates import Modulation
 
 FILE = "modems.toml"
 """Where the profiles stand."""

@@ -45,8 +45,15 @@ from pydantic_core import PydanticCustomError
 
 from exchange.acoustics import loss
 from exchange.acoustics.link import LinkModel, Matrix, Transmission
-from exchange.acoustics.linkfile import LinkFileError, LinkFileGoneError, same_hash
-from exchange.acoustics.models import ChannelModel, Deployment, Probability, SettingFault
+from exchange.acoustics.models import (
+    ChannelModel,
+    Deployment,
+    LinkFileError,
+    LinkFileGoneError,
+    Probability,
+    SettingFault,
+    same_hash,
+)
 
 KINDS = "a TOML or CSV file"
 COLUMNS = ("sender", "receiver", "per")

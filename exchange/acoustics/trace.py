@@ -27,8 +27,14 @@ from typing import Any
 from pydantic import Field
 
 from exchange.acoustics.link import LinkModel, Transmission
-from exchange.acoustics.linkfile import LinkFileError, LinkFileGoneError, same_hash
-from exchange.acoustics.models import ChannelModel, Deployment, SettingFault
+from exchange.acoustics.models import (
+    ChannelModel,
+    Deployment,
+    LinkFileError,
+    LinkFileGoneError,
+    SettingFault,
+    same_hash,
+)
 
 ROUNDING_S = 0.001
 """A row holds this much before its time: a writer may have rounded it."""

@@ -17,14 +17,16 @@ from pydantic import BaseModel, ConfigDict, Field, SerializationInfo, Validation
 from exchange.acoustics.acoustic import AcousticChannel
 from exchange.acoustics.channel import Blackout
 from exchange.acoustics.link import LinkModel, Transmission
-from exchange.acoustics.linkfile import LinkFileError, LinkFileGoneError, hash_of
 from exchange.acoustics.models import (
     ChannelModel,
     Deployment,
     GilbertElliottChannel,
+    LinkFileError,
+    LinkFileGoneError,
     MatrixChannel,
     OfVehicle,
     SettingFault,
+    hash_of,
 )
 from exchange.acoustics.network import NetworkChannel, file_in
 from exchange.acoustics.shipped import CHANNELS

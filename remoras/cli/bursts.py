@@ -38,7 +38,7 @@ def bursts(
 ) -> None:
     """Fit losses in bursts (Gilbert-Elliott) to a trace, and tell whether they are warranted."""
     from exchange.acoustics.bursts import NoBurstsError, best, fits, recorded
-    from exchange.acoustics.linkfile import LinkFileError
+    from exchange.acoustics.models import LinkFileError
     from exchange.acoustics.trace import trace_of
 
     slot_s, ends = _seconds(slot), _ends(link)

@@ -41,7 +41,7 @@ def describe_network(
 
 def network_named(name: str) -> Network:
     """The network that a user names; ends the command if there is none."""
-    from exchange.acoustics.linkfile import LinkFileError
+    from exchange.acoustics.models import LinkFileError
     from exchange.acoustics.network import network_of, shipped
     from worldmodel import suggestion
 

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from exchange.acoustics import loss
 from exchange.acoustics.acoustic import AcousticChannel
-from exchange.acoustics.bit_errors import Modulation
 from exchange.acoustics.channel import BroadcastChannel
+from exchange.acoustics.error_rates import Modulation
 from exchange.acoustics.link import Bernoulli, GilbertElliott, LinkModel, Matrix, Perfect, Transmission
 from exchange.acoustics.models import Deployment
 from exchange.acoustics.modems import modems

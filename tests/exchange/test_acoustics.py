@@ -12,20 +12,29 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from exchange.acoustics.absorption import francois_garrison_db_per_km, thorp_db_per_km
-from exchange.acoustics.bit_errors import Modulation, faded, needed_ebn0, steady
-from exchange.acoustics.budget import Budget, source_level_db, transmission_loss_db
-from exchange.acoustics.noise import noise_db_per_hz, noise_in_band_db
-from exchange.acoustics.packet_errors import (
+from exchange.acoustics.error_rates import (
     Fading,
+    Modulation,
     block_loss,
     delivered_share,
+    faded,
     faded_block_loss,
     frame_loss,
     frames,
+    needed_ebn0,
     packet_loss,
+    steady,
 )
-from exchange.acoustics.sound_speed import sound_speed_mps
+from exchange.acoustics.link_budget import (
+    Budget,
+    francois_garrison_db_per_km,
+    noise_db_per_hz,
+    noise_in_band_db,
+    sound_speed_mps,
+    source_level_db,
+    thorp_db_per_km,
+    transmission_loss_db,
+)
 
 FSK, FSK_C, PSK, DPSK = Modulation.FSK_NONCOHERENT, Modulation.FSK_COHERENT, Modulation.PSK, Modulation.DPSK
 CLOSE = 1e-4

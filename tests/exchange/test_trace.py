@@ -11,8 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from exchange.acoustics.link import Transmission
-from exchange.acoustics.linkfile import LinkFileError
-from exchange.acoustics.models import Deployment
+from exchange.acoustics.models import Deployment, LinkFileError
 from exchange.acoustics.modems import modems
 from exchange.acoustics.trace import LossSeries, TraceChannel, trace_of
 

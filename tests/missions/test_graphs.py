@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 import remoras
-from exchange.acoustics.linkfile import LinkFileError
+from exchange.acoustics.models import LinkFileError
 from exchange.acoustics.network import shipped
 from missions.errors import OutputError
 from missions.graphs import cutting, heard_among, is_connected

@@ -1,4 +1,6 @@
-"""From bit errors to lost packets: one wrong bit loses the frame, and one lost frame the packet that is taken whole.
+"""Packet error rates from bit error rates of modulations, in white noise and under fading (Proakis 2001).
+
+``ebn0`` is the energy of a bit over the density of the noise, as a ratio; under a fade it is the mean of that.
 
 How bits err together is said by ``Fading``. Under a fade that lasts for a block of L bits, the block is lost with
 
@@ -9,6 +11,8 @@ where b is the bit error rate in white noise and g the mean of Eb/N0. Integrated
 the mean is summed by a tanh-sinh rule: few points, positive weights, so P lies in [0, 1] and falls with g.
 """
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterator
 from enum import Enum
@@ -16,8 +20,70 @@ from functools import lru_cache
 from math import ldexp
 from operator import mul
 
-from exchange.acoustics.bit_errors import Modulation, faded, needed_ebn0, steady
-from exchange.arithmetic import PI, exp, expm1, expm1_of, log, log1p, power
+from exchange.arithmetic import PI, erfc, exp, expm1, expm1_of, log, log1p, normal_quantile, power
+
+
+class Modulation(Enum):
+    """How a modem writes bits; PSK of two phases, or of four with Gray's code, which errs alike bit by bit."""
+
+    FSK_NONCOHERENT = "fsk-noncoherent"
+    FSK_COHERENT = "fsk-coherent"
+    PSK = "psk"
+    DPSK = "dpsk"
+
+
+def steady(modulation: Modulation, ebn0: float) -> float:
+    """Bit error rate in white noise alone.
+
+    >>> round(steady(Modulation.FSK_NONCOHERENT, 10.0), 6)
+    0.003369
+    """
+    match modulation:
+        case Modulation.FSK_NONCOHERENT:
+            return 0.5 * exp(-ebn0 / 2.0)
+        case Modulation.FSK_COHERENT:
+            return 0.5 * erfc(math.sqrt(ebn0 / 2.0))
+        case Modulation.PSK:
+            return 0.5 * erfc(math.sqrt(ebn0))
+        case Modulation.DPSK:
+            return 0.5 * exp(-ebn0)
+
+
+def faded(modulation: Modulation, ebn0: float) -> float:
+    """Bit error rate in the mean over a Rayleigh fade.
+
+    >>> round(faded(Modulation.FSK_NONCOHERENT, 10.0), 5)
+    0.08333
+    """
+    match modulation:
+        case Modulation.FSK_NONCOHERENT:
+            return 1.0 / (2.0 + ebn0)
+        case Modulation.FSK_COHERENT:
+            return 1.0 / (2.0 + ebn0 + math.sqrt(ebn0 * (2.0 + ebn0)))  # (1 - sqrt(g / (2 + g))) / 2
+        case Modulation.PSK:
+            return 0.5 / (1.0 + ebn0 + math.sqrt(ebn0 * (1.0 + ebn0)))  # (1 - sqrt(g / (1 + g))) / 2
+        case Modulation.DPSK:
+            return 0.5 / (1.0 + ebn0)
+
+
+def needed_ebn0(modulation: Modulation, rate: float) -> float:
+    """Energy of a bit over the density of white noise at which bits err at this rate; the inverse of ``steady``.
+
+    Args:
+        modulation: of the bits.
+        rate: above 0, at most 0.5.
+    """
+    quantile = normal_quantile(rate)
+    match modulation:
+        case Modulation.FSK_NONCOHERENT:
+            return -2.0 * log(2.0 * rate)
+        case Modulation.FSK_COHERENT:
+            return quantile * quantile
+        case Modulation.PSK:
+            return 0.5 * quantile * quantile
+        case Modulation.DPSK:
+            return -log(2.0 * rate)
+
 
 STEP, HALF = 0.25, 12
 """Step of the tanh-sinh rule, and its points on either side of the middle.

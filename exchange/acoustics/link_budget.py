@@ -1,0 +1,205 @@
+"""Link budget: sound speed, absorption, ambient noise, and the signal-to-noise ratio of a link.
+
+Sources: sound speed by Mackenzie (1981), nine-term equation for sound speed in the oceans; absorption by Thorp (1967)
+and Francois and Garrison (1982); noise by Coates (1989) from the curves of Wenz (1962); source level by Urick (1983).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+from exchange.arithmetic import exp, log, log10, power_of_10
+
+
+def sound_speed_mps(temperature_c: float, salinity_psu: float, depth_m: float) -> float:
+    """Speed of sound; fitted for 2 to 30 degrees, a salinity of 25 to 40 and depths down to 8000 m.
+
+    Args:
+        temperature_c: of the water, degrees Celsius.
+        salinity_psu: grams of salt in a kilogram of water, nearly.
+        depth_m: below the surface.
+
+    >>> round(sound_speed_mps(10.0, 35.0, 100.0), 4)
+    1491.4351
+    """
+    t, d = temperature_c, depth_m
+    return (
+        1448.96
+        + 4.591 * t
+        - 5.304e-2 * t * t
+        + 2.374e-4 * t * t * t
+        + 1.340 * (salinity_psu - 35.0)
+        + 1.630e-2 * d
+        + 1.675e-7 * d * d
+        - 1.025e-2 * t * (salinity_psu - 35.0)
+        - 7.139e-13 * t * d * d * d
+    )
+
+
+def thorp_db_per_km(frequency_khz: float) -> float:
+    """Absorption after Thorp (1967), a fit to water of 4 degrees near 1000 m, for frequencies above 0.4 kHz.
+
+    >>> round(thorp_db_per_km(25.0), 4)
+    6.1048
+    """
+    f2 = frequency_khz * frequency_khz
+    return 0.11 * f2 / (1.0 + f2) + 44.0 * f2 / (4100.0 + f2) + 2.75e-4 * f2 + 0.003
+
+
+def francois_garrison_db_per_km(
+    frequency_khz: float, temperature_c: float, salinity_psu: float, depth_m: float, ph: float
+) -> float:
+    """Absorption by boric acid, magnesium sulphate and water itself, after Francois and Garrison (1982).
+
+    Args:
+        frequency_khz: of the sound.
+        temperature_c: of the water, degrees Celsius.
+        salinity_psu: of the water; the formula was fitted for 30 to 35.
+        depth_m: below the surface.
+        ph: acidity of the water, 8.1 at the surface of the oceans.
+
+    >>> round(francois_garrison_db_per_km(25.0, 4.0, 35.0, 1000.0, 8.0), 4)
+    4.9757
+    """
+    f2, t, d = frequency_khz * frequency_khz, temperature_c, depth_m
+    speed_mps = 1412.0 + 3.21 * t + 1.19 * salinity_psu + 0.0167 * d
+    boric = 8.86 / speed_mps * power_of_10(0.78 * ph - 5.0)
+    boric_khz = 2.8 * math.sqrt(salinity_psu / 35.0) * power_of_10(4.0 - 1245.0 / (273.0 + t))
+    sulphate = 21.44 * salinity_psu / speed_mps * (1.0 + 0.025 * t)
+    sulphate_khz = 8.17 * power_of_10(8.0 - 1990.0 / (273.0 + t)) / (1.0 + 0.0018 * (salinity_psu - 35.0))
+    sulphate_pressure = 1.0 - 1.37e-4 * d + 6.2e-9 * d * d
+    if t <= 20.0:
+        water = 4.937e-4 - 2.59e-5 * t + 9.11e-7 * t * t - 1.50e-8 * t * t * t
+    else:
+        water = 3.964e-4 - 1.146e-5 * t + 1.45e-7 * t * t - 6.5e-10 * t * t * t
+    water_pressure = 1.0 - 3.83e-5 * d + 4.9e-10 * d * d
+    of_boric = boric * boric_khz * f2 / (boric_khz * boric_khz + f2) if salinity_psu > 0.0 else 0.0
+    of_sulphate = sulphate * sulphate_pressure * sulphate_khz * f2 / (sulphate_khz * sulphate_khz + f2)
+    return of_boric + of_sulphate + water * water_pressure * f2
+
+
+STEPS = 64
+"""Steps of Simpson's rule over a band; an even number."""
+
+
+def noise_db_per_hz(frequency_khz: float, shipping: float, wind_mps: float) -> float:
+    """Spectral density of the noise, dB re 1 uPa^2 / Hz.
+
+    Args:
+        frequency_khz: where in the spectrum.
+        shipping: activity of ships, from 0 to 1.
+        wind_mps: speed of the wind at the surface.
+
+    >>> round(noise_db_per_hz(25.0, 0.5, 5.0), 3)
+    38.548
+    """
+    log = log10(frequency_khz)
+    parts_db = (
+        17.0 - 30.0 * log,
+        40.0 + 20.0 * (shipping - 0.5) + 26.0 * log - 60.0 * log10(frequency_khz + 0.03),
+        50.0 + 7.5 * math.sqrt(wind_mps) + 20.0 * log - 40.0 * log10(frequency_khz + 0.4),
+        -15.0 + 20.0 * log,
+    )
+    return 10.0 * log10(math.fsum(power_of_10(part / 10.0) for part in parts_db))
+
+
+def noise_in_band_db(low_khz: float, high_khz: float, shipping: float, wind_mps: float) -> float:
+    """Level of the noise in a band, dB re 1 uPa: the integral of its density.
+
+    Args:
+        low_khz: lower end of the band, above 0.
+        high_khz: upper end of the band.
+        shipping: activity of ships, from 0 to 1.
+        wind_mps: speed of the wind at the surface.
+
+    >>> round(noise_in_band_db(22.5, 27.5, 0.5, 5.0), 2)
+    75.58
+    """
+    step = log(high_khz / low_khz) / STEPS  # even on the logarithm, over which the density is smooth
+    total = 0.0
+    for number in range(STEPS + 1):
+        weight = 1 if number in (0, STEPS) else 4 if number % 2 else 2
+        frequency_khz = low_khz * exp(number * step)
+        total += weight * frequency_khz * power_of_10(noise_db_per_hz(frequency_khz, shipping, wind_mps) / 10.0)
+    return 10.0 * log10(total * 1000.0 * step / 3.0)
+
+
+SOURCE_LEVEL_OF_1_W_DB = 170.8
+"""Source level of an omnidirectional source that gives 1 W of sound, dB re 1 uPa at 1 m (Urick 1983)."""
+
+
+def source_level_db(acoustic_power_w: float) -> float:
+    """Source level of an omnidirectional source, dB re 1 uPa at 1 m.
+
+    >>> round(source_level_db(10.0), 1)
+    180.8
+    """
+    return SOURCE_LEVEL_OF_1_W_DB + 10.0 * log10(acoustic_power_w)
+
+
+def transmission_loss_db(range_m: float, spreading: float, absorption_db_per_km: float) -> float:
+    """Loss by spreading and absorption, against 1 m from the source; nearer than that it is taken as at 1 m.
+
+    Args:
+        range_m: from the source.
+        spreading: exponent k of the intensity: 1 cylindrical, 1.5 practical, 2 spherical.
+        absorption_db_per_km: of the water at the centre of the band.
+
+    >>> round(transmission_loss_db(1000.0, 1.5, 6.1048), 2)
+    51.1
+    """
+    away_m = max(range_m, 1.0)
+    return spreading * 10.0 * log10(away_m) + absorption_db_per_km * away_m / 1000.0
+
+
+@lru_cache(maxsize=64)
+def _per_bit_db(band_hz: float, rate_bps: float) -> float:
+    """What the ratio of a bit is above that in the band; worked out once, since every packet asks for it."""
+    return 10.0 * log10(band_hz / rate_bps)
+
+
+@dataclass(frozen=True, slots=True)
+class Budget:
+    """What decides the signal-to-noise ratio of a link, but for its range.
+
+    Args:
+        source_level_db: dB re 1 uPa at 1 m.
+        noise_db: level of the noise in the band, dB re 1 uPa.
+        directivity_db: gain of the receiver against that noise.
+        spreading: exponent of the spreading loss.
+        absorption_db_per_km: at the centre of the band.
+        band_hz: width of the band.
+        rate_bps: net bits of a second.
+        margin_db: by which a receiver falls short of what its modulation, or its curve, would do.
+    """
+
+    source_level_db: float
+    noise_db: float
+    directivity_db: float
+    spreading: float
+    absorption_db_per_km: float
+    band_hz: float
+    rate_bps: float
+    margin_db: float = 0.0
+
+    def shifted(self, excess_db: float) -> Budget:
+        """The same budget with a ratio of signal to noise that is higher by so much."""
+        return replace(self, directivity_db=self.directivity_db + excess_db)
+
+    def loss_db(self, range_m: float) -> float:
+        """Transmission loss."""
+        return transmission_loss_db(range_m, self.spreading, self.absorption_db_per_km)
+
+    def snr_db(self, range_m: float) -> float:
+        """Signal-to-noise ratio in the band."""
+        return self.source_level_db - self.loss_db(range_m) - self.noise_db + self.directivity_db
+
+    def effective_snr_db(self, range_m: float) -> float:
+        """Signal-to-noise ratio in the band, less the margin."""
+        return self.snr_db(range_m) - self.margin_db
+
+    def ebn0_db(self, range_m: float) -> float:
+        """Energy of a bit over the density of the noise: the ratio in the band, less the margin, times B / R."""
+        return self.effective_snr_db(range_m) + _per_bit_db(self.band_hz, self.rate_bps)
