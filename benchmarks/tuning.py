@@ -21,8 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from missions.comparison.intervals import FEW, NoInterval
-from missions.comparison.pairs import paired_with
-from missions.comparison.treatments import MISSION_TIME, Measured, treatments_of, values_of
+from missions.comparison.treatments import MISSION_TIME, Measured, paired_with, treatments_of, values_of
 from missions.files import toml_value
 from missions.sweeps.design import points
 from missions.sweeps.driver import sweep

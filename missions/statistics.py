@@ -1,7 +1,7 @@
 """Statistics of repeated runs: Student's and Wilson's intervals, restricted means, paired tests, effect sizes.
 
 Intervals of means stand in ``missions/comparison/intervals.py``, the test for the best of several in
-``missions/comparison/best.py``. All draws are seeded: the same runs give the same figures.
+``missions/comparison/ranking.py``. All draws are seeded: the same runs give the same figures.
 """
 
 from __future__ import annotations

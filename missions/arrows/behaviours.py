@@ -11,12 +11,12 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from exchange.arithmetic import distance
-from missions.arrows.chart import Chart
+from missions.arrows.belief_map import Chart
 from missions.arrows.choosing import Choosing, Leg, Return, Trail, Way, goes_on
 from missions.arrows.contact import Find, Hearers, Leash, Reach
 from missions.arrows.detectors import ANOMALY, SAME_M, shown_of, unidentified
-from missions.arrows.grid import summed
 from missions.arrows.scenario import UNKNOWN, ArrowsScenario
+from missions.arrows.seafloor import summed
 from remoras.behaviours import ADVANCING, DONE, DUE, IDLE, Approach, Behaviour, Perception, Reference, distance_m
 from remoras.database import VehicleData
 from remoras.known import Known

@@ -14,10 +14,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from missions.arrows.bayes import look_information
-from missions.arrows.chart import Chart
+from missions.arrows.belief_map import Chart, look_information
 from missions.arrows.contact import Find, Leash
-from missions.arrows.grid import Array, CellGrid, halved, summed
+from missions.arrows.seafloor import Array, CellGrid, halved, summed
 from remoras.work import Point
 
 TURN_S = 20.0

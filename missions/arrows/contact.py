@@ -30,8 +30,8 @@ import numpy.typing as npt
 from exchange.acoustics.link import Transmission
 from exchange.arithmetic import distance
 from missions.arrows.detectors import ANOMALY, unidentified
-from missions.arrows.grid import Array
 from missions.arrows.scenario import ArrowsScenario
+from missions.arrows.seafloor import Array
 from missions.scenarios.deployment import deployment_of
 from remoras.known import Known
 from remoras.picture import Peers

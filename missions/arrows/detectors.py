@@ -11,9 +11,17 @@ from typing import ClassVar
 
 from exchange.acoustics import loss
 from exchange.arithmetic import distance, normal_quantile
-from missions.arrows.grid import MOST_LOOKS, MOST_PASSES, N_DETECTORS, TILE, contact_code, swept_code
 from missions.arrows.scenario import DETECTORS, NOTHING
-from missions.arrows.seafloor import Seafloor, Thing
+from missions.arrows.seafloor import (
+    MOST_LOOKS,
+    MOST_PASSES,
+    N_DETECTORS,
+    TILE,
+    Seafloor,
+    Thing,
+    contact_code,
+    swept_code,
+)
 from remoras.database import VehicleData
 from remoras.known import Known
 from remoras.recorder import TIME, VEHICLE, Column, Table

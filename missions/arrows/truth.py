@@ -6,8 +6,7 @@ from bisect import bisect_right
 from collections.abc import Callable, Sequence
 
 from exchange.arithmetic import distance
-from missions.arrows.bayes import disagreement, divergence
-from missions.arrows.chart import CONTACT, SWEPT, Chart
+from missions.arrows.belief_map import CONTACT, SWEPT, Chart, disagreement, divergence
 from missions.arrows.detectors import CONTACTS, SAME_M, ClassifyingCameraSettings, DetectorSettings
 from missions.arrows.scenario import NOTHING, SITES, ArrowsScenario
 from missions.arrows.seafloor import Seafloor

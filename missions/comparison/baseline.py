@@ -16,7 +16,6 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 from missions.comparison.intervals import Estimated, NoInterval, Timed, mean_interval, restricted_interval
-from missions.comparison.pairs import Paired, paired_with
 from missions.comparison.ranking import columns_of, of_less_success
 from missions.comparison.rows import Comparison
 from missions.comparison.treatments import (
@@ -24,10 +23,12 @@ from missions.comparison.treatments import (
     SUCCESS,
     Measured,
     Outcomes,
+    Paired,
     Treatment,
     check_name,
     measured,
     n_reached,
+    paired_with,
     treatments_of,
     values_of,
 )

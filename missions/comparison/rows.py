@@ -83,7 +83,7 @@ class Rank:
         rank: by the mean among those of like success, 1 is best; equal ones share the mean of their ranks (Friedman
             1937).
         p_to_best: of being worse than another by that much if all were equal, corrected for all pairs of the column
-            and for the test of success beside it, see ``missions/comparison/best.py``; None for the best itself, and
+            and for the test of success beside it, see ``missions/comparison/ranking.py``; None for the best itself, and
             where fewer than two runs are shared.
         among_best: the best, or told from it neither in the metric nor in success: of equal ones, somebody is told
             from the best in at most 5 % of studies. In a column in which nothing was drawn, those with the best value.

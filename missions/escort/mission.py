@@ -17,12 +17,10 @@ from missions.errors import ConfigurationFault
 from missions.escort.lines import ESCORTS, FollowingSource, SurveyingLine, SurveyLine
 from missions.figure import Declared, Figure, Mark, Place, RunResults, Style
 from missions.meeting.helping import URGENCY, Help, HelpMission
-from missions.meeting.job_mission import JobScenario, JobSettings
+from missions.meeting.job_mission import JobScenario, JobSettings, founding_of, listed_faults, with_job_roles
 from missions.meeting.meeting import Meeting
-from missions.meeting.progress import done_s, draw_steps, first_s, mean_of_all_s
-from missions.meeting.roles import founding_of, listed_faults, with_job_roles
 from missions.meeting.staying import DONE_BY
-from missions.meeting.truth import JOBS, JobTruth
+from missions.meeting.truth import JOBS, JobTruth, done_s, draw_steps, first_s, mean_of_all_s
 from missions.metric import Better, MeasuredRun, Metric
 from missions.scenarios.tables import Name, PointM, Raw, Section, entries, point_of
 from remoras.behaviours import Behaviour

@@ -17,11 +17,17 @@ from exchange.arithmetic import distance
 from missions.errors import ConfigurationFault
 from missions.figure import Declared, Figure, Layer, Mark, Place, RunResults, Style
 from missions.files import tables_of
-from missions.meeting.job_mission import JobMission, JobScenario, JobSettings
-from missions.meeting.progress import done_s, draw_steps, first_s, mean_of_all_s
-from missions.meeting.roles import founding_of, listed_faults, placed_in, with_job_roles
+from missions.meeting.job_mission import (
+    JobMission,
+    JobScenario,
+    JobSettings,
+    founding_of,
+    listed_faults,
+    placed_in,
+    with_job_roles,
+)
 from missions.meeting.staying import DONE_BY, AnyonesJob, Stay
-from missions.meeting.truth import JOBS
+from missions.meeting.truth import JOBS, done_s, draw_steps, first_s, mean_of_all_s
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
 from missions.scenarios.tables import Name, NotNegative, PointM, Raw, Section, names_of, point_of
 from remoras.behaviours import ADVANCING, DONE, Behaviour, Perception, Reference

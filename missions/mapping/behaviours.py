@@ -1,4 +1,4 @@
-"""How the mapping of an area is carried out: the behaviour that leads a vehicle over what is left, row by row.
+"""Behaviours of mission mapping.
 
 The vehicle plans one row ahead: at the end of each row it looks up which cells it does not know to be mapped, and takes
 the way over them by which it is done soonest. So it goes on where another one stopped, skips rows that others have
@@ -15,13 +15,15 @@ go, has failed, too, and no sensor is to blame.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from exchange.arithmetic import distance
 from missions.mapping.ground import Survey, Way
 from missions.mapping.jobs import SurveyJob
+from missions.mapping.scenario import MappingScenario
 from missions.mapping.sensors import mapping_speed_mps, swath_m
+from remoras.avoidance import clearance_m
 from remoras.behaviours import (
     CAPTURE_M,
     DONE,
@@ -31,6 +33,7 @@ from remoras.behaviours import (
     Approach,
     Behaviour,
     Perception,
+    Positioning,
     Reference,
     Working,
     attracted,
@@ -41,6 +44,55 @@ from remoras.known import Known
 from remoras.motion import Motion
 from remoras.picture import Picture
 from remoras.work import Point
+
+ROOM = 1.25
+"""A place is this many times as far from the leader as the two keep clear: the leader has moved on since it was heard.
+
+Nearer, followers drive their leader before them, at full speed and away from where it has to go.
+"""
+
+
+def formation_of(scenario: MappingScenario) -> dict[tuple[str, str], tuple[str, str]]:
+    """Places in the formation by group and role."""
+    roles = [(group.name, role) for group in scenario.group for role in group.role]
+    return {(group, role.name): role.position for group, role in roles if role.position is not None}
+
+
+def room_of(vehicles: Iterable[VehicleData], separation_m: float) -> dict[str, float]:
+    """How far from a vehicle, by name, a place has to be (m), so that who holds it is not in its way in transit.
+
+    Args:
+        vehicles: of the fleet.
+        separation_m: that they keep.
+    """
+    return {
+        data.name: ROOM * clearance_m(separation_m, data.transit_speed_mps, data.turn_rate_radps) for data in vehicles
+    }
+
+
+def positioning(
+    place: tuple[str, str],
+    leaders: Sequence[str],
+    group: str,
+    data: VehicleData,
+    spacing_m: float,
+    room_m: Mapping[str, float],
+) -> Positioning:
+    """To keep a place in the formation; in its middle behind the leader.
+
+    Args:
+        place: row and side; leaders: of the group, by name.
+        group: its name; data: of the vehicle.
+        spacing_m: distance between places, as the mission has it.
+        room_m: least distance from each vehicle; the widest of the leaders and the vehicle itself counts.
+    """
+    spacing_m = max(spacing_m, room_m[data.name], *(room_m[name] for name in leaders))
+    row, side = place
+    ahead_m = -spacing_m * ((row == "bottom") + (side == "middle"))
+    left_m = spacing_m * ((side == "left") - (side == "right"))
+    others = tuple(name for name in leaders if name != data.name)
+    return Positioning(others, group, (ahead_m, left_m), data)
+
 
 DEAD_ROWS = 2
 """A sensor that yields nothing on so many whole rows is taken for dead."""

@@ -6,8 +6,8 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AliasChoices, ConfigDict, Field, field_validator
 
-from missions.mapping.objects import ObjectTable
-from missions.meeting.settings import MEETING_DEADLINE
+from missions.mapping.sensors import ObjectTable
+from missions.meeting.job_mission import MEETING_DEADLINE
 from missions.scenarios.scenario import GroupTable, Role, Scenario, World
 from missions.scenarios.tables import Name, PointM, Positive, Section, Sparse
 

@@ -16,7 +16,7 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from missions.mapping.inspection import FindsWatch
+from missions.mapping.detections import FindsWatch
 from missions.mapping.sensors import LIMIT_TOLERANCE, Cell, Seabed, SwathSettings
 from missions.meeting.meeting import Meeting
 from missions.meeting.truth import MeetingTruth

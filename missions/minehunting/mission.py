@@ -16,9 +16,8 @@ from exchange.acoustics import loss
 from exchange.arithmetic import distance
 from missions.errors import ConfigurationFault
 from missions.figure import Declared, Place
-from missions.meeting.job_mission import JobMission, JobScenario, JobSettings
+from missions.meeting.job_mission import JobMission, JobScenario, JobSettings, listed_faults, placed_in, with_job_roles
 from missions.meeting.meeting import Pursuit
-from missions.meeting.roles import listed_faults, placed_in, with_job_roles
 from missions.meeting.staying import DONE_BY
 from missions.metric import Metric
 from missions.minehunting.analysis import CLASSIFIED, Analysing, Analysis

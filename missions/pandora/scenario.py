@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 Flow = Callable[[float, float], PointM]
 """Velocity of the water (m/s, x east, y north) at a depth (m) and time (s)."""
 
-ANY = "any"
+ANY_VALVE = "any"
 """Stands for a valve that is drawn."""
 KINDS = {"panel": "Panel", "valve": "Valve", "chain": "Chain", "anode": "Anode"}
 """Tables of the parts of a structure, and the classes of the ontology that they are of."""
@@ -64,7 +64,7 @@ class UpsetTable(Sparse):
     kind: Literal["moved", "turned", "stuck"] = Field(
         description="moved: it is distance_m from its place; turned: it is closed already; stuck: it takes a wrench"
     )
-    part: str = Field(ANY, description="name of a valve; any: drawn, once per run, among those without an upset")
+    part: str = Field(ANY_VALVE, description="name of a valve; any: drawn, once per run, among those without an upset")
     distance_m: Positive | None = Field(None, description="of kind moved: how far, in a direction that is drawn")
 
 

@@ -1,4 +1,6 @@
-"""What vehicles perceive and work with: a camera, a log, and two tools, an arm and a wrench.
+"""Sensors of mission Pandora, and the parts of the structure that they perceive.
+
+What a tool does to a part is kept by the tool: a part is serviced once, and nobody looks at it afterwards.
 
 Each draw is keyed by seed, vehicle and number of the reading: no strategy, loss or fault changes what a reading shows.
 """
@@ -8,6 +10,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from functools import cache
 from typing import ClassVar
 
@@ -15,10 +18,68 @@ from pydantic import Field
 
 from exchange.acoustics import loss
 from exchange.arithmetic import distance, normal_quantile
-from missions.pandora.things import Structure, TruePart
 from remoras.database import VehicleData
 from remoras.recorder import TIME, VEHICLE, Column, Table
 from remoras.sensor import Fact, Observation, Pose, Sensor, SensorSettings
+from remoras.work import Point
+
+
+@dataclass(frozen=True)
+class TruePart:
+    """A part as it really is.
+
+    Attributes:
+        name: of the part; kind: class of its instance.
+        points_m: where it really is.
+        work_s: how long a camera looks at each point, or a tool works on it.
+        state: of a valve.
+        is_stuck: only a wrench turns it.
+        upset: what is not as planned with it, empty if nothing is.
+    """
+
+    name: str
+    kind: str
+    points_m: tuple[Point, ...]
+    work_s: float
+    state: str = "open"
+    is_stuck: bool = False
+    upset: str = ""
+
+
+BUCKET_M = 20.0
+"""Points are looked up by squares of this side."""
+
+
+@dataclass(frozen=True)
+class Structure:
+    """All parts of one run; ``seed`` is the root of what sensors show of them."""
+
+    things: tuple[TruePart, ...]
+    seed: int = 0
+    _buckets: dict[tuple[int, int], list[tuple[int, TruePart, int]]] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
+
+    def __post_init__(self) -> None:
+        for number, thing in enumerate(self.things):
+            for nth, (x_m, y_m) in enumerate(thing.points_m):
+                bucket = math.floor(x_m / BUCKET_M), math.floor(y_m / BUCKET_M)
+                self._buckets.setdefault(bucket, []).append((number, thing, nth))
+
+    def near(self, at_m: Point, within_m: float) -> list[tuple[int, TruePart, int]]:
+        """Points of parts within a distance: number of the part, the part, number of the point; in that order."""
+        columns, rows = (
+            range(math.floor((one - within_m) / BUCKET_M), math.floor((one + within_m) / BUCKET_M) + 1) for one in at_m
+        )
+        found = [
+            one
+            for column in columns
+            for row in rows
+            for one in self._buckets.get((column, row), ())
+            if distance(at_m, one[1].points_m[one[2]]) <= within_m
+        ]
+        return sorted(found, key=lambda placed: (placed[0], placed[2]))
+
 
 LOOKS = Table("looks", (TIME, VEHICLE, Column("part", "str"), Column("point", "int")))
 """When a camera had really looked at a point of a part for long enough."""

@@ -14,9 +14,8 @@ from itertools import pairwise
 
 from exchange.acoustics import loss
 from exchange.arithmetic import TAU, distance, length, sincos
-from missions.pandora.scenario import ANY, KINDS, PandoraScenario, UpsetTable, ValveTable, job_of
-from missions.pandora.sensors import ArmSettings, CameraSettings, WrenchSettings
-from missions.pandora.things import Structure, TruePart
+from missions.pandora.scenario import ANY_VALVE, KINDS, PandoraScenario, UpsetTable, ValveTable, job_of
+from missions.pandora.sensors import ArmSettings, CameraSettings, Structure, TruePart, WrenchSettings
 from remoras.beliefs import Key
 from remoras.database import VehicleData
 from remoras.known import Known
@@ -153,7 +152,7 @@ def structure_of(parts: Mapping[str, PlannedPart], upsets: Iterable[UpsetTable],
             free.remove(upset.part)
     for number, upset in enumerate(upsets):
         which, direction = (loss.uniform(seed, loss.FINDS, number, 0, draw) for draw in (0, 1))
-        name = free.pop(int(which * len(free))) if upset.part == ANY else upset.part
+        name = free.pop(int(which * len(free))) if upset.part == ANY_VALVE else upset.part
         things[name] = _upset(things[name], upset, direction)
     return Structure(tuple(things.values()), seed)
 

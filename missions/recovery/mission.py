@@ -15,8 +15,7 @@ from pydantic import Field
 from missions.errors import ConfigurationFault
 from missions.figure import Declared, Place
 from missions.meeting.helping import URGENCY, HelpMission
-from missions.meeting.job_mission import JobScenario, JobSettings
-from missions.meeting.roles import founding_of, listed_faults, with_job_roles
+from missions.meeting.job_mission import JobScenario, JobSettings, founding_of, listed_faults, with_job_roles
 from missions.meeting.staying import DONE_BY, SiteSurvey, SurveyingSite
 from missions.metric import Metric
 from missions.recovery.lifting import (

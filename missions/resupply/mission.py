@@ -17,9 +17,8 @@ from exchange.arithmetic import distance
 from missions.errors import ConfigurationFault
 from missions.figure import Declared, Place
 from missions.meeting.helping import HELPING, URGENCY, HelpMission
-from missions.meeting.job_mission import JobScenario, JobSettings
+from missions.meeting.job_mission import JobScenario, JobSettings, founding_of, listed_faults, with_job_roles
 from missions.meeting.meeting import Pursuit
-from missions.meeting.roles import founding_of, listed_faults, with_job_roles
 from missions.meeting.staying import DONE_BY, THERE_M, SiteSurvey, SurveyingSite
 from missions.metric import Metric
 from missions.resupply.boring import BRINGS, IS_HALTED, Boring, Bringing, Drilling, HelpAtBerth

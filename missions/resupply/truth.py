@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from missions.figure import Declared, Figure, Mark, RunResults, Style
 from missions.meeting.meeting import Meeting
-from missions.meeting.progress import done_s, draw_steps, first_s, mean_of_all_s
-from missions.meeting.truth import JOBS, JobTruth
+from missions.meeting.truth import JOBS, JobTruth, done_s, draw_steps, first_s, mean_of_all_s
 from missions.metric import Better, MeasuredRun, Metric
 from missions.resupply.boring import Boring
 from missions.resupply.energy import (

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from exchange.arithmetic import distance
 from missions.meeting.meeting import NEWS_FRAMES
 from missions.trident.jobs import SHARE_USED, is_to_be_surveyed, survey_speed_mps
-from missions.trident.modules import EffectorSettings, FinderSettings, SurveyorSettings
+from missions.trident.services import EffectorSettings, FinderSettings, SurveyorSettings
 from missions.trident.site import SeabedBlock
 from remoras.behaviours import (
     ADVANCING,

@@ -6,8 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Self, cast
 
 from exchange.arithmetic import distance
-from missions.trident.modules import EffectorSettings, FinderSettings, SurveyorSettings
-from missions.trident.services import FAILED
+from missions.trident.services import FAILED, EffectorSettings, FinderSettings, SurveyorSettings
 from missions.trident.site import SeabedBlock
 from remoras.beliefs import Key
 from remoras.database import VehicleData

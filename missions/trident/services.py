@@ -1,4 +1,8 @@
-"""Services: what modules offer, and which of them is able to do what an activity asks for.
+"""Modules of vehicles and the services that they offer.
+
+Each advertises the class of what it is capable of, its cost and its precondition. It works while an activity has it
+switched on. What it perceives is where it is, what it reports is where the vehicle takes itself to be. Draws are keyed
+by seed, vehicle, object and look: no strategy, loss rate or fault changes what a look or an attempt comes to.
 
 =========  ========================================================================================================
 response   services for an activity, in the order in which they are tried
@@ -14,15 +18,302 @@ Without inference, matching compares the class that an activity asks for with th
 
 from __future__ import annotations
 
+import math
+from collections import Counter
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
+from typing import Literal
 
-from missions.trident.modules import ModuleSettings
+from pydantic import Field
+
+from exchange.acoustics import loss
+from exchange.arithmetic import distance, exp, normal_quantile
 from missions.trident.scenario import ActivityTable, Response, TridentScenario
+from missions.trident.site import Lying, Site, Tile
 from remoras.beliefs import Key
 from remoras.database import VehicleData
 from remoras.htn import FactsLike
 from remoras.organisation import Group
+from remoras.recorder import TIME, VEHICLE, Column, Table
+from remoras.sensor import SELF, Fact, Observation, Pose, Sensor, SensorSettings
+from remoras.work import Point
+
+CANDIDATE = "Candidate"
+SAME_M = 25.0
+"""A candidate that is known so near to what is seen is taken for the same."""
+FOUND_PER_OBJECT = 4
+"""Candidates that one vehicle makes of one object at most."""
+MOST_LOOKS = 128
+"""Looks of one module at one object."""
+LOOK_S, REST_MPS = 10.0, 0.15
+"""Time between two looks at one object; who is slower than this is at rest."""
+REACH_M = 6.0
+"""An effector reaches no object that is farther away."""
+EDGE = 0.001
+"""Normal errors are cut off at this share, 3.1 standard deviations."""
+KINDS = ("survey", "find", "hold", "handle")
+"""Draws of modules of different kinds are their own."""
+LIKE_TARGET, LIKE_DECOY = 0.7, 0.45
+"""Mean likeness of the target and of decoys."""
+
+CHARTED = Table("charted", (TIME, VEHICLE, Column("column", "int", "tile"), Column("row", "int", "tile")))
+"""Tiles that a module really charted for the first time; what it claims is in the world models alone."""
+ATTEMPTS = Table("attempts", (
+    TIME, VEHICLE, Column("module", "str"), Column("does", "str"), Column("object", "str"),
+    Column("pose_error_m", "float", "m"), Column("succeeded", "bool"),
+))  # fmt: skip
+"""Attempts to hold on to objects and to handle them, with the distance from where the vehicle should have been."""
+
+
+class ModuleSettings(SensorSettings):
+    """A module that only has to work: a console, a classifier, a positioning system."""
+
+    capability: str = Field(description="class of the ontology that its service is advertised as")
+    cost_s: float = Field(0.0, ge=0.0, le=4000.0, description="seconds that one would wait to be spared its use")
+    precondition: Literal["none", "surveyed", "chosen", "identified", "held"] = Field(
+        "none", description="what has to be so before it is used; for the advertisement"
+    )
+    delay_s: float = Field(0.0, ge=0.0, description="how long a choice by it takes")
+    self_test: bool = Field(True, description="it tells its vehicle whether it works; else it fails in silence")
+
+    @property
+    def tells_state(self) -> bool:
+        """What ``self_test`` says."""
+        return self.self_test
+
+    def make(self, data: VehicleData) -> Sensor:
+        """It perceives nothing."""
+        return Passive()
+
+
+class Passive:
+    """Perceives nothing."""
+
+    table = None
+
+    def sense(self, pose: Pose, world: Site, now_s: float) -> list[Observation]:
+        """Nothing."""
+        return []
+
+
+class SurveyorSettings(ModuleSettings):
+    """A module that charts the seabed below and finds what lies there."""
+
+    reach_m: float = Field(gt=0.0, le=200.0, description="it charts so far to both sides of the track")
+    speed_limit_mps: float = Field(gt=0.0, description="greatest speed over ground at which it charts")
+    sigma_m: float = Field(
+        gt=0.0, le=32.0, description="standard deviation of the place of what it finds, on each axis"
+    )
+    sigma_likeness: float = Field(
+        0.125, gt=0.0, le=1.0, description="standard deviation of how much that looks like the target"
+    )
+    p_seen: float = Field(0.95, gt=0.0, le=1.0, description="probability that a pass shows an object within reach")
+
+    def make(self, data: VehicleData) -> Sensor:
+        """The module of a vehicle."""
+        return Surveyor(self, data)
+
+
+class Surveyor:
+    """Charts tiles, each once, and looks at objects within reach."""
+
+    table = CHARTED
+
+    def __init__(self, settings: SurveyorSettings, data: VehicleData) -> None:
+        self._settings, self._looks = settings, Looks("survey", data.node)
+        self._limit_mps = settings.speed_limit_mps * data.speed_factor * 1.000001
+        self._claimed: set[Tile] = set()
+        self._charted: set[Tile] = set()
+
+    def sense(self, pose: Pose, world: Site, now_s: float) -> list[Observation]:
+        """What is charted, and found, for the first time, or after a while again."""
+        if pose.ground_mps > self._limit_mps:
+            return []
+        settings, at_m = self._settings, (pose.x_m, pose.y_m)
+        found = []
+        for tile in world.below(pose.believed_m, settings.reach_m):
+            if tile not in self._claimed:
+                self._claimed.add(tile)
+                block, number = world.numbers[tile]
+                found.append(Observation(((block, "chartedTile", number),)))
+        for tile in world.below(at_m, settings.reach_m):
+            if tile not in self._charted:
+                self._charted.add(tile)
+                found.append(Observation(row=tile))
+        for number, one in enumerate(world.objects):
+            if distance(one.position_m, at_m) > settings.reach_m or not self._looks.is_due(number, now_s, 6.0):
+                continue
+            seen, like, *off = self._looks.draws(world.seed, number, 4)
+            if seen < settings.p_seen:
+                mean = LIKE_TARGET if one.is_target else LIKE_DECOY
+                likeness = min(1.0, max(0.0, mean + normal(like, settings.sigma_likeness)))
+                place = _placed(one, pose, off, settings.sigma_m)
+                found.append(
+                    _seen(place, settings.sigma_m, (SELF, "likeness", likeness, max(0.0625, settings.sigma_likeness)))
+                )
+        return found
+
+
+class FinderSettings(ModuleSettings):
+    """A module that sees from near what a candidate is, and where."""
+
+    range_m: float = Field(gt=0.0, description="farthest object that it sees")
+    speed_limit_mps: float = Field(0.8, gt=0.0, description="greatest speed over ground at which it sees something")
+    sigma_m: float = Field(gt=0.0, le=32.0, description="standard deviation of the place that it sees, on each axis")
+    p_right: float = Field(gt=0.5, le=1.0, description="probability that a look takes an object for what it is")
+
+    def make(self, data: VehicleData) -> Sensor:
+        """The module of a vehicle."""
+        return Finder(self, data)
+
+
+class Finder:
+    """Sees objects from near: each look takes an object for one thing, apart from all others, and says how surely."""
+
+    table = None
+
+    def __init__(self, settings: FinderSettings, data: VehicleData) -> None:
+        self._settings, self._looks = settings, Looks("find", data.node)
+        self._limit_mps = settings.speed_limit_mps * 1.000001
+
+    def sense(self, pose: Pose, world: Site, now_s: float) -> list[Observation]:
+        """Place of each object in range, and what it looks like."""
+        settings, at_m, found = self._settings, (pose.x_m, pose.y_m), []
+        if pose.ground_mps > self._limit_mps:
+            return []
+        for number, one in enumerate(world.objects):
+            if distance(one.position_m, at_m) > settings.range_m or not self._looks.is_due(number, now_s):
+                continue
+            right, *off = self._looks.draws(world.seed, number, 3)
+            place = _placed(one, pose, off, settings.sigma_m)
+            takes_for = "target" if one.is_target == (right < settings.p_right) else "decoy"
+            found.append(_seen(place, settings.sigma_m, (SELF, "looksLike", takes_for, settings.p_right)))
+        return found
+
+
+class EffectorSettings(ModuleSettings):
+    """A module that holds on to an object, or handles it: each attempt succeeds the less the farther it is off."""
+
+    does: Literal["hold", "handle"] = Field(description="whether it holds the vehicle in place or handles the object")
+    attempt_s: float = Field(gt=0.0, description="how long the vehicle has to be at rest for an attempt")
+    tolerance_m: float = Field(
+        gt=0.0, description="an attempt at a distance d from the object succeeds with probability exp(-(d/tolerance)^2)"
+    )
+
+    def make(self, data: VehicleData) -> Sensor:
+        """The module of a vehicle."""
+        return Effector(self, data)
+
+
+class Effector:
+    """Tries to hold or to handle the nearest object, time after time, while the vehicle is at rest."""
+
+    table = ATTEMPTS
+
+    def __init__(self, settings: EffectorSettings, data: VehicleData) -> None:
+        self._settings, self._looks, self._data = settings, Looks(settings.does, data.node), data
+        self._since_s: float | None = None
+        self._last_s = -math.inf
+
+    def sense(self, pose: Pose, world: Site, now_s: float) -> list[Observation]:
+        """The outcome of an attempt that ends now."""
+        at_m, nearest = (pose.x_m, pose.y_m), world.nearest((pose.x_m, pose.y_m))
+        if now_s - self._last_s > 1.5:  # it was off
+            self._since_s = None
+        self._last_s = now_s
+        if pose.ground_mps > REST_MPS or nearest is None or nearest[0] > REACH_M:
+            self._since_s = None
+            return []
+        self._since_s = now_s if self._since_s is None else self._since_s
+        if now_s - self._since_s < self._settings.attempt_s:
+            return []
+        self._since_s = now_s
+        off_m, number = nearest
+        one = world.objects[number]
+        (drawn,) = self._looks.draws(world.seed, number, 1)
+        off = off_m / self._settings.tolerance_m
+        succeeds = drawn < exp(-off * off)
+        row = self._settings.name, self._settings.does, one.name, distance(at_m, one.position_m), succeeds
+        if not succeeds:
+            return [Observation(row=row)]
+        done = "heldBy" if self._settings.does == "hold" else "handledBy"
+        place = one.position_m[0] + pose.error_m[0], one.position_m[1] + pose.error_m[1]
+        facts: tuple[Fact, ...] = ((SELF, "location", place, 0.5), (SELF, done, self._data.name))
+        return [Observation(facts, row, CANDIDATE, SAME_M)]
+
+
+class FixerSettings(ModuleSettings):
+    """A module that ranges a transponder: the vehicle goes there for a fix."""
+
+    stay_s: float = Field(40.0, gt=0.0, description="how long it has to hear the transponder")
+
+    def make(self, data: VehicleData) -> Sensor:
+        """The module of a vehicle."""
+        return Fixer(self.stay_s, data.name)
+
+
+class Fixer:
+    """Notes that the vehicle has heard the transponder for long enough."""
+
+    table = None
+
+    def __init__(self, stay_s: float, vehicle: str) -> None:
+        self._stay_s, self._vehicle = stay_s, vehicle
+        self._since_s: float | None = None
+
+    def sense(self, pose: Pose, world: Site, now_s: float) -> list[Observation]:
+        """That there was a fix, once it is so."""
+        at_m, place_m = (pose.x_m, pose.y_m), world.transponder_m
+        if place_m is None or distance(at_m, place_m) > world.transponder_range_m:
+            self._since_s = None
+            return []
+        self._since_s = now_s if self._since_s is None else self._since_s
+        if now_s - self._since_s < self._stay_s:
+            return []
+        self._since_s = math.inf
+        return [Observation(((self._vehicle, "fixedOn", True),))]
+
+
+class Looks:
+    """Counts looks at each object, and draws for them.
+
+    Args:
+        kind: of the module, one of ``KINDS``; node: of its vehicle.
+    """
+
+    def __init__(self, kind: str, node: int) -> None:
+        self._stream, self._node = KINDS.index(kind), node
+        self._next_s: dict[int, float] = {}
+        self._n: Counter[int] = Counter()
+
+    def is_due(self, number: int, now_s: float, times: float = 1.0) -> bool:
+        """True if an object is to be looked at again, ``times`` the usual time after the last look."""
+        if now_s < self._next_s.get(number, -math.inf) or self._n[number] >= MOST_LOOKS:
+            return False
+        self._next_s[number] = now_s + times * LOOK_S
+        return True
+
+    def draws(self, seed: int, number: int, n: int) -> list[float]:
+        """Uniform numbers in [0, 1) for the next look at an object."""
+        look, self._n[number] = self._n[number], self._n[number] + 1
+        stream = 8 * (len(KINDS) * number + self._stream)
+        return [loss.uniform(seed, loss.LOOKS, look, self._node, stream + draw) for draw in range(n)]
+
+
+def normal(share: float, sigma: float) -> float:
+    """A normal error of mean 0, from a uniform number."""
+    return sigma * normal_quantile(min(max(share, EDGE), 1.0 - EDGE))
+
+
+def _placed(one: Lying, pose: Pose, off: list[float], sigma_m: float) -> Point:
+    """Where a vehicle takes an object to lie that it sees."""
+    (x_m, y_m), (east_m, north_m) = one.position_m, pose.error_m
+    return x_m + east_m + normal(off[0], sigma_m), y_m + north_m + normal(off[1], sigma_m)
+
+
+def _seen(place_m: Point, sigma_m: float, *facts: Fact) -> Observation:
+    return Observation(((SELF, "location", place_m, max(0.5, sigma_m)), *facts), (), CANDIDATE, SAME_M)
+
 
 SURVEY, CHOOSE, FIX, FIND, HOLD, HANDLE = "survey", "choose", "fix", "find", "hold", "handle"
 ON_BOARD = (FIND, HOLD, HANDLE)

@@ -7,8 +7,8 @@ from collections.abc import Collection
 from missions.meeting.meeting import Meeting
 from missions.meeting.truth import JobTruth
 from missions.trident.choreography import Monitor
-from missions.trident.modules import ATTEMPTS, CHARTED
 from missions.trident.scenario import TridentScenario
+from missions.trident.services import ATTEMPTS, CHARTED
 from missions.trident.site import TARGET, Site, Tile
 from missions.trident.tasks import WORKING
 from remoras.mission import FleetView, Milestone

@@ -308,8 +308,8 @@ def _comparison_lines(rows: Sequence[Comparison]) -> Sequence[str]:
 
 def _notes(rows: Sequence[Comparison]) -> Iterator[str]:
     """What to know of the rows of one metric: restricted means, unequal work, too few runs."""
-    from missions.comparison.pairs import SIGNIFICANT, least_p_holm
     from missions.comparison.ranking import of_unequal_work
+    from missions.comparison.treatments import SIGNIFICANT, least_p_holm
 
     if rows[0].n_reached is not None:
         n, reached = sum(row.n for row in rows), sum(row.n_reached or 0 for row in rows)

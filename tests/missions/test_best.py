@@ -5,7 +5,7 @@ import pytest
 from sampling import sampled
 
 from benchmarks.intervals import error_rate
-from missions.comparison.best import least_p, worse_p
+from missions.comparison.ranking import least_p, worse_p
 
 
 def draws(seed: int) -> np.random.Generator:

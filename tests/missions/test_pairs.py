@@ -3,8 +3,7 @@
 import pytest
 
 from missions.comparison.intervals import NoInterval
-from missions.comparison.pairs import paired_with
-from missions.comparison.treatments import Measured
+from missions.comparison.treatments import Measured, paired_with
 
 
 def test_each_value_is_compared_with_that_of_its_own_repeat() -> None:

@@ -6,9 +6,9 @@ from collections.abc import Iterable, Sequence
 
 from missions.comparison.effects import MainEffect
 from missions.comparison.intervals import FEW, INTERVALS_OF_MEANS
-from missions.comparison.pairs import SIGNIFICANT
 from missions.comparison.ranking import are_too_few, of_unequal_work
 from missions.comparison.rows import Comparison, Rank
+from missions.comparison.treatments import SIGNIFICANT
 from missions.metric import Better, MetricRecord
 from missions.sweeps.folder import SweepResults
 from visualisation import words

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from missions.arrows.bayes import disagreement, divergence, entropy, log2_of, look_information, posterior
+from missions.arrows.belief_map import disagreement, divergence, entropy, log2_of, look_information, posterior
 
 RATES = np.array([[0.1, 0.5, 0.9], [0.02, 0.3, 0.6]])
 """Of two detectors: for nothing and two kinds."""

@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from searching import Facts, mission
 
-from missions.arrows.chart import CONTACT, SWEPT
-from missions.arrows.grid import CellGrid, contact_code, contact_of, swept_code, swept_of
+from missions.arrows.belief_map import CONTACT, SWEPT
+from missions.arrows.seafloor import CellGrid, contact_code, contact_of, swept_code, swept_of
 
 GRID = CellGrid(-10.0, 5.0, 10.0, 7, 9)
 

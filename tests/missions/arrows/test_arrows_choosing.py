@@ -15,7 +15,7 @@ import missions.arrows.choosing as choosing_module
 from missions.arrows.behaviours import HELD_S, Held
 from missions.arrows.choosing import Choosing, Leg, Return, Trail, goes_on, lawnmower_track
 from missions.arrows.contact import Find, Hearers, Leash, Reach, contact_range_m
-from missions.arrows.grid import contact_code
+from missions.arrows.seafloor import contact_code
 from remoras.activities import Activity, ActivityType
 from remoras.motion import Motion
 from remoras.picture import Peers, Picture

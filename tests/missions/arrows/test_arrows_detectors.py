@@ -5,7 +5,7 @@ import math
 import numpy as np
 from searching import mission
 
-from missions.arrows.chart import CONTACT, SWEPT
+from missions.arrows.belief_map import CONTACT, SWEPT
 from missions.arrows.detectors import (
     AcousticSettings,
     ClassifyingCameraSettings,

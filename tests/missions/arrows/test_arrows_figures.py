@@ -7,8 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure as Sheet
 from searching import mission, run
 
-from missions.arrows.figures import LEVELS, draw_maps
-from missions.arrows.metrics import found_at_s, sites_of
+from missions.arrows.metrics import LEVELS, draw_maps, found_at_s, sites_of
 from missions.arrows.truth import looks_known
 from missions.runs.results import MemoryResults
 

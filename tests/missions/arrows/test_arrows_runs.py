@@ -8,10 +8,10 @@ import pytest
 from searching import SCENARIO, SILENCE, Facts, mission, run, run_of, text
 
 from missions.arrows.detectors import shown_code
-from missions.arrows.grid import contact_code
 from missions.arrows.metrics import METRICS
 from missions.arrows.mission import ArrowsMission
 from missions.arrows.scenario import SITES
+from missions.arrows.seafloor import contact_code
 from missions.runs.run import Run
 from remoras.activities import Activity, ActivityType
 from remoras.behaviours import Behaviour

@@ -11,7 +11,7 @@ from small_mission import SMALL
 
 from missions.errors import ConfigurationFault
 from missions.mapping import MappingMission
-from missions.mapping.checks import MAX_CELLS
+from missions.mapping.mission import MAX_CELLS
 
 POND: dict[str, Any] = tomllib.loads(SMALL)
 SQUARE = [[0.0, 0.0], [100.0, 0.0], [100.0, 100.0], [0.0, 100.0]]

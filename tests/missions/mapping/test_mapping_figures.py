@@ -10,7 +10,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure as Sheet
 
 from missions.figure import Figure, Layer, Mark
-from missions.mapping.figures import FIGURES, draw_coverage, draw_mapped_cells, draw_objects, first_mapped, places
+from missions.mapping.metrics import FIGURES, draw_coverage, draw_mapped_cells, draw_objects, first_mapped, places
 
 ROWS = [(10.0, "A", 0, 0), (20.0, "B", 0, 0), (30.0, "B", 1, 0), (40.0, "A", 2, 1)]
 """B maps again what A has mapped: time (s), vehicle, column and row of the cell."""

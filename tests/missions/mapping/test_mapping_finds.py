@@ -12,8 +12,15 @@ from surveying import mapper
 from missions.document import Document
 from missions.errors import ConfigurationError
 from missions.mapping import MappingMission
-from missions.mapping.finds import InspectionJob, find_names, seabed_with_finds, weight_in_cells
-from missions.mapping.inspecting import NO_WAY_S, PATIENCE_S, Inspecting
+from missions.mapping.detections import (
+    NO_WAY_S,
+    PATIENCE_S,
+    Inspecting,
+    InspectionJob,
+    find_names,
+    seabed_with_finds,
+    weight_in_cells,
+)
 from missions.mapping.scenario import FindsTable
 from missions.mapping.sensors import Seabed, SeabedFeature, Stays, SwathSensor
 from missions.runs.results import manifest

@@ -11,8 +11,7 @@ from typing import Any
 import pytest
 
 import remoras
-from missions.mapping.objects import CLASSES, MOST_SHARE, Classifier, ClassifierSettings
-from missions.mapping.sensors import Seabed, SeaObject
+from missions.mapping.sensors import CLASSES, MOST_SHARE, Classifier, ClassifierSettings, Seabed, SeaObject
 from missions.runs.known import KnownAt
 from remoras.sensor import Observation, Pose
 from worldmodel import core_ontology_paths, read_tbox

@@ -3,7 +3,7 @@
 import pytest
 from surveying import mapper
 
-from missions.mapping.places import positioning, room_of
+from missions.mapping.behaviours import positioning, room_of
 from missions.runs.run import run
 from missions.scenarios import load
 from remoras.motion import Motion

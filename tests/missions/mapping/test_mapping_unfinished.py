@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from missions.mapping.jobs import SurveyJob
-from missions.mapping.unfinished import AfterWork, Unfinished
+from missions.mapping.tasks import AfterWork, Unfinished
 from missions.runs.run import run
 from missions.runs.setup import resolved
 from missions.scenarios import load, shipped

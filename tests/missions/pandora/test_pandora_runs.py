@@ -11,8 +11,7 @@ from sampling import sampled
 from servicing import flown
 
 from missions.figure import Mark
-from missions.pandora.figures import FIGURES
-from missions.pandora.metrics import n_false_alarms
+from missions.pandora.metrics import FIGURES, n_false_alarms
 from missions.runs.run import Run, run
 from missions.runs.summary import summary
 from missions.scenarios import load

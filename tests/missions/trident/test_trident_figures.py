@@ -8,7 +8,7 @@ from intervening import run
 from matplotlib.figure import Figure as Sheet
 
 from missions.runs.results import MemoryResults
-from missions.trident.figures import FIGURES, draw_choreography, draw_services, draw_site, statuses, uses
+from missions.trident.metrics import FIGURES, draw_choreography, draw_services, draw_site, statuses, uses
 
 
 class Style:

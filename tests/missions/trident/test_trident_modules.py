@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from missions.trident.modules import (
+from missions.trident.services import (
     ATTEMPTS,
     CHARTED,
     EffectorSettings,

@@ -7,7 +7,7 @@ from intervening import SEED, Run, metric, run, said
 from sampling import sampled
 
 from missions.trident.behaviours import Escorting
-from missions.trident.modules import ATTEMPTS
+from missions.trident.services import ATTEMPTS
 from remoras.behaviours import ADVANCING, DUE, IDLE, Reference
 from remoras.motion import Motion
 from remoras.picture import Picture

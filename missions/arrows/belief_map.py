@@ -1,4 +1,4 @@
-"""Bayes' rule over cells: what looks with known error rates say of what lies where.
+"""Beliefs of each vehicle on a grid of cells: Bayesian updates of detections, and the shared map.
 
 Each cell holds one thing at most: nothing, or one of some kinds. Given what it holds, looks at it are independent, and
 cells are independent of each other; so the map after any looks is prior times likelihoods, cell by cell::
@@ -13,15 +13,22 @@ Information is in bits. The information of a look at a cell is the mutual inform
 cell holds, what it may be expected to tell; what looks have told is the divergence of the map from the prior (Kullback
 and Leibler), whose mean over what may be the case is the former (Cover and Thomas, Elements of Information Theory,
 chapter 2).
+
+Looks come as facts. Only how often each detector found something in a cell, and how often not, counts: two vehicles
+that know of the same looks have the same map, to the last bit, in whatever order they heard of them.
 """
 
 from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 import numpy.typing as npt
 
 from exchange.arithmetic import LN2
-from missions.arrows.grid import Array, summed
+from missions.arrows.scenario import SITES
+from missions.arrows.seafloor import N_DETECTORS, Array, CellGrid, contact_of, summed, swept_of
+from remoras.known import Known
 
 Counts = npt.NDArray[np.int64]
 SMALLEST = 1e-250
@@ -136,3 +143,80 @@ def disagreement(charts: list[Array]) -> float:
     for chart in charts[1:]:
         within += entropy(chart)
     return max(0.0, summed(entropy(mean) - within / len(charts)))
+
+
+SWEPT, CONTACT = "swept", "contact"
+"""Attributes of vehicles: looks that found nothing, and looks that found something."""
+
+
+class Chart:
+    """A map, brought up to date from what is known.
+
+    Args:
+        grid: the cells.
+        prior: shape (1 + kinds, n_cells); the first row is nothing.
+        rates: of contacts by detector and kind, shape (detectors, 1 + kinds).
+        names: of the kinds, nothing first.
+    """
+
+    def __init__(self, grid: CellGrid, prior: Array, rates: Array, names: Sequence[str]) -> None:
+        self.grid, self.prior, self.rates, self.names = grid, prior, rates, names
+        self._sites = [number for number, name in enumerate(names) if name in SITES]
+        self._n_told = -1
+        self._seen: dict[tuple[str, str], set[int]] = {}
+        self._clear()
+
+    def _clear(self) -> None:
+        self._seen.clear()
+        self._n_yes = np.zeros((N_DETECTORS, self.grid.n_cells), dtype=np.int64)
+        self._n_no = self._n_yes.copy()
+        self._shares: Array | None = self.prior
+
+    @property
+    def shares(self) -> Array:
+        """What each cell holds: shape (1 + kinds, n_cells), columns sum to 1."""
+        if self._shares is None:
+            self._shares = posterior(self.prior, self.rates, self._n_yes, self._n_no)
+        return self._shares
+
+    @property
+    def holds_find(self) -> npt.NDArray[np.bool_]:
+        """Cells in which somebody has found something, shape (n_cells,)."""
+        return np.asarray(self._n_yes.any(axis=0))
+
+    def sites(self, shares: Array) -> Array:
+        """The part of shares of kinds, shape (1 + kinds, ...), that are sites."""
+        total: Array = np.zeros_like(shares[0])
+        for number in self._sites:
+            total = total + shares[number]
+        return total
+
+    def update(self, facts: Known, vehicles: Sequence[str]) -> None:
+        """Take in what is known of the looks of some vehicles."""
+        if facts.n_told == self._n_told:
+            return
+        for attribute in (SWEPT, CONTACT):
+            for vehicle in vehicles:
+                known, seen = facts.values((attribute, vehicle)), self._seen.get((attribute, vehicle), set())
+                if len(known) < len(seen):  # somebody is banned now
+                    self._clear()
+                    self.update(facts, vehicles)
+                    return
+                if len(known) > len(seen):
+                    new = known - seen
+                    self.add(attribute, new)
+                    self._seen[attribute, vehicle] = seen | new
+        self._n_told = facts.n_told
+
+    def add(self, attribute: str, codes: Iterable[int]) -> None:
+        """Take in looks, each once."""
+        for code in codes:
+            if attribute == CONTACT:
+                detector, cell = contact_of(int(code))
+                if cell < self.grid.n_cells:
+                    self._n_yes[detector, cell] += 1
+            else:
+                detector, tile, mask = swept_of(int(code))
+                for cell in self.grid.cells_of(tile, mask):
+                    self._n_no[detector, cell] += 1
+        self._shares = None
