@@ -1,12 +1,13 @@
 """A small fleet on the air whose vehicles die and begin anew; an independent record says who believes what is false."""
 
 from collections.abc import Callable
+from itertools import permutations
 
 from exchange.manager import ExchangeManager
 from exchange.packets import ItemUid, Reception
 from exchange.policies import POLICIES
 from stress.conformance.radio import TBOX, ManagerFleet, instances, needs
-from worldmodel import WorldModel, merge
+from worldmodel import Value, WorldModel, merge
 
 Lost = Callable[[int, int], bool]
 
@@ -14,12 +15,12 @@ Lost = Callable[[int, int], bool]
 class Sea(ManagerFleet):
     """A fleet whose vehicles may begin anew; ``heard_epoch[p][r]`` is the newest epoch that p can have heard r's of."""
 
-    def __init__(self, n_nodes: int, policy: str, payload_bytes: int = 64) -> None:
-        super().__init__(n_nodes, policy, payload_bytes)
+    def __init__(self, n_nodes: int, policy: str, payload_bytes: int = 64, carrier_evidence: bool = True) -> None:
+        super().__init__(n_nodes, policy, payload_bytes, carrier_evidence)
         self.policy = POLICIES[policy]
         self.dead: set[int] = set()
         self.known = [[0] * n_nodes for _ in range(n_nodes)]
-        self.receptions: list[tuple[int, Reception]] = []
+        self.told: list[ItemUid] = []
 
     def restart(self, node: int, keeps: bool) -> None:
         """Begin anew in the next epoch, with an empty world model or with what was in the one before."""
@@ -53,7 +54,6 @@ class Sea(ManagerFleet):
     def deliver(self, receiver: int, data: bytes, now_s: float) -> Reception:
         reception = self.managers[receiver].receive(data, now_s)
         merge(self.models[receiver], reception.blocks, now_s)
-        self.receptions.append((receiver, reception))
         if reception.fault is None:
             self.known[receiver][reception.sender] = self.models[reception.sender].epoch
         return reception
@@ -68,27 +68,24 @@ class Sea(ManagerFleet):
     def digests(self) -> list[str]:
         return [str(sorted(model.digest().items())) for node, model in enumerate(self.models) if node not in self.dead]
 
-    def items(self) -> list[ItemUid]:
-        found = {
-            ItemUid(o, s, 0, e)
-            for model in self.models
-            for (o, e), log in model.logs.items()
-            for s in range(len(log.blocks) + 40)
-            if log.has(s)
-        }
-        return sorted(found)
+    def observe(self, node: int, *facts: tuple[int, int, Value]) -> tuple[ItemUid, ...]:
+        told = super().observe(node, *facts)
+        self.told += told
+        return told
+
+    def has(self, node: int, uid: ItemUid) -> bool:
+        """True if its world model has the block, or its manager the part of a block that is not whole yet."""
+        guid = uid.origin, uid.epoch, uid.sequence
+        manager = self.managers[node]
+        return self.models[node].has_arrived(guid) or (guid in manager.half_blocks() and manager.holds(uid))
 
     def wrong(self) -> list[tuple[int, int, ItemUid]]:
         """Who believes of whom that it holds what it lacks, though it has heard of that one's last beginning."""
+        alive = set(range(self.n_nodes)) - self.dead
+        links = [(me, peer) for me, peer in permutations(alive, 2) if self.known[me][peer] == self.models[peer].epoch]
         return [
-            (one, peer, uid)
-            for uid in self.items()
-            for one in range(self.n_nodes)
-            for peer in range(self.n_nodes)
-            if one != peer
-            and one not in self.dead
-            and peer not in self.dead
-            and self.known[one][peer] == self.models[peer].epoch
-            and self.managers[one].believes(peer, uid)
-            and not self.models[peer].has_arrived((uid.origin, uid.epoch, uid.sequence))
+            (me, peer, uid)
+            for me, peer in links
+            for uid in self.told
+            if self.managers[me].believes(peer, uid) and not self.has(peer, uid)
         ]

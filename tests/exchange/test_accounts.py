@@ -55,15 +55,6 @@ def test_an_account_arrives_as_it_was_said(made: tuple[int, int, Account]) -> No
     assert len(data) - overhead <= -(-codec.accounts[0].encode(account, sender)[1] // 8)
 
 
-@given(made_accounts(), st.integers(0, 10_000))
-def test_a_shortened_account_is_refused(made: tuple[int, int, Account], cut: int) -> None:
-    n_nodes, sender, account = made
-    codec = codec_of(n_nodes, "adaptive")
-    data = codec.encode(sender, [0] * n_nodes, account=account)
-    with pytest.raises(PeerFault):
-        codec.decode(data[: cut % len(data)])
-
-
 @pytest.mark.parametrize("n_nodes", [2, 3, 5, 8, 16])
 def test_sizes_are_those_that_the_study_reckons_with(n_nodes: int) -> None:
     accounts, bits = accounts_of(n_nodes), (N_BLOCKS - 1).bit_length()
@@ -81,28 +72,6 @@ def forged(fleet: ManagerFleet, account: Account) -> bytes:
     while fleet.slot % 3 != 1:
         fleet.pass_slot()
     return fleet.codec.encode(1, [0] * 3, frame=fleet.slot // 3, slot_start_s=fleet.now_s, account=account)
-
-
-@pytest.mark.parametrize(
-    "account",
-    [
-        Account((OriginStatement(2, 3, 5, 2, 0b11, True),)),
-        Account((OriginStatement(2, 0, 900, 4, 0b1111, True),)),
-        Account((), (HolderSet(2, 0, 900, 0b111), HolderSet(0, 5, 0, 0b111))),
-        Account((OriginStatement(2, 0, 0, 3, 0b111, False),), (), (b"\x5a" * 9,)),
-        Account((), (), (b"\x5a" * 9, b"\xff" * 9)),
-    ],
-    ids=["another life", "beyond what was told", "holders of nothing", "a symbol over nothing told", "over nothing"],
-)
-def test_what_cannot_be_changes_no_belief(account: Account) -> None:
-    fleet = fleet_of_three()
-    uid = fleet.maps(0, 5)
-    data = forged(fleet, account)
-    manager, now_s = fleet.managers[0], fleet.now_s + 1.0
-    before = [manager.believes(peer, uid) for peer in (1, 2)]
-    heard = manager.receive(data, now_s)
-    assert not heard.blocks
-    assert [manager.believes(peer, uid) for peer in (1, 2)] == before
 
 
 def test_what_is_decoded_and_cannot_be_is_refused_and_counted() -> None:

@@ -3,7 +3,7 @@
 import pytest
 
 from exchange.manager import ExchangeManager
-from exchange.packets import Fragment, ItemUid
+from exchange.packets import Fragment
 from exchange.policies import POLICIES
 from exchange.wire.codec import Codec, Widths
 from stress.conformance.radio import (
@@ -112,15 +112,6 @@ def test_a_part_with_other_content_makes_a_block_with_that_part():
     assert fault.code is FaultCode.GUID_CONFLICT
 
 
-def test_a_part_with_other_content_before_the_block_is_whole_waits_for_nothing():
-    parts = [Fragment(0, 0, 0.0, (fact,), index, 2) for index, fact in enumerate(cells(2, 2))]
-    other = parts[0]._replace(facts=(PropertyValue(bay(2), MAPPED_CELL, 99.0),))
-    fleet = ManagerFleet(2)
-    assert heard(fleet, 1, parts[0]) == heard(fleet, 1, other, frame=1) == ()
-    assert heard(fleet, 1, parts[1], frame=2) == ()
-    assert len(fleet.models[1].history(bay(2), MAPPED_CELL)) == 2
-
-
 def test_a_block_that_was_first_heard_cut_otherwise_still_comes_in():
     """A damaged count: part 0 of 2 of an item that was whole."""
     fleet = ManagerFleet(2)
@@ -131,18 +122,6 @@ def test_a_block_that_was_first_heard_cut_otherwise_still_comes_in():
 
 
 # Facts from the future ----------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(("late_s", "is_refused"), [(1.0, False), (1.1, True), (3000.0, True)])
-def test_a_fact_later_than_its_arrival_and_tolerance_refuses_the_packet(late_s: float, is_refused: bool):
-    """It arrives at 1.0 s; the tolerance is 1 s unless a model is told otherwise."""
-    fleet = ManagerFleet(2)
-    assert fleet.models[1].clock_tolerance_s == 1.0
-    sound, late = Fragment(0, 0, 0.0, cells(2, 1)), Fragment(0, 1, round(1.0 + late_s, 1), cells(2, 1))
-    reception = fleet.deliver(1, packet_of(fleet, 0, sound, late), 1.0)
-    assert (reception.fault is not None) == is_refused == (fleet.managers[1].n_faults == 1)
-    assert len(reception.blocks) == (0 if is_refused else 2)
-    assert fleet.managers[1].holds(ItemUid(0, 0, 0)) != is_refused
 
 
 def test_a_coarse_clock_makes_no_sound_fact_one_of_the_future():
