@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from statistics import fmean
 
 from missions.comparison.intervals import NoInterval, mean_interval
-from stress.conformance.radio import ManagerFleet
+from remoras.testing.policies import ManagerFleet
 
 N_NODES, PER = 6, 0.4
 HALF = N_NODES // 2

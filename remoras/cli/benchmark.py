@@ -133,7 +133,7 @@ def _conform(references: Sequence[str]) -> None:
 def _checks(kind: str, name: str) -> Sequence[str]:
     """Names of the checks that a plug-in passes; ends the command if it fails one."""
     from remoras.errors import PluginError
-    from stress.conformance.command import conforms
+    from remoras.testing import conforms
 
     try:
         return list(conforms(kind, name))
@@ -208,7 +208,7 @@ def check(
 ) -> None:
     """Hold a plug-in against its seam: every check that it has to pass."""
     from missions.scenarios.named import importable
-    from stress.conformance.command import KINDS
+    from remoras.testing import KINDS
 
     check_known("kind", kind, KINDS)
     passed = _checks(kind, name if kind == "mission" else importable(name))

@@ -40,7 +40,7 @@ def test_the_report_has_table_kinds_and_recoveries(report: tuple[dict[str, objec
 
 
 BREAKS = """
-from remoras.testing import Moment
+from stress.invariants.seam import Moment
 
 class Never:
     name = "never"

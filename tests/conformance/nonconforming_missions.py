@@ -13,7 +13,7 @@ from remoras.behaviours import Behaviour, Standing
 from remoras.database import VehicleData
 from remoras.mission import FleetView, Mission
 from remoras.recorder import TIME, Column, Recorder, Table
-from stress.conformance.statements import Visit
+from remoras.testing.sample_worlds import Visit
 
 
 class Partial(Mission):

@@ -13,8 +13,8 @@ from remoras.strategies.fixed_partition import FixedPartition
 from remoras.strategies.founding import common_roles
 from remoras.strategies.status_broadcast import StatusBroadcast
 from remoras.strategy import Declaration, Move, Negotiator, Situation, Statement
+from remoras.testing.strategies import OFTEN
 from remoras.work import Work
-from stress.conformance.strategies import OFTEN
 
 
 @dataclass(frozen=True, slots=True)

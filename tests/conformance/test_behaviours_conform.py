@@ -20,7 +20,7 @@ from remoras.behaviours import (
     Working,
 )
 from remoras.functional.vital import ReturningHome, ReturningToArea
-from stress.conformance import behaviours as conformance
+from remoras.testing import behaviours as conformance
 
 CORNERS_M = ((0.0, 0.0), (50.0, 0.0), (50.0, 50.0), (0.0, 50.0))
 MADE: dict[str, Callable[[], Behaviour]] = {

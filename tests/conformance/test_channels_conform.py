@@ -12,7 +12,7 @@ from exchange.acoustics.shipped import CHANNELS
 from exchange.acoustics.trace import TraceChannel
 from missions.scenarios.channel import model_named
 from remoras.errors import PluginError
-from stress.conformance import channels as conformance
+from remoras.testing import channels as conformance
 
 LINKS = [{"sender": "A", "receiver": "B", "per": 1.0}, {"sender": "C", "receiver": "A", "per": 0.4}]
 RECORDED = str(Path(__file__).parent / "recorded_links.csv")

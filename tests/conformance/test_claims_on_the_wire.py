@@ -2,7 +2,7 @@
 
 from exchange.packets import Fragment
 from missions.runs.setup import resolved
-from stress.conformance.worlds import small_patches
+from remoras.testing.sample_worlds import small_patches
 from worldmodel import PropertyValue
 
 

@@ -24,9 +24,9 @@ from missions.scenarios import load
 from remoras.organisation import Organisation
 from remoras.recorder import TIME, VEHICLE, Column, Table
 from remoras.strategies.founding import common_roles, founded
+from remoras.testing import behaviours as behaviour_conformance
+from remoras.testing import sensors as sensor_conformance
 from remoras.work import Outlook, Work
-from stress.conformance import behaviours as behaviour_conformance
-from stress.conformance import sensors as sensor_conformance
 
 
 def example_of(documented: Any) -> str:

@@ -5,7 +5,7 @@ import time
 import pytest
 
 from exchange.drivers import AT_ONCE, Ether, MemoryDriver, Paced, Socket, TimedPacket, UdpDriver
-from stress.conformance import drivers as conformance
+from remoras.testing import channels as conformance
 
 
 def air_s(size_bits: int) -> float:
@@ -38,7 +38,7 @@ class Cutting(MemoryDriver):
 
 @pytest.mark.parametrize("make", [in_memory, over_udp])
 def test_shipped_drivers_conform(make) -> None:
-    conformance.check(make)
+    conformance.check_driver(make)
 
 
 @pytest.mark.parametrize("kind", [Deaf, Cutting])
@@ -49,4 +49,4 @@ def test_others_are_found_out(kind: type[MemoryDriver]) -> None:
         return one, other, pace
 
     with pytest.raises(AssertionError, match="never heard"):
-        conformance.check(make)
+        conformance.check_driver(make)

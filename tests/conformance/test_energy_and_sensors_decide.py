@@ -16,8 +16,8 @@ from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecif
 from remoras.social.reports import Reports
 from remoras.strategies import strategies
 from remoras.strategies.allocation import Engagement, affordable, planned
+from remoras.testing.sample_worlds import Visit
 from remoras.work import Outlook, Work
-from stress.conformance.statements import Visit
 from tests.remoras.samples import auv, database
 from worldmodel import merge
 

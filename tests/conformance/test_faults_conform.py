@@ -9,7 +9,7 @@ from sampling import sampled
 
 from missions.fault import kinds
 from missions.scenarios.faults import kind_named
-from stress.conformance import faults as conformance
+from remoras.testing import faults as conformance
 
 KEYS: dict[str, dict[str, Any]] = {"biased": {"attribute": "location", "offset": [1.0, 1.0]}}
 """Keys that a kind cannot do without, and that no seed draws."""

@@ -17,7 +17,7 @@ from missions.recovery import RecoveryMission
 from missions.resupply import ResupplyMission
 from missions.scenarios import load
 from remoras.mission import Mission
-from stress.conformance import missions as conformance
+from remoras.testing import missions as conformance
 from tests.missions.small_mission import SMALL
 
 

@@ -7,7 +7,7 @@ import pytest
 from missions.runs.run import Run, run
 from missions.scenarios.scenario import Scenario
 from remoras.strategies import strategies
-from stress.conformance.worlds import small_patches
+from remoras.testing.sample_worlds import small_patches
 
 DURATION_S = 600.0
 

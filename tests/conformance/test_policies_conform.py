@@ -7,7 +7,7 @@ import nonconforming_policies as broken
 import pytest
 
 from exchange.policies import POLICIES, AckPolicy
-from stress.conformance import policies as conformance
+from remoras.testing import policies as conformance
 
 CONFORMING = {**POLICIES, "from outside": broken.SPARSE}
 

@@ -7,7 +7,7 @@ from sample_vehicles import AUV
 from missions.mapping.mission import MappingMission
 from missions.mapping.sensors import Seabed, SwathSettings
 from remoras.sensor import SensorSettings
-from stress.conformance import sensors as conformance
+from remoras.testing import sensors as conformance
 
 CORNERS_M = ((50.0, 50.0), (150.0, 50.0), (150.0, 150.0), (50.0, 150.0))
 

@@ -8,7 +8,7 @@ import pytest
 
 from remoras.errors import PluginError
 from remoras.strategies import Strategy, strategies
-from stress.conformance import strategies as conformance
+from remoras.testing import strategies as conformance
 
 SHIPPED = strategies()
 LONG = {conformance.check_states_within_the_group}

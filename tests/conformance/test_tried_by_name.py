@@ -2,8 +2,8 @@
 
 import pytest
 
-from remoras.testing import conforms
-from stress.conformance.command import KINDS, main
+from remoras.testing import KINDS, conforms
+from remoras.testing.__main__ import main
 
 
 def test_a_shipped_model_passes_every_check(capsys: pytest.CaptureFixture[str]) -> None:

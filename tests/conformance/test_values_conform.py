@@ -5,7 +5,7 @@ from nonconforming_values import Counting, Disordered, Endless, Meddling, Namele
 
 from exchange.values import Moment, ValueRule, Waiting
 from missions.scenarios.values import VALUE_RULES
-from stress.conformance.values import check
+from remoras.testing.policies import check_value_rule as check
 
 
 @pytest.mark.parametrize("name", sorted(VALUE_RULES))

@@ -22,8 +22,8 @@ from remoras.motion import Motion
 from remoras.organisation import Group
 from remoras.picture import Picture
 from remoras.recorder import Recorder
+from remoras.testing.sample_worlds import Visit
 from remoras.work import Point
-from stress.conformance.statements import Visit
 
 WORDS = """
 @prefix rm: <https://w3id.org/remoras/marine#> .

@@ -6,7 +6,7 @@ from itertools import permutations
 from exchange.manager import ExchangeManager
 from exchange.packets import ItemUid, Reception
 from exchange.policies import POLICIES
-from stress.conformance.radio import TBOX, ManagerFleet, instances, needs
+from remoras.testing.policies import TBOX, ManagerFleet, instances, needs
 from worldmodel import Value, WorldModel, merge
 
 Lost = Callable[[int, int], bool]

@@ -9,8 +9,7 @@ from exchange.packets import ItemUid
 from exchange.policies import POLICIES
 from exchange.schedule import TdmaSchedule
 from exchange.wire.codec import Codec, Framing
-from remoras.testing import Life, Make, Storm
-from stress.conformance.radio import (
+from remoras.testing.policies import (
     AREA_DONE,
     DURATION_S,
     MAPPED_CELL,
@@ -22,6 +21,8 @@ from stress.conformance.radio import (
     instances,
     needs,
 )
+from stress.lives import Life
+from stress.storm.storm import Make, Storm
 from worldmodel import TYPE_UID, Keeping, WorldModel
 from worldmodel.remembering import remember
 

@@ -12,7 +12,7 @@ from exchange.policies import STATING
 from exchange.schedule import TdmaSchedule
 from exchange.statements import MOST_STATED, MOST_SYMBOL_BYTES, MOST_SYMBOLS, holder_set_bits, statement_bits
 from exchange.wire.accounts import AccountCodec
-from stress.conformance.radio import MAPPED_CELL, N_BLOCKS, ManagerFleet, codec_of, needs
+from remoras.testing.policies import MAPPED_CELL, N_BLOCKS, ManagerFleet, codec_of, needs
 from worldmodel import Block, PropertyValue
 
 ADAPTIVE = STATING["adaptive"]

@@ -20,7 +20,7 @@ from exchange.errors import PeerFault
 from exchange.packets import Account, Fragment, HolderSet, InfluenceSignal, ItemUid, OriginStatement, Packet, Summary
 from exchange.policies import POLICIES
 from exchange.wire.codec import Codec, Framing
-from stress.conformance.radio import (
+from remoras.testing.policies import (
     DURATION_S,
     MAPPED_CELL,
     N_BLOCKS,

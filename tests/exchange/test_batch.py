@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from exchange import Observations, decode_observations, encode_observations
 from exchange.errors import ConfigurationError, PeerFault
-from stress.conformance.radio import MAPPED_CELL, POSITION, TBOX, codec_of, instances
+from remoras.testing.policies import MAPPED_CELL, POSITION, TBOX, codec_of, instances
 from worldmodel import ValueKind
 
 N_NODES = 4

@@ -18,8 +18,17 @@ from hypothesis import strategies as st
 from exchange.drivers.memory import Ether
 from exchange.packets import InfluenceSignal
 from exchange.policies import POLICIES, AckPolicy
-from stress.conformance.policies import Nodes, ReferenceStudy, item_bits, one_size_fleet, symbol_bits
-from stress.conformance.radio import MAPPED_CELL, POSITION, bay, role
+from remoras.testing.policies import (
+    MAPPED_CELL,
+    POSITION,
+    Nodes,
+    ReferenceStudy,
+    bay,
+    item_bits,
+    one_size_fleet,
+    role,
+    symbol_bits,
+)
 
 CALM_FRAMES = 60
 """Without loss behind a schedule, at most: an item is told, acknowledged and passed on in far less."""

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from exchange.blocks import MAX_FRAGMENTS, Assembly, fragments_of
 from exchange.errors import ConfigurationError
 from exchange.packets import Fragment
-from stress.conformance.radio import BATTERY, MAPPED_CELL, POSITION, bay, block_of_cells, codec_of
+from remoras.testing.policies import BATTERY, MAPPED_CELL, POSITION, bay, block_of_cells, codec_of
 from worldmodel import EPOCHS, Block, PropertyValue
 
 N_NODES = 4

@@ -15,7 +15,7 @@ from exchange.wire.codec import ERA_FACTORS, ERA_INVERSES, ERAS, GRAMMAR, Codec,
 from exchange.wire.codes import width
 from missions.runs.setup import resolved
 from missions.scenarios.loading import load
-from stress.conformance.radio import (
+from remoras.testing.policies import (
     DURATION_S,
     N_BLOCKS,
     POSITION,

@@ -10,7 +10,7 @@ from exchange.policies import POLICIES
 from exchange.wire import codec as wire_codec
 from exchange.wire.codec import GRAMMAR, Codec
 from exchange.wire.definitions import ComparedDefinitions
-from stress.conformance.radio import DURATION_S, N_BLOCKS, TBOX, ManagerFleet, cells, instances
+from remoras.testing.policies import DURATION_S, N_BLOCKS, TBOX, ManagerFleet, cells, instances
 
 
 def stranger_codec(n_items: int) -> Codec:

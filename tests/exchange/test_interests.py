@@ -5,7 +5,7 @@ import random
 import pytest
 
 from exchange.policies import POLICIES
-from stress.conformance.radio import AREA_DONE, MAPPED_CELL, ManagerFleet, bay
+from remoras.testing.policies import AREA_DONE, MAPPED_CELL, ManagerFleet, bay
 from worldmodel import PLAIN, PropertyValue, Terms, Wanted, merge
 
 

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from exchange.ledger import Ledger, LedgerEntry, columns_of
 from exchange.packets import Fragment, ItemUid, Named, name_of_item
-from stress.conformance.radio import cells
+from remoras.testing.policies import cells
 
 
 def item(origin: int, sequence: int, part: int = 0, count: int = 1) -> Named:

@@ -9,7 +9,7 @@ import pytest
 from exchange.peering.parking import PARKED
 from exchange.peering.peers import HEARD, KEPT, LOST, SHORTEST_SILENCE, UNLIKELY, LossEstimate
 from exchange.peering.relaying import LossesAt
-from stress.conformance.radio import ManagerFleet
+from remoras.testing.policies import ManagerFleet
 
 N_EFFECTIVE = (1.0 + KEPT) / (1.0 - KEPT)
 """Samples of equal weight that tell as much as very many whose weights fall by ``KEPT``: 127."""

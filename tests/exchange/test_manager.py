@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from exchange.errors import ConfigurationError
 from exchange.packets import InfluenceSignal, ItemUid
 from exchange.policies import POLICIES
-from stress.conformance.radio import (
+from remoras.testing.policies import (
     AREA_DONE,
     BATTERY,
     MAPPED_CELL,

@@ -17,7 +17,7 @@ from exchange.drivers.nanomodem import Nanomodem
 from exchange.errors import ConfigurationError
 from missions.nodes import NodePlan, VehicleNode, alone
 from missions.scenarios import load
-from stress.conformance import drivers
+from remoras.testing import channels
 
 AIR_S = 0.005
 """A modem's transmission, far shorter here than at sea."""
@@ -79,7 +79,7 @@ def test_it_keeps_to_the_seam(modems: TwoModems) -> None:
         one, other = (Nanomodem(port, pace) for port in modems.ports)
         return one, other, pace
 
-    drivers.check(make, least_bytes=2)
+    channels.check_driver(make, least_bytes=2)
 
 
 def test_data_that_look_like_heads_and_noise_between_are_no_packets(modems: TwoModems) -> None:

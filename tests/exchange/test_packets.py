@@ -3,7 +3,7 @@
 import pytest
 
 from exchange.packets import Fragment, ItemUid, guid_of, name_of
-from stress.conformance.radio import POSITION, cells
+from remoras.testing.policies import POSITION, cells
 from worldmodel import STATUS, Block, PropertyValue
 
 

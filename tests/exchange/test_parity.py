@@ -10,7 +10,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from exchange.policies import PAPER_POLICIES, STATING, AckPolicy
-from stress.conformance.policies import ReferenceStudy, assert_study_is_managers, item_bits, one_size_fleet
+from remoras.testing.policies import ReferenceStudy, assert_study_is_managers, item_bits, one_size_fleet
 
 MAX_SLOTS = 40
 

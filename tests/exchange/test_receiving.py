@@ -6,7 +6,7 @@ from exchange.manager import ExchangeManager
 from exchange.packets import Fragment
 from exchange.policies import POLICIES
 from exchange.wire.codec import Codec, Widths
-from stress.conformance.radio import (
+from remoras.testing.policies import (
     BATTERY,
     DURATION_S,
     MAPPED_CELL,

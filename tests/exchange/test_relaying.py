@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from turn_takers import Round
 
 from exchange.packets import ItemUid
-from stress.conformance.radio import AREA_DONE, MAPPED_CELL, POSITION, SLOT_S, TBOX, ManagerFleet, bay
+from remoras.testing.policies import AREA_DONE, MAPPED_CELL, POSITION, SLOT_S, TBOX, ManagerFleet, bay
 from worldmodel import InformationNeed, NeedsIndex
 
 LINE = {(0, 1), (1, 2), (2, 3)}
@@ -190,7 +190,7 @@ def test_each_who_relays_says_a_status_once_whether_anybody_believes_it(monkeypa
     fleet.pass_frames(40)
     before = relayed(fleet)
     if not is_believed:
-        monkeypatch.setattr("stress.conformance.radio.merge", lambda model, blocks: None)
+        monkeypatch.setattr("remoras.testing.policies.merge", lambda model, blocks: None)
     fleet.observe(0, (0, POSITION, (5000.0, 0.0)))
     fleet.pass_frames(40)
     assert relayed(fleet) == before + 2

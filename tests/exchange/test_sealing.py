@@ -13,7 +13,7 @@ from exchange.packets import Fragment
 from exchange.policies import POLICIES
 from exchange.wire.codec import Codec, Framing
 from exchange.wire.sealing import CRC_BITS, Seal, key_in, nonce_of
-from stress.conformance.radio import DURATION_S, N_BLOCKS, TBOX, cells, instances
+from remoras.testing.policies import DURATION_S, N_BLOCKS, TBOX, cells, instances
 
 KEY = bytes(range(16))
 

@@ -8,9 +8,11 @@ from hypothesis import strategies as st
 from storm_vehicles import creates, maker, maps, schedule_of
 
 from exchange.policies import POLICIES
-from remoras.testing import Life, Storm, storm_machine
-from stress.conformance.radio import POSITION
+from remoras.testing.policies import POSITION
+from stress.lives import Life
 from stress.storm.fates import HEARD, LOST
+from stress.storm.machine import storm_machine
+from stress.storm.storm import Storm
 
 
 def storm_of_any(

@@ -19,7 +19,7 @@ from exchange.errors import ConfigurationError
 from missions.nodes import NodePlan, VehicleNode, alone
 from missions.scenarios import load
 from remoras.cli import app
-from stress.conformance import drivers
+from remoras.testing import channels
 
 MTU = 64
 SOON = (datetime.now(UTC) + timedelta(minutes=1)).isoformat()
@@ -138,7 +138,7 @@ def test_it_keeps_to_the_seam(modems: Modems) -> None:
         one, other = (UnetStack(address, pace) for address in modems.addresses)
         return one, other, pace
 
-    drivers.check(make)
+    channels.check_driver(make)
     assert {"alive": False} in modems.said[0]
 
 

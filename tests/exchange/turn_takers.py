@@ -8,7 +8,7 @@ from exchange_lives import Sea
 from exchange.policies import POLICIES
 from exchange.schedule import TdmaSchedule
 from exchange.wire.codec import Codec, Framing
-from stress.conformance.radio import DURATION_S, N_BLOCKS, SLOT_S, TBOX, instances
+from remoras.testing.policies import DURATION_S, N_BLOCKS, SLOT_S, TBOX, instances
 
 Slots = tuple[tuple[int, ...], ...]
 

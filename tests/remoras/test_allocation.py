@@ -14,8 +14,8 @@ from remoras.database import AUVDatabase, VehicleData
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
 from remoras.strategies.allocation import Engagement, Expectations, helped, planned, revised
 from remoras.strategies.search import Search
+from remoras.testing.sample_worlds import Visit
 from remoras.work import Outlook, Work
-from stress.conformance.statements import Visit
 
 PLACES_M = [(100.0, 0.0), (0.0, 300.0), (-200.0, 50.0), (250.0, 250.0), (-50.0, -150.0), (400.0, -100.0)]
 STAYS_S = [100.0, 30.0, 200.0, 60.0, 90.0, 45.0]

@@ -13,8 +13,8 @@ import pytest
 
 from remoras.organisation import RoleSpecification
 from remoras.strategies.cbba import Bidder, Cbba
+from remoras.testing.sample_worlds import ROUND_S, Member, Team, Visit, never, surveys
 from remoras.work import Outlook, Work
-from stress.conformance.statements import ROUND_S, Member, Team, Visit, never, surveys
 
 N_INSTANCES = 40
 STRATEGY = Cbba(plans_for_all=False, settle_rounds=1000)

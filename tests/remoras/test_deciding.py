@@ -18,7 +18,7 @@ from remoras.errors import PluginError
 from remoras.organisation import Group
 from remoras.strategies.cbba import Bidder, Cbba
 from remoras.strategy import Move, Situation
-from stress.conformance.strategies import check_states_within_the_group
+from remoras.testing.strategies import check_states_within_the_group
 
 SETTINGS = [("--set", "scenario.duration_s=300.0"), ("--set", "channel.per=0.4")]
 LIMIT = ("--set", "watch.cpu_s=0.2")

@@ -18,8 +18,7 @@ from remoras.strategies.remoras import Remoras
 from remoras.strategies.rendezvous_sync import RendezvousSync
 from remoras.strategies.status_broadcast import StatusBroadcast
 from remoras.strategy import Heard, Move, Situation, Strategy
-from remoras.work import Job, Point, Work
-from stress.conformance.statements import (
+from remoras.testing.sample_worlds import (
     KINDS_OF_JOBS,
     ROUND_S,
     Lost,
@@ -30,6 +29,7 @@ from stress.conformance.statements import (
     surveys,
     visits,
 )
+from remoras.work import Job, Point, Work
 
 SHIPPED = strategies()
 ALLOCATING = ("cbba", "central", "contract-net", "rendezvous-sync", "status-broadcast")

@@ -11,8 +11,8 @@ from samples import auv, database
 
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
 from remoras.social.patience import LATE, Patience, owners, patience_with, with_work
+from remoras.testing.sample_worlds import visits
 from remoras.work import Outlook, Point, Work
-from stress.conformance.statements import visits
 
 RALLY_M = (0.0, 0.0)
 NAMES = A, B, C = ("AUV00", "AUV01", "AUV02")

@@ -13,10 +13,9 @@ from missions.runs.setup import resolved
 from missions.scenarios import load
 from remoras.strategies.reorganising import REORGANISING, Reorganiser, Reorganising, news_age_s
 from remoras.strategy import Heard, Move, Situation
+from remoras.testing.sample_worlds import KINDS_OF_JOBS, Team, Watched, never
+from remoras.testing.strategies import CHECKS
 from remoras.work import Work
-from stress.conformance.statements import KINDS_OF_JOBS, Team, never
-from stress.conformance.strategies import CHECKS
-from stress.conformance.worlds import Watched
 
 PLACES_M = ((0.0, 50.0), (200.0, -100.0), (-150.0, 0.0), (50.0, 250.0), (250.0, -150.0), (-200.0, -50.0))
 STARTS_M = ((0.0, 0.0), (200.0, 0.0), (-200.0, 0.0))

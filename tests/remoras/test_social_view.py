@@ -17,7 +17,7 @@ from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecif
 from remoras.social.consultation import come_back, consult, give_missions
 from remoras.social.requests import DatedRequest
 from remoras.social.view import Now, View
-from stress.conformance.statements import Visit
+from remoras.testing.sample_worlds import Visit
 from worldmodel import PropertyValue
 
 ABLE = ("Chief", "Tactician", "Head", "Mate", "Digger", "Boss", "Diver")

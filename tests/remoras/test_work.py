@@ -5,8 +5,8 @@ from samples import auv, database
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
 from remoras.strategies.chains import chained, chains
 from remoras.strategies.fixed_partition import FixedPartition
+from remoras.testing.sample_worlds import Visit
 from remoras.work import Outlook, Work, precedence, works
-from stress.conformance.statements import Visit
 
 ROLES = ("Dock", "Load", "Leave", "Look")
 JOBS = {

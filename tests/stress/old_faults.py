@@ -16,7 +16,10 @@ from planted import (
     wait_for_who_is_elsewhere,
 )
 
-from remoras.testing import Broken, Outcome, Schedule, Shrunk, judge, shrunk
+from stress.campaign import judge
+from stress.schedule import Schedule
+from stress.shrinking import Shrunk, shrunk
+from stress.trial import Broken, Outcome
 
 MOST_RUNS = 60
 

@@ -41,8 +41,10 @@ from remoras.separation import Separation
 from remoras.social import consultation
 from remoras.social.leadership import Leadership
 from remoras.social.standing import Standing
-from remoras.testing import Outcome, Plan, judge, schedule_of
+from stress.campaign import judge
 from stress.configurations import baseline
+from stress.drawing import Plan, schedule_of
+from stress.trial import Outcome
 from worldmodel.facts import Merged
 from worldmodel.store import Store
 

@@ -2,7 +2,7 @@
 
 from functools import cache
 
-from remoras.testing import Plan, plan_of
+from stress.drawing import Plan, plan_of
 
 SMALL = (
     "area.middle.corners_m=[[50,50],[50,150],[150,150],[150,50]]",

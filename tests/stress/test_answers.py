@@ -13,7 +13,8 @@ from remoras.motion import Motion
 from remoras.picture import Picture
 from remoras.strategies.dispatch import Dispatcher
 from remoras.strategy import Move, Situation
-from remoras.testing import judge, schedule_of
+from stress.campaign import judge
+from stress.drawing import schedule_of
 
 ANSWERS = ("stress.invariants.answers:AnswersHold",)
 

@@ -5,8 +5,11 @@ from planted import PLANTS
 from small_sea import small_plan
 
 from missions.errors import ConfigurationError
-from remoras.testing import Outcome, Schedule, campaign, judge, schedule_of
+from stress.campaign import campaign, judge
+from stress.drawing import schedule_of
+from stress.schedule import Schedule
 from stress.shrinking import MOST_RUNS, shrunk
+from stress.trial import Outcome
 
 
 def test_a_breach_is_shrunk_to_the_one_fault_that_it_takes(monkeypatch: pytest.MonkeyPatch) -> None:

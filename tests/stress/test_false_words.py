@@ -8,10 +8,12 @@ from small_sea import SMALL, small_plan
 from missions.mapping import mission
 from missions.runs.setup import resolved
 from missions.scenarios import load
-from remoras.testing import Outcome, StressFault, judge, plan_of, schedule_of
 from remoras.work import Work
+from stress.campaign import judge
+from stress.drawing import plan_of, schedule_of
 from stress.minds import is_found_out
-from stress.schedule import overrides
+from stress.schedule import StressFault, overrides
+from stress.trial import Outcome
 
 TALKING = (
     "remoras", "remoras-planned", "central", "plan-and-dispatch", "contract-net", "status-broadcast", "cbba",

@@ -6,8 +6,8 @@ from typing import Any
 from missions.runs.assembly import assemble
 from missions.runs.setup import resolved
 from missions.scenarios import load
-from remoras.testing import StressFault
 from stress.minds import forged_act
+from stress.schedule import StressFault
 from tests.tools.campaigns import ground_of
 
 

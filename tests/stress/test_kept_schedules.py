@@ -7,7 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from remoras.testing import Outcome, judge, read_schedule
+from stress.campaign import judge
+from stress.schedule import read_schedule
+from stress.trial import Outcome
 
 FAULTS = Path(__file__).parents[1] / "faults"
 KEPT, OPEN = (sorted(folder.glob("*.toml")) for folder in (FAULTS, FAULTS / "open"))

@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 from old_faults import OLD, OldFault, search
 
-from remoras.testing import judge, read_schedule
+from stress.campaign import judge
+from stress.schedule import read_schedule
 from stress.shrinking import MOST_RUNS
 
 FAULTS = Path(__file__).parents[1] / "faults"

@@ -6,8 +6,7 @@ import pytest
 
 from exchange.acoustics.channel import Arrival
 from exchange.schedule import TdmaSchedule
-from remoras.testing import Schedule, StressFault
-from stress.schedule import StressTable
+from stress.schedule import Schedule, StressFault, StressTable
 from stress.sea import RoughSea
 
 NAMES = ("A", "B", "C")

@@ -7,8 +7,9 @@ import pytest
 from small_sea import small_plan
 
 from missions.errors import ConfigurationError
-from remoras.testing import Plan, Schedule, StressFault, plan_of, read_schedule, schedule_of
+from stress.drawing import Plan, plan_of, schedule_of
 from stress.kinds import KINDS, SELDOM
+from stress.schedule import Schedule, StressFault, read_schedule
 
 SEEDS = range(1, 400)
 

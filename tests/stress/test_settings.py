@@ -14,23 +14,14 @@ from missions.runs.run import run
 from missions.runs.summary import summary
 from missions.scenarios import load
 from missions.scenarios.deployment import deployment_of
-from remoras.testing import (
-    Broken,
-    Outcome,
-    Plan,
-    Schedule,
-    StressFault,
-    campaign,
-    judge,
-    read_schedule,
-    schedule_of,
-)
+from stress.campaign import campaign, judge
 from stress.configurations import SEEDS_EACH, baseline, drawn_settings, first_of, plan_for_block
-from stress.drawing import excludes
+from stress.drawing import Plan, excludes, schedule_of
+from stress.schedule import Schedule, StressFault, read_schedule
 from stress.settings import SETTINGS, settings_named
 from stress.shrinking import shrunk
 from stress.steering import Instant
-from stress.trial import digest_of
+from stress.trial import Broken, Outcome, digest_of
 from stress.ways import NEARLY_CUT, losses_of, losses_there, packets_each
 
 SEEDS = range(0, 40 * SEEDS_EACH, SEEDS_EACH)

@@ -2,7 +2,10 @@
 
 from small_sea import small_plan
 
-from remoras.testing import Broken, Outcome, Schedule, StressFault, schedule_of, shrunk
+from stress.drawing import schedule_of
+from stress.schedule import Schedule, StressFault
+from stress.shrinking import shrunk
+from stress.trial import Broken, Outcome
 
 LONG = StressFault(kind="loss", vehicle="AUV00", at_s=20.0, until_s=200.0, share=0.4)
 BESIDE = StressFault(kind="echo", vehicle="AUV01", at_s=30.0, until_s=50.0)

@@ -10,9 +10,11 @@ from planted import PLANTS
 
 from benchmarks.cells import raw_of
 from remoras.flotilla import Passage
-from remoras.testing import Plan, Schedule, judge, plan_of, schedule_of
+from stress.campaign import judge
+from stress.drawing import Plan, plan_of, schedule_of
 from stress.invariants.knowledge import KnowledgeAgreement, Rest
 from stress.invariants.seam import Moment, Scene
+from stress.schedule import Schedule
 from stress.trial import run_trial
 
 SHRUNK = 1.0 / 3.0

@@ -6,8 +6,11 @@ from typing import Any
 import pytest
 from small_sea import small_plan
 
-from remoras.testing import Outcome, Schedule, StressFault, judge, schedule_of
+from stress.campaign import judge
+from stress.drawing import schedule_of
 from stress.kinds import KINDS
+from stress.schedule import Schedule, StressFault
+from stress.trial import Outcome
 
 SPELL = {"at_s": 20.0, "until_s": 200.0}
 HURT = ("bits", "cut", "forged")

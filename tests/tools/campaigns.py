@@ -25,8 +25,9 @@ from typing import Any, NamedTuple
 from missions.files import shipped
 from missions.mapping.scenario import MappingScenario
 from missions.scenarios import load
-from remoras.testing import campaign, plan_of
+from stress.campaign import campaign
 from stress.configurations import SEEDS_EACH
+from stress.drawing import plan_of
 from stress.reporting import lines, write_report
 
 SMALLER = 0.4

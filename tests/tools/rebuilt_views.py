@@ -17,9 +17,10 @@ from missions.runs.assembly import assemble
 from missions.runs.setup import Setup
 from remoras.fleet import Fleet
 from remoras.social.standing import Standing
-from remoras.testing import campaign, plan_of
 from remoras.vehicle import Vehicle
 from stress import trial
+from stress.campaign import campaign
+from stress.drawing import plan_of
 from tests.tools.campaigns import ground_of
 from worldmodel.remembering import remember
 

@@ -17,7 +17,8 @@ from hypothesis import strategies as st
 from hypothesis.stateful import run_state_machine_as_test
 
 from exchange.policies import POLICIES, STATING
-from remoras.testing import Storm, storm_machine
+from stress.storm.machine import storm_machine
+from stress.storm.storm import Storm
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "exchange"))
 

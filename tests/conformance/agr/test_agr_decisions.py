@@ -16,8 +16,8 @@ from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, Outcome, RoleAssignment, RoleSpecification
 from remoras.social.leadership import Age, Claimed, Leadership
 from remoras.social.succession import Claim, next_term, read_claim, stepping_down, successor
+from remoras.testing.sample_worlds import Visit
 from remoras.work import Job
-from stress.conformance.statements import Visit
 
 ABOVE = Group("Above", (RoleSpecification("Chief", 1, 1, head=True), RoleSpecification("Aide")))
 CREW = Group(

@@ -19,8 +19,8 @@ from missions.benchmark.fmc_ata import (
     responses,
 )
 from remoras.strategy import Heard, Strategy
-from stress.conformance.statements import KINDS_OF_JOBS, Team, never
-from stress.conformance.strategies import CHECKS, check_deterministic
+from remoras.testing.sample_worlds import KINDS_OF_JOBS, Team, never
+from remoras.testing.strategies import CHECKS, check_deterministic
 
 PLACES_M = tuple((300.0 * x, 200.0 * y) for x in range(2) for y in range(3))
 STARTS_M = ((0.0, 0.0), (250.0, 0.0), (0.0, 350.0))

@@ -10,8 +10,8 @@ from missions.runs.run import run_of
 from missions.runs.setup import resolved
 from remoras.strategies import configured
 from remoras.strategy import Strategy
-from stress.conformance.statements import KINDS_OF_JOBS, Team, never
-from stress.conformance.strategies import CHECKS, check_deterministic
+from remoras.testing.sample_worlds import KINDS_OF_JOBS, Team, never
+from remoras.testing.strategies import CHECKS, check_deterministic
 
 PLACES_M = tuple((300.0 * x, 200.0 * y) for x in range(2) for y in range(3))
 STARTS_M = ((0.0, 0.0), (250.0, 0.0), (0.0, 350.0))

@@ -25,7 +25,7 @@ from missions.runs.setup import resolved
 from missions.sweeps.plan import seed_of
 from remoras.learn import parallel_env, strategy
 from remoras.strategy import Move, Situation
-from stress.conformance.command import conforms
+from remoras.testing import conforms
 
 ROOT = Path(__file__).resolve().parents[3]
 SUITE = """

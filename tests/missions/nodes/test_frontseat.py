@@ -26,8 +26,8 @@ from missions.nodes.frontseat import CRYSTAL, PATIENCE_S
 from missions.nodes.logs import Began, LineKind, NodeLog, gone_on, play, read_log
 from missions.scenarios import load
 from remoras.cli import app
+from remoras.testing import channels
 from remoras.work import Point
-from stress.conformance import drivers
 
 HOW_TO = Path(__file__).parents[3] / "docs" / "howto" / "node.md"
 SHIP, BOAT = "ASV00", "AUV00"
@@ -388,7 +388,7 @@ def test_its_modem_keeps_to_the_seam(own_file: Path) -> None:
         pace = Paced(time.monotonic())
         return made.modem(pace), Nanomodem(Path(water.ports[1]), pace), pace
 
-    drivers.check(pair, least_bytes=2)
+    channels.check_driver(pair, least_bytes=2)
     stand.close()
     os.close(pulse[0])
     os.close(pulse[2])

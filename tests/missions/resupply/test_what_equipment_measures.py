@@ -25,7 +25,7 @@ from missions.runs.run import Run, run
 from missions.runs.setup import resolved
 from missions.scenarios import load
 from remoras.sensor import Fact, Pose
-from stress.conformance import sensors as conformance
+from remoras.testing import sensors as conformance
 
 AT = Pose(0.0, 0.0, 20.0, 0.0, 0.0)
 DRILL, CHARGER = DrillSettings(type="drill", name="corer"), ChargerSettings(type="charger", name="charger")

@@ -17,7 +17,7 @@ from remoras.functional.layer import FunctionalLayer
 from remoras.picture import Picture
 from remoras.recorder import TABLES, TIME, VEHICLE, Table
 from remoras.sensor import Observation, Pose, Sensor, SensorSettings
-from stress.conformance.contents import difference, picture_of
+from remoras.testing.behaviours import difference, picture_of
 from worldmodel import Instance, TBox, WorldModel, WorldModelError, core_ontology_paths, read_tbox
 
 FIELD_M = 400.0

@@ -35,8 +35,8 @@ from remoras.mission import FleetView, Milestone, Mission
 from remoras.plugin_folders import plugin_folders
 from remoras.recorder import TABLES
 from remoras.social.pursuit import Pursuit
-from stress.conformance.behaviours import check as check_behaviour
-from stress.conformance.contents import difference, picture_of
+from remoras.testing.behaviours import check as check_behaviour
+from remoras.testing.behaviours import difference, picture_of
 from worldmodel import UnknownNameError
 
 SEED = 1
@@ -288,7 +288,7 @@ def check_free_of_hashes(scenario: Scenario) -> None:
         program = (
             f"import sys; sys.path[:0] = {sys.path!r}\n"
             f"from remoras.plugin_folders import look_in\nlook_in({plugin_folders()!r})\n"
-            f"from stress.conformance.missions import mission_digest\nprint(mission_digest({str(file)!r}))"
+            f"from remoras.testing.missions import mission_digest\nprint(mission_digest({str(file)!r}))"
         )
         started = [
             subprocess.Popen(

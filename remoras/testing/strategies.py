@@ -36,22 +36,25 @@ from remoras.strategy import (
     division_of,
     faults_of_strategy,
 )
-from remoras.work import Job
-from stress.conformance.statements import KINDS_OF_JOBS, ROLES, Team, never
-from stress.conformance.worlds import (
+from remoras.testing.sample_worlds import (
     GROUPS,
+    KINDS_OF_JOBS,
     NAMES,
+    ROLES,
     TBOX,
     WORLDS,
     Silent,
+    Team,
     Watched,
     fleets,
     hearsay,
+    never,
     organisations,
     role_facts,
     small_patches,
     works_of,
 )
+from remoras.work import Job
 
 OCCASIONAL_BLOCKS = 10
 """Blocks that a vehicle may state for each job in a whole run, beside those of ``blocks_per_round``: a role given,
@@ -381,7 +384,7 @@ def check_deterministic(*references: str) -> None:
     program = (
         f"import sys; sys.path[:0] = {sys.path!r}\n"
         f"from remoras.plugin_folders import look_in\nlook_in({plugin_folders()!r})\n"
-        f"from stress.conformance.strategies import strategy_digest\n"
+        f"from remoras.testing.strategies import strategy_digest\n"
         f"print(*[strategy_digest(reference) for reference in {references!r}])"
     )
     command = [sys.executable, "-c", program]
