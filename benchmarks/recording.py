@@ -19,8 +19,7 @@ from remoras.collecting import rare_collections
 from remoras.executive.layer import ExecutiveLayer
 from remoras.fleet import Fleet
 from remoras.radio import Radio
-from remoras.recorder import Recorder
-from remoras.rows import Rows
+from remoras.recorder import Recorder, Rows
 from remoras.run_log import RunLog
 
 REPEATS = 7

@@ -18,9 +18,9 @@ from missions.files import shipped_studies
 from missions.runs.run import run
 from missions.runs.tables import arrow_table, write_runs
 from missions.sweeps.driver import sweep
-from missions.sweeps.execution import run_task
 from missions.sweeps.plan import SweepPlan
 from missions.sweeps.study import Study, load_study
+from missions.sweeps.worker import run_task
 from remoras.recorder import TRAJECTORIES
 
 REPEATS = 12

@@ -23,10 +23,9 @@ from typing import Any
 from missions.comparison.intervals import FEW, NoInterval
 from missions.comparison.treatments import MISSION_TIME, Measured, paired_with, treatments_of, values_of
 from missions.files import toml_value
-from missions.sweeps.design import points
 from missions.sweeps.driver import sweep
 from missions.sweeps.folder import SweepResults
-from missions.sweeps.study import load_study
+from missions.sweeps.study import load_study, points
 from missions.sweeps.study_file import StudyFile
 from remoras.strategies import Parameter, parameters, strategies
 from remoras.strategy import Strategy

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from exchange.schedule import TdmaSchedule
     from exchange.wire.batch import Observations, decode_observations, encode_observations
     from exchange.wire.codec import Codec
-    from exchange.wire.sizes import FieldSize
+    from exchange.wire.codes import FieldSize
 
 __all__ = [
     "ACKNOWLEDGEMENTS",

@@ -16,8 +16,8 @@ from dataclasses import dataclass
 from exchange.ack import Words
 from exchange.ledger import ADDRESSED_SHARE, Ledger, LedgerEntry, columns_of
 from exchange.packets import Fragment, ItemUid
+from exchange.queueing.limits import Expired, Expiry
 from exchange.queueing.queue import Queue
-from exchange.queueing.reasons import Expired, Expiry
 from exchange.values import Waiting
 from worldmodel import PLAIN, Block, Needs, PropertyValue, Stated, Terms, ValueKind, WorldModel
 from worldmodel.needs import Wanted

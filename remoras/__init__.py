@@ -37,10 +37,10 @@ if TYPE_CHECKING:
         attracted,
         distance_m,
     )
-    from remoras.condition import Condition
     from remoras.database import VehicleData
     from remoras.errors import RemorasError
     from remoras.face import Run, compare, exchange_study, load, network, open, run, scenarios, stepping, sweep
+    from remoras.faults import Condition
     from remoras.known import Known
     from remoras.mission import Finding, FleetView, Milestone, Mission, Truth, VehicleView
     from remoras.motion import Motion
@@ -95,7 +95,7 @@ _HOMES = {
         "attracted",
         "distance_m",
     ),
-    "remoras.condition": ("Condition",),
+    "remoras.faults": ("Condition",),
     "remoras.database": ("VehicleData",),
     "remoras.errors": ("RemorasError",),
     "remoras.mission": ("Finding", "FleetView", "Milestone", "Mission", "Truth", "VehicleView"),

@@ -454,7 +454,7 @@ class Run:
             PluginError: a figure of your own cannot be had.
         """
         from missions.scenarios.named import with_figures
-        from visualisation.kinds import KINDS
+        from visualisation.output import KINDS
         from visualisation.runs import ViewAt, run_picture
 
         mission = self._mission

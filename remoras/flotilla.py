@@ -22,11 +22,9 @@ from remoras.clock import Clock
 from remoras.fleet import Fleet
 from remoras.holders import HolderCount
 from remoras.radio import SUSPECTED
-from remoras.reach import reachable_fraction
-from remoras.recorder import FAULTS, TRAJECTORIES, Recorder, Table
-from remoras.rows import Row, Rows
+from remoras.recorder import FAULTS, TRAJECTORIES, Recorder, Row, Rows, Table
 from remoras.separation import Box, Separation, boxes_apart_m
-from remoras.truth import COMPLETE
+from remoras.truth import COMPLETE, reachable_fraction
 from remoras.vehicle import Vehicle
 from remoras.view import ReadOnlyFleet
 from worldmodel import Block, PropertyValue, merge

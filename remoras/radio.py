@@ -14,13 +14,12 @@ from typing import NamedTuple, Protocol
 from exchange.manager import ExchangeManager
 from exchange.packets import Fragment, InfluenceSignal, ItemUid, Met, Reception, Transmission, name_of
 from remoras.beliefs import Beliefs, Fact
-from remoras.contacts import Contacts
 from remoras.contents import Content, content_of
-from remoras.deliveries import note_acknowledged, note_expired, note_slot
 from remoras.jumps import Jump, Jumps
 from remoras.organisation import Group, Organisation
 from remoras.picture import Peers
 from remoras.recorder import Recorder
+from remoras.run_log import Contacts, note_acknowledged, note_expired, note_slot
 from remoras.strategy import Declaration
 from remoras.work import Point
 from worldmodel import STATUS, Block, Change, FaultCode, Needs, PropertyValue, TBox, merge, tidy

@@ -1,4 +1,4 @@
-"""The run log of a vehicle: what it writes into the tables of a run about itself and its view of the others.
+"""Tables that a vehicle writes in a run: peers, deliveries, its log.
 
 Every run has it, written to a folder or not: figures of the summary come from its rows (roles, organisation, faults),
 and so do replays, ``known`` and the invariants of stress.
@@ -6,14 +6,158 @@ and so do replays, ``known`` and the invariants of stress.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING
 
+from exchange.manager import ExchangeManager
+from exchange.packets import Met, Reception, Transmission
+from exchange.peering.peers import PeerLinks
 from remoras.activities import Objective, WeighedSet
 from remoras.authority import Act, Request, Ruling
 from remoras.htn import Execution, Task
 from remoras.organisation import Organisation, Outcome, RoleAssignment
-from remoras.recorder import Recorder
-from remoras.rows import Row
+from remoras.recorder import TIME, VEHICLE, Column, Recorder, Row, Table
+
+if TYPE_CHECKING:
+    from exchange.packets import ItemUid
+    from exchange.queueing.limits import Expiry
+    from exchange.queueing.queue import Queue
+    from worldmodel import WorldModel
+
+
+LINK_FRAMES = 8
+"""TDMA frames from one row of a link to the next."""
+EVENTS = {Met.BACK: "heard again", Met.NEW_LIFE: "begins anew"}
+SLOT_CONFLICT = "slot conflict"
+
+
+class Links(Mapping[str, PeerLinks]):
+    """What the links from and to each peer lose, by its name, as it is known when it is asked.
+
+    Args:
+        names: of all vehicles, in the order of the nodes.
+        me: own node.
+        manager: of the vehicle.
+    """
+
+    def __init__(self, names: Sequence[str], me: int, manager: ExchangeManager) -> None:
+        self._nodes = {name: node for node, name in enumerate(names) if node != me}
+        self._manager = manager
+
+    def __getitem__(self, name: str) -> PeerLinks:
+        return self._manager.links(self._nodes[name])
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._nodes)
+
+    def __len__(self) -> int:
+        return len(self._nodes)
+
+
+class Contacts:
+    """Rows of one vehicle about its peers.
+
+    Args:
+        names: of all vehicles, in the order of the nodes.
+        me: own node.
+        manager: of the vehicle.
+
+    Attributes:
+        links: what the links from and to each peer lose, by its name.
+        period, due_from: in slots that are, modulo the one, not below the other, ``sent`` writes how the links are.
+    """
+
+    def __init__(self, names: Sequence[str], me: int, manager: ExchangeManager) -> None:
+        self.period = LINK_FRAMES * len(names)
+        self.due_from = self.period - len(names)
+        self._names = names
+        self._me = me
+        self.links = Links(names, me, manager)
+
+    def sent(self, sent: Transmission, now_s: float, recorder: Recorder) -> None:
+        """Write what was noticed of peers, and now and then how the links are."""
+        me = self._names[self._me]
+        for node, event in sent.noticed:
+            recorder.peers.append((now_s, me, self._names[node], event))
+        if sent.slot % self.period >= self.due_from:
+            for name, links in self.links.items():
+                for direction, link in links._asdict().items():
+                    if link.n:
+                        recorder.links.append((now_s, me, name, direction, link.p_loss, link.n))
+
+    def heard(self, reception: Reception, now_s: float, recorder: Recorder) -> None:
+        """Write what a packet shows of its sender."""
+        me, rows = self._names[self._me], recorder.peers
+        if reception.met in EVENTS:
+            rows.append((now_s, me, self._names[reception.sender], EVENTS[reception.met]))
+        if reception.conflict is not None:
+            rows.append((now_s, me, self._names[reception.conflict], SLOT_CONFLICT))
+            recorder.faults.append((now_s, me, SLOT_CONFLICT, f"another speaks as {self._names[reception.conflict]}"))
+
+
+DELIVERIES = Table("deliveries", (
+    TIME, VEHICLE, Column("item", "str"), Column("event", "str"), Column("reason", "str"),
+    Column("latency_s", "float", "s"),
+))  # fmt: skip
+"""What became of an item or status that a vehicle had to tell: ``acknowledged`` (all who need it are known to hold it),
+``expired`` (said no more, with the reason: time to live, overflow, superseded, not needed, said once), or ``postponed``
+(no room: it waits outside of the queue). The latency counts from the observation."""
+UNSAID = Table("unsaid", (
+    Column("slot", "int"), TIME, VEHICLE, Column("reason", "str"), Column("candidates", "int"),
+))  # fmt: skip
+"""How many items and statuses that wait a vehicle did not say in its slot, by the reason, see
+``exchange.queueing.limits.Unsaid``; or nothing open, once."""
+
+
+def note_acknowledged(
+    recorder: Recorder, names: Sequence[str], model: WorldModel, uids: Iterable[ItemUid], now_s: float
+) -> None:
+    """Rows for items of which all who need them are known to hold them.
+
+    Args:
+        recorder: takes the rows.
+        names: of the vehicles, by node.
+        model: of the vehicle that knows it.
+        uids: of the items.
+        now_s: the time (s).
+    """
+    rows, vehicle = recorder.rows(DELIVERIES.name), names[model.owner]
+    for uid in uids:
+        recorder.knowledge.append((now_s, vehicle, str(uid), names[uid.origin], "acknowledged"))
+        block = model.arrived((uid.origin, uid.epoch, uid.sequence))
+        latency_s = None if block is None else now_s - block.time_s
+        rows.append((now_s, vehicle, str(uid), "acknowledged", "", latency_s))
+
+
+def note_expired(recorder: Recorder, vehicle: str, expired: Iterable[Expiry], now_s: float) -> None:
+    """Rows for what a vehicle says no more.
+
+    Args:
+        recorder: takes the rows.
+        vehicle: that says it no more.
+        expired: what, and why.
+        now_s: the time (s).
+    """
+    rows = recorder.rows(DELIVERIES.name)
+    for expiry in expired:
+        event = "postponed" if expiry.comes_back else "expired"
+        rows.append((now_s, vehicle, str(expiry.uid), event, expiry.reason.value, expiry.latency_s))
+
+
+def note_slot(recorder: Recorder, vehicle: str, queue: Queue, slot: int, now_s: float) -> None:
+    """Rows for what waits and was not said in an own slot, and for what has come to be said no more.
+
+    Args:
+        recorder: takes the rows.
+        vehicle: whose slot it is.
+        queue: its own, after the slot.
+        slot: which one.
+        now_s: the time (s).
+    """
+    note_expired(recorder, vehicle, queue.take_expired(), now_s)
+    rows = recorder.rows(UNSAID.name)
+    rows.extend([(slot, now_s, vehicle, reason.value, count) for reason, count in queue.unsaid.items()])
+
 
 RoleKey = tuple[str, str]
 

@@ -17,7 +17,7 @@ from exchange.arithmetic import length
 from remoras.avoidance import Neighbour
 from remoras.database import VehicleData
 from remoras.motion import Motion
-from remoras.rows import Row
+from remoras.recorder import Row
 
 SONAR_M = 60.0
 """Range of the obstacle sonar."""

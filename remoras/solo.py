@@ -25,7 +25,7 @@ from remoras.traffic import sends_s
 from remoras.vehicle import Vehicle
 
 if TYPE_CHECKING:
-    from exchange.wire.introductions import Introductions
+    from exchange.wire.definitions import Introductions
 
 
 @dataclass(frozen=True, slots=True)

@@ -106,8 +106,8 @@ DOORS: dict[str, set[str]] = {
         "exchange.peering.peers",
         "exchange.peering.turns",
         "exchange.queueing.queue",
-        "exchange.queueing.reasons",
-        "exchange.wire.introductions",
+        "exchange.queueing.limits",
+        "exchange.wire.definitions",
     },
     "remoras.social": {"exchange.peering.peers"},
     "missions.mapping": {"exchange.acoustics.loss"},
@@ -122,8 +122,8 @@ DOORS: dict[str, set[str]] = {
         "exchange.queueing.limits",
         "exchange.wire.sealing",
     },
-    "missions.runs": {"exchange.queueing.reasons", "exchange.wire.codec"},
-    "missions.nodes": {"exchange.wire.codec", "exchange.wire.introductions", "exchange.wire.sealing"},
+    "missions.runs": {"exchange.queueing.limits", "exchange.wire.codec"},
+    "missions.nodes": {"exchange.wire.codec", "exchange.wire.definitions", "exchange.wire.sealing"},
     "stress": {"exchange.wire.codec"},
     "visualisation": {"missions.runs.results", "missions.sweeps.folder", "missions.comparison"},
     "visualisation.runs": {"missions.runs.results"},
@@ -176,7 +176,7 @@ BEGINS = "remoras.cli.new"
 GENERAL = ("ReturningToArea", "area of operations", "areas of operations", "FocusArea", "focusArea", "focus area")
 """A vehicle stays in the area of operations whatever its mission is; focus areas are of the core ontology."""
 SAYS_WHEN = {  # a sweep stamps lines of its log with the time at which a run ended; a node outlives its machine's clock
-    "missions.sweeps.execution", "missions.nodes.logs", "missions.nodes.moos", "remoras.cli.nodes",
+    "missions.sweeps.worker", "missions.nodes.logs", "missions.nodes.moos", "remoras.cli.nodes",
 }  # fmt: skip
 SEEDED = {"Generator", "Philox", "SeedSequence", "BitGenerator", "default_rng"}
 CLOCKS = {

@@ -37,7 +37,7 @@ EXCEPT = {
     "missions.advising.projection": "a figure about finished runs, which enters none",
     "missions.benchmark": "figures about finished runs, which enter none",
     "missions.comparison": "figures about finished runs, which enter none",
-    "missions.sweeps.design": "SciPy's hypercube is made of shuffles and uniform draws; values are kept to six digits",
+    "missions.sweeps.study": "SciPy's hypercube is made of shuffles and uniform draws; values are kept to six digits",
     "remoras.strategies.matching": "costs are whole milliseconds, so all sums of the assignment are exact",
     "remoras.strategies.seats": "the programme is one of whole numbers, and so is its answer",
     "exchange.acoustics.bursts": "a fit to a recorded trace, which enters no run but as settings that a user writes",

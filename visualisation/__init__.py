@@ -5,8 +5,6 @@ sweep, ``visualisation.policies.write_figure`` the policy study; ``visualisation
 another tool.
 """
 
-from visualisation.errors import DrawingError, ExportError, VisualisationError
-from visualisation.files import FORMATS, Drawn
-from visualisation.kinds import KINDS, SWEEP_KINDS
+from visualisation.output import FORMATS, KINDS, SWEEP_KINDS, DrawingError, Drawn, ExportError, VisualisationError
 
 __all__ = ["FORMATS", "KINDS", "SWEEP_KINDS", "DrawingError", "Drawn", "ExportError", "VisualisationError"]

@@ -12,8 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from visualisation import style, words
-from visualisation.errors import DrawingError
-from visualisation.files import check_format
+from visualisation.output import DrawingError, check_format
 from visualisation.page import Legend, Page, PanelGrid
 
 NAME = "bursts"

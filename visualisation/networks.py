@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch
 
 from visualisation import style, words
-from visualisation.files import check_format
+from visualisation.output import check_format
 from visualisation.page import Box, Page
 
 LEFT_IN, RIGHT_IN, TOP_IN, BODY_IN, AXIS_IN, GAP_IN = 0.62, 0.1, 0.24, 2.9, 0.4, 0.3

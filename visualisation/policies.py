@@ -19,8 +19,7 @@ from matplotlib.ticker import MultipleLocator
 
 from exchange.study.study import BOUND, KINDS, StudyRow, TrialMean
 from visualisation import style, words
-from visualisation.errors import DrawingError, unknown
-from visualisation.files import check_format
+from visualisation.output import DrawingError, check_format, unknown
 from visualisation.page import Legend, Page, PanelGrid
 
 LEFT_IN, GAP_IN, RIGHT_IN, TOP_IN, BODY_IN, AXIS_IN = 0.5, 0.62, 0.1, 0.24, 2.3, 0.4

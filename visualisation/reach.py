@@ -13,8 +13,7 @@ from matplotlib.lines import Line2D
 
 from missions.statistics import Interval, wilson_interval
 from visualisation import style, words
-from visualisation.errors import DrawingError
-from visualisation.files import check_format
+from visualisation.output import DrawingError, check_format
 from visualisation.page import Box, Legend, Page
 
 LEFT_IN, RIGHT_IN, TOP_IN, BODY_IN, AXIS_IN = 0.5, 0.12, 0.1, 2.3, 0.42

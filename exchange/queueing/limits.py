@@ -1,4 +1,5 @@
-"""What limits a queue: room, with the items outside of it; and the terms of needs, by which what waits has deadlines,
+"""Limits of the queue: room, deadlines, blackouts, and reasons for what is not sent.
+
 is said no more, goes newest first, or waits for the end of a blackout.
 
 A queue is made without these. They are made when it is full, or when the first need comes that is served on other terms
@@ -15,12 +16,55 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable, Iterable, Iterator, Sequence
+from enum import Enum
 from heapq import heappop, heappush
+from typing import NamedTuple
 
-from exchange.packets import ItemUid
-from exchange.queueing.reasons import Unsaid
+from exchange.packets import ItemUid, StatusUid
 from exchange.values import LACKED_AFTER, MOST_SAID, Candidate, Moment, QueuePlace, Waiting
 from worldmodel import Terms
+
+
+class Unsaid(Enum):
+    """Why something that waits is not in a packet."""
+
+    NOTHING_OPEN = "nothing open"
+    BLACKOUT = "blackout"
+    TOO_LARGE = "too large for the room left"
+    WAITING = "waiting for acknowledgement"
+    LOWER_VALUE = "lower value"
+    COVERT = "covert"
+    OVERFLOW = "overflow"
+    RELAYED = "left to a relay"
+
+    __hash__ = object.__hash__  # that of enumerations takes several times as long, and all slots count reasons
+
+
+class Expired(Enum):
+    """Why something is said no more, though not all who need it are known to hold it."""
+
+    TIME_TO_LIVE = "time to live"
+    OVERFLOW = "overflow"
+    SUPERSEDED = "superseded"
+    NOT_NEEDED = "not needed"
+    SAID_ONCE = "said once"
+
+
+class Expiry(NamedTuple):
+    """Something is said no more.
+
+    Attributes:
+        uid: of the item or status.
+        reason: why.
+        latency_s: since its observation.
+        comes_back: True if it waits outside of the queue until there is room.
+    """
+
+    uid: ItemUid | StatusUid
+    reason: Expired
+    latency_s: float
+    comes_back: bool = False
+
 
 DEFAULT_TIME_TO_LIVE_S = 1800.0
 """Time to live that rules take where a need names none; Goby's default."""

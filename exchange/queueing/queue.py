@@ -23,8 +23,7 @@ from typing import Protocol
 
 from exchange.ledger import columns_of
 from exchange.packets import Fragment, ItemUid, StatusUid
-from exchange.queueing.limits import LinesOnTerms, QueueLimits
-from exchange.queueing.reasons import Expired, Expiry, Unsaid
+from exchange.queueing.limits import Expired, Expiry, LinesOnTerms, QueueLimits, Unsaid
 from exchange.values import ADDITIVE, STATUS_COLUMN, Candidate, Moment, ValueRule, Waiting
 from worldmodel import PLAIN, Terms
 

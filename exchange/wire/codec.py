@@ -60,11 +60,10 @@ from exchange.packets import (
 from exchange.policies import AckPolicy, bits_beside
 from exchange.wire import codes
 from exchange.wire.accounts import AccountCodec
-from exchange.wire.codes import Bits, Reader, width
+from exchange.wire.codes import Bits, FieldSize, Reader, width
 from exchange.wire.factcodec import FactCodec
 from exchange.wire.fragmentcodec import EPOCH_BITS, Before, FragmentCodec, Packing, Wired, refuse_epoch
 from exchange.wire.sealing import DAMAGED, UNOPENED, Checksum, Seal, nonce_of
-from exchange.wire.sizes import FieldSize
 from worldmodel import EPOCHS, STATUS, Block, PropertyValue, TBox
 from worldmodel.facts import MOST_ITEMS
 from worldmodel.tables import compiled_attributes

@@ -1,14 +1,71 @@
-"""Numbers as bits: of a width that suits nearly all of them, and any other number exactly.
+"""Integer codes on the wire: variable lengths, names, sizes.
 
 A number that does not fit its width is never cut: all ones stand before its rest, which is as long as it needs to be.
 Each number has one form, and the decoder refuses any other.
+
+A vehicle may tell of any attribute, since a block goes whole; but nearly always it is one that somebody needs. So these
+are numbered first. One number more, if there are others at all, says that the uid of another follows.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
 
 from exchange.errors import ConfigurationError, PeerFault
+from worldmodel import Attribute, ValueKind
+
+
+@dataclass(frozen=True, slots=True)
+class FieldSize:
+    """One line of the size listing.
+
+    Attributes:
+        group: `packet`, `fragment`, `fact`, `signal` or `summary`: the part that the field belongs to.
+        field: its name, in the order of the wire.
+        size_bits: its size.
+        note: when it is there, its range or its unit.
+    """
+
+    group: str
+    field: str
+    size_bits: int
+    note: str = ""
+
+
+def values_in_words(attribute: Attribute, n_values: Mapping[ValueKind, int]) -> str:
+    """What a value of the attribute may be; ``n_values`` has the numbers of instances and classes."""
+    if attribute.kind in n_values:
+        of = "instances" if attribute.kind is ValueKind.LINK else "classes"
+        return f"one of {n_values[attribute.kind]} {of}"
+    if attribute.symbols:
+        return " or ".join(attribute.symbols)
+    if attribute.most_bytes:
+        return f"length of a text, then its bytes, at most {attribute.most_bytes}"
+    ranges = [
+        f"{field.minimum:g} to {field.maximum:g} {field.unit}".rstrip() + f", steps of {field.resolution:g}"
+        for field in attribute.fields
+    ]
+    return "; ".join(dict.fromkeys(ranges)) or "true or false"
+
+
+def value_lines(
+    attributes: Sequence[Attribute], value_bits: Sequence[int], n_values: Mapping[ValueKind, int]
+) -> list[FieldSize]:
+    """Lines of the size listing for the values of attributes."""
+    return [
+        FieldSize("fact", attribute.name, bits, values_in_words(attribute, n_values))
+        for attribute, bits in zip(attributes, value_bits, strict=True)
+    ]
+
+
+def name_fields(names: AttributeNames) -> list[FieldSize]:
+    """The lines of an attribute's name: a short one, and that of those which are not exchanged, if there are any."""
+    fields = [FieldSize("fact", "attribute", names.short_bits, f"one of {len(names.exchanged)} exchanged")]
+    if names.has_others:
+        fields.append(FieldSize("fact", "other attribute", names.other_bits, f"one of {names.n_attributes} in all"))
+    return fields
+
 
 Bits = tuple[int, int]
 """A number and its size in bits."""
@@ -187,3 +244,45 @@ def read_age(reader: Reader, base: int, near_bits: int, width_bits: int) -> int:
     if index < 0:
         raise PeerFault(f"a time {-index} steps before the mission began")
     return index
+
+
+class AttributeNames:
+    """The bits that name each attribute.
+
+    Args:
+        n_attributes: uids 0 to n_attributes - 1 are named.
+        exchanged: uids with a short name; None for all.
+
+    >>> names = AttributeNames(40, exchanged=(3, 5, 8))
+    >>> names.sizes[5], names.sizes[6]
+    (2, 8)
+    """
+
+    def __init__(self, n_attributes: int, exchanged: Collection[int] | None = None) -> None:
+        self.exchanged = tuple(sorted(range(n_attributes) if exchanged is None else exchanged))
+        """Uids with a short name, in the order of these."""
+        self.n_attributes = n_attributes
+        self.has_others = len(self.exchanged) < n_attributes
+        self.short_bits = width(len(self.exchanged) + self.has_others)
+        self.other_bits = self.short_bits + width(n_attributes)
+        short = {uid: name for name, uid in enumerate(self.exchanged)}
+        escape = len(self.exchanged) << width(n_attributes)
+        self.names = tuple(short.get(uid, escape | uid) for uid in range(n_attributes))
+        """By uid, what is written."""
+        self.sizes = tuple(self.short_bits if uid in short else self.other_bits for uid in range(n_attributes))
+        """By uid, the bits of it."""
+
+    def uid_of(self, name: int, take: Callable[[int], int]) -> int:
+        """Return the uid that a name of ``short_bits`` stands for, or the bits behind it; ``take`` yields those.
+
+        Raises:
+            PeerFault: they name none, or by the longer way one that has a short name.
+        """
+        if name < len(self.exchanged):
+            return self.exchanged[name]
+        if not self.has_others or name > len(self.exchanged):
+            raise PeerFault(f"attribute {name} is not in the TBox")
+        uid = take(width(self.n_attributes))
+        if uid >= self.n_attributes or uid in self.exchanged:
+            raise PeerFault(f"attribute {uid} is not in the TBox, or has a short name")
+        return uid

@@ -1,4 +1,4 @@
-"""Which peers speak by the definition of this node: TBox, fleet, policy and widths of fields, by a hash of 32 bits.
+"""Definitions that peers have to share: protocol hash, and the handshake of salts.
 
 A packet carries one byte of it, in turn. A packet whose byte differs is refused. That alone would let one packet in 256
 of a stranger pass, or three in four where three bytes agree. So the four bytes of each peer are compared once: until
@@ -10,12 +10,34 @@ another era than was known: it has begun anew, or this node has and knows none o
 that of an old packet, played again four frames later, may be right for the next era. So another era counts when all
 four bytes have been right for it, and none for the era known in between. One stranger in 2**26 passes for a peer in
 another era.
+
+Each process draws a salt when it starts. It is two things at once: what its own packets are encrypted by, and what a
+peer has to repeat to show that it speaks now, as in RFC 8613, appendix B.2. A packet that tells it is an introduction;
+it takes the place of another packet in an own slot::
+
+    head | salt 64 | lacks 8 * ceil(nodes / 8) | node 8, first bytes of its salt 32 [...] | tag 64
+
+``lacks`` has a bit for each node whose packets do not open here yet. The list repeats the salts of those who lack the
+sender. The tag is HMAC-SHA-256 by a key that follows from that of the fleet and the definition, over all before it and
+the whole number of the slot, of which the head has a part. A hearer takes a salt if the list repeats its own: so the
+introduction was made after its own start, by somebody with the key, in the slot in which it was heard. One of another
+mission repeats another salt; one of this mission that is played again names another slot.
+
+A vehicle introduces itself in its first slot, then to each who lacks it, and when it hears a packet that it cannot
+open. After the first two it leaves a slot for what it has to tell between any two introductions.
+
+Sans-io, as the manager: bits and ``now_s`` go in, bits come out, and a log of them repeats it.
 """
 
 from __future__ import annotations
 
-from exchange.errors import DefinitionFault
-from exchange.wire.codec import HASH_BYTES
+import hmac
+
+from exchange.errors import ConfigurationError, DefinitionFault, PeerFault
+from exchange.packets import Head
+from exchange.schedule import TdmaSchedule
+from exchange.wire.codec import HASH_BYTES, Codec
+from exchange.wire.sealing import SALT_BYTES, derived
 
 ALL_BYTES = (1 << HASH_BYTES) - 1
 
@@ -77,3 +99,122 @@ class ComparedDefinitions:
         self._agreed[peer] = ALL_BYTES
         self._differs.pop(peer, None)
         return True
+
+
+ECHO_BYTES = 4
+"""Of a salt that is repeated: one introduction in 2**32 of another mission repeats that of a hearer by chance."""
+ENTRY_BYTES = 1 + ECHO_BYTES
+TAG_BYTES = 8
+"""Of an introduction: no packet passes for one, and no forgery but one in 2**64."""
+N_AT_ONCE = 2
+"""Introductions that a vehicle may make in slots that follow each other."""
+
+
+class Introductions:
+    """The introductions of one vehicle.
+
+    Args:
+        me: own node index.
+        key: of the fleet.
+        salt: own, fresh.
+        codec: of the fleet; schedule: TDMA.
+        payload_bits: size of a packet on the modem.
+        tolerance_s: by how much clocks may be apart (s).
+
+    Raises:
+        ConfigurationError: a packet has no room for an introduction.
+    """
+
+    def __init__(
+        self,
+        me: int,
+        key: bytes,
+        salt: bytes,
+        codec: Codec,
+        schedule: TdmaSchedule,
+        payload_bits: int,
+        tolerance_s: float,
+    ) -> None:
+        self._me, self._codec, self._schedule, self._tolerance_s = me, codec, schedule, tolerance_s
+        self._head_bytes = codec.head_bits // 8
+        self._lacks_bytes = -(-schedule.n_nodes // 8)
+        self._list_at = self._head_bytes + SALT_BYTES + self._lacks_bytes
+        self._most = (payload_bits // 8 - self._list_at - TAG_BYTES) // ENTRY_BYTES
+        if self._most < 1:
+            least = self._list_at + ENTRY_BYTES + TAG_BYTES
+            raise ConfigurationError(
+                f"a packet of {payload_bits // 8} bytes has no room for the {least} by which a vehicle introduces "
+                "itself under a key: take a modem with a larger payload"
+            )
+        self._tag_key = derived(key, b"", b"remoras introductions" + codec.definition, 32)
+        self._salts = {me: salt}  # of those whose packets open
+        self._claims: dict[int, bytes] = {}  # as told last, by all who were heard
+        self._owed: dict[int, None] = {}  # peers that lack this vehicle, in the order in which they said so
+        self._is_due = True
+        self._n_made = 0
+        self._has_rested = True
+
+    def salt_of(self, node: int) -> bytes | None:
+        """The salt of a node; None for one that has not introduced itself to this vehicle."""
+        return self._salts.get(node)
+
+    def miss(self, node: int) -> None:
+        """Note that a packet of a node was heard and could not be taken."""
+        self._is_due |= node != self._me
+
+    def packet(self, slot: int) -> bytes | None:
+        """The introduction that goes in the own slot that opens; None if this is for another packet.
+
+        Args:
+            slot: its number.
+        """
+        may_speak = self._has_rested or self._n_made < N_AT_ONCE
+        self._has_rested = True
+        if not (self._is_due or self._owed) or not may_speak:
+            return None
+        self._is_due = self._has_rested = False
+        self._n_made += 1
+        told = list(self._owed)[: self._most]
+        for peer in told:
+            del self._owed[peer]
+        lacks = sum(1 << node for node in range(self._schedule.n_nodes) if self._lacks(node))
+        place, frame = slot % self._schedule.n_slots, self._schedule.frame_of(slot)
+        body = self._codec.encode_head(Head(self._me, 0, frame, place)).to_bytes(self._head_bytes, "big")
+        body += self._salts[self._me] + lacks.to_bytes(self._lacks_bytes, "big")
+        body += b"".join(bytes((peer,)) + self._claims[peer][:ECHO_BYTES] for peer in told)
+        return body + self._tag(body, slot)
+
+    def hear(self, data: bytes, now_s: float) -> bool:
+        """Take in an introduction that arrives at ``now_s``; False if it is none of this fleet, slot and time."""
+        body, tag = data[:-TAG_BYTES], data[-TAG_BYTES:]
+        if len(body) < self._list_at or (len(body) - self._list_at) % ENTRY_BYTES:
+            return False
+        try:
+            head = self._codec.head(data)
+        except PeerFault:
+            return False
+        slot = self._schedule.slot_named(head, now_s)
+        is_true = hmac.compare_digest(tag, self._tag(body, slot))
+        if not is_true or head.sender == self._me or not self._schedule.may_arrive(slot, now_s, self._tolerance_s):
+            return False
+        salt_at, lacks_at = self._head_bytes, self._head_bytes + SALT_BYTES
+        salt = self._claims[head.sender] = body[salt_at:lacks_at]
+        if int.from_bytes(body[lacks_at : self._list_at], "big") >> self._me & 1:
+            self._owed[head.sender] = None
+        else:
+            self._owed.pop(head.sender, None)
+        if bytes((self._me,)) + self._salts[self._me][:ECHO_BYTES] in self._entries(body):
+            self._salts[head.sender] = salt
+        self._is_due |= self._lacks(head.sender)
+        return True
+
+    def _lacks(self, node: int) -> bool:
+        """True for a node whose packets do not open here, or no more, since it says that its salt is another now."""
+        known = self._salts.get(node)
+        return known is None or self._claims.get(node, known) != known
+
+    def _entries(self, body: bytes) -> list[bytes]:
+        return [body[at : at + ENTRY_BYTES] for at in range(self._list_at, len(body), ENTRY_BYTES)]
+
+    def _tag(self, body: bytes, slot: int) -> bytes:
+        return hmac.digest(self._tag_key, slot.to_bytes(8, "big") + body, "sha256")[:TAG_BYTES]

@@ -8,8 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from exchange.wire.codes import Bits, Reader
-from exchange.wire.sizes import FieldSize
+from exchange.wire.codes import Bits, FieldSize, Reader
 from worldmodel import Attribute, Value
 from worldmodel.coarse import is_coarse
 

@@ -14,9 +14,18 @@ from typing import Any
 
 from exchange.errors import ConfigurationError, PeerFault
 from exchange.wire import detail, uncertainties
-from exchange.wire.codes import LARGEST, Bits, Reader, read_beyond, whole, width
-from exchange.wire.names import AttributeNames
-from exchange.wire.sizes import FieldSize, name_fields, value_lines
+from exchange.wire.codes import (
+    LARGEST,
+    AttributeNames,
+    Bits,
+    FieldSize,
+    Reader,
+    name_fields,
+    read_beyond,
+    value_lines,
+    whole,
+    width,
+)
 from worldmodel import Attribute, Field, PropertyValue, TBox, Value, ValueKind
 from worldmodel.texts import bytes_of, decoded_text
 

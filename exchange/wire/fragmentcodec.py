@@ -13,9 +13,8 @@ from collections.abc import Iterable, Sequence
 from exchange.errors import ConfigurationError, PeerFault
 from exchange.packets import Fragment
 from exchange.wire import codes
-from exchange.wire.codes import Bits, Reader, width
+from exchange.wire.codes import Bits, FieldSize, Reader, width
 from exchange.wire.factcodec import FactCodec
-from exchange.wire.sizes import FieldSize
 from worldmodel import EPOCHS, STATUS, Field, PropertyValue
 
 _new = tuple.__new__  # makes a named tuple of a tuple, in half the time

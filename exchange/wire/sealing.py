@@ -11,7 +11,7 @@ from the key of the fleet, a salt and its node. The nonce is slot, sender and ep
 
 No vehicle sends twice in one slot of one mission, so no nonce comes twice under one salt. A salt is drawn by the
 operating system for each run and for each process, so none comes twice under one key, whatever else is the same. The
-vehicles of a run share a salt. Those of several processes tell each other theirs, see ``exchange.wire.introductions``.
+vehicles of a run share a salt. Those of several processes tell each other theirs, see ``exchange.wire.definitions``.
 Nothing that a run records depends on the bytes of a packet, so the same scenario and seed still give the same tables.
 """
 

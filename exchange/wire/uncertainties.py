@@ -8,8 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 from exchange.errors import PeerFault
-from exchange.wire.codes import Bits
-from exchange.wire.sizes import FieldSize
+from exchange.wire.codes import Bits, FieldSize
 from worldmodel import Attribute
 
 

@@ -65,7 +65,7 @@ def make(
     """
     folder.mkdir(parents=True, exist_ok=True)
     wanted = [(number, repeats) for numbers, repeats in stages for number in numbers]
-    pool = SupervisedPool(jobs, preload="missions.sweeps.execution")
+    pool = SupervisedPool(jobs, preload="missions.sweeps.worker")
     try:
         for at, (number, repeats) in enumerate(wanted):
             runs = runs_of(folder, number)

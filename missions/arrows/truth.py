@@ -13,8 +13,8 @@ from missions.arrows.seafloor import Seafloor
 from missions.meeting.meeting import Meeting
 from missions.meeting.truth import JobTruth
 from remoras.mission import FleetView, Milestone
-from remoras.reach import left
 from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
+from remoras.truth import left
 from remoras.work import Point
 
 IDENTIFIED = Table("identified", (

@@ -18,8 +18,8 @@ from missions.benchmark.suite import Cell, Suite
 from missions.errors import OutputError
 from missions.files import text_of
 from missions.sweeps.code import fingerprint, short
-from missions.sweeps.execution import run_task
 from missions.sweeps.plan import SweepPlan, version
+from missions.sweeps.worker import run_task
 from missions.verdict import KEY, VERDICT
 
 CARD = "card.json"

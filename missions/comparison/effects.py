@@ -18,9 +18,9 @@ from missions.comparison.intervals import NoInterval, mean_interval
 from missions.comparison.treatments import Measured, Treatment, check_name, measured, treatments_of
 from missions.errors import OutputError
 from missions.metric import MetricRecord
-from missions.sweeps.design import factorial_of
 from missions.sweeps.factorial import HIGH, FactorialDesign, Term
 from missions.sweeps.folder import SweepResults
+from missions.sweeps.study import factorial_of
 
 ALL = "all"
 """Condition of the mean over all conditions."""

@@ -14,10 +14,10 @@ from missions.comparison.intervals import Estimated, NoInterval, Timed, mean_int
 from missions.errors import OutputError
 from missions.metric import MetricRecord
 from missions.statistics import effect_size, paired_p, pairing_gain
-from missions.sweeps.design import FAULT
 from missions.sweeps.folder import SweepResults
 from missions.sweeps.ledger import DONE, Line
 from missions.sweeps.plan import DRAWN, UNFORESEEN, outcome
+from missions.sweeps.study import FAULT
 from missions.sweeps.study_file import flattened
 from worldmodel import suggestion
 

@@ -10,7 +10,7 @@ from missions.fault import Absence, Danger, Drawing
 from missions.files import shown
 from missions.scenarios.faults import DeclaredFault, span_of
 from missions.scenarios.tables import Raw
-from remoras.condition import Condition
+from remoras.faults import Condition
 
 if TYPE_CHECKING:
     from remoras.database import VehicleData

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from missions.fault import Danger, Drawing
 from missions.scenarios.faults import DeclaredFault
-from remoras.condition import Condition
+from remoras.faults import Condition
 
 if TYPE_CHECKING:
     from remoras.database import VehicleData

@@ -8,7 +8,7 @@ from pydantic import Field
 
 from missions.fault import Drawing
 from missions.scenarios.faults import DeclaredFault
-from remoras.condition import Condition
+from remoras.faults import Condition
 
 if TYPE_CHECKING:
     from remoras.database import VehicleData

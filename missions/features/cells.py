@@ -50,8 +50,8 @@ from missions.scenarios.tables import (
     one_of,
     table_of,
 )
-from remoras.condition import SOUND
 from remoras.events import Part
+from remoras.faults import SOUND
 from remoras.separation import Box, boxes_apart_m
 from worldmodel import Instance, PropertyValue, ValueKind
 

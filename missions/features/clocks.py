@@ -24,8 +24,7 @@ from missions.feature import Draws, Feature, Joining, Trial
 from missions.scenarios.deployment import scenario_sound_speed_mps
 from missions.scenarios.tables import Raw, Section, table_of
 from remoras.events import Joined, Part
-from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
-from remoras.rows import Row, Rows
+from remoras.recorder import TIME, VEHICLE, Column, Recorder, Row, Rows, Table
 
 if TYPE_CHECKING:
     from exchange.packets import Reception

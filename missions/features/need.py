@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import Field
 
-from exchange.queueing.reasons import Expired
+from exchange.queueing.limits import Expired
 from missions.errors import ConfigurationFault
 from missions.feature import Draws, Feature, Joining, Trial
 from missions.files import shown
@@ -31,8 +31,8 @@ from missions.scenarios.tables import (
     span_faults,
     table_of,
 )
-from remoras.deliveries import DELIVERIES
 from remoras.events import Host, Part, Says, say_at
+from remoras.run_log import DELIVERIES
 from remoras.social.needs import GroupNeeds
 from worldmodel import (
     NOBODY,

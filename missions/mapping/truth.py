@@ -23,8 +23,8 @@ from missions.meeting.truth import MeetingTruth
 from remoras.activities import Objective
 from remoras.mission import FleetView, Milestone, VehicleView
 from remoras.organisation import Group
-from remoras.reach import left
 from remoras.recorder import TIME, Column, Recorder, Table
+from remoras.truth import left
 
 GOAL = Table("goal", (TIME, Column("goal_fraction", "float")))
 """Share of the goal that was reached on the ground, whenever it changed."""

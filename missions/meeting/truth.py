@@ -23,9 +23,8 @@ from missions.metric import MeasuredRun
 from remoras.mission import FleetView, Milestone, VehicleView
 from remoras.nesting import height
 from remoras.organisation import Group
-from remoras.reach import left, reachable_by_jobs, within_reach
 from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
-from remoras.truth import COMPLETE
+from remoras.truth import COMPLETE, left, reachable_by_jobs, within_reach
 from remoras.work import Job, Point
 
 if TYPE_CHECKING:

@@ -14,8 +14,8 @@ from missions.minehunting.analysis import CLASSIFIED, MINE, ROCK
 from missions.minehunting.imagery import REVISITS, STRIPS, Minefield
 from remoras.mission import FleetView, Milestone
 from remoras.organisation import Group
-from remoras.reach import left
 from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
+from remoras.truth import left
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

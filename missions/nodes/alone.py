@@ -31,14 +31,13 @@ from missions.scenarios.faults import kind_named
 from missions.scenarios.loading import scenario_from
 from missions.scenarios.policy import key_of
 from missions.scenarios.scenario import Scenario
-from remoras.fault_events import faults_part
-from remoras.faults import Fault
+from remoras.faults import Fault, faults_part
 from remoras.solo import Solo, Times
 from remoras.vehicle import Vehicle
 from worldmodel import EPOCHS, suggestion
 
 if TYPE_CHECKING:
-    from exchange.wire.introductions import Introductions
+    from exchange.wire.definitions import Introductions
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,7 +189,7 @@ def _away(setup: Setup, plan: NodePlan, absence: Absence, *, at_s: float, **keys
 
 def _introductions(setup: Setup, vehicle: str, key: bytes, salt: bytes) -> Introductions:
     """The introductions of a vehicle in a process of its own."""
-    from exchange.wire.introductions import Introductions
+    from exchange.wire.definitions import Introductions
 
     tolerance_s, node = setup.scenario.communication.clock_tolerance_s, setup.database[vehicle].node
     return Introductions(node, key, salt, setup.codec, setup.schedule, setup.modem.payload_bits, tolerance_s)

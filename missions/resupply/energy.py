@@ -16,7 +16,7 @@ from typing import ClassVar
 from pydantic import Field
 
 from remoras.database import VehicleData
-from remoras.rows import Row
+from remoras.recorder import Row
 from remoras.sensor import Fact, Observation, Pose, Sensor, SensorSettings
 from remoras.work import Point
 

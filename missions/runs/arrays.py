@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 
-from remoras.rows import BLOCK, Floats, Packed, Texts
+from remoras.recorder import BLOCK, Floats, Packed, Texts
 
 TYPES = {
     "float": pa.float64(), "int": pa.int64(), "str": pa.string(), "bool": pa.bool_(), "list": pa.list_(pa.string()),

@@ -14,10 +14,10 @@ from missions.runs.setup import Setup, resolved
 from missions.scenarios.scenario import Scenario
 from remoras.fleet import Fleet
 from remoras.mission import Milestone, Mission
-from remoras.reach import reachable_fraction
 from remoras.recorder import Recorder
 from remoras.settling import Settled, settle
 from remoras.strategy import Strategy
+from remoras.truth import reachable_fraction
 
 
 @dataclass(frozen=True, repr=False)

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from remoras.database import VehicleData
-from remoras.deliveries import DELIVERIES, UNSAID
 from remoras.errors import PluginError
 from remoras.mission import Mission
 from remoras.plugins import faults_of
 from remoras.recorder import Recorder, Table
+from remoras.run_log import DELIVERIES, UNSAID
 from remoras.sensor import Sensor
 
 

@@ -30,8 +30,7 @@ import pyarrow.parquet as pq
 from missions.disk import DIGESTS, not_as_noted, note_digests, synced
 from missions.errors import OutputError
 from missions.runs.arrays import column_array, constant_array, numbers_array
-from remoras.recorder import KEY, Recorder, Table
-from remoras.rows import Packed, Row, Rows, Texts
+from remoras.recorder import KEY, Packed, Recorder, Row, Rows, Table, Texts
 
 STEPS = {"s": 2.0**-12, "m": 2.0**-7, "rad": 2.0**-10, "m/s": 2.0**-10}
 """Step to which numbers of a unit are kept: far below anything that means something."""

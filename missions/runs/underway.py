@@ -21,8 +21,7 @@ from missions.runs.summary import identity
 from missions.runs.tables import arrow_table
 from missions.verdict import KEY, VERDICT
 from remoras.mission import FleetView, Milestone
-from remoras.recorder import PACKETS
-from remoras.rows import Row
+from remoras.recorder import PACKETS, Row
 from remoras.version import __version__
 
 IS_UNDERWAY = "is_underway"

@@ -20,12 +20,12 @@ from pathlib import Path
 from missions.errors import DiskFullError, MissionsError, OutputError
 from missions.runs.summary import identity
 from missions.sweeps.cluster import cluster_executor
-from missions.sweeps.execution import Needed, killed, run_chunk, run_task
 from missions.sweeps.folder import SweepFolder, SweepResults, SweepStatus
 from missions.sweeps.ledger import FinishedRun
 from missions.sweeps.plan import DRAWN, RunTask, SweepPlan
 from missions.sweeps.pool import SupervisedPool, TookTooLong, WorkersCannotStart
 from missions.sweeps.study import Study
+from missions.sweeps.worker import Needed, killed, run_chunk, run_task
 
 CHUNK_S = 1.0
 MAX_CHUNK = 200
@@ -184,7 +184,7 @@ def _engine(jobs: int, cluster: str | None, executor: Executor | None) -> Iterat
         with cluster_executor(cluster) as engine:
             yield engine
     else:
-        pool = SupervisedPool(jobs, preload="missions.sweeps.execution")
+        pool = SupervisedPool(jobs, preload="missions.sweeps.worker")
         try:
             yield pool, jobs
         finally:

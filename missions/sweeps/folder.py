@@ -169,7 +169,7 @@ class SweepResults:
     @cached_property
     def factorial(self) -> FactorialDesign:
         """The two-level design of the study."""
-        from missions.sweeps.design import factorial_of
+        from missions.sweeps.study import factorial_of
 
         return factorial_of(self.file)
 
@@ -283,7 +283,7 @@ class SweepResults:
         with suppress(OutputError):  # it cannot be said what they were for; the runs are there
             lines = self.schedule.labelled(lines)
         if self.measured:
-            from missions.sweeps.measuring import with_values
+            from missions.sweeps.record import with_values
 
             whole = lambda name: self.arrow_table(name) if self.has_table(name) else None  # noqa: E731
             return with_values(lines, self.measured, self.schedule, whole)

@@ -1,13 +1,161 @@
-"""A study as its file has it: its tables, and how their keys and values are read."""
+"""Study files: keys, their checks, and the study that they describe."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import math
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, Literal, NamedTuple
 
 from pydantic import Field, field_validator
 
+from missions.errors import ConfigurationFault
+from missions.files import shown, toml_value
 from missions.scenarios.tables import Name, Section, one_or_more
+from missions.sweeps.factorial import MOST_FACTORS, most_halvings
+
+TABLE_OF = {"grid": "grid", "list": "point", "latin": "latin", "factorial": "factorial"}
+"""The table that each kind of sampling reads."""
+LISTS = {"strategies": "strategy.name", "policies": "communication.policy", "vehicles": "fleet.size"}
+"""Lists of ``[study]``, and the key of the scenario that each of them sets."""
+
+CONDITIONS = ("channel.name", "channel.per")
+"""Keys that name the conditions of a comparison."""
+
+
+def faults_between(file: StudyFile) -> Iterator[ConfigurationFault]:
+    """Every fault between the tables of a study."""
+    design, stopping = file.study, file.stopping
+    compared = (*(design.strategies or ()), *(design.policies or ()))
+    if design.baseline is not None and design.baseline not in compared:
+        yield ConfigurationFault("study.baseline", f'"{design.baseline}"', f"allowed: {', '.join(compared) or 'none'}")
+    for name in (*LISTS, "scenario", "metrics"):
+        values = getattr(design, name)
+        if values and len(set(values)) < len(values):
+            yield ConfigurationFault(f"study.{name}", toml_value(values), "a value is listed twice")
+    if "samples" in design.model_fields_set and design.sampling != "latin":
+        yield ConfigurationFault("study.samples", str(design.samples), 'not used: study.sampling is not "latin"')
+    if "halvings" in design.model_fields_set and design.sampling != "factorial":
+        yield ConfigurationFault("study.halvings", str(design.halvings), 'not used: study.sampling is not "factorial"')
+    if stopping and stopping.minimum > stopping.maximum:
+        yield ConfigurationFault("stopping.minimum", str(stopping.minimum), f"allowed: 2 to {stopping.maximum}")
+    if stopping and stopping.half_width is None and stopping.half_width_share is None:
+        yield ConfigurationFault("stopping.half_width", "", "missing; give it, or half_width_share, or both")
+    yield from _unforeseen_faults(file)
+    yield from _sampling_faults(file)
+    yield from _empty_axes(file)
+    yield from _bounds_faults(file)
+    yield from _factorial_faults(file)
+    yield from _conflicts(file)
+
+
+def _sampling_faults(file: StudyFile) -> Iterator[ConfigurationFault]:
+    """Tables that the kind of sampling needs and lacks, or that it does not read."""
+    sampling = file.study.sampling
+    used = TABLE_OF[sampling]
+    for table in TABLE_OF.values():
+        values = getattr(file, table)
+        if values and table != used:
+            yield ConfigurationFault(table, "", f'not used: study.sampling is "{sampling}", which reads [{used}]')
+        elif not values and table == used and used != "grid":
+            yield ConfigurationFault("study.sampling", f'"{sampling}"', f"needs [{used}], which is missing")
+
+
+def _unforeseen_faults(file: StudyFile) -> Iterator[ConfigurationFault]:
+    """Entries of the axis of what is unforeseen that cannot be told apart."""
+    names = [case.name for case in file.unforeseen]
+    empty = [number for number, case in enumerate(file.unforeseen, 1) if not case.set and not case.fault]
+    for number, name in enumerate(names, 1):
+        place = f"unforeseen.{number}"
+        if name in names[: number - 1]:
+            yield ConfigurationFault(f"{place}.name", f'"{name}"', "a second entry of this name; give each its own")
+        elif number in empty[1:]:
+            allowed = f'sets nothing, and neither does "{names[empty[0] - 1]}"; give it [unforeseen.set] or a fault'
+            yield ConfigurationFault(f"{place}.name", f'"{name}"', allowed)
+
+
+def _empty_axes(file: StudyFile) -> Iterator[ConfigurationFault]:
+    """Lists without a value, and channels without a name."""
+    tables = [("grid", dict(flattened(file.grid)))]
+    tables += [(channel_place(file, number), channel) for number, channel in enumerate(file.channel)]
+    for table, values in tables:
+        for key, value in values.items():
+            if value == []:
+                yield ConfigurationFault(f"{table}.{key}", "[]", "no values: list at least one")
+    for number, channel in enumerate(file.channel):
+        if "name" not in channel:
+            place = f"{channel_place(file, number)}.name"
+            yield ConfigurationFault(place, "", "missing; see `remoras list channels`")
+
+
+def _bounds_faults(file: StudyFile) -> Iterator[ConfigurationFault]:
+    """Bounds of a Latin hypercube that are not two finite numbers, the lower one first."""
+    for key, bounds in flattened(file.latin):
+        numbers = isinstance(bounds, list) and [type(bound) in (int, float) for bound in bounds] == [True, True]
+        if not numbers or not bounds[0] < bounds[1] or not math.isfinite(bounds[1] - bounds[0]):
+            yield ConfigurationFault(f"latin.{key}", toml_value(bounds), "allowed: [lowest, highest], two numbers")
+
+
+def _factorial_faults(file: StudyFile) -> Iterator[ConfigurationFault]:
+    """Factors without two levels, of the channel, or too few or too many for the design."""
+    factors, halvings = file.factors, file.study.halvings
+    for key, levels in factors.items():
+        if not isinstance(levels, list) or len(levels) != 2 or levels[0] == levels[1]:
+            yield ConfigurationFault(f"factorial.{key}", shown(levels), "allowed: [low, high], two levels that differ")
+        if key in CONDITIONS:
+            allowed = "a condition, not a factor of this design; give it as [[channel]]"
+            yield ConfigurationFault(f"factorial.{key}", "", allowed)
+    if not factors:
+        return
+    if not 2 <= len(factors) <= MOST_FACTORS:
+        yield ConfigurationFault("factorial", f"{len(factors)} factors", f"allowed: 2 to {MOST_FACTORS}")
+    elif halvings > (most := most_halvings(len(factors))):
+        allowed = f"allowed for {len(factors)} factors: 0 to {most}; with more, main effects are mixed with each other"
+        yield ConfigurationFault("study.halvings", str(halvings), allowed)
+
+
+def _conflicts(file: StudyFile) -> Iterator[ConfigurationFault]:
+    """Keys of the scenario that two tables of the study set."""
+    places: dict[str, str] = {}
+    own_faults = any(unforeseen.fault for unforeseen in file.unforeseen)
+    set_by = [(f"study.{name}", key) for name, key in LISTS.items() if getattr(file.study, name) is not None]
+    set_by += [(f"channel.{key}", f"channel.{key}") for table in file.channel for key in table]
+    for table, given in (
+        ("set", [file.set]),
+        ("grid", [file.grid]),
+        ("point", file.point),
+        ("latin", [file.latin]),
+        ("factorial", [file.factorial]),
+    ):
+        set_by += [(f"{table}.{key}", key) for setting in given for key, _ in flattened(setting)]
+    for place, key in set_by:
+        if own_faults and key.partition(".")[0] == "fault":
+            yield ConfigurationFault(place, "", "[[unforeseen.fault]] sets all faults of its runs; set them there")
+    set_by += [
+        ("unforeseen.set", key)
+        for key in {key for unforeseen in file.unforeseen for key, _ in flattened(unforeseen.set)}
+    ]
+    for place, key in dict.fromkeys(set_by):
+        if key in places:
+            yield ConfigurationFault(place, "", f"is set by {places[key]} too; set it in one place")
+        places[key] = place
+
+
+def faults_of_no_fault(settings: Iterable[StudySetting], source: str) -> Iterator[ConfigurationFault]:
+    """Settings of faults, for a scenario that has none.
+
+    Args:
+        settings: of a configuration.
+        source: what messages call the scenario.
+    """
+    for key, value, place in settings:
+        if key.startswith("fault."):
+            allowed = f"{source} has no [[fault]]; allowed: one in the scenario, or [[unforeseen.fault]] in the study"
+            yield ConfigurationFault(place, shown(value), allowed)
+
+
+def channel_place(file: StudyFile, number: int) -> str:
+    """What messages call the channel with that number, from 0."""
+    return f"channel.{number + 1}" if len(file.channel) > 1 else "channel"
 
 
 class Design(Section):

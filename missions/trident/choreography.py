@@ -13,8 +13,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from missions.trident.scenario import ChoreographyTable, MessageTable
-from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
-from remoras.rows import Row
+from remoras.recorder import TIME, VEHICLE, Column, Recorder, Row, Table
 
 CHOREOGRAPHY = Table("choreography", (
     TIME, VEHICLE, Column("state", "str"), Column("says", "str"), Column("subject", "str"), Column("value", "str"),

@@ -12,8 +12,8 @@ from missions.trident.services import ATTEMPTS, CHARTED
 from missions.trident.site import TARGET, Site, Tile
 from missions.trident.tasks import WORKING
 from remoras.mission import FleetView, Milestone
-from remoras.reach import within_reach
 from remoras.recorder import Recorder
+from remoras.truth import within_reach
 
 RECOVERY_SHARE = 0.5
 """Share of the goal that the recovery is; the map is the rest."""

@@ -109,7 +109,7 @@ def _judge(experience: Experience, as_json: bool) -> None:
 def _draw(experience: Experience, folder: Path, file_format: str, as_json: bool) -> None:
     """Draw the instances in the plane of their traits, a map for each strategy."""
     from missions.advising.projection import projected
-    from visualisation import files
+    from visualisation import output
     from visualisation.footprints import Footprints, InstancePoint, footprint_contents
 
     plane = projected(experience)
@@ -126,7 +126,7 @@ def _draw(experience: Experience, folder: Path, file_format: str, as_json: bool)
         f"{plane.shares[0]:.0%} and {plane.shares[1]:.0%} of the variance; axes name those that weigh most. Filled: "
         "the strategy takes at most 3 % longer than the best of the means over the runs of an instance."
     )
-    written = files.write_folder(folder, footprint_contents(found, caption, file_format))
+    written = output.write_folder(folder, footprint_contents(found, caption, file_format))
     print(*written, sep="\n", file=sys.stderr if as_json else sys.stdout)
     if as_json:
         show_json([str(path) for path in written])

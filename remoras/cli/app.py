@@ -29,7 +29,7 @@ USERS_FAULTS = (
     ("exchange.errors", "ExchangeError"),
     ("missions.errors", "MissionsError"),
     ("remoras.errors", "RemorasError"),
-    ("visualisation.errors", "VisualisationError"),
+    ("visualisation.output", "VisualisationError"),
     ("worldmodel.errors", "WorldModelError"),
 )
 """Module and name of the base of each package's errors."""

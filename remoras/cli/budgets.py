@@ -148,7 +148,7 @@ def _draw(
     file_format: str,
     as_json: bool,
 ) -> None:
-    from visualisation import files
+    from visualisation import output
     from visualisation.reach import reach_contents
 
     lines_m = [furthest_m * (number + 1) / DRAWN for number in range(DRAWN)]
@@ -165,7 +165,7 @@ def _draw(
         for scenario, reach in zip(scenarios, reaches, strict=True)
     ]
     drawn = reach_contents(lines, sea, file_format)
-    print(*files.write_folder(out, drawn), sep="\n", file=sys.stderr if as_json else sys.stdout)
+    print(*output.write_folder(out, drawn), sep="\n", file=sys.stderr if as_json else sys.stdout)
 
 
 def _share(drawn: DrawnPackets) -> tuple[str, str]:

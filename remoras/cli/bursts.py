@@ -195,7 +195,7 @@ def _as_json(of: Recorded, found: list[Fit], share: float, source: str) -> dict[
 
 def _draw(of: Recorded, found: list[Fit], source: str, out: Path, file_format: str, as_json: bool) -> None:
     """Write the figure of the lengths of runs."""
-    from visualisation import files
+    from visualisation import output
     from visualisation.bursts import BurstsDrawn, FittedRuns, RunLengths, bursts_contents
 
     lost, received = (RunLengths(*of.runs(outcome)) for outcome in (True, False))
@@ -208,5 +208,5 @@ def _draw(of: Recorded, found: list[Fit], source: str, out: Path, file_format: s
         if fit.model is not None
     ]
     drawn = BurstsDrawn(len(of.lost), len(of.per_link), lost, received, models)
-    written = files.write_folder(out, bursts_contents(drawn, Path(source).name, file_format))
+    written = output.write_folder(out, bursts_contents(drawn, Path(source).name, file_format))
     print(*written, sep="\n", file=sys.stderr if as_json else sys.stdout)

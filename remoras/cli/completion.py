@@ -123,12 +123,12 @@ def _baselines(ctx: typer.Context) -> Iterable[str]:
 
 def _kinds(ctx: typer.Context) -> Iterable[str]:
     """Kinds of figures of what is in the folder that has been named."""
-    from visualisation.kinds import FACTORIAL_KINDS, KINDS, SWEEP_KINDS
+    from visualisation.output import FACTORIAL_KINDS, KINDS, SWEEP_KINDS
 
     folder = _folder(ctx)
     if (folder / "study.json").is_file():
         from missions.sweeps.folder import SweepResults
-        from visualisation.sweeps.measures import by_kind
+        from visualisation.sweeps.arrangement import by_kind
 
         return [*SWEEP_KINDS, *FACTORIAL_KINDS, *by_kind(list(SweepResults.read(folder).metrics.values()))]
     from missions.figure import Figure

@@ -31,10 +31,10 @@ def describe_network(
     """Tell what was measured of a network: source, losses, what is not known; with --out draw map and losses."""
     found = network_named(name)
     if out is not None:
-        from visualisation import files
+        from visualisation import output
         from visualisation.networks import network_contents
 
-        written = files.write_folder(out, network_contents(found, file_format.value))
+        written = output.write_folder(out, network_contents(found, file_format.value))
         print(*written, sep="\n", file=sys.stderr if as_json else sys.stdout)
     show_network(found, as_json)
 

@@ -20,7 +20,7 @@ from remoras.progress import Progress
 
 if TYPE_CHECKING:
     from missions.runs.results import Results
-    from visualisation.files import Drawn
+    from visualisation.output import Drawn
 
 
 ScenarioName = Annotated[
@@ -290,7 +290,7 @@ def draw_run(
     """Draw a run with what its mission declares, and figures of a user's own."""
     from missions.scenarios.named import with_figures
     from missions.scenarios.parts import mission_of
-    from visualisation.kinds import FACTORIAL_KINDS, KINDS, SWEEP_KINDS
+    from visualisation.output import FACTORIAL_KINDS, KINDS, SWEEP_KINDS
     from visualisation.runs import ViewAt, draw_run_figures
 
     mission, moment = mission_of(results.scenario), ViewAt(at_s, viewer)
@@ -316,7 +316,7 @@ def _plot_sweep(
 ) -> None:
     from missions.sweeps.folder import SweepResults
     from visualisation.sweeps import draw_sweep_figures
-    from visualisation.sweeps.measures import RANKED
+    from visualisation.sweeps.arrangement import RANKED
 
     if metric is not None and kinds and not {"ranking", "differences"} & {*kinds}:
         fail(f"--metric {metric}: is about a ranking and differences; name the figure ranking or differences too")

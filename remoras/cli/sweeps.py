@@ -108,7 +108,7 @@ def sweep(
 
 def _verify(study: Study, out: Path, count: int, as_json: bool) -> None:
     """Make finished runs again; end with an error if one ends otherwise."""
-    from missions.sweeps.verification import verify
+    from missions.sweeps.worker import verify
 
     found = dict(verify(study, out, count))
     other = {key: names for key, names in found.items() if names}
@@ -221,7 +221,7 @@ def _status_line(status: dict[str, Any]) -> str:
 
 def _effect_lines(results: SweepResults, rows: Sequence[MainEffect]) -> Iterator[str]:
     """Effects as text: the design, then a table for each metric and condition."""
-    from missions.sweeps.design import factorial_of
+    from missions.sweeps.study import factorial_of
 
     yield factorial_of(results.file).said()
     for (metric, condition), same in itertools.groupby(rows, key=lambda row: (row.metric, row.condition)):

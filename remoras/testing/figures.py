@@ -92,7 +92,7 @@ def _named(what: str) -> Iterator[None]:
     """Turn errors of somebody's function into what a test shows."""
     from missions.errors import MissionsError
     from remoras.errors import RemorasError
-    from visualisation.errors import VisualisationError
+    from visualisation.output import VisualisationError
 
     try:
         yield

@@ -16,7 +16,7 @@ from remoras import plugin_folders
 from remoras.cli.app import app, main
 from remoras.errors import PluginError
 from remoras.plugins import NO_PLUGINS, named_object
-from visualisation.errors import DrawingError
+from visualisation.output import DrawingError
 from visualisation.runs.drawing import _own
 
 OTHER = "canary:Bird"

@@ -11,7 +11,7 @@ from exchange.errors import ConfigurationError, PeerFault
 from exchange.packets import Packet
 from exchange.schedule import TdmaSchedule
 from exchange.wire.codec import Codec, renewed
-from exchange.wire.introductions import Introductions
+from exchange.wire.definitions import Introductions
 from exchange.wire.sealing import SALT_BYTES, Seal
 
 BASE = guarded(key=KEY)

@@ -5,8 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from exchange.errors import PeerFault
-from exchange.wire.codes import width
-from exchange.wire.names import AttributeNames
+from exchange.wire.codes import AttributeNames, width
 
 
 class Taker:

@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from exchange.packets import Fragment, StatusUid
+from exchange.queueing.limits import Expired, Unsaid
 from exchange.queueing.queue import Queue
-from exchange.queueing.reasons import Expired, Unsaid
 from exchange.study.selection import select
 from exchange.values import Waiting
 from missions.scenarios.values import VALUE_RULES

@@ -14,7 +14,7 @@ from missions.sweeps.driver import sweep
 from missions.sweeps.folder import PARTS, TABLES, SweepFolder, SweepResults
 from missions.sweeps.plan import SweepPlan
 from missions.sweeps.study import load_study
-from missions.sweeps.verification import verify
+from missions.sweeps.worker import verify
 
 TEXT = study_text(repeats=2, per="[0.1]")
 
@@ -96,7 +96,7 @@ def test_a_part_that_cannot_be_read_is_made_again(tmp_path: Path, sound: Path) -
     """Between a kill and the end of the sweep tables lie in parts."""
     study, folder = load_study(str(sound / "study.toml")), tmp_path / "out"
     plan = SweepPlan(study)
-    from missions.sweeps.execution import run_task
+    from missions.sweeps.worker import run_task
 
     opened = SweepFolder(folder, plan)
     finished = [run_task(task) for task in plan.missing({})]

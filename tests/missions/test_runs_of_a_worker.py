@@ -10,18 +10,18 @@ from small_mission import SMALL
 from missions.document import Document
 from missions.scenarios import Scenario, load
 from missions.scenarios.loading import scenario_from
-from missions.sweeps import execution
-from missions.sweeps.execution import run_task
+from missions.sweeps import worker
 from missions.sweeps.plan import RunTask
+from missions.sweeps.worker import run_task
 
 LOSSY = [("--set", "channel.per=0.3")]
 
 
 @pytest.fixture(autouse=True)
 def forgotten() -> Iterator[None]:
-    execution._first.cache_clear()
+    worker._first.cache_clear()
     yield
-    execution._first.cache_clear()
+    worker._first.cache_clear()
 
 
 def task(scenario: Scenario, seed: int) -> RunTask:
@@ -36,7 +36,7 @@ def result(of: RunTask) -> tuple[dict[str, object], dict[str, bytes]]:
 
 
 def alone(of: RunTask) -> tuple[dict[str, object], dict[str, bytes]]:
-    execution._first.cache_clear()
+    worker._first.cache_clear()
     return result(of)
 
 
@@ -58,22 +58,22 @@ def test_runs_that_share_a_setup_are_those_made_alone(name: str, duration_s: flo
     scenario = load(name, [*settings, ("--set", f"scenario.duration_s={duration_s}")])
     seeds = (3, 4, 3)
     expected = [alone(task(scenario, seed)) for seed in seeds]
-    execution._first.cache_clear()
+    worker._first.cache_clear()
     copies = [scenario.model_copy() for _ in seeds]
     assert [result(task(copy, seed)) for copy, seed in zip(copies, seeds, strict=True)] == expected
-    assert execution._first.cache_info().hits == 2
+    assert worker._first.cache_info().hits == 2
     assert expected[0] == expected[2] != expected[1]
 
 
 def test_many_runs_are_resolved_once(monkeypatch: pytest.MonkeyPatch):
     made: list[float] = []
-    resolved = execution.resolved
+    resolved = worker.resolved
 
     def counted(scenario: Scenario) -> object:
         made.append(scenario.channel.per)  # type: ignore[attr-defined]
         return resolved(scenario)
 
-    monkeypatch.setattr(execution, "resolved", counted)
+    monkeypatch.setattr(worker, "resolved", counted)
     settings = [[("--set", "scenario.duration_s=10"), ("--set", f"channel.per={per}")] for per in (0.1, 0.2)]
     scenarios = [load("mapping-rendezvous", each) for each in settings]
     for seed in range(4):
@@ -88,7 +88,7 @@ def test_a_number_and_a_truth_value_that_are_equal_are_two_scenarios(monkeypatch
         scenario.model_copy(update={"strategy": scenario.strategy.model_copy(update={"parameters": {"x": value}})})
         for value in (1, 1.0, True)
     ]
-    assert len({execution._Common.of(other).content for other in others}) == 3
+    assert len({worker._Common.of(other).content for other in others}) == 3
 
 
 COUNTING = """
@@ -118,6 +118,6 @@ def test_a_mission_of_a_users_own_is_made_for_each_run(tmp_path: Path, monkeypat
         return numbers
 
     assert of_two_runs().count(1) == 2
-    execution._first.cache_clear()
-    monkeypatch.setattr(execution, "references", lambda _: frozenset())  # taken for one of ours it is shared
+    worker._first.cache_clear()
+    monkeypatch.setattr(worker, "references", lambda _: frozenset())  # taken for one of ours it is shared
     assert of_two_runs().count(1) == 1

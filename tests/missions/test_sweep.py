@@ -17,12 +17,12 @@ from typer.testing import CliRunner
 
 from missions.errors import ClusterError, OutputError
 from missions.sweeps.driver import PartlyDoneError, estimate, sweep
-from missions.sweeps.execution import Needed, run_chunk
 from missions.sweeps.folder import RUNS, SweepFolder, SweepResults
 from missions.sweeps.ledger import LEDGER
 from missions.sweeps.plan import SweepPlan
 from missions.sweeps.pool import SupervisedPool, WorkerDied
 from missions.sweeps.study import Study, load_study
+from missions.sweeps.worker import Needed, run_chunk
 from remoras.cli import app
 
 
@@ -191,7 +191,7 @@ def test_a_dry_run_counts_and_writes_nothing(tmp_path: Path) -> None:
 
 
 def test_the_pool_outlives_its_processes() -> None:
-    pool = SupervisedPool(2, preload="missions.sweeps.execution")
+    pool = SupervisedPool(2, preload="missions.sweeps.worker")
     dead, alive = pool.submit(os._exit, 3), [pool.submit(pow, 2, n) for n in range(20)]
     with pytest.raises(WorkerDied, match="ended with 3"):
         dead.result(30)

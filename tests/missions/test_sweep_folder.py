@@ -9,11 +9,11 @@ from sweeping import outcome, study_text, written
 
 from missions.errors import OutputError, StudyChangedError
 from missions.sweeps.code import code_digests
-from missions.sweeps.execution import Needed, run_chunk
 from missions.sweeps.folder import SweepFolder, SweepResults
 from missions.sweeps.ledger import LEDGER
 from missions.sweeps.plan import SweepPlan
 from missions.sweeps.study import load_study
+from missions.sweeps.worker import Needed, run_chunk
 
 
 def plan_of(tmp_path: Path, text: str = study_text(repeats=2)) -> SweepPlan:

@@ -17,11 +17,11 @@ import pytest
 from sampling import sampled
 from sweeping import environment, ledger_length, outcome, started, study_text, written
 
-from missions.sweeps.execution import Needed, run_chunk
 from missions.sweeps.folder import PARTS, TABLES, SweepFolder, SweepResults
 from missions.sweeps.ledger import LEDGER
 from missions.sweeps.plan import SweepPlan
 from missions.sweeps.study import Study, load_study
+from missions.sweeps.worker import Needed, run_chunk
 
 KILLS = (10, 100)
 """How often the sweep is killed; continuous integration tries the first."""

@@ -17,7 +17,7 @@ from missions.sweeps.driver import Limits, PartlyDoneError, sweep
 from missions.sweeps.folder import STUDY, TABLES, SweepResults
 from missions.sweeps.ledger import LEDGER
 from missions.sweeps.study import Study, load_study
-from missions.sweeps.verification import verify
+from missions.sweeps.worker import verify
 from remoras.cli import app
 
 OWN = """

@@ -9,7 +9,7 @@ import pytest
 import remoras
 from missions.errors import ConfigurationError, OutputError
 from remoras.strategies.central import Central
-from visualisation.errors import DrawingError
+from visualisation.output import DrawingError
 from worldmodel import QueryError
 
 SHORT = {"scenario.duration_s": 60.0}

@@ -14,7 +14,7 @@ from browsing import Window
 
 import remoras
 from missions.errors import OutputError
-from visualisation.errors import DrawingError
+from visualisation.output import DrawingError
 
 pytestmark = pytest.mark.slow
 

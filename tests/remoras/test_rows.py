@@ -11,8 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from missions.runs.arrays import TYPES, column_array, numbers_array
-from remoras.recorder import MANY, Recorder
-from remoras.rows import BLOCK, CHANGING, MOST_TEXTS, Floats, Rows, Texts
+from remoras.recorder import BLOCK, CHANGING, MANY, MOST_TEXTS, Floats, Recorder, Rows, Texts
 
 VALUES = st.one_of(
     st.none(), st.booleans(), st.integers(), st.floats(), st.sampled_from(["AUV00", "AUV01", ""]), st.text(max_size=3),

@@ -13,11 +13,10 @@ from sample_vehicles import AUV
 
 from missions.mapping.sensors import SwathSettings
 from remoras.activities import Objective
-from remoras.condition import Condition
 from remoras.database import VehicleData
-from remoras.faults import Fault, condition_under
+from remoras.faults import Condition, Fault, condition_under
 from remoras.organisation import Group, RoleSpecification
-from remoras.reach import reachable_by_jobs, reachable_fraction, within_reach
+from remoras.truth import reachable_by_jobs, reachable_fraction, within_reach
 from remoras.view import ReadOnlyVehicle
 
 DEAD = Condition(dead_sensors=frozenset({"mapping"}))

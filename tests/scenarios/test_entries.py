@@ -22,7 +22,7 @@ OURS = tuple(str(ROOT / package) for package in ("worldmodel", "exchange", "remo
 VALUES = (
     "worldmodel/facts.py", "worldmodel/fields.py", "worldmodel/tbox.py", "worldmodel/store.py",
     "worldmodel/holdings.py", "worldmodel/individuals.py", "exchange/ledger.py", "exchange/packets.py",
-    "exchange/schedule.py", "exchange/wire/codes.py", "exchange/wire/names.py", "remoras/activities.py",
+    "exchange/schedule.py", "exchange/wire/codes.py", "exchange/wire/codes.py", "remoras/activities.py",
     "remoras/authority.py",
     "remoras/beliefs.py", "remoras/database.py", "remoras/motion.py", "remoras/organisation.py",
     "remoras/picture.py", "remoras/plugins.py", "remoras/sensor.py", "remoras/social/leadership.py",

@@ -9,8 +9,7 @@ import pytest
 
 from missions.comparison.rows import write_csv
 from missions.files import drafted
-from visualisation.errors import DrawingError
-from visualisation.files import write_folder
+from visualisation.output import DrawingError, write_folder
 
 PICTURE = b"x" * 70_000
 

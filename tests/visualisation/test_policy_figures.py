@@ -8,8 +8,7 @@ import pytest
 
 from exchange.study.study import ExchangeStudy, StudyLoad, StudyRow, loaded_studies, run
 from visualisation import policies
-from visualisation.errors import DrawingError
-from visualisation.files import write_folder
+from visualisation.output import DrawingError, write_folder
 from visualisation.policies import caption, contents, loaded_figure, unloaded_figure
 
 

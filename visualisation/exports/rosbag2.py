@@ -14,10 +14,10 @@ import numpy as np
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 from rosbags.rosbag2.errors import WriterError
 
-from visualisation.errors import ExportError
 from visualisation.exports.formats import Counts
 from visualisation.exports.stream import MAP, VEHICLE_M, PoseMessage, Shape, store_with, stream
 from visualisation.exports.voyage import Entry, Voyage
+from visualisation.output import ExportError
 
 INFO, WARNING = 20, 30
 STRIP, PAIRS, BOX, TEXT, ADD = 4, 5, 1, 9, 0

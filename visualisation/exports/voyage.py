@@ -16,7 +16,7 @@ import numpy as np
 from missions.errors import OutputError
 from missions.figure import Place
 from missions.files import tables_of
-from visualisation import about
+from visualisation import output
 from visualisation.exports.geodesy import Datum, Floats
 from visualisation.outages import outages
 
@@ -117,7 +117,7 @@ class Voyage:
         summary = self.results.summary
         ended = "completed" if summary["completed"] else f"not completed: {summary['reason']}"
         return {
-            **about.about_run(self.results),
+            **output.about_run(self.results),
             "ended": f"{ended}, {summary['mission_time_s']:g} s",
             "scenario_toml": self.results.manifest["scenario"],
         }

@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from missions.figure import Place
-from visualisation.errors import ExportError
 from visualisation.exports.formats import FORMATS, Counts, FormatOfExport, Writer
 from visualisation.exports.voyage import Voyage
+from visualisation.output import ExportError
 
 if TYPE_CHECKING:
     from missions.runs.results import MemoryResults, Results

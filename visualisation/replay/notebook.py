@@ -14,7 +14,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
-from visualisation.errors import DrawingError
+from visualisation.output import DrawingError
 from visualisation.replay.page import frame, notebook_text
 
 LISTEN = """<script>(function () {

@@ -14,7 +14,7 @@ from typing import Any
 
 from missions.files import drafted
 from visualisation.colours import VEHICLES
-from visualisation.errors import DrawingError
+from visualisation.output import DrawingError
 
 MODEL = ("data.js", "model.js", "knowledge.js", "links.js", "work.js", "chain.js", "organisation.js", "plans.js")
 VIEW = (

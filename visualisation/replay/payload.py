@@ -11,7 +11,7 @@ from missions.errors import ConfigurationError
 from missions.figure import Place, RunResults
 from missions.files import tables_of
 from missions.structure import group_nodes
-from visualisation.errors import DrawingError
+from visualisation.output import DrawingError
 from visualisation.replay import tables as of_run
 from visualisation.replay.columns import Columns
 from visualisation.replay.own_tables import add_own

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 
 from missions.figure import Figure, Layer, RunResults
 from visualisation import style, words
-from visualisation.errors import DrawingError
+from visualisation.output import DrawingError
 from visualisation.page import LEGEND_UP_IN, Box, DrawnPage, Legend, Page
 from visualisation.runs import captions, reading
 

@@ -13,9 +13,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from missions.figure import Declared, Figure, Layer, Mark, Place, RunResults
-from visualisation.errors import DrawingError, unknown
-from visualisation.files import MOVING, Drawn, check_format, check_width, write_folder
-from visualisation.kinds import KINDS, SWEEP_KINDS
+from visualisation.output import (
+    KINDS,
+    MOVING,
+    SWEEP_KINDS,
+    DrawingError,
+    Drawn,
+    check_format,
+    check_width,
+    unknown,
+    write_folder,
+)
 
 if TYPE_CHECKING:
     from visualisation.page import DrawnPage
@@ -135,9 +143,9 @@ def draw_run_figures(
     missing = {kind: reason for kind in asked if (reason := _lacking(results, kind, own))}
     if kinds and missing:
         raise DrawingError("; ".join(f"{kind}: {reason}" for kind, reason in missing.items()))
-    from visualisation import about, style
+    from visualisation import output, style
 
-    said = about.about_run(results)
+    said = output.about_run(results)
     notes = [f"{kind} is left out: {reason}" for kind, reason in missing.items()]
     contents: list[tuple[str, bytes]] = []
     for kind in asked:

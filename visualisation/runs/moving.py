@@ -18,7 +18,7 @@ from matplotlib.text import Text
 from PIL import Image
 
 from missions.figure import Place, RunResults
-from visualisation import about, style, words
+from visualisation import output, style, words
 from visualisation.page import Box, Page
 from visualisation.runs import captions, reading
 from visualisation.runs.declared import Kit
@@ -64,7 +64,7 @@ def film(results: RunResults, places: Sequence[Place], width_in: float | None = 
         stage = _Stage(results, tracks, places, width_in or WIDTH_IN)
         times_s = np.linspace(0.0, end_s, PICTURES if tracks else 1)
         pictures = [stage.at(float(time_s), tenures) for time_s in times_s]
-    said = about.about_run(results)
+    said = output.about_run(results)
     text = words.joined(
         "Vehicles over mission time; a strong line is where a vehicle went last.",
         captions.faults(results),

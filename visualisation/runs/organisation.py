@@ -16,9 +16,9 @@ from visualisation.page import Box, DrawnPage
 from visualisation.runs import boxes, captions, reading
 from visualisation.runs.boxes import HEAD, BoxChart, ink
 from visualisation.runs.declared import Kit
-from visualisation.runs.lanes import shares
 from visualisation.runs.reading import Span
 from visualisation.runs.sheet import WIDE_IN, Sheet, sheet
+from visualisation.runs.timeline import shares
 from visualisation.runs.views import (
     CREATED,
     DISSOLVED,

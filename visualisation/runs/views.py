@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 
 from missions.figure import RunResults
 from missions.structure import GroupNode, RoleKey, group_nodes
-from visualisation.errors import DrawingError, unknown
 from visualisation.outages import Outage, outages, outside
+from visualisation.output import DrawingError, unknown
 from visualisation.runs import reading
 from visualisation.runs.reading import Span
 

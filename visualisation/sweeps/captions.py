@@ -12,8 +12,7 @@ from missions.comparison.treatments import SIGNIFICANT
 from missions.metric import Better, MetricRecord
 from missions.sweeps.folder import SweepResults
 from visualisation import words
-from visualisation.sweeps.arrangement import Arrangement, PanelSettings
-from visualisation.sweeps.measures import Measure
+from visualisation.sweeps.arrangement import Arrangement, Measure, PanelSettings
 
 GOAL = "mission.goal"
 OF_RATES = "Wilson's 95 % intervals of the rate"

@@ -25,11 +25,11 @@ from visualisation.sweeps.arrangement import (
     REPEAT,
     STRATEGIES,
     Arrangement,
+    Measure,
     PanelSettings,
     Series,
     policy_place,
 )
-from visualisation.sweeps.measures import Measure
 
 LEFT_IN, RIGHT_IN, TOP_IN, TITLE_IN, AXIS_IN, GAP_IN, ROW_GAP_IN = 0.58, 0.1, 0.08, 0.18, 0.38, 0.66, 0.26
 BODY_IN, TRADE_OFF_BODY_IN, OVERVIEW_BODY_IN = 2.1, 2.5, 1.45

@@ -20,12 +20,30 @@ from missions.comparison.ranking import ranks as ranked_by_metric
 from missions.comparison.rows import Comparison, Rank, write_csv
 from missions.metric import Better, MetricRecord
 from missions.sweeps.folder import SweepResults
-from visualisation.errors import DrawingError, unknown
-from visualisation.files import Drawn, check_format, check_width, write_folder
-from visualisation.kinds import FACTORIAL_KINDS, KINDS, SWEEP_KINDS
+from visualisation.output import (
+    FACTORIAL_KINDS,
+    KINDS,
+    SWEEP_KINDS,
+    DrawingError,
+    Drawn,
+    check_format,
+    check_width,
+    unknown,
+    write_folder,
+)
 from visualisation.sweeps import captions
-from visualisation.sweeps.arrangement import Arrangement, PanelSettings, arranged
-from visualisation.sweeps.measures import MOST_IN_OVERVIEW, RANKED, TRADE_OFF, Measure, by_kind, measure, of_differences
+from visualisation.sweeps.arrangement import (
+    MOST_IN_OVERVIEW,
+    RANKED,
+    TRADE_OFF,
+    Arrangement,
+    Measure,
+    PanelSettings,
+    arranged,
+    by_kind,
+    measure,
+    of_differences,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -274,9 +292,9 @@ def _written(
     width_in: float | None,
 ) -> list[Path]:
     """Draw charts of a kind, then write their files."""
-    from visualisation import about, style
+    from visualisation import output, style
 
-    said = about.of_sweep(results)
+    said = output.of_sweep(results)
     ranked = numbers.ranked_by.name
     stem = f"{kind}-{ranked}" if kind in ("ranking", "differences", *FACTORIAL_KINDS) and ranked != RANKED else kind
     taken: set[str] = set()

@@ -13,7 +13,7 @@ from matplotlib.patches import Rectangle
 from missions.comparison.ranking import are_too_few, mean_ranks
 from missions.comparison.rows import Rank
 from visualisation import style
-from visualisation.errors import DrawingError
+from visualisation.output import DrawingError
 from visualisation.page import Box, Page
 from visualisation.sweeps.arrangement import Arrangement, Series
 

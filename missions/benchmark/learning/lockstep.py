@@ -28,7 +28,7 @@ from remoras.errors import PluginError
 from remoras.events import Joined, Part
 from remoras.fleet import Fleet
 from remoras.organisation import Group
-from remoras.rows import Row
+from remoras.recorder import Row
 from remoras.strategies.founding import common_roles, founded
 from remoras.strategy import Move, Negotiator, Situation
 from remoras.vehicle import Vehicle

@@ -14,8 +14,7 @@ from hypothesis import strategies as st
 from missions.errors import OutputError
 from missions.runs.arrays import TYPES, column_array, constant_array, numbers_array
 from missions.runs.tables import DIGITS, STEPS, WHOLE, arrow_table
-from remoras.recorder import KINDS, TRAJECTORIES, Column, Table
-from remoras.rows import Rows
+from remoras.recorder import KINDS, TRAJECTORIES, Column, Rows, Table
 
 TEXT = st.text(max_size=4)
 OF_KIND: dict[str, st.SearchStrategy[Any]] = {

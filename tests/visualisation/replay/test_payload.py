@@ -20,7 +20,7 @@ from missions.runs.results import MemoryResults, Results, write_results
 from missions.runs.run import run
 from missions.scenarios import load
 from remoras.cli.new import TEMPLATES
-from visualisation.errors import DrawingError
+from visualisation.output import DrawingError
 from visualisation.replay import missing, page_text, run_data
 
 NEWER = ("items", "decisions", "organisation")

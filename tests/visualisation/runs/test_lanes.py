@@ -7,7 +7,7 @@ from legibility import check_texts
 from synthetic_runs import Fiction
 
 from missions.runs.results import Results
-from visualisation.runs import lanes, run_picture
+from visualisation.runs import run_picture, timeline
 from visualisation.runs.reading import Span, Tenure
 
 FLEET = [f"AUV{number:02}" for number in range(32)]
@@ -26,19 +26,19 @@ TENURES = {
 
 
 def test_vehicles_with_the_same_roles_share_a_lane_whenever_they_took_them() -> None:
-    assert [lane.vehicles for lane in lanes.same_roles(TENURES)] == [("A",), ("B",), ("C", "D")]
+    assert [lane.vehicles for lane in timeline.same_roles(TENURES)] == [("A",), ("B",), ("C", "D")]
 
 
 def test_vehicles_that_began_with_the_same_roles_share_a_lane() -> None:
-    found = lanes.same_beginning(TENURES)
+    found = timeline.same_beginning(TENURES)
     assert [lane.vehicles for lane in found] == [("A",), ("B", "C", "D")]
     assert [row.role for row in found[1].rows] == ["Diver", "Left"]
 
 
 def test_shares_are_of_all_vehicles_of_the_lane() -> None:
     """Three divers, driven from 10 s on, one of them from 15 s on."""
-    (row, _) = lanes.same_beginning(TENURES)[1].rows
-    assert lanes.shares(row.active, 3) == [(Span(10.0, 15.0), 2 / 3), (Span(15.0, 100.0), 1.0)]
+    (row, _) = timeline.same_beginning(TENURES)[1].rows
+    assert timeline.shares(row.active, 3) == [(Span(10.0, 15.0), 2 / 3), (Span(15.0, 100.0), 1.0)]
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,7 @@ from itertools import pairwise
 from hypothesis import given
 from hypothesis import strategies as st
 
-from visualisation.runs import windows
+from visualisation.runs import trajectories
 from visualisation.runs.reading import MilestoneRow
 from visualisation.runs.sheet import grouped, spread
 
@@ -33,4 +33,4 @@ def test_milestones_of_one_time_share_a_number() -> None:
 
 
 def test_an_eventful_start_is_a_stretch_too() -> None:
-    assert windows.eventful([1.0, 2.0, 3.0, 4.0, 10.0], 100.0) == (0.0, 10.4)
+    assert trajectories.eventful([1.0, 2.0, 3.0, 4.0, 10.0], 100.0) == (0.0, 10.4)

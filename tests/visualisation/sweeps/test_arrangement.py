@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from synthetic_sweeps import FEW, SEVEN, SWEEPS, Sweep, flat, rows_of
 
-from visualisation.errors import DrawingError
+from visualisation.output import DrawingError
 from visualisation.sweeps.arrangement import arranged
 
 

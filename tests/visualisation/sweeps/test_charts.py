@@ -14,8 +14,7 @@ from missions.comparison import Comparison
 from missions.metric import Better, MetricRecord
 from visualisation import style
 from visualisation.sweeps import charts
-from visualisation.sweeps.arrangement import arranged
-from visualisation.sweeps.measures import measure
+from visualisation.sweeps.arrangement import arranged, measure
 
 TIME = MetricRecord("mission_time_s", "s", Better.LOWER, "mission time")
 

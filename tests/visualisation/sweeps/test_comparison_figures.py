@@ -21,10 +21,10 @@ from missions.errors import OutputError
 from missions.metric import Better, Metric, MetricRecord
 from missions.sweeps.folder import SweepResults
 from visualisation import SWEEP_KINDS, style
-from visualisation.errors import DrawingError
+from visualisation.output import DrawingError
 from visualisation.sweeps import draw_sweep_figures, sweep_picture
+from visualisation.sweeps.arrangement import RANKED, by_kind
 from visualisation.sweeps.comparison import MOST_FIGURES, _charts, _file_name, _numbers
-from visualisation.sweeps.measures import RANKED, by_kind
 
 CHARTS = by_kind([MetricRecord.of(metric) for metric in METRICS])
 DRAWN = (

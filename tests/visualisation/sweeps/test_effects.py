@@ -11,7 +11,7 @@ from synthetic_sweeps import HORIZON_S, Sweep, law
 from missions.comparison.effects import MainEffect, effects_of
 from missions.errors import OutputError
 from missions.sweeps.folder import SweepResults
-from visualisation.errors import DrawingError
+from visualisation.output import DrawingError
 from visualisation.sweeps import draw_sweep_figures, sweep_picture
 
 FACTORS = {"decision.weight_external": [0.0, 1.0], "guidance.attraction": [0.0, 2.0], "guidance.repulsion": [4.0, 8.0]}

@@ -8,8 +8,8 @@ from synthetic_sweeps import Sweep, rows_of
 
 from missions.comparison import Comparison
 from missions.metric import Better, MetricRecord
-from visualisation.errors import DrawingError
-from visualisation.sweeps.measures import by_kind, figure_kind, measure
+from visualisation.output import DrawingError
+from visualisation.sweeps.arrangement import by_kind, figure_kind, measure
 
 ENERGY = MetricRecord("energy_j", "J", Better.LOWER, "energy")
 

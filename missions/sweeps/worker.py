@@ -1,4 +1,4 @@
-"""What a worker does: run a chunk of tasks and say of each how it ended.
+"""Worker of a sweep: one run, and its verification.
 
 What follows from a scenario alone is worked out once for all its runs that come one after another: checks, ontology,
 founding, codec. Where a scenario names a part of a user's own, which may change in a run, every run has it anew.
@@ -9,25 +9,32 @@ of that enters the model.
 
 from __future__ import annotations
 
+import io
 import os
 import platform
 import time
 import traceback
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
-from typing import Any, NamedTuple
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from missions.errors import ClusterError
+from missions.errors import ClusterError, OutputError
 from missions.runs.run import run_of
 from missions.runs.setup import Setup, resolved
 from missions.runs.summary import identity, summary
 from missions.runs.tables import encoded
 from missions.scenarios import Scenario
 from missions.sweeps.code import code_with, references
+from missions.sweeps.folder import TABLES, SweepResults
 from missions.sweeps.ledger import DONE, FAILED, FinishedRun
-from missions.sweeps.plan import RunTask, version
+from missions.sweeps.plan import RunTask, SweepPlan, version
 from remoras.collecting import rare_collections
+
+if TYPE_CHECKING:
+    from missions.sweeps.study import Study
+
 
 try:
     import resource
@@ -166,3 +173,44 @@ def _line(
 
 def _now() -> str:
     return time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
+
+
+def verify(study: Study, folder: Path, count: int) -> Iterator[tuple[str, list[str]]]:
+    """Make finished runs once more: for each its key, and the fields and tables that are other now.
+
+    Args:
+        study: that the folder is for.
+        folder: of a sweep.
+        count: of runs, spread evenly over those that finished without an error.
+
+    Raises:
+        OutputError: the folder holds no run of the study that finished without an error.
+    """
+    results = SweepResults.read(folder)
+    tasks = {task.key: task for task in SweepPlan(study).missing({})}
+    keys = [key for key, line in results.lines.items() if line["status"] != FAILED and key in tasks]
+    if not keys:
+        raise OutputError(f"{folder}: no finished run of this study; nothing to verify")
+    count = min(count, len(keys))
+    for key in [keys[number * len(keys) // count] for number in range(count)]:
+        again, line = run_task(tasks[key]), results.lines[key]
+        was, now = line["summary"], again.line["summary"]
+        other = [name for name in {**was, **now} if was.get(name) != now.get(name)]
+        if line["tables"] and results.damaged:
+            other += results.damaged
+        elif line["tables"]:
+            other += [name for name, content in again.tables.items() if not _is_kept(folder, name, key, content)]
+        yield key, other
+
+
+def _is_kept(folder: Path, name: str, key: str, content: bytes) -> bool:
+    """True if the rows of a run in a kept table are those of its table."""
+    import pyarrow.compute as pc
+    import pyarrow.parquet as pq
+
+    now: Any = pq.read_table(io.BytesIO(content))
+    path = folder / TABLES / f"{name}.parquet"
+    if not path.is_file():
+        return not now.num_rows
+    kept = pq.read_table(path, filters=pc.field("key") == key)
+    return bool(kept.equals(now.cast(kept.schema)))

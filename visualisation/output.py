@@ -1,0 +1,143 @@
+"""Output files of figures: formats, metadata, errors."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
+from difflib import get_close_matches
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from missions.figure import RunResults
+
+if TYPE_CHECKING:
+    from missions.sweeps.folder import SweepResults
+
+
+class VisualisationError(Exception):
+    """Base of the errors of this package."""
+
+
+class DrawingError(VisualisationError, ValueError):
+    """A figure was asked for that cannot be drawn."""
+
+
+class ExportError(VisualisationError, ValueError):
+    """A file was asked for that cannot be made of these results, or cannot be written."""
+
+
+def unknown(what: str, given: str, known: Iterable[str]) -> DrawingError:
+    """The error for a name that is not known: what was given, what is allowed, and the nearest."""
+    names = list(known)
+    near = get_close_matches(given, names, n=1, cutoff=0.0)
+    return DrawingError(f"unknown {what} {given!r}; known: {', '.join(names)}; nearest: {near[0]!r}")
+
+
+KINDS: Mapping[str, tuple[str, ...]] = {
+    "trajectories": ("trajectories",),
+    "roles": ("roles",),
+    "organisation": ("organisation",),
+    "satisfaction": ("satisfaction", "roles"),
+    "motivation": ("decisions",),
+    "htn": ("plans",),
+    "knowledge": ("packets", "knowledge"),
+    "delivery": ("packets",),
+    "tdma": ("packets",),
+    "links": ("links",),
+}
+"""Kinds of figures that every run has, with the tables that each needs; its mission may declare more."""
+SWEEP_KINDS = ("differences", "trade-off", "ranking", "overview")
+"""Kinds of figures of a sweep, beside a chart of each metric."""
+FACTORIAL_KINDS = ("effects",)
+"""Kinds of figures of a sweep whose study has a factorial design: they take the place of all others by default."""
+
+
+NAME = "remoras"
+
+
+def about_run(results: RunResults) -> dict[str, str]:
+    """What files about a run carry: program and version, key of the run, seed, scenario, strategy, policy, channel.
+
+    Args:
+        results: of the run; older ones may lack a version or an id.
+    """
+    summary, manifest = results.summary, results.manifest
+    found: dict[str, Any] = {
+        "version": f"{NAME} {manifest.get('version', 'of unknown version')}",
+        "run": run_key(results),
+        **{name: summary.get(name) for name in ("seed", "scenario", "strategy", "policy", "channel", "per")},
+    }
+    return {name: str(value) for name, value in found.items() if value is not None}
+
+
+def of_sweep(results: SweepResults) -> dict[str, str]:
+    """What files about a sweep carry: program and version, key of the study, its master seed and its name."""
+    schedule = results.schedule
+    digest = hashlib.sha256(" ".join([schedule.version, *schedule.digests]).encode()).hexdigest()[:20]
+    study = results.file.study
+    return {"version": f"{NAME} {schedule.version}", "study": digest, "seed": str(study.seed), "name": study.name}
+
+
+def run_key(results: RunResults) -> str:
+    """The id that the run's files carry; of an older run without one, a hash of version, resolved scenario and seed."""
+    manifest = results.manifest
+    if "run_id" in manifest:
+        return str(manifest["run_id"])
+    said = f"{manifest.get('version')} {manifest['scenario']} {results.summary.get('seed')}"
+    return hashlib.sha256(said.encode()).hexdigest()[:20]
+
+
+FORMATS = ("png", "svg", "pdf")
+"""Formats of figures."""
+MOVING = "gif"
+"""Format of a figure that moves."""
+LEAST_WIDTH_IN, MOST_WIDTH_IN = 3.0, 20.0
+"""Widths of figures."""
+
+
+class Drawn(NamedTuple):
+    """Files written (a figure, what belongs to it, the next figure, ...), and notes for the user."""
+
+    files: list[Path]
+    notes: list[str]
+
+
+def check_format(format: str) -> None:
+    """Raise DrawingError unless the format is one of ``FORMATS``."""
+    if format not in FORMATS:
+        raise unknown("format", format, FORMATS)
+
+
+def check_width(width_in: float | None) -> None:
+    """Raise DrawingError unless the width is None (the figure's own) or one that a figure may have."""
+    if width_in is not None and not LEAST_WIDTH_IN <= width_in <= MOST_WIDTH_IN:
+        raise DrawingError(
+            f"width {width_in:g} in: allowed are {LEAST_WIDTH_IN:g} to {MOST_WIDTH_IN:g} inches; a column of a "
+            "paper has 3.5, a page 7.2"
+        )
+
+
+def write_folder(folder: Path, contents: Iterable[tuple[str, bytes]]) -> list[Path]:
+    """Write files of these names and contents into a folder, which is made if it is not there.
+
+    Raises:
+        DrawingError: they cannot be written; what was there before is there still, and nothing else is.
+    """
+    ready: Sequence[tuple[str, bytes]] = list(contents)
+    paths = [folder / name for name, _ in ready]
+    drafts = [path.with_name(f".{path.name}.draft") for path in paths]
+    path = folder
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for path, draft, (_, content) in zip(paths, drafts, ready, strict=True):  # noqa: B007  # the message names it
+            draft.write_bytes(content)
+        for path, draft in zip(paths, drafts, strict=True):
+            draft.replace(path)
+    except OSError as error:
+        raise DrawingError(f"{path}: cannot be written: {error.strerror}") from None
+    finally:
+        for draft in drafts:
+            with suppress(OSError):
+                draft.unlink(missing_ok=True)
+    return paths
