@@ -6,10 +6,9 @@ import json
 
 from missions.runs.results import MODEM_KEYS
 from missions.runs.tables import arrow_table
+from missions.verification.folder import verify_run
+from missions.verification.record import CheckReport, Record, TableColumns
 from stress.invariants.seam import Moment, Scene
-from stress.verify.findings import CheckReport
-from stress.verify.record import Record, TableColumns
-from stress.verify.run import verify_run
 
 DAMAGED, LATE = {"knowledge", "received", "acknowledged", "senders"}, {"arrivals", "knowledge", "senders"}
 UNTOLD = {

@@ -80,6 +80,7 @@ ROOMS: dict[str, set[str]] = {
         "missions.advising", "missions.sweeps", "missions.runs", "missions.scenarios", "missions", "remoras",
         "exchange.acoustics",
     },
+    "missions.verification": {"missions.verification"},
     "missions.comparison": {"missions.comparison", "missions.sweeps", "missions", "worldmodel"},
     "visualisation": {"visualisation", "missions", "exchange.study", "exchange", "worldmodel"},
     "visualisation.runs": {"visualisation.runs", "visualisation", "missions", "worldmodel"},
@@ -87,14 +88,13 @@ ROOMS: dict[str, set[str]] = {
     "visualisation.replay": {"visualisation.replay", "visualisation", "missions", "worldmodel"},
     "visualisation.exports": {"visualisation.exports", "visualisation", "missions"},
     "stress": {
-        "stress", "stress.invariants", "stress.verify", "missions", "missions.scenarios", "missions.runs",
+        "stress", "stress.invariants", "missions.verification", "missions", "missions.scenarios", "missions.runs",
         "missions.sweeps", "remoras", "remoras.strategies", "exchange", "exchange.acoustics", "worldmodel",
     },
     "stress.invariants": {
         "stress.invariants", "stress", "missions", "missions.runs", "missions.scenarios", "remoras", "exchange",
         "worldmodel",
     },
-    "stress.verify": {"stress.verify"},
     "stress.storm": {"stress.storm", "stress", "exchange", "exchange.acoustics", "worldmodel"},
 }  # fmt: skip
 """Rooms that the modules of a room may import."""
@@ -166,7 +166,7 @@ WORDS_OF = {
 """Words of a mission that nothing outside its folder may know."""
 TRIES = "remoras.testing"
 """Puts plug-ins to jobs of mapping; what it puts them to is drawn by seed, and no run depends on it."""
-INDEPENDENT = "stress.verify"
+INDEPENDENT = "missions.verification"
 """Reads results of all missions with nothing of theirs, so it has their words."""
 DESIGNED = "missions.benchmark", "remoras.cli.benchmark"  # cells of an experiment's design
 CELLULAR = "missions.features.cells"

@@ -16,8 +16,8 @@ def verify(
     as_json: Json = False,
 ) -> None:
     """Say what in results does not follow from their tables and their scenario, by a checker of its own."""
-    from stress.verify.folder import NoResults
-    from stress.verify.folder import verify as verified
+    from missions.verification import NoResults
+    from missions.verification import verify as verified
 
     try:
         report = verified(folder)

@@ -8,7 +8,7 @@ import pytest
 from missions.runs.results import write_results
 from missions.runs.run import Run, run
 from missions.scenarios import load
-from stress.verify.folder import verify
+from missions.verification import verify
 
 CURRENT = ("current.east_mps=0.3", "current.north_mps=-0.2", "current.shear_depth_m=40.0", "scenario.duration_s=300.0")
 LOST = 'fault=[{kind="lost",vehicle="AUV02",at_s=100}]'

@@ -21,9 +21,9 @@ from missions.files import shipped
 from missions.runs.results import write_results
 from missions.runs.run import run
 from missions.scenarios import load
+from missions.verification import verify
 from remoras.errors import RemorasError
 from remoras.strategies import strategies
-from stress.verify.folder import verify
 
 POLICIES = ("ack", "ack-repeat", "m-ack", "m-ack-repeat", "mps-ack", "mps-ack-repeat")
 SEAS: tuple[tuple[str, ...], ...] = (
@@ -31,7 +31,7 @@ SEAS: tuple[tuple[str, ...], ...] = (
     ("current.north_mps=0.5", "current.shear_depth_m=60", "current.tide_phase=0.2", "current.tide_period_h=12.42"),
 )  # fmt: skip
 SETTINGS: tuple[tuple[str, ...], ...] = (
-    (), (), ('communication.mac="aloha"',), ("communication.needs_follow=groups",), ("uncertainty.p_miss=0.2",),
+    (), (), ("communication.needs_follow=groups",), ("uncertainty.p_miss=0.2",),
     ("uncertainty.speed_spread=0.2",), ("navigation.drift=0.01",), ("communication.receive_power_w=0.5",),
     ("communication.clocks.offset_s=0.2", "communication.clocks.apart_s=1.0"), ("communication.crc_bits=16",),
     ("communication.parking=false",), ("communication.relaying=false",), ("communication.queue_limit=20",),

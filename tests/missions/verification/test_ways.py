@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from stress.verify.figures import way_error_m
-from stress.verify.record import ANGLE_STEP_RAD, PLACE_STEP_M, Array, Track
+from missions.verification.record import ANGLE_STEP_RAD, PLACE_STEP_M, Array, Track
+from missions.verification.summary import way_error_m
 
 ROUND = 36
 

@@ -9,14 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from stress.verify.ending import roles_with_jobs
-from stress.verify.findings import CheckReport
-from stress.verify.ground import cells_of
-from stress.verify.kinds import kind_of
-from stress.verify.knowledge import CLOSE_S
-from stress.verify.motion import PLACE_M, floats, least_distances_m, listening_w, sending_j, way_through_water
-from stress.verify.record import Record, Track
-from stress.verify.roles import declared_roles, organisation_figures
+from missions.verification.ending import declared_roles, organisation_figures, roles_with_jobs
+from missions.verification.mapping import cells_of
+from missions.verification.motion import PLACE_M, floats, least_distances_m, listening_w, sending_j, way_through_water
+from missions.verification.packets import CLOSE_S
+from missions.verification.record import CheckReport, Record, Track, kind_of
 
 LATENCY_S = 2e-3
 """Two times, each rounded to 1/4096 s, and a mean, rounded to 0.1 ms."""
@@ -39,7 +36,7 @@ def check_figures(record: Record, report: CheckReport) -> None:
     for name, path in IDENTITY.items():
         report.same("identity", "summary", name, summary.get(name), record.of(path[0]).get(path[1]))
     report.same("identity", "summary", "seed", summary.get("seed"), record.seed)
-    report.same("identity", "summary", "n_vehicles", summary.get("n_vehicles"), record.n_bodies)
+    report.same("identity", "summary", "n_vehicles", summary.get("n_vehicles"), len(record.vehicles))
     channel = record.of("channel")
     if channel["name"] in ("perfect", "bernoulli"):
         report.same("identity", "summary", "per", summary.get("per"), float(channel.get("per", 0.0)), 1e-9)
@@ -138,7 +135,7 @@ def _of_knowledge(record: Record, report: CheckReport) -> dict[str, tuple[Any, f
     waits_s = [time_s - observed[item] for time_s, item in received if item in observed]
     minutes = record.mission_s / 60.0
     found: dict[str, tuple[Any, float]] = {
-        "observations_per_min": (len(received) / record.n_bodies / minutes if minutes else 0.0, 1e-4),
+        "observations_per_min": (len(received) / len(record.vehicles) / minutes if minutes else 0.0, 1e-4),
         "mean_latency_s": (math.fsum(waits_s) / len(waits_s) if waits_s else None, LATENCY_S),
         "p95_latency_s": (float(np.quantile(waits_s, 0.95)) if waits_s else None, LATENCY_S),
         "n_refused_acts": (sum(event == "refused" for event in record["organisation"]["event"]), 0),

@@ -12,10 +12,20 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from stress.verify.findings import CheckReport
-from stress.verify.kinds import AWAY, dead_sensors, kind_of
-from stress.verify.motion import over_ground_mps, water_stands
-from stress.verify.record import ANGLE_STEP_RAD, PLACE_STEP_M, SPEED_STEP_MPS, Array, Record, Spell, Track
+from missions.verification.motion import over_ground_mps, water_stands
+from missions.verification.record import (
+    ANGLE_STEP_RAD,
+    AWAY,
+    PLACE_STEP_M,
+    SPEED_STEP_MPS,
+    Array,
+    CheckReport,
+    Record,
+    Spell,
+    Track,
+    dead_sensors,
+    kind_of,
+)
 
 SENSING = {"Mapping", "Inspecting"}
 """Activities while which the sensors of a vehicle are on."""
@@ -138,7 +148,6 @@ def _check_vehicle(
     was_on, was_surely_on = sensor_was_on(record, name, time_s)
     awake = was_on & ~record.during(name, AWAY, time_s)
     ground_mps, error_mps = over_ground_mps(record, track)
-    done_s = record.cells.done_s(name, record.summary["milestones"])  # what a cell does then counts no more
     surely: dict[tuple[int, int], float] = {}
     perhaps: dict[tuple[int, int], list[float]] = {}
     for swath in mapping_swaths(record.vehicles[name]):
@@ -148,7 +157,7 @@ def _check_vehicle(
         is_slow = ground_mps < swath.limit_mps * (1.0 - record.spread) * 1.000001 - error_mps / 2.0
         if not record.spread and water_stands(record):  # else rounded headings do not tell how fast it was
             is_slow |= _is_steady(track, swath.limit_mps)
-        is_sure = (is_slow & was_surely_on & (time_s <= done_s)).tolist()
+        is_sure = (is_slow & was_surely_on).tolist()
         for at, cell, distance_m in _below(record, track, np.flatnonzero(on & slow), swath.reach_m + REACH_M, cells):
             perhaps.setdefault(cell, []).append(time_s[at])
             if is_sure[at] and distance_m < swath.reach_m - REACH_M:
@@ -232,17 +241,11 @@ def _check_goal(record: Record, cells: dict[tuple[int, int], str], report: Check
     goal = float(record.of("mission")["goal"])
     table = record["goal"]
     stated_s = np.append(np.asarray(table["time_s"]), math.inf)
-    follows, n_jobs = np.zeros(len(stated_s)), 0
-    fleets = record.cells.areas()
-    for names in fleets:  # each by itself: what is covered beyond the goal of one does not count for another
-        own = cells if len(fleets) == 1 else {cell: name for cell, name in cells.items() if name in names}
-        gains = sorted([(first[cell], 1.0) for cell in own if cell in first] + [(at_s, weight) for at_s in inspected_s])
-        when, done = np.array([one for one, _ in gains]), np.cumsum([one for _, one in gains])
-        n_done = np.searchsorted(when, stated_s + TIME_S, side="right")
-        share = np.concatenate([[0.0], done])[n_done] / (len(own) + weight * n_finds)
-        follows += max(1, len(names)) * np.minimum(1.0, share / goal)
-        n_jobs += max(1, len(names))
-    follows /= n_jobs
+    gains = sorted([(first[cell], 1.0) for cell in cells if cell in first] + [(at_s, weight) for at_s in inspected_s])
+    when, done = np.array([at_s for at_s, _ in gains]), np.cumsum([gain for _, gain in gains])
+    n_done = np.searchsorted(when, stated_s + TIME_S, side="right")
+    share = np.concatenate([[0.0], done])[n_done] / (len(cells) + weight * n_finds)
+    follows = np.minimum(1.0, share / goal)
     report.look("goal", len(table) + 1)
     for at in np.flatnonzero(np.abs(np.asarray(table["goal_fraction"]) - follows[:-1]) > SHARE):
         stated = f"goal_fraction {table['goal_fraction'][at]:.9g}"

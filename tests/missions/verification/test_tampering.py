@@ -10,11 +10,10 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from benchmarks.cells import raw_of, scenario_of
 from missions.runs.results import write_results
 from missions.runs.run import run
 from missions.scenarios import load
-from stress.verify.folder import verify
+from missions.verification import verify
 
 SETTINGS = [
     "channel.per=0.3", "current.east_mps=0.3", "current.tide_period_h=4",
@@ -29,18 +28,6 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A whole mission in an eastward current, with two faults, and parted for half a minute."""
     folder = tmp_path_factory.mktemp("made") / "run"
     write_results(run(load("mapping-rendezvous", [("--set", one) for one in SETTINGS]), 3), folder)
-    return folder
-
-
-@pytest.fixture(scope="module")
-def made_of_cells(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Three cells in a row with gateways, of which one falls silent and one vehicle is lost."""
-    folder = tmp_path_factory.mktemp("cells") / "run"
-    fault = (
-        'fault=[{kind="mute",vehicle="Gateway c0r0 to c1r0",at_s=200,until_s=900},'
-        '{kind="lost",vehicle="AUV01 c1r0",at_s=300}]'
-    )
-    write_results(run(scenario_of(raw_of(3, 1, 5, hops=1), "channel.per=0.2", fault), 3), folder)
     return folder
 
 
@@ -243,49 +230,6 @@ CASES: dict[str, tuple[str, Callable[[Path], None]]] = {
 """What is altered: the check that should name it, and how."""
 
 
-def _heard_afar(rows: Rows) -> None:
-    """A vehicle of the next cell hears a packet of this one."""
-    row = next(row for row in rows if row["sender"] == "AUV00 c0r0" and row["receivers"])
-    row["receivers"].append("AUV00 c1r0")
-    row["arrivals_s"].append(row["arrivals_s"][-1])
-
-
-def _at_once(rows: Rows) -> None:
-    """Two cells that are near each other send in one turn."""
-    early_s = min(row["time_s"] for row in rows if row["sender"] == "ASV00 c1r0")
-    for row in rows:
-        if row["sender"].endswith("c1r0"):
-            row["time_s"] -= early_s
-            row["end_s"] -= early_s
-
-
-def _passed_on(origin: str, far: str) -> Callable[[Rows], None]:
-    """A gateway says that it took an item in where it has come from no packet."""
-
-    def alter(rows: Rows) -> None:
-        row = next(r for r in rows if r["origin"] == origin and r["event"] == "received")
-        rows.append({**row, "vehicle": far, "time_s": rows[-1]["time_s"]})
-
-    return alter
-
-
-def _goal_of_one(rows: Rows) -> None:
-    for row in rows:
-        row["goal_fraction"] = min(1.0, 3.0 * row["goal_fraction"])
-
-
-CELL_CASES: dict[str, tuple[str, Callable[[Path], None]]] = {
-    "heard in another cell": ("receivers", in_table("packets", _heard_afar)),
-    "two cells at once": ("slots", in_table("packets", _at_once)),
-    "brought by nobody": ("knowledge", in_table("knowledge", _passed_on("AUV00 c0r0", "AUV00 c1r0"))),
-    "brought too far": ("knowledge", in_table("knowledge", _passed_on("AUV00 c0r0", "Gateway c2r0 to c1r0"))),
-    "goal of one cell": ("goal", in_table("goal", _goal_of_one)),
-    "fault at one address alone": ("faults", in_table("faults", _without(vehicle="Gateway c1r0 to c0r0"))),
-    "energy of a second address": ("energy", in_table("trajectories", _lower_energy)),
-}
-"""The same in a fleet that falls into cells."""
-
-
 def test_the_untouched_folder_passes(made: Path) -> None:
     report = verify(made)
     assert list(report.lines) == []
@@ -302,15 +246,6 @@ def named(check: str, alter: Callable[[Path], None], made: Path, folder: Path) -
 @pytest.mark.parametrize("case", CASES)
 def test_what_is_altered_is_named(case: str, made: Path, tmp_path: Path) -> None:
     assert named(*CASES[case], made, tmp_path / "altered")
-
-
-def test_the_untouched_folder_of_cells_passes(made_of_cells: Path) -> None:
-    assert list(verify(made_of_cells).lines) == []
-
-
-@pytest.mark.parametrize("case", CELL_CASES)
-def test_what_is_altered_in_cells_is_named(case: str, made_of_cells: Path, tmp_path: Path) -> None:
-    assert named(*CELL_CASES[case], made_of_cells, tmp_path / "altered")
 
 
 def test_a_file_of_another_run_is_named(made: Path, other: Path, tmp_path: Path) -> None:

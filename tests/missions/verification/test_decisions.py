@@ -5,9 +5,8 @@ from typing import Any
 import pyarrow as pa
 import pytest
 
-from stress.verify.ending import check_ending
-from stress.verify.findings import CheckReport
-from stress.verify.record import Record, TableColumns
+from missions.verification.ending import check_ending
+from missions.verification.record import CheckReport, Record, TableColumns
 
 EMPTY = TableColumns(pa.table({name: [] for name in ("time_s", "vehicle", "kind", "detail")}))
 

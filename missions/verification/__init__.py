@@ -3,4 +3,7 @@
 Nothing here imports anything of ours. What should follow is worked out from docs/howto/results.md and docs/model/.
 """
 
-__all__: list[str] = []
+from missions.verification.folder import verify
+from missions.verification.record import CheckReport, NoResults
+
+__all__ = ["CheckReport", "NoResults", "verify"]

@@ -1,7 +1,7 @@
-"""Who knew what: what was observed was recorded, what was received was heard, who told it held it.
+"""Slots, sizes and fates of packets; holders of items.
 
-docs/howto/results.md has the names of items; docs/model/exchange.md,
-"What is said", "Who needs what" and "Absence", the rules.
+docs/model/channel.md, "Slots", "Collisions" and "Channel"; docs/model/vehicle.md, "Faults"; docs/howto/results.md for
+the names of items; docs/model/exchange.md, "What is said", "Who needs what" and "Absence".
 """
 
 from __future__ import annotations
@@ -10,12 +10,181 @@ import math
 import re
 from collections import defaultdict
 from collections.abc import Iterator
+from typing import Any
 
-from stress.verify.findings import CheckReport
-from stress.verify.kinds import forgets, kind_of
-from stress.verify.record import TIME_STEP_S, Record
+import numpy as np
+
+from missions.verification.record import NOT_HEARING, PLACE_STEP_M, TIME_STEP_S, CheckReport, Record, forgets, kind_of
 
 CLOSE_S = 2.0 * TIME_STEP_S
+
+
+def check_packets(record: Record, report: CheckReport) -> None:
+    """Each packet keeps to its slot and to the size of its modem, and every other vehicle has one fate."""
+    table = record["packets"]
+    senders = set(record.vehicles)
+    for time_s, sender in table.rows("time_s", "sender"):
+        if sender not in senders:
+            report.add("packets", "packets", time_s, sender, "a packet", "none: no vehicle has that name")
+            return
+    _check_slots(record, report)
+    _check_sizes(record, report)
+    _check_fates(record, report)
+
+
+def sound_mps(record: Record) -> float | None:
+    """Speed of sound; None where a channel of somebody else may have its own."""
+    channel = record.of("channel")
+    if channel["name"] != "acoustic":
+        return float(record.of("world")["sound_speed_mps"]) if ":" not in channel["name"] else None
+    t, s = channel.get("temperature_c"), channel.get("salinity_psu")
+    if t is None or s is None:
+        return None
+    z = sum(float(vehicle["depth_m"]) for vehicle in record.vehicles.values()) / len(record.vehicles)
+    return float(
+        1448.96 + 4.591 * t - 5.304e-2 * t**2 + 2.374e-4 * t**3 + 1.340 * (s - 35.0) + 1.630e-2 * z
+        + 1.675e-7 * z**2 - 1.025e-2 * t * (s - 35.0) - 7.139e-13 * t * z**3
+    )  # fmt: skip
+
+
+def slot_s(record: Record) -> float | None:
+    """Length of a slot: the longest packet and the guard; None where the folder does not say."""
+    communication, speed_mps = record.of("communication"), sound_mps(record)
+    if record.packet_s is None or record.modem is None or speed_mps is None:
+        return None
+    longest_s = record.packet_s[0] + 8 * int(record.modem["payload_bytes"]) * record.packet_s[1]
+    if communication.get("guard_s") is not None:
+        return longest_s + float(communication["guard_s"])
+    return longest_s + float(communication["range_m"]) / speed_mps
+
+
+def _check_slots(record: Record, report: CheckReport) -> None:
+    table, owners, length_s = record["packets"], record.by_slot, slot_s(record)
+    report.look("slots", len(table))
+    is_timed = length_s is not None and record.has_exact_clocks
+    if not is_timed:
+        report.skip("times of slots", "clocks are off, or the manifest has no modem profile")
+    taken: dict[int, str] = {}
+    for slot, time_s, sender in table.rows("slot", "time_s", "sender"):
+        if slot in taken:
+            report.add("slots", "packets", time_s, sender, f"slot {slot}", f"none: {taken[slot]} has sent in it")
+        taken[slot] = sender
+        owner = owners[slot % len(owners)]
+        if owner != sender:
+            report.add("slots", "packets", time_s, sender, f"slot {slot}", f"a slot of its own: this is {owner}'s")
+        elif is_timed and length_s is not None and abs(time_s - slot * length_s) > CLOSE_S:
+            stated = f"slot {slot} at {time_s:.4f} s"
+            report.add("slots", "packets", time_s, sender, stated, f"{slot * length_s:.4f} s")
+
+
+def _check_sizes(record: Record, report: CheckReport) -> None:
+    """Time on the air is one line over the size; counts are those of the lists."""
+    table = record["packets"]
+    report.look("sizes", 2 * len(table))
+    size_bits = np.asarray(table["size_bits"])
+    on_air_s = np.asarray(table["end_s"]) - np.asarray(table["time_s"])
+    if record.packet_s is not None and record.modem is not None:
+        due_s = record.packet_s[0] + record.packet_s[1] * size_bits
+        most_bits = 8 * int(record.modem["payload_bytes"])
+    else:
+        report.skip("sizes of packets", "the manifest has no modem profile")
+        due_s, most_bits = on_air_s, int(size_bits.max(initial=0))
+    wrong = (np.abs(on_air_s - due_s) > CLOSE_S) | (size_bits > most_bits) | (size_bits <= 0)
+    for at in np.flatnonzero(wrong):
+        stated = f"{size_bits[at]} bits in {on_air_s[at]:.4f} s"
+        follows = f"{due_s[at]:.4f} s, at most {most_bits} bits"
+        report.add("sizes", "packets", table["time_s"][at], table["sender"][at], stated, follows)
+    for time_s, sender, items, uids in table.rows("time_s", "sender", "items", "item_uids"):
+        if items != len(uids):
+            report.add("sizes", "packets", time_s, sender, f"{items} items", f"{len(uids)}, as many as are listed")
+
+
+def _check_fates(record: Record, report: CheckReport) -> None:
+    """All who are not away received a packet, lost it, or lost it to another; nobody else had any of these."""
+    table, speed_mps = record["packets"], sound_mps(record)
+    hidden = record.of("channel")["name"] == "acoustic"
+    if speed_mps is None:
+        report.skip("times of arrival", "the channel has a speed of sound of its own")
+    reach_m = (
+        math.inf if hidden or ":" in record.of("channel")["name"] else float(record.of("communication")["range_m"])
+    )
+    names = ("time_s", "sender", "receivers", "lost_by", "collided_at", "end_s", "arrivals_s")
+    for time_s, sender, receivers, lost_by, collided_at, end_s, arrivals_s in table.rows(*names):
+        report.look("receivers")
+        told = [*receivers, *lost_by, *collided_at]
+        before, after = (
+            {name for name in record.vehicles if not record.is_away(name, at_s)}
+            for at_s in (time_s - CLOSE_S, time_s + CLOSE_S)  # who goes or comes just then may be either
+        )
+        due = sorted((before & after) - {sender})
+        if sender not in before | after:
+            report.add("receivers", "packets", time_s, sender, "a packet", "none: its sender is away")
+        elif len(set(told)) < len(told) or not set(due) <= set(told) <= (before | after) - {sender}:
+            report.add("receivers", "packets", time_s, sender, f"fates of {sorted(told)}", f"one of each of {due}")
+        elif len(arrivals_s) != len(receivers):
+            report.add("receivers", "packets", time_s, sender, f"{len(arrivals_s)} arrivals", f"{len(receivers)}")
+        else:
+            for name, arrival_s in zip(receivers, arrivals_s, strict=True):
+                why = _why_not_heard(record, sender, name, time_s, arrival_s)
+                if why:
+                    report.add("receivers", "packets", time_s, sender, f"received by {name}", f"it was not: {why}")
+                _check_arrival(record, report, (time_s, sender, end_s), name, arrival_s, speed_mps, reach_m)
+
+
+def _why_not_heard(record: Record, sender: str, name: str, time_s: float, arrival_s: float) -> str:
+    """Why a vehicle cannot have heard a packet; empty if it can."""
+    for spell in record.spells:
+        if spell.vehicle == sender and kind_of(spell.kind).is_mute and spell.from_s <= time_s < spell.until_s:
+            return f"{sender} is mute"
+        is_out = spell.vehicle == name and spell.kind in NOT_HEARING
+        if is_out and spell.from_s <= arrival_s and time_s < spell.until_s:
+            return f"{name} is not able to hear from its start to its end"
+    for blackout in record.of("channel").get("blackout", []):
+        is_about = blackout.get("vehicle") in (None, "", "all", sender, name)
+        if sides := blackout.get("between"):
+            of = [[at for at, side in enumerate(sides) if one in side] for one in (sender, name)]
+            is_about = [] not in of and of[0] != of[1]
+        if is_about and blackout["from_s"] + CLOSE_S <= time_s < blackout["until_s"] - CLOSE_S:
+            return "there is a blackout"
+    return ""
+
+
+def _check_arrival(
+    record: Record,
+    report: CheckReport,
+    sent: tuple[float, str, float],
+    name: str,
+    arrival_s: float,
+    speed_mps: float | None,
+    reach_m: float,
+) -> None:
+    """A packet arrives when its end has come as far as its receiver is, by their places at the tick before it."""
+    time_s, sender, end_s = sent
+    a, b = (record.tracks.get(one) for one in (sender, name))
+    if speed_mps is None or a is None or b is None:
+        return
+    report.look("arrivals")
+    data: dict[str, Any] = record.vehicles
+    deeper_m = 0.0 if reach_m < math.inf else data[sender]["depth_m"] - data[name]["depth_m"]
+    nearest: tuple[float, float] | None = None
+    last = min(len(a.time_s), len(b.time_s)) - 1
+    either_side = {int((time_s + shift_s) / record.tick_s) for shift_s in (-CLOSE_S / 2.0, CLOSE_S / 2.0)}
+    for at in (max(0, min(tick, last)) for tick in either_side):  # at a tick, rounding hides which came first
+        level_m = math.hypot(a.x_m.item(at) - b.x_m.item(at), a.y_m.item(at) - b.y_m.item(at))
+        apart_m = math.hypot(level_m, deeper_m)
+        off_s = abs(arrival_s - end_s - apart_m / speed_mps)
+        nearest = min(nearest or (off_s, apart_m), (off_s, apart_m))
+    off_s, apart_m = nearest or (0.0, 0.0)
+    if apart_m > reach_m + PLACE_STEP_M * 2.0:
+        report.add(
+            "arrivals", "packets", time_s, sender, f"received by {name}", f"it was not: it is {apart_m:.1f} m off"
+        )
+    if off_s > CLOSE_S + PLACE_STEP_M * 2.0 / speed_mps:
+        due_s = end_s + apart_m / speed_mps
+        stated = f"{name} has heard it at {arrival_s:.4f} s"
+        report.add("arrivals", "packets", time_s, sender, stated, f"{due_s:.4f} s, over {apart_m:.1f} m")
+
+
 NAME = re.compile(r"(\d+)(?:\.e\d+)?[-@]")
 """How a name of an item or a status begins: with the number of its origin."""
 THERE = frozenset({"present", "heard again", "begins anew", "slot conflict"})
@@ -80,7 +249,7 @@ def _check_events(
     """From when on each vehicle held each item, by (vehicle, item)."""
     held: dict[tuple[str, str], float] = {}
     aside: dict[tuple[str, str], float] = {}
-    table, brought = record["knowledge"], _brought(record)
+    table = record["knowledge"]
     for time_s, vehicle, uid, origin, event in table.rows("time_s", "vehicle", "item", "origin", "event"):
         report.look("knowledge")
         known, key = recorded.get(uid), (vehicle, uid)
@@ -103,7 +272,7 @@ def _check_events(
             times_s = heard.get(key, [])
             was_aside = event == "received" and key in aside
             is_heard = was_aside or any(abs(time - time_s) <= CLOSE_S for time in times_s)
-            if not is_heard and brought.get(key) != time_s:
+            if not is_heard:
                 wrong("none: no packet with it arrived then")
             elif event == "received" and held.get(key, time_s) < time_s and not _let_go(record, *key, held, time_s):
                 wrong(f"none: it has held it since {held[key]:g} s")
@@ -120,22 +289,6 @@ def _check_events(
         report.add("observed", "knowledge", recorded_s, origin, f"no row of {uid} observed", "one: it was recorded")
     _check_acknowledged(record, report, held, aside)
     return {key: min(held.get(key, aside.get(key, 0.0)), aside.get(key, held.get(key, 0.0))) for key in {*held, *aside}}
-
-
-def _brought(record: Record) -> dict[tuple[str, str], float]:
-    """When each gateway took an item in at its other address, by (address, item), of what passes from cell to cell."""
-    cells = record.cells
-    if not cells.first_of:
-        return {}
-    of_item = dict(record["items"].rows("uid", "attribute"))
-    names = ("time_s", "vehicle", "item", "origin", "event")
-    return {
-        (cells.other_of[vehicle], uid): time_s
-        for time_s, vehicle, uid, origin, event in record["knowledge"].rows(*names)
-        if event == "received"
-        and vehicle in cells.other_of
-        and cells.passes(origin, cells.other_of[vehicle], of_item.get(uid, ""))
-    }
 
 
 def _let_go(record: Record, vehicle: str, uid: str, held: dict[tuple[str, str], float], now_s: float) -> bool:
@@ -176,7 +329,7 @@ def _check_acknowledged(
         if event != "acknowledged":
             continue
         report.look("acknowledged")
-        for peer in record.cells.peers(vehicle):
+        for peer in record.vehicles:
             since_s = held.get((peer, uid), aside.get((peer, uid)))
             if peer == vehicle or (since_s is not None and since_s <= time_s + CLOSE_S):
                 continue

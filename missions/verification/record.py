@@ -1,11 +1,12 @@
-"""The record of one run: its scenario, its summary and its tables, as plain values and arrays."""
+"""Record of one run as plain values and arrays, kinds of its faults, and findings of the checks."""
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -13,8 +14,182 @@ import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 
-from stress.verify.cells import Cells
-from stress.verify.kinds import AWAY, KINDS
+ENERGY = "energy"
+"""RecordedKind of the row of a vehicle whose battery is empty; nobody declares it."""
+
+
+@dataclass(frozen=True, slots=True)
+class RecordedKind:
+    """What a kind does while it holds.
+
+    Attributes:
+        is_away: the vehicle does nothing; is_lost: for the mission; is_late: it has not come yet; begins_anew: at the
+            end.
+        is_mute: nobody hears it; is_deaf: it hears nobody.
+        kills: the detail begins with the sensors that yield nothing.
+        drains: the detail begins with the power that the battery loses.
+    """
+
+    is_away: bool = False
+    is_lost: bool = False
+    is_late: bool = False
+    begins_anew: bool = False
+    is_mute: bool = False
+    is_deaf: bool = False
+    kills: bool = False
+    drains: bool = False
+
+    @property
+    def is_out(self) -> bool:
+        """True if it keeps a vehicle from hearing or being heard."""
+        return self.is_away or self.is_mute or self.is_deaf
+
+
+KINDS = {
+    "lost": RecordedKind(is_away=True, is_lost=True),
+    "mute": RecordedKind(is_mute=True),
+    "deaf": RecordedKind(is_deaf=True),
+    "slow": RecordedKind(),
+    "sensor": RecordedKind(kills=True),
+    "biased": RecordedKind(),
+    "restarts": RecordedKind(is_away=True, begins_anew=True),
+    "joins": RecordedKind(is_away=True, is_late=True),
+    "drains": RecordedKind(drains=True),
+}
+NOTHING = RecordedKind()
+AWAY = (*(name for name, kind in KINDS.items() if kind.is_away), ENERGY)
+"""Kinds of rows while which a vehicle does nothing."""
+FLOATING = (*(name for name, kind in KINDS.items() if kind.is_away and not kind.is_late), ENERGY)
+"""Those while which it floats."""
+OUT_OF_CONTACT = (*(name for name, kind in KINDS.items() if kind.is_out), ENERGY)
+NOT_HEARING = tuple(name for name, kind in KINDS.items() if kind.is_away or kind.is_deaf)
+
+
+def kind_of(name: str) -> RecordedKind:
+    """What is known of a kind of rows; nothing of those that nobody declares, and of those from outside."""
+    return KINDS.get(name, NOTHING)
+
+
+def forgets(kind: str, detail: str) -> bool:
+    """True if a vehicle has lost its memory once a fault is over."""
+    return kind_of(kind).begins_anew and "kept" not in detail
+
+
+def lost_w(kind: str, detail: str) -> float:
+    """Power that the battery loses while a fault holds: "50 W, until 72.2 s"."""
+    return float(detail.split(maxsplit=1)[0]) if kind_of(kind).drains else 0.0
+
+
+def dead_sensors(kind: str, detail: str) -> list[str]:
+    """Names of the sensors that yield nothing while a fault holds: "sonar, mapping, for good"."""
+    return detail.rpartition(", ")[0].split(", ") if kind_of(kind).kills else []
+
+
+LISTED = 20
+"""Findings of one check that are listed; the others are counted."""
+
+
+class NoResults(Exception):
+    """A folder holds no results that can be read."""
+
+
+@dataclass(frozen=True, slots=True)
+class Discrepancy:
+    """One thing that does not follow.
+
+    Attributes:
+        check: that found it; table: file in which it stands.
+        time_s, vehicle: which row; None and empty where it is of no time or vehicle.
+        stated: what the file says; follows: what it should say, in words or numbers.
+        key: of the run, in a sweep.
+    """
+
+    check: str
+    table: str
+    time_s: float | None
+    vehicle: str
+    stated: str
+    follows: str
+    key: str = ""
+
+    def __str__(self) -> str:
+        where = [self.table, *([f"run {self.key}"] if self.key else [])]
+        where += [f"{self.time_s:g} s"] if self.time_s is not None else []
+        where += [self.vehicle] if self.vehicle else []
+        return f"{', '.join(where)}: {self.stated}; it follows {self.follows} [{self.check}]"
+
+
+@dataclass
+class CheckReport:
+    """What came of checking.
+
+    Attributes:
+        findings: the first of each check; n_findings: all, by check.
+        checked: how many values each check looked at; not_checked: why, by what could not be.
+        key: of the run that is being checked, in a sweep.
+        strange: vehicles of that run that a fault befell of which nobody here knows what it does, and from when on (s).
+    """
+
+    findings: list[Discrepancy] = field(default_factory=list)
+    n_findings: Counter[str] = field(default_factory=Counter)
+    checked: Counter[str] = field(default_factory=Counter)
+    not_checked: dict[str, str] = field(default_factory=dict)
+    key: str = ""
+    strange: Mapping[str, float] = field(default_factory=dict)
+
+    def add(self, check: str, table: str, time_s: Any, vehicle: str, stated: Any, follows: Any) -> None:
+        """Something does not follow, unless nobody here knows what befell the vehicle, or one of them."""
+        if self.strange and (vehicle == "" or float(time_s or 0.0) >= self.strange.get(vehicle, math.inf)):
+            self.skip(f"{check} after a fault of a kind from outside", "what it does is known to its own class alone")
+            return
+        self.n_findings[check] += 1
+        if self.n_findings[check] <= LISTED:
+            at_s = None if time_s is None else float(time_s)
+            self.findings.append(Discrepancy(check, table, at_s, vehicle, str(stated), str(follows), self.key))
+
+    def look(self, check: str, n: int = 1) -> None:
+        """So many values are looked at by a check."""
+        self.checked[check] += n
+
+    def skip(self, what: str, why: str) -> None:
+        """Something cannot be checked."""
+        self.not_checked[what] = why
+
+    def same(self, check: str, table: str, name: str, stated: Any, follows: Any, within: float = 0.0) -> None:
+        """A stated value must be the one that follows, as far as numbers were rounded."""
+        self.look(check)
+        if not _is_close(stated, follows, within):
+            self.add(check, table, None, "", f"{name} is {_shown(stated)}", _shown(follows))
+
+    @property
+    def as_json(self) -> dict[str, Any]:
+        """All of it as one JSON value."""
+        return {
+            "ok": not self.findings,
+            "findings": [asdict(finding) for finding in self.findings],
+            "n_findings": dict(sorted(self.n_findings.items())),
+            "checked": dict(sorted(self.checked.items())),
+            "not_checked": dict(sorted(self.not_checked.items())),
+        }
+
+    @property
+    def lines(self) -> Iterable[str]:
+        """A line for each finding, and one for each check that has more."""
+        yield from map(str, self.findings)
+        for check, n in sorted(self.n_findings.items()):
+            if n > LISTED:
+                yield f"{n - LISTED} more [{check}]"
+
+
+def _is_close(stated: Any, follows: Any, within: float) -> bool:
+    if isinstance(stated, bool) or isinstance(follows, bool) or not isinstance(follows, int | float):
+        return bool(stated == follows and isinstance(stated, bool) == isinstance(follows, bool))
+    return isinstance(stated, int | float) and abs(stated - follows) <= within
+
+
+def _shown(value: Any) -> str:
+    return f"{value:.10g}" if isinstance(value, float) else repr(value) if isinstance(value, str) else str(value)
+
 
 Array = npt.NDArray[Any]
 TIME_STEP_S, PLACE_STEP_M, ANGLE_STEP_RAD, SPEED_STEP_MPS = 2.0**-12, 2.0**-7, 2.0**-10, 2.0**-10
@@ -102,16 +277,6 @@ class Record:
     def by_slot(self) -> list[str]:
         """Names of the vehicles by their numbers, which are their places in a TDMA frame."""
         return sorted(self.vehicles, key=lambda name: int(self.vehicles[name]["slot"]))
-
-    @cached_property
-    def cells(self) -> Cells:
-        """Who shares a schedule with whom."""
-        return Cells(self.scenario, self.by_slot)
-
-    @property
-    def n_bodies(self) -> int:
-        """Vehicles, each counted once, however many addresses it has."""
-        return len(self.vehicles) - len(self.cells.first_of)
 
     @cached_property
     def tick_s(self) -> float:
@@ -217,5 +382,5 @@ class Record:
     def all_need_all(self) -> bool:
         """True if every vehicle needs all that is told, from the start and for good."""
         communication = self.of("communication")
-        is_limited = self.scenario.get("need") or self.scenario.get("covert") or communication.get("on_demand")
+        is_limited = self.scenario.get("need") or communication.get("on_demand")
         return communication.get("needs_follow", "all") == "all" and not is_limited

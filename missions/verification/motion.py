@@ -12,16 +12,19 @@ from typing import Any
 
 import numpy as np
 
-from stress.verify.findings import CheckReport
-from stress.verify.kinds import AWAY, ENERGY, FLOATING, lost_w
-from stress.verify.record import (
+from missions.verification.record import (
     ANGLE_STEP_RAD,
+    AWAY,
+    ENERGY,
+    FLOATING,
     PLACE_STEP_M,
     SPEED_STEP_MPS,
     TIME_STEP_S,
     Array,
+    CheckReport,
     Record,
     Track,
+    lost_w,
 )
 
 PLACE_M = 1.5 * PLACE_STEP_M
@@ -37,8 +40,6 @@ def check_tracks(record: Record, report: CheckReport) -> None:
     n_ticks = round(record.end_s / record.tick_s) + 1
     due_s = np.arange(n_ticks) * record.tick_s
     for name, data in record.vehicles.items():
-        if name in record.cells.first_of:
-            continue  # it has no body, so no track
         track = record.tracks.get(name)
         report.look("ticks", n_ticks)
         if track is None or len(track.time_s) != n_ticks or (np.abs(track.time_s - due_s) > TIME_STEP_S).any():
@@ -222,8 +223,7 @@ def _check_energy(record: Record, name: str, data: dict[str, Any], track: Track,
         return
     time_s, dt_s = track.time_s, np.diff(track.time_s)
     packets = record["packets"]
-    addresses = record.cells.addresses(name)
-    own = np.array([sender in addresses for sender in packets["sender"]], dtype=bool)
+    own = np.array([sender == name for sender in packets["sender"]], dtype=bool)
     sent_s, each_j = np.asarray(packets["time_s"])[own], sending_j(record)[own]
     at = np.searchsorted(time_s, sent_s, side="right")
     sent_j = np.bincount(at, each_j, minlength=len(time_s) + 1)[: len(time_s)]
@@ -259,7 +259,7 @@ def _check_borders(record: Record, name: str, track: Track, report: CheckReport)
     if record.of("current").get("surge") or record.of("navigation").get("drift"):
         report.skip("borders in surges or under drift", "a vehicle may be where it does not take itself to be")
         return
-    (x_min, x_max), (y_min, y_max) = record.cells.waters(name)
+    (x_min, x_max), (y_min, y_max) = record.of("world")["x_m"], record.of("world")["y_m"]
     out_m = np.maximum.reduce([x_min - track.x_m, track.x_m - x_max, y_min - track.y_m, track.y_m - y_max])
     report.look("borders", len(out_m))
     for at in np.flatnonzero((out_m > BEYOND_M) & ~record.during(name, FLOATING, track.time_s)):

@@ -1,0 +1,366 @@
+"""Results folders of runs and sweeps: form of the tables, checks of each run, table of runs against the ledger."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+import zlib
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+import pyarrow.parquet as pq
+
+from missions.verification.ending import check_ending, check_roles
+from missions.verification.mapping import check_ground
+from missions.verification.motion import check_tracks
+from missions.verification.packets import check_knowledge, check_packets
+from missions.verification.record import TIME_STEP_S, CheckReport, NoResults, Record, TableColumns
+from missions.verification.summary import check_figures
+
+COLUMNS = {
+    "trajectories": "time_s vehicle x_m y_m heading_rad speed_mps energy_j depth_m",
+    "roles": "time_s vehicle group role event",
+    "organisation": "time_s vehicle peer group role event issuer act objective argument outcome",
+    "membership": "time_s vehicle peer event",
+    "activities": "time_s vehicle type name role motivation",
+    "decisions": "time_s vehicle group role objective argument activities stimulus own external source slot "
+    "chosen best_mean",
+    "satisfaction": "time_s vehicle group role value",
+    "packets": "slot time_s sender size_bits items acks receivers lost_by end_s arrivals_s item_uids status_uids "
+    "signal_roles signal_addressed signal_values collided_at",
+    "items": "uid origin time_s recorded_s subject attribute value kind uncertainty",
+    "knowledge": "time_s vehicle item origin event",
+    "refused": "time_s vehicle sender slot reason",
+    "peers": "time_s vehicle peer event",
+    "links": "time_s vehicle peer direction p_loss n",
+    "faults": "time_s vehicle kind detail",
+}
+"""Tables that every run has, and columns that they have at least."""
+UNITS = {"_s": "s", "_m": "m", "_rad": "rad", "_mps": "m/s", "_j": "J", "_bits": "bit"}
+"""Unit of a column by the end of its name."""
+ONCE = (
+    "trajectories",
+    "packets",
+    "knowledge",
+    "coverage",
+    "goal",
+    "satisfaction",
+    "peers",
+)
+"""Tables of which no row comes twice."""
+EVENTS = {
+    "roles": {"assigned", "active", "inactive", "left"},
+    "knowledge": {"observed", "received", "set aside", "acknowledged"},
+    "organisation": {"assigned", "left", "given", "refused", "formed", "dissolved"},
+    "membership": {"absent", "present"},
+}
+"""Words of the column ``event``."""
+
+
+def check_tables(tables: Mapping[str, TableColumns], report: CheckReport) -> bool:
+    """Look at what is there, its columns and its units; False if the other checks have nothing to go by."""
+    is_whole = True
+    for name, columns in COLUMNS.items():
+        report.look("columns")
+        missing = columns.split() if name not in tables else sorted(set(columns.split()) - _names(tables[name]))
+        if missing:
+            is_whole = False
+            stated = "no such table" if name not in tables else f"no column {', '.join(missing)}"
+            report.add("columns", name, None, "", stated, "every run has it")
+    for name, table in tables.items():
+        for column in table.arrow.schema:
+            due = next((unit for end, unit in UNITS.items() if column.name.endswith(end)), None)
+            given = (column.metadata or {}).get(b"unit", b"").decode()
+            report.look("units")
+            if due is not None and given != due and column.name != "key":
+                report.add("units", name, None, "", f"unit of {column.name} is {given!r}", repr(due))
+    return is_whole
+
+
+def _names(table: TableColumns) -> set[str]:
+    return set(table.arrow.column_names)
+
+
+def check_rows(record: Record, report: CheckReport) -> bool:
+    """Look at times, names and repeated rows of every table; False if names are not those of the fleet."""
+    n_before = report.n_findings["vehicles"]
+    end_s = record.end_s + float(record.of("scenario").get("settle_s", 0.0))
+    for name, table in record.tables.items():
+        if "time_s" in _names(table) and name not in ("trajectories", "items", "settling"):
+            _check_times(name, np.asarray(table["time_s"], dtype=float), end_s, table, report)
+        if "vehicle" in _names(table) and (name in COLUMNS or name == "coverage"):
+            report.look("vehicles", len(table))
+            for at, vehicle in enumerate(table["vehicle"]):
+                if vehicle not in record.vehicles:
+                    report.add(
+                        "vehicles", name, None, str(vehicle), f"row {at}", "none: the scenario has no such vehicle"
+                    )
+        if name in EVENTS:
+            for at, event in enumerate(table["event"]):
+                if event not in EVENTS[name]:
+                    allowed = f"one of {', '.join(sorted(EVENTS[name]))}"
+                    report.add("events", name, table["time_s"][at], table["vehicle"][at], f"event {event!r}", allowed)
+        if name in ONCE:
+            _check_once(name, table, report)
+    _check_numbers(record, report)
+    return report.n_findings["vehicles"] == n_before
+
+
+def _check_times(name: str, times_s: Any, end_s: float, table: TableColumns, report: CheckReport) -> None:
+    report.look("order", len(times_s))
+    vehicles = table["vehicle"] if "vehicle" in _names(table) else [""] * len(times_s)
+    wrong = np.flatnonzero(np.diff(times_s) < -TIME_STEP_S) + 1
+    for at in wrong:
+        stated = f"row {at} behind one of {times_s[at - 1]:g} s"
+        report.add("order", name, times_s[at], vehicles[at], stated, "rows in the order of time")
+    for at in np.flatnonzero(~((times_s >= 0.0) & (times_s <= end_s + TIME_STEP_S))):
+        report.add("order", name, times_s[at], vehicles[at], f"row {at}", f"none: the run is from 0 to {end_s:g} s")
+
+
+def _check_once(name: str, table: TableColumns, report: CheckReport) -> None:
+    report.look("once", len(table))
+    seen: set[Any] = set()
+    columns = [column.name for column in table.arrow.schema]
+    single = [column.name for column in table.arrow.schema if not pa.types.is_list(column.type)]
+    if len(set(table.rows(*single))) == len(table):
+        return
+    for at, row in enumerate(table.rows(*single)):
+        if row in seen:
+            vehicle = table["vehicle"][at] if "vehicle" in columns else ""
+            time_s = table["time_s"][at] if "time_s" in columns else None
+            report.add("once", name, time_s, vehicle, f"row {at} again", "one row alone")
+        seen.add(row)
+
+
+def _check_numbers(record: Record, report: CheckReport) -> None:
+    """Numbers of tracks are finite."""
+    for column in ("time_s", "x_m", "y_m", "heading_rad", "speed_mps", "energy_j", "depth_m"):
+        values = np.asarray(record["trajectories"][column], dtype=float)
+        report.look("finite", len(values))
+        for at in np.flatnonzero(~np.isfinite(values)):
+            vehicle, time_s = record["trajectories"]["vehicle"][at], record["trajectories"]["time_s"][at]
+            report.add("finite", "trajectories", time_s, vehicle, f"{column} {values[at]}", "a number")
+
+
+THEMES: dict[str, Callable[[Record, CheckReport], None]] = {
+    "motion": check_tracks,
+    "packets": check_packets,
+    "knowledge": check_knowledge,
+    "roles": check_roles,
+    "ending": check_ending,
+    "ground": check_ground,
+    "figures": check_figures,
+}
+"""Checks of a run by theme."""
+BROKEN = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
+"""What values raise that no run can have written."""
+
+
+def modem_of(scenario: dict[str, Any], manifest: dict[str, Any]) -> dict[str, Any] | None:
+    """Profile of the modem of a run: as the manifest has it, or the scenario; None where neither does."""
+    found = manifest.get("modem") or scenario.get("modem", {}).get(scenario["communication"]["modem"])
+    is_whole = isinstance(found, dict) and {"rate_bps", "head_s", "payload_bytes"} <= set(found)
+    return found if is_whole else None
+
+
+def verify_run(record: Record, report: CheckReport) -> None:
+    """Run the checks of a run.
+
+    Args:
+        record: of the run.
+        report: takes what they find.
+    """
+    if not check_tables(record.tables, report) or not check_rows(record, report):
+        report.skip("the rest of the run", "tables, columns or vehicles are missing or unknown")
+        return
+    report.strange = record.strange
+    for theme, check in THEMES.items():
+        if theme == "ground" and not ("coverage" in record.tables and "area" in record.scenario):
+            continue
+        try:
+            check(record, report)
+        except BROKEN as error:
+            report.add("readable", theme, None, "", f"{type(error).__name__}: {error}", "values that can be read")
+
+
+SEAL = '{"crc": "'
+"""How a line of the ledger with a checksum begins; its eight digits and ``", `` follow, then what they are of."""
+
+
+MAKING = ("fleet", "finds", "organisation", "object")
+"""Settings from which other parts of a scenario are made: vehicles, roles, groups."""
+
+
+def verify_sweep(folder: Path) -> CheckReport:
+    """Say what in the folder of a sweep does not follow.
+
+    Raises:
+        NoResults: its study cannot be read.
+    """
+    report = CheckReport()
+    try:
+        study = json.loads((folder / "study.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise NoResults(f"{folder / 'study.json'}: cannot be read: {error}") from None
+    lines = _ledger(folder / "ledger.jsonl", report)
+    _check_table(folder / "runs.parquet", lines, report)
+    tables = _tables(folder, report)
+    kept = {key for key, line in lines.items() if line.get("tables") and line.get("status") != "failed"}
+    for key in sorted(kept):
+        scenario = scenario_of(study, lines[key])
+        if scenario is None:
+            report.skip(f"tables of run {key}", "its scenario cannot be made of study.json and its settings alone")
+            continue
+        own = {
+            name: TableColumns(table.filter(pc.equal(table["key"], key)).drop_columns(["key"]))
+            for name, table in tables.items()
+        }
+        report.key = key
+        seed = lines[key]["summary"].get("seed")
+        verify_run(Record(scenario, seed, lines[key]["summary"], own, modem_of(scenario, {})), report)
+        report.key = ""
+    return report
+
+
+def _ledger(path: Path, report: CheckReport) -> dict[str, dict[str, Any]]:
+    """Lines of the ledger by key; a line whose checksum is another is told and left out."""
+    found: dict[str, dict[str, Any]] = {}
+    for number, text in enumerate(path.read_text(encoding="utf-8", errors="replace").splitlines(), 1):
+        report.look("ledger")
+        try:
+            line = json.loads(text)
+            key = line["key"]
+        except (ValueError, KeyError, TypeError):
+            report.add("ledger", "ledger.jsonl", None, "", f"line {number}", "none: it is no line of a run")
+            continue
+        if "crc" in line and f"{zlib.crc32(text[len(SEAL) + 11 :].encode()):08x}" != line["crc"]:
+            stated = f"line {number}, run {key}"
+            report.add("ledger", "ledger.jsonl", None, "", stated, "another checksum: it was altered")
+            continue
+        found.setdefault(key, line)
+    return found
+
+
+def _check_table(path: Path, lines: dict[str, dict[str, Any]], report: CheckReport) -> None:
+    """Every run of the ledger has one row, with the figures of its line."""
+    if not path.is_file():
+        report.skip("runs.parquet", "the sweep has not ended: there is none yet")
+        return
+    try:
+        rows = pq.read_table(path).to_pylist()
+    except (OSError, ValueError, pa.ArrowException) as error:
+        report.add("readable", "runs", None, "", f"cannot be read: {str(error).splitlines()[0]}", "a table")
+        return
+    given = [row["key"] for row in rows]
+    for key in sorted({key for key in given if given.count(key) > 1}):
+        report.add("runs", "runs", None, "", f"run {key} {given.count(key)} times", "one row")
+    for key in sorted(set(given) ^ set(lines)):
+        what = ("no row", "one of the ledger") if key in lines else ("a row", "none: the ledger has no such run")
+        report.add("runs", "runs", None, "", f"{what[0]} of run {key}", what[1])
+    for row in rows:
+        if row["key"] not in lines:
+            continue
+        for name, follows in lines[row["key"]]["summary"].items():
+            if name in row and not isinstance(follows, list):
+                report.key = row["key"]
+                report.same("runs", "runs", name, row[name], follows, 1e-9)
+    report.key = ""
+
+
+def _tables(folder: Path, report: CheckReport) -> dict[str, pa.Table]:
+    found = {}
+    for path in sorted((folder / "tables").glob("*.parquet")):
+        try:
+            found[path.stem] = pq.read_table(path)
+        except (OSError, ValueError, pa.ArrowException) as error:
+            report.add("readable", path.stem, None, "", f"cannot be read: {str(error).splitlines()[0]}", "a table")
+    return found
+
+
+def scenario_of(study: dict[str, Any], line: dict[str, Any]) -> dict[str, Any] | None:
+    """The scenario of a run: that of the study with the settings of its line; None where a setting makes others."""
+    settings = line.get("settings", {})
+    scenarios = study.get("scenario", {})
+    base = scenarios.get(line["summary"].get("scenario"))
+    if base is None or any(path.startswith(MAKING) for path in settings):
+        return None
+    made: dict[str, Any] = _without_none(base)
+    for path, value in settings.items():
+        if path == "channel.name":
+            made["channel"] = {"name": value}
+    for path, value in settings.items():
+        at: Any = made
+        *above, last = path.split(".")
+        for part in above:
+            at = (
+                next((table for table in at if table.get("name") == part), None)
+                if isinstance(at, list)
+                else at.setdefault(part, {})
+            )
+            if at is None:
+                return None
+        at[last] = value
+    return made
+
+
+def _without_none(value: Any) -> Any:
+    """Tables as TOML would have them: what is absent is left out."""
+    if isinstance(value, dict):
+        return {key: _without_none(one) for key, one in value.items() if one is not None}
+    return [_without_none(item) for item in value] if isinstance(value, list) else value
+
+
+__all__ = ["NoResults", "verify"]
+
+
+def verify(folder: Path) -> CheckReport:
+    """Read a results folder of a run or a sweep, and say what in it does not follow.
+
+    Raises:
+        NoResults: it holds neither.
+    """
+    if (folder / "ledger.jsonl").is_file():
+        return verify_sweep(folder)
+    missing = [name for name in ("summary.json", "manifest.json") if not (folder / name).is_file()]
+    if missing:
+        raise NoResults(f"{folder}: no results of a run or a sweep, missing: {', '.join(missing)}")
+    report = CheckReport()
+    summary, manifest = _json(folder / "summary.json", "milestones"), _json(folder / "manifest.json", "scenario")
+    tables: dict[str, TableColumns] = {}
+    own = summary.get("run_id")
+    for path in sorted(folder.glob("*.parquet")):
+        try:
+            with pq.ParquetFile(path) as file:
+                table = file.read()
+        except (OSError, ValueError, pa.ArrowException) as error:
+            report.add("readable", path.stem, None, "", f"cannot be read: {str(error).splitlines()[0]}", "a table")
+            continue
+        tables[path.stem] = TableColumns(table)
+        _check_id(report, path.stem, (table.schema.metadata or {}).get(b"run_id", b"").decode(), own)
+    _check_id(report, "manifest", manifest.get("run_id"), own)
+    try:
+        scenario = tomllib.loads(manifest["scenario"])
+    except (tomllib.TOMLDecodeError, TypeError) as error:
+        raise NoResults(f"{folder / 'manifest.json'}: its scenario is no TOML: {error}") from None
+    verify_run(Record(scenario, manifest.get("seed"), summary, tables, modem_of(scenario, manifest)), report)
+    return report
+
+
+def _check_id(report: CheckReport, table: str, given: Any, own: Any) -> None:
+    report.look("run_id")
+    if given != own:
+        report.add("run_id", table, None, "", f"of run {given}", f"run {own}, as in summary.json")
+
+
+def _json(path: Path, needed: str) -> dict[str, Any]:
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise NoResults(f"{path}: cannot be read: {error}") from None
+    if not isinstance(found, dict) or needed not in found:
+        raise NoResults(f"{path}: damaged: {needed!r} is missing")
+    return found
