@@ -1,7 +1,7 @@
 """Bad packets, each with what comes of it: a reception with a fault, one more counted, nothing believed, nothing held.
 
 A table has what was thought of, a property what was not: noise, flipped bits, cuts and splices, at codecs of every form
-and at a vehicle. `test_many_packets` throws those of missions.
+and at a vehicle.
 """
 
 import random
@@ -13,7 +13,7 @@ from functools import cache
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tools.mangling import MUTATIONS, STRINGS, replayed
+from mangling import MUTATIONS, STRINGS, replayed
 
 from exchange.coding import symbol, symbol_key
 from exchange.errors import PeerFault

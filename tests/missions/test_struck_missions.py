@@ -1,16 +1,58 @@
 """Missions under attack: damaged packets, vehicles that restart or are cut off. They end, and no belief is false."""
 
 import random
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 from sampling import sampled
 from small_mission import Raw, run_varied
-from tools.one_bit import flown
 
-from missions.runs.assembly import assemble
+from exchange.acoustics.channel import Arrival, Channel
+from missions.runs.assembly import assemble, channel_of
+from missions.runs.run import Run, run
 from missions.runs.setup import resolved
 from missions.scenarios import load
+from missions.scenarios.scenario import Scenario
+
+
+@dataclass
+class DamagingChannel:
+    """A channel that turns one bit of one packet.
+
+    Attributes:
+        channel: which carries the packets.
+        number: of the packet whose bit is turned, in the order of their sending.
+        bit: which, counted round the packet.
+        sizes_bits: of the packets sent, which it notes.
+    """
+
+    channel: Channel
+    number: int = -1
+    bit: int = 0
+
+    def __post_init__(self) -> None:
+        self.sizes_bits: list[int] = []
+
+    def transmit(
+        self, slot: int, sender: int, data: bytes, now_s: float, positions_m: Sequence[tuple[float, float]]
+    ) -> list[Arrival]:
+        """The arrivals of the channel, damaged if it is the turn of this packet."""
+        arrivals = self.channel.transmit(slot, sender, data, now_s, positions_m)
+        self.sizes_bits.append(8 * len(data))
+        if len(self.sizes_bits) - 1 != self.number:
+            return arrivals
+        damaged = bytearray(data)
+        byte, place = divmod(self.bit % (8 * len(data)), 8)
+        damaged[byte] ^= 128 >> place
+        return [arrival._replace(data=bytes(damaged)) for arrival in arrivals]
+
+
+def flown(scenario: Scenario, seed: int, number: int = -1, bit: int = 0) -> tuple[Run, DamagingChannel]:
+    """The run of a scenario with one bit turned, and the channel that did so; none if ``number`` is -1."""
+    channel = DamagingChannel(channel_of(resolved(scenario), seed), number, bit)
+    return run(scenario, seed, channel=channel), channel
 
 
 def held_up(policy: str, n: int, seed: int) -> list[str]:

@@ -6,13 +6,16 @@ no law: ``test_view.py`` has the statements of which the order of hearing matter
 vehicle has missed before.
 """
 
+from typing import Any
+
 import pytest
+from scenarios.small_grounds import ground_of
 
 from missions.runs.assembly import assemble
 from missions.runs.setup import resolved
 from missions.scenarios import load
-from tests.tools.campaigns import ground_of
-from tests.tools.rebuilt_views import known, rebuilt
+from remoras.vehicle import Vehicle
+from worldmodel.remembering import remember
 
 LOST, MUTE = 'kind="lost",vehicle="AUV00",at_s=60', 'kind="mute",vehicle="AUV00",at_s=40,until_s=130'
 CASES = {
@@ -20,6 +23,33 @@ CASES = {
     "contract-net": ("mapping-patches-small", 0.7, MUTE),
 }
 """By strategy: the ground, what is lost, and what befalls the head."""
+
+
+def known(vehicle: Vehicle) -> dict[str, Any]:
+    """What a vehicle knows of the organisation."""
+    social, standing = vehicle.social, vehicle.social.standing
+    return {
+        "roles": standing.organisation.assignments,
+        "claims": standing.view.leadership.leading,
+        "objectives": set(social.objectives.values()),
+        "missions": social.missions,
+        "takes no jobs": standing.takes_no_jobs,
+    }
+
+
+def rebuilt(vehicle: Vehicle, fresh: Vehicle, now_s: float) -> dict[str, Any]:
+    """The same, if it had heard all at once, and missed whom it misses now.
+
+    Args:
+        vehicle: whose world model is taken over.
+        fresh: one of the same name that knows nothing.
+        now_s: the time now.
+    """
+    social = fresh.social
+    social.standing._membership.absent = vehicle.social.standing.absent
+    social.consider(remember(fresh.beliefs.model, vehicle.beliefs.model, now_s).changes)
+    social.consult()
+    return known(fresh)
 
 
 @pytest.mark.parametrize("strategy", CASES)

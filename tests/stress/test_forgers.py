@@ -3,12 +3,13 @@
 from types import SimpleNamespace
 from typing import Any
 
+from scenarios.small_grounds import ground_of
+
 from missions.runs.assembly import assemble
 from missions.runs.setup import resolved
 from missions.scenarios import load
 from stress.minds import forged_act
 from stress.schedule import StressFault
-from tests.tools.campaigns import ground_of
 
 
 def test_an_objective_is_forged_of_groups_only_that_the_forger_cannot_come_to_form() -> None:

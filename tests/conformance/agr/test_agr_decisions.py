@@ -1,8 +1,7 @@
 """The decision itself: each rule of who may change what has a request that it alone refuses.
 
 What AGR leaves to the group manager, and REMORAS to heads, is asked of ``may_assign`` and of what vehicles make of what
-they hear. ``mutants.toml`` beside this file takes each rule out; ``python -m tests.tools.mutants --list`` with it says
-whether these tests notice.
+they hear.
 """
 
 from dataclasses import replace

@@ -1,6 +1,12 @@
 """A node whose process was ended goes on from its log: it knows what it knew, and tells nothing twice as new."""
 
 import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,11 +19,14 @@ from missions.nodes.alone import NodePlan, alone
 from missions.nodes.logs import Began, LineKind, NodeLog, gone_on, play, read_log
 from missions.nodes.node import Mishaps, VehicleNode
 from missions.scenarios import load
-from tests.tools.shows import N_KILLS, killed
 
 SEED, UNTIL_S, SETTLE_S, AWAY_S = 5, 900.0, 300.0, 30.0
 BEGAN = Began(1_000_000.0, 1.0)
 LOSSY = Mishaps(0.3, 0.1)
+N_KILLS, SPEED = 5, 20.0
+LINES_OF_A_LIFE, PATIENCE_S = 10, 60.0
+"""The process is killed when its log has so many lines more, or after so long."""
+COMMAND = [sys.executable, "-m", "remoras"]
 
 
 def plan_of(vehicle: str, seed: int = SEED) -> NodePlan:
@@ -150,11 +159,61 @@ def test_a_log_that_cannot_be_gone_on_with_is_named(dive: Dive, tmp_path: Path) 
         gone_on(dive.path, plan_of("AUV00"))
 
 
+def killed(folder: Path) -> tuple[Path, str]:
+    """Kill one of two nodes ``N_KILLS`` times; return its log, and the output of all processes."""
+    ports = {name: free_port() for name in ("ASV00", "AUV00")}
+    start = time.monotonic() + 2.0
+    out = folder / "killed"
+    log = out / "AUV00.jsonl"
+
+    def begin(name: str, *more: str) -> subprocess.Popen[str]:
+        (other,) = set(ports) - {name}
+        command = [
+            *COMMAND, "node", "mapping-rendezvous", name, "--bind", f"127.0.0.1:{ports[name]}",
+            "--peers", f"{other}=127.0.0.1:{ports[other]}", "--speed", f"{SPEED:g}", "--start", f"{start}",
+            "--until", "500", "--settle", "200", "--json", *more,
+        ]  # fmt: skip
+        return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+    ship, said = begin("ASV00"), []
+    for life in range(N_KILLS + 1):
+        node = begin("AUV00", "--out", str(out), "--resume")
+        if life < N_KILLS:
+            wait_for(log, n_lines(log) + LINES_OF_A_LIFE)
+            os.kill(node.pid, signal.SIGKILL)
+        printed, told = node.communicate()
+        said.append(f"life {life}, exit {node.returncode}: {told.strip() or '-'}")
+    outcomes = {"ASV00": json.loads(ship.communicate()[0]), "AUV00": json.loads(printed)}
+    again = subprocess.run([*COMMAND, "replay-log", str(log)], capture_output=True, text=True, check=False)
+    said += [f"{name}: {found['items']} items, state {found['state_hash']}" for name, found in outcomes.items()]
+    said += ["they know the same" if len({one["state_hash"] for one in outcomes.values()}) == 1 else "THEY DIFFER"]
+    said += [again.stdout.strip() + again.stderr.strip()]
+    return log, "\n".join(said)
+
+
+def n_lines(log: Path) -> int:
+    """How many lines a log has."""
+    return log.read_bytes().count(b"\n") if log.is_file() else 0
+
+
+def wait_for(log: Path, n: int) -> None:
+    """Wait until a log has so many lines."""
+    until_s = time.monotonic() + PATIENCE_S
+    while n_lines(log) < n and time.monotonic() < until_s:
+        time.sleep(0.05)
+
+
+def free_port() -> int:
+    """A UDP port that nobody has."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as found:
+        found.bind(("127.0.0.1", 0))
+        return int(found.getsockname()[1])
+
+
 @pytest.mark.thorough
 def test_a_process_that_is_killed_five_times_knows_in_the_end_what_its_peer_knows(tmp_path: Path) -> None:
-    """Real processes, sockets and kills; all of ``python -m tests.tools.shows FOLDER killed``."""
-    log, text = killed(tmp_path)
-    said = text.read_text(encoding="utf-8")
+    """Real processes, sockets and kills."""
+    log, said = killed(tmp_path)
     assert said.count("exit -9") == N_KILLS == 5
     assert said.count("goes on at") == 5
     assert "they know the same" in said

@@ -4,15 +4,12 @@ import itertools
 from pathlib import Path
 from typing import Any
 
-import matplotlib.pyplot as plt
 import pytest
 from browsing import Window
 from chromium import opened, seek, written
 from replayed import recorded
 
-import remoras
 from missions.runs.results import Results
-from tests.tools.shows import RUNS, WIDTHS, pages
 from visualisation import style
 from visualisation.colours import VEHICLES
 
@@ -184,15 +181,3 @@ def test_a_name_stands_where_it_has_room_beside_the_flags(
 ) -> None:
     """A bar from 100 to 200 px, with 4 px at its ends; a flag is 7 px wide, with 4 px on each side. A name takes 30."""
     assert window.ask("(flags) => R.besideFlags(100, 200, flags, 30)", list(flags)) == list(room)
-
-
-@pytest.mark.thorough
-def test_the_pictures_that_one_shows_are_made(tmp_path: Path) -> None:
-    """All of ``python -m tests.tools.shows FOLDER pages``: three runs at three widths, one of which failed."""
-    pytest.importorskip("playwright")
-    made = pages(tmp_path)
-    assert len(made) == len(RUNS) * (1 + len(WIDTHS)) == 12
-    sizes = {plt.imread(file).shape[:2] for file in made if file.suffix == ".png"}
-    assert sizes == {(height, width) for width, height in WIDTHS.items()}
-    runs = [remoras.run(scenario, seed=3, set=settings) for scenario, settings in RUNS.values()]
-    assert [run.summary["completed"] for run in runs] == [True, True, False]
