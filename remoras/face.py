@@ -7,7 +7,6 @@ frames with the units of their columns in ``.attrs["units"]``, figures as Matplo
 from __future__ import annotations
 
 import re
-import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
@@ -227,7 +226,7 @@ def _loaded(
 
 
 def open(folder: str | Path) -> Run | Sweep:
-    """What was written to a folder: the run, or the sweep; with a warning if it judged success otherwise.
+    """What was written to a folder: the run, or the sweep.
 
     Raises:
         OutputError: the folder holds neither.
@@ -236,18 +235,8 @@ def open(folder: str | Path) -> Run | Sweep:
     if (path / "study.json").is_file():
         from missions.sweeps.folder import SweepResults
 
-        sweep = SweepResults.read(path)
-        _warn(sweep.verdict_note)
-        return Sweep(sweep)
-    run = Results.read(path)
-    _warn(run.verdict_note)
-    return Run(run)
-
-
-def _warn(note: str) -> None:
-    """Warn whoever opens results, if there is something to be said of them."""
-    if note:
-        warnings.warn(note, stacklevel=3)
+        return Sweep(SweepResults.read(path))
+    return Run(Results.read(path))
 
 
 def sweep(

@@ -20,7 +20,6 @@ from missions.files import text_of
 from missions.sweeps.code import fingerprint, short
 from missions.sweeps.plan import SweepPlan, version
 from missions.sweeps.worker import run_task
-from missions.verdict import KEY, VERDICT
 
 CARD = "card.json"
 COLUMNS = ("repeat", "seed", "bound_s", "time_s", "completed", "n_bytes", "wrong_belief_fraction", "failed", "silenced")
@@ -35,7 +34,6 @@ def card_of(contest: Contest, scored: Sequence[Scored]) -> dict[str, Any]:
         "digest": suite.digest,
         "split": suite.split,
         "version": version(),
-        KEY: VERDICT,
         "repeats": contest.repeats,
         "limit_s": suite.about.limit_s,
         "cells": [list(cell) for cell in suite.cells],

@@ -192,15 +192,12 @@ def is_one_run(runs: Outcomes, of_sample: Collection[str] = ()) -> bool:
     """True if repeats of a treatment are one run, made again: n counts what was drawn.
 
     A run says whether anything was drawn in it. If nothing was, no seed can change it. Where the run cannot say it,
-    since parts of a user's own may draw, or since an older version made it, two repeats or more have to agree in all
-    that the summary has; those of an older version at a packet error rate of 0 only.
+    since parts of a user's own may draw, two repeats or more have to agree in all that the summary has.
     """
-    drawn_in = [run.summary.get(DRAWN, "unsaid") for run in runs.values()]
+    drawn_in = [run.summary.get(DRAWN) for run in runs.values()]
     if any(run.failed for run in runs.values()) or any(drawn is True for drawn in drawn_in):
         return False
     if any(drawn is not False for drawn in drawn_in) and len(drawn_in) < 2:
-        return False
-    if "unsaid" in drawn_in and any(run.summary["per"] > 0.0 for run in runs.values()):
         return False
     first, *others = (outcome(run.summary, of_sample) for run in runs.values())
     return all(other == first for other in others)

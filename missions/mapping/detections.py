@@ -192,7 +192,7 @@ def with_inspectors(raw: Raw) -> Raw:
 
 def explorers(group: Raw, areas: Collection[str]) -> set[str]:
     """Names of the roles of a group whose holder explores an area."""
-    return {str(role.get("name")) for role in entries(group, "role") if role.get("job", role.get("area")) in areas}
+    return {str(role.get("name")) for role in entries(group, "role") if role.get("job") in areas}
 
 
 def _is_inspector(vehicle: Any, able: Collection[tuple[Any, str]]) -> bool:

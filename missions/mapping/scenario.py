@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
-from pydantic import AliasChoices, ConfigDict, Field, field_validator
+from pydantic import Field, field_validator
 
 from missions.mapping.sensors import ObjectTable
 from missions.meeting.job_mission import MEETING_DEADLINE
@@ -75,19 +75,10 @@ class Area(Sparse):
     )
 
 
-def _with_older_name(schema: dict[str, Any]) -> None:
-    """The JSON Schema of a role with the older name of its job."""
-    schema["properties"]["area"] = schema["properties"]["job"]
-
-
 class MappingRole(Role):
-    """One ``[[group.role]]``, with its place in the formation; ``area`` is an older name of ``job``."""
+    """One ``[[group.role]]``, with its place in the formation."""
 
-    model_config = ConfigDict(json_schema_extra=_with_older_name)
-
-    job: str | None = Field(
-        None, validation_alias=AliasChoices("job", "area"), description="area that its holder explores, or find"
-    )
+    job: str | None = Field(None, description="area that its holder explores, or find")
     position: tuple[Literal["top", "bottom"], Literal["left", "middle", "right"]] | None = Field(
         None, description="place in the formation: row and side"
     )

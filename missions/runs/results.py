@@ -31,7 +31,6 @@ from missions.runs.tables import arrow_table, write_table
 from missions.scenarios.deployment import deployment_of
 from missions.scenarios.loading import scenario_from
 from missions.scenarios.scenario import Scenario
-from missions.verdict import KEY, VERDICT, older_verdict
 from remoras.recorder import ADDED, TABLES
 from remoras.version import __version__
 from worldmodel import suggestion
@@ -54,7 +53,7 @@ RUN_ID = "run_id"
 
 
 def manifest(run: Run) -> dict[str, Any]:
-    """What is needed to repeat the run: version, resolved scenario as TOML, seed, and what success is judged over.
+    """What is needed to repeat the run: version, resolved scenario as TOML and seed.
 
     What depends on the machine stands here, too: libraries, platform, and the time that the run took. What the channel
     assumes is there if it assumes something.
@@ -62,7 +61,6 @@ def manifest(run: Run) -> dict[str, Any]:
     assumed = run.scenario.channel.assumed(deployment_of(run.scenario), run.seed)
     return {
         "version": __version__,
-        KEY: VERDICT,
         "seed": run.seed,
         "scenario": tomli_w.dumps(run.scenario.model_dump(mode="json", exclude_none=True)),
         "modem": {key: getattr(run.setup.modem, key) for key in MODEM_KEYS},
@@ -290,11 +288,6 @@ class Results:
         if isinstance(table, dict):
             table.pop("metrics", None)  # their values are there, and their files need not be
         return scenario_from(document)
-
-    @property
-    def verdict_note(self) -> str:
-        """That an older version judged success otherwise; empty if it was this one."""
-        return older_verdict(self.folder, self.manifest)
 
     @property
     def tables(self) -> tuple[str, ...]:

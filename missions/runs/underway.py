@@ -19,7 +19,6 @@ from missions.runs.run import Run, result_of, settled_of
 from missions.runs.setup import Setup
 from missions.runs.summary import identity
 from missions.runs.tables import arrow_table
-from missions.verdict import KEY, VERDICT
 from remoras.mission import FleetView, Milestone
 from remoras.recorder import PACKETS, Row
 from remoras.version import __version__
@@ -126,7 +125,7 @@ class Underway:
     def manifest(self) -> dict[str, Any]:
         """Version, seed and resolved scenario."""
         scenario = self.setup.scenario.model_dump(mode="json", exclude_none=True)
-        return {"version": __version__, KEY: VERDICT, "seed": self.seed, "scenario": tomli_w.dumps(scenario)}
+        return {"version": __version__, "seed": self.seed, "scenario": tomli_w.dumps(scenario)}
 
 
 class Watch:

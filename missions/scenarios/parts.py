@@ -33,10 +33,6 @@ HELD = {
     "group_missions": (str,), "needs": (str,), "vocabulary": (Path, str), "tables": (Table,), "metrics": (Metric,),
 }  # fmt: skip
 """What the sequences of a mission hold."""
-MOVED = {
-    "missions.mapping_rendezvous:MappingRendezvous": "missions.mapping:MappingMission",
-}
-"""Classes that stood elsewhere in an earlier version: files and results of then name them so."""
 
 
 def mission_class(reference: str) -> type[Mission]:
@@ -45,7 +41,7 @@ def mission_class(reference: str) -> type[Mission]:
     Raises:
         PluginError: it cannot be loaded, is no class, or lacks a part of the seam.
     """
-    found = named_object(MOVED.get(reference, reference))
+    found = named_object(reference)
     if not isinstance(found, type):
         raise PluginError(f"a class, a subclass of remoras.Mission; {reference} is {type(found).__name__}")
     tables = getattr(found, "Scenario", Scenario)

@@ -34,7 +34,6 @@ from missions.sweeps.ledger import (
 )
 from missions.sweeps.plan import Demand, RunSchedule
 from missions.sweeps.record import ASSUMED, DECLARATIONS, IDENTITY, LABELS, OWN, differences, read_label, record_of
-from missions.verdict import older_verdict
 
 if TYPE_CHECKING:
     from missions.sweeps.factorial import FactorialDesign
@@ -186,11 +185,6 @@ class SweepResults:
             return StudyFile.model_validate(self._record["study"])
         except (ValueError, KeyError):  # pydantic's errors are ValueErrors
             raise self._unreadable() from None
-
-    @property
-    def verdict_note(self) -> str:
-        """That an older version judged success of the runs otherwise; empty if it was this one."""
-        return older_verdict(self.folder, self._record)
 
     def _unreadable(self) -> OutputError:
         return OutputError(

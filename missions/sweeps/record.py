@@ -19,9 +19,6 @@ from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import pyarrow as pa
-import pyarrow.compute as pc
-
 from missions.errors import MissionsError, OutputError
 from missions.files import shown, toml_value
 from missions.metric import NOT_APPLICABLE, Metric, MetricRecord
@@ -30,11 +27,11 @@ from missions.scenarios import Scenario, load
 from missions.sweeps.code import fingerprint, short
 from missions.sweeps.ledger import DONE, Line
 from missions.sweeps.plan import ConfigurationLabel, RunSchedule, run_content
-from missions.verdict import KEY as VERDICT_KEY
-from missions.verdict import VERDICT
 from remoras.recorder import KEY
 
 if TYPE_CHECKING:
+    import pyarrow as pa
+
     from missions.sweeps.plan import SweepPlan
 
 
@@ -69,6 +66,8 @@ def with_values(
 
 def _own_rows(whole: Callable[[str], pa.Table | None], key: str, name: str) -> pa.Table | None:
     """A table of one run."""
+    import pyarrow.compute as pc  # here: `compare` alone does not need it
+
     table = whole(name)
     return None if table is None else table.filter(pc.equal(table[KEY], key))
 
@@ -105,7 +104,7 @@ def _scenario(key: str, label_of: Mapping[str, tuple[ConfigurationLabel, str]]) 
 DECLARATIONS, LABELS, IDENTITY, OWN, ASSUMED = "metrics", "labels", "id", "own_metrics", "assumed"
 """Keys of the record that may differ when a sweep goes on."""
 UNCOMPARED = (DECLARATIONS, LABELS, IDENTITY, OWN, ASSUMED, "digests")
-FIXED = ("version", VERDICT_KEY, "study.study.name", "study.study.seed", "study.study.keep_tables")
+FIXED = ("version", "study.study.name", "study.study.seed", "study.study.keep_tables")
 """Keys that never differ when a sweep goes on."""
 REPEATS = "study.study.repeats"
 OWN_METRICS = ".scenario.metrics"
@@ -125,7 +124,6 @@ def record_of(plan: SweepPlan) -> dict[str, Any]:
     assumed = [configuration.scenario.channel.assumed() for configuration in study.configurations]
     record = {
         "version": plan.schedule.version,
-        VERDICT_KEY: VERDICT,
         "study": study.file.model_dump(mode="json"),
         "scenario": scenarios,
         "code": fingerprint(configuration.scenario.model_dump(mode="json") for configuration in study.configurations),

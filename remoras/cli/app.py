@@ -84,12 +84,6 @@ def as_typed(path: Path) -> str:
     return shlex.quote(str(path))
 
 
-def remark(text: str) -> None:
-    """Say on standard error what one should know of what is read; nothing if there is nothing."""
-    if text:
-        print(f"remoras: {text}", file=sys.stderr)
-
-
 def give_up(message: str, as_json: bool) -> None:
     """Tell a fault and end the process, from any thread, whatever is going on in others."""
     _report(CommandFault(message), as_json)

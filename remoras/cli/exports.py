@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from remoras.cli import completion
-from remoras.cli.app import Json, command, fail, remark, show_json
+from remoras.cli.app import Json, command, fail, show_json
 
 if TYPE_CHECKING:
     from missions.runs.results import Results
@@ -70,7 +70,6 @@ def export(
     if (folder / "study.json").is_file():
         fail(f"{folder}: holds a sweep, and export takes the results of one run; make one with: remoras run --out DIR")
     results, about = Results.read(folder), (vehicle, at, items)
-    remark(results.verdict_note)
     if (form := form_of(file_format.value, about)) is None:
         path, counts, what = _voyage(results, file_format, out, force)
     else:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from remoras.cli.app import command, fail, remark
+from remoras.cli.app import command, fail
 
 if TYPE_CHECKING:
     from missions.runs.results import Results
@@ -42,7 +42,6 @@ def replay(
     payloads = [_data(run) for run in runs]
     write_page(target, page_text(title_of([run.summary for run in runs]), payloads), force)
     for run in runs:
-        remark(run.verdict_note)
         if lacking := missing(run):
             what = "; ".join(lacking)
             print(f"remoras: {run.folder}: an older version recorded it; not shown: {what}", file=sys.stderr)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from remoras.cli import completion
-from remoras.cli.app import FAILED, Format, Json, as_typed, command, fail, give_up, remark, show_json
+from remoras.cli.app import FAILED, Format, Json, as_typed, command, fail, give_up, show_json
 from remoras.cli.exports import At, Vehicle
 from remoras.cli.tables import on_terminal, show_table
 from remoras.progress import Progress
@@ -274,7 +274,6 @@ def _plot(
     from missions.runs.results import Results
 
     results = Results.read(folder)
-    remark(results.verdict_note)
     _show_drawn(draw_run(results, kinds, out, file_format, width, at_s, viewer))
 
 
@@ -321,7 +320,6 @@ def _plot_sweep(
     if metric is not None and kinds and not {"ranking", "differences"} & {*kinds}:
         fail(f"--metric {metric}: is about a ranking and differences; name the figure ranking or differences too")
     results = SweepResults.read(folder)
-    remark(results.verdict_note)
     results, (ranked,) = results.naming([metric or RANKED])
     results, kinds = results.naming(kinds, "KIND")
     with Progress(f"plot {folder}", 1, "steps") as progress:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from remoras.cli import completion
-from remoras.cli.app import FAILED, Json, as_typed, command, fail, remark, show_json
+from remoras.cli.app import FAILED, Json, as_typed, command, fail, show_json
 from remoras.cli.tables import on_terminal, show_table
 from remoras.progress import Progress
 
@@ -170,7 +170,6 @@ def compare(
     from missions.sweeps.folder import SweepResults
 
     results = SweepResults.read(folder)
-    remark(results.verdict_note)
     names = tuple(dict.fromkeys(metrics or ()))
     state = results.status()
     if state.failed or state.remaining > 0:

@@ -121,9 +121,6 @@ def outcome(seed: int, drawn: Any, **more: Any) -> RunOutcome:
         ([outcome(1, None)], False),  # a part of the user's own may draw: one run says nothing
         ([outcome(1, None), outcome(2, None)], True),
         ([outcome(1, None), outcome(2, None, n_bytes=8)], False),
-        ([outcome(1, "unsaid")], False),  # of an older version
-        ([outcome(1, "unsaid"), outcome(2, "unsaid")], True),
-        ([outcome(1, "unsaid", per=0.001), outcome(2, "unsaid", per=0.001)], False),
         ([outcome(1, False), RunOutcome({"seed": 2, "per": 0.0}, True, 20.0)], False),
     ],
 )

@@ -154,14 +154,6 @@ ONE_FAULT = [
         "mean 'north bank'",
         "job =",
     ),
-    (  # the older name of the key
-        'job = "north bank"',
-        'area = "nroth bank"',
-        "group.Team.role.Scout.area",
-        '"nroth bank"',
-        "mean 'north bank'",
-        "area =",
-    ),
     (
         'rally_point = "jetty"',
         'rally_point = "pier"',
