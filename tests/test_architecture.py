@@ -76,10 +76,6 @@ ROOMS: dict[str, set[str]] = {
         "missions.benchmark", "missions.sweeps", "missions.runs", "missions.scenarios", "missions", "remoras",
         "remoras.strategies", "exchange.acoustics", "worldmodel",
     },
-    "missions.advising": {
-        "missions.advising", "missions.sweeps", "missions.runs", "missions.scenarios", "missions", "remoras",
-        "exchange.acoustics",
-    },
     "missions.verification": {"missions.verification"},
     "missions.comparison": {"missions.comparison", "missions.sweeps", "missions", "worldmodel"},
     "visualisation": {"visualisation", "missions", "exchange.study", "exchange", "worldmodel"},

@@ -30,11 +30,6 @@ MODULES = {"cmath", "scipy", "statistics"}
 EXCEPT = {
     "missions.figure": "ends of axes, which enter no result",
     "missions.statistics": "figures about finished runs, which enter none",
-    "missions.advising.advice": "advice by finished runs, which enters none",
-    "missions.advising.experience": "means of finished runs, which enter none",
-    "missions.advising.judging": "figures about finished runs, which enter none",
-    "missions.advising.model": "a fit to finished runs, which enters none",
-    "missions.advising.projection": "a figure about finished runs, which enters none",
     "missions.benchmark": "figures about finished runs, which enter none",
     "missions.comparison": "figures about finished runs, which enter none",
     "missions.sweeps.study": "SciPy's hypercube is made of shuffles and uniform draws; values are kept to six digits",

@@ -42,8 +42,6 @@ EPISODES = 16
 """`trial` of the draws that say which run of a benchmark is learned on next."""
 GROUNDS = 17
 """`trial` of the draws that make the grounds by which strategies are judged."""
-INSTANCES = 18
-"""`trial` of the draws that make the scenarios on which advice rests."""
 
 _LOW_64 = 0xFFFF_FFFF_FFFF_FFFF
 _LOW_37 = (1 << 37) - 1

@@ -21,7 +21,7 @@ from remoras.plugin_folders import asked_for
 
 MAKE_RUNS = ("worldmodel", "exchange", "remoras", "missions")
 """Those of which runs are made."""
-TELL_ONLY = ("remoras/cli", "missions/advising", "missions/benchmark", "missions/comparison", "missions/sweeps")
+TELL_ONLY = ("remoras/cli", "missions/benchmark", "missions/comparison", "missions/sweeps")
 """Folders in them that only plan runs, or tell of them."""
 RESTED_ON = ("mesa", "numpy")
 """Distributions whose version may change what a run does."""

@@ -20,7 +20,7 @@ HOMES = {
     "list": "files", "new": "new", "example": "files", "validate": "files", "run": "runs", "plot": "runs",
     "replay": "replay",
     "live": "live.command", "export": "exports", "query": "runs", "sweep": "sweeps", "status": "sweeps",
-    "compare": "sweeps", "advise": "advise", "benchmark": "benchmark", "check": "benchmark", "verify": "verify",
+    "compare": "sweeps", "benchmark": "benchmark", "check": "benchmark", "verify": "verify",
     "stress": "stress", "exchange-study": "policies",
     "link-budget": "budgets", "network": "networks", "bursts": "bursts", "node": "nodes", "swarm": "nodes",
     "replay-log": "nodes", "plan": "planning", "explain": "files", "doctor": "files",
