@@ -277,7 +277,7 @@ class SweepResults:
         with suppress(OutputError):  # it cannot be said what they were for; the runs are there
             lines = self.schedule.labelled(lines)
         if self.measured:
-            from missions.sweeps.record import with_values
+            from missions.sweeps.measuring import with_values
 
             whole = lambda name: self.arrow_table(name) if self.has_table(name) else None  # noqa: E731
             return with_values(lines, self.measured, self.schedule, whole)
