@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from missions.cards import card, number_text
 from missions.errors import OutputError
 from missions.runs.results import MemoryResults
-from missions.runs.underway import Underway, Watch
+from missions.runs.underway import ResultsSoFar, Underway
 from remoras.face import Run
 from remoras.mission import Milestone
 
@@ -105,18 +105,18 @@ class Stepping:
     def __init__(self, underway: Underway) -> None:
         self._underway = underway
         self._n_milestones = 0
-        self._finished: Run | None = None
+        self._final: MemoryResults | None = None
         self._is_whole = True
 
     def __repr__(self) -> str:
-        how = "ended" if self._finished else "is underway"
+        how = "ended" if self._final else "is underway"
         return f"<Stepping of {self._underway.setup.scenario.scenario.name}: {how}, {self._underway.now_s:g} s>"
 
     def __iter__(self) -> Iterator[MissionState]:
         return self
 
     def __next__(self) -> MissionState:
-        if self._finished or not self._underway.is_running:
+        if self._final or not self._underway.is_running:
             self.run()
             raise StopIteration
         self._step()
@@ -153,11 +153,11 @@ class Stepping:
 
     def run(self) -> Run:
         """The finished run; what is left of it is run without a stop."""
-        if self._finished is None:
+        if self._final is None:
             while self._underway.is_running:
                 self._step()
-            self._finished = Run(MemoryResults(self._underway.finish()))
-        return self._finished
+            self._final = MemoryResults(self._underway.finish())
+        return Run(self._final)
 
     def watch(self, speed: float | None = None) -> Run:
         """Let the run go on to its end, and show its page in the notebook meanwhile.
@@ -188,23 +188,24 @@ class Stepping:
                     check()
                     told_s = time.monotonic()
                     if told_s >= due_s:
-                        page.tell(self._shown())
+                        page.tell(self.shown())
                         due_s = time.monotonic() + max(LEAST_GAP_S, (time.monotonic() - told_s) / GREATEST_SHARE)
                     while speed and (left_s := began_s + (state.time_s - from_s) / speed - time.monotonic()) > 0.0:
                         time.sleep(min(left_s, LEAST_GAP_S))
                         check()
             finally:
-                page.tell(self._shown())
+                page.tell(self.shown())
         return self.run()
 
-    def _shown(self) -> bytes:
-        """All that a page shows of the run so far."""
-        from visualisation.replay import Payload
+    def shown(self, reason: str = "") -> bytes:
+        """All that a page shows of the run so far; ``reason`` says why it cannot go on."""
+        from visualisation.replay import run_data
 
         setup = self._underway.setup
-        summary = self._underway.summary() if self._finished is None else self._finished.summary
-        payload = Payload(setup.mission.places, setup.mission.jobs.values(), setup.strategy.declaration.communicates)
-        return payload.block(Watch(self._underway).news(summary))
+        results = self._final or ResultsSoFar(self._underway, reason)
+        return run_data(
+            results, setup.mission.places, setup.mission.jobs.values(), setup.strategy.declaration.communicates
+        )
 
     def close(self) -> None:
         """Let go of the vehicles of a run that is not to end."""

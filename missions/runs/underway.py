@@ -1,19 +1,16 @@
-"""A run that somebody steps: what ``run`` does at once, tick by tick, and what is new of it for who watches."""
+"""A run that somebody steps: what ``run`` does at once, tick by tick, and its results so far."""
 
 from __future__ import annotations
 
 import time
-from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import pyarrow as pa
 import tomli_w
 
-from missions.errors import OutputError
 from missions.runs.assembly import assemble
-from missions.runs.results import RUN_ID
 from missions.runs.root import Root
 from missions.runs.run import Run, result_of, settled_of
 from missions.runs.setup import Setup
@@ -98,9 +95,9 @@ class Underway:
             n -= 1
         return rows[:n]
 
-    def table(self, name: str, first: int = 0) -> pa.Table:
-        """An Arrow table of the rows from number ``first`` on."""
-        return arrow_table(self.recorder.tables[name], self.rows(name)[first:])
+    def table(self, name: str) -> pa.Table:
+        """An Arrow table of the rows so far."""
+        return arrow_table(self.recorder.tables[name], self.rows(name))
 
     @property
     def tables(self) -> tuple[str, ...]:
@@ -128,57 +125,37 @@ class Underway:
         return {"version": __version__, "seed": self.seed, "scenario": tomli_w.dumps(scenario)}
 
 
-class Watch:
-    """Reads a run that is underway, each time what has come since.
-
-    Args:
-        underway: the run.
-    """
-
-    def __init__(self, underway: Underway) -> None:
-        self._underway = underway
-        self._manifest = underway.manifest()
-        self._read: Counter[str] = Counter()
-
-    def news(self, summary: Mapping[str, Any]) -> News:
-        """The rows that are new.
-
-        Args:
-            summary: figures of the run as they are now; those of a finished run have its id.
-        """
-        tables = {}
-        for name in self._underway.tables:
-            tables[name] = self._underway.table(name, self._read[name])
-            self._read[name] += tables[name].num_rows
-        named = {RUN_ID: summary[RUN_ID]} if RUN_ID in summary else {}
-        return News(dict(summary), {**self._manifest, **named}, tables)
-
-
 @dataclass(frozen=True)
-class News:
-    """What is new of a run, read as results are (``missions.figure.RunResults``).
+class ResultsSoFar:
+    """What there is of a run underway, read as results are (``missions.figure.RunResults``).
 
     Attributes:
-        summary: the figures of the run.
-        manifest: version, seed and resolved scenario.
-        found: new rows, by table.
+        underway: the run.
+        reason: why it ended before its end; empty while it goes on.
     """
 
-    summary: dict[str, Any]
-    manifest: dict[str, Any]
-    found: Mapping[str, pa.Table]
+    underway: Underway
+    reason: str = ""
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """The figures of the run."""
+        return self.underway.summary(self.reason)
+
+    @property
+    def manifest(self) -> dict[str, Any]:
+        """Version, seed and resolved scenario."""
+        return self.underway.manifest()
 
     @property
     def tables(self) -> tuple[str, ...]:
         """Names of the tables."""
-        return tuple(self.found)
+        return self.underway.tables
 
     def has(self, name: str) -> bool:
         """True if there is a table of that name."""
-        return name in self.found
+        return name in self.tables
 
     def table(self, name: str) -> pa.Table:
-        """An Arrow table; raises OutputError if there is none of that name."""
-        if not self.has(name):
-            raise OutputError(f"no table {name!r}; there are {', '.join(self.tables)}")
-        return self.found[name]
+        """An Arrow table; raises KeyError if there is none of that name."""
+        return self.underway.table(name)

@@ -19,7 +19,7 @@ from missions.errors import LONGEST_VALUE, cut
 HOMES = {
     "list": "files", "new": "new", "example": "files", "validate": "files", "run": "runs", "plot": "runs",
     "replay": "replay",
-    "live": "live.command", "export": "exports", "query": "runs", "sweep": "sweeps", "status": "sweeps",
+    "live": "live", "export": "exports", "query": "runs", "sweep": "sweeps", "status": "sweeps",
     "compare": "sweeps", "benchmark": "benchmark", "check": "benchmark", "verify": "verify",
     "stress": "stress", "exchange-study": "policies",
     "link-budget": "budgets", "network": "networks", "bursts": "bursts", "node": "nodes", "swarm": "nodes",

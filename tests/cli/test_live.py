@@ -5,257 +5,200 @@ import json
 import signal
 import socket
 import subprocess
-import sys
 import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
-from crashing import Crash
-from invoked import remoras
-from live_program import LONG, PATIENCE_S, SCENARIO, SEED, SHORT, served, wait_until
+from browsing import Window
+from invoked import COMMAND, refused
 
-from missions.runs.results import Results, write_results
-from missions.runs.run import run
-from missions.scenarios import load
+import remoras
 
+SCENARIO, SEED, PATIENCE_S = "mapping-rendezvous", 3, 60.0
+SHORT = ("--seed", str(SEED), "--per", "0.6", "--set", "scenario.duration_s=60")
+STEP, START, FULL = {"do": "step"}, {"do": "start"}, {"do": "speed", "speed": "full"}
+CRASHING = """
+from remoras.strategies.remoras import Remoras
 
-def assert_same_results(one: Path, other: Path) -> None:
-    """Every file is the same bytes; the time that it took (``wall_s`` in the manifest) is left out."""
-    assert sorted(path.name for path in one.iterdir()) == sorted(path.name for path in other.iterdir())
-    for path in one.iterdir():
-        if path.name == "manifest.json":
-            told = [json.loads((folder / path.name).read_text()) for folder in (one, other)]
-            assert {**told[0], "wall_s": 0} == {**told[1], "wall_s": 0}
-        else:
-            assert path.read_bytes() == (other / path.name).read_bytes(), path.name
+class Crashing(Remoras):
+    def adapt(self, work):
+        raise RuntimeError("the hull broke")
 
-
-def test_results_are_those_of_run_however_it_was_stepped(tmp_path: Path) -> None:
-    write_results(run(load(SCENARIO, SHORT), SEED), tmp_path / "run")
-    with served(SHORT, tmp_path / "live") as client:
-        assert client.phase == "ready"
-        client.control(do="step", n=7)
-        wait_until(lambda: client.time_s == 7.0)
-        client.control(do="speed", speed=200)
-        client.control(do="play")
-        wait_until(lambda: client.time_s > 10.0)
-        client.control(do="pause")
-        client.finished()
-        assert client.session.state()["message"].endswith(f"results in {tmp_path / 'live'}")
-    assert_same_results(tmp_path / "live", tmp_path / "run")
+CRASHING = Crashing()
+"""
 
 
-def test_a_page_gets_all_at_first_and_then_what_is_new(tmp_path: Path) -> None:
-    with served(SHORT, tmp_path / "live") as client:
-        client.control(do="step", n=5)
-        wait_until(lambda: client.time_s == 5.0)
-        (first,) = client.blocks(lambda block: True)
-        assert (first["part"], first["header"]["end_s"], first["track_rows"]) == (0, 5.0, [6, 6, 6, 6])
-        assert first["header"]["verdict"] == "under way, 0 % of the goal"
-        client.control(do="speed", speed=60)
-        client.control(do="play")
-        found = client.blocks(lambda block: bool(block["header"]["run_id"]))
-        assert [block["part"] for block in found] == list(range(len(found)))
-        rows = [sum(counts) for counts in zip(*(block["track_rows"] for block in found), strict=True)]
-        assert rows == [61, 61, 61, 61]  # one at each second of the minute, both ends included
-        assert len(found) >= 3
-        (again,) = client.blocks(lambda block: True)
-        assert (again["part"], again["header"]) == (0, found[-1]["header"])
-        wait_until(lambda: len(client.session.audience) == 0)  # who has gone is forgotten
-    assert again["header"]["run_id"] == Results.read(tmp_path / "live").summary["run_id"]
+class Client:
+    """What a page, or somebody else, asks of a live run at ``host``."""
+
+    def __init__(self, host: str) -> None:
+        self.host = host
+
+    def ask(self, method: str, path: str, body: bytes | None = None, **headers: str) -> tuple[int, str]:
+        """Status and text of an answer."""
+        connection = http.client.HTTPConnection(self.host, timeout=PATIENCE_S)
+        given = {name.replace("_", "-"): value for name, value in headers.items()}
+        connection.request(method, path, body, {"Content-Type": "application/json", **given})
+        answer = connection.getresponse()
+        text = answer.read().decode()
+        connection.close()
+        return answer.status, text
+
+    def control(self, what: object) -> tuple[int, str]:
+        return self.ask("POST", "/control", json.dumps(what).encode())
+
+    def news(self, seen: int = 0) -> dict[str, Any]:
+        status, text = self.ask("GET", f"/news?{seen}")
+        assert status == 200, text
+        found: dict[str, Any] = json.loads(text)
+        return found
+
+    def when(self, is_so: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
+        """The first news of which something is so."""
+        until_s = time.monotonic() + PATIENCE_S
+        while not is_so(news := self.news()):
+            assert time.monotonic() < until_s, "it takes too long"
+            time.sleep(0.02)
+        return news
 
 
-def test_a_restart_takes_the_form_and_keeps_the_seed(tmp_path: Path) -> None:
-    faults = 'kind = "lost", vehicle = "AUV01", at_s = 20'
-    with served(SHORT, tmp_path / "live") as client:
-        client.finished()
-        form = {"strategy": "central", "policy": "ack-repeat", "per": 0.3, "faults": faults}
-        told = client.control(do="restart", form=form)
-        assert (told["phase"], told["time_s"]) == ("ready", 0.0)
-        assert told["form"] == {**form, "faults": 'kind = "lost", vehicle = "AUV01", at_s = 20.0'}
-        client.finished()
-    own = [SHORT[0], ("--strategy", "strategy.name=central"), ("--policy", "communication.policy=ack-repeat")]
-    own += [("--per", "channel.per=0.3"), ("--set", f"fault=[{{ {faults} }}]")]
-    write_results(run(load(SCENARIO, own), SEED), tmp_path / "run")
-    assert_same_results(tmp_path / "live", tmp_path / "run")
-
-
-def test_a_pause_stands_still() -> None:
-    with served(LONG) as client:
-        client.control(do="speed", speed="full")
-        client.control(do="play")
-        wait_until(lambda: client.time_s > 5.0)
-        at_s = client.control(do="pause")["time_s"]
-        client.control(do="step", n=50)
-        wait_until(lambda: client.time_s >= at_s + 50.0)
-        client.control(do="step", n=1)
-        wait_until(lambda: client.time_s >= at_s + 51.0)
-        assert client.time_s <= at_s + 52.0  # a step may be under way as the pause is asked for
-        assert client.phase == "paused"
-
-
-def test_a_restart_goes_on_to_a_time_at_once_and_stands_there() -> None:
-    with served(LONG) as client:
-        told = client.control(do="restart", form={"per": 0.1}, skip_to_s=200)
-        assert (told["phase"], told["form"]["per"]) == ("paused", 0.1)
-        wait_until(lambda: client.time_s == 200.0)
-        client.control(do="step")
-        wait_until(lambda: client.time_s == 201.0)
-
-
-def test_settings_that_were_changed_once_may_be_changed_back(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "ours.py").write_text("from remoras.strategies.central import Central as Own\n")
-    monkeypatch.syspath_prepend(tmp_path)
-    overrides = (*SHORT, ("--strategy", "strategy.name=ours:Own"))
-    with served(overrides) as client:
-        assert client.control(do="restart", form={"strategy": "cbba", "per": 0.2})["form"]["per"] == 0.2
-        told = client.control(do="restart", form={"strategy": "ours:Own", "per": None})
-        assert (told["form"]["strategy"], told["form"]["per"]) == ("ours:Own", 0.6)
-
-
-def test_the_speed_is_a_multiple_of_real_time() -> None:
-    with served(LONG) as client:
-        client.control(do="speed", speed=20)
-        client.control(do="play")
-        began = time.monotonic()
-        wait_until(lambda: client.time_s >= 20.0)
-        assert time.monotonic() - began > 0.9
-
-
-REFUSED = [
-    ({"do": "speed", "speed": 0}, "speed 0: allowed is 0.1 to 10000 times real time, or full"),
-    ({"do": "speed", "speed": "fast"}, 'speed "fast": allowed'),
-    ({"do": "speed", "speed": True}, "speed true: allowed"),
-    ({"do": "step", "n": 0}, "n 0: allowed is a whole number, 1 to 10000"),
-    ({"do": "fly"}, "do: allowed are play, pause, step, speed, restart"),
-    ({"do": "restart", "form": {"per": 1.5}}, "loss 1.5: allowed is a number, 0 to below 1"),
-    ({"do": "restart", "form": {"per": "much"}}, 'loss "much": allowed is a number'),
-    ({"do": "restart", "form": {"per": 10**400}}, "00...: allowed is a number, 0 to below 1"),
-    ({"do": "restart", "form": {"faults": f"at_s = {'9' * 5000}"}}, "cannot be read"),
-    ({"do": "restart", "form": {"strategy": "/etc/passwd.py:X"}}, 'strategy "/etc/passwd.py:X": allowed are'),
-    ({"do": "restart", "form": {"policy": "none"}}, 'policy "none": allowed are'),
-    ({"do": "restart", "form": {"out": "elsewhere"}}, '"out": no field of the form'),
-    ({"do": "restart", "form": {"faults": "lost AUV01"}}, 'faults: "lost AUV01" cannot be read'),
-    ({"do": "restart", "form": {"faults": 'kind = "lost", vehicle = "AUV99", at_s = 3'}}, "AUV99"),
-    ({"do": "restart", "form": 3}, "form: allowed is an object"),
-    ({"do": "restart", "skip_to_s": 1e9}, "skip_to_s 1000000000.0: allowed is a time of the mission, 0 to "),
-]
-"""What a page may not ask for, and what it is told."""
-
-
-def test_what_cannot_be_is_refused_and_the_run_goes_on() -> None:
-    with served(LONG) as client:
-        client.control(do="step", n=5)
-        wait_until(lambda: client.time_s == 5.0)
-        for what, says in REFUSED:
-            assert says in client.refused(**what)
-            assert (client.time_s, client.phase) == (5.0, "paused")
-        client.control(do="step")
-        wait_until(lambda: client.time_s == 6.0)
-
-
-def test_only_pages_of_this_machine_may_ask() -> None:
-    with served(LONG) as client:
-        for host in ("evil.example", f"evil.example:{client.port}", f"127.0.0.1:{client.port + 1}"):
-            status, told = client.ask("GET", "/", Host=host)
-            assert status == 403
-            assert f'host "{host}" is not served' in told["error"]
-        for origin in ("http://evil.example", "null", f"https://127.0.0.1:{client.port}"):
-            status, told = client.ask("POST", "/control", {"do": "play"}, Origin=origin)
-            assert status == 403
-            assert f'a page of "{origin}" may not ask' in told["error"]
-        assert client.phase == "ready"
-        own = f"http://127.0.0.1:{client.port}"
-        assert client.ask("POST", "/control", {"do": "play"}, Origin=own)[0] == 200
-        status, told = client.ask("POST", "/control", {"do": "play"}, Content_Type="text/plain")
-        assert (status, told["error"]) == (400, "content type: allowed is application/json")
-        assert client.ask("POST", "/control", b"[" * 90_000)[0] == 400
-        assert client.ask("POST", "/control", b"x" * 200_000)[1]["error"] == "longer than 100000 bytes"
-
-
-def test_no_file_is_served(tmp_path: Path) -> None:
-    with served(LONG, tmp_path / "out") as client:
-        for path in ("/../../etc/passwd", "/%2e%2e/%2e%2e/etc/passwd", "/summary.json", "//etc/passwd"):
-            status, told = client.ask("GET", path)
-            assert status == 404
-            assert told["error"] == "served are /, /events and, by POST, /control; no file of this machine is"
-
-
-def test_a_crash_is_told_and_what_was_there_is_kept(tmp_path: Path, crash: Crash) -> None:
-    crash.at(30.0)
-    with served(SHORT, tmp_path / "out") as client:
-        client.control(do="speed", speed="full")
-        client.control(do="play")
-        wait_until(lambda: client.phase == "crashed")
-        assert client.session.state()["message"] == (
-            "RuntimeError: the hull broke; what had happened until then is kept on this page"
-        )
-        crash.never()
-        (shown,) = client.blocks(lambda block: True)
-        assert shown["track_rows"] == [31, 31, 31, 31]  # from 0 s to 30 s
-        assert shown["header"]["verdict"].endswith("of the goal: crashed at 30.0 s")
-        assert not (tmp_path / "out").exists()
-        client.control(do="restart")
-        client.finished()
-    assert Results.read(tmp_path / "out").summary["seed"] == SEED
-
-
-def test_the_command_serves_until_it_is_interrupted(tmp_path: Path) -> None:
-    arguments = ["live", SCENARIO, "--seed", str(SEED), "--no-browser", "--out", str(tmp_path / "live")]
-    arguments += ["--set", SHORT[0][1], "--per", "0.6"]
-    process = subprocess.Popen(
-        [sys.executable, "-c", "from remoras.cli import main; main()", *arguments], stdout=subprocess.PIPE, text=True
-    )
+@contextmanager
+def served(*arguments: object, cwd: Path | None = None) -> Iterator[Client]:
+    """A live run on a free port, interrupted afterwards, which is its usual end."""
+    command = [*COMMAND, "live", SCENARIO, "--no-browser", *map(str, arguments)]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=cwd)
     try:
         assert process.stdout is not None
-        host = process.stdout.readline().removeprefix("http://").rstrip("/\n")
-        assert host.startswith("127.0.0.1:")
-        for what in ({"do": "speed", "speed": "full"}, {"do": "play"}):
-            connection = http.client.HTTPConnection(host, timeout=PATIENCE_S)
-            connection.request("POST", "/control", json.dumps(what), {"Content-Type": "application/json"})
-            assert connection.getresponse().status == 200
-            connection.close()
-        wait_until((tmp_path / "live").is_dir)
+        yield Client(process.stdout.readline().removeprefix("http://").rstrip("/\n"))
         process.send_signal(signal.SIGINT)
         assert process.wait(PATIENCE_S) == 0
     finally:
         process.kill()
         process.communicate()
-    write_results(run(load(SCENARIO, SHORT), SEED), tmp_path / "run")
-    assert_same_results(tmp_path / "live", tmp_path / "run")
 
 
-def test_a_port_that_is_taken_is_one_clear_error() -> None:
+def test_results_are_those_of_run_however_it_was_stepped(tmp_path: Path) -> None:
+    live, whole = tmp_path / "live", tmp_path / "run"
+    with served(*SHORT, "--out", live) as client:
+        assert client.when(lambda news: news["number"] > 0)["phase"] == "ready"
+        for n in range(1, 4):
+            assert client.control(STEP)[0] == 200
+            assert (client.news()["phase"], client.news()["time_s"]) == ("paused", n)
+        client.control({"do": "speed", "speed": 20})
+        began_s = time.monotonic()
+        client.control(START)
+        client.when(lambda news: news["time_s"] >= 13.0)
+        assert time.monotonic() - began_s > 0.4
+        client.control({"do": "pause"})
+        still = client.news()
+        assert client.news(still["number"]) == {**still, "data": None}
+        client.control(FULL)
+        client.control(START)
+        last = client.when(lambda news: news["phase"] == "finished")
+        client.control(START)
+        assert client.news() == last
+        assert last["message"].endswith(f"results in {live}")
+    remoras.run(SCENARIO, per=0.6, seed=SEED, set="scenario.duration_s=60").save(whole)
+    for path in whole.iterdir():
+        one, other = path.read_bytes(), (live / path.name).read_bytes()
+        if path.name == "manifest.json":  # has the time that it took
+            assert {**json.loads(one), "wall_s": 0} == {**json.loads(other), "wall_s": 0}
+        else:
+            assert one == other, path.name
+    assert last["data"] in remoras.open(live).replay().text
+
+
+def test_all_but_the_controls_of_its_own_page_is_refused_and_changes_nothing(tmp_path: Path) -> None:
+    with served(*SHORT, "--out", tmp_path / "live") as client:
+        before = client.when(lambda news: news["number"] > 0)
+        for control in (
+            {"do": "fly"}, {"do": ["start"]}, {"do": "start", "strategy": "mine.py:Mine"}, {"do": "step", "n": 5},
+            {"do": "restart", "form": {"strategy": "mine.py:Mine"}}, {"set": "strategy.name=mine.py:Mine"},
+            {"do": "speed"}, *({"do": "speed", "speed": speed} for speed in (0, -1, 1e9, True, "fast", None, [1])),
+            [], 3, "start", None, {"do": "\ud800"},
+        ):  # fmt: skip
+            status, text = client.control(control)
+            assert (status, text.count("\n")) == (400, 1), control
+            assert text.startswith('allowed are {"do": "start"}')
+        port, own = client.host.partition(":")[2], f"http://{client.host}"
+        start = json.dumps(START).encode()
+        for status, says, method, path, body, headers in (
+            (400, "allowed are", "POST", "/control", b"[" * 150, {}),
+            (400, "allowed are", "POST", "/control", b"\xff\x00", {}),
+            (400, "allowed are", "POST", "/control", b'{"do": "speed", "speed": NaN}', {}),
+            (413, "allowed are 0 to 200 bytes", "POST", "/control", b" " * 201, {}),
+            (413, "allowed are 0 to 200 bytes", "POST", "/control", b"", {"Content_Length": "-1"}),
+            (415, "allowed is application/json", "POST", "/control", start, {"Content_Type": "text/plain"}),
+            (403, 'host "evil.example" is not served', "POST", "/control", start, {"Host": "evil.example"}),
+            (403, "is not served", "GET", "/", None, {"Host": f"evil.example:{port}"}),
+            (403, "is not served", "GET", "/", None, {"Host": f"127.0.0.1:{int(port) + 1}"}),
+            (403, "may not ask", "POST", "/control", start, {"Origin": "http://evil.example"}),
+            (403, "may not ask", "POST", "/control", start, {"Origin": "null"}),
+            (403, "may not ask", "POST", "/control", start, {"Origin": f"https://{client.host}"}),
+            (404, "no file of this machine is", "GET", "/../../etc/passwd", None, {}),
+            (404, "no file of this machine is", "GET", "/summary.json", None, {}),
+            (404, "no file of this machine is", "GET", "/news?x", None, {}),
+            (404, "no file of this machine is", "POST", "/news?0", start, {}),
+            (405, "Unsupported method", "PUT", "/control", start, {}),
+            (414, "Request-URI Too Long", "GET", "/" + "x" * 70_000, None, {}),
+        ):
+            answer, text = client.ask(method, path, body, **headers)
+            assert (answer, text.count("\n")) == (status, 1), (method, path, headers)
+            assert says in text
+        assert client.news() == before
+        assert client.ask("POST", "/control", start, Origin=own)[0] == 200
+    assert not (tmp_path / "live").exists()
+
+
+def test_a_crash_is_told_and_what_was_there_is_kept(tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text(CRASHING)
+    with served(*SHORT, "--strategy", "mine:CRASHING", "--out", "live", cwd=tmp_path) as client:
+        client.control(FULL)
+        client.control(START)
+        last = client.when(lambda news: news["phase"] == "crashed")
+        assert "the hull broke" in last["message"]
+        assert last["message"].endswith("; what had happened until then is kept on this page")
+        assert last["data"]
+    assert not (tmp_path / "live").exists()
+
+
+def test_what_cannot_be_served_is_one_clear_error(tmp_path: Path) -> None:
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
         port = str(taken.getsockname()[1])
-        result = remoras("live", SCENARIO, "--no-browser", "--port", port)
-    assert result.exit_code == 2
-    assert result.stderr == (
-        f"remoras: --port {port}: cannot be listened on: Address already in use; "
-        "name another, or 0 for any that is free\n"
-    )
-
-
-def test_libraries_that_are_missing_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("remoras.cli.live.command.NEEDED", ("starlette", "no_such_library"))
-    result = remoras("live", SCENARIO, "--no-browser")
-    assert result.exit_code == 2
-    assert result.stderr == (
-        "remoras: live needs no_such_library; install with: python -m pip install no_such_library\n"
-    )
-
-
-def test_results_that_are_there_are_kept_without_force(tmp_path: Path) -> None:
+        assert refused("live", SCENARIO, "--no-browser", "--port", port) == (
+            f"remoras: --port {port}: cannot be listened on: Address already in use; "
+            "name another, or 0 for any that is free\n"
+        )
     (tmp_path / "mine.txt").write_text("mine")
-    result = remoras("live", SCENARIO, "--no-browser", "--out", tmp_path)
-    assert result.exit_code == 2
-    assert "exists and is not empty" in result.stderr
+    assert "exists and is not empty" in refused("live", SCENARIO, "--no-browser", "--out", tmp_path)
 
 
-def test_half_of_a_surrogate_pair_is_refused_with_the_reason() -> None:
-    with served(SHORT) as client:
-        for asked in ({"do": "\ud800"}, {"do": "restart", "strategy": "\udfff"}, {"do": "step", "n": ["\ud800"]}):
-            assert "half of a surrogate pair" in client.refused(**asked)
-        assert client.phase == "ready"
+@pytest.mark.slow
+def test_the_page_follows_the_run_and_steers_it(chrome: Any) -> None:
+    with served(*SHORT) as client:
+        window = Window(chrome.new_context(viewport={"width": 1280, "height": 720}).new_page())
+        page = window.page
+        page.goto(f"http://{client.host}/")
+        page.wait_for_function("() => R.app && R.live.state")
+        assert page.locator(".phase").inner_text() == "ready, 0\xa0s of at most 60\xa0s"
+        for time_s in (1, 2):
+            page.get_by_role("button", name="Step run").click()
+            page.wait_for_function(f"() => R.app.clock.t === {time_s} && R.app.clock.following")
+        page.locator(".controls .play").click()
+        page.get_by_role("button", name="Step run").click()
+        page.wait_for_function("() => R.app.clock.end_s === 3")
+        assert window.time_s == 2  # the view holds while the run goes on
+        page.locator(".controls .follow").click()
+        page.get_by_label("Speed of the run").select_option("full")
+        page.get_by_role("button", name="Resume run").click()
+        page.wait_for_function("() => R.live.state.phase === 'finished' && R.app.runs[0].header.run_id !== ''")
+        page.wait_for_function("() => R.app.clock.t === 60 && !R.app.clock.playing")
+        assert "no folder was named with --out" in page.locator(".live .message").inner_text()
+        assert window.ask("() => R.app.runs[0].packets.length") > 20
+        assert window.faults == []
+        assert {url.split("/")[2] for url in window.requests if url.startswith("http")} == {client.host}

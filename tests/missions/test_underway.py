@@ -3,7 +3,7 @@
 from missions.runs.results import MemoryResults
 from missions.runs.run import run
 from missions.runs.setup import resolved
-from missions.runs.underway import Underway, Watch
+from missions.runs.underway import Underway
 from missions.scenarios import load
 
 SHORT = [("--set", "scenario.duration_s=120"), ("--per", "channel.per=0.6")]
@@ -25,22 +25,6 @@ def test_a_stepped_run_gives_the_results_of_run() -> None:
     assert all(stepped.table(name).equals(whole.table(name)) for name in whole.tables)
     assert stepped.summary == whole.summary
     underway.close()  # a second time does no harm
-
-
-def test_every_row_is_told_once() -> None:
-    underway = started()
-    watch = Watch(underway)
-    told: dict[str, int] = dict.fromkeys(underway.tables, 0)
-    while underway.is_running:
-        for _ in range(7):
-            if underway.is_running:
-                underway.step()
-        news = watch.news(underway.summary())
-        for name in news.tables:
-            told[name] += news.table(name).num_rows
-    assert told == {name: len(underway.rows(name)) for name in underway.tables}
-    assert told["trajectories"] == 4 * 121
-    assert told["packets"] > 20
 
 
 def test_a_packet_is_told_when_all_who_hear_it_have_heard_it() -> None:

@@ -136,7 +136,6 @@ def test_the_page_in_a_cell_follows_the_run(
     ends_s = [block["header"]["end_s"] for block in told]
     assert all(a < b for a, b in pairwise(ends_s))
     assert ends_s[-1] == 900
-    assert {block["part"] for block in told} == {0}
     assert [block["header"]["is_underway"] for block in told] == [True] * (len(told) - 1) + [False]
     window = Window(chrome.new_context(viewport={"width": 1280, "height": 900}).new_page())
     window.page.set_content("<!DOCTYPE html><title>cell</title>")

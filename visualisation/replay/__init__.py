@@ -1,10 +1,9 @@
 """The replay of a run, or of two: one HTML file that is opened from disk and asks for nothing."""
 
 from visualisation.replay.page import ReplayPage, check_page_output, live_text, page_text, title_of, write_page
-from visualisation.replay.payload import Payload, missing, run_data
+from visualisation.replay.payload import missing, run_data
 
 __all__ = [
-    "Payload",
     "ReplayPage",
     "check_page_output",
     "live_text",

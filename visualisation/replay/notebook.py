@@ -50,13 +50,9 @@ class NotebookPage:
         self._is_told = False
         self._show(frame(notebook_text(title), self._name) + self._script(LISTEN), self._name, False)
 
-    def tell(self, block: bytes) -> None:
-        """Show a run as far as it is.
-
-        Args:
-            block: the first of a ``Payload``.
-        """
-        script = self._script(TELL).replace("DATA", json.dumps(base64.b64encode(block).decode()))
+    def tell(self, data: bytes) -> None:
+        """Show a run as far as it is, by its ``run_data``."""
+        script = self._script(TELL).replace("DATA", json.dumps(base64.b64encode(data).decode()))
         self._show(script, f"{self._name}-told", self._is_told)
         self._is_told = True
 

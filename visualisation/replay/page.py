@@ -24,9 +24,9 @@ VIEW = (
 )  # fmt: skip
 SCRIPTS = MODEL + VIEW
 """Scripts in the order in which the page has them."""
-LIVE = ("join.js", "growing.js", "live.js")
+LIVE = ("growing.js", "live.js")
 """Scripts that the page of a live run has beside them."""
-NOTEBOOK = ("join.js", "growing.js", "notebook.js")
+NOTEBOOK = ("growing.js", "notebook.js")
 """The same of a run that goes on in a notebook."""
 STYLES = ("page.css",)
 POLICY = (

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, Protocol
 
 from missions.errors import ConfigurationError
-from missions.figure import Place, RunResults
+from missions.figure import Place, RunResults, Tiles
 from missions.files import tables_of
 from missions.structure import group_nodes
 from visualisation.output import DrawingError
@@ -62,155 +61,111 @@ def run_data(
     Raises:
         DrawingError: the manifest of the run holds no scenario that can be read.
     """
-    return Payload(places, jobs, by_packets).block(results)
+    scenario, columns, tables = _scenario(results), Columns(), Tables(results)
+    vehicles = list(scenario.get("vehicle", ()))
+    names = Names({vehicle["name"]: number for number, vehicle in enumerate(vehicles)}, {"": 0})
+    depths_m = {vehicle["name"]: float(vehicle.get("depth_m", 0.0)) for vehicle in vehicles}
+    about: dict[str, Any] = {"form": FORM, "missing": _missing(tables)}
+    if (track := tables.find("trajectories")) is not None:
+        about["track_rows"] = of_run.add_tracks(columns, names, track)
+        if "depth_m" in track.column_names:  # as it was recorded last
+            depths_m |= zip(track["vehicle"].to_pylist(), track["depth_m"].to_pylist(), strict=True)
+    about["vehicles"] = [
+        {
+            "name": vehicle["name"], "node": vehicle.get("slot", number), "type": vehicle.get("vehicle_type", ""),
+            "depth_m": depths_m[vehicle["name"]],
+        }
+        for number, vehicle in enumerate(vehicles)
+    ]  # fmt: skip
+    about["events"] = []
+    for name, wanted in EVENTS.items():
+        kinds = tables.recorded(name, wanted)
+        if (table := tables.find(name, kinds)) is not None:
+            of_run.add_events(columns, names, table, name, kinds)
+            about["events"].append(name)
+    about["groups"] = [
+        {"name": node.name, "above": node.above, "is_founded": node.is_founded, "roles": node.roles}
+        for node in group_nodes(scenario)
+    ]
+    about["header"] = _header(results, scenario, _add_said(columns, names, tables))
+    about["world"] = _world(columns, names, tables, scenario, places, {job.name: tuple(job.done) for job in jobs})
+    about["by_packets"] = by_packets
+    about["milestones"] = [
+        [milestone["name"], names.vehicle(milestone["vehicle"]), milestone["group"], milestone["time_s"]]
+        for milestone in results.summary["milestones"]
+    ]
+    about["texts"] = list(names.texts)
+    return columns.block(about)
 
 
-class Payload:
-    """What a page shows of a run, in blocks: the first has what there is, each later one what has come since.
+def _add_said(columns: Columns, names: Names, tables: Tables) -> float | None:
+    """Packets, and the items that they carried; returns the length of a slot (s), if the packets tell it."""
+    said = of_run.Said()
+    has_contents, knowledge = tables.find("packets", CONTENTS) is not None, tables.find("knowledge")
+    if has_contents and (recorded := tables.find("items")) is not None:
+        of_run.add_items(columns, names, recorded.to_pylist(), said)
+        if knowledge is not None:
+            of_run.add_aside(columns, names, knowledge.to_pylist(), said)
+    elif knowledge is not None:
+        of_run.add_heard(columns, names, knowledge.to_pylist(), said)
+    if (packets := tables.find("packets")) is None:
+        return None
+    of_run.add_packets(columns, names, packets, tables.find("faults"), tables.find("refused"), said)
+    return of_run.slot_s_of(packets)
 
-    ``assets/join.js`` puts them together again.
 
-    Args:
-        places: that its mission declares.
-        jobs: of the mission; one that is called like a place is done there.
-        by_packets: whether vehicles send packets; else all know at once what any of them tells.
-    """
-
-    def __init__(self, places: Sequence[Place] = (), jobs: Iterable[ShownJob] = (), by_packets: bool = True) -> None:
-        self._places = places
-        self._done = {job.name: tuple(job.done) for job in jobs}
-        self._by_packets = by_packets
-        self._n_blocks = 0
-        self._names = Names({}, {"": 0})
-        self._n_texts = 0
-        self._said = of_run.PacketHistory()
-        self._depths_m: list[float] = []
-        self._layer_rows: Counter[str] = Counter()
-
-    def block(self, results: RunResults) -> bytes:
-        """What is new of a run, compressed.
-
-        Args:
-            results: its summary as it is now, its manifest, and of each table the rows that no earlier block had.
-
-        Raises:
-            DrawingError: the manifest of the run holds no scenario that can be read.
-        """
-        scenario = _scenario(results)
-        vehicles = list(scenario.get("vehicle", ()))
-        if self._n_blocks == 0:
-            numbers = {vehicle["name"]: number for number, vehicle in enumerate(vehicles)}
-            self._names = Names(numbers, self._names.texts)
-            self._depths_m = [float(vehicle.get("depth_m", 0.0)) for vehicle in vehicles]
-        names, columns, tables = self._names, Columns(), Tables(results)
-        about: dict[str, Any] = {"form": FORM, "part": self._n_blocks, "missing": _missing(tables)}
-        if (track := tables.find("trajectories")) is not None:
-            about["track_rows"] = of_run.add_tracks(columns, names, track)
-            self._note_depths(track)
-        about["vehicles"] = [
+def _world(
+    columns: Columns,
+    names: Names,
+    tables: Tables,
+    scenario: Mapping[str, Any],
+    places: Sequence[Place],
+    done: Mapping[str, tuple[str, ...]],
+) -> dict[str, Any]:
+    named = {place.name for place in places}
+    world = scenario.get("world", {})
+    parts = [place.tiles for place in places if place.tiles is not None]
+    columns.add("tiles.column", [column for tiles in parts for column, _ in tiles.squares], 1)
+    columns.add("tiles.row", [row for tiles in parts for _, row in tiles.squares], 1)
+    _add_tiles(columns, tables, parts)
+    known = OWN | {tiles.table for tiles in parts}
+    own = ((name, tables.find(name, ("time_s",))) for name in tables.names if name not in known)
+    return {
+        "x_m": world.get("x_m"),
+        "y_m": world.get("y_m"),
+        "places": [
             {
-                "name": vehicle["name"], "node": vehicle.get("slot", number), "type": vehicle.get("vehicle_type", ""),
-                "depth_m": self._depths_m[number],
+                "name": place.name,
+                "kind": place.kind,
+                "outline_m": place.outline_m,
+                "done": done.get(place.name),
+                "tiles": None if place.tiles is None else {
+                    "size_m": place.tiles.size_m, "attribute": place.tiles.attribute, "n": len(place.tiles.squares),
+                },
             }
-            for number, vehicle in enumerate(vehicles)
-        ]  # fmt: skip
-        about["events"] = []
-        for name, wanted in EVENTS.items():
-            kinds = tables.recorded(name, wanted)
-            if (table := tables.find(name, kinds)) is not None:
-                of_run.add_events(columns, names, table, name, kinds)
-                about["events"].append(name)
-        about["groups"] = [
-            {"name": node.name, "above": node.above, "is_founded": node.is_founded, "roles": node.roles}
-            for node in group_nodes(scenario)
-        ]
-        self._add_said(columns, tables)
-        about["header"] = _header(results, scenario, self._said.slot_s)
-        about["world"] = self._world(columns, tables, scenario)
-        about["by_packets"] = self._by_packets
-        about["milestones"] = [
-            [milestone["name"], names.vehicle(milestone["vehicle"]), milestone["group"], milestone["time_s"]]
-            for milestone in results.summary["milestones"]
-        ]
-        about["texts"] = list(names.texts)[self._n_texts :]
-        self._n_texts = len(names.texts)
-        self._n_blocks += 1
-        return columns.block(about)
+            for place in places
+        ],
+        "jobs": [{"name": name, "done": key} for name, key in done.items() if name not in named],
+        "layers": [add_own(columns, names, table, name, MOST_ROWS) for name, table in own if table is not None],
+    }  # fmt: skip
 
-    def _note_depths(self, track: Any) -> None:
-        """Depth of each vehicle: as it was recorded last, else as the scenario has it."""
-        if "depth_m" in track.column_names:
-            recorded = dict(zip(track["vehicle"].to_pylist(), track["depth_m"].to_pylist(), strict=True))
-            self._depths_m = [
-                recorded.get(name, depth_m) for name, depth_m in zip(self._names.vehicles, self._depths_m, strict=True)
-            ]
 
-    def _add_said(self, columns: Columns, tables: Tables) -> None:
-        """Packets, and the items that they carried."""
-        has_contents, knowledge = tables.find("packets", CONTENTS) is not None, tables.find("knowledge")
-        if has_contents and (recorded := tables.find("items")) is not None:
-            of_run.add_items(columns, self._names, recorded.to_pylist(), self._said)
-            if knowledge is not None:
-                of_run.add_aside(columns, self._names, knowledge.to_pylist(), self._said)
-        elif knowledge is not None:
-            of_run.add_heard(columns, self._names, knowledge.to_pylist(), self._said)
-        if (packets := tables.find("packets")) is not None:
-            of_run.add_packets(columns, self._names, packets, tables.find("faults"), tables.find("refused"), self._said)
-
-    def _world(self, columns: Columns, tables: Tables, scenario: Mapping[str, Any]) -> dict[str, Any]:
-        named = {place.name for place in self._places}
-        world = scenario.get("world", {})
-        if self._n_blocks == 0:
-            parts = [place.tiles for place in self._places if place.tiles is not None]
-            columns.add("tiles.column", [column for tiles in parts for column, _ in tiles.squares], 1)
-            columns.add("tiles.row", [row for tiles in parts for _, row in tiles.squares], 1)
-        return {
-            "x_m": world.get("x_m"),
-            "y_m": world.get("y_m"),
-            "places": [
-                {
-                    "name": place.name,
-                    "kind": place.kind,
-                    "outline_m": place.outline_m,
-                    "done": self._done.get(place.name),
-                    "tiles": None if place.tiles is None else {
-                        "size_m": place.tiles.size_m, "attribute": place.tiles.attribute, "n": len(place.tiles.squares),
-                    },
-                }
-                for place in self._places
-            ],
-            "jobs": [{"name": name, "done": key} for name, key in self._done.items() if name not in named],
-            "layers": self._add_layers(columns, tables, self._add_tiles(columns, tables)),
-        }  # fmt: skip
-
-    def _add_tiles(self, columns: Columns, tables: Tables) -> set[str]:
-        """When squares of the places were done in truth; returns the tables of that."""
-        parts = [place.tiles for place in self._places if place.tiles is not None]
-        found: list[tuple[float, int]] = []
-        first = 0
-        for tiles in parts:
-            numbers = {square: first + number for number, square in enumerate(tiles.squares)}
-            first += len(tiles.squares)
-            table = tables.find(tiles.table, ("time_s", *tiles.columns))
-            if table is None:
-                continue
-            squares = zip(*(table[column].to_pylist() for column in tiles.columns), strict=True)
-            rows = zip(table["time_s"].to_pylist(), squares, strict=True)
-            found += [(time_s, numbers[square]) for time_s, square in rows if square in numbers]
-        found.sort()
-        columns.add("done.time", [time_s for time_s, _ in found], 1, TIME_STEP_S)
-        columns.add("done.tile", [tile for _, tile in found], 1)
-        return {tiles.table for tiles in parts}
-
-    def _add_layers(self, columns: Columns, tables: Tables, known: set[str]) -> list[dict[str, Any]]:
-        """Tables of the mission's own, but those of which the squares of its places are made."""
-        layers = []
-        for name in tables.names:
-            table = None if name in OWN or name in known else tables.find(name, ("time_s",))
-            if table is not None:
-                layers.append(add_own(columns, self._names, table, name, MOST_ROWS - self._layer_rows[name]))
-                self._layer_rows[name] += layers[-1]["n"]
-        return layers
+def _add_tiles(columns: Columns, tables: Tables, parts: Sequence[Tiles]) -> None:
+    """When squares of the places were done in truth."""
+    found: list[tuple[float, int]] = []
+    first = 0
+    for tiles in parts:
+        numbers = {square: first + number for number, square in enumerate(tiles.squares)}
+        first += len(tiles.squares)
+        table = tables.find(tiles.table, ("time_s", *tiles.columns))
+        if table is None:
+            continue
+        squares = zip(*(table[column].to_pylist() for column in tiles.columns), strict=True)
+        rows = zip(table["time_s"].to_pylist(), squares, strict=True)
+        found += [(time_s, numbers[square]) for time_s, square in rows if square in numbers]
+    found.sort()
+    columns.add("done.time", [time_s for time_s, _ in found], 1, TIME_STEP_S)
+    columns.add("done.tile", [tile for _, tile in found], 1)
 
 
 def _scenario(results: RunResults) -> dict[str, Any]:

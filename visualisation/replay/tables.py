@@ -174,59 +174,47 @@ def add_tracks(columns: Columns, names: Names, table: Any) -> list[int]:
 
 
 @dataclass
-class PacketHistory:
-    """What is written of packets and items, on which later rows build.
+class Said:
+    """Items, on which packets build.
 
     Attributes:
         items: number of each item by its uid; of several statuses with one uid, that of the newest.
-        n_items: how many there are.
         statuses: when each status was recorded (s) and its number, by uid; the tables have two where one was at once
             replaced by another.
-        sequences: sequence of the last item of each origin, of what it told and of what it kept.
-        faults: what befell the vehicles.
-        refused: what vehicles refused.
-        aside: vehicle and item of what a vehicle heard without need of it.
-        first, last: slot and start (s) of the first and the last packet.
     """
 
     items: dict[str, int] = field(default_factory=dict)
-    n_items: int = 0
     statuses: dict[str, list[tuple[float, int]]] = field(default_factory=dict)
-    sequences: dict[tuple[str, int], int] = field(default_factory=dict)
-    faults: list[Mapping[str, Any]] = field(default_factory=list)
-    refused: list[Mapping[str, Any]] = field(default_factory=list)
-    aside: set[tuple[str, str]] = field(default_factory=set)
-    first: tuple[int, float] | None = None
-    last: tuple[int, float] = (0, 0.0)
 
     def number(self, uid: str, sent_s: float) -> int:
         """The item of that uid in a packet that was sent at a time (s)."""
         recorded = self.statuses.get(uid, ())
         return max((number for at_s, number in recorded if at_s <= sent_s), default=self.items.get(uid, NOBODY))
 
-    @property
-    def slot_s(self) -> float | None:
-        """Length of a TDMA slot, as the packets tell it; None without two of them."""
-        if self.first is None or self.last[0] <= self.first[0]:
-            return None
-        return (self.last[1] - self.first[1]) / (self.last[0] - self.first[0])
+
+def slot_s_of(packets: Any) -> float | None:
+    """Length of a TDMA slot (s), as the first and the last packet tell it; None without two of them."""
+    if not packets.num_rows:
+        return None
+    (first, first_s), (last, last_s) = [(packets["slot"][n].as_py(), packets["time_s"][n].as_py()) for n in (0, -1)]
+    return None if last <= first else (last_s - first_s) / (last - first)
 
 
-def add_items(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]], said: PacketHistory) -> None:
+def add_items(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]], said: Said) -> None:
     """Columns of the items and their facts; all facts of an item are among the rows."""
     facts = list(by_item(rows))
     heads = [of[0] for of in facts]
     forms, uids = [], []
-    for first in heads:
+    sequences: dict[tuple[str, int], int] = {}  # of the last item of each origin, of what it told and of what it kept
+    for number, first in enumerate(heads):
         uid = first["uid"]
         form, numbers = read_name(uid)
         whose, sequence = (first["origin"], form), numbers["sequence"]
-        numbers["sequence"] = sequence - said.sequences.get(whose, 0)
-        said.sequences[whose] = sequence
-        said.items[uid] = said.n_items
+        numbers["sequence"] = sequence - sequences.get(whose, 0)
+        sequences[whose] = sequence
+        said.items[uid] = number
         if form == STATUS_FORM:
-            said.statuses.setdefault(uid, []).append((first["recorded_s"], said.n_items))
-        said.n_items += 1
+            said.statuses.setdefault(uid, []).append((first["recorded_s"], number))
         forms.append(form)
         uids.append(numbers)
     columns.add("items.origin", [names.vehicle(row["origin"]) for row in heads])
@@ -275,7 +263,7 @@ UNREACHED, LOST, HEARD, COLLIDED, REFUSED = range(5)
 another packet, or to one that the vehicle was sending; arrived, and refused."""
 
 
-def add_packets(columns: Columns, names: Names, packets: Any, faults: Any, refused: Any, said: PacketHistory) -> None:
+def add_packets(columns: Columns, names: Names, packets: Any, faults: Any, refused: Any, said: Said) -> None:
     """Columns of the packets. Delays are ordered by sender, receiver and time: so neighbours are alike.
 
     Args:
@@ -284,10 +272,8 @@ def add_packets(columns: Columns, names: Names, packets: Any, faults: Any, refus
         packets: their table (Arrow); an older one has no ends, no contents and no times of arrival.
         faults: table of what befell the vehicles, or None.
         refused: table of what vehicles refused, or None.
-        said: items and faults so far.
+        said: the items.
     """
-    said.faults += [] if faults is None else faults.to_pylist()
-    said.refused += [] if refused is None else refused.to_pylist()
     has_times = "arrivals_s" in packets.column_names
     start_s = array(packets["time_s"])
     end_s = array(packets["end_s"]) if has_times else start_s
@@ -308,9 +294,9 @@ def add_packets(columns: Columns, names: Names, packets: Any, faults: Any, refus
     outcome[heard, numbered(by, names.vehicle)] = HEARD
     if has_times:
         arrival_s[heard, numbered(by, names.vehicle)] = array(_flat(packets["arrivals_s"])[1])
-        _leave_out(outcome, arrival_s, names, said.faults)
-    if said.refused:
-        for row, vehicle in packets_refused(_arrivals(packets), said.refused):
+        _leave_out(outcome, arrival_s, names, [] if faults is None else faults.to_pylist())
+    if refused is not None and refused.num_rows:
+        for row, vehicle in packets_refused(_arrivals(packets), refused.to_pylist()):
             outcome[row, names.vehicle(vehicle)] = REFUSED
     columns.add("packets.outcome", outcome.ravel())
     packet, receiver = np.nonzero(outcome == HEARD)
@@ -319,9 +305,6 @@ def add_packets(columns: Columns, names: Names, packets: Any, faults: Any, refus
     columns.add("packets.delay", arrival_s[packet, receiver] - end_s[packet], 1, TIME_STEP_S)
     if has_times:
         _add_contents(columns, names, packets, start_s, said)
-    if packets.num_rows:
-        ends = [(int(packets["slot"][row].as_py()), float(start_s[row])) for row in (0, -1)]
-        said.first, said.last = said.first or ends[0], ends[1]
 
 
 def _arrivals(packets: Any) -> list[dict[str, Any]]:
@@ -341,7 +324,7 @@ def _leave_out(outcome: Ints, arrival_s: Floats, names: Names, faults: Iterable[
             outcome[(outcome[:, v] == HEARD) & (arrival_s[:, v] == fault["time_s"]), v] = LOST
 
 
-def _add_contents(columns: Columns, names: Names, table: Any, start_s: Floats, said: PacketHistory) -> None:
+def _add_contents(columns: Columns, names: Names, table: Any, start_s: Floats, said: Said) -> None:
     for name, column in (("items", "item_uids"), ("status", "status_uids")):
         of_packets = table[column].to_pylist()
         columns.add(f"packets.{name}.n", [len(uids) for uids in of_packets])
@@ -362,7 +345,7 @@ def _flat(column: Any) -> tuple[Ints, Any]:
     return np.repeat(np.arange(len(lengths)), lengths), lists.values.slice(offsets[0], offsets[-1] - offsets[0])
 
 
-def add_heard(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]], said: PacketHistory) -> None:
+def add_heard(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]], said: Said) -> None:
     """Items without content, and when who heard them: what an older run has recorded of its knowledge."""
     nothing = {"subject": "", "attribute": "", "value": "", "kind": "told"}
     born = [row for row in rows if row["event"] == "observed"]
@@ -371,19 +354,19 @@ def add_heard(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]],
     _add_receptions(columns, names, [row for row in rows if row["event"] == "received"], said)
 
 
-def add_aside(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]], said: PacketHistory) -> None:
+def add_aside(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]], said: Said) -> None:
     """Items that vehicles heard without need of them, and when they took up those that they came to need."""
     aside = [row for row in rows if row["event"] == "set aside"]
-    said.aside.update((row["vehicle"], row["item"]) for row in aside)
-    if not said.aside:
+    if not aside:
         return
+    pairs = {(row["vehicle"], row["item"]) for row in aside}
     columns.add("aside.vehicle", [names.vehicle(row["vehicle"]) for row in aside])
     columns.add("aside.item", [said.items[row["item"]] for row in aside], 1)
     received = [row for row in rows if row["event"] == "received"]
-    _add_receptions(columns, names, [row for row in received if (row["vehicle"], row["item"]) in said.aside], said)
+    _add_receptions(columns, names, [row for row in received if (row["vehicle"], row["item"]) in pairs], said)
 
 
-def _add_receptions(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]], said: PacketHistory) -> None:
+def _add_receptions(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]], said: Said) -> None:
     heard = [row for row in rows if row["item"] in said.items]
     columns.add("heard.vehicle", [names.vehicle(row["vehicle"]) for row in heard])
     columns.add("heard.item", [said.items[row["item"]] for row in heard], 1)

@@ -65,7 +65,6 @@
 
     /** Takes the end of a run that may grow on; who follows it is there within `lasts_s` seconds of the reader. */
     grow(end_s, grows, lasts_s) {
-      if (end_s < this.end_s) this.following = true; // the run was begun again
       this.end_s = end_s;
       this.grows = grows;
       this.t = Math.min(this.t, end_s);

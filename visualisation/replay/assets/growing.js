@@ -1,7 +1,7 @@
 "use strict";
-/* The replay of a run that is underway: blocks of data are put together and shown as they come. */
+/* The replay of a run that is underway: shown anew as it has grown. */
 (function () {
-  /* The clock takes so long, at least, to what is new; blocks come about as often. */
+  /* The clock takes so long, at least, to what is new, which comes about as often. */
   const GLIDE_S = 0.45;
   /* Building the run anew takes longer as it grows; so much of the time goes into it at most. */
   const GREATEST_SHARE = 0.25;
@@ -9,18 +9,18 @@
   R.Growing = class {
     /** @param say is told what cannot be shown. */
     constructor(root, say) {
-      Object.assign(this, { root, say, data: null, blocks: [], isReading: false, glide_s: GLIDE_S });
+      Object.assign(this, { root, say, next: null, isReading: false, glide_s: GLIDE_S });
     }
 
-    /** Shows what has come; while that is being built, and for a while after it, more of it gathers. */
+    /** Shows the run as far as it is; of what comes while that is being built, and for a while after it, the newest. */
     async take(text) {
-      this.blocks.push(text);
+      this.next = text;
       if (this.isReading) return;
       this.isReading = true;
-      while (this.blocks.length) {
+      while (this.next !== null) {
         const began_ms = performance.now();
         try {
-          await this.read(this.blocks.splice(0));
+          await this.read();
         } catch (error) {
           this.say(`What the program sent cannot be shown: ${error.message}`);
           console.error(error);
@@ -32,9 +32,10 @@
       this.isReading = false;
     }
 
-    async read(texts) {
-      for (const text of texts) this.data = R.joined(this.data, await R.unpacked(text));
-      const run = new R.Run(this.data);
+    async read() {
+      const text = this.next;
+      this.next = null;
+      const run = await R.decode(text);
       if (R.app) { R.app.feed(run, this.glide_s); return; }
       R.app = new R.App(this.root, [run]);
       this.live = R.button("● live", () => R.app.clock.seek(R.app.clock.end_s));

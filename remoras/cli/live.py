@@ -1,0 +1,346 @@
+"""The command that shows a run while it goes: live."""
+
+from __future__ import annotations
+
+import base64
+import json
+import math
+import re
+import sys
+import threading
+import time
+import traceback
+from collections.abc import Callable
+from concurrent.futures import Future
+from contextlib import suppress
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from queue import Empty, SimpleQueue
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from missions.errors import MissionsError
+from missions.files import shown
+from missions.scenarios.tables import is_number
+from remoras.cli.app import command, fail, shortened
+from remoras.cli.runs import (
+    ChannelName,
+    ErrorRate,
+    NetworkName,
+    PolicyName,
+    ScenarioName,
+    Seed,
+    Settings,
+    StrategyName,
+    overrides_of,
+)
+from remoras.collecting import rare_collections
+
+if TYPE_CHECKING:
+    from remoras.face import Run
+    from remoras.stepped import Stepping
+
+LOOPBACK = "127.0.0.1"
+USUAL_SPEED = 60.0
+LEAST_SPEED, GREATEST_SPEED = 0.1, 10_000.0
+LONGEST_LAG_S = 0.5
+"""A run that the machine cannot make as fast as it was asked for does not catch up more than this."""
+LEAST_GAP_S = 0.4
+"""Pages get what is new no more often than this."""
+GREATEST_SHARE = 0.25
+"""Of the time, so much goes at most into what pages get while the run goes on."""
+LONGEST_BODY = 200
+"""Bytes of a control."""
+NUMBER = re.compile(r"[0-9]{1,15}")
+SERVED = "served are /, /news?N and, by POST, /control; no file of this machine is"
+CONTROLS = (
+    'allowed are {"do": "start"}, the same with pause or step, and {"do": "speed", "speed": X}, '
+    f'X {LEAST_SPEED:g} to {GREATEST_SPEED:g} times real time or "full"'
+)
+HEADERS = {"Cache-Control": "no-store", "X-Content-Type-Options": "nosniff", "X-Frame-Options": "DENY"}
+
+
+class LiveRun:
+    """A run that pages watch and steer.
+
+    Args:
+        stepping: the run.
+        duration_s: its greatest length.
+        keep: takes the run when it has finished; returns a text on its results.
+    """
+
+    def __init__(self, stepping: Stepping, duration_s: float, keep: Callable[[Run], str]) -> None:
+        self._stepping = stepping
+        self._duration_s = duration_s
+        self._keep = keep
+        self._asked: SimpleQueue[tuple[Callable[[], Any], Future[Any]]] = SimpleQueue()
+        self._phase = "ready"
+        self._message = ""
+        self._reason = ""  # of a crash
+        self._speed: float | None = USUAL_SPEED
+        self._time_s = 0.0
+        self._n_steps = 0
+        self._data, self._n_shown, self._data_due_s = "", 0, 0.0
+        self._count_from_here()
+
+    @property
+    def is_over(self) -> bool:
+        """True for a run that has finished or crashed."""
+        return self._phase in ("finished", "crashed")
+
+    def ask(self, what: Callable[[], Any]) -> Any:
+        """The value of a function that is called between two steps; for other threads than that of ``serve``."""
+        answer: Future[Any] = Future()
+        self._asked.put((what, answer))
+        return answer.result()
+
+    @rare_collections()
+    def serve(self) -> None:
+        """Step the run and answer other threads, until an interruption."""
+        self._step()  # of no time: to the state at 0 s
+        while True:
+            try:
+                what, answer = self._asked.get(timeout=min(max(self._until_step_s(), 0.0), LONGEST_LAG_S))
+            except Empty:
+                if self._until_step_s() <= 0.0:
+                    self._step()
+            else:
+                answer.set_result(what())
+
+    def control(self, do: str, speed: float | None = None) -> None:
+        """Start, pause or step the run, which stays as it is when it is over, or set its speed.
+
+        Args:
+            do: start, pause, step or speed.
+            speed: multiple of real time; None: as fast as the machine can.
+        """
+        if do == "speed":
+            self._speed = speed
+        elif not self.is_over:
+            self._phase = "running" if do == "start" else "paused"
+            if do == "step":
+                self._step()
+        self._count_from_here()
+
+    def news(self, seen: int) -> dict[str, Any]:
+        """The state of the run, and all that a page shows of it unless that is number ``seen``."""
+        began_s = time.monotonic()
+        if self._n_shown < self._n_steps and (self._phase != "running" or began_s >= self._data_due_s):
+            self._n_shown = self._n_steps
+            try:
+                self._data = base64.b64encode(self._stepping.shown(self._reason)).decode()
+            except Exception as error:  # rows of a mission's own that do not fit their table; the run itself goes on
+                self._message = f"what is new cannot be shown: {error}"
+            now_s = time.monotonic()
+            self._data_due_s = now_s + max(LEAST_GAP_S, (now_s - began_s) / GREATEST_SHARE)
+        return {
+            "phase": self._phase, "time_s": self._time_s, "duration_s": self._duration_s, "speed": self._speed,
+            "message": self._message, "number": self._n_shown, "data": None if self._n_shown == seen else self._data,
+        }  # fmt: skip
+
+    def _count_from_here(self) -> None:
+        self._since = (time.monotonic(), self._time_s)
+
+    def _until_step_s(self) -> float:
+        """Time (s) until the next step is due; infinite while the run stands still."""
+        if self._phase != "running":
+            return math.inf
+        if self._speed is None:
+            return 0.0
+        wall_s, mission_s = self._since
+        left_s = wall_s + (self._time_s - mission_s) / self._speed - time.monotonic()
+        if left_s < -LONGEST_LAG_S:
+            self._count_from_here()
+        return left_s
+
+    def _step(self) -> None:
+        self._n_steps += 1
+        try:
+            if (state := next(self._stepping, None)) is not None:
+                self._time_s = state.time_s
+                return
+            run = self._stepping.run()
+        except (Exception, SystemExit) as error:  # missions, strategies and sensors are anybody's
+            traceback.print_exception(error, file=sys.stderr)
+            self._phase, self._reason = "crashed", f"crashed at {self._time_s:.1f} s"
+            self._message = f"{type(error).__name__}: {error}; what had happened until then is kept on this page"
+            return
+        self._phase = "finished"
+        how = "completed" if run.summary["completed"] else f"not completed: {run.summary['reason']}"
+        self._message = f"{how}; {self._keep(run)}"
+
+
+class LiveServer(ThreadingHTTPServer):
+    """Serves a run to browsers of this machine.
+
+    Args:
+        run: that is shown.
+        page: text of the page.
+        port: 0 for any that is free.
+
+    Raises:
+        OSError: the port is taken.
+    """
+
+    allow_reuse_address = sys.platform != "win32"  # there it would let two programs listen on one port
+
+    def __init__(self, run: LiveRun, page: str, port: int) -> None:
+        super().__init__((LOOPBACK, port), LiveRequest)
+        self.run, self.page = run, page
+        self.hosts = [f"{name}:{self.server_port}" for name in (LOOPBACK, "localhost")]
+        self.url = f"http://{self.hosts[0]}/"
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Say nothing of a browser that has gone."""
+        if not isinstance(sys.exception(), OSError):
+            super().handle_error(request, client_address)
+
+
+class LiveRequest(BaseHTTPRequestHandler):
+    """One request: for the page, for news of the run, or to steer it."""
+
+    server: LiveServer
+    timeout = 10.0
+
+    def parse_request(self) -> bool:
+        """Let through the requests of this machine's own page alone.
+
+        A page of anybody else, open in the same browser, can send requests to the loopback address, too.
+        """
+        if not super().parse_request():
+            return False
+        hosts, host, origin = self.server.hosts, self.headers.get("Host", ""), self.headers.get("Origin")
+        allowed = f"allowed: {', '.join(hosts)}"
+        if host not in hosts:
+            self.send_error(403, f"host {shown(host)} is not served; {allowed}")
+        elif origin is not None and origin not in [f"http://{one}" for one in hosts]:
+            self.send_error(403, f"a page of {shown(origin)} may not ask; {allowed}")
+        else:
+            return True
+        return False
+
+    def do_GET(self) -> None:
+        """The page, or news of the run: ``/news?N``, N the number of what the page has."""
+        path, _, query = self.path.partition("?")
+        if self.path == "/":
+            self._answer(200, "text/html", self.server.page)
+        elif path == "/news" and NUMBER.fullmatch(query):
+            news = self.server.run.ask(lambda: self.server.run.news(int(query)))
+            self._answer(200, "application/json", json.dumps(news, allow_nan=False))
+        else:
+            self.send_error(404, SERVED)
+
+    def do_POST(self) -> None:
+        """A control of the run; nothing else changes anything."""
+        length = self.headers.get("Content-Length", "")
+        if self.path != "/control":
+            self.send_error(404, SERVED)
+        elif self.headers.get_content_type() != "application/json":
+            self.send_error(415, "content type: allowed is application/json")
+        elif not NUMBER.fullmatch(length) or int(length) > LONGEST_BODY:
+            self.send_error(413, f"length {shown(length)}: allowed are 0 to {LONGEST_BODY} bytes")
+        elif (asked := _control(self.rfile.read(int(length)))) is None:
+            self.send_error(400, CONTROLS)
+        else:
+            self.server.run.ask(lambda: self.server.run.control(*asked))
+            self._answer(200, "text/plain", "done\n")
+
+    def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:
+        """Answer with one line; so for all that ``http.server`` refuses itself."""
+        status = HTTPStatus.METHOD_NOT_ALLOWED if code == HTTPStatus.NOT_IMPLEMENTED else HTTPStatus(code)
+        self._answer(status, "text/plain", f"{shortened(message or status.phrase)}\n")
+
+    def log_message(self, format: str, *args: Any) -> None:
+        """Keep the terminal free of requests."""
+
+    def _answer(self, status: int, kind: str, text: str) -> None:
+        body = text.encode()
+        self.send_response(status)
+        self.send_header("Content-Type", f"{kind}; charset=utf-8")
+        self.send_header("Content-Length", str(len(body)))
+        for name, value in HEADERS.items():
+            self.send_header(name, value)
+        self.end_headers()
+        self.wfile.write(body)
+
+
+def _control(body: bytes) -> tuple[str, float | None] | None:
+    """What a page asks for: an action, and for the action ``speed`` its value; None if there is no such control.
+
+    >>> _control(b'{"do": "speed", "speed": 20}'), _control(b'{"do": "speed", "speed": "full"}')
+    (('speed', 20.0), ('speed', None))
+    >>> _control(b'{"do": "start"}'), _control(b'{"do": "start", "scenario": "other"}')
+    (('start', None), None)
+    """
+    try:
+        asked = json.loads(body)
+    except ValueError:
+        return None
+    match asked:
+        case {"do": "start" | "pause" | "step" as do, **others} if not others:
+            return do, None
+        case {"do": "speed", "speed": "full", **others} if not others:
+            return "speed", None
+        case {"do": "speed", "speed": speed, **others} if not others and is_number(speed):
+            return ("speed", float(speed)) if LEAST_SPEED <= speed <= GREATEST_SPEED else None
+    return None
+
+
+@command("live", "remoras live mapping-rendezvous --per 0.6")
+def live(
+    scenario: ScenarioName,
+    strategy: StrategyName = None,
+    policy: PolicyName = None,
+    channel: ChannelName = None,
+    network: NetworkName = None,
+    per: ErrorRate = None,
+    seed: Seed = 1,
+    settings: Settings = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Folder for the results when it has finished.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace results that are already in --out.")] = False,
+    port: Annotated[
+        int, typer.Option(min=0, max=65535, metavar="PORT", help="Port of the page; 0 is any that is free.")
+    ] = 0,
+    no_browser: Annotated[bool, typer.Option("--no-browser", help="Do not open a browser.")] = False,
+) -> None:
+    """Watch a mission while it runs, with start, pause, step and speed, in a page that only this machine can open."""
+    import webbrowser
+
+    from missions.runs.folder import check_output
+    from missions.runs.setup import resolved
+    from missions.runs.underway import Underway
+    from missions.scenarios import load
+    from remoras.stepped import Stepping
+    from visualisation.replay import live_text
+
+    def keep(finished: Run) -> str:
+        if out is None:
+            return "no folder was named with --out, so the results are not kept"
+        try:
+            return f"results in {finished.save(out, force)}"
+        except MissionsError as error:
+            return f"the results are not kept: {error}"
+
+    setup = resolved(load(scenario, overrides_of(strategy, policy, channel, network, per, settings or [])))
+    if out is not None:
+        check_output(out, force)
+    about = setup.scenario.scenario
+    with Stepping(Underway(setup, seed)) as stepping:
+        run = LiveRun(stepping, about.duration_s, keep)
+        try:
+            server = LiveServer(run, live_text(f"{about.name}, seed {seed} - live"), port)
+        except OSError as error:
+            fail(f"--port {port}: cannot be listened on: {error.strerror}; name another, or 0 for any that is free")
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        print(server.url, flush=True)
+        print("remoras: Ctrl-C ends it", file=sys.stderr)
+        if not no_browser:
+            webbrowser.open(server.url)
+        with suppress(KeyboardInterrupt):  # the usual end
+            run.serve()
+    if not run.is_over and out is not None:
+        print(f"remoras: the run was not over; nothing is written to {out}", file=sys.stderr)
