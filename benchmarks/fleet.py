@@ -1,25 +1,17 @@
-"""Cost of a vehicle in fleets of 4 to 32, against its cost in the fleet of 4; with ``cbba``, of 64 against 4; and of
-one of 1009 in cells.
+"""Cost of a vehicle in fleets of 4 to 32, against its cost in the fleet of 4; with ``cbba``, of 64 against 4.
 
 The scenario is the same over the same mission time; the added vehicles are copies. Memory is what ``tracemalloc`` has
 at its peak from the assembly of the fleet to the end of the run, rows of the recorder included, over the vehicles: it
 counts the blocks of this process exactly and comes out alike every time, where the resident set depends on what was
 freed before.
-
-Cells are as many as it takes, joined by gateways, each with its own mission; they are held against one cell of ten with
-slots of the same length, whose costs are the mean over seeds, as those of the cells are over cells. Second addresses of
-gateways count as cost, and not as vehicles.
 """
 
 from __future__ import annotations
 
 import gc
-import math
-import statistics
 import tracemalloc
 from typing import Any
 
-from benchmarks.cells import raw_of, scenario_of
 from benchmarks.measuring import row, run_cpu_s
 from missions.runs.assembly import assemble
 from missions.runs.setup import resolved
@@ -31,10 +23,6 @@ PER = 0.2
 MISSION_S = 1200.0
 BIDDERS, BIDDING_S = (4, 64), (200.0, 600.0)
 """Vehicles that bid for jobs, by ``cbba`` on ``mapping-patches``, and for how long."""
-COLUMNS, ROWS, COLOURS, CELLS_S = 8, 14, 4, 60.0
-"""Cells, their colours, and how long they are run."""
-SEEDS = 40
-"""Of the one cell."""
 
 
 def scenario(size: int) -> Scenario:
@@ -70,25 +58,6 @@ def peak_bytes(of: Scenario) -> float:
     return peak / len(of.vehicle)
 
 
-def cells_rows() -> list[dict[str, Any]]:
-    """Benchmark row of 1009 vehicles in cells: the median of the ratios of some pairs, and how far these spread."""
-    settings = f"scenario.duration_s={CELLS_S}", f"channel.per={PER}"
-    alone = raw_of(1, 1)
-    alone["cell"][0]["colour"] = COLOURS - 1
-    one, many = (resolved(scenario_of(raw, *settings)) for raw in (alone, raw_of(COLUMNS, ROWS)))
-    n_vehicles = len(many.database) - len(many.scenario.of_feature("gateway"))
-    pairs = []
-    for _ in range(REPEATS):
-        runs = [run_cpu_s(one, seed) for seed in range(1, SEEDS + 1)]
-        base_s = math.fsum(cpu_s for cpu_s, _ in runs) / (len(one.database) * sum(n_steps for _, n_steps in runs))
-        cpu_s, n_steps = run_cpu_s(many)
-        pairs.append((cpu_s / (n_steps * n_vehicles), base_s))
-    ratios = sorted(of_many_s / base_s for of_many_s, base_s in pairs)
-    of_many_s, base_s = (1e6 * min(costs) for costs in zip(*pairs, strict=True))
-    name = f"vehicle-step, {n_vehicles} vehicles in cells (ratios {ratios[0]:.2f} to {ratios[-1]:.2f})"
-    return [row(name, of_many_s, "us CPU", "one cell of 10", base_s, statistics.median(ratios), "<= 1.5")]
-
-
 def rows() -> list[dict[str, Any]]:
     """Benchmark rows: the best of some repeats, the sizes measured in turn."""
     scenarios = {size: scenario(size) for size in SIZES}
@@ -99,15 +68,11 @@ def rows() -> list[dict[str, Any]]:
     bids_us = {
         duration_s: [1e6 * vehicle_step_s(bidding(size, duration_s)) for size in BIDDERS] for duration_s in BIDDING_S
     }
-    return (
-        [
-            row(f"{what}, {size} vehicles", values[size], unit, f"{SIZES[0]} vehicles", values[SIZES[0]])
-            for what, unit, values in (("vehicle-step", "us CPU", step_us), ("peak memory per vehicle", "MB", peak_mb))
-            for size in SIZES
-        ]
-        + [
-            row(f"vehicle-step, cbba, {many} vehicles, {duration_s:g} s", many_us, "us CPU", f"{few} vehicles", few_us)
-            for duration_s, (few_us, many_us) in bids_us.items()
-        ]
-        + cells_rows()
-    )
+    return [
+        row(f"{what}, {size} vehicles", values[size], unit, f"{SIZES[0]} vehicles", values[SIZES[0]])
+        for what, unit, values in (("vehicle-step", "us CPU", step_us), ("peak memory per vehicle", "MB", peak_mb))
+        for size in SIZES
+    ] + [
+        row(f"vehicle-step, cbba, {many} vehicles, {duration_s:g} s", many_us, "us CPU", f"{few} vehicles", few_us)
+        for duration_s, (few_us, many_us) in bids_us.items()
+    ]

@@ -6,7 +6,6 @@ keeps its meaning for good. `Holdings` count whole blocks of each origin and epo
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from exchange.ack import Words
@@ -46,10 +45,9 @@ class Ledger:
 
     Args:
         n_nodes: size of the fleet.
-        speakers: of each origin beyond the nodes, in the order of their numbers, the node that tells what it told.
     """
 
-    def __init__(self, n_nodes: int, speakers: Sequence[int] = ()) -> None:
+    def __init__(self, n_nodes: int) -> None:
         self.column_of: dict[ItemUid, int] = {}
         """Column of each item; without one that this node has never held."""
         self.fragments: list[Fragment] = []
@@ -59,10 +57,6 @@ class Ledger:
         self.uids: list[ItemUid] = []
         """The name of each."""
         self.n_nodes = n_nodes
-        self.speakers = (*range(n_nodes), *speakers)
-        """By origin the node that tells what it told: itself, or of an origin beyond the nodes a gateway."""
-        self.brought = [0] * n_nodes
-        """Item set of origins beyond the nodes that each node tells."""
         self.origins = [0] * n_nodes
         """Item set that each node has recorded in the life that it is in: these it holds."""
         self._epochs = [0] * n_nodes
@@ -133,9 +127,7 @@ class Ledger:
             self.entries[column] = entry
         origin, epoch, sequence = guid
         self.ends[origin, epoch] = max(self.ends.get((origin, epoch), 0), sequence + 1)
-        if origin >= self.n_nodes:
-            self.brought[self.speakers[origin]] |= 1 << column
-        elif epoch == self._epochs[origin]:
+        if epoch == self._epochs[origin]:
             self.origins[origin] |= 1 << column
         return column
 

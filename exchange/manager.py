@@ -104,7 +104,6 @@ class ExchangeManager:
         payload_bits: size of a packet on the modem.
         needs: which nodes need what, with priorities; ``renew`` is called when they have changed.
         options: what it does beyond these.
-        speakers: of each origin beyond the nodes, in the order of their numbers, the node that tells what it told.
 
     Raises:
         ConfigurationError: the header and one signal do not fit ``payload_bits``.
@@ -120,7 +119,6 @@ class ExchangeManager:
         payload_bits: int,
         needs: Needs,
         options: Options = USUAL,
-        speakers: Sequence[int] = (),
     ) -> None:
         self._me = me
         self._model = model
@@ -142,7 +140,7 @@ class ExchangeManager:
         kind, n_states = policy.acknowledgement, 2 if schedule.is_by_frame else 1  # ByFrames has a coming one, too
         states = [ack.new_state(self.n_nodes) for _ in range(n_states)]
         self._state = states[0]
-        self._ledger = Ledger(self.n_nodes, speakers)
+        self._ledger = Ledger(self.n_nodes)
         self.queue = Queue(options.value, options.queue_limit)
         """What waits to be said, why it was not said, and what is said no more."""
         self._interests = Interests(me, model, needs, self._ledger, self.queue, codec.fragment_bits, options.selective)
@@ -153,7 +151,7 @@ class ExchangeManager:
         self.relaying: list[Relaying] = []
         """What it sends for others whom somebody hardly hears: one of them, or none where all repeat or if it is taken
         out."""
-        self._peers = PeerStates(me, self.n_nodes, states, kind, self.parking, self.relaying, self._ledger.speakers)
+        self._peers = PeerStates(me, self.n_nodes, states, kind, self.parking, self.relaying)
         self._turns = [Turns(me, schedule, model)] if schedule.is_by_frame else []
         by_frames, by_slots = (me, schedule, states[0], states[-1], kind), (me, schedule, self._state, kind)
         self._ageing: Ageing = ByFrames(*by_frames) if schedule.is_by_frame else BySlots(*by_slots)

@@ -29,7 +29,6 @@ class TdmaSchedule:
         slots: nodes of each slot of the frame, by the list that is agreed before the mission; empty: one slot for each
             node, in their order.
         is_aloha: each node sends once in a frame, at a time drawn by itself. Its slot is a number and no more.
-        phase_s: how long a slot is open before its packet is sent; meanwhile fleets nearby send by schedules of theirs.
     """
 
     n_nodes: int
@@ -37,7 +36,6 @@ class TdmaSchedule:
     guard_s: float
     slots: tuple[tuple[int, ...], ...] = ()
     is_aloha: bool = False
-    phase_s: float = 0.0
     slot_s: float = field(init=False, repr=False, compare=False)
     """Length of a slot."""
     n_slots: int = field(init=False, repr=False, compare=False)
@@ -53,10 +51,10 @@ class TdmaSchedule:
         object.__setattr__(self, "frame_s", self.n_slots * self.slot_s)
         object.__setattr__(self, "is_by_frame", bool(self.slots) or self.is_aloha)
         has_turns = self.n_nodes >= 1 and self.n_slots >= min(2, self.n_nodes)
-        if not has_turns or self.packet_s <= 0.0 or not 0.0 <= self.phase_s <= self.guard_s:
+        if not has_turns or self.packet_s <= 0.0 or self.guard_s < 0.0:
             raise ConfigurationError(
                 "a TDMA schedule needs n_nodes >= 1, for several nodes 2 slots or more, packet_s > 0 and "
-                f"guard_s >= phase_s >= 0, not {self}"
+                f"guard_s >= 0, not {self}"
             )
 
     @classmethod
@@ -91,7 +89,7 @@ class TdmaSchedule:
             draw: uniform in [0, 1).
         """
         if not self.is_aloha:
-            return self.start_s(slot) + self.phase_s
+            return self.start_s(slot)
         return self.frame_start_s(self.frame_of(slot)) + draw * (self.frame_s - self.packet_s)
 
     def start_s(self, slot: int) -> float:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from pydantic import Field
 
@@ -18,15 +18,12 @@ from missions.errors import ConfigurationFault
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from exchange.acoustics.channel import Channel
     from exchange.schedule import TdmaSchedule
     from missions.metric import Metric
     from missions.scenarios.scenario import Scenario
     from missions.scenarios.tables import Raw
     from remoras.database import AUVDatabase, VehicleData
     from remoras.events import Part
-    from remoras.faults import Fault
-    from remoras.fleet import Fleet
     from remoras.mission import Mission
     from remoras.recorder import Recorder
     from remoras.strategy import Strategy
@@ -117,56 +114,6 @@ class Joining:
     is_alone: bool = False
 
 
-class Neighbourhood(NamedTuple):
-    """What the vehicles of a fleet have to do with other fleets in the same sea.
-
-    Attributes:
-        vehicles: type and name of those of others that they may hear of; as origins these follow the fleet's own nodes.
-        speakers: for each of them, the node of this fleet that tells what it told.
-        instances: class and name of what is told of on top of what the fleet itself has names for.
-        phase_s: how long a slot is open before its packet is sent; others send meanwhile.
-    """
-
-    vehicles: tuple[tuple[str, str], ...] = ()
-    speakers: tuple[int, ...] = ()
-    instances: tuple[tuple[str, str], ...] = ()
-    phase_s: float = 0.0
-
-
-ALONE = Neighbourhood()
-"""Of a fleet that has the sea to itself."""
-
-
-class Common(NamedTuple):
-    """What a fleet has in common with others in the same sea.
-
-    Attributes:
-        recorder: takes its rows.
-        faults: that befall its vehicles.
-        part: what joins it to the others.
-    """
-
-    recorder: Recorder
-    faults: Sequence[Fault]
-    part: Part
-
-
-class Yard(NamedTuple):
-    """By what fleets are made, for a feature that makes several of them.
-
-    Attributes:
-        assemble: makes a fleet of its setup, seed and channel, and of what it has in common with others.
-        channel: of a setup, with the draws of a seed.
-        faults: that befall the vehicles of a setup in the run with a seed.
-        recorder: with the tables of the mission.
-    """
-
-    assemble: Callable[[Any, int, Channel, Common], Fleet]
-    channel: Callable[[Any, int], Channel]
-    faults: Callable[[Any, int], Sequence[Fault]]
-    recorder: Recorder
-
-
 @dataclass(frozen=True)
 class Feature:
     """One feature. All but its keys is asked for only where a scenario has one of them.
@@ -197,17 +144,10 @@ class Feature:
         place_error_m: called with each checked scenario and data of vehicles; how far off these may take themselves to
             be in the time in which they learn their place (m); None where they know it.
         locating: called with each checked scenario; names of the vehicles near which others learn where they are.
-        n_fleets: called with each checked scenario; how many fleets its vehicles are.
-        other_addresses: called with each checked scenario; vehicles without a body by the vehicle whose body they have.
         water: called with each checked scenario; how the water moves, see ``missions.scenarios.extending.water``; None
             where it stands.
         for_all: those of ``states`` that concern everybody, where needs follow from groups.
-        most_vehicles: so many a scenario may have; 0 where the feature has nothing to say to that.
-        fleet_size: called when a scenario is checked, with the raw tables; vehicles of the largest of its fleets, if it
-            is several, else 0.
-        setup: called with a scenario, the strategy that takes the place of its own, and what resolves a scenario, with
-            a strategy and a ``Neighbourhood``; the setup of a scenario that is several fleets, None for one fleet.
-        fleet: called with such a setup, the seed and the ``Yard``; the fleets as one. At most one feature has it.
+        strategy: called with each scenario and its strategy; the strategy that its runs have.
     """
 
     keys: Mapping[str, Mapping[str, tuple[Any, Any]]]
@@ -229,14 +169,9 @@ class Feature:
     slower: Callable[[Raw], tuple[Any, str]] = lambda raw: (0.0, "")
     place_error_m: Callable[[Scenario, Sequence[VehicleData]], float | None] = lambda scenario, vehicles: None
     locating: Callable[[Scenario], Iterable[str]] = lambda scenario: ()
-    n_fleets: Callable[[Scenario], int] = lambda scenario: 1
-    other_addresses: Callable[[Scenario], Mapping[str, str]] = lambda scenario: {}
     water: Callable[[Scenario], Any] = lambda scenario: None
     for_all: Sequence[str] = ()
-    most_vehicles: int = 0
-    fleet_size: Callable[[Raw], int] = lambda raw: 0
-    setup: Callable[[Scenario, Strategy | None, Callable[..., Any]], Any] = lambda scenario, strategy, resolve: None
-    fleet: Callable[[Any, int, Yard], Fleet] | None = None
+    strategy: Callable[[Scenario, Strategy], Strategy] = lambda scenario, strategy: strategy
 
 
 def on_unless_off(key: str, description: str, part: Callable[[Joining], Part]) -> Feature:

@@ -117,8 +117,10 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
         while (event := self.clock.next_before(now_s)) is not None:
             event.act(self)
         self.clock.now_s = now_s
-        self.move(now_s, since_s)
-        self.look(now_s)
+        self._move(now_s, since_s)
+        self._record(now_s)
+        self.recorder.faults.extend(self.separation.conflicts(now_s))
+        self._observe(now_s)
         self.recorder.pack()
         over = now_s + self.tick_s > self.duration_s or self.is_nobody_left or self.truth.is_over
         if self.completed or over:
@@ -126,7 +128,7 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
             self.ended_s = now_s
             self.reason = self.truth.close(self.view, now_s)
 
-    def move(self, now_s: float, since_s: float) -> None:
+    def _move(self, now_s: float, since_s: float) -> None:
         """Let every vehicle act, sense and think for the tick that ends now, and began at ``since_s`` (s)."""
         dt_s = self.tick_s if now_s > 0.0 else 0.0
         neighbours = self.separation.look()
@@ -135,12 +137,6 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
             vehicle.step(shown_s, dt_s, neighbours.get(vehicle.data.node, ()) if neighbours else (), since_s)
             for tell in self.acted:
                 tell(vehicle)
-
-    def look(self, now_s: float) -> None:
-        """See where everybody is after a tick, and how far the mission is."""
-        self._record(now_s)
-        self.recorder.faults.extend(self.separation.conflicts(now_s))
-        self._observe(now_s)
 
     @property
     def is_nobody_left(self) -> bool:

@@ -94,7 +94,7 @@ class Radio:
     """Sends and receives for one vehicle.
 
     Args:
-        names: of all vehicles, in the order of the nodes, and of others of which gateways tell.
+        names: of all vehicles, in the order of the nodes.
         groups: whose roles send influence signals.
         declaration: of the strategy: whether vehicles send at all, and whether they send influence signals.
         manager: packs and unpacks.
@@ -123,7 +123,7 @@ class Radio:
         top_speeds_mps: Mapping[int, float] = MappingProxyType({}),
     ) -> None:
         self.manager = manager
-        self._contacts = Contacts(names[: manager.n_nodes], beliefs.model.owner, manager)
+        self._contacts = Contacts(names, beliefs.model.owner, manager)
         self.needs = needs
         self.noted: list[Callable[[Sequence[Change]], None]] = []
         self.communicates = declaration.communicates

@@ -33,20 +33,6 @@ _HALF = ((1, -1), (1, 0), (1, 1), (0, 1))
 """Squares adjacent to one, of each opposite pair only one."""
 
 
-Box = tuple[float, float, float, float]
-"""(x_min, y_min, x_max, y_max), metres."""
-
-
-def boxes_apart_m(one: Box, other: Box) -> float:
-    """Distance of two boxes; 0 where they touch.
-
-    >>> boxes_apart_m((0.0, 0.0, 10.0, 10.0), (13.0, 14.0, 20.0, 20.0))
-    5.0
-    """
-    east_m = max(other[0] - one[2], one[0] - other[2], 0.0)
-    return length(east_m, max(other[1] - one[3], one[1] - other[3], 0.0))
-
-
 class _Layer(Protocol):
     @property
     def motion(self) -> Motion:

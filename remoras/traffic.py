@@ -25,8 +25,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Arrives", "FrameBegins", "FrameEnds", "Medium", "SlotOpens", "Station", "Traffic", "sends_s"]
 
-FOREIGN = -1
-"""Stands for slot and sender of a packet of another fleet."""
 SLOT, SENDER, RECEIVERS, ARRIVALS, COLLIDED = map(
     PACKETS.column_names.index, ("slot", "sender", "receivers", "arrivals_s", "collided_at")
 )
@@ -268,20 +266,6 @@ class Traffic:
         if lost:
             _note_collisions(lost, [vehicle.name for vehicle in vehicles], recorder)
 
-    def disturb(
-        self, from_s: float, until_s: float, arrivals: Sequence[Arrival], names: Sequence[str], recorder: Recorder
-    ) -> None:
-        """Let a packet of another fleet be where vehicles of this one are, who cannot read it.
-
-        Args:
-            from_s: when its first bit is sent, which is now; until_s: when its last one is.
-            arrivals: where it is heard as noise.
-            names: of the vehicles.
-            recorder: has the rows of the packets that it meets.
-        """
-        _, lost = self._air.send(FOREIGN, FOREIGN, from_s, until_s, arrivals)
-        _note_collisions(lost, names, recorder)
-
     def _heard(self, sender: Vehicle, arrivals: Sequence[Arrival], vehicles: Sequence[Vehicle]) -> list[Arrival]:
         """Arrivals at those who are able to hear the packet from its start to its end; none from a mute sender."""
         if sender.condition.is_mute:
@@ -311,8 +295,6 @@ def sends_s(schedule: TdmaSchedule, slot: int, node: int, seed: int) -> float:
 def _note_collisions(lost: Iterable[Hearing], names: Sequence[str], recorder: Recorder) -> None:
     """Take those who lost a packet to another out of its receivers; rows of packets still on their way may change."""
     for hearing in lost:
-        if hearing.sender == FOREIGN:
-            continue
         slot, sender, receiver = hearing.slot, names[hearing.sender], names[hearing.arrival.receiver]
         row = next(row for row in reversed(recorder.packets) if (row[SLOT], row[SENDER]) == (slot, sender))
         if receiver in row[RECEIVERS]:

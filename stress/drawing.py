@@ -9,7 +9,6 @@ from typing import Any
 from missions.errors import ConfigurationError, ConfigurationFault
 from missions.runs.run import run
 from missions.scenarios import load
-from missions.scenarios.extending import makes_fleets
 from missions.scenarios.scenario import Scenario
 from remoras.errors import PluginError
 from stress.draws import Draws
@@ -151,8 +150,6 @@ def _is_possible(kind: Kind, scenario: Scenario) -> bool:
     """True unless no vehicle of a scenario can be befallen by a kind."""
     if kind.is_of_scenario and not kind.by_chance:
         return False
-    if kind.name == "clock" and makes_fleets(scenario):
-        return False  # they have one time
     if kind.family is not Family.SENSOR or kind.name == "misplaced":
         return True
     return any(vehicle.sensor for vehicle in scenario.vehicle)

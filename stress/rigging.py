@@ -23,7 +23,7 @@ from stress.invariants.seam import Heard, Scene
 from stress.lives import Aired, Life
 from stress.minds import sulking
 from stress.schedule import Schedule, StressFault
-from worldmodel import Block, Change
+from worldmodel import Change
 from worldmodel.facts import Guid
 
 if TYPE_CHECKING:
@@ -40,7 +40,6 @@ class Rigging:
         scene: of the trial.
         listen: is told of each packet heard.
         happened: counts what a kind has changed.
-        take_over: is told of each block that a gateway brings from another fleet.
     """
 
     def __init__(
@@ -48,11 +47,9 @@ class Rigging:
         scene: Scene,
         listen: Callable[[Heard], None],
         happened: Counter[str],
-        take_over: Callable[[Block], None],
     ) -> None:
         self._scene = scene
         self._listen = listen
-        self._take_over = take_over
         self._happened = happened
         self._schedule: Schedule = scene.schedule
         self._seed = self._schedule.stress.seed
@@ -101,7 +98,6 @@ class Rigging:
     def _rig(self, vehicle: Vehicle, life: Life) -> None:
         """Put functions in front of those of a vehicle."""
         witness, manager, radio, beliefs = self._scene.witness, life.manager, vehicle.radio, vehicle.beliefs
-        n_nodes = len(self._scene.setup.database)
         record, offer, pack, give_up, hear = (
             beliefs.record, manager.offer, manager.packet_to_send, manager.give_up, radio.hear,
         )  # fmt: skip
@@ -113,11 +109,7 @@ class Rigging:
             return change
 
         def offered(changes: Iterable[Change], addressed: Collection[int] = ()) -> tuple[Fragment, ...]:
-            news = list(changes)
-            for change in news:
-                if change.block.origin >= n_nodes:  # of somebody elsewhere
-                    self._take_over(change.block)
-            fragments = offer(news, addressed)
+            fragments = offer(changes, addressed)
             life.take(fragments)
             return fragments
 

@@ -18,7 +18,6 @@ from missions.errors import ConfigurationError, ConfigurationFault
 from missions.files import shown, text_of, toml_value
 from missions.scenarios import load
 from missions.scenarios.deployment import deployment_of
-from missions.scenarios.extending import makes_fleets, other_addresses
 from missions.scenarios.faults import DeclaredFault, users_of_keys
 from missions.scenarios.loading import scenario_from
 from missions.scenarios.scenario import Scenario
@@ -236,12 +235,9 @@ def frame_s(scenario: Scenario) -> float:
 
 @lru_cache(maxsize=64)
 def _known(scenario: str, changes: tuple[tuple[str, str], ...]) -> tuple[tuple[dict[str, Any], ...], float]:
-    """The faults that a scenario has itself, and its longest quiet time (s): many schedules have one.
-
-    The exchange of several fleets ends with the mission.
-    """
+    """The faults that a scenario has itself, and its longest quiet time (s): many schedules have one."""
     own = load(scenario, changes)
-    n_frames = 0 if makes_fleets(own) else max(SETTLE_FRAMES, math.ceil(ROUNDS * _packets_each(own)))
+    n_frames = max(SETTLE_FRAMES, math.ceil(ROUNDS * _packets_each(own)))
     return tuple(table.model_dump(mode="json", exclude_none=True) for table in own.fault), n_frames * frame_s(own)
 
 
@@ -334,6 +330,5 @@ def _faults_of(key: str, fault: StressFault, about: StressTable) -> Iterator[Con
 
 
 def fleet_of(scenario: Scenario) -> tuple[str, ...]:
-    """Names of the vehicles of a scenario in the order of their nodes; who has two addresses by the first."""
-    elsewhere = other_addresses(scenario)
-    return tuple(name for name in scenario.names_by_slot if name not in elsewhere)
+    """Names of the vehicles of a scenario in the order of their nodes."""
+    return tuple(scenario.names_by_slot)

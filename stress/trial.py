@@ -9,7 +9,7 @@ from array import array
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import lru_cache, partial
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -24,13 +24,10 @@ from missions.scenarios import load
 from missions.scenarios.parts import strategy_of
 from remoras.collecting import rare_collections
 from remoras.errors import PluginError
-from remoras.fleet import Fleet
 from remoras.recorder import Recorder
 from stress.forging import forger
 from stress.invariants.ending import Ends, Finishes, NoException, SameDigest
-from stress.invariants.knowledge import KnowledgeAgreement, Recorded, Rest
-from stress.invariants.record import WholeTables
-from stress.invariants.seam import Heard, Invariant, Moment, OfEachFleet, Scene
+from stress.invariants.seam import Heard, Invariant, Moment, Scene
 from stress.kinds import ENDING, FOR_GOOD, kind_of
 from stress.minds import BrokenStrategy, forged_act, is_found_out
 from stress.rigging import Rigging
@@ -38,7 +35,6 @@ from stress.schedule import Schedule, StressFault
 from stress.sea import RoughSea
 from stress.steering import Instant, instants_of
 from stress.witness import Witness
-from worldmodel import Block, ValueKind, WorldModel
 
 CHECKED_BITS = 32
 """Checksums of so many bits let one damaged packet in four thousand million pass."""
@@ -114,29 +110,18 @@ class _Trial:
             strategy = BrokenStrategy(strategy_of(scenario), self.schedule, self.happened)
         setup = resolved(scenario, strategy)
         seed = Root(self.schedule.stress.seed)
-        self.seas: list[RoughSea] = []
-        fleet = assemble(setup, seed, sea=self._sea)
-        self.fleet, self.setup, self.seed = fleet, setup, seed
+        self.setup, self.seed, self.sea = setup, seed, self._sea(setup, seed)
+        fleet = self.fleet = assemble(setup, seed, self.sea)
         effective = effective_kinds(self.schedule, setup)
         self.scene = Scene(setup, self.schedule, fleet, Witness(), {}, effective)
-        self.scene.parts = parts_of(self.scene)
-        self.scenes = self.scene.parts or [self.scene]
         about = self.schedule.stress
         left_out = {*(() if about.must_finish else (Finishes.name,)), *(() if about.must_end else (Ends.name,))}
-        if setup.parts:  # no quiet time follows, and what is numbered in a fleet is renumbered in tables
-            left_out |= {WholeTables.name, KnowledgeAgreement.name, Rest.name}
         asked = [invariant for invariant in self.invariants if invariant.name not in left_out]
         promised = [promise for promise in asked if promise.not_under.isdisjoint(effective)]
-        watched = [
-            (scene, promise if scene is self.scenes[0] else type(promise)())
-            for promise in promised
-            for scene in (self.scenes if isinstance(promise, OfEachFleet) else [self.scene])
-        ]
         self.at_events, self.at_ticks, self.at_the_end = (
-            [(scene, promise) for scene, promise in watched if promise.moment == moment] for moment in Moment
+            [promise for promise in promised if promise.moment == moment] for moment in Moment
         )
-        for scene in self.scenes:
-            Rigging(scene, partial(self._listen, scene), self.happened, partial(self._take_over, scene))
+        Rigging(self.scene, self._listen, self.happened)
         self.sudden = sorted(_moments(self.schedule), key=lambda moment: moment[0])
         with rare_collections():  # until the fleet is let go of: before, all that it holds would be searched
             self._sail()
@@ -147,19 +132,13 @@ class _Trial:
         return replace(outcome, not_promised=tuple(names))
 
     def _sea(self, setup: Setup, seed: int) -> RoughSea:
-        """The sea of a fleet, which is all there is or one of several."""
+        """The sea of the fleet."""
         nodes = {data.name: data.node for data in setup.database.values()}
 
-        def somebody_knows() -> WorldModel:
-            fleets = (scene.fleet for scene in self.scenes)
-            return next(fleet.vehicles[0].beliefs.model for fleet in fleets if fleet.vehicles[0].name in nodes)
-
-        forge = forger(setup.codec, setup.schedule, somebody_knows)
+        forge = forger(setup.codec, setup.schedule, lambda: self.fleet.vehicles[0].beliefs.model)
         if setup.scenario.communication.key_file:
             forge = _without_key
-        calm = channel_of(setup, seed)
-        self.seas.append(RoughSea(calm, self.schedule, setup.schedule, forge, self.happened, nodes))
-        return self.seas[-1]
+        return RoughSea(channel_of(setup, seed), self.schedule, setup.schedule, forge, self.happened, nodes)
 
     def _sail(self) -> None:
         """Step the fleet to its end, and let it rest."""
@@ -180,41 +159,32 @@ class _Trial:
             is_meant = isinstance(error, PluginError) and any(self.happened[kind] for kind in ENDING)
             if not is_meant or f"strategy {self.setup.strategy.name}" not in str(error):
                 self._break(NoException.name, _said(error))
-        self._hush()
-
-    def _hush(self) -> None:
-        """Nothing is being heard."""
-        for scene in (self.scene, *self.scenes):
-            scene.heard = None
+        self.scene.heard = None
 
     def _rest(self) -> None:
         """Let the exchange go on undisturbed, and look at how all ended."""
         fleet = self.fleet
-        for sea in self.seas:
-            sea.is_calm = True
+        self.sea.is_calm = True
         for _, fault, by_s in self.sudden:
             if fault.kind == "clock" and fault.holds(fleet.now_s):  # what would be set back after the mission
                 self._let_happen(fault, by_s)
         settled = settled_of(self.setup, fleet)
-        self._hush()
-        for scene in self.scenes:
-            for vehicle in scene.fleet.vehicles:
-                scene.lives[vehicle.name].is_alive = vehicle.is_alive
+        self.scene.heard = None
+        for vehicle in fleet.vehicles:
+            self.scene.lives[vehicle.name].is_alive = vehicle.is_alive
         finished = result_of(self.setup, self.seed, fleet, 0.0, settled)
-        figures = summary(finished)
-        for scene in (self.scene, *self.scenes):
-            scene.rested = None if settled is None else settled.complete
-            scene.finished, scene.summary = finished, figures
+        self.scene.rested = None if settled is None else settled.complete
+        self.scene.finished, self.scene.summary = finished, summary(finished)
         for promised in (self.at_events, self.at_ticks, self.at_the_end):
             self._look(promised)
 
-    def _look(self, promised: Iterable[tuple[Scene, Invariant]]) -> None:
+    def _look(self, promised: Iterable[Invariant]) -> None:
         """Ask the invariants of a moment."""
-        for scene, promise in promised:
+        for promise in promised:
             if self.broken is not None:
                 return
             try:
-                text = promise.broken(scene)
+                text = promise.broken(self.scene)
             except Exception as error:  # it may be somebody else's
                 raise ConfigurationError(
                     "remoras stress",
@@ -223,18 +193,9 @@ class _Trial:
             if text is not None:
                 self._break(promise.name, text)
 
-    def _listen(self, scene: Scene, heard: Heard) -> None:
-        scene.heard = self.scene.heard = heard
-        self._look(one for one in self.at_events if one[0] is scene or one[0] is self.scene)
-
-    def _take_over(self, scene: Scene, block: Block) -> None:
-        """A gateway brings a block into a fleet: from then on it counts as recorded there, and it has to be true."""
-        scene.witness.recorded.setdefault(block.guid, set()).add(block)
-        origin = scene.setup.instances[block.origin].name
-        of = next(other for other in self.scenes if origin in other.lives)
-        recorded = of.witness.recorded.get((of.lives[origin].node, block.epoch, block.sequence), ())
-        if _named(scene.setup, block) not in [_named(of.setup, one) for one in recorded]:
-            self._break(Recorded.name, f"a gateway brings {block} of {origin}, who recorded {recorded or 'nothing'}")
+    def _listen(self, heard: Heard) -> None:
+        self.scene.heard = heard
+        self._look(self.at_events)
 
     def _break(self, name: str, text: str) -> None:
         now_s = self.fleet.now_s
@@ -251,8 +212,8 @@ class _Trial:
             return
         if not vehicle.is_alive:
             return
-        scene = next(scene for scene in self.scenes if vehicle.name in scene.lives)
-        act = forged_act(fault, vehicle, scene.setup.mission, scene.witness, scene.setup.agreement.organisation)
+        setup = self.setup
+        act = forged_act(fault, vehicle, setup.mission, self.scene.witness, setup.agreement.organisation)
         if act is not None:
             self.happened[fault.kind] += 1
             self.scene.forged.append((act.issuer, act.about, act.kind))
@@ -274,21 +235,6 @@ class _Trial:
         )
         fleet.close()
         return outcome
-
-
-def parts_of(whole: Scene) -> list[Scene]:
-    """What is seen of each fleet by itself, where there are several; else none.
-
-    Args:
-        whole: what is seen of all.
-    """
-    if not whole.setup.parts:
-        return []
-    fleets: Sequence[Fleet] = whole.fleet.fleets
-    return [
-        Scene(setup, whole.schedule, fleet, Witness(), {}, whole.effective)
-        for setup, fleet in zip(whole.setup.parts, fleets, strict=True)
-    ]
 
 
 def run_trial(schedule: Schedule, invariants: Sequence[type[Invariant]]) -> Outcome:
@@ -387,16 +333,6 @@ def last_events(recorder: Recorder, until_s: float) -> Iterator[str]:
         rows.append((row[1], f"packet: {row[2]} in slot {row[0]} to {', '.join(row[6]) or 'nobody'}"))
     shown = sorted(row for row in rows if row[0] <= until_s)[-EVENTS_SHOWN:]
     return (f"{time_s:.1f} s {text}" for time_s, text in shown)
-
-
-def _named(setup: Setup, block: Block) -> tuple[float, list[tuple[Any, ...]]]:
-    """What a block says, by names in place of the numbers of its fleet."""
-    tbox, name_of = setup.tbox, {instance.uid: instance.name for instance in setup.instances}
-    links = {uid for uid, attribute in enumerate(tbox.attributes) if attribute.kind is ValueKind.LINK}
-    return block.time_s, [
-        (name_of[fact.subject], fact.attribute, name_of[fact.target] if fact.attribute in links else fact.value)
-        for fact in block.facts
-    ]
 
 
 def _moments(schedule: Schedule) -> Iterator[tuple[float, StressFault, float]]:

@@ -129,7 +129,7 @@ DOORS: dict[str, set[str]] = {
 FOR_ALL = "exchange.arithmetic"
 """Everybody may import it; it imports nothing."""
 HULL = {
-    "remoras.vehicle", "remoras.radio", "remoras.fleet", "remoras.flotilla", "remoras.solo", "remoras.traffic",
+    "remoras.vehicle", "remoras.radio", "remoras.fleet", "remoras.solo", "remoras.traffic",
     "remoras.view",
 }  # fmt: skip
 LAYERS = ("remoras.social", "remoras.executive", "remoras.functional")
@@ -165,8 +165,6 @@ TRIES = "remoras.testing"
 INDEPENDENT = "missions.verification"
 """Reads results of all missions with nothing of theirs, so it has their words."""
 DESIGNED = "missions.benchmark", "remoras.cli.benchmark"  # cells of an experiment's design
-CELLULAR = "missions.features.cells"
-"""There a cell is what it is in cellular networks: a part of a fleet with slots of its own. No mission knows it."""
 BEGINS = "remoras.cli.new"
 """The first scenario of one's own is one of mapping, and the options that it comes from are called so."""
 GENERAL = ("ReturningToArea", "area of operations", "areas of operations", "FocusArea", "focusArea", "focus area")
@@ -267,7 +265,7 @@ def broken_rules(found: Import) -> Iterator[str]:
         yield "nobody imports the face: name the module that is meant"
     room, other = room_of(module), room_of(target)
     if module in HULL and (other in LAYERS or within(target, "exchange.acoustics")):
-        if other not in LAYERS and module not in ("remoras.fleet", "remoras.flotilla", "remoras.traffic"):
+        if other not in LAYERS and module not in ("remoras.fleet", "remoras.traffic"):
             yield "in remoras only the fleet knows the sea"
     elif other not in ROOMS[room] and not any(within(target, door) for door in DOORS.get(room, ())):
         yield f"{room} may import {', '.join(sorted(ROOMS[room] | DOORS.get(room, set())))}"
@@ -387,7 +385,7 @@ def own_words(module: str) -> set[str]:
         return {word for words in WORDS_OF.values() for word in words}
     if module == BEGINS:
         return {"area", "areas"}
-    if module == CELLULAR or any(within(module, one) for one in DESIGNED):
+    if any(within(module, one) for one in DESIGNED):
         return {"cell", "cells"}
     return {word for mission, words in WORDS_OF.items() if within(module, mission) for word in words}
 

@@ -36,7 +36,6 @@ PLACES = 13
 """`trial` of the draws that say which of their bits are turned."""
 SITES = 14
 """`trial` of the draws that say how links of one length differ by place, time and receiver."""
-FLEETS = 15
 """`trial` of the draws by which fleets in one sea have seeds of their own."""
 EPISODES = 16
 """`trial` of the draws that say which run of a benchmark is learned on next."""

@@ -92,7 +92,7 @@ class Listener:
         self._summaries = summaries
         self._frame_s = frame_s
         self._slot_list = slot_list
-        self._relayed = 0  # nodes whose items, and what they bring, this node sends, too, one bit each
+        self._relayed = 0  # nodes whose items this node sends, too, one bit each
         self._passed_on_s: dict[tuple[int, int], float] = {}  # times of the newest statuses that it was to relay
         self.assembly = Assembly()
         self.stating: list[Stating] = []
@@ -103,9 +103,8 @@ class Listener:
         column, fragment = self._ledger.add(item, entry), item.fragment
         self._holders.take(column)
         is_list = any(fact.attribute == self._slot_list for fact in fragment.facts)
-        speaker = self._ledger.speakers[fragment.origin]
-        is_to_tell = self._relayed >> speaker & 1 or self._ledger.brought[self._me] >> column & 1
-        if is_list or is_to_tell or may_send(self._repeat, 1 << column, self._ledger.origins[self._me]):
+        is_relayed = self._relayed >> fragment.origin & 1
+        if is_list or is_relayed or may_send(self._repeat, 1 << column, self._ledger.origins[self._me]):
             self._interests.take(column, now_s)
         return column
 
@@ -204,8 +203,7 @@ class Listener:
             now_s: the time (s).
         """
         told = [(node, now_s - self._frame_s) for node in columns_of(missed)]
-        at_hand = [fragment for fragment in packet.fragments if fragment.origin < self._n_nodes]
-        passed_on = [fragment for fragment in at_hand if fragment.origin not in (packet.sender, self._me)]
+        passed_on = [fragment for fragment in packet.fragments if fragment.origin not in (packet.sender, self._me)]
         return (*told, *[(fragment.origin, min(fragment.time_s, now_s)) for fragment in passed_on])
 
     def _is_news(self, status: Block) -> bool:
@@ -235,8 +233,7 @@ class Listener:
         """
         self._relayed = origins
         for origin in columns_of(origins):
-            told = self._ledger.origins[origin] | self._ledger.brought[origin]
-            lacked = told & self._state.believes[self._me] & ~self._done
+            lacked = self._ledger.origins[origin] & self._state.believes[self._me] & ~self._done
             self._interests.adopt(columns_of(lacked), self._state.believes, now_s)
         if origins:  # whoever else is to send what is left of a life that is over may be hardly heard as well
             self._interests.adopt(self._holders.orphans(of_others=True), self._state.believes, now_s)
@@ -262,8 +259,7 @@ class Listener:
             noticed.append((self._me, False))
         epochs = self._peers.epochs
         for summary in packet.summary:
-            is_alarm = summary.highest >= MOST_ITEMS and summary.origin < self._n_nodes
-            if is_alarm and summary.epoch == epochs[summary.origin]:
+            if summary.highest >= MOST_ITEMS and summary.epoch == epochs[summary.origin]:
                 noticed.append((summary.origin, True))
         if not noticed:
             return None
@@ -304,8 +300,6 @@ class Listener:
         told, epochs = {packet.sender: packet.epoch}, self._peers.epochs
         for fragment in packet.fragments:
             origin = fragment.origin
-            if origin >= self._n_nodes:  # in which life it is, who tells of it says by each item
-                continue
             is_newer = fragment.epoch > epochs[origin] and origin not in told and origin != self._me
             if is_newer and fragment.sequence != STATUS and fragment.uid not in self._ledger:
                 told[origin] = fragment.epoch

@@ -261,7 +261,6 @@ class PeerStates:
         kind: acknowledgement of the policy, which says when a peer answers.
         absence: of its peers; none of them, or one.
         witnesses: of the links between peers; none of them, or one.
-        speakers: by origin, the node that tells what it told; each node for itself if it is empty.
     """
 
     def __init__(
@@ -272,7 +271,6 @@ class PeerStates:
         kind: Acknowledgement,
         absence: Sequence[Absence] = (),
         witnesses: Sequence[Witness] = (),
-        speakers: Sequence[int] = (),
     ) -> None:
         self._me = me
         self._n_nodes = n_nodes
@@ -285,7 +283,7 @@ class PeerStates:
         """Nodes that are not waited for, one bit each."""
         self.awaited = 0
         """Nodes that catch up once they are heard, one bit each."""
-        self._absence, self._witnesses, self._speakers = absence, witnesses, speakers
+        self._absence, self._witnesses = absence, witnesses
         self._all = (1 << n_nodes) - 1
         self._informed_of = [self._all] * n_nodes  # by peer: nodes whose epoch it is known to have heard
         self._older = [(0, 0)] * n_nodes  # an older epoch heard since, and how often in a row
@@ -366,9 +364,7 @@ class PeerStates:
         self.forget(node)
 
     def is_over(self, origin: int, epoch: int) -> bool:
-        """True if an origin is in another life, or away; one beyond the nodes, if who tells of it is away."""
-        if origin >= self._n_nodes:
-            return bool(self.away >> self._speakers[origin] & 1)
+        """True if an origin is in another life, or away."""
         return epoch != self.epochs[origin] or bool(self.away >> origin & 1)
 
     def _note_missed(self, sender: int, n_missed: int) -> None:

@@ -127,10 +127,8 @@ class Relaying:
         """Note that the sender of a packet that was heard passes on these items, and earlier ones of their origins."""
         for fragment in packet.fragments:
             column = self._ledger.column_of.get(fragment.uid)
-            speaker = self._ledger.speakers[fragment.origin]
-            if speaker != packet.sender and column is not None:
-                told = self._ledger.origins[speaker] | self._ledger.brought[speaker]
-                self._passed_on[packet.sender] |= told & (2 << column) - 1
+            if fragment.origin != packet.sender and column is not None:
+                self._passed_on[packet.sender] |= self._ledger.origins[fragment.origin] & (2 << column) - 1
 
     def resting(self, items: int, frame: int, now_s: float) -> int:
         """Those of the open items that only those lack who are left to another.

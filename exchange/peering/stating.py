@@ -282,7 +282,7 @@ class Stating:
         for column in sorted(self._learned, key=uids.__getitem__):
             uid = uids[column]
             guid = uid.origin, uid.epoch, uid.sequence
-            if uid.origin < self._n_nodes and guid[:2] not in self._holders.shared and ledger.is_whole(guid):
+            if guid[:2] not in self._holders.shared and ledger.is_whole(guid):
                 before = blocks.get(guid)
                 if before is None or self._learned[column] > self._learned[before]:
                     blocks[guid] = column

@@ -273,7 +273,6 @@ class Codec:
         duration_s: latest expected time of an observation; later ones take more bits.
         widths: steps of time, and what gets the shortest forms.
         framing: names of slots, checksum and key.
-        n_beyond: origins beside the nodes, of which gateways tell; their numbers follow those of the nodes.
 
     Raises:
         ConfigurationError: there is no such checksum or key, or no library to encrypt.
@@ -289,7 +288,6 @@ class Codec:
         duration_s: float,
         widths: Widths = USUAL_WIDTHS,
         framing: Framing = USUAL_FRAMING,
-        n_beyond: int = 0,
     ) -> None:
         crc_bits, key, n_slots, is_by_frame = framing
         self._n_slots = n_slots
@@ -298,9 +296,7 @@ class Codec:
         self._policy = policy
         self._facts = FactCodec(tbox, n_instances, widths.exchanged)
         resolution_s = widths.time_resolution_s
-        self.fragments = FragmentCodec(
-            self._facts, n_nodes + n_beyond, n_items, duration_s, resolution_s, widths.recent_s
-        )
+        self.fragments = FragmentCodec(self._facts, n_nodes, n_items, duration_s, resolution_s, widths.recent_s)
         """Encodes and decodes fragments."""
         self.fragment_bits = self.fragments.most_bits
         """``fragment_bits(fragment, relayed=True)``: the most bits that a fragment takes, in whatever packet."""
@@ -320,7 +316,7 @@ class Codec:
         fleet = tbox.hash, n_instances, n_nodes, n_items, self.header.largest_bits
         times = duration_s, resolution_s, self._facts.names.exchanged, self.fragments.near_bits
         shape = GRAMMAR, *fleet, *times, crc_bits, key is not None, *((n_slots,) if is_by_frame else ())
-        shape = *shape, *((n_beyond,) if n_beyond else ()), *(((kind.name, kind.codes),) if kind.states else ())
+        shape = *shape, *(((kind.name, kind.codes),) if kind.states else ())
         self._checksums = [] if crc_bits == 0 else [Checksum(crc_bits, DAMAGED if key is None else UNOPENED)]
         self._seals = [] if key is None else [Seal(key)]
         self.head_bits = 8 * self._clear_bytes if self._seals else self._clear_bits

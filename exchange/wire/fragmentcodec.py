@@ -55,7 +55,7 @@ class FragmentCodec:
 
     Args:
         facts: encodes and decodes facts.
-        n_origins: who may have recorded what fragments tell: all nodes, and those of whom gateways tell.
+        n_origins: who may have recorded what fragments tell: all nodes.
         n_items: how many items one vehicle is expected to tell in one epoch.
         duration_s: latest expected time of an observation.
         time_resolution_s: step of these times.

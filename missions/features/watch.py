@@ -7,9 +7,7 @@ Time of this machine enters the model here, and only here: of a strategy that co
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pydantic import Field
 
@@ -38,21 +36,11 @@ class WatchTable(Section):
     )
 
 
-def watched_setup(scenario: Scenario, strategy: Strategy | None, resolve: Callable[..., Any]) -> Any:
-    """The setup with the strategy watched; None where it is watched already.
-
-    Args:
-        scenario: the whole input.
-        strategy: takes the place of the one that it names.
-        resolve: gives the setup of a scenario and a strategy.
-    """
-    from missions.scenarios.parts import strategy_of
+def watched(scenario: Scenario, strategy: Strategy) -> Strategy:
+    """Watch a strategy, unless it is watched already."""
     from remoras.deciding import InTime
 
-    if isinstance(strategy, InTime):
-        return None
-    made = resolve(scenario, InTime(strategy or strategy_of(scenario), scenario.of_feature(KEY).cpu_s))
-    return replace(made, scenario=scenario) if strategy is None else made
+    return strategy if isinstance(strategy, InTime) else InTime(strategy, scenario.of_feature(KEY).cpu_s)
 
 
 def part_of(joining: Joining) -> Part:
@@ -86,5 +74,5 @@ FEATURE = Feature(
     {"": {KEY: (WatchTable, WatchTable.usual())}},
     part_of,
     metrics=(Metric("n_silenced", "", Better.LOWER, "decisions that took too long", n_silenced),),
-    setup=watched_setup,
+    strategy=watched,
 )

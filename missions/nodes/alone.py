@@ -26,7 +26,6 @@ from missions.runs.assembly import (
 from missions.runs.sensors import recorder_of_mission, sensors_of
 from missions.runs.setup import Setup
 from missions.runs.setup import resolved as setup_of
-from missions.scenarios.extending import used_in
 from missions.scenarios.faults import kind_named
 from missions.scenarios.loading import scenario_from
 from missions.scenarios.policy import key_of
@@ -93,16 +92,11 @@ class NodePlan:
         """The scenario resolved.
 
         Raises:
-            ConfigurationError: its strategy is a bound, whose vehicles know all without packets; it has several fleets;
+            ConfigurationError: its strategy is a bound, whose vehicles know all without packets;
                 something passes between its vehicles (``Mission.nature``); or ``epoch`` is none.
         """
         scenario = scenario_from(Document.of_text(self.scenario, "scenario"))
         name = scenario.scenario.name
-        if several := next((feature for feature in used_in(scenario) if feature.fleet is not None), None):
-            given = ConfigurationFault(
-                next(iter(several.keys[""])), "", "a node is a vehicle of one fleet: leave it out"
-            )
-            raise ConfigurationError(name, [given])
         setup = setup_of(scenario)
         if setup.strategy.declaration.part is not None:
             given = ConfigurationFault("strategy.name", setup.strategy.name, "a strategy that tells by packets")

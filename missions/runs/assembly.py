@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 from exchange.acoustics.channel import BroadcastChannel, Channel
 from exchange.manager import ExchangeManager, Options
 from exchange.wire.codec import renewed
-from missions.feature import Common, Joining, Yard
+from missions.feature import Joining
 from missions.runs.sensors import recorder_of_mission, sensors_of
 from missions.runs.setup import Setup
 from missions.runs.worlds import world_model
@@ -112,33 +112,25 @@ def assemble(
     seed: int,
     channel: Channel | None = None,
     salt: bytes | None = None,
-    common: Common | None = None,
-    sea: Callable[[Setup, int], Channel] = channel_of,
 ) -> Fleet:
     """A fleet ready to run.
 
     Args:
         setup: the scenario resolved.
         seed: root of all draws.
-        channel: replaces the scenario's, for tests and experiments; of several fleets it carries the packets of each.
+        channel: replaces the scenario's, for tests and experiments.
         salt: of the packets of a scenario with a key, a fresh one if None. Never take one twice but to open what was
             sent under it.
-        common: what it has in common with others in the same sea, if it has not the sea to itself.
-        sea: makes the channel of a setup and a seed, where none is given; of several fleets it is asked for each.
     """
-    if setup.parts:
-        return _several(setup, seed, sea if channel is None else lambda of, seed: channel)
     if setup.scenario.communication.key_file:
         setup = replace(setup, codec=renewed(setup.codec, None if salt is None else lambda sender: salt))
     scenario, mission = setup.scenario, setup.mission
     fleet = [actual(setup, data, seed) for data in setup.database.values()]
-    recorder = recorder_of_mission(mission, [sensors_of(real) for real in fleet]) if common is None else common.recorder
+    recorder = recorder_of_mission(mission, [sensors_of(real) for real in fleet])
     own: Part | None = setup.strategy.declaration.part
     if own is not None and own.knows_vehicles:
         setup = _known_as_it_is(setup, fleet)
     parts = feature_parts(setup, recorder, seed)
-    if common is not None:
-        parts.append(common.part)
     world = mission.world(seed)
     parts += nature_of(mission, world)
     shared = Shared(setup, seed, world, recorder, parts)
@@ -146,8 +138,8 @@ def assemble(
     def anew(model: Fleet, before: Vehicle, remembers: bool) -> Vehicle:
         return vehicle_anew(model, shared, before, remembers)
 
-    faults, times = faults_in(setup, seed) if common is None else tuple(common.faults), scenario.scenario
-    carrier = carrier_for(shared.parts, channel if channel is not None else sea(setup, seed))
+    faults, times = faults_in(setup, seed), scenario.scenario
+    carrier = carrier_for(shared.parts, channel if channel is not None else channel_of(setup, seed))
     return Fleet(
         Makers(lambda model: [vehicle_of(model, shared, VehicleLife(real)) for real in fleet], anew),
         Medium(carrier, setup.modem, setup.schedule, clocks_of(shared.parts), faults, seed),
@@ -158,19 +150,6 @@ def assemble(
         scenario.guidance.separation_m,
         (faults_part(faults), *shared.parts),
     )
-
-
-def _several(setup: Setup, seed: int, sea: Callable[[Setup, int], Channel]) -> Fleet:
-    """Fleets in one sea as one."""
-    join = next(feature.fleet for feature in setup.features if feature.fleet is not None)
-    sensors = [sensors_of(data) for data in setup.database.values()]
-    yard = Yard(
-        lambda of, seed, carrier, common: assemble(of, seed, carrier, common=common),
-        sea,
-        faults_in,
-        recorder_of_mission(setup.mission, sensors),
-    )
-    return join(setup, seed, yard)
 
 
 def feature_parts(setup: Setup, recorder: Recorder, seed: int, is_alone: bool = False) -> list[Part]:
@@ -246,7 +225,7 @@ def vehicle_of(host: Fleet | Solo, shared: Shared, life: VehicleLife) -> Vehicle
         life: of the vehicle.
     """
     setup = shared.setup
-    data, names = setup.database[life.real.name], setup.origins
+    data, names = setup.database[life.real.name], setup.database.names
     recorder = recorder_for(shared.parts, data.node, shared.recorder)
     picture = Picture(frame_s=setup.schedule.frame_s)
     beliefs = Beliefs(world_model(setup, data.node, life.epoch))
@@ -318,7 +297,6 @@ def _manager(shared: Shared, model: WorldModel) -> tuple[ExchangeManager, Renewe
             value_rule_of(communication.value),
             communication.queue_limit,
         ),
-        setup.neighbourhood.speakers,
     )
     return manager, stated or by_groups
 

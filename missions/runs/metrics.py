@@ -17,7 +17,7 @@ from missions.runs.organisation_metrics import (
     n_refused_acts,
     view_divergence,
 )
-from missions.scenarios.extending import features, other_addresses
+from missions.scenarios.extending import features
 from missions.scenarios.named import METRICS, metric_named
 from missions.scenarios.parts import mission_class, modem_energy
 from missions.scenarios.scenario import Scenario
@@ -66,7 +66,7 @@ def observations_per_min(run: MeasuredRun) -> float:
     """Items of others that a vehicle received in a minute, as a mean over vehicles and mission."""
     n_received = sum(event == "received" for *_, event in run.recorder.rows("knowledge"))
     minutes = run.end_s / 60.0
-    n_vehicles = len(run.scenario.vehicle) - len(other_addresses(run.scenario))
+    n_vehicles = len(run.scenario.vehicle)
     return round(n_received / n_vehicles / minutes, 4) if minutes else 0.0
 
 

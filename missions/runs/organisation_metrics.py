@@ -13,7 +13,6 @@ from typing import NamedTuple
 
 from missions.fault import absence
 from missions.metric import MeasuredRun
-from missions.scenarios.extending import n_fleets
 from remoras.faults import OVER
 from remoras.organisation import Organisation, RoleAssignment
 from remoras.wellformed import Malformed, specification_faults
@@ -126,7 +125,7 @@ def _moments(run: MeasuredRun) -> Iterator[tuple[float, _Views]]:
         tuple(run.setup.database),
         frozenset(key for key, role in roles.items() if keeps_jobs and role.job is not None),
         {key: role.maximum for key, role in roles.items() if role.maximum is not None},
-        run.setup.subjects is not None or n_fleets(run.scenario) > 1,
+        run.setup.subjects is not None,
     )
     before_s = 0.0
     for event in _events(run):
@@ -143,7 +142,7 @@ def view_divergence(run: MeasuredRun) -> float | None:
     """Share of the time, over all pairs of vehicles, in which the one errs on which roles the other plays.
 
     Roles with a job are left out where the strategy declares that vehicles note theirs for themselves alone; where
-    needs follow from groups, so are those of groups that the one is no member of, and where there are several fleets.
+    needs follow from groups, so are those of groups that the one is no member of.
     """
     shares = [(spell_s, share) for spell_s, views in _moments(run) if (share := views.divergence) is not None]
     total_s = math.fsum(spell_s for spell_s, _ in shares)

@@ -11,7 +11,7 @@ from exchange.acoustics.modems import Modem
 from exchange.policies import AckPolicy
 from exchange.schedule import TdmaSchedule
 from exchange.wire.codec import Codec, Framing, Widths
-from missions.feature import ALONE, Feature, Neighbourhood
+from missions.feature import Feature
 from missions.metric import Metric
 from missions.runs.metrics import metrics_of, own_metrics
 from missions.runs.needs import needs_of_all, priorities, subjects_of
@@ -70,8 +70,6 @@ class Setup:
         decision: constants of the executive layer; metrics: of its runs, by name.
         own_metrics: of these, what the scenario names itself, by what it names them.
         features: that the scenario uses.
-        neighbourhood: what the fleet has to do with others in the same sea.
-        parts: setups of its fleets, if it is several.
     """
 
     scenario: Scenario
@@ -96,13 +94,6 @@ class Setup:
     metrics: Mapping[str, Metric]
     own_metrics: Mapping[str, Metric]
     features: tuple[Feature, ...]
-    neighbourhood: Neighbourhood = ALONE
-    parts: tuple[Setup, ...] = ()
-
-    @property
-    def origins(self) -> tuple[str, ...]:
-        """Names of all who may have told something, by the number of the origin: its vehicles first."""
-        return (*self.database.names, *(name for _, name in self.neighbourhood.vehicles))
 
     @cached_property
     def common_needs(self) -> NeedsIndex:
@@ -115,29 +106,26 @@ class Setup:
         return {name: data.node for name, data in self.database.items()}
 
 
-def resolved(scenario: Scenario, strategy: Strategy | None = None, among: Neighbourhood = ALONE) -> Setup:
+def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
     """The setup of a scenario.
 
     Args:
         scenario: the whole input.
         strategy: takes the place of the one that the scenario names.
-        among: what the fleet has to do with others in the same sea.
 
     Raises:
         ConfigurationError: nobody is there to lead a group, a metric has no direction, or two have one name.
         PluginError: a sensor cannot be made, or two tables of one name have other columns.
     """
     used = used_in(scenario)
-    for several in (feature.setup(scenario, strategy, resolved) for feature in used):
-        if several is not None:
-            made: Setup = several
-            return made
     mission_type = mission_class(scenario.scenario.mission)
     mission = mission_type.from_scenario(scenario)
     if strategy is None:
         strategy = strategy_of(scenario)
     else:
         scenario = scenario.model_copy(update={"strategy": StrategyTable(name=strategy.name)})
+    for feature in used:
+        strategy = feature.strategy(scenario, strategy)
     policy = policy_of(scenario.communication.policy)
     own_files, words = (
         sources_of(scenario.worldmodel.ontology_text),
@@ -146,7 +134,7 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None, among: Neighb
     tbox = read_tbox(*core_ontology_paths(), *mission.vocabulary_used, *own_files, *words)
     tbox = reaching(tbox, REACH_SHARE * max(map(abs, (*scenario.world.x_m, *scenario.world.y_m))))
     database, groups, deployment = database_of(scenario, mission_type), groups_of(scenario), deployment_of(scenario)
-    instances = _instances(scenario, mission, tbox, used, among)
+    instances = _instances(scenario, mission, tbox, used)
     equipment, common_facts = common_equipment(scenario, deployment.modem, mission_type.sensors, tbox, instances)
     # nobody tells facts about equipment, so it needs no names on the wire unless new instances come behind it
     n_named = len(instances) + (len(equipment) if mission.instances_found_per_vehicle else 0)
@@ -155,7 +143,7 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None, among: Neighb
     modem, world = deployment.modem, scenario.world
     is_aloha, slots = scenario.communication.mac == "aloha", _turns(scenario, used)
     packet_s = modem.packet_s(modem.payload_bits)
-    schedule = TdmaSchedule(len(database), packet_s, guard_s(scenario), slots, is_aloha, among.phase_s)
+    schedule = TdmaSchedule(len(database), packet_s, guard_s(scenario), slots, is_aloha)
     agreement = agree(strategy, mission, database, groups, scenario.scenario.duration_s)
     refuse_malformed(scenario, agreement)
     refuse_undivided(scenario, strategy, agreement, database)
@@ -181,16 +169,13 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None, among: Neighb
         sound_speed_mps=scenario_sound_speed_mps(scenario),
         modem=modem,
         schedule=schedule,
-        codec=_codec(
-            scenario, mission, strategy, policy, tbox, n_named, schedule, exchanged, ahead_s, len(among.vehicles)
-        ),
+        codec=_codec(scenario, mission, strategy, policy, tbox, n_named, schedule, exchanged, ahead_s),
         urgency=urgency,
         subjects=subjects_of(scenario, mission, tbox, instances, database, agreement),
         decision=scenario.decision.constants(schedule.frame_s),
         metrics=metrics_of(scenario, mission_type, own),
         own_metrics=own,
         features=used,
-        neighbourhood=among,
     )
 
 
@@ -199,19 +184,16 @@ def _turns(scenario: Scenario, used: Iterable[Feature]) -> tuple[tuple[int, ...]
     return tuple(map(tuple, next(filter(None, (feature.turns(scenario) for feature in used)), ())))
 
 
-def _instances(
-    scenario: Scenario, mission: Mission, tbox: TBox, used: Iterable[Feature], among: Neighbourhood
-) -> tuple[Instance, ...]:
+def _instances(scenario: Scenario, mission: Mission, tbox: TBox, used: Iterable[Feature]) -> tuple[Instance, ...]:
     """What the whole fleet has names for; a vehicle's uid is its node index."""
     vehicles = sorted(scenario.vehicle, key=lambda vehicle: vehicle.slot)
-    named: list[tuple[str, str]] = [*((v.vehicle_type, v.name) for v in vehicles), *among.vehicles]
+    named: list[tuple[str, str]] = [(vehicle.vehicle_type, vehicle.name) for vehicle in vehicles]
     named += [("Group", group.name) for group in scenario.group]
     named += [("Role", f"{group.name}.{role.name}") for group in scenario.group for role in group.role]
     named += mission.instances
     named += [("RallyPoint", rally.name) for rally in scenario.rally_point]
     named += [("Mission", name) for name in mission.group_missions]
     named += [instance for feature in used for instance in feature.instances(scenario)]
-    named += among.instances
     named += [(tbox.classes[individual.class_uid].name, individual.name) for individual in tbox.individuals]
     try:
         return tuple(Instance(uid, tbox.class_named(kind).uid, name) for uid, (kind, name) in enumerate(named))
@@ -241,7 +223,6 @@ def _codec(
     schedule: TdmaSchedule,
     exchanged: Collection[int],
     ahead_s: float,
-    n_beyond: int,
 ) -> Codec:
     """The codec that all vehicles of the scenario share; its numbers are as wide as the whole mission needs them."""
     duration_s, resolution_s = scenario.scenario.duration_s, scenario.communication.time_resolution_s
@@ -264,7 +245,6 @@ def _codec(
             len(schedule.slots),
             schedule.is_by_frame,
         ),
-        n_beyond,
     )
 
 

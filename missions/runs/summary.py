@@ -12,7 +12,6 @@ from missions.metric import NOT_APPLICABLE
 from missions.runs.measured import KeptRun, value_of
 from missions.runs.tables import arrow_table
 from missions.scenarios.deployment import deployment_of
-from missions.scenarios.extending import other_addresses
 from missions.scenarios.scenario import Scenario
 from remoras.recorder import Recorder
 
@@ -29,7 +28,7 @@ def identity(scenario: Scenario, seed: int) -> dict[str, Any]:
         "channel": scenario.channel.name,
         "per": scenario.channel.mean_per(deployment_of(scenario)),
         "seed": seed,
-        "n_vehicles": len(scenario.vehicle) - len(other_addresses(scenario)),
+        "n_vehicles": len(scenario.vehicle),
     }
 
 

@@ -27,7 +27,7 @@ def world_model(setup: Setup, node: int, epoch: int = 0) -> WorldModel:
         setup.instances,
         communication.time_resolution_s,
         epoch=epoch,
-        n_origins=len(setup.origins),
+        n_origins=len(setup.database),
         run_time_instances_per_origin=setup.mission.instances_found_per_vehicle,
         keeping=Keeping(
             max(communication.clock_tolerance_s, apart_s),

@@ -78,12 +78,6 @@ class BlackoutTable(Sparse):
         "those of one list hear each other, and those in none hear all",
     )
 
-    def among(self, vehicles: Collection[str]) -> Iterator[BlackoutTable]:
-        """What remains of a cut of the fleet among these vehicles; nothing where they are on one side."""
-        sides = [tuple(name for name in side if name in vehicles) for side in self.between or ()]
-        if sum(map(bool, sides)) > 1:
-            yield self.model_copy(update={"between": tuple(filter(None, sides))})
-
 
 class NamedTable(Section):
     """The name of a channel."""

@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 
 from pydantic import create_model
 
-from missions.scenarios.tables import Raw, Sparse, entries
+from missions.scenarios.tables import Raw, Sparse
 
 FOLDER = "missions.features"
 Table = TypeVar("Table", bound=Sparse)
@@ -59,11 +59,6 @@ def used_in(scenario: Sparse) -> tuple[Any, ...]:
     )
 
 
-def fleet_size(raw: Raw) -> int:
-    """Vehicles that share one schedule, by the raw tables of a scenario; of several fleets those of the largest."""
-    return max([feature.fleet_size(raw) for feature in named_in(raw)], default=0) or len(entries(raw, "vehicle"))
-
-
 def slower_by(raw: Raw) -> tuple[Any, str]:
     """The share by which vehicles may be slower than their data, and the key that says so; not checked yet."""
     return next((found for feature in named_in(raw) if (found := feature.slower(raw))[0]), (0.0, ""))
@@ -86,21 +81,6 @@ def place_error_m(scenario: Sparse, vehicles: Sequence[Any]) -> float | None:
 def locating(scenario: Sparse) -> frozenset[str]:
     """Names of the vehicles near which others learn where they are."""
     return frozenset(name for feature in used_in(scenario) for name in feature.locating(scenario))
-
-
-def n_fleets(scenario: Sparse) -> int:
-    """How many fleets the vehicles of a scenario are, in one sea."""
-    return max((feature.n_fleets(scenario) for feature in used_in(scenario)), default=1)
-
-
-def makes_fleets(scenario: Sparse) -> bool:
-    """True if a feature makes the fleets of a scenario, be it one alone."""
-    return any(feature.fleet is not None for feature in used_in(scenario))
-
-
-def other_addresses(scenario: Sparse) -> dict[str, str]:
-    """Vehicles of a scenario that are a second address of another and have no body, by name, with that other."""
-    return {name: of for feature in used_in(scenario) for name, of in feature.other_addresses(scenario).items()}
 
 
 def water(scenario: Sparse) -> Any:

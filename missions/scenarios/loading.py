@@ -22,7 +22,6 @@ from missions.scenarios.channel import leave_aside, with_link_file_found
 from missions.scenarios.checks import cross_faults, job_faults
 from missions.scenarios.copies import with_copies
 from missions.scenarios.equipment import gear_of
-from missions.scenarios.extending import named_in
 from missions.scenarios.guard import guard_faults
 from missions.scenarios.modem import with_modem_read
 from missions.scenarios.named import METRICS, with_kinds_found, with_metrics_found
@@ -83,9 +82,8 @@ def scenario_from(document: Document, overrides: Sequence[tuple[str, str]] = ())
     worded, more = with_ontologies(raw, Path() if ONTOLOGIES in options else Path(document.path).parent)
     faults += more
     copies = with_copies(with_starts_apart(worded))
-    most = max([MOST_VEHICLES, *[feature.most_vehicles for feature in named_in(raw)]])
-    if (n := len(entries(copies.raw, "vehicle"))) > most:  # more would take the checks of pairs for ever
-        faults.append(ConfigurationFault("vehicle", "", f"{n} vehicles; allowed: up to {most}"))
+    if (n := len(entries(copies.raw, "vehicle"))) > MOST_VEHICLES:  # more would take the checks of pairs for ever
+        faults.append(ConfigurationFault("vehicle", "", f"{n} vehicles; allowed: up to {MOST_VEHICLES}"))
         raise document.error(faults, options)
     specification = specified(copies.raw)
     faults += [*copies.faults, *specification.faults]

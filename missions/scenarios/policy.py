@@ -10,9 +10,8 @@ from exchange.errors import ExchangeError
 from exchange.policies import PAPER_POLICIES, POLICIES, AckPolicy, checked_policy, header_bits
 from exchange.wire.sealing import Seal, key_in
 from missions.errors import ConfigurationFault
-from missions.scenarios.extending import fleet_size
 from missions.scenarios.modem import LEAST_BYTES, modem_in
-from missions.scenarios.tables import Raw, table_of
+from missions.scenarios.tables import Raw, entries, table_of
 from remoras.errors import PluginError
 from remoras.plugins import named_object
 from worldmodel import suggestion
@@ -79,7 +78,7 @@ def policy_faults(raw: Raw) -> Iterator[ConfigurationFault]:
     modem, name = modem_in(raw), communication.get("policy")
     if not isinstance(name, str):
         return
-    n_vehicles = fleet_size(raw)
+    n_vehicles = len(entries(raw, "vehicle"))
     try:
         policy = policy_of(name)
         header = header_bits(policy, n_vehicles)

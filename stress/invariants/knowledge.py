@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from itertools import chain
 
 from missions.fault import Danger
-from stress.invariants.seam import Moment, OfEachFleet, Scene
+from stress.invariants.seam import Moment, Scene
 from stress.kinds import FOR_GOOD
 from stress.witness import Breach, Flaw
 
@@ -23,7 +23,7 @@ def _said(flaws: Iterable[Flaw]) -> str | None:
     return "; ".join(found[:MANY]) + more if found else None
 
 
-class TrueBeliefs(OfEachFleet):
+class TrueBeliefs:
     """Nobody believes that a peer holds content which it lacks."""
 
     name = "beliefs"
@@ -51,7 +51,7 @@ class TrueBeliefs(OfEachFleet):
         return None
 
 
-class _Founded(OfEachFleet):
+class _Founded:
     """Flaws of one kind in what world models have."""
 
     breaches: frozenset[Breach]
@@ -77,7 +77,7 @@ class WholeBlocks(_Founded):
     breaches = frozenset({Breach.PARTIAL})
 
 
-class Remembered(OfEachFleet):
+class Remembered:
     """No vehicle loses what it held, or was given whole."""
 
     name = "remembered"
@@ -98,7 +98,7 @@ class Remembered(OfEachFleet):
         return _said(flaw for life in witness.all_alive() for flaw in witness.lost(life))
 
 
-class OneContent(OfEachFleet):
+class OneContent:
     """Of two contents under one name the one of smaller digest stays, whichever came first."""
 
     name = "one-content"
@@ -112,7 +112,7 @@ class OneContent(OfEachFleet):
         return _said(chain.from_iterable(map(scene.witness.kept_out, scene.lives.values())))
 
 
-class NewestCounts(OfEachFleet):
+class NewestCounts:
     """Of what a vehicle holds of one thing, that counts which was observed last, whatever came in last."""
 
     name = "newest"
@@ -124,7 +124,7 @@ class NewestCounts(OfEachFleet):
         return _said(chain.from_iterable(map(scene.witness.outdated, scene.witness.all_alive())))
 
 
-class Past(OfEachFleet):
+class Past:
     """No fact counts that lies in the future of who heard it, beyond the tolerance of clocks."""
 
     name = "past"
@@ -143,7 +143,7 @@ class Past(OfEachFleet):
         return None
 
 
-class SoundPackets(OfEachFleet):
+class SoundPackets:
     """No damaged packet is taken for a sound one."""
 
     name = "sound-packets"
@@ -158,7 +158,7 @@ class SoundPackets(OfEachFleet):
         return f"{heard.vehicle.name} takes a packet for {heard.reception.sender}'s that nobody sent"
 
 
-class KnowledgeAgreement(OfEachFleet):
+class KnowledgeAgreement:
     """After a quiet time, those who hear each other know the same."""
 
     name = "agreement"
@@ -173,7 +173,7 @@ class KnowledgeAgreement(OfEachFleet):
         return _said(scene.witness.apart(lives, of_all=scene.setup.policy.repeat))
 
 
-class Rest(OfEachFleet):
+class Rest:
     """After a quiet time nobody has anything left to say, and nothing waits."""
 
     name = "rest"

@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 from missions.fault import Danger
-from missions.scenarios.extending import other_addresses, water
+from missions.scenarios.extending import water
 from remoras.recorder import PACKETS
 from remoras.separation import SAME_DEPTH_M
 from stress.invariants.seam import Moment, Scene
@@ -131,12 +131,9 @@ class Energy:
         self._used_j: dict[str, float] = {}
         self._before_s = 0.0
         self._n_packets = 0
-        self._first_of: dict[str, str] | None = None  # by second addresses of gateways, which have no body
 
     def broken(self, scene: Scene) -> str | None:
         """Work it out from the tick before; an empty battery gives nothing more."""
-        if self._first_of is None:
-            self._first_of = other_addresses(scene.setup.scenario)
         if scene.finished is not None:
             return None
         dt_s, self._before_s = scene.now_s - self._before_s, scene.now_s
@@ -146,7 +143,7 @@ class Energy:
             m, data, name = vehicle.functional.motion, vehicle.functional.data, vehicle.name
             before_j = due_j = self._used_j.get(name, 0.0)
             for row in sent:
-                if self._first_of.get(row[SENDER], row[SENDER]) == name:
+                if row[SENDER] == name:
                     due_j += data.transmit_j_per_packet + row[SIZE_BITS] * data.transmit_j_per_bit
             if vehicle.is_alive:
                 own_w = data.hotel_w + data.drag_w_per_mps3 * m.speed_mps**3

@@ -71,7 +71,6 @@ class Scene:
         forged: (vehicle, group or subject, what) of each act that a fault of the mind has forged.
         heard: of the moment EVENT: the packet.
         finished: of the moment END: the run; summary: its figures.
-        parts: what is seen of each fleet by itself, where there are several.
         rested: True if the exchange after the mission left nothing open; None where it did not go on.
     """
 
@@ -86,7 +85,6 @@ class Scene:
     finished: Run | None = None
     summary: Mapping[str, Any] = field(default_factory=dict)
     rested: bool | None = None
-    parts: Sequence[Scene] = ()
     _judged: Heard | None = None
     _flaws: list[Flaw] | None = None
 
@@ -126,13 +124,13 @@ class Scene:
     @cached_property
     def is_parted(self) -> bool:
         """True if news has no way between some of those in contact: all such ways have links that are nearly cut."""
-        return any(part.is_parted for part in self.parts) or self._has_no_way(self._losses_since)
+        return self._has_no_way(self._losses_since)
 
     @cached_property
     def was_parted(self) -> bool:
         """True if that was so in the later half of the mission, in which those stand still who wait for others."""
         losses = self._losses_in(0.5 * self.fleet.ended_s, self.fleet.ended_s)
-        return any(part.was_parted for part in self.parts) or self._has_no_way(losses)
+        return self._has_no_way(losses)
 
     @cached_property
     def _losses_since(self) -> Losses:
@@ -141,8 +139,6 @@ class Scene:
 
     def _losses_in(self, from_s: float, until_s: float) -> Losses:
         """What each link loses all the time; on the channel acoustic in that time, where vehicles are in the end."""
-        if self.parts:
-            return {}  # each has its own
         if losses := losses_of(self.setup.scenario):
             return losses
         motions = [vehicle.functional.motion for vehicle in self.fleet.vehicles]
@@ -159,10 +155,6 @@ class Scene:
         return [
             vehicle for vehicle, seen in zip(fleet.vehicles, fleet.view.vehicles, strict=True) if seen.is_in_contact
         ]
-
-
-class OfEachFleet:
-    """Base of invariants that are looked at in each fleet by itself, where a sea has several."""
 
 
 class Invariant(Protocol):

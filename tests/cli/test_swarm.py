@@ -156,7 +156,6 @@ def test_a_swarm_whose_port_is_in_use_ends_all_it_started() -> None:
             ["swarm", SCENARIO, "--set", "strategy.name=oracle"],
             "strategy.name = oracle: a strategy that tells by packets",
         ),
-        (["swarm", "mapping-four-cells"], "cell: a node is a vehicle of one fleet: leave it out"),
         (["swarm", SCENARIO, "--vehicles", "AUV00,AUV00"], "--vehicles AUV00,AUV00: AUV00 is named twice"),
         (["swarm", SCENARIO, "--port", "65533"], "--port 65533: allowed is up to 65532: 4 vehicles take a port each"),
         (["node", SCENARIO, "AUV00", "--start", "nan"], "--start nan: allowed is a time by time.monotonic()"),

@@ -44,10 +44,6 @@ except ConfigurationError as error:
 print(json.dumps([hashlib.sha256(found.encode()).hexdigest(), refused, list(features())]))
 """
 USES = {
-    "cells": [
-        "cell=[{name='all', vehicles=['ASV00','AUV00','AUV01','AUV02'], groups=['Coordination','Operational']}]",
-        "cells={hops=2}",
-    ],
     "ban": ["ban=[{issuer='AUV00', vehicle='AUV02', at_s=6.0}]"],
     "clocks": ["communication.clocks={offset_s=0.2, apart_s=0.5}"],
     "coarse_above": ["communication.coarse_above=5"],

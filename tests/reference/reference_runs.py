@@ -72,7 +72,6 @@ RUNS: dict[str, tuple[str, float, int, tuple[str, ...]]] = {
     "pandora": ("pandora-inspection", 3100.0, 19, ()),
     "archaeology": ("arrows-archaeology", 1000.0, 20, ()),
     "trident": ("trident-intervention", 1500.0, 21, ("channel.per=0.2",)),
-    "four cells": ("mapping-four-cells", 900.0, 22, ("channel.per=0.3", "cells.relays=['mappedCell']")),
     "recovery": ("recovery-field", 900.0, 22, ()),
     "ferry": ("ferry-passage", 500.0, 23, ()),
     "escort": ("escort-lines", 600.0, 25, ()),

@@ -131,14 +131,14 @@ class Lockstep:
             seed: root of its draws.
 
         Raises:
-            PluginError: clocks are off or vehicles are others, so they do not consult together.
+            PluginError: clocks are off, so they do not consult together.
         """
         self.close()
         self.groups = {}
         self.underway = Underway(setup, seed)
-        if self.fleet.clocks or not all(isinstance(vehicle, WaitingVehicle) for vehicle in self.fleet.vehicles):
+        if self.fleet.clocks:
             name = setup.scenario.scenario.name
-            raise PluginError(f"{name}: vehicles do not consult together; allowed to learn on: no clocks, no [cells]")
+            raise PluginError(f"{name}: vehicles do not consult together; allowed to learn on: no clocks")
         self._new_rows = [self.fleet.recorder.rows(name).new for name in self.fleet.recorder.tables]
         self._run = greenlet(self._go)
         self._collected_rarely.enter_context(rare_collections())

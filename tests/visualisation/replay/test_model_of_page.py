@@ -274,17 +274,3 @@ def test_what_losses_cost_is_counted_from_the_tables(case: tuple[Results, bytes,
         so = {(*key, name) for name in inside for key in roles_at(roles, name, at_s)[0]}
         agree = [{role for role in one["roles"] if role[2] in inside} == so for one in known.values()]
         assert told["agree"] == pytest.approx(sum(agree) / max(1, len(inside)))
-
-
-WRONG = """([run], at_s) => run.vehicles.map((_, v) => [
-  run.vehicles[v].name, run.disagreements(v, at_s).lacking.map((one) => run.vehicles[one.v].name)
-])"""
-
-
-def test_who_has_another_channel_is_no_peer(tmp_path: Path) -> None:
-    """In cells nobody is wrong of who plays what in another; without losses all agree on their own."""
-    settings = [("--set", one) for one in ("scenario.duration_s=200", "channel.name='perfect'")]
-    write_results(run(load("mapping-four-cells", settings), 1), tmp_path / "run")
-    data = data_of(Results.read(tmp_path / "run"))
-    assert all(not lacking for _, lacking in asked([data], WRONG, tmp_path, 190.0))
-    assert asked([data], COST, tmp_path, [190.0])[0]["agree"] == 1.0

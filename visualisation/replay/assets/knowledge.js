@@ -18,7 +18,6 @@ globalThis.R = globalThis.R || {};
     const membership = run._rows("membership");
     run._absences = run.vehicles.map((_, v) => changes(ofVehicle(membership, v), "absent", (row) => row.peer));
     run._news = run.vehicles.map((_, v) => newsOf(run, v));
-    run._peers = peersOf(run);
   };
 
   Object.assign(R.Run.prototype, {
@@ -71,18 +70,12 @@ globalThis.R = globalThis.R || {};
       return heldAt(this._absences[v], t).map((one) => one.v).sort((a, b) => a - b);
     },
 
-    // True for v itself, and for whoever shares a channel with it.
-    isPeer(v, p) {
-      return v === p || this._peers[v].has(p);
-    },
-
-    // Where v errs on who plays what: {extra, lacking}, each [{v, group, role}]; those out of the mission play nothing,
-    // and who has another channel is nothing to it.
+    // Where v errs on who plays what: {extra, lacking}, each [{v, group, role}]; those out of the mission play nothing.
     disagreements(v, t) {
       const key = (one) => one.v + "\n" + one.group + "\n" + one.role;
       const inside = (roles) => roles.filter((one) => !this.outAt(one.v, t));
       const own = inside(heldAt(this._views[v], t));
-      const so = inside(heldAt(this._truth, t)).filter((one) => this.isPeer(v, one.v));
+      const so = inside(heldAt(this._truth, t));
       const ownKeys = new Set(own.map(key)), soKeys = new Set(so.map(key));
       return { extra: own.filter((one) => !soKeys.has(key(one))), lacking: so.filter((one) => !ownKeys.has(key(one))) };
     },
@@ -101,19 +94,6 @@ globalThis.R = globalThis.R || {};
       return { age_s, lacking };
     },
   });
-
-  // With whom each vehicle shares a channel: who might have heard whom; without packets all do.
-  function peersOf(run) {
-    if (!run.packets.length) return run.vehicles.map(() => new Set(run.vehicles.keys()));
-    const peers = run.vehicles.map(() => new Set());
-    for (const packet of run.packets) {
-      for (const { v } of packet.to) {
-        peers[packet.sender].add(v);
-        peers[v].add(packet.sender);
-      }
-    }
-    return peers;
-  }
 
   // Of every vehicle the times at which it came to know each item: its own as it recorded them, others from packets.
   // What it set aside, since it had no need of it, it knows from when it took it up.

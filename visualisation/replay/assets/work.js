@@ -166,7 +166,7 @@ globalThis.R = globalThis.R || {};
     let next = 0;
     return t.map((at, n) => {
       while (next < events.length && events[next].row.time_s <= at) apply(events[next++]);
-      const right = inside[n].filter((v) => inside[n].every((holder) => !wrong[v][holder] || !run.isPeer(v, holder)));
+      const right = inside[n].filter((v) => inside[n].every((holder) => !wrong[v][holder]));
       return right.length / Math.max(1, inside[n].length);
     });
   }
