@@ -1,6 +1,6 @@
 """``python -m benchmarks [NAME...] [--json]``: every module here with a function ``rows`` is a benchmark.
 
-``bursts``, ``contest``, ``flicker``, ``healing``, ``holdings``, ``intervals``, ``mechanisms``, ``site``, ``tuning``,
+``bursts``, ``contest``, ``healing``, ``holdings``, ``intervals``, ``mechanisms``, ``site``, ``tuning``,
 ``under_loss`` and ``variants`` are none: they are commands of their own, as ``python -m benchmarks.tuning``.
 ``printed`` takes options: it makes the figures of pages. ``ipc`` is a part of ``htn``, ``dividing`` of
 ``organisation``, ``measuring`` of all.
@@ -19,7 +19,7 @@ import benchmarks
 from benchmarks import printed
 
 NO_BENCHMARKS = {
-    "__main__", "bursts", "contest", "dividing", "flicker", "healing", "holdings", "intervals", "ipc", "measuring",
+    "__main__", "bursts", "contest", "dividing", "healing", "holdings", "intervals", "ipc", "measuring",
     "mechanisms", "printed", "site", "tuning", "under_loss", "variants",
 }  # fmt: skip
 
@@ -42,20 +42,21 @@ def main() -> int:
         rows = importlib.import_module(f"benchmarks.{name}").rows()
         found += rows
         if not arguments.json:
-            for row in rows:
-                print(
-                    f"{row['name']:<40} {row['value']:>10.4g} {row['unit']:<8} {row['ratio']:>8.3g} x "
-                    f"{row['reference']} ({row['reference_value']:.4g}){_goal_of(row)}",
-                    flush=True,
-                )
+            print(*map(_line, rows), sep="\n", flush=True)
     if arguments.json:
         print(json.dumps(found, indent=2))
     return 0
 
 
-def _goal_of(row: dict[str, Any]) -> str:
-    """The goal of a row that has one, and whether it is met."""
-    return f"   {row['goal']}: {'met' if row['met'] else 'NOT MET'}" if "goal" in row else ""
+def _line(row: dict[str, Any]) -> str:
+    """A row as text, with the goal of a row that has one, and whether it is met."""
+    if row["value"] is None:
+        return f"{row['name']:<40} n/a: {row['why']}"
+    goal = f"   {row['goal']}: {'met' if row['met'] else 'NOT MET'}" if "goal" in row else ""
+    return (
+        f"{row['name']:<40} {row['value']:>10.4g} {row['unit']:<8} {row['ratio']:>8.3g} x "
+        f"{row['reference']} ({row['reference_value']:.4g}){goal}"
+    )
 
 
 if __name__ == "__main__":

@@ -13,31 +13,36 @@ from missions.scenarios import load
 
 def row(
     name: str,
-    value: float,
+    value: float | None,
     unit: str,
     reference: str,
     reference_value: float,
     ratio: float | None = None,
     goal: str = "",
     judged: float | None = None,
+    why: str = "",
 ) -> dict[str, Any]:
     """A benchmark row.
 
     Args:
-        name: of what was measured; value: what came of it; unit: of both values.
+        name: of what was measured; value: what came of it, None if it cannot be measured; unit: of both values.
         reference: what it is held against; reference_value: of that.
         ratio: how the two compare; the value over the reference's if left out.
         goal: such as ``<= 1.2``; left out of the row if empty.
         judged: what the goal is about; the ratio if left out.
+        why: reason for a missing value.
     """
-    ratio = value / reference_value if ratio is None else ratio
+    ratio = value / reference_value if ratio is None and value is not None else ratio
     found = {
         "name": name, "value": value, "unit": unit, "reference": reference, "reference_value": reference_value,
         "ratio": ratio,
     }  # fmt: skip
+    if value is None:
+        return found | {"why": why}
     if goal:
         sign, limit = goal.split()[:2]
         of = ratio if judged is None else judged
+        assert of is not None
         found |= {"goal": goal, "met": of >= float(limit) if sign == ">=" else of <= float(limit)}
     return found
 

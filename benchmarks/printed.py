@@ -38,11 +38,11 @@ from pathlib import Path
 from typing import Any
 
 import remoras
-from benchmarks.house import ROOT
 from benchmarks.mechanisms import MECHANISMS, measured
 from missions.statistics import t_half_width
 
 ENTRIES = Path(__file__).with_name("printed.toml")
+ROOT = Path(__file__).parents[1]
 COMMAND = [sys.executable, "-c", "from remoras.cli import main; main()"]
 FIGURE = r"-?[0-9][0-9 ]*(?:\.[0-9]+)?(?:e-?[0-9]+)?"
 """A number as pages print it."""

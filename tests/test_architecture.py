@@ -16,8 +16,6 @@ from typing import NamedTuple
 
 import pytest
 
-from benchmarks.house import MOST_SHARED_NAMES, shared_names
-
 ROOT = Path(__file__).resolve().parent.parent
 OURS = ("worldmodel", "exchange", "remoras", "missions", "visualisation", "stress")
 
@@ -441,11 +439,6 @@ def test_who_writes_a_complex_function_says_why() -> None:
 def test_a_complex_function_without_a_reason_is_seen(before: str, lines: list[int]) -> None:
     marked = "def f():  # no" + "qa: C901"
     assert unexplained(f"{before}\n{marked}\n    pass") == lines
-
-
-def test_few_names_stand_for_two_things() -> None:
-    shared = shared_names()
-    assert len(shared) <= MOST_SHARED_NAMES, "\n".join(f"{name}: {', '.join(files)}" for name, files in shared.items())
 
 
 def assigned(source: str) -> set[str]:

@@ -1,4 +1,4 @@
-"""The number of vehicles as an axis of a study, and what the benchmarks make of it."""
+"""The number of vehicles as an axis of a study."""
 
 import json
 from pathlib import Path
@@ -6,8 +6,6 @@ from pathlib import Path
 import pytest
 from sweeping import study_text, written
 
-import benchmarks.fleet
-import benchmarks.sweep
 from missions.comparison.baseline import compare
 from missions.errors import ConfigurationError
 from missions.sweeps.driver import sweep
@@ -66,34 +64,3 @@ def test_a_scenario_that_says_not_what_to_copy_is_named_by_the_axis(tmp_path: Pa
 
 
 # Benchmarks ---------------------------------------------------------------------------------------
-
-
-def test_the_fleet_benchmark_relates_all_sizes_to_the_smallest(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(benchmarks.fleet, "SIZES", (4, 6))
-    monkeypatch.setattr(benchmarks.fleet, "MISSION_S", 20.0)
-    monkeypatch.setattr(benchmarks.fleet, "BIDDERS", (4, 5))
-    monkeypatch.setattr(benchmarks.fleet, "BIDDING_S", (20.0,))
-    monkeypatch.setattr(benchmarks.fleet, "CELLS_S", 5.0)
-    monkeypatch.setattr(benchmarks.fleet, "COLUMNS", 2)
-    monkeypatch.setattr(benchmarks.fleet, "ROWS", 1)
-    *rows, bidding, cells = benchmarks.fleet.rows()
-    assert cells["name"].startswith("vehicle-step, 19 vehicles in cells (ratios ")
-    assert cells["goal"] == "<= 1.5"
-    assert bidding["name"] == "vehicle-step, cbba, 5 vehicles, 20 s"
-    assert bidding["value"] == pytest.approx(bidding["ratio"] * bidding["reference_value"])
-    assert [row["name"].split(", ")[1] for row in rows] == ["4 vehicles", "6 vehicles"] * 2
-    assert [row["ratio"] for row in rows[::2]] == [1.0, 1.0]
-    assert all(row["value"] == pytest.approx(row["ratio"] * row["reference_value"]) for row in rows)
-
-
-def test_the_comparison_is_timed_where_it_is_shipped_and_passed_over_where_not(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    path = written(tmp_path, axis_text("[4]"))
-    monkeypatch.setattr(benchmarks.sweep, "shipped_studies", lambda: {})
-    assert benchmarks.sweep.comparison_rows() == []
-    monkeypatch.setattr(benchmarks.sweep, "shipped_studies", lambda: {benchmarks.sweep.COMPARISON: path})
-    monkeypatch.setattr(benchmarks.sweep, "load_study", lambda _: load_study(str(path)))
-    [row] = benchmarks.sweep.comparison_rows()
-    assert row["reference_value"] == 0.5
-    assert 0.0 < row["value"] == row["ratio"] * 0.5
