@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from exchange.coding import symbol, symbol_key
-from exchange.errors import ConfigurationError, PeerFault
+from exchange.errors import ConfigurationError
 from exchange.manager import ExchangeManager
 from exchange.packets import Account, HolderSet, OriginStatement
 from exchange.policies import STATING
@@ -67,23 +67,6 @@ def fleet_of_three() -> ManagerFleet:
     return ManagerFleet(3, "adaptive", 64, who_needs=needs(range(3)))
 
 
-def forged(fleet: ManagerFleet, account: Account) -> bytes:
-    """A packet of node 1 in its next slot that says this."""
-    while fleet.slot % 3 != 1:
-        fleet.pass_slot()
-    return fleet.codec.encode(1, [0] * 3, frame=fleet.slot // 3, slot_start_s=fleet.now_s, account=account)
-
-
-def test_what_is_decoded_and_cannot_be_is_refused_and_counted() -> None:
-    """A symbol over one item that is no block, as after damage: nothing is believed, and it is a fault."""
-    fleet = fleet_of_three()
-    data = forged(fleet, Account((OriginStatement(1, 0, 0, 1, 1, False),), (), (b"\x13" * 9,)))
-    manager = fleet.managers[0]
-    assert manager.n_faults == 0
-    assert not manager.receive(data, fleet.now_s + 1.0).blocks
-    assert manager.n_faults == 1
-
-
 def test_what_is_decoded_is_a_block_like_any_other() -> None:
     fleet = fleet_of_three()
     while fleet.slot % 3 != 1:
@@ -94,15 +77,6 @@ def test_what_is_decoded_is_a_block_like_any_other() -> None:
     account = Account((OriginStatement(1, 0, 0, 1, 1, False),), (), (symbol({(1, 0): content}, key, len(content)),))
     data = fleet.codec.encode(1, [0] * 3, frame=fleet.slot // 3, slot_start_s=fleet.now_s, account=account)
     assert fleet.managers[0].receive(data, fleet.now_s + 1.0).blocks == (block,)
-
-
-@given(st.integers(0, 500), st.integers(0, 4095))
-def test_a_block_is_coded_and_decoded(time: int, cell: int) -> None:
-    accounts, block = accounts_of(3), Block(1, 4, time / 10, (PropertyValue(3, MAPPED_CELL, cell),))
-    data = accounts.block_bytes(block)
-    assert accounts.block_of(data + b"\0\0", (1, 0, 4)) == block
-    with pytest.raises(PeerFault):
-        accounts.block_of(data + b"\0\1", (1, 0, 4))
 
 
 def test_slot_lists_are_refused() -> None:

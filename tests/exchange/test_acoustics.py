@@ -8,7 +8,7 @@ import math
 from itertools import pairwise
 
 import pytest
-from hypothesis import assume, given
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
@@ -234,14 +234,6 @@ def test_a_block_under_one_fade_against_another_quadrature(modulation: Modulatio
     assert faded_block_loss(modulation, n_bits, g) == pytest.approx(expected, rel=1e-6)
 
 
-@pytest.mark.parametrize("modulation", Modulation)
-@pytest.mark.parametrize("fading", Fading)
-def test_where_there_is_nothing_but_noise_each_bit_is_tossed(modulation: Modulation, fading: Fading):
-    """Of n bits all are right by chance in one of 2^n packets."""
-    for n_bits in (1, 3, 10):
-        assert packet_loss(modulation, fading, n_bits, 16, 0.0) == pytest.approx(1.0 - 0.5**n_bits)
-
-
 @given(
     st.sampled_from(Modulation), st.sampled_from(Fading), st.integers(0, 4096), st.integers(8, 4096), st.floats(-40, 60)
 )
@@ -251,12 +243,6 @@ def test_a_loss_is_a_probability_that_falls_as_the_signal_grows(
     weak, strong = (packet_loss(modulation, fading, n_bits, frame_bits, ratio(db + gain)) for gain in (0.0, 1.0))
     assert 0.0 <= strong <= weak <= 1.0
     assert n_bits > 0 or weak == 0.0
-
-
-@given(st.sampled_from(Modulation), st.sampled_from(Fading), st.integers(1, 2000), st.floats(-10, 40))
-def test_a_longer_packet_is_lost_rather(modulation: Modulation, fading: Fading, n_bits: int, db: float):
-    short, long = (packet_loss(modulation, fading, n, 512, ratio(db)) for n in (n_bits, n_bits + 64))
-    assert short <= long + 1e-6  # the rule of the fade is exact to 2e-7
 
 
 def test_frames_fail_one_by_one():
@@ -275,16 +261,3 @@ def test_a_short_last_frame_counts_by_its_size():
     assert packet_loss(FSK, Fading.FRAME, 552, 256, g) == pytest.approx(1.0 - (1.0 - whole) ** 2 * (1.0 - rest))
     expected = (512 * (1.0 - whole) + 40 * (1.0 - rest)) / 552
     assert delivered_share(FSK, Fading.FRAME, 552, 256, g) == pytest.approx(expected)
-
-
-def test_bits_that_err_independently_know_no_frames():
-    for fading in (Fading.NONE, Fading.BIT):
-        apart, together = (packet_loss(FSK, fading, 1500, size, ratio(28.0)) for size in (256, 1500))
-        assert apart == pytest.approx(together, rel=1e-9)
-
-
-@given(st.sampled_from(Modulation), st.sampled_from(Fading), st.integers(1, 6), st.floats(0.0, 40.0))
-def test_a_driver_that_delivers_frames_gets_no_less(modulation: Modulation, fading: Fading, n: int, db: float):
-    assume(fading is not Fading.PACKET)
-    taken_whole = 1.0 - packet_loss(modulation, fading, 512 * n, 512, ratio(db))
-    assert delivered_share(modulation, fading, 512 * n, 512, ratio(db)) >= taken_whole - 1e-12

@@ -7,13 +7,13 @@ from statistics import NormalDist
 from typing import Any
 
 import pytest
-from hypothesis import assume, given
+from hypothesis import given
 from hypothesis import strategies as st
 
 from exchange import arithmetic
 from exchange.arithmetic import PI, atan2, erfc, exp, expm1, length, log, log1p, log2, log10, normal_quantile
 
-from exchange.arithmetic import distance, expm1_of, power, power_of_10, sincos  # isort: skip
+from exchange.arithmetic import expm1_of, power, power_of_10, sincos  # isort: skip
 
 LIBRARY_ULP = 1.0
 draw = random.Random(1).uniform
@@ -109,28 +109,6 @@ def test_angles_of_the_axes_and_of_extremes_have_the_right_sign(vector: list[flo
     y, x = vector
     assert atan2(y, x) == math.atan2(y, x)
     assert math.copysign(1.0, atan2(y, x)) == math.copysign(1.0, y)
-
-
-@pytest.mark.parametrize("ours", [exp, log1p, lambda x: -erfc(x), lambda x: atan2(x, 1.0), expm1])
-@given(st.floats(-0.99, 20.0), st.floats(-0.99, 20.0))
-def test_what_rises_rises(ours: Callable[[float], float], one: float, other: float) -> None:
-    """Unless arguments are so near that the rounding decides."""
-    low, high = sorted((one, other))
-    assume(high - low > 1e-14 * max(1.0, abs(high)))
-    assert ours(low) <= ours(high)
-
-
-@given(numbers, numbers)
-def test_angles_and_lengths_are_symmetric(x: float, y: float) -> None:
-    assert length(x, y) == length(-y, x) == distance((x, y), (0.0, 0.0)) == distance((0.0, 0.0), (x, y))
-    assert atan2(-y, x) == -atan2(y, x)
-
-
-@given(st.floats(-6e6, 6e6))
-def test_sines_are_odd_cosines_even_and_both_on_the_circle(x: float) -> None:
-    sine, cosine = sincos(x)
-    assert sincos(-x) == (-sine, cosine)
-    assert sine * sine + cosine * cosine == pytest.approx(1.0, rel=1e-15)
 
 
 def test_constants_are_those_of_the_standard_library() -> None:

@@ -121,16 +121,6 @@ def test_one_that_is_cut_off_holds_up_nobody():
     storm.check_rest()
 
 
-def test_who_joins_late_is_told_all():
-    for policy in ("ack", "mps-ack-repeat"):
-        storm = storm_of(4, policy, absent=(3,))
-        busy(storm, 15, chances(8, (0.3, LOST)))
-        storm.start(3)
-        storm.calm(60)
-        storm.check_agreement()
-        storm.check_rest()
-
-
 # Two of one number --------------------------------------------------------------------------------
 
 

@@ -68,13 +68,6 @@ def test_assembly_undoes_it_in_any_order_with_any_repetition(block: Block, capac
     assert assembly.add(last) == block
 
 
-def test_parts_of_two_blocks_are_kept_apart():
-    one, other = block_of_cells(N_NODES, 6, origin=0), block_of_cells(N_NODES, 6, origin=1)
-    pairs = zip(*(fragments_of(b, 120, CODEC.fragment_bits) for b in (one, other)), strict=True)
-    assembly = Assembly()
-    assert [whole for pair in pairs for part in pair if (whole := assembly.add(part))] == [one, other]
-
-
 def test_a_fact_larger_than_a_packet_is_refused_with_both_sizes():
     """A cell takes 3 (of 8 instances) + 6 (of 49 attributes) + 12 + 1 = 22 bits, behind a head of 52."""
     with pytest.raises(ConfigurationError, match="one fact needs 74 bits, a packet has room for 73"):
@@ -87,11 +80,3 @@ def test_a_block_of_too_many_parts_is_refused_with_their_number():
     assert len(fragments_of(block_of_cells(N_NODES, MAX_FRAGMENTS), capacity_bits, CODEC.fragment_bits)) == 16
     with pytest.raises(ConfigurationError, match="a block of 17 facts needs 17 fragments, 16 are allowed"):
         fragments_of(block_of_cells(N_NODES, 17), capacity_bits, CODEC.fragment_bits)
-
-
-def test_parts_that_disagree_on_how_many_they_are_make_no_block_and_no_error():
-    """Part 2 of 3 and part 0 of 2 of one block: two parts, and part 1 is not among them."""
-    assembly = Assembly()
-    fact = block_of_cells(N_NODES, 1).facts
-    assert assembly.add(Fragment(0, 0, 1.0, fact, 2, 3)) is None
-    assert assembly.add(Fragment(0, 0, 1.0, fact, 0, 2)) is None

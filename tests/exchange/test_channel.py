@@ -1,6 +1,5 @@
 """The broadcast channel: when a packet is heard, by whom, and that chance knows nothing of what is said."""
 
-import itertools
 import math
 
 import pytest
@@ -86,52 +85,6 @@ def test_the_guard_suffices_at_the_end_of_the_range_too():
     assert heard_in == list(range(200))
 
 
-@pytest.mark.parametrize("per", [0.05, 0.2, 0.5, 0.9])
-def test_losses_are_as_frequent_as_they_should_be(per: float):
-    """Four standard errors of 12 000 independent draws."""
-    n_slots = 4000
-    share = len(lost(BroadcastChannel(MODEM, Bernoulli(per), seed=3), n_slots)) / (3 * n_slots)
-    assert abs(share - per) < 4.0 * math.sqrt(per * (1.0 - per) / (3 * n_slots))
-
-
-def test_receivers_lose_independently():
-    """Of 3 receivers at PER 0.5 all three lose together in one packet of eight, within four standard errors."""
-    n_slots = 4000
-    slots = [slot for slot, _ in lost(BroadcastChannel(MODEM, Bernoulli(0.5), seed=5), n_slots)]
-    together = sum(slots.count(slot) == 3 for slot in set(slots)) / n_slots
-    assert abs(together - 0.125) < 4.0 * math.sqrt(0.125 * 0.875 / n_slots)
-
-
-def test_what_is_lost_at_one_rate_is_lost_at_every_higher_one():
-    """The draw is compared with the rate afterwards, so runs at different rates are paired."""
-    losses = [lost(BroadcastChannel(MODEM, Bernoulli(per), seed=1), 500) for per in (0.0, 0.2, 0.4, 0.8)]
-    assert losses[0] == set()
-    assert all(fewer < more for fewer, more in itertools.pairwise(losses))
-
-
-def test_chance_knows_nothing_of_content_size_time_or_place():
-    channel = BroadcastChannel(MODEM, Bernoulli(0.4), seed=9)
-    for slot in range(100):
-        receivers = {
-            tuple(arrival.receiver for arrival in channel.transmit(slot, 0, data, now_s, places))
-            for data, now_s, places in [
-                (b"", 0.0, TOGETHER_M),
-                (bytes(64), 1e5, SQUARE_M),
-                (b"\xff" * 13, 3.0, [(9.0 * node, 1.0) for node in range(4)]),
-            ]
-        }
-        assert len(receivers) == 1
-
-
-def test_seeds_and_trials_have_losses_of_their_own():
-    of = [
-        lost(BroadcastChannel(MODEM, Bernoulli(0.4), seed=seed, trial=trial), 200)
-        for seed, trial in [(1, 0), (1, 1), (2, 0), (2, 1)]
-    ]
-    assert all(one != other for number, one in enumerate(of) for other in of[number + 1 :])
-    assert lost(BroadcastChannel(MODEM, Bernoulli(0.4), seed=1), 200) == of[0]
-
-
 # Blackouts ----------------------------------------------------------------------------------------
 
 
@@ -172,31 +125,6 @@ def test_nothing_passes_between_the_sides_of_a_cut_and_all_else_does(
     parted = {node for node in range(4) if {side_of[node], side_of[sender]} == {1, 2}}
     lasts = from_s <= now_s < from_s + lasts_s
     assert heard == set(range(4)) - {sender} - (parted if lasts else set())
-
-
-@given(SIDES)
-def test_a_cut_changes_no_loss_within_its_sides(side_of: list[int]):
-    sides = tuple(frozenset(node for node in range(4) if side_of[node] == side) for side in (1, 2))
-    cut = BroadcastChannel(MODEM, Bernoulli(0.4), seed=1, blackouts=(Blackout(0.0, 1e6, between=sides),))
-    across = {(slot, node) for slot in range(24) for node in range(4) if {side_of[node], side_of[slot % 4]} == {1, 2}}
-    assert lost(cut, 24) == lost(BroadcastChannel(MODEM, Bernoulli(0.4), seed=1), 24) | across
-
-
-def test_cuts_add_up_with_blackouts_of_vehicles_and_may_have_three_sides():
-    three = Blackout(0.0, 20.0, between=(frozenset((0,)), frozenset((1, 2)), frozenset((3,))))
-    channel = BroadcastChannel(MODEM, Perfect(), 1, blackouts=(three, Blackout(10.0, 30.0, 2)))
-    heard = [
-        [[arrival.receiver for arrival in channel.transmit(0, node, b"x", t_s, TOGETHER_M)] for node in range(4)]
-        for t_s in (5.0, 15.0, 25.0)
-    ]
-    assert heard == [[[], [2], [1], []], [[], [], [], []], [[1, 3], [0, 3], [], [0, 1]]]
-
-
-def test_a_blackout_changes_no_loss_outside_of_it():
-    plain = lost(BroadcastChannel(MODEM, Bernoulli(0.4), seed=1), 200)
-    cut = lost(BroadcastChannel(MODEM, Bernoulli(0.4), seed=1, blackouts=(Blackout(100.0, 200.0),)), 200)
-    inside = {(slot, node) for slot in range(50, 100) for node in range(4) if node != slot % 4}  # a slot each 2 s
-    assert cut == plain | inside
 
 
 def test_the_fate_of_a_packet_is_the_draw_of_its_sender_and_receiver():

@@ -27,29 +27,12 @@ def heard_of(codec: Codec, n_frames: int) -> ManagerFleet:
     return fleet
 
 
-def bytes_alike(codec: Codec) -> list[bool]:
-    """Which bytes of its hash are ours, by frame."""
-    ours = ManagerFleet(3).codec
-    return [codec.encode(0, [0] * 3, [], frame=f)[0] == ours.encode(0, [0] * 3, [], frame=f)[0] for f in range(4)]
-
-
 def test_a_stranger_is_one_event_and_all_that_it_says_is_refused():
     fleet = heard_of(stranger_codec(N_BLOCKS + 1), 12)
     assert [reception.is_stranger for reception in fleet.heard[1]] == [True] + [False] * 11
     assert all(reception.fault for reception in fleet.heard[1])
     assert fleet.managers[1].n_faults == 12
     assert list(fleet.models[1].blocks()) == []
-
-
-def test_three_bytes_that_agree_do_not_let_a_stranger_in():
-    """Of 4096 definitions some share a byte of the hash with ours, 4 in 256 on average; what differs bars them all."""
-    found = next(
-        c for n in range(N_BLOCKS + 1, N_BLOCKS + 4096) if bytes_alike(c := stranger_codec(n)).index(False) > 0
-    )
-    fleet = heard_of(found, 16)
-    first = bytes_alike(found).index(False)
-    assert [reception.is_stranger for reception in fleet.heard[1]].index(True) == first <= 3
-    assert all(reception.fault for reception in fleet.heard[1][first:])
 
 
 def test_a_peer_that_was_damaged_once_is_heard_again_when_that_byte_agrees():
@@ -60,14 +43,6 @@ def test_a_peer_that_was_damaged_once_is_heard_again_when_that_byte_agrees():
             definitions.agree(2, frame)
     definitions.agree(2, frame=9)
     definitions.agree(2, frame=10)
-
-
-def test_damage_bars_nobody_whose_definition_is_known():
-    definitions = ComparedDefinitions()
-    for frame in range(4):
-        definitions.agree(2, frame)
-    assert not definitions.differ(2, frame=4)
-    definitions.agree(2, frame=5)
 
 
 def test_another_grammar_is_noticed_within_four_frames(monkeypatch: pytest.MonkeyPatch):
@@ -114,17 +89,6 @@ def test_bytes_of_another_era_do_not_add_up_beside_those_of_the_era_known():
     assert not fleet.managers[1].knows_life(0, 4)
 
 
-def test_an_era_that_is_over_has_to_be_shown_anew():
-    fleet = ManagerFleet(3)
-    for epoch in (0, 4, 8):
-        for frame in range(epoch, epoch + 4):
-            in_epoch(fleet, epoch, frame)
-        assert fleet.managers[1].knows_life(0, epoch)
-    assert in_epoch(fleet, 4, 12).fault
-    assert in_epoch(fleet, 4, 13).fault
-    assert in_epoch(fleet, 8, 14).fault is None
-
-
 def test_a_packet_played_again_in_another_frame_is_always_refused():
     """Each of 32 packets of a known peer, up to 64 times four frames later; the byte of some is right for an era."""
     fleet, n_eras = ManagerFleet(3), 0
@@ -147,13 +111,6 @@ def test_the_first_era_that_is_heard_of_a_peer_counts_when_four_bytes_say_so():
     assert fleet.managers[1].knows_life(0, 21)
 
 
-def test_four_bytes_of_several_eras_are_of_none():
-    fleet = ManagerFleet(3)
-    heard = [in_epoch(fleet, epoch, frame) for frame, epoch in enumerate((21, 21, 21, 13, 21, 21, 21))]
-    assert all(reception.fault for reception in heard)
-    assert in_epoch(fleet, 21, 7).fault is None
-
-
 @given(st.sets(st.integers(0, 3), min_size=1), st.lists(st.integers(0, 40), min_size=1))
 def test_nothing_of_a_stranger_counts_once_a_byte_has_differed(differing: set[int], frames: list[int]):
     """Whichever bytes differ and in whichever frames it is heard."""
@@ -167,9 +124,3 @@ def test_nothing_of_a_stranger_counts_once_a_byte_has_differed(differing: set[in
                 definitions.agree(1, frame)
         else:
             definitions.agree(1, frame)
-
-
-def test_one_peer_is_not_taken_for_another():
-    definitions = ComparedDefinitions()
-    definitions.differ(1, frame=0)
-    definitions.agree(2, frame=1)

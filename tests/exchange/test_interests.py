@@ -47,13 +47,6 @@ def test_what_is_overheard_without_need_is_set_aside_and_taken_up_once_it_is_nee
     assert fleet.n_open == 0  # node 2 has acknowledged the packet, so nobody sends it again
 
 
-def test_a_vehicle_that_is_not_selective_keeps_what_it_hears() -> None:
-    fleet = ManagerFleet(3, who_needs=Team(0, 1))
-    fleet.maps(0, 7)
-    fleet.pass_frames(1)
-    assert knows(fleet, 2, 7)
-
-
 def test_what_was_settled_without_a_newcomer_is_sent_again() -> None:
     team = Team(0, 1)
     fleet = ManagerFleet(
@@ -69,29 +62,6 @@ def test_what_was_settled_without_a_newcomer_is_sent_again() -> None:
     fleet.pass_frames(3)
     assert knows(fleet, 2, 7)
     assert fleet.n_open == 0
-
-
-def test_nobody_goes_on_sending_to_who_needs_it_no_more() -> None:
-    team = Team(0, 1, 2)
-    fleet = ManagerFleet(3, who_needs=team, selective=True, lost=lambda slot, sender, receiver: receiver == 2)
-    uid = fleet.maps(0, 7)
-    fleet.pass_frames(3)
-    assert fleet.n_open == 1
-    team.nodes.discard(2)
-    assert fleet.managers[0].renew(fleet.now_s).settled == (uid,)
-    assert fleet.n_open == 0
-
-
-@pytest.mark.parametrize("is_selective", [True, False])
-def test_one_team_repeats_the_items_of_another_only_if_it_keeps_everything(is_selective: bool) -> None:
-    """Node 0 is heard by node 2 alone, which passes on to node 1 what it has a use for itself."""
-    fleet = ManagerFleet(
-        3, "ack-repeat", who_needs=Team(0, 1), selective=is_selective,
-        lost=lambda slot, sender, receiver: (sender, receiver) == (0, 1),
-    )  # fmt: skip
-    fleet.maps(0, 7)
-    fleet.pass_frames(3)
-    assert knows(fleet, 1, 7) is not is_selective
 
 
 def test_a_need_that_comes_and_goes_sends_an_item_once() -> None:
@@ -130,22 +100,6 @@ def test_views_that_differ_do_no_harm_once_they_agree(policy: str, seed: int) ->
     assert fleet.false_beliefs == []
     assert fleet.n_open == 0
     assert all(knows(fleet, node, cell) for node in needing for cell in range(40))
-
-
-def test_a_status_that_nobody_needs_any_more_is_not_said() -> None:
-    class Positions(Team):
-        def priority_of(self, fact: PropertyValue, class_uid: int) -> Wanted:
-            return sum(1 << node for node in self.nodes), 1
-
-    team = Positions(1)
-    fleet = ManagerFleet(2, who_needs=team, selective=True)
-    fleet.observe(0, (0, fleet.models[0].tbox.attribute_named("position").uid, (1.0, 2.0)))
-    assert len(fleet.pass_slot().status) == 1
-    fleet.pass_slot()
-    team.nodes.clear()
-    fleet.managers[0].renew(fleet.now_s)
-    fleet.observe(0, (0, fleet.models[0].tbox.attribute_named("position").uid, (3.0, 4.0)))
-    assert fleet.pass_slot().status == ()
 
 
 def test_a_status_that_only_its_own_vehicle_needs_never_waits() -> None:

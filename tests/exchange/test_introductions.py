@@ -120,18 +120,6 @@ def test_nothing_of_this_mission_that_is_played_again_counts(seed: int) -> None:
     assert [one.introductions.salt_of(0) for one in processes] == before
 
 
-@pytest.mark.parametrize("which", ["key", "definition"])
-def test_no_stranger_introduces_itself(which: str) -> None:
-    own = Process(0, bytes(8))
-    if which == "key":
-        stranger = Process(1, bytes(8), key=bytes(16))
-    else:
-        stranger = Process(1, bytes(8), codec=guarded(crc_bits=8, key=KEY))
-    own.hear(own.speak(0), 0)
-    stranger.hear(own.speak(0), 0)
-    assert not own.introductions.hear(stranger.introductions.packet(1) or b"", SCHEDULE.start_s(1) + 1.2)
-
-
 @given(st.randoms(use_true_random=False))
 def test_no_changed_introduction_counts_and_noise_never_raises(dice: random.Random) -> None:
     own, peer = Process(0, bytes(8)), Process(1, bytes(range(8)))

@@ -22,13 +22,6 @@ def test_an_item_has_one_column_and_unknown_items_have_none():
     assert len(ledger) == 2
 
 
-def test_parts_of_one_block_are_items_of_their_own():
-    ledger = Ledger(4)
-    assert [ledger.add(item(1, 3, part, 3)) for part in range(3)] == [0, 1, 2]
-    assert ledger.origins == [0, 0b111, 0, 0]
-    assert ledger.parts((1, 0, 3)) == (0, 1, 2)
-
-
 def test_a_block_is_whole_by_its_parts_in_whatever_order_they_came():
     ledger = Ledger(4)
     for part in (2, 0):

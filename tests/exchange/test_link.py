@@ -1,7 +1,6 @@
 """Loss models: the probabilities they give, and the bursts of the Gilbert-Elliott channel."""
 
 import math
-from itertools import groupby
 
 import pytest
 from hypothesis import given
@@ -58,13 +57,6 @@ def test_mean_loss_and_share_of_bad_slots_follow_from_the_rates():
     assert model().mean_per == pytest.approx(MEAN_PER)
 
 
-@pytest.mark.parametrize("slot", [0, 1, 7, 500])
-def test_the_chain_is_stationary_from_the_first_slot_on(slot: int):
-    """Over seeds, whose chains are independent: four standard errors."""
-    share = sum(model(seed).is_bad(slot, 0, 1) for seed in range(N_SEEDS)) / N_SEEDS
-    assert abs(share - BAD_SHARE) < 4.0 * standard_error(BAD_SHARE, N_SEEDS)
-
-
 @pytest.mark.parametrize("n", [1, 2, 3, 6])
 @pytest.mark.parametrize("start", [0, 90])
 def test_states_n_slots_apart_are_correlated_with_the_nth_power(start: int, n: int):
@@ -73,15 +65,6 @@ def test_states_n_slots_apart_are_correlated_with_the_nth_power(start: int, n: i
     links = [model(seed) for seed in range(N_SEEDS)]
     both = sum(link.is_bad(start + n, 0, 1) and link.is_bad(start, 0, 1) for link in links) / N_SEEDS
     assert abs(both - expected) < 4.0 * standard_error(expected, N_SEEDS)
-
-
-@pytest.mark.parametrize("is_bad", [True, False])
-def test_spells_have_the_mean_length_of_a_geometric_variable(is_bad: bool):
-    """Mean 1 / p, 3.33 slots of bad ones; variance (1 - p) / p^2; four standard errors."""
-    p = P_BG if is_bad else P_GB
-    lengths = [len(list(spell)) for bad, spell in groupby(states(model())) if bad is is_bad][1:-1]
-    mean = sum(lengths) / len(lengths)
-    assert abs(mean - 1.0 / p) < 4.0 * math.sqrt((1.0 - p) / len(lengths)) / p
 
 
 def test_the_states_take_no_part_in_the_draws_of_losses():
@@ -93,26 +76,6 @@ def test_the_states_take_no_part_in_the_draws_of_losses():
     for bad, per in ((True, PER_BAD), (False, PER_GOOD)):
         share = sum(lost[bad]) / len(lost[bad])
         assert abs(share - per) < 4.0 * standard_error(per, len(lost[bad]))
-
-
-def test_losses_are_as_frequent_as_the_stationary_mean():
-    """Four standard errors of a correlated sum: with d = 0.8 - 0.05 and s = 1/4, the variance of the number of losses
-    is m (1 - m) + 2 d^2 s (1 - s) 0.6 / (1 - 0.6) = 0.497 per slot."""
-    link = model(seed=8)
-    lost = sum(loss.uniform(8, 0, slot, 0, 1) < link.p_loss(sent(slot), 1, 100.0) for slot in range(N_SLOTS))
-    assert abs(lost / N_SLOTS - MEAN_PER) < 4.0 * math.sqrt(0.497 / N_SLOTS)
-
-
-def test_links_directions_seeds_and_trials_have_states_of_their_own():
-    """Two independent links are both bad in 1/16 of the slots; of correlated sums the variance is below four times that
-    of independent ones, so eight standard errors of those are four at least."""
-    trial = GilbertElliott(P_GB, P_BG, PER_GOOD, PER_BAD, seed=1, trial=1)
-    link = model()
-    one, others = states(link), [states(model(seed=2)), states(trial)]
-    others += [[link.is_bad(slot, *pair) for slot in range(N_SLOTS)] for pair in [(1, 0), (0, 2)]]
-    for other in others:
-        both = sum(a and b for a, b in zip(one, other, strict=True)) / N_SLOTS
-        assert abs(both - BAD_SHARE**2) < 8.0 * standard_error(BAD_SHARE**2, N_SLOTS)
 
 
 def test_the_states_are_pinned():
@@ -147,13 +110,6 @@ def test_the_state_is_a_pure_function_whatever_was_asked_before(
     assert [one.is_bad(*each) for each in asked] == [walked(one, *each) for each in asked]
 
 
-@given(st.data(), ASKED)
-def test_the_order_of_asking_does_not_matter(data: st.DataObject, asked: list[tuple[int, int, int]]):
-    shuffled = data.draw(st.permutations(asked))
-    one, other = model(3, p_good_to_bad=0.02, p_bad_to_good=0.05), model(3, p_good_to_bad=0.02, p_bad_to_good=0.05)
-    assert {each: one.is_bad(*each) for each in asked} == {each: other.is_bad(*each) for each in shuffled}
-
-
 def lost_packets(link: LinkModel, n_slots: int = 300) -> set[int]:
     return {slot for slot in range(n_slots) if loss.uniform(5, 0, slot, 0, 1) < link.p_loss(sent(slot), 1, 100.0)}
 
@@ -171,28 +127,7 @@ def test_a_worse_channel_of_the_same_seed_loses_what_the_better_one_does_and_mor
     assert better <= lost_packets(GilbertElliott(p_gb, 0.5 * p_bg, per_good, per_bad, 5))
 
 
-def test_a_slow_chain_takes_one_draw_for_each_slot_that_went_by(monkeypatch: pytest.MonkeyPatch):
-    """A link of eight nodes, asked in each eighth slot: at rates of 1e-6 hardly a number decides."""
-    draws = []
-    link_uniform = loss.link_uniform
-
-    def counted(key: int, sender: int, receiver: int) -> float:
-        draws.append(key)
-        return link_uniform(key, sender, receiver)
-
-    monkeypatch.setattr(loss, "link_uniform", counted)
-    link = model(p_good_to_bad=1e-6, p_bad_to_good=1e-6)
-    for slot in range(0, 8000, 8):
-        link.is_bad(slot, 0, 1)
-    assert len(draws) <= 8000 + 1
-
-
 @pytest.mark.parametrize(("p_gb", "p_bg"), [(0.0, 0.0), (0.6, 0.5)])
 def test_rates_that_make_no_such_chain_are_refused(p_gb: float, p_bg: float):
     with pytest.raises(ValueError, match="above 0 and at most 1"):
         model(p_good_to_bad=p_gb, p_bad_to_good=p_bg)
-
-
-def test_a_link_that_never_recovers_is_bad_and_one_that_never_fails_is_good():
-    assert all(states(model(p_bad_to_good=0.0), 50))
-    assert not any(states(model(p_good_to_bad=0.0), 50))

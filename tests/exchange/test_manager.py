@@ -47,16 +47,6 @@ def test_an_item_is_delivered_acknowledged_and_then_left_alone():
     assert fleet.pass_slot().items == ()
 
 
-def test_a_lost_acknowledgement_costs_a_repetition_and_the_repetition_is_no_news():
-    fleet = ManagerFleet(2, lost=lambda slot, sender, receiver: slot == 1)
-    uid = fleet.maps(0, cell=7)
-    fleet.pass_frames(3)
-    assert items_said(fleet, 0) == [uid, uid]
-    assert [reception.items for reception in fleet.heard[1]] == [(uid,), (), ()]
-    assert [len(reception.blocks) for reception in fleet.heard[1]] == [1, 0, 0]
-    assert fleet.n_open == 0
-
-
 def test_it_is_said_until_the_last_of_three_peers_has_confirmed():
     """Node 3 hears nothing of node 0 before slot 8: two repetitions more than the others needed."""
     fleet = ManagerFleet(4, lost=lambda slot, sender, receiver: (sender, receiver) == (0, 3) and slot < 8)
@@ -151,16 +141,6 @@ def test_the_urgent_cannot_starve_the_rest():
     said = items_said(fleet, 0)
     assert [number for number, uid in enumerate(said, 1) if uid == patient] == [51, 102]
     assert said.count(urgent) == 100
-
-
-def test_a_packet_holds_as_many_items_as_fit():
-    """40 cells fit into 2048 B; a peer that is silent keeps all of them open."""
-    fleet = deaf_peer(payload_bytes=2048, n_nodes=3)
-    uids = [fleet.maps(0, cell) for cell in range(40)]
-    assert fleet.pass_slot().items == tuple(uids)
-    fleet.pass_frames(4)
-    assert set(items_said(fleet, 0)) == set(uids)
-    assert all(fleet.managers[1].holds(uid) for uid in uids)
 
 
 # Status -------------------------------------------------------------------------------------------

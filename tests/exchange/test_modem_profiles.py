@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 
 from exchange.acoustics.acoustic import AcousticChannel, MeasuredLinks, per_at
 from exchange.acoustics.link import Transmission
-from exchange.acoustics.link_budget import Budget
 from exchange.acoustics.models import Deployment
 from exchange.acoustics.modems import Modem, modem_of, modems
 
@@ -141,12 +140,6 @@ def test_frames_fail_one_by_one(curve: list[tuple[float, float]], range_m: float
     assert asked.delivered_at(range_m, 0) == 1.0
 
 
-@pytest.mark.parametrize("fading", ["none", "bit", "frame", "packet"])
-def test_no_fading_comes_on_top_of_a_curve(fading: str):
-    nano = modems()["nanomodem-v3"]
-    assert links(nano, fading=fading).loss_at(4000.0, 512) == links(nano).loss_at(4000.0, 512)
-
-
 @given(st.floats(-30.0, 30.0), st.floats(100.0, 1e4))
 def test_a_margin_is_like_so_much_less_sound(margin_db: float, range_m: float):
     """For a curve as for bits; the ratio at the receiver stays."""
@@ -155,8 +148,3 @@ def test_a_margin_is_like_so_much_less_sound(margin_db: float, range_m: float):
         fainter = links(modem, source_level_db=modem.source_level_db - margin_db)
         assert with_margin.loss_at(range_m, 512) == pytest.approx(fainter.loss_at(range_m, 512), abs=1e-9)
         assert with_margin.budget.snr_db(range_m) == links(modem).budget.snr_db(range_m)
-
-
-def test_a_budget_without_margin_is_what_it_was():
-    plain = Budget(185.0, 75.0, 0.0, 1.5, 6.0, 5000.0, 100.0)
-    assert plain.effective_snr_db(500.0) == plain.snr_db(500.0)

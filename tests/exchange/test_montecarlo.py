@@ -1,9 +1,6 @@
 """The compiled slot loop against the same loop uncompiled, against plain vehicles, and against formulas."""
 
 import math
-import os
-import subprocess
-import sys
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
@@ -81,13 +78,6 @@ def test_compiled_is_interpreted_with_items_in_several_words(load: Load, wide: R
         assert np.array_equal(play(wide, policy, load, 0.3, n_trials=1), expected)
 
 
-def test_remembered_losses_are_the_ones_drawn(narrow: Run) -> None:
-    """However much of a trial is remembered, and whoever drew it, the losses are the same."""
-    for policy in PAPER_POLICIES.values():
-        few, many = (play(narrow, policy, SINGLE, 0.6, remembered_slots=slots) for slots in (1, 400))
-        assert np.array_equal(few, many)
-
-
 class Vehicles:
     """Nodes on lists and integers, as a vehicle runs them, that hear what the loss draws say: one item at node 0."""
 
@@ -146,41 +136,6 @@ def test_the_study_is_a_fleet_of_vehicles(name: str, n_nodes: int, narrow: Run) 
             assert outcome[quantity, SUM] == value
 
 
-@pytest.mark.parametrize("name", ["ack", "mps-ack"])
-def test_sixty_four_nodes_fill_the_word(name: str, narrow: Run) -> None:
-    outcome = play(narrow, PAPER_POLICIES[name], SINGLE, 0.1, n_nodes=64, n_trials=1)[0]
-    for quantity, value in Vehicles(PAPER_POLICIES[name], 64, 0.1, 0).outcome().items():
-        assert outcome[quantity, SUM] == value
-    assert outcome[trial.FALSE_BELIEFS, SUM] == 0
-
-
-@pytest.mark.parametrize("load", [BATCH, LARGE_BATCH, POISSON, WIDE_POISSON])
-@pytest.mark.parametrize("name", PAPER_POLICIES)
-def test_nobody_believes_what_is_false(name: str, load: Load, wide: Run) -> None:
-    for carrier_evidence in (False, True):
-        outcomes = play(wide, PAPER_POLICIES[name], load, 0.5, n_trials=30, carrier_evidence=carrier_evidence)
-        assert outcomes[:, trial.FALSE_BELIEFS, SUM].sum() == 0
-        assert outcomes[:, : trial.N_STAGES, CENSORED].sum() == 0
-
-
-def test_stages_follow_one_another(narrow: Run) -> None:
-    for policy in PAPER_POLICIES.values():
-        outcomes = play(narrow, policy, SINGLE, 0.6, n_trials=50)
-        delivered, source, senders = (outcomes[:, stage, SUM] for stage in range(3))
-        assert (delivered < source).all()
-        assert (source <= senders).all()
-        assert policy.repeat or (source == senders).all()
-        assert (outcomes[:, trial.SLOTS, SUM] == senders).all()
-
-
-def test_what_is_lost_at_one_rate_is_lost_at_every_higher_one() -> None:
-    low, high = (
-        [montecarlo.receivers(99, slot, 6, p_loss(6, per)) for slot in range(300)] for per in (0.3, 0.6)
-    )  # fmt: skip
-    assert all(more & few == few for more, few in zip(low, high, strict=True))
-    assert not any((word >> slot % 6) & 1 for slot, word in enumerate(low))
-
-
 def test_a_trial_that_does_not_end_is_censored_and_not_counted(narrow: Run) -> None:
     outcomes = play(narrow, PAPER_POLICIES["ack"], SINGLE._replace(max_slots=20), 0.7, n_trials=40)
     for stage in range(trial.N_STAGES):
@@ -227,12 +182,6 @@ def test_poisson_load_is_conserved(wide: Run) -> None:
     assert sums[trial.IN_FLIGHT] / counts[trial.IN_FLIGHT] == pytest.approx(offered * latency, rel=0.01)
 
 
-def test_a_full_queue_refuses_items(wide: Run) -> None:
-    load = WIDE_POISSON._replace(rate=2.0, p_none=math.exp(-2.0))
-    sums = play(wide, PAPER_POLICIES["ack"], load, 0.3, n_trials=5)[:, :, SUM].sum(axis=0)
-    assert 0 < sums[trial.REFUSED] < sums[trial.OFFERED]
-
-
 @pytest.mark.parametrize("name", ["ack", "m-ack", "mps-ack-repeat"])
 def test_columns_are_reused_without_mixing_items(name: str, wide: Run) -> None:
     """With room to spare in the queue, its length does not matter: a reused column is as good as a new one."""
@@ -271,42 +220,9 @@ def test_every_function_that_the_slot_loop_calls_is_found_for_the_compiler() -> 
 
 
 @pytest.mark.slow
-def test_machine_code_is_found_again_by_the_next_process(tmp_path: Path) -> None:
-    code = (
-        "from exchange.policies import ACK; from exchange.study.compiler import Form, compiled; "
-        "said = []; loop = compiled(ACK, Form.SLICED, said.append); "
-        "print(len(said), sum(loop.stats.cache_hits.values()))"
-    )
-    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
-    outputs = [
-        subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True).stdout
-        for _ in range(2)
-    ]
-    assert outputs == ["1 0\n", "0 1\n"]
-
-
-@pytest.mark.slow
 def test_functions_that_cannot_be_compiled_are_refused_by_the_name_of_their_kind() -> None:
     def learn(state: ack.AckState, n_nodes: int, frame: int, sender: int, rows: ack.Words) -> None:
         raise KeyError({"a": [object()]})
 
     with pytest.raises(ConfigurationError, match="acknowledgement 'odd' cannot be compiled for the policy study"):
         compiler.compiled(ACK._replace(name="odd", learn=learn), Form.NARROW, print)
-
-
-@pytest.mark.slow
-def test_other_code_of_the_process_can_use_what_numba_has_of_numpy() -> None:
-    """Whoever tells Numba anew what `np.ones` is breaks it for everybody: the study tells it of nothing but its own."""
-    code = (
-        "import numba, numpy as np; from exchange.study.study import ExchangeStudy, run, workload_named; "
-        "run(ExchangeStudy(trials=1)); run(ExchangeStudy(trials=1, load=workload_named('batch', 3))); "
-        "print([numba.njit(f)() for f in "
-        "(lambda: np.ones(3).sum(), lambda: np.full(3, 2.0).sum(), lambda: np.zeros(3).sum(), lambda: np.eye(3).sum(), "
-        "lambda: np.ones((2, 2)).sum(), lambda: np.ones_like(np.arange(4)).sum())])"
-    )
-    output = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-    assert output == "[3.0, 6.0, 0.0, 3.0, 4.0, 4]\n"
-
-
-def test_nothing_of_numpy_is_told_to_the_compiler() -> None:
-    assert not [one for one in compiler.functions_of(ACK) if one.__module__.startswith("numpy")]

@@ -15,8 +15,6 @@ import pytest
 from exchange.drivers import Paced
 from exchange.drivers.nanomodem import Nanomodem
 from exchange.errors import ConfigurationError
-from missions.nodes import NodePlan, VehicleNode, alone
-from missions.scenarios import load
 from remoras.testing import channels
 
 AIR_S = 0.005
@@ -115,20 +113,3 @@ def test_what_is_no_serial_port_is_named(port: str, tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     with pytest.raises(ConfigurationError, match=r"--serial .*serial port"):
         Nanomodem(tmp_path / port, Paced(0.0))
-
-
-@pytest.mark.slow
-def test_two_vehicles_know_the_same_by_it(modems: TwoModems) -> None:
-    scenario = load("mapping-rendezvous", [("--set", "communication.modem=nanomodem-v3")])
-    vehicles = [alone(NodePlan.of(scenario, name, 1, 120.0, 90.0)) for name in ("ASV00", "AUV00")]
-    pace = Paced(time.monotonic(), speed=30.0)
-    nodes = [VehicleNode(own, Nanomodem(port, pace), pace) for own, port in zip(vehicles, modems.ports, strict=True)]
-    threads = [threading.Thread(target=node.run) for node in nodes]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    outcomes = [node.outcome() for node in nodes]
-    assert min(outcome.packets_heard for outcome in outcomes) > 10
-    assert outcomes[0].items > 0
-    assert outcomes[0].state_hash == outcomes[1].state_hash

@@ -105,15 +105,6 @@ def test_every_vehicle_is_a_node_of_its_own_and_keeps_it_when_the_fleet_grows(se
     assert rates(channel, n, seed) == {(a, b): network.per[drawn[a], drawn[b]] for a, b in permutations(range(n), 2)}
 
 
-def test_all_ways_to_be_nodes_are_drawn_alike_often() -> None:
-    """Five nodes and two vehicles: 20 ways, 2000 seeds; chi-square of 19 degrees, the 99.9 % point."""
-    channel, network, n_seeds = NetworkChannel(), shipped()[SINGAPORE], 2000
-    counts = dict.fromkeys(permutations(network.nodes, 2), 0)
-    for seed in range(n_seeds):
-        counts[tuple(channel.drawn(network, fleet(2), seed).values())] += 1  # type: ignore[index]  # two of them
-    assert sum((count - n_seeds / 20) ** 2 / (n_seeds / 20) for count in counts.values()) < 43.8
-
-
 @given(st.permutations(["21", "22", "27", "28", "29"]), st.integers(0, 4))
 def test_the_mean_is_that_of_all_draws_of_nodes_that_may_be(nodes: list[str], n_given: int) -> None:
     """Nodes that a scenario gives are kept; over the others it is the mean of all ways."""

@@ -12,17 +12,6 @@ def test_an_item_is_named_by_origin_and_sequence_and_its_part_only_behind_the_fi
     assert str(ItemUid(2, 17, 3)) == "2-17.3"
 
 
-def test_names_of_a_fleet_never_collide():
-    names = {
-        str(ItemUid(origin, sequence, part, epoch))
-        for origin in range(12)
-        for sequence in range(12)
-        for part in range(4)
-        for epoch in range(4)
-    }
-    assert len(names) == 12 * 12 * 4 * 4
-
-
 def test_only_a_later_epoch_is_named():
     assert [str(ItemUid(2, 17, 3, epoch)) for epoch in (0, 1)] == ["2-17.3", "2.e1-17.3"]
 

@@ -1,7 +1,5 @@
 """The queue of a vehicle: it chooses as `selection.select` does, is bounded, and says why something is not said."""
 
-import math
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -209,16 +207,6 @@ def test_what_was_said_once_goes_to_whom_it_was_not_for(
     assert said(queue, 1, now_s) == again
 
 
-def test_what_was_too_old_for_one_need_goes_to_one_that_takes_older_values() -> None:
-    queue, short = Queue(), Terms(time_to_live_s=10.0)
-    waiting = take(queue, 0, terms=short)
-    assert said(queue, 1, 11.0) == []
-    queue.take(0, item(0), waiting, SIZE_BITS, short, 12.0)
-    assert said(queue, 1, 12.0) == []
-    queue.take(0, item(0), waiting, SIZE_BITS, Terms(time_to_live_s=60.0), 12.0)
-    assert said(queue, 1, 12.0) == [0]
-
-
 def test_in_a_blackout_nothing_about_the_same_goes() -> None:
     queue = Queue()
     terms = Terms(blackout_s=30.0)
@@ -241,24 +229,6 @@ def test_of_a_need_the_newest_may_go_first() -> None:
     assert said(queue, 1, 12.0) == [2]
 
 
-def test_those_of_which_the_newest_goes_first_take_turns_with_others_as_one() -> None:
-    """Ten of the one need and one of the other, alike urgent: every second packet is of each."""
-    queue, terms = Queue(), Terms(newest_first=True)
-    for column in range(10):
-        take(queue, column, terms=terms, time_s=float(column))
-    take(queue, 10)
-    turns = [said(queue, 1, 20.0 + slot)[0] == 10 for slot in range(6)]
-    assert sum(turns) == 3
-
-
-def test_what_is_not_acknowledged_is_said_once() -> None:
-    queue = Queue()
-    take(queue, 0, terms=Terms(acknowledged=False))
-    take(queue, 1)
-    assert [said(queue, 9), said(queue, 9)] == [[0, 1], [1]]
-    assert [(one.uid, one.reason) for one in queue.take_expired()] == [(item(0).uid, Expired.SAID_ONCE)]
-
-
 # Bounds -------------------------------------------------------------------------------------------
 
 
@@ -278,13 +248,6 @@ def test_a_full_queue_lets_the_last_wait_outside_and_loses_nothing() -> None:
         queue.drop(column)
     assert sorted(said(queue, 9)) == [2, 4]
     assert len(queue) == 2
-
-
-def test_the_more_urgent_takes_the_place_of_the_less_urgent() -> None:
-    queue = Queue(limit=2)
-    for column, priority in enumerate([1, 1, 5, 1]):
-        take(queue, column, priority)
-    assert sorted(said(queue, 9)) == [0, 2]
 
 
 def test_a_need_has_a_limit_of_its_own() -> None:
@@ -309,16 +272,6 @@ def test_other_needs_hold_outside_of_the_queue_too() -> None:
     assert Expired.TIME_TO_LIVE not in {one.reason for one in queue.take_expired()}
 
 
-def test_a_limit_that_comes_to_hold_bounds_what_waits_already() -> None:
-    queue, terms = Queue(), Terms(queue_limit=2)
-    for column in range(4):
-        take(queue, column)
-    for column in range(4):
-        queue.revalue(column, 1, terms, 1.0)
-    assert len(queue) == 2
-    assert queue.open == 0b1111
-
-
 @given(
     priorities=st.lists(st.integers(1, 20), min_size=2, max_size=12),
     limit=st.integers(1, 4),
@@ -335,25 +288,6 @@ def test_what_is_never_acknowledged_keeps_nothing_outside(priorities: list[int],
             if column not in lost:
                 queue.drop(column)
     assert heard == set(range(len(priorities)))
-
-
-def test_what_is_urgent_is_said_more_often_while_places_change() -> None:
-    """Ten that are never acknowledged, for two places: that of priority 64 comes before those of 1 get their turn."""
-    queue = Queue(limit=2)
-    for column in range(10):
-        take(queue, column, 64 if column == 0 else 1)
-    order = [column for slot in range(60) for column in said(queue, 1, float(slot))]
-    assert set(order) == set(range(10))
-    assert order[:6] == [0] * 6
-
-
-def test_stale_entries_are_cleared_away() -> None:
-    """1000 items come and are settled while one of another priority keeps the packet: no line keeps them."""
-    queue = Queue()
-    for column in range(1000):
-        take(queue, column)
-        queue.drop(column)
-    assert sum(len(line.entries) for line in queue._lines._lines.values()) < 40
 
 
 # Reasons ------------------------------------------------------------------------------------------
@@ -406,22 +340,6 @@ def test_a_newer_status_takes_the_place_of_the_older_one() -> None:
     assert queue.choose(FixedRoom(600), 6.0) == []
 
 
-def test_a_rule_that_knows_no_order_is_asked_of_each() -> None:
-    class Odd:
-        name = "odd"
-
-        def place(self, waiting: Waiting) -> None:
-            return None
-
-        def value(self, waiting: Waiting, moment: object) -> float:
-            return math.sin(waiting.priority)
-
-    queue = Queue(Odd())
-    for column, priority in enumerate([3, 4, 2, 5]):
-        take(queue, column, priority)
-    assert said(queue, 2) == [2, 0]
-
-
 # What is left to others -----------------------------------------------------------------------------
 
 
@@ -441,20 +359,6 @@ def test_what_rests_is_open_and_not_said_until_it_wakes(rule):
     assert (queue.open, queue.resting) == (0b011, 0)
 
 
-def test_what_rests_gains_nothing():
-    queue = Queue()
-    take(queue, 0)
-    take(queue, 1)
-    said(queue, 0)
-    queue.rest(0b01)
-    for _ in range(5):
-        said(queue, 0)
-    take(queue, 2, priority=2)
-    queue.rest(0)
-    said(queue, 0)
-    assert said(queue, 3) == [1, 2, 0]  # they have gained 8 slots, twice 2 slots, 1 slot and 2 slots
-
-
 def test_what_comes_again_or_on_other_terms_while_it_rests_wakes():
     queue = Queue(limit=2)
     take(queue, 0)
@@ -464,16 +368,3 @@ def test_what_comes_again_or_on_other_terms_while_it_rests_wakes():
     queue.drop(1)
     take(queue, 1)
     assert (sorted(said(queue, 2)), queue.resting) == ([0, 1], 0)
-
-
-def test_what_rests_makes_room_as_all_else_does():
-    queue = Queue(limit=2)
-    take(queue, 0)
-    take(queue, 1)
-    queue.rest(0b11)
-    take(queue, 2, priority=9)
-    assert (said(queue, 2), queue.open, queue.resting) == ([2], 0b111, 0b01)
-    queue.drop(0)
-    assert (said(queue, 2), queue.resting) == ([2, 1], 0)
-    queue.rest(0b10)
-    assert (said(queue, 2), queue.resting) == ([2], 0b10)

@@ -1,7 +1,5 @@
 """What a manager makes of packets that contradict what it knows, come from the future, or from another life."""
 
-import pytest
-
 from exchange.manager import ExchangeManager
 from exchange.packets import Fragment
 from exchange.policies import POLICIES
@@ -19,7 +17,7 @@ from remoras.testing.policies import (
     instances,
     needs,
 )
-from worldmodel import STATUS, Fault, FaultCode, Keeping, PropertyValue, WorldModel, merge
+from worldmodel import Fault, FaultCode, Keeping, PropertyValue, WorldModel, merge
 
 
 def packet_of(fleet: ManagerFleet, sender: int, *fragments: Fragment, frame: int = 0, epoch: int = 0) -> bytes:
@@ -52,42 +50,7 @@ def test_items_are_numbered_without_gaps_whatever_statuses_come_between():
     assert fleet.models[0].state_hash() == fleet.models[1].state_hash()
 
 
-def test_what_is_no_news_to_anybody_leaves_no_gap():
-    """A private block between two items."""
-    fleet = ManagerFleet(2)
-    first = fleet.maps(0, 1)
-    fleet.models[0].record([(bay(2), MAPPED_CELL, 2)], 0.0, private=True)
-    assert fleet.maps(0, 3) == first._replace(sequence=1)
-
-
-def test_a_status_is_named_by_its_time_in_what_is_said():
-    fleet = ManagerFleet(2)
-    fleet.slot = 2
-    fleet.observe(0, (0, POSITION, (1.0, 0.0)))
-    sent = fleet.pass_slot()
-    assert [str(uid) for uid in sent.status] == [f"0@4:0.{POSITION}"]  # slot 2 begins at 4 s
-    assert fleet.heard[1][-1].blocks[0].sequence == STATUS
-
-
-@pytest.mark.parametrize("priorities", [{MAPPED_CELL: 1}, {MAPPED_CELL: 1, BATTERY: 2}])
-def test_what_is_of_use_has_an_attribute_that_is_exchanged(priorities: dict[int, int]):
-    fleet = ManagerFleet(2, who_needs=needs(range(2), priorities))
-    for fact, attribute in (((0, BATTERY, 0.5), BATTERY), ((bay(2), MAPPED_CELL, 1), MAPPED_CELL)):
-        assert fleet.managers[0].is_of_use([fact]) == (attribute in priorities)
-    assert fleet.managers[0].is_of_use([(0, BATTERY, 0.5), (bay(2), MAPPED_CELL, 1)])
-
-
 # One name, two contents ---------------------------------------------------------------------------
-
-
-def test_an_item_with_other_content_than_before_reaches_the_check_for_conflicts():
-    fleet = ManagerFleet(2)
-    one = Fragment(0, 0, 0.0, cells(2, 1))
-    other = one._replace(facts=(PropertyValue(bay(2), MAPPED_CELL, 99.0),))
-    assert heard(fleet, 1, one) == ()
-    assert heard(fleet, 1, one, frame=1) == ()  # said again: no news
-    (fault,) = heard(fleet, 1, other, frame=2)
-    assert (fault.code, fault.origin, fault.sequence) == (FaultCode.GUID_CONFLICT, 0, 0)
 
 
 def test_whichever_content_comes_first_the_same_stays():
@@ -110,15 +73,6 @@ def test_a_part_with_other_content_makes_a_block_with_that_part():
     assert heard(fleet, 1, *parts) == ()
     (fault,) = heard(fleet, 1, other, frame=1)
     assert fault.code is FaultCode.GUID_CONFLICT
-
-
-def test_a_block_that_was_first_heard_cut_otherwise_still_comes_in():
-    """A damaged count: part 0 of 2 of an item that was whole."""
-    fleet = ManagerFleet(2)
-    whole = Fragment(0, 0, 0.0, cells(2, 1))
-    heard(fleet, 1, whole._replace(count=2))
-    heard(fleet, 1, whole, frame=1)
-    assert fleet.models[1].value(bay(2), MAPPED_CELL) == 0.0
 
 
 # Facts from the future ----------------------------------------------------------------------------
@@ -191,11 +145,3 @@ def test_items_of_two_epochs_are_never_confused():
         assert model.digest() == {(0, 0): (0, 0), (0, 1): (0, 0)}
         assert {o.value for o in model.history(bay(3), MAPPED_CELL)} == {1.0, 2.0}
     assert [str(uid) for uid in (before, after)] == ["0-0", "0.e1-0"]
-
-
-def test_a_vehicle_passes_on_what_it_said_in_an_earlier_epoch_under_that_epoch():
-    fleet = ManagerFleet(2)
-    restarted(fleet, 0, epoch=2)
-    old = Fragment(0, 5, 0.0, cells(2, 1), epoch=1)
-    decoded = fleet.codec.decode(packet_of(fleet, 0, old, epoch=2))
-    assert (decoded.epoch, decoded.fragments) == (2, (old,))

@@ -5,14 +5,11 @@ import random
 from itertools import pairwise, permutations
 
 import pytest
-from exchange_lives import Sea
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from turn_takers import Round
 
 from exchange.packets import ItemUid
-from remoras.testing.policies import AREA_DONE, MAPPED_CELL, POSITION, SLOT_S, TBOX, ManagerFleet, bay
-from worldmodel import InformationNeed, NeedsIndex
+from remoras.testing.policies import POSITION, SLOT_S, ManagerFleet
 
 LINE = {(0, 1), (1, 2), (2, 3)}
 """Links of four nodes in a row; the others are cut."""
@@ -70,21 +67,6 @@ def test_an_item_goes_along_a_line_if_it_is_relayed(relay):
 
 
 @pytest.mark.parametrize("relay", [True, False])
-def test_what_is_left_of_a_former_life_goes_along_a_line_if_it_is_relayed(relay):
-    """Node 0 begins anew with its memory: it holds its old item and is the first of those who would send it."""
-    sea = Sea(4, "ack")
-    old = sea.maps(0, cell=7)
-    that_relays(sea, relay)
-    for slot in range(240):
-        if slot == 8:
-            sea.restart(0, keeps=True)
-            that_relays(sea, relay)
-        sea.pass_slot(lambda sender, receiver: (min(sender, receiver), max(sender, receiver)) not in LINE)
-    assert sea.holders(old) == ([0, 1, 2, 3] if relay else [0, 1])
-    assert not sea.wrong()
-
-
-@pytest.mark.parametrize("relay", [True, False])
 def test_the_newest_status_goes_along_a_line_once_it_is_known_that_it_has_to(relay):
     fleet = line(2, relay)
     for frame in range(60):
@@ -134,19 +116,6 @@ def test_what_goes_over_a_bad_link_between_two_halves_is_relayed_by_its_ends(see
     assert fleet.now_s - known.block.time_s < 16 * 4 * SLOT_S
 
 
-@pytest.mark.parametrize("relay", range(4))
-def test_whoever_is_first_in_a_frame_relays_as_well(relay):
-    """All but one node hear that one alone, wherever it stands in a slot list."""
-    ends = [(relay + 1) % 4, (relay + 2) % 4]
-    fleet = Round(4, "ack", [((0,), (1,), (2,), (3,))] * 4)
-    for _ in range(20):
-        fleet.pass_frame(lambda sender, receiver: relay not in (sender, receiver))
-    uid = fleet.maps(ends[0], cell=7)
-    for _ in range(8):
-        fleet.pass_frame(lambda sender, receiver: relay not in (sender, receiver))
-    assert ends[1] in fleet.holders(uid)
-
-
 @pytest.mark.parametrize("per", [0.3, 0.6])
 def test_another_takes_over_as_soon_as_the_one_who_relays_is_lost(per):
     """Nodes 0 and 3 are cut off from each other, and node 1 reaches both best until it is lost."""
@@ -180,20 +149,6 @@ def test_an_item_gets_to_who_hears_its_origin_and_is_not_heard_by_it(relay):
     is_deaf = False
     fleet.pass_frames(60)
     assert fleet.holders(uid) == ([0, 1, 2] if relay else [0, 1])
-
-
-@pytest.mark.parametrize("is_believed", [True, False])
-def test_each_who_relays_says_a_status_once_whether_anybody_believes_it(monkeypatch, is_believed):
-    """Nodes 1 and 2 reach node 3, which does not hear node 0. Radios set reports aside by which a peer has jumped."""
-    fleet = ManagerFleet(4, lost=lambda slot, sender, receiver: {sender, receiver} == {0, 3})
-    fleet.observe(0, (0, POSITION, (0.0, 0.0)))
-    fleet.pass_frames(40)
-    before = relayed(fleet)
-    if not is_believed:
-        monkeypatch.setattr("remoras.testing.policies.merge", lambda model, blocks: None)
-    fleet.observe(0, (0, POSITION, (5000.0, 0.0)))
-    fleet.pass_frames(40)
-    assert relayed(fleet) == before + 2
 
 
 @pytest.fixture
@@ -271,18 +226,6 @@ def test_nothing_rests_that_nobody_was_heard_to_pass_on(has_relayed: bool) -> No
     assert fleet.managers[0].relaying[0].left == [(2, 0), (2, 1)]
 
 
-def test_nothing_rests_that_a_selective_relay_has_no_need_of() -> None:
-    """Node 1 passes on a later item, and not this one, which it sets aside."""
-    of_all, of_two = (InformationNeed(of, 1, class_uid=TBOX.attributes[of].domain) for of in (AREA_DONE, MAPPED_CELL))
-    index = NeedsIndex(TBOX, {0: [of_all], 1: [of_all], 2: [of_all, of_two]})
-    fleet = ManagerFleet(3, who_needs=index, selective=True, lost=lambda slot, *link: link in CUT)
-    waiting_for_all(fleet).pass_frames(40)
-    uid, (later,) = fleet.maps(0, cell=7), fleet.observe(0, (bay(3), AREA_DONE, 0))
-    fleet.pass_frames(8)
-    assert (fleet.holders(uid), fleet.holders(later)) == ([0, 1], [0, 1, 2])
-    assert (times_said(fleet, 10, uid), times_said(fleet, 1, later)) == (10, 0)
-
-
 @pytest.mark.parametrize("policy", ["ack", "m-ack", "mps-ack"])
 @settings(max_examples=8, deadline=None)
 @given(seed=st.integers(0, 2**32))
@@ -305,20 +248,6 @@ def test_all_get_all_whatever_links_and_relays_did_before(policy: str, seed: int
     fleet.pass_frames(300)
     assert all(fleet.holders(uid) == list(range(n_nodes)) for uid in uids)
     assert not fleet.false_beliefs
-
-
-def test_relaying_ends_with_its_cause():
-    is_cut = True
-    fleet = ManagerFleet(3, "ack", lost=lambda slot, sender, receiver: is_cut and (sender, receiver) == (0, 2))
-    fleet.maps(0, cell=1)
-    fleet.pass_frames(20)
-    assert relayed(fleet) > 0
-    is_cut = False
-    fleet.pass_frames(100)
-    before = relayed(fleet)
-    fleet.maps(0, cell=2)
-    fleet.pass_frames(20)
-    assert relayed(fleet) == before
 
 
 @pytest.mark.parametrize("policy", ["ack", "m-ack", "mps-ack", "ack-repeat", "m-ack-repeat", "mps-ack-repeat"])
@@ -344,12 +273,3 @@ def test_nobody_is_said_to_have_spoken_later_than_it_did(policy, seed, per, stop
     assert all(spoke <= spoke_s + (0.0 if policy.startswith("ack") else frame_s) + 1.0 for spoke in told)
     if stops >= 100 and per:
         assert told
-
-
-def test_who_is_not_heard_is_told_of_by_who_hears_it():
-    fleet = ManagerFleet(3, "ack", lost=lambda slot, sender, receiver: (sender, receiver) == (0, 2))
-    fleet.pass_frames(10)
-    told = [spoke for one in fleet.heard[2] for about, spoke in one.told if about == 0]
-    assert len(told) >= 9
-    assert told == sorted(told)
-    assert not any(one.told for node in (0, 1) for one in fleet.heard[node])

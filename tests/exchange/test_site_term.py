@@ -1,7 +1,6 @@
 """The site term of the channel ``acoustic``: how links of one length differ by place, time and receiver."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,7 +8,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from exchange.acoustics.acoustic import AcousticChannel
-from exchange.acoustics.channel import BroadcastChannel
 from exchange.acoustics.link import Transmission
 from exchange.acoustics.models import Deployment
 from exchange.acoustics.modems import modems
@@ -112,13 +110,6 @@ def replace_receiver(receiver_db: float) -> SiteTable:
     return TABLE.model_copy(update={"receiver_db": receiver_db})
 
 
-def test_the_answer_does_not_depend_on_what_was_asked_before():
-    one, other = links(3), links(3)
-    asked = [(a, b, 600.0 * n) for n in range(20) for a in range(3) for b in range(3) if a != b]
-    assert [p_loss(one, *each) for each in asked] == [p_loss(other, *each) for each in reversed(asked)][::-1]
-    assert [p_loss(links(4), *each) for each in asked] != [p_loss(one, *each) for each in asked]
-
-
 def test_the_mean_is_that_over_seeds():
     """And it is what is said where nobody says between which places."""
     found = np.array([p_loss(links(seed), 0, 1) for seed in range(N_SEEDS)])
@@ -129,29 +120,3 @@ def test_the_mean_is_that_over_seeds():
     assert links().p_loss(Transmission(0, 0, 0.0, bits), 1, 5000.0) == mean.loss_at(5000.0, bits)
     assert 0.0 <= mean.loss_at(5000.0, bits) <= 1.0
     assert mean.delivered_at(5000.0, bits) >= 1.0 - mean.loss_at(5000.0, bits)
-
-
-def test_runs_of_one_seed_are_paired():
-    """One site for any source level: what a faint modem brings across, a loud one does too."""
-    heard = []
-    for level_db in (178.0, 185.0, 192.0):
-        asked = links(9, source_level_db=level_db)
-        channel = BroadcastChannel(FLEET.modem, asked, 9, range_m=4000.0)
-        nearby = [(0.0, 0.0), (3900.0, 0.0), (0.0, 3900.0)]
-        heard.append(
-            {
-                (slot, one.receiver)
-                for slot in range(0, 300, 3)
-                for one in channel.transmit(slot, 0, bytes(192), 6.0 * slot, nearby)
-            }
-        )
-    assert heard[0] <= heard[1] <= heard[2]
-    assert heard[0] < heard[2]
-
-
-def test_a_modem_whose_losses_were_measured_has_places_too():
-    fleet = replace(FLEET, modem=modems()["nanomodem-v3"])
-    asked = AcousticChannel(spreading=2.0, site=TABLE).link_model(fleet, 2)
-    near = [(0.0, 0.0), (3300.0, 0.0), (0.0, 3300.0)]
-    packet = Transmission(0, 0, 0.0, 512, near)
-    assert asked.p_loss(packet, 1, 3300.0) != asked.p_loss(packet, 2, 3300.0)

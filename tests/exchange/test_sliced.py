@@ -4,24 +4,20 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from exchange.ack import AckState, MutableWords
 from exchange.acoustics.loss import link_draw, link_uniform, slot_key, trial_key
 from exchange.policies import ACK, M_ACK, MPS_ACK, PAPER_POLICIES, AckPolicy
-from exchange.study import compiler, montecarlo, sliced, trial
+from exchange.study import compiler, montecarlo, sliced
 from exchange.study.compiler import Form, SlotLoop
 from exchange.study.parts import TrialBatch, TrialPlan, memory_of, play
 from exchange.study.study import (
     ExchangeStudy,
     LoadKind,
     StudyLoad,
-    StudyRow,
     load_of,
     p_loss_matrices,
-    run,
     workload_named,
 )
 from exchange.study.trial import Ints
@@ -64,14 +60,6 @@ def assert_equal(study: ExchangeStudy, first_trial: int = 0) -> None:
         assert not len(different), f"{policy.name}: (trial, quantity, number) {different[:3].tolist()} of {study}"
 
 
-@pytest.mark.parametrize("carrier_evidence", [False, True])
-@pytest.mark.parametrize("n_nodes", [2, 3, 5, 7, 8, 9, 10, 13])
-def test_a_word_of_trials_is_so_many_trials(n_nodes: int, carrier_evidence: bool) -> None:
-    for per in (0.0, 0.05, 0.5, 0.8):
-        for trials in (1, 63, 64, 65, 300):
-            assert_equal(ExchangeStudy(n_nodes, (per,), trials=trials, carrier_evidence=carrier_evidence))
-
-
 def test_fleets_that_fill_the_words_of_draws() -> None:
     """31 nodes: receivers of two slots go into a word; 32, 63 and 64: of one, and of 64 its sign counts."""
     for n_nodes in (31, 32, 63, 64):
@@ -112,28 +100,6 @@ def test_links_that_differ(n_nodes: int, data: st.DataObject) -> None:
     assert_equal(ExchangeStudy(n_nodes, (), tuple(map(tuple, links)), trials=70))
 
 
-def rows(study: ExchangeStudy) -> list[StudyRow]:
-    return [replace(row, cpu_s=0.0) for row in run(study)]
-
-
-def one_by_one(study: ExchangeStudy, monkeypatch: pytest.MonkeyPatch) -> list[StudyRow]:
-    """The rows where no acknowledgement lets its bits be sliced."""
-    with monkeypatch.context() as patch:
-        patch.setattr(TrialPlan, "forms", property(lambda plan: dict.fromkeys(kinds_of(plan), Form.NARROW)))
-        return rows(study)
-
-
-def kinds_of(plan: TrialPlan) -> list[object]:
-    return [policy.acknowledgement for policy in plan.policies]
-
-
-@pytest.mark.parametrize("trials", [1, 100, 1500])
-def test_rows_of_a_study_are_the_same(trials: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    for n_nodes in (3, 5, 10):
-        study = ExchangeStudy(n_nodes, (0.1, 0.45, 0.7), trials=trials, max_slots=150, seed=trials)
-        assert repr(rows(study)) == repr(one_by_one(study, monkeypatch))
-
-
 def test_only_a_single_item_that_fits_is_sliced() -> None:
     """Header of ack with five nodes 4 bits, of a matrix 20; items of 60."""
     single = ExchangeStudy(capacity_bits=80)
@@ -147,28 +113,6 @@ def test_only_a_single_item_that_fits_is_sliced() -> None:
     assert set(batch_of_one.forms.values()) == {Form.NARROW}  # an item at every node
     own = AckPolicy(ACK._replace(name="own", bit_sliced=False), False)
     assert plan_of(replace(single, policies=(own,))).forms[own.acknowledgement] is Form.NARROW
-
-
-def count_false(study: ExchangeStudy) -> tuple[int, int]:
-    ((of_words, of_trials),) = both(study)
-    assert np.array_equal(of_words, of_trials)
-    return int(of_words[:, trial.FALSE_BELIEFS].sum()), int(of_words[:, trial.DELIVERED, trial.CENSORED].sum())
-
-
-def claim_to_hear_all(state: AckState, n_nodes: int, frame: int, me: int, rows_out: MutableWords) -> None:
-    for w in range(state.set_words):
-        rows_out[me * state.set_words + w] = -1
-
-
-@pytest.mark.slow
-def test_false_beliefs_are_counted_alike() -> None:
-    """A kind that lies makes them in every receiver and slot; trials that end early by them have not delivered."""
-    liar = AckPolicy(ACK._replace(name="liar", compose=claim_to_hear_all), True)
-    n_false, n_undelivered = count_false(ExchangeStudy(5, (0.5,), policies=(liar,), trials=100, max_slots=100))
-    assert n_false > 100
-    assert n_undelivered > 0
-    n_false, _ = count_false(ExchangeStudy(5, (0.5,), policies=(AckPolicy(ACK, True),), trials=100))
-    assert n_false == 0
 
 
 # Draws ----------------------------------------------------------------------------------------------------------------

@@ -8,9 +8,7 @@ import numpy as np
 import pytest
 
 from exchange import planning
-from exchange.coding import Decoder, coefficient, symbol_key
-from exchange.policies import ADAPTIVE, PAPER_POLICIES, STATING, AckPolicy
-from exchange.statements import MOST_STATED
+from exchange.policies import PAPER_POLICIES, STATING, AckPolicy
 from exchange.study import compiler, montecarlo, stating, trial
 from exchange.study.compiler import Form
 from exchange.study.study import ExchangeStudy, LoadKind, StudyLoad, StudyRow, run
@@ -38,15 +36,6 @@ def test_compiled_is_interpreted(policy: AckPolicy) -> None:
         loops = partial(stating.run_stating_trials, kind), compiler.compiled(kind, Form.STATING, print)
         expected, found = (play(loop, policy, load, 0.5, n_nodes, 1) for loop in loops)
         assert np.array_equal(expected, found)
-
-
-@pytest.mark.parametrize("policy", STATING.values(), ids=list(STATING))
-def test_nobody_believes_what_is_false(policy: AckPolicy) -> None:
-    loop = compiler.compiled(policy.acknowledgement, Form.STATING, print)
-    for load, n_nodes in ((BATCH, 4), (WIDE, 5), (POISSON, 4), (BATCH._replace(n_sources=1, columns_per_source=1), 16)):
-        outcomes = play(loop, policy, load, 0.6, n_nodes, 40)
-        assert outcomes[:, trial.FALSE_BELIEFS, trial.SUM].sum() == 0
-        assert outcomes[:, : trial.N_STAGES, trial.CENSORED].sum() == 0
 
 
 def rows_of(n_nodes: int, per: float, policies: tuple[str | AckPolicy, ...], **settings: Any) -> dict[str, StudyRow]:
@@ -88,18 +77,6 @@ def test_coded_repairs_are_sooner_than_the_six_and_than_plain_ones(n_nodes: int,
     assert adaptive[0] < 0.85 * means(found["holdings-repeat"])[0]
 
 
-def test_a_statement_moves_saturation() -> None:
-    """At light load coding adds nothing: statements and the plan keep up where the best of the six refuses items."""
-    load = StudyLoad(LoadKind.POISSON, rate=0.03)
-    names = ("mps-ack", "holdings-repeat", "adaptive")
-    frames = {"warmup_frames": 300, "window_frames": 600}
-    found = rows_of(4, 0.8, names, trials=2, capacity_bits=256, load=load, **frames)
-    refused = {name: row.refused_fraction.mean for name, row in found.items() if row.refused_fraction is not None}
-    assert refused["mps-ack"] > 0.02
-    assert refused["adaptive"] == refused["holdings-repeat"] == 0.0
-    assert means(found["adaptive"])[1] < 60
-
-
 def line_of_four(per: float) -> tuple[tuple[float, ...], ...]:
     """Nodes that hear only who is next to them, but for one packet in a million."""
     return tuple(tuple(per if abs(i - j) == 1 else 1.0 - 1e-6 for j in range(4)) for i in range(4))
@@ -116,12 +93,6 @@ def test_along_a_line_all_come_to_hold_all() -> None:
 
 
 # Parts taken out ----------------------------------------------------------------------------------
-
-
-def test_the_first_column_of_a_set_is_found_whichever_it_is() -> None:
-    for column in range(3 * trial.WORD_BITS):
-        w, bit = column // trial.WORD_BITS, 1 << column % trial.WORD_BITS
-        assert {stating.first_in(bit | more, w) for more in (0, -2 * bit & (1 << trial.WORD_BITS) - 1)} == {column}
 
 
 def plan_of(n_nodes: int, lacks: list[list[float]], **settings: Any) -> planning.PacketPlan:
@@ -189,41 +160,6 @@ def test_what_all_lack_goes_first_by_its_weight_and_then_in_the_order_of_telling
     assert list(small.takes) == [1, 0]
 
 
-def test_of_what_a_statement_does_not_tell_nothing_is_owed(monkeypatch: pytest.MonkeyPatch) -> None:
-    """It would go in each packet in vain: node 0 holds item 2 of node 1, and a statement ends before that."""
-    monkeypatch.setattr(stating, "MOST_STATED", 2)
-    load, rules = Load(3, 3, 0.0, 60, 256, 0, 0, 10), PolicyRules(True, True, 3, 1)
-    nodes, statements = trial.new_nodes(rules, load, 1), stating.new_statements(rules, 9)
-    trial.clear(nodes)
-    stating.forget_all(statements)
-    for column in range(9):
-        trial.add_item(rules, nodes, column // 3, column, 0)
-        stating.number_item(rules, statements, column // 3, column)
-    plan = stating.new_plan(3, 9)
-    for held, owed in ((0b100, 0), (0b110, 1)):
-        nodes.believes[0, 0] |= held << 3
-        nodes.holds[0] = nodes.believes[0, 0]
-        stating.look_through(rules, nodes, statements, 0)
-        stating.count_owed(rules, load, nodes, statements, plan, 0)
-        assert plan.owed[1] == owed
-
-
-def test_who_hears_an_item_reckons_that_others_have_it_too_until_they_say_that_they_lost_it() -> None:
-    load, rules = Load(1, 1, 0.0, 60, 256, 0, 0, 100), PolicyRules(True, True, 3, 1, codes=True)
-    nodes, statements, plan = trial.new_nodes(rules, load, 1), stating.new_statements(rules, 1), stating.new_plan(3, 1)
-    trial.clear(nodes)
-    stating.forget_all(statements)
-    trial.add_item(rules, nodes, 0, 0, 0)
-    stating.number_item(rules, statements, 0, 0)
-    kind = ADAPTIVE
-    montecarlo.header_sizes(kind, 3, nodes.header_bits)
-    stating.play_stating_slot(kind, rules, load, nodes, statements, plan, 0, 0b010)  # node 2 loses it
-    assert statements.lacks[1, 0, 2] == 0.5
-    stating.play_stating_slot(kind, rules, load, nodes, statements, plan, 1, 0)
-    stating.play_stating_slot(kind, rules, load, nodes, statements, plan, 2, 0b010)  # and says so
-    assert statements.lacks[1, 0, 2] > 0.7  # not 1: the link to node 2 is reckoned with anew, too
-
-
 def coded_pair(per_source: int) -> tuple[Load, PolicyRules, trial.NodeStates, stating.Statements]:
     """Nodes 0 and 1 hold so many items of node 0; of node 2 nothing is known."""
     load, rules = Load(1, per_source, 0.0, 60, 512, 0, 0, 100, 1.0, 4, 70), PolicyRules(True, True, 3, 1, codes=True)
@@ -288,45 +224,3 @@ def test_a_plan_fits_its_packet(room_bits: int) -> None:
         used = 60 * sum(plan.takes) + 70 * n_symbols + (planning.SIZE_BITS if n_symbols else 0)
         used += sum(bits for bits, states in zip(plan.statement_bits, plan.states, strict=True) if states)
         assert used <= room_bits
-
-
-def test_ranks_of_the_study_are_what_vehicles_decode() -> None:
-    """The same symbols to a decoder of bytes and to the rows of coefficients: the same items are known after each."""
-    dice = np.random.default_rng(4)
-    for _ in range(40):
-        n_nodes, per_source = 3, 4
-        load = Load(n_nodes, per_source, 0.0, 60, 256, 0, 0, 10)
-        rules = PolicyRules(True, True, n_nodes, 1)
-        nodes = trial.new_nodes(rules, load, 1)
-        statements = stating.new_statements(rules, n_nodes * per_source)
-        trial.clear(nodes)
-        stating.forget_all(statements)
-        for column in range(n_nodes * per_source):
-            trial.add_item(rules, nodes, column // per_source, column, 0)
-            stating.number_item(rules, statements, column // per_source, column)
-        decoder: Decoder[int] = Decoder()
-        known = dict.fromkeys(range(per_source), b"")  # its own
-        for slot in range(12):
-            statements.coded[0] = int(dice.integers(0, 1 << 12))
-            if dice.random() < 0.3:
-                plain = int(dice.integers(0, 12))
-                nodes.believes[0, 0] |= 1 << plain
-                if plain not in known:
-                    known[plain] = b""
-                    known |= decoder.learn(plain, b"")
-            stating.hear_symbols(rules, load, nodes, statements, 0, slot, 1)
-            key = symbol_key(slot, 0)
-            over = [column for column in range(12) if statements.coded[0] >> column & 1 and column not in known]
-            unknown = {column: coefficient(key, column // per_source, column % per_source) for column in over}
-            known |= decoder.add(unknown, b"")
-            assert int(nodes.believes[0, 0]) == sum(1 << column for column in known)
-            assert statements.n_rows[0] == len(decoder)
-
-
-def test_a_statement_tells_of_a_window(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What lies beyond it is not stated, coded, or taken to lack; with a window of one item all still ends."""
-    assert MOST_STATED == 15
-    monkeypatch.setattr(stating, "MOST_STATED", 1)
-    outcomes = play(partial(stating.run_stating_trials, ADAPTIVE), AckPolicy(ADAPTIVE, True), BATCH, 0.4, 4, 2)
-    assert outcomes[:, trial.FALSE_BELIEFS, trial.SUM].sum() == 0
-    assert outcomes[:, : trial.N_STAGES, trial.CENSORED].sum() == 0

@@ -12,9 +12,7 @@ from exchange.packets import Fragment
 from exchange.policies import POLICIES
 from exchange.wire.codec import Codec
 from exchange.wire.codes import Reader
-from missions.errors import ConfigurationError as ScenarioError
 from missions.runs.assembly import assemble
-from missions.runs.run import run
 from missions.runs.setup import resolved
 from missions.scenarios import load
 from remoras import Observation, SensorSettings
@@ -112,10 +110,3 @@ def test_what_one_vehicle_notes_all_come_to_know(notes: Path) -> None:
     note = models[0].tbox.attribute_named("note").uid
     (noted,) = [uid for uid in models[0].instance_uids() if models[0].history(uid, note)]
     assert [model.latest(noted, note).value for model in models] == [SAID] * 4
-
-
-def test_a_text_that_no_packet_has_room_for_is_refused_before_the_run(notes: Path, tmp_path: Path) -> None:
-    long = tmp_path / "long.ttl"
-    long.write_text(NOTES.replace(f"maxBytes {MOST_BYTES}", "maxBytes 200"), encoding="utf-8")
-    with pytest.raises((ConfigurationError, ScenarioError), match=r"a text of note may take \d+ bits, a packet has"):
-        run(load("mapping-rendezvous", settings_of(long)), 2)

@@ -48,10 +48,6 @@ def test_links_do_what_was_recorded(file: Path):
     assert list(channel.misfits(POND)) == []
 
 
-def test_a_row_whose_time_was_rounded_up_holds(file: Path):
-    assert asked(TraceChannel(file=str(file)), 0, [9.9995, 9.998]) == [0.0, 1.0]
-
-
 def test_a_trace_that_is_repeated_starts_anew(file: Path):
     """It lasts until 32 s and for the median gap of 10 s."""
     assert asked(TraceChannel(file=str(file), repeat=True), 0, [42.0, 52.0, 420.0]) == [1.0, 0.0, 1.0]
@@ -142,13 +138,6 @@ def test_a_trace_of_another_fleet_or_a_shorter_time_is_one_clear_fault(
     assert fault.key == "file"
     assert fault.given == f'"{file}"'
     assert re.search(says, fault.allowed)
-
-
-def test_times_that_do_not_count_from_the_start_of_the_run_are_a_fault(tmp_path: Path):
-    late = tmp_path / "late.csv"
-    late.write_text(text("5000,Boat,Diver,0", "5000,Diver,Boat,0", "5010,Boat,Diver,0"), encoding="utf-8")
-    (fault,) = TraceChannel(file=str(late)).misfits(POND)
-    assert "begins at 5000 s only: subtract that from time_s" in fault.allowed
 
 
 def test_a_trace_without_a_file_is_a_fault():

@@ -16,8 +16,6 @@ from typer.testing import CliRunner
 from exchange.drivers import Paced
 from exchange.drivers.unetstack import DATA, EVERYBODY, PROTOCOL, UnetStack
 from exchange.errors import ConfigurationError
-from missions.nodes import NodePlan, VehicleNode, alone
-from missions.scenarios import load
 from remoras.cli import app
 from remoras.testing import channels
 
@@ -211,22 +209,3 @@ def test_nobody_there_and_no_physical_layer_are_a_line(modems: Modems) -> None:
     ):
         refused = CliRunner().invoke(app, options)
         assert (refused.exit_code, expected in refused.stderr.replace("\n", " ")) == (2, True), refused.stderr
-
-
-@pytest.mark.slow
-def test_two_vehicles_know_the_same_by_it(modems: Modems) -> None:
-    scenario = load("mapping-rendezvous", [("--set", "communication.modem=nanomodem-v3")])
-    vehicles = [alone(NodePlan.of(scenario, name, 1, 120.0, 90.0)) for name in ("ASV00", "AUV00")]
-    pace = Paced(time.monotonic(), speed=30.0)
-    made = [UnetStack(address, pace) for address in modems.addresses]
-    nodes = [VehicleNode(own, driver, pace) for own, driver in zip(vehicles, made, strict=True)]
-    threads = [threading.Thread(target=node.run) for node in nodes]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    outcomes = [node.outcome() for node in nodes]
-    assert min(outcome.packets_heard for outcome in outcomes) > 10
-    assert outcomes[0].items > 0
-    assert outcomes[0].state_hash == outcomes[1].state_hash
-    assert [driver.n_refused for driver in made] == [0, 0]
