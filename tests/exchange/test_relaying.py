@@ -82,11 +82,11 @@ def test_the_newest_status_goes_along_a_line_once_it_is_known_that_it_has_to(rel
 
 
 @pytest.mark.parametrize("policy", ["ack", "m-ack"])
-@pytest.mark.parametrize(("per", "most"), [(0.0, 0.0), (0.2, 0.01), (0.4, 0.01), (0.8, 0.08)])
+@pytest.mark.parametrize(("per", "most"), [(0.0, 0.0), (0.3, 0.01), (0.8, 0.08)])
 def test_hardly_anybody_relays_where_links_lose_alike(policy, per, most):
     """A chance run of losses may look like a cut, now and then."""
     n_relayed = n_said = 0
-    for seed in range(12):
+    for seed in range(6):
         fleet = ManagerFleet(4, policy, lost=random_losses(seed, per))
         for frame in range(60):
             fleet.maps(frame % 4, cell=frame)
@@ -227,7 +227,7 @@ def test_nothing_rests_that_nobody_was_heard_to_pass_on(has_relayed: bool) -> No
 
 
 @pytest.mark.parametrize("policy", ["ack", "m-ack", "mps-ack"])
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=4, deadline=None)
 @given(seed=st.integers(0, 2**32))
 def test_all_get_all_whatever_links_and_relays_did_before(policy: str, seed: int) -> None:
     """Every 20 frames links are drawn anew, and one node may be gone; in the end a line is left that loses 30 %."""
@@ -251,7 +251,7 @@ def test_all_get_all_whatever_links_and_relays_did_before(policy: str, seed: int
 
 
 @pytest.mark.parametrize("policy", ["ack", "m-ack", "mps-ack", "ack-repeat", "m-ack-repeat", "mps-ack-repeat"])
-@settings(max_examples=15)
+@settings(max_examples=8)
 @given(seed=st.integers(0, 2**32), per=st.sampled_from([0.0, 0.3, 0.6]), stops=st.integers(20, 120))
 def test_nobody_is_said_to_have_spoken_later_than_it_did(policy, seed, per, stops):
     """From some slot on node 3 says nothing. What others tell of it stays behind its last packet by a frame at most."""
