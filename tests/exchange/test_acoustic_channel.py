@@ -4,26 +4,22 @@ import math
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from exchange.acoustics import loss
 from exchange.acoustics.acoustic import AcousticChannel
 from exchange.acoustics.channel import BroadcastChannel
 from exchange.acoustics.error_rates import Modulation
-from exchange.acoustics.link import Bernoulli, LinkModel, Matrix, Perfect, Transmission
+from exchange.acoustics.link import Transmission
 from exchange.acoustics.models import Deployment
 from exchange.acoustics.modems import modems
-from exchange.acoustics.trace import LossSeries, TraceLinks
 
 NANO = modems()["nanomodem-v3"]
 FSK = replace(NANO, modulation=Modulation.FSK_NONCOHERENT, per_at_snr=())
 """The nanomodem as if its bits were tones and its losses not measured."""
 FLEET = Deployment({"Boat": 0, "Diver": 1}, (0.0, 200.0), FSK, 4000.0, 3600.0)
 LOUD = [modem for modem in modems().values() if modem.source_level_db is not None]
-N_DRAWS = 1_000_000
 
 
 def loss_at(range_m: float, n_bytes: int = 64, deployment: Deployment = FLEET, **settings: object) -> float:
@@ -131,49 +127,3 @@ def test_a_profile_without_source_level_is_refused_in_words():
     assert list(AcousticChannel(acoustic_power_w=5.0).misfits(silent)) == []
     with pytest.raises(ValueError, match="s2c-18-34 has no source level"):
         AcousticChannel().link_model(silent, 1)
-
-
-# How often packets are lost -----------------------------------------------------------------------
-
-Words = npt.NDArray[np.uint64]
-
-
-def mixed(words: Words) -> Words:
-    """``loss.mixed`` of many words at once."""
-    words = (words ^ (words >> np.uint64(27))) * np.uint64(0x3C79AC492BA7B653)
-    words = (words ^ (words >> np.uint64(33))) * np.uint64(0x1C69B3F74AC4AE35)
-    return words ^ (words >> np.uint64(27))
-
-
-def uniforms(seed: int, slots: Words, sender: int, receiver: int) -> npt.NDArray[np.float64]:
-    """``loss.uniform`` of many slots at once."""
-    keys = mixed(np.uint64(loss.trial_key(seed, 0)) + slots + np.uint64(1))
-    words = mixed(keys + np.uint64((sender << 16) + receiver + 1))
-    return (words >> np.uint64(11)).astype(np.float64) * 2.0**-53
-
-
-SLOTS = np.arange(N_DRAWS, dtype=np.uint64)
-
-
-def test_many_draws_at_once_are_the_draws_of_the_channel():
-    expected = [loss.uniform(5, 0, slot, 1, 3) for slot in range(1000)]
-    assert uniforms(5, SLOTS[:1000], 1, 3).tolist() == expected
-
-
-STEADY: dict[str, LinkModel] = {
-    "perfect": Perfect(),
-    "bernoulli": Bernoulli(0.3),
-    "matrix": Matrix(0.1, {(0, 1): 0.65}),
-    "acoustic, one fade a frame": AcousticChannel(spreading=2.0).link_model(FLEET, 2),
-    "acoustic, one fade a bit": AcousticChannel(fading="bit").link_model(FLEET, 2),
-    "trace of rates": TraceLinks({(0, 1): LossSeries((0.0, 1e9), (0.2, 0.9))}, 1e9, False),
-}
-
-
-@pytest.mark.parametrize("name", STEADY)
-def test_losses_of_a_million_packets_are_as_many_as_the_model_says(name: str):
-    """Within four standard errors, at 3.3 km."""
-    p_loss = STEADY[name].p_loss(Transmission(7, 0, 10.0, 512), 1, 3300.0)
-    assert name == "perfect" or 0.01 < p_loss < 0.99
-    share = float(np.mean(uniforms(2, SLOTS, 0, 1) < p_loss))
-    assert abs(share - p_loss) <= 4.0 * math.sqrt(p_loss * (1.0 - p_loss) / N_DRAWS)

@@ -54,17 +54,6 @@ def test_what_befalls_packets_makes_no_false_belief_and_nothing_is_lost(policy: 
     storm.check_rest()
 
 
-# What is needed ------------------------------------------------------------------------------------
-
-
-def test_a_relay_passes_on_what_came_before_the_instance_that_it_is_about():
-    """Vehicle 0 creates an area and tells of it in one packet. Vehicle 2 hears it from vehicle 1 alone."""
-    storm = storm_of(3, "ack-repeat")
-    creates(storm, 0)
-    storm.run_frames(30, (fate for _ in range(30) for fate in (HEARD, LOST, HEARD, HEARD, HEARD, HEARD)))
-    storm.check_agreement()
-
-
 # Deaths and restarts ------------------------------------------------------------------------------
 
 
@@ -82,29 +71,6 @@ def test_restarts_under_loss_make_no_false_belief(policy: str):
     storm.calm(60)
     storm.check_agreement(of_all=POLICIES[policy].repeat)
     storm.check_rest()
-
-
-@EVERY_POLICY
-def test_a_part_that_was_in_no_store_is_not_believed_to_be_held(policy: str):
-    """Vehicle 1 has the first part of a block and has acknowledged it, when it restarts with its memory.
-
-    It knows much of another vehicle too, which it tells of first or last.
-    """
-    for much in (0, 1, 2):
-        storm = storm_of(3, policy, payload_bytes=24)
-        for cell in range(12 if much else 0):
-            maps(storm, much, 100 + cell)
-        storm.run_frames(20)
-        maps(storm, 0, *range(12))
-        storm.run_frames(1)
-        assert not storm.lives[1].is_whole((0, 0, storm.lives[0].model.next_sequence - 1))
-        storm.restart(1, keeps=True)
-        for _ in range(30):
-            storm.run(1)
-            storm.check()
-        storm.calm(20)
-        storm.check_agreement()
-        storm.check_rest()
 
 
 def test_one_that_is_cut_off_holds_up_nobody():

@@ -44,12 +44,6 @@ def test_a_short_packet_arrives_earlier_and_colder_water_delays_it():
     assert slow[1].time_s - short[1].time_s == pytest.approx(900 / 1440 - 900 / 1500)
 
 
-def test_the_head_of_a_packet_takes_its_time():
-    """Benthos: one second before the payload, 64 B at 800 bit/s."""
-    channel = BroadcastChannel(modems()["atm-900"], Perfect(), seed=1)
-    assert channel.transmit(0, 0, bytes(64), 0.0, TOGETHER_M)[0].time_s == pytest.approx(1.0 + 0.64)
-
-
 def test_beyond_its_range_nobody_hears_and_at_its_range_everybody():
     channel = BroadcastChannel(MODEM, Perfect(), seed=1, range_m=900.0)
     assert [arrival.receiver for arrival in channel.transmit(0, 0, b"x", 0.0, SQUARE_M)] == [1, 2]

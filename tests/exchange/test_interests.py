@@ -5,7 +5,7 @@ import random
 import pytest
 
 from exchange.policies import POLICIES
-from remoras.testing.policies import AREA_DONE, MAPPED_CELL, ManagerFleet, bay
+from remoras.testing.policies import MAPPED_CELL, ManagerFleet, bay
 from worldmodel import PLAIN, PropertyValue, Terms, Wanted, merge
 
 
@@ -110,20 +110,3 @@ def test_a_status_that_only_its_own_vehicle_needs_never_waits() -> None:
     fleet = ManagerFleet(2, who_needs=Positions(0))
     fleet.observe(0, (0, fleet.models[0].tbox.attribute_named("position").uid, (1.0, 2.0)))
     assert fleet.pass_slot().status == ()
-
-
-class OfOne:
-    """Node 1 needs to hear of areas that one vehicle has done, and of no other."""
-
-    def priority_of(self, fact: PropertyValue, class_uid: int) -> Wanted:
-        return (2, 1) if fact.attribute == AREA_DONE and fact.value == 1 else (0, 0)
-
-    def terms_of(self, fact: PropertyValue, class_uid: int) -> Terms:
-        return PLAIN
-
-
-def test_who_needs_a_link_is_asked_for_each_of_its_values() -> None:
-    fleet = ManagerFleet(2, who_needs=OfOne())
-    for vehicle, n_open in ((0, 0), (1, 1)):
-        fleet.observe(0, (bay(2), AREA_DONE, vehicle))
-        assert fleet.n_open == n_open

@@ -86,13 +86,6 @@ def test_after_losses_and_restarts_all_open_each_other(
     assert all(one.n_packets >= 40 for one in processes)  # introductions leave room for what there is to tell
 
 
-def test_without_loss_it_takes_two_packets_of_each() -> None:
-    processes, sent = mission(1, 0.0, {})
-    assert [20 - one.n_packets for one in processes] == [2, 2, 1]
-    head, salt, lacks, entry, tag = 2, 8, 1, 5, 8
-    assert [len(data) - head - salt - lacks - tag for _, data in sent[:5]] == [0, entry, 2 * entry, 2 * entry, entry]
-
-
 @settings(max_examples=30)
 @given(SEEDS, st.sampled_from([0.0, 0.3]), st.sampled_from(range(3)))
 def test_nothing_of_yesterday_opens_today(seed: int, per: float, victim: int) -> None:

@@ -46,10 +46,7 @@ def test_what_a_node_does_not_send_is_judged_by_what_it_says_itself_and_its_own_
     assert ledger.entry(columns[0]).about == heard.fragment.facts
 
 
-@given(
-    st.lists(st.tuples(st.integers(0, 3), st.integers(0, 200)), unique=True, max_size=150),
-    st.integers(0),
-)
+@given(st.lists(st.tuples(st.integers(0, 3), st.integers(0, 200)), unique=True, max_size=150), st.integers(0))
 def test_a_set_of_items_is_read_back_by_its_bits(guids: list[tuple[int, int]], some: int):
     """More than 64 items too: a set is one integer of any width."""
     ledger = Ledger(4)

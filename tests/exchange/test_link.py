@@ -11,7 +11,7 @@ from exchange.acoustics.link import Bernoulli, GilbertElliott, LinkModel, Matrix
 
 P_GB, P_BG, PER_GOOD, PER_BAD = 0.1, 0.3, 0.05, 0.8
 """A link that is bad for 0.1 / (0.1 + 0.3) = 1/4 of the time and loses 3/4 * 0.05 + 1/4 * 0.8 = 0.2375."""
-BAD_SHARE, MEAN_PER, CORRELATION = 0.25, 0.2375, 0.6
+BAD_SHARE, CORRELATION = 0.25, 0.6
 N_SEEDS = 4000
 N_SLOTS = 40_000
 
@@ -50,11 +50,6 @@ def test_a_matrix_has_a_probability_of_its_own_in_each_direction():
 
 
 # Gilbert-Elliott ----------------------------------------------------------------------------------
-
-
-def test_mean_loss_and_share_of_bad_slots_follow_from_the_rates():
-    assert model().bad_share == pytest.approx(BAD_SHARE)
-    assert model().mean_per == pytest.approx(MEAN_PER)
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 6])

@@ -60,17 +60,6 @@ def test_what_a_receiver_loses_of_all_is_what_it_loses_of_each():
         assert losses.p_reckoned == [estimate.p_reckoned for estimate in estimates]
 
 
-def test_absence_is_no_loss():
-    """A peer that was away for 200 frames and is back loses no more than before."""
-    fleet = ManagerFleet(3)
-    fleet.pass_frames(50)
-    fleet.lost = lambda slot, sender, receiver: 2 in (sender, receiver)
-    fleet.pass_frames(200)
-    fleet.lost = lambda slot, sender, receiver: False
-    fleet.pass_frames(10)
-    assert fleet.managers[0].links(2).incoming.p_loss == 0.0
-
-
 # Parked -------------------------------------------------------------------------------------------
 
 

@@ -1,5 +1,7 @@
 """The exchange manager, sans-io: bits and times in, bits and values out, over a link that the test scripts."""
 
+from contextlib import suppress
+
 import pytest
 from exchange_lives import Sea
 from hypothesis import given, settings
@@ -7,7 +9,7 @@ from hypothesis import strategies as st
 
 from exchange.errors import ConfigurationError
 from exchange.packets import InfluenceSignal, ItemUid
-from exchange.policies import POLICIES
+from exchange.policies import POLICIES, STATING
 from remoras.testing.policies import (
     AREA_DONE,
     BATTERY,
@@ -47,18 +49,6 @@ def test_an_item_is_delivered_acknowledged_and_then_left_alone():
     assert fleet.pass_slot().items == ()
 
 
-def test_it_is_said_until_the_last_of_three_peers_has_confirmed():
-    """Node 3 hears nothing of node 0 before slot 8: two repetitions more than the others needed."""
-    fleet = ManagerFleet(4, lost=lambda slot, sender, receiver: (sender, receiver) == (0, 3) and slot < 8)
-    uid = fleet.maps(0, cell=7)
-    fleet.pass_frames(2)
-    assert [fleet.managers[0].believes(peer, uid) for peer in (1, 2, 3)] == [True, True, False]
-    fleet.pass_frames(2)
-    assert items_said(fleet, 0) == [uid] * 3
-    assert fleet.holders(uid) == [0, 1, 2, 3]
-    assert fleet.n_open == 0
-
-
 def test_what_those_hold_to_whom_it_is_addressed_gives_way_to_what_they_lack():
     """Node 2 hears nothing. Once node 1 has confirmed its item, that of node 2 is the more urgent, ten to one."""
     fleet = ManagerFleet(
@@ -81,18 +71,6 @@ def test_who_has_lost_what_was_addressed_to_it_is_told_again():
     sea.restart(2, keeps=False)
     sea.pass_frames(1)
     assert sea.n_open == 1
-
-
-def test_with_repeat_a_peer_passes_on_what_its_origin_cannot_deliver():
-    """Node 2 never hears node 0; node 1 hears both. With neither repeats nor relaying node 2 never learns it."""
-    for policy, relay, holders in [("ack", False, [0, 1]), ("ack", True, [0, 1, 2]), ("ack-repeat", False, [0, 1, 2])]:
-        fleet = ManagerFleet(3, policy, lost=lambda slot, sender, receiver: (sender, receiver) == (0, 2))
-        for manager in fleet.managers if not relay else ():
-            manager.relaying.clear()
-        uid = fleet.maps(0, cell=7)
-        fleet.pass_frames(12)
-        assert fleet.holders(uid) == holders
-        assert not fleet.false_beliefs
 
 
 # Who needs it -------------------------------------------------------------------------------------
@@ -168,12 +146,6 @@ def test_statuses_of_different_attributes_do_not_replace_each_other():
     assert fleet.models[1].value(0, BATTERY) == 0.5
 
 
-def test_a_block_that_is_status_only_in_part_is_an_item():
-    fleet = ManagerFleet(2)
-    (uid,) = fleet.observe(0, (0, POSITION, (1.0, 0.0)), (bay(2), AREA_DONE, 0))
-    assert fleet.pass_slot().items == (uid,)
-
-
 # Signals ------------------------------------------------------------------------------------------
 
 
@@ -187,61 +159,29 @@ def test_signals_are_said_once_and_the_last_call_counts():
         assert [reception.signals for reception in fleet.heard[peer] if reception.sender == 0] == expected
 
 
-def test_of_many_roles_each_has_its_say_before_long():
-    """40 roles, at most 15 signals in a packet: after three own slots all have been heard."""
-    fleet = ManagerFleet(2, payload_bytes=512)
-    signals = [InfluenceSignal(number % 6, number) for number in range(40)]
-    for _ in range(3):
-        fleet.managers[0].offer_signals(signals)
-        fleet.pass_frames(1)
-    assert {signal.value for reception in fleet.heard[1] for signal in reception.signals} == set(range(40))
-
-
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(
-    st.integers(2, 8),
-    st.sampled_from(sorted(POLICIES)),
-    st.integers(20, 64),
-    st.integers(0, 20),
-    st.lists(st.integers(1, 12), max_size=8),
-)
-def test_a_packet_never_exceeds_its_room(
+    st.integers(2, 6), st.sampled_from(sorted(POLICIES)), st.integers(20, 64), st.integers(0, 20),
+    st.lists(st.integers(1, 14), max_size=4),
+)  # fmt: skip
+def test_no_packet_exceeds_its_room_and_what_was_accepted_gets_through(
     n_nodes: int, policy: str, payload_bytes: int, n_signals: int, n_cells: list[int]
 ):
-    """Whatever is offered: blocks of any length, statuses, and signals of any number."""
+    """Whatever is offered: blocks of any length, statuses, and signals of any number in every slot, as vehicles do."""
     try:
         fleet = ManagerFleet(n_nodes, policy, payload_bytes)
     except ConfigurationError:
         return  # the header alone is too large; see below
+    uids: list[ItemUid] = []
     for n in n_cells:
-        try:
-            fleet.observe(0, *((bay(n_nodes), MAPPED_CELL, float(cell)) for cell in range(n)))
-        except ConfigurationError:
-            continue  # a fact that fits no packet is refused when it is offered
-    for _ in range(3):
+        with suppress(ConfigurationError):  # a fact that fits no packet is refused when it is offered
+            uids += fleet.observe(0, *((bay(n_nodes), MAPPED_CELL, float(cell)) for cell in range(n)))
+    for _ in range(2 * len(uids) + 3):
         fleet.observe(0, (0, POSITION, (1.0, 1.0)))
         fleet.managers[0].offer_signals([InfluenceSignal(0, 1)] * n_signals)
         fleet.pass_frames(1)
-    assert all(len(sent.data) <= payload_bytes for sent in fleet.said)
-    assert all(sent.size_bits == 8 * len(sent.data) for sent in fleet.said)
-
-
-@settings(max_examples=60, deadline=None)
-@given(st.integers(2, 6), st.integers(20, 64), st.integers(0, 6), st.integers(1, 14))
-def test_what_has_been_accepted_gets_through_beside_the_signals(
-    n_nodes: int, payload_bytes: int, n_signals: int, n_cells: int
-):
-    """A block is cut to what is left when the vehicle signals in every slot, as vehicles do."""
-    fleet = ManagerFleet(n_nodes, payload_bytes=payload_bytes)
-    try:
-        uids = fleet.observe(0, *((bay(n_nodes), MAPPED_CELL, float(cell)) for cell in range(n_cells)))
-    except ConfigurationError:
-        return
-    for _ in range(len(uids) + 1):
-        fleet.managers[0].offer_signals([InfluenceSignal(0, 1)] * n_signals)
-        fleet.pass_frames(1)
-    assert all(fleet.holders(uid) == list(range(n_nodes)) for uid in uids)
-    assert len(fleet.models[1].history(bay(n_nodes), MAPPED_CELL)) == n_cells
+    assert all(len(sent.data) <= payload_bytes and sent.size_bits == 8 * len(sent.data) for sent in fleet.said)
+    assert policy in STATING or all(fleet.holders(uid) == list(range(n_nodes)) for uid in uids)
 
 
 # Blocks -------------------------------------------------------------------------------------------

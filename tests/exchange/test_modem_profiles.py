@@ -129,17 +129,6 @@ def test_losses_grow_with_range_and_size(
     assert near.loss_at(range_m, n_bits) >= 1.0 - near.delivered_at(range_m, n_bits) - 1e-12
 
 
-@given(FALLING, st.floats(1.0, 2e4))
-def test_frames_fail_one_by_one(curve: list[tuple[float, float]], range_m: float):
-    """Three frames of 20 B: the packet needs all, a driver that takes frames gets the mean."""
-    asked = links(modem_with(curve, frame_bytes=20, payload_bytes=60))
-    per = per_at(curve, asked.budget.snr_db(range_m))
-    assert asked.loss_at(range_m, 160) == pytest.approx(per, abs=1e-12)
-    assert asked.loss_at(range_m, 480) == pytest.approx(1.0 - (1.0 - per) ** 3, abs=1e-12)
-    assert asked.delivered_at(range_m, 480) == pytest.approx(1.0 - per, abs=1e-12)
-    assert asked.delivered_at(range_m, 0) == 1.0
-
-
 @given(st.floats(-30.0, 30.0), st.floats(100.0, 1e4))
 def test_a_margin_is_like_so_much_less_sound(margin_db: float, range_m: float):
     """For a curve as for bits; the ratio at the receiver stays."""

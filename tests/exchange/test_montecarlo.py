@@ -1,7 +1,7 @@
 """The compiled slot loop against the same loop uncompiled, against plain vehicles, and against formulas."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
@@ -10,8 +10,7 @@ import pytest
 
 from exchange import ack
 from exchange.ack import Acknowledgement
-from exchange.acoustics.loss import uniform
-from exchange.errors import ConfigurationError
+from exchange.acoustics.loss import trial_key, uniform
 from exchange.policies import ACK, ADAPTIVE, M_ACK, MPS_ACK, PAPER_POLICIES, AckPolicy
 from exchange.study import compiler, montecarlo, sliced, trial
 from exchange.study.compiler import Form
@@ -78,62 +77,11 @@ def test_compiled_is_interpreted_with_items_in_several_words(load: Load, wide: R
         assert np.array_equal(play(wide, policy, load, 0.3, n_trials=1), expected)
 
 
-class Vehicles:
-    """Nodes on lists and integers, as a vehicle runs them, that hear what the loss draws say: one item at node 0."""
-
-    def __init__(self, policy: AckPolicy, n_nodes: int, per: float, trial_number: int) -> None:
-        self.policy, self.n_nodes = policy, n_nodes
-        self.p_loss, self.trial_number = per, trial_number
-        self.states = [ack.new_state(n_nodes) for _ in range(n_nodes)]
-        self.states[0].believes[0] = 1
-        self.origins = [1] + [0] * (n_nodes - 1)
-        self.n_sent = 0
-
-    def settled(self, node: int) -> bool:
-        return bool(ack.settled(self.states[node], self.n_nodes, None, 0))
-
-    def play(self, slot: int) -> None:
-        kind, frame, owner = self.policy.acknowledgement, slot // self.n_nodes, slot % self.n_nodes
-        for state in self.states:
-            ack.open_slot(kind, state, self.n_nodes, owner)
-        may_send = owner == 0 or self.policy.repeat
-        content = self.states[owner].believes[owner] if may_send and not self.settled(owner) else 0
-        self.n_sent += content
-        rows = [0] * self.n_nodes
-        ack.compose(kind, self.states[owner], self.n_nodes, frame, owner, (content,), rows)
-        for node in range(self.n_nodes):
-            if node != owner and uniform(SEED, self.trial_number, slot, owner, node) >= self.p_loss:
-                state = self.states[node]
-                ack.absorb(kind, False, state, self.n_nodes, frame, node, owner, rows, (content,), self.origins)
-
-    def outcome(self) -> dict[int, int]:
-        """Slots until each stage, and items sent."""
-        found: dict[int, int] = {}
-        slot = 0
-        while trial.SENDERS_ACKED not in found:
-            self.play(slot)
-            slot += 1
-            for stage, reached in self.stages():
-                if reached and stage not in found:
-                    found[stage] = slot
-        found[trial.TRANSMISSIONS] = self.n_sent
-        return found
-
-    def stages(self) -> Iterator[tuple[int, bool]]:
-        senders = range(self.n_nodes) if self.policy.repeat else (0,)
-        yield trial.DELIVERED, all(state.believes[node] for node, state in enumerate(self.states))
-        yield trial.SOURCE_ACKED, self.settled(0)
-        yield trial.SENDERS_ACKED, all(self.settled(node) for node in senders)
-
-
-@pytest.mark.parametrize("n_nodes", [2, 3, 5, 11])
-@pytest.mark.parametrize("name", PAPER_POLICIES)
-def test_the_study_is_a_fleet_of_vehicles(name: str, n_nodes: int, narrow: Run) -> None:
-    """The interpreted form on lists, item sets as plain integers, gives the slots that the compiled study gives."""
-    outcomes = play(narrow, PAPER_POLICIES[name], SINGLE, 0.4, n_nodes=n_nodes, n_trials=4)
-    for number, outcome in enumerate(outcomes):
-        for quantity, value in Vehicles(PAPER_POLICIES[name], n_nodes, 0.4, number).outcome().items():
-            assert outcome[quantity, SUM] == value
+def test_who_hears_is_drawn_for_sender_and_receiver() -> None:
+    for slot in range(100):
+        heard = montecarlo.receivers(trial_key(SEED, 3), slot, 5, p_loss(5, 0.4))
+        drawn = [j for j in range(5) if j != slot % 5 and uniform(SEED, 3, slot, slot % 5, j) >= 0.4]
+        assert heard == sum(1 << j for j in drawn)
 
 
 def test_a_trial_that_does_not_end_is_censored_and_not_counted(narrow: Run) -> None:
@@ -182,17 +130,6 @@ def test_poisson_load_is_conserved(wide: Run) -> None:
     assert sums[trial.IN_FLIGHT] / counts[trial.IN_FLIGHT] == pytest.approx(offered * latency, rel=0.01)
 
 
-@pytest.mark.parametrize("name", ["ack", "m-ack", "mps-ack-repeat"])
-def test_columns_are_reused_without_mixing_items(name: str, wide: Run) -> None:
-    """With room to spare in the queue, its length does not matter: a reused column is as good as a new one."""
-    loads = [
-        POISSON._replace(columns_per_source=columns, rate=0.03, p_none=math.exp(-0.03), window_end=425)
-        for columns in (30, 200)
-    ]
-    short, long = (play(wide, PAPER_POLICIES[name], load, 0.3, n_trials=10) for load in loads)
-    assert np.array_equal(short, long)
-
-
 def test_the_machine_code_is_kept_by_sources_and_versions(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     first = compiler.cache_folder(ACK, "1")
@@ -217,12 +154,3 @@ def test_every_function_that_the_slot_loop_calls_is_found_for_the_compiler() -> 
     assert {*compiler.CALLED, *compiler.ALLOCATING} <= {*found, *of_stating}
     assert found[-1] is sliced.run_sliced
     assert M_ACK.carries not in compiler.functions_of(ACK)
-
-
-@pytest.mark.slow
-def test_functions_that_cannot_be_compiled_are_refused_by_the_name_of_their_kind() -> None:
-    def learn(state: ack.AckState, n_nodes: int, frame: int, sender: int, rows: ack.Words) -> None:
-        raise KeyError({"a": [object()]})
-
-    with pytest.raises(ConfigurationError, match="acknowledgement 'odd' cannot be compiled for the policy study"):
-        compiler.compiled(ACK._replace(name="odd", learn=learn), Form.NARROW, print)

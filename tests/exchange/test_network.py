@@ -14,15 +14,7 @@ from exchange.acoustics.channel import BroadcastChannel
 from exchange.acoustics.link import Transmission
 from exchange.acoustics.models import Deployment
 from exchange.acoustics.modems import modems
-from exchange.acoustics.network import (
-    Network,
-    NetworkChannel,
-    NetworkFileError,
-    OverRange,
-    file_in,
-    network_of,
-    shipped,
-)
+from exchange.acoustics.network import Network, NetworkChannel, OverRange, network_of, shipped
 
 MODEM = modems()["nanomodem-v3"]
 SINGAPORE = "mission-2012"
@@ -105,19 +97,6 @@ def test_every_vehicle_is_a_node_of_its_own_and_keeps_it_when_the_fleet_grows(se
     assert rates(channel, n, seed) == {(a, b): network.per[drawn[a], drawn[b]] for a, b in permutations(range(n), 2)}
 
 
-@given(st.permutations(["21", "22", "27", "28", "29"]), st.integers(0, 4))
-def test_the_mean_is_that_of_all_draws_of_nodes_that_may_be(nodes: list[str], n_given: int) -> None:
-    """Nodes that a scenario gives are kept; over the others it is the mean of all ways."""
-    given_nodes = {f"AUV{k:02}": nodes[k] for k in range(n_given)}
-    channel, network = NetworkChannel(nodes=given_nodes), shipped()[SINGAPORE]
-    ways = [(*nodes[:n_given], *rest) for rest in permutations(nodes[n_given:], 4 - n_given)]
-    means = [sum(network.per[a, b] for a, b in permutations(way, 2)) / 12 for way in ways]
-    assert channel.mean_per(fleet(4)) == pytest.approx(sum(means) / len(means))
-    drawn = channel.drawn(network, fleet(4), 3)
-    assert [drawn[k] for k in range(n_given)] == nodes[:n_given]
-    assert tuple(drawn.values()) in ways
-
-
 # Losses over range --------------------------------------------------------------------------------
 
 
@@ -146,29 +125,16 @@ def test_a_toml_file_and_a_csv_of_the_same_links_are_the_same_channel(tmp_path: 
     assert network_of(str(toml)).node[1].position_m == (300.0, 40.0)
 
 
-def test_a_file_of_several_networks_is_named_with_the_one_that_is_meant(tmp_path: Path) -> None:
-    file = tmp_path / "seas.toml"
-    file.write_text(TOML + '[[network]]\nname = "far"\nper_over_range = [[10, 0.0], [20, 1.0]]\n', encoding="utf-8")
-    assert network_of(f"{file}:far").per_over_range == ((10.0, 0.0), (20.0, 1.0))
-    assert file_in(f"{file}:far") == str(file)
-    for setting in (str(file), f"{file}:near"):
-        with pytest.raises(NetworkFileError, match=r"which of harbour, far is meant .* seas\.toml:harbour"):
-            network_of(setting)
-
-
 BAD_TOML = [
     # (what is replaced, by what, key, what the message says)
     ("per = { buoy = 0.2 }", "", "node.quay.per", "the link from quay to buoy is missing"),
     ("buoy = 0.2", "buoy = 1.2", "node.quay.per.buoy", "less than or equal to 1"),
-    ("buoy = 0.2", "buoy = -0.2", "node.quay.per.buoy", "greater than or equal to 0"),
     ("buoy = 0.2", "buoy = nan", "node.quay.per.buoy", "finite number"),
     ("buoy = 0.2", "buoy = 0.2, jetty = 0.1", "node.quay.per.jetty", "is no node; allowed: buoy"),
     ("buoy = 0.2", "buoy = 0.2, quay = 0.1", "node.quay.per.quay", "does not send to itself"),
     ('name = "buoy"', 'name = "quay"', "node.quay", "is there twice"),
     ("[300.0, 40.0]", "[300.0, 4e5]", "node.buoy.position_m.2", "less than or equal to 100000"),
-    ("depth_m = 3.0", "depth_m = -3.0", "node.quay.depth_m", "greater than or equal to 0"),
     ("depth_m = 3.0", "depth_m = 12000", "node.quay.depth_m", "less than or equal to 11000"),
-    ("depth_m = 3.0", "deph_m = 3.0", "node.quay.deph_m", "unknown key, allowed here: name, position_m, depth_m, per"),
     ('name = "harbour"', "", "network.1.name", "missing"),
     (
         'name = "harbour"',
@@ -179,11 +145,8 @@ BAD_TOML = [
     ('name = "harbour"', 'name = "harbour"\nper_over_range = [[1, 0]]', "node", "or else per_over_range"),
     (TOML, '[[network]]\nname = "harbour"\nper_over_range = [[9, 0.1], [8, 0.2]]', "per_over_range", "longer than"),
     (TOML, '[[network]]\nname = "harbour"', "node", "has to be given"),
-    (TOML, "", "network", "at least"),
-    (TOML, "network = 3", "network", "valid array"),
     (TOML, "name: harbour", "TOML", "at line 1"),
     (TOML, "a = " + "[" * 900 + "]" * 900, "TOML", "too deep"),
-    (TOML, "a." * 2000 + "b = 1", "TOML", "2000 characters"),
 ]
 
 
@@ -198,13 +161,10 @@ def test_what_is_no_network_is_refused_by_its_key(tmp_path: Path, part: str, by:
 
 BAD_CSV = [
     ("A,B,0.1", "A,B,1.1", 2, "a number from 0 to 1"),
-    ("A,B,0.1", "A,B,often", 2, "a number from 0 to 1"),
-    ("A,B,0.1", "A,B", 2, "a number from 0 to 1"),
     ("A,B,0.1", "A,A,0.1", 2, "no link of two nodes"),
     ("B,A,0.9", "A,B,0.9", 3, "a second row"),
     ("B,A,0.9\n", "", None, "the link from B to A is missing"),
     ("sender", "from", 1, "sender is missing"),
-    (CSV, "", 1, "sender, receiver, per is missing"),
     ("B,A,0.9", "\n".join(f"A,N{k},0.9" for k in range(99)), 101, "one node more than the 100"),
     ("B,A,0.9", '"B,A,0.9', 3, "unexpected end"),
 ]
@@ -225,7 +185,6 @@ def test_a_csv_that_is_no_network_is_refused_by_its_line(
     ("channel", "n", "key", "says"),
     [
         (NetworkChannel(network="mission-2021"), 4, "network", "is no network; allowed: .*mission-2012"),
-        (NetworkChannel(network="none.csv"), 4, "network", "cannot be read: No such file"),
         (NetworkChannel(), 6, "network", "has 5 nodes, the fleet 6 vehicles"),
         (NetworkChannel(nodes={"AUV01": "23"}), 4, "nodes.AUV01", "allowed: 21, 22, 27, 28, 29"),
         (NetworkChannel(nodes={"Raft": "21"}), 4, "nodes.Raft", "is no vehicle; allowed: AUV00"),
@@ -236,15 +195,6 @@ def test_what_does_not_fit_the_fleet_is_refused(channel: NetworkChannel, n: int,
     fault = next(channel.misfits(fleet(n)))
     assert fault.key == key
     assert re.search(says, fault.allowed)
-
-
-def test_another_file_under_the_name_is_refused_when_asked_for_links(tmp_path: Path) -> None:
-    file = tmp_path / "links.csv"
-    file.write_text(CSV, encoding="utf-8")
-    channel = NetworkChannel(network=str(file), sha256="0" * 64)
-    assert not list(channel.misfits(fleet(2)))
-    with pytest.raises(ValueError, match="is not the file that was used"):
-        channel.link_model(fleet(2), 1)
 
 
 @pytest.mark.parametrize("network", shipped().values(), ids=shipped())

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from exchange.packets import Fragment, StatusUid
+from exchange.packets import Fragment
 from exchange.queueing.limits import Expired, Unsaid
 from exchange.queueing.queue import Queue
 from exchange.study.selection import select
@@ -26,7 +26,7 @@ class FixedRoom:
 
     def add(self, fragment: Fragment) -> bool:
         self.n_asked += 1
-        size_bits = self.sizes.get(fragment.facts[0].subject, SIZE_BITS)
+        size_bits = SIZE_BITS if fragment.is_status else self.sizes.get(fragment.sequence, SIZE_BITS)
         if size_bits > self.left_bits:
             return False
         self.left_bits -= size_bits
@@ -121,21 +121,10 @@ def test_it_chooses_what_select_chooses(events: list[tuple[str, int, int]]) -> N
             expected.items[what][1] = more
         elif event == "slot":
             sizes = {column: row[2] for column, row in expected.items.items()}
-            room = FixedRoomByUid(what, sizes)
+            room = FixedRoom(what, sizes)
             chosen = queue.choose(room, 0.0)
             found = [(1, one.fragment.facts[0].subject) if one.column < 0 else (0, one.column) for one in chosen]
             assert found == expected.slot(what)
-
-
-class FixedRoomByUid(FixedRoom):
-    """Statuses have a size of their own."""
-
-    def add(self, fragment: Fragment) -> bool:
-        size_bits = SIZE_BITS if fragment.is_status else self.sizes[fragment.sequence]
-        if size_bits > self.left_bits:
-            return False
-        self.left_bits -= size_bits
-        return True
 
 
 def test_a_slot_looks_at_what_it_sends_and_no_further() -> None:
@@ -146,17 +135,6 @@ def test_a_slot_looks_at_what_it_sends_and_no_further() -> None:
     room = FixedRoom(8 * SIZE_BITS)
     assert len(queue.choose(room, 0.0)) == 8
     assert room.n_asked <= 8 + 3 * 4
-
-
-@pytest.mark.parametrize("name", sorted(VALUE_RULES))
-def test_by_every_rule_all_get_their_turn_where_nothing_is_acknowledged(name: str) -> None:
-    """Six candidates, room for two, thirty slots of 10 s: none is left out by a rule that goes by the time waited."""
-    queue, gone = Queue(VALUE_RULES[name]), set[int]()
-    for column in range(6):
-        take(queue, column, 1 + column % 2)
-    for slot in range(30):
-        gone.update(said(queue, 2, 10.0 * (slot + 1)))
-    assert gone == set(range(6))
 
 
 @pytest.mark.parametrize("name", sorted(VALUE_RULES))
@@ -261,17 +239,6 @@ def test_a_need_has_a_limit_of_its_own() -> None:
     assert said(queue, 9, 9.0) == [3, 2]
 
 
-def test_other_needs_hold_outside_of_the_queue_too() -> None:
-    """What waits outside becomes urgent and takes older values: it makes another go out, and does not expire."""
-    queue = Queue(limit=1)
-    take(queue, 0, 9)
-    take(queue, 1, 1, Terms(time_to_live_s=10.0))
-    queue.revalue(1, 50, Terms(), 5.0)
-    assert said(queue, 9, 20.0) == [1]
-    assert queue.why_unsaid(item(0).uid, 20.0) is Unsaid.OVERFLOW
-    assert Expired.TIME_TO_LIVE not in {one.reason for one in queue.take_expired()}
-
-
 @given(
     priorities=st.lists(st.integers(1, 20), min_size=2, max_size=12),
     limit=st.integers(1, 4),
@@ -330,16 +297,6 @@ def test_a_covert_slot_is_empty_unless_something_may_go() -> None:
     assert queue.unsaid == {Unsaid.NOTHING_OPEN: 1}
 
 
-def test_a_newer_status_takes_the_place_of_the_older_one() -> None:
-    queue = Queue()
-    queue.take_status(status(4, 1.0), 2, SIZE_BITS)
-    queue.take_status(status(4, 3.0), 2, SIZE_BITS)
-    (expiry,) = queue.take_expired()
-    assert (expiry.uid, expiry.reason, expiry.latency_s) == (StatusUid(0, 1.0, 4, BATTERY), Expired.SUPERSEDED, 2.0)
-    assert [one.fragment.time_s for one in queue.choose(FixedRoom(600), 5.0)] == [3.0]
-    assert queue.choose(FixedRoom(600), 6.0) == []
-
-
 # What is left to others -----------------------------------------------------------------------------
 
 
@@ -357,14 +314,3 @@ def test_what_rests_is_open_and_not_said_until_it_wakes(rule):
     assert sorted(said(queue, 3)) == [0, 1]
     queue.drop(2)
     assert (queue.open, queue.resting) == (0b011, 0)
-
-
-def test_what_comes_again_or_on_other_terms_while_it_rests_wakes():
-    queue = Queue(limit=2)
-    take(queue, 0)
-    take(queue, 1)
-    queue.rest(0b11)
-    queue.revalue(0, 5, Terms(queue_limit=9))
-    queue.drop(1)
-    take(queue, 1)
-    assert (sorted(said(queue, 2)), queue.resting) == ([0, 1], 0)

@@ -111,37 +111,3 @@ def test_what_was_refused_as_from_the_future_is_said_again_and_the_truth_comes()
     assert fleet.models[1].value(bay(2), MAPPED_CELL) == 7.0
     fleet.pass_slot()
     assert fleet.managers[0].believes(1, uid)
-
-
-# Epochs -------------------------------------------------------------------------------------------
-
-
-def restarted(fleet: ManagerFleet, node: int, epoch: int) -> None:
-    """A vehicle begins anew without its memory."""
-    model = WorldModel(
-        fleet.models[node].tbox,
-        node,
-        instances(fleet.n_nodes),
-        n_origins=fleet.n_nodes,
-        run_time_instances_per_origin=0,
-        epoch=epoch,
-    )
-    fleet.models[node] = model
-    fleet.managers[node] = ExchangeManager(
-        node, model, fleet.codec, fleet.schedule, POLICIES["ack-repeat"], 512, needs(range(fleet.n_nodes))
-    )
-
-
-def test_items_of_two_epochs_are_never_confused():
-    """Its first item after a restart has the number of its first one before; peers keep both, and tell both."""
-    fleet = ManagerFleet(3, "ack-repeat", lost=lambda slot, sender, receiver: receiver == 2 and slot < 12)
-    before = fleet.maps(0, 1)
-    fleet.pass_frames(4)
-    restarted(fleet, 0, epoch=1)
-    after = fleet.maps(0, 2)
-    assert after == before._replace(epoch=1) != before
-    fleet.pass_frames(4)
-    for model in fleet.models[1:]:
-        assert model.digest() == {(0, 0): (0, 0), (0, 1): (0, 0)}
-        assert {o.value for o in model.history(bay(3), MAPPED_CELL)} == {1.0, 2.0}
-    assert [str(uid) for uid in (before, after)] == ["0-0", "0.e1-0"]

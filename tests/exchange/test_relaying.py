@@ -97,60 +97,6 @@ def test_hardly_anybody_relays_where_links_lose_alike(policy, per, most):
     assert n_relayed <= most * n_said
 
 
-@pytest.mark.parametrize("seed", range(6))
-def test_what_goes_over_a_bad_link_between_two_halves_is_relayed_by_its_ends(seed):
-    """Node 2 hears node 3 best, which lacks what node 1 has to relay."""
-    stream, per = random.Random(seed), {(0, 1): 0.0, (1, 2): 0.6, (2, 3): 0.0}
-
-    def lost(slot: int, sender: int, receiver: int) -> bool:
-        return stream.random() < per.get((min(sender, receiver), max(sender, receiver)), 1.0)
-
-    fleet = ManagerFleet(4, lost=lost)
-    uid = fleet.maps(0, cell=7)
-    for frame in range(120):
-        fleet.observe(0, (0, POSITION, (float(frame), 0.0)))
-        fleet.pass_frames(1)
-    known = fleet.models[3].latest(0, POSITION)
-    assert fleet.holders(uid) == [0, 1, 2, 3]
-    assert known is not None
-    assert fleet.now_s - known.block.time_s < 16 * 4 * SLOT_S
-
-
-@pytest.mark.parametrize("per", [0.3, 0.6])
-def test_another_takes_over_as_soon_as_the_one_who_relays_is_lost(per):
-    """Nodes 0 and 3 are cut off from each other, and node 1 reaches both best until it is lost."""
-    stream, is_lost = random.Random(1), False
-
-    def lost(slot: int, sender: int, receiver: int) -> bool:
-        if {sender, receiver} == {0, 3} or (is_lost and 1 in (sender, receiver)):
-            return True
-        return stream.random() < (per if {sender, receiver} == {2, 3} else 0.05)
-
-    fleet = ManagerFleet(4, lost=lost)
-    for frame in range(100):
-        fleet.observe(0, (0, POSITION, (float(frame), 0.0)))
-        fleet.pass_frames(1)
-    is_lost = True
-    uid = fleet.maps(0, cell=7)
-    fleet.pass_frames(20)
-    assert 3 in fleet.holders(uid)
-
-
-@pytest.mark.parametrize("relay", [True, False])
-def test_an_item_gets_to_who_hears_its_origin_and_is_not_heard_by_it(relay):
-    """Node 2 misses the item, and node 0 never hears of that: it takes node 2 for lost, and repeats nothing for it."""
-    is_deaf = True
-    fleet = ManagerFleet(
-        3, lost=lambda slot, sender, receiver: (sender, receiver) == (2, 0) or (is_deaf and receiver == 2)
-    )
-    that_relays(fleet, relay).pass_frames(20)
-    uid = fleet.maps(0, cell=7)
-    fleet.pass_frames(1)
-    is_deaf = False
-    fleet.pass_frames(60)
-    assert fleet.holders(uid) == ([0, 1, 2] if relay else [0, 1])
-
-
 @pytest.fixture
 def told() -> tuple[ManagerFleet, dict[str, bool], ItemUid]:
     """Nodes 0 and 2 are cut off from each other as long as ``is_cut``; node 1 has passed on an item of node 0."""

@@ -63,24 +63,12 @@ def test_what_is_sealed_opens_with_the_key(crc_bits: int, frame: int):
     assert padding == [2, 32]
 
 
-def test_no_content_can_be_read_without_the_key():
-    """The same content in two slots has no bytes in common but by chance; nor has it those of the plain packet."""
-    codec = guarded(key=KEY)
-    one, other = (codec.encode(0, [0] * 3, [Fragment(0, 4, 0.0, cells(3, 9))], frame=f)[2:] for f in (1, 5))
-    assert sum(a == b for a, b in zip(one, other, strict=True)) < 8
-
-
 @given(st.sets(st.tuples(st.integers(0, 63), st.integers(0, 3), st.integers(0, 10**6)), max_size=30))
 def test_no_nonce_is_used_twice(sent: set[tuple[int, int, int]]):
     """By sender, epoch and frame; a slot of 1.7 s."""
     nonces = [nonce_of(*who, frame, 1.7 * (64 * frame + who[0]), b"\1\2\3\4") for *who, frame in sent]
     assert len(set(nonces)) == len(sent)
     assert {len(nonce) for nonce in nonces} <= {13}
-
-
-def test_a_key_of_no_such_size_is_refused():
-    with pytest.raises(ConfigurationError, match="5 bytes; allowed: 16, 24, 32"):
-        Seal(b"short")
 
 
 def test_without_the_library_the_remedy_is_named(monkeypatch: pytest.MonkeyPatch):

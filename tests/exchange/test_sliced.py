@@ -12,14 +12,7 @@ from exchange.policies import ACK, M_ACK, MPS_ACK, PAPER_POLICIES, AckPolicy
 from exchange.study import compiler, montecarlo, sliced
 from exchange.study.compiler import Form, SlotLoop
 from exchange.study.parts import TrialBatch, TrialPlan, memory_of, play
-from exchange.study.study import (
-    ExchangeStudy,
-    LoadKind,
-    StudyLoad,
-    load_of,
-    p_loss_matrices,
-    workload_named,
-)
+from exchange.study.study import ExchangeStudy, LoadKind, StudyLoad, load_of, p_loss_matrices, workload_named
 from exchange.study.trial import Ints
 
 SEEDS = st.integers(0, (1 << 62) - 1)
@@ -90,16 +83,6 @@ def test_whatever_is_asked(
     assert_equal(study, first_trial)
 
 
-@given(st.integers(2, 6), st.data())
-@settings(max_examples=15, deadline=None)
-def test_links_that_differ(n_nodes: int, data: st.DataObject) -> None:
-    p_loss = st.floats(0.0, 0.8)
-    links = data.draw(
-        st.lists(st.lists(p_loss, min_size=n_nodes, max_size=n_nodes), min_size=n_nodes, max_size=n_nodes)
-    )
-    assert_equal(ExchangeStudy(n_nodes, (), tuple(map(tuple, links)), trials=70))
-
-
 def test_only_a_single_item_that_fits_is_sliced() -> None:
     """Header of ack with five nodes 4 bits, of a matrix 20; items of 60."""
     single = ExchangeStudy(capacity_bits=80)
@@ -127,15 +110,6 @@ def test_a_threshold_divides_draws_where_the_probability_does(
     assert draw * 2.0**-53 == uniform
     for p in (p_loss, uniform, np.nextafter(uniform, 0.0), np.nextafter(uniform, 1.0)):
         assert (draw >= sliced.threshold(float(p))) == (uniform >= p)
-
-
-@given(st.lists(st.integers(0, (1 << 63) - 1), min_size=64, max_size=64), st.integers(1, 63))
-def test_transposed_bits(words: list[int], n_rows: int) -> None:
-    before = np.array(words)
-    after = before.copy()
-    sliced.transpose(after, n_rows)
-    for row in range(n_rows):
-        assert int(after[row]) & (1 << 64) - 1 == sum((words[k] >> row & 1) << k for k in range(64))
 
 
 @given(st.integers(2, 12), st.integers(0, 11), SEEDS)

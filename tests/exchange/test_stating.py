@@ -51,17 +51,6 @@ def means(row: StudyRow) -> tuple[float, float]:
     return row.delivered_slots.mean, row.source_acked_slots.mean
 
 
-@pytest.mark.parametrize("per", [0.2, 0.8])
-@pytest.mark.parametrize("n_nodes", [4, 16])
-def test_of_a_single_item_the_origin_knows_as_soon_as_can_be(n_nodes: int, per: float) -> None:
-    """In the mean of the trials: holder sets pass on all that is known. Matrices take longer, where much is lost."""
-    found = rows_of(
-        n_nodes, per, ("holdings-repeat", "adaptive", "m-ack-repeat"), trials=60, capacity_bits=512, bound=True
-    )
-    assert means(found["adaptive"]) == means(found["holdings-repeat"]) == means(found["bound"])
-    assert means(found["m-ack-repeat"])[1] > (1.1 if per > 0.5 else 1.0) * means(found["bound"])[1]
-
-
 CELLS = [(4, 12, 0.6), (8, 6, 0.4), (16, 3, 0.8)]
 
 
@@ -158,41 +147,6 @@ def test_what_all_lack_goes_first_by_its_weight_and_then_in_the_order_of_telling
     small = plan_of(3, [[0.0, 1.0, 1.0]] * 2, size_bits=[90, 30], is_new=[1, 1])
     planning.plan_packet(small, 3, 2, 100, False, False)
     assert list(small.takes) == [1, 0]
-
-
-def coded_pair(per_source: int) -> tuple[Load, PolicyRules, trial.NodeStates, stating.Statements]:
-    """Nodes 0 and 1 hold so many items of node 0; of node 2 nothing is known."""
-    load, rules = Load(1, per_source, 0.0, 60, 512, 0, 0, 100, 1.0, 4, 70), PolicyRules(True, True, 3, 1, codes=True)
-    nodes, statements = trial.new_nodes(rules, load, 1), stating.new_statements(rules, per_source)
-    trial.clear(nodes)
-    stating.forget_all(statements)
-    for column in range(per_source):
-        trial.add_item(rules, nodes, 0, column, 0)
-        stating.number_item(rules, statements, 0, column)
-        statements.brought[0, column] = column
-    nodes.believes[1, :2] = nodes.holds[1] = (1 << per_source) - 1
-    statements.n_coded[0] = per_source
-    return load, rules, nodes, statements
-
-
-def test_a_peer_that_may_have_heard_symbols_lacks_as_many_items_less() -> None:
-    """Whichever: 2 symbols over 8 items, half of which come, leave 7 of 8; half of the items need not be lacked."""
-    _, rules, nodes, statements = coded_pair(8)
-    stating.note_brought(rules, nodes, statements, 0, 0, 2)
-    assert statements.lacks[0, :8, 2] == pytest.approx([7 / 8] * 8)
-    nodes.believes[0, 2] = 0b1111  # it holds four of them, so that these two are half of what it lacks
-    statements.lacks[0, :8, 2] = 1.0
-    stating.note_brought(rules, nodes, statements, 0, 0, 2)
-    assert statements.lacks[0, 4:8, 2] == pytest.approx([3 / 4] * 4)
-
-
-@pytest.mark.parametrize(("received", "left"), [(0, 8.0), (1, 6.0)])
-def test_what_became_of_symbols_is_no_longer_guessed(received: int, left: float) -> None:
-    _, rules, nodes, statements = coded_pair(8)
-    stating.note_brought(rules, nodes, statements, 0, 0, 2)
-    nodes.rows[2] = received
-    stating.note_fate(rules, nodes, statements, 0, 2)
-    assert statements.lacks[0, :8, 2].sum() == pytest.approx(left)
 
 
 def test_no_more_symbols_go_than_are_of_use() -> None:

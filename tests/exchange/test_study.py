@@ -13,8 +13,6 @@ from exchange.errors import ConfigurationError
 from exchange.study import estimates
 from exchange.study.study import ExchangeStudy, LoadKind, StudyLoad, StudyRow, TrialMean, run, workload_named
 
-PER = 0.5
-
 
 def rows_by_policy(study: ExchangeStudy) -> dict[str, StudyRow]:
     return {row.policy: row for row in run(study)}
@@ -148,16 +146,6 @@ def outcomes_of(sums: Any, counts: Any) -> np.ndarray[Any, np.dtype[np.int64]]:
     return np.stack([np.asarray(sums), np.asarray(counts)], axis=-1)[:, None, :].astype(np.int64)
 
 
-def test_the_interval_of_a_mean_is_the_textbook_one() -> None:
-    dice = np.random.default_rng(0)
-    numbers_ = dice.geometric(0.3, 500)
-    trials = outcomes_of(numbers_, np.ones(500))
-    estimate = estimates.mean(estimates.moments(trials, trials)[0])
-    assert estimate is not None
-    assert estimate.mean == pytest.approx(numbers_.mean())
-    assert standard_error(estimate) == pytest.approx(numbers_.std(ddof=1) / math.sqrt(500))
-
-
 def test_intervals_cover_the_truth_as_often_as_they_say() -> None:
     """Ratio of two correlated means, true value 1.5, 400 times: 95 % within four standard errors of a proportion."""
     dice = np.random.default_rng(1)
@@ -182,19 +170,12 @@ def test_intervals_cover_the_truth_as_often_as_they_say() -> None:
     [
         ({"per": (1.0,)}, "per is 1: every packet is lost and the exchange never ends"),
         ({"per": (-0.1,)}, r"per is -0\.1: a loss probability must be from 0 to below 1"),
-        ({"per": (1.5,)}, r"per is 1\.5"),
         ({"per": (float("nan"),)}, "per is nan"),
         ({"per": ()}, "per is empty"),
         ({"nodes": 1}, "nodes is 1: allowed are 2 to 64"),
-        ({"nodes": 65}, "nodes is 65: allowed are 2 to 64"),
         ({"trials": 0}, "trials is 0"),
-        ({"seed": -1}, "seed is -1"),
         ({"policies": ("mack",)}, "unknown policy 'mack'.*m-ack"),
-        ({"policies": ()}, "policies is empty"),
         ({"capacity_bits": 63, "policies": ("ack",)}, "capacity_bits is 63: with 5 nodes policy ack needs 64"),
-        ({"capacity_bits": 79}, "policy m-ack needs 80, 20 for its header and 60 for one item"),
-        ({"item_bits": 0}, "item_bits is 0"),
-        ({"max_slots": 0}, "max_slots is 0"),
         ({"links": ((0.0, 0.5), (0.5, 0.0))}, "per and links are both given.*5 rows of 5"),
         ({"nodes": 2, "per": (), "links": ((0.0, 1.0), (0.5, 0.0))}, r"links\[0\]\[1\] is 1: .*never ends"),
         ({"load": workload_named("poisson:1"), "max_slots": 100}, "warm-up and window"),

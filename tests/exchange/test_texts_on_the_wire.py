@@ -1,17 +1,15 @@
 """Texts in packets: as they are, refused where they are none, told by one vehicle and known by all."""
 
-import random
 from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from exchange.errors import ConfigurationError, PeerFault
+from exchange.errors import ConfigurationError
 from exchange.packets import Fragment
 from exchange.policies import POLICIES
 from exchange.wire.codec import Codec
-from exchange.wire.codes import Reader
 from missions.runs.assembly import assemble
 from missions.runs.setup import resolved
 from missions.scenarios import load
@@ -79,22 +77,6 @@ def test_a_text_arrives_as_it_was_or_is_refused(tbox: TBox, text: str) -> None:
             codec.encode(1, (0, 0, 0, 0), [fragment])
         return
     assert codec.decode(codec.encode(1, (0, 0, 0, 0), [fragment])).fragments == (fragment,)
-
-
-def test_random_bytes_are_a_text_or_a_fault(tbox: TBox) -> None:
-    facts, draws, n_texts = codec_of(tbox).fragments.facts, random.Random(5), 0
-    note = tbox.attribute_named("note").uid
-    for _ in range(20_000):
-        reader = Reader(draws.randbytes(draws.randint(1, 40)))
-        try:
-            read = facts.read_one(reader)
-        except PeerFault:
-            continue
-        if read.attribute == note:
-            n_texts += 1
-            bits, size_bits = facts.of_one(read)
-            assert facts.read_one(Reader((bits << -size_bits % 8).to_bytes((size_bits + 7) // 8, "big"))) == read
-    assert n_texts > 10
 
 
 def settings_of(notes: Path, *more: str) -> list[tuple[str, str]]:
