@@ -10,8 +10,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from exchange import ack
-from exchange.ack import absorb, compose, new_state, open_slot, settled
-from exchange.policies import ACK, MPS_ACK, PAPER_POLICIES, AckPolicy, may_send
+from exchange.policies import ACK, MPS_ACK, PAPER_POLICIES, AckPolicy
+from remoras.testing.policies import Nodes
 
 Items = frozenset[int]
 Bits = frozenset[tuple[int, int]]
@@ -19,58 +19,6 @@ Bits = frozenset[tuple[int, int]]
 
 def items_of(word: int) -> Items:
     return frozenset(bit for bit in range(word.bit_length()) if word >> bit & 1)
-
-
-class Fleet:
-    """Nodes as vehicles run them: lists, item sets as integers; every node offers its items until all are settled."""
-
-    def __init__(self, policy: AckPolicy, n_nodes: int, carrier_evidence: bool = False) -> None:
-        self.policy, self.n_nodes, self.carrier_evidence = policy, n_nodes, carrier_evidence
-        self.states = [new_state(n_nodes) for _ in range(n_nodes)]
-        self.origins = [0] * n_nodes
-        self.n_items = 0
-        self.rows = [0] * n_nodes
-        self.content = 0
-
-    def add_item(self, node: int) -> int:
-        item = self.n_items
-        self.n_items += 1
-        self.origins[node] |= 1 << item
-        self.states[node].believes[node] |= 1 << item
-        return item
-
-    def wanted(self, node: int) -> int:
-        unsettled = self.states[node].believes[node] & ~settled(self.states[node], self.n_nodes, None, 0)
-        return may_send(self.policy.repeat, unsettled, self.origins[node])
-
-    def play(self, slot: int, receivers: Iterable[int]) -> None:
-        owner = slot % self.n_nodes
-        kind = self.policy.acknowledgement
-        for state in self.states:
-            open_slot(kind, state, self.n_nodes, owner)
-        self.rows = [0] * self.n_nodes
-        self.content = self.wanted(owner)
-        compose(kind, self.states[owner], self.n_nodes, slot // self.n_nodes, owner, (self.content,), self.rows)
-        for node in receivers:
-            if node != owner:
-                absorb(
-                    kind, self.carrier_evidence, self.states[node], self.n_nodes, slot // self.n_nodes, node, owner,
-                    tuple(self.rows), (self.content,), self.origins,
-                )  # fmt: skip
-
-    def bits(self) -> Bits:
-        return frozenset((i, j) for i in range(self.n_nodes) for j in range(self.n_nodes) if self.rows[i] >> j & 1)
-
-    def believes(self, node: int, peer: int) -> Items:
-        return items_of(self.states[node].believes[peer])
-
-    def false_beliefs(self) -> list[tuple[int, int]]:
-        return [
-            (node, peer)
-            for node in range(self.n_nodes)
-            for peer in range(self.n_nodes)
-            if not self.believes(node, peer) <= self.believes(peer, peer)
-        ]
 
 
 class PaperNode:
@@ -191,32 +139,29 @@ def random_exchange(seed: int, n_nodes: int = 5, n_slots: int = 80) -> list[tupl
 @example((5, random_exchange(0)))
 @example((5, random_exchange(1)))
 @example((3, random_exchange(2, 3)))
-def test_bits_and_beliefs_are_those_of_the_paper_and_never_false(
+def test_contents_and_beliefs_are_those_of_the_paper_and_never_false(
     policy: AckPolicy, carrier_evidence: bool, exchange: tuple[int, list[tuple[Items, list[int]]]]
 ) -> None:
     n_nodes, slots = exchange
-    fleet = Fleet(policy, n_nodes, carrier_evidence)
-    paper = PaperFleet(policy, n_nodes, carrier_evidence)
+    vehicles, paper = Nodes(policy, n_nodes, carrier_evidence, 0), PaperFleet(policy, n_nodes, carrier_evidence)
     for slot, (receivers, births) in enumerate(slots):
         for node in births:
-            paper.add_item(node, fleet.add_item(node))
-        fleet.play(slot, receivers)
+            paper.add_item(node, vehicles.n_items)
+            vehicles.add_item(node)
+        content = items_of(vehicles.wanted(slot % n_nodes))
+        vehicles.play(slot, sum(1 << node for node in receivers))
         paper.play(slot, receivers)
-        assert items_of(fleet.content) == paper.content
-        assert fleet.bits() == paper.bits
-        for node in range(n_nodes):
-            assert [fleet.believes(node, peer) for peer in range(n_nodes)] == paper.nodes[node].believes
-        assert fleet.false_beliefs() == []
+        assert content == paper.content
+        for node, states in enumerate(vehicles.beliefs()):
+            assert [items_of(held) for held in states] == paper.nodes[node].believes
+        assert vehicles.false_belief() is None
 
 
-def count_false(fleet: Fleet | PaperFleet, slots: list[tuple[Items, list[int]]]) -> int:
+def count_false(fleet: PaperFleet, slots: list[tuple[Items, list[int]]]) -> int:
     n_false = item = 0
     for slot, (receivers, births) in enumerate(slots):
         for node in births:
-            if isinstance(fleet, Fleet):
-                fleet.add_item(node)
-            else:
-                fleet.add_item(node, item)
+            fleet.add_item(node, item)
             item += 1
         fleet.play(slot, receivers)
         n_false += len(fleet.false_beliefs())

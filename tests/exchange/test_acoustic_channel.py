@@ -1,9 +1,7 @@
 """The channel model ``acoustic`` of a fleet, and how often every shipped model loses, over a million keyed draws."""
 
-import math
 from dataclasses import replace
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -103,18 +101,6 @@ def test_a_packet_is_taken_from_afar_if_it_ends_with_its_slot():
         assert (len(near), len(far)) == (1, 0)
     kept = replace(channel, carries_beyond_range=False)
     assert kept.transmit(0, 0, bytes(20), 50.0, [(0.0, 0.0), (1001.0, 0.0)]) == []
-
-
-@pytest.mark.parametrize("modem", LOUD, ids=lambda modem: modem.name)
-def test_the_mean_is_that_over_ranges(modem: object):
-    """Monte Carlo over ranges against the rule of the model, of packets of full size."""
-    fleet = replace(FLEET, modem=modem, range_m=12_000.0)
-    channel = AcousticChannel(spreading=2.0)
-    links = channel.links(fleet)
-    ranges_m = np.random.Generator(np.random.Philox(3)).uniform(0.0, 12_000.0, 4000)
-    losses = [links.loss_at(range_m, fleet.modem.payload_bits) for range_m in ranges_m]
-    error = np.std(losses) / math.sqrt(len(losses))
-    assert channel.mean_per(fleet) == pytest.approx(np.mean(losses), abs=4.0 * error + 1e-4)
 
 
 def test_a_profile_without_source_level_is_refused_in_words():

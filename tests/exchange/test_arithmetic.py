@@ -48,8 +48,6 @@ CASES: dict[str, Case] = {
 }  # fmt: skip
 """By name: ours, the library's, the error that the module states, and what arguments are drawn from."""
 
-numbers = st.floats(-1e100, 1e100)
-
 
 @pytest.mark.parametrize("name", CASES)
 def test_errors_are_as_stated(name: str) -> None:

@@ -123,22 +123,6 @@ def test_what_others_acknowledged_to_one_of_two_with_one_number_is_not_believed_
     assert storm.lives[0].manager.holds(cell)
 
 
-# Clocks -------------------------------------------------------------------------------------------
-
-
-def refused_share(offset_s: float) -> float:
-    """Share of the receptions that one of four with a wrong clock causes to be refused; sound needs 30 to 500 ms."""
-    storm = storm_of(4, "ack", offsets_s=(offset_s, 0.0, 0.0, 0.0))
-    storm.travel_s = 1.55
-    busy(storm, 25, chances(10))
-    return len(storm.faults) / (25 * 12)
-
-
-@pytest.mark.parametrize("offset_s", [-0.1, 0.1, 0.4, -0.4, 0.9])
-def test_a_clock_that_is_wrong_costs_no_reception(offset_s: float):
-    assert refused_share(offset_s) == 0.0
-
-
 # Half a block -------------------------------------------------------------------------------------
 
 

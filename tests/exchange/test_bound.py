@@ -12,8 +12,6 @@ from exchange.study.parts import TrialBatch, TrialPlan, memory_of, play
 from exchange.study.study import ExchangeStudy, LoadKind, StudyLoad, load_of, p_loss_matrices
 from exchange.study.trial import Ints
 
-SOME = ("ack", "mps-ack-repeat")
-
 
 def outcomes_of(policy: AckPolicy, study: ExchangeStudy) -> Ints:
     """The outcomes of all trials, as the Python that the study compiles plays them."""

@@ -37,13 +37,6 @@ def test_a_packet_is_complete_after_its_duration_and_the_way():
     assert {arrival.data for arrival in arrivals} == {bytes(64)}
 
 
-def test_a_short_packet_arrives_earlier_and_colder_water_delays_it():
-    short = BroadcastChannel(MODEM, Perfect(), seed=1).transmit(0, 0, bytes(20), 0.0, SQUARE_M)
-    assert short[1].time_s == pytest.approx(160 / 463 + 0.6)
-    slow = BroadcastChannel(MODEM, Perfect(), seed=1, sound_speed_mps=1440.0).transmit(0, 0, bytes(20), 0.0, SQUARE_M)
-    assert slow[1].time_s - short[1].time_s == pytest.approx(900 / 1440 - 900 / 1500)
-
-
 def test_beyond_its_range_nobody_hears_and_at_its_range_everybody():
     channel = BroadcastChannel(MODEM, Perfect(), seed=1, range_m=900.0)
     assert [arrival.receiver for arrival in channel.transmit(0, 0, b"x", 0.0, SQUARE_M)] == [1, 2]

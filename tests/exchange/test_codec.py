@@ -15,7 +15,7 @@ from exchange.wire.codec import GRAMMAR, Codec, Widths
 from exchange.wire.codes import width
 from missions.runs.setup import resolved
 from missions.scenarios.loading import load
-from remoras.testing.policies import DURATION_S, N_BLOCKS, POSITION, TBOX, attribute, cells, codec_of, instances
+from remoras.testing.policies import DURATION_S, N_BLOCKS, TBOX, attribute, cells, codec_of, instances
 from worldmodel import EPOCHS, STATUS, Attribute, Field, OntologyClass, PropertyValue, TBox, Value, ValueKind
 from worldmodel.fields import Grid
 
@@ -197,17 +197,6 @@ def test_a_head_or_signal_without_a_form_is_refused():
         codec_of(4).encode(0, [0] * 4, [], epoch=EPOCHS)
     with pytest.raises((ValueError, ConfigurationError)):
         codec_of(4).encode(0, [0] * 4, [], [InfluenceSignal(0, 200)])
-
-
-@settings(max_examples=200, deadline=None)
-@given(st.floats(-1e9, 1e9))
-def test_any_number_arrives_as_the_nearest_of_its_grid(value: float):
-    field = TBOX.attributes[POSITION].fields[0]
-    fragment = Fragment(0, STATUS, 0.0, (PropertyValue(0, POSITION, (value, 0.0)),))
-    (received,) = codec_of(4).decode(code(codec_of(4), fragment)).fragments
-    east = received.facts[0].value
-    assert isinstance(east, tuple)
-    assert east[0] == field.grid.value_at(field.grid.index_of(value))
 
 
 def test_every_epoch_has_a_name_in_heads_relayed_items_and_summaries():
@@ -392,25 +381,6 @@ def test_a_packing_takes_what_fits_and_nothing_changes_by_what_does_not():
     assert (packing.left_bits, packing.fragments) == (54, [items[1]])
     assert packing.add(items[2]._replace(sequence=STATUS, facts=(PropertyValue(900, 1, (12.3, 45.6)),)))
     assert packing.left_bits == 0
-
-
-# A header that changes from frame to frame --------------------------------------------------------
-
-
-def only_in_even_frames(n_nodes: int, frame: int, sender: int, row: int, column: int) -> bool:
-    return frame == 0 and row == sender
-
-
-def test_a_header_may_differ_from_frame_to_frame():
-    """Four nodes: a vector of 3 bits in even frames, none in odd ones; both sides ask the same function."""
-    kind = ACK._replace(name="sparse", carries=only_in_even_frames, period_frames=2)
-    codec = Codec(TBOX, 8, 4, AckPolicy(kind, False), N_BLOCKS, DURATION_S)
-    assert [codec.header.size_bits(1, frame) for frame in range(4)] == [3, 0, 3, 0]
-    assert codec.header.largest_bits == 3
-    rows = [0, 0b1101, 0, 0]
-    for frame, heard in ((0, 0b1101), (1, 0), (6, 0b1101)):
-        received = codec.decode(codec.encode(1, rows, [], [InfluenceSignal(0, 5)], frame), frame)
-        assert received == Packet(1, (0, heard, 0, 0), (), (InfluenceSignal(0, 5),), frame=frame)
 
 
 # Values that carry an uncertainty -----------------------------------------------------------------

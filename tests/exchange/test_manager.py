@@ -3,7 +3,6 @@
 from contextlib import suppress
 
 import pytest
-from exchange_lives import Sea
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -60,17 +59,6 @@ def test_what_those_hold_to_whom_it_is_addressed_gives_way_to_what_they_lack():
     fleet.pass_frames(36)
     said = [uid.sequence for uid in items_said(fleet, 0)][3:]
     assert (said.count(0), said.count(1)) == (3, 30)
-
-
-def test_who_has_lost_what_was_addressed_to_it_is_told_again():
-    """Node 2 confirms its role behind node 1, by which it is settled; then node 2 begins anew without it."""
-    sea = Sea(3, "ack")
-    sea.managers[0].offer([sea.models[0].record([(2, PLAYS_ROLE, role(3))], 0.0)], [2])
-    sea.pass_frames(2)
-    assert sea.n_open == 0
-    sea.restart(2, keeps=False)
-    sea.pass_frames(1)
-    assert sea.n_open == 1
 
 
 # Who needs it -------------------------------------------------------------------------------------

@@ -8,7 +8,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from exchange.acoustics.acoustic import AcousticChannel, MeasuredLinks, per_at
-from exchange.acoustics.link import Transmission
 from exchange.acoustics.models import Deployment
 from exchange.acoustics.modems import Modem, modem_of, modems
 
@@ -92,9 +91,6 @@ CURVES = st.lists(
     st.tuples(st.floats(-20.0, 20.0).map(lambda x: round(x, 2)), st.floats(0.0, 1.0)), min_size=2, max_size=12,
     unique_by=lambda point: point[0],
 ).map(sorted)  # fmt: skip
-FALLING = CURVES.map(
-    lambda curve: [(snr, per) for (snr, _), per in zip(curve, sorted((p for _, p in curve), reverse=True), strict=True)]
-)
 
 
 def modem_with(curve: list[tuple[float, float]], frame_bytes: int = 64, payload_bytes: int = 64) -> Modem:
@@ -116,17 +112,6 @@ def test_a_curve_passes_through_its_points_and_stays_between_them(curve: list[tu
     else:
         ends = next((a[1], b[1]) for a, b in pairwise(curve) if a[0] <= snr_db <= b[0])
         assert min(ends) - 1e-12 <= found <= max(ends) + 1e-12
-
-
-@given(FALLING, st.floats(1.0, 2e4), st.floats(0.0, 5e3), st.integers(1, 512), st.integers(0, 512))
-def test_losses_grow_with_range_and_size(
-    curve: list[tuple[float, float]], range_m: float, more_m: float, n_bits: int, more_bits: int
-):
-    near = links(modem_with(curve, frame_bytes=16))
-    packet = Transmission(0, 0, 0.0, n_bits)
-    assert 0.0 <= near.p_loss(packet, 1, range_m) <= near.loss_at(range_m + more_m, n_bits) <= 1.0
-    assert near.loss_at(range_m, n_bits) <= near.loss_at(range_m, n_bits + more_bits)
-    assert near.loss_at(range_m, n_bits) >= 1.0 - near.delivered_at(range_m, n_bits) - 1e-12
 
 
 @given(st.floats(-30.0, 30.0), st.floats(100.0, 1e4))

@@ -8,11 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from exchange import ack
 from exchange.ack import Acknowledgement
 from exchange.acoustics.loss import trial_key, uniform
-from exchange.policies import ACK, ADAPTIVE, M_ACK, MPS_ACK, PAPER_POLICIES, AckPolicy
-from exchange.study import compiler, montecarlo, sliced, trial
+from exchange.policies import ACK, M_ACK, MPS_ACK, PAPER_POLICIES, AckPolicy
+from exchange.study import compiler, montecarlo, trial
 from exchange.study.compiler import Form
 from exchange.study.trial import CENSORED, COUNT, N_QUANTITIES, NEVER, SUM, Floats, Ints, Load, PolicyRules
 
@@ -142,15 +141,3 @@ def test_the_machine_code_is_kept_by_sources_and_versions(tmp_path: Path, monkey
     (tmp_path / "file").touch()
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "file"))
     assert compiler.cache_folder(ACK, "1") is None
-
-
-def test_every_function_that_the_slot_loop_calls_is_found_for_the_compiler() -> None:
-    """Of the kind, of what it calls, and of the loop; callees come first."""
-    found = list(compiler.functions_of(MPS_ACK))
-    for one, other in [(ack.spoken_since, ack.add_pseudo_acknowledgements), (ack.unite_matrices, MPS_ACK.compose)]:
-        assert found.index(one) < found.index(other)  # type: ignore[arg-type]
-    of_stating = set(compiler.functions_of(ADAPTIVE))
-    assert {MPS_ACK.learn, ack.settled} <= set(found)
-    assert {*compiler.CALLED, *compiler.ALLOCATING} <= {*found, *of_stating}
-    assert found[-1] is sliced.run_sliced
-    assert M_ACK.carries not in compiler.functions_of(ACK)

@@ -2,7 +2,6 @@
 
 import math
 import re
-from dataclasses import replace
 from itertools import permutations
 from pathlib import Path
 
@@ -14,7 +13,7 @@ from exchange.acoustics.channel import BroadcastChannel
 from exchange.acoustics.link import Transmission
 from exchange.acoustics.models import Deployment
 from exchange.acoustics.modems import modems
-from exchange.acoustics.network import Network, NetworkChannel, OverRange, network_of, shipped
+from exchange.acoustics.network import NetworkChannel, OverRange, network_of, shipped
 
 MODEM = modems()["nanomodem-v3"]
 SINGAPORE = "mission-2012"
@@ -195,10 +194,3 @@ def test_what_does_not_fit_the_fleet_is_refused(channel: NetworkChannel, n: int,
     fault = next(channel.misfits(fleet(n)))
     assert fault.key == key
     assert re.search(says, fault.allowed)
-
-
-@pytest.mark.parametrize("network", shipped().values(), ids=shipped())
-def test_every_shipped_network_says_where_it_is_from(network: Network) -> None:
-    assert all((network.title, network.citation, network.packet, network.unknown))
-    per = replace(fleet(2), range_m=200.0)
-    assert 0.0 < NetworkChannel(network=network.name).mean_per(per) < 1.0

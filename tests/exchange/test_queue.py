@@ -198,15 +198,6 @@ def test_in_a_blackout_nothing_about_the_same_goes() -> None:
     assert said(queue, 9, 130.0) == [0, 1]
 
 
-def test_of_a_need_the_newest_may_go_first() -> None:
-    queue, terms = Queue(), Terms(newest_first=True)
-    for column in range(4):
-        take(queue, column, terms=terms, time_s=float(column))
-    assert [said(queue, 1, 10.0 + slot) for slot in range(2)] == [[3], [3]]
-    queue.drop(3)
-    assert said(queue, 1, 12.0) == [2]
-
-
 # Bounds -------------------------------------------------------------------------------------------
 
 

@@ -11,7 +11,7 @@ from exchange.acoustics.acoustic import AcousticChannel
 from exchange.acoustics.link import Transmission
 from exchange.acoustics.models import Deployment
 from exchange.acoustics.modems import modems
-from exchange.acoustics.site import Site, SiteLinks, SiteMean, SiteTable, correlation
+from exchange.acoustics.site import Site, SiteLinks, SiteTable, correlation
 
 FLEET = Deployment({"Boat": 0, "Diver": 1, "Buoy": 2}, (5.0, 5.0, 5.0), modems()["whoi-psk-1"], 4000.0, 3600.0)
 TABLE = SiteTable(spread_db=6.0, distance_m=300.0, time_h=0.5, receiver_db=3.0)
@@ -108,15 +108,3 @@ def test_links_are_asymmetric_by_the_noise_of_receivers_alone():
 
 def replace_receiver(receiver_db: float) -> SiteTable:
     return TABLE.model_copy(update={"receiver_db": receiver_db})
-
-
-def test_the_mean_is_that_over_seeds():
-    """And it is what is said where nobody says between which places."""
-    found = np.array([p_loss(links(seed), 0, 1) for seed in range(N_SEEDS)])
-    mean = AcousticChannel(spreading=2.0, site=TABLE).links(FLEET)
-    assert isinstance(mean, SiteMean)
-    bits = FLEET.modem.payload_bits
-    assert mean.loss_at(5000.0, bits) == pytest.approx(found.mean(), abs=4.0 * found.std() / math.sqrt(N_SEEDS))
-    assert links().p_loss(Transmission(0, 0, 0.0, bits), 1, 5000.0) == mean.loss_at(5000.0, bits)
-    assert 0.0 <= mean.loss_at(5000.0, bits) <= 1.0
-    assert mean.delivered_at(5000.0, bits) >= 1.0 - mean.loss_at(5000.0, bits)

@@ -188,11 +188,6 @@ def test_what_cannot_be_is_refused_with_what_was_given_and_what_is_allowed(
         ExchangeStudy(**settings)
 
 
-def test_all_faults_are_told_at_once() -> None:
-    with pytest.raises(ConfigurationError, match=r"nodes is 1.*trials is 0.*per is 2"):
-        ExchangeStudy(nodes=1, trials=0, per=(2.0,))
-
-
 @pytest.mark.parametrize("text", ["triple", "poisson", "poisson:", "poisson:x", "single:3", "poisson:0", "poisson:-1"])
 def test_an_unknown_load_is_refused(text: str) -> None:
     with pytest.raises(ConfigurationError, match="poisson"):

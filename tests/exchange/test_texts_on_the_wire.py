@@ -10,10 +10,6 @@ from exchange.errors import ConfigurationError
 from exchange.packets import Fragment
 from exchange.policies import POLICIES
 from exchange.wire.codec import Codec
-from missions.runs.assembly import assemble
-from missions.runs.setup import resolved
-from missions.scenarios import load
-from remoras import Observation, SensorSettings
 from worldmodel import PropertyValue, TBox, core_ontology_paths, read_tbox
 from worldmodel.texts import bytes_of
 
@@ -26,27 +22,6 @@ NOTES = f"""
 rm:note a owl:DatatypeProperty ; rdfs:label "note"@en ; rdfs:comment "What somebody noted."@en ;
     rdfs:domain rm:Vehicle ; rdfs:range xsd:string ; rm:maxBytes {MOST_BYTES} .
 """
-SAID = "Rümpfe & <wrecks>, 10 m"
-
-
-class NoteSettings(SensorSettings):
-    """A crew that looks out, and notes what it has seen."""
-
-    def make(self, data):
-        return Crew(data.name)
-
-
-class Crew:
-    table = None
-
-    def __init__(self, vehicle: str) -> None:
-        self._vehicle, self._has_said = vehicle, False
-
-    def sense(self, pose, world, now_s):
-        if self._has_said:
-            return []
-        self._has_said = True
-        return [Observation(facts=((self._vehicle, "note", SAID),))]
 
 
 @pytest.fixture(scope="module")
@@ -77,18 +52,3 @@ def test_a_text_arrives_as_it_was_or_is_refused(tbox: TBox, text: str) -> None:
             codec.encode(1, (0, 0, 0, 0), [fragment])
         return
     assert codec.decode(codec.encode(1, (0, 0, 0, 0), [fragment])).fragments == (fragment,)
-
-
-def settings_of(notes: Path, *more: str) -> list[tuple[str, str]]:
-    sensors = '[{swath_m=25.0, speed_limit_mps=2.0}, {type="test_texts_on_the_wire:NoteSettings"}]'
-    given = (f'worldmodel.ontology=["{notes}"]', "communication.needs.note=5", f"vehicle.AUV01.sensor={sensors}")
-    return [("--set", one) for one in (*given, "scenario.duration_s=400", "channel.per=0.4", *more)]
-
-
-def test_what_one_vehicle_notes_all_come_to_know(notes: Path) -> None:
-    fleet = assemble(resolved(load("mapping-rendezvous", settings_of(notes))), seed=2)
-    fleet.run()
-    models = [vehicle.beliefs.model for vehicle in fleet.vehicles]
-    note = models[0].tbox.attribute_named("note").uid
-    (noted,) = [uid for uid in models[0].instance_uids() if models[0].history(uid, note)]
-    assert [model.latest(noted, note).value for model in models] == [SAID] * 4

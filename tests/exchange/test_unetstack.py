@@ -7,20 +7,16 @@ import socket
 import threading
 import time
 from collections.abc import Iterator
-from datetime import UTC, datetime, timedelta
 from typing import Any
 
 import pytest
-from typer.testing import CliRunner
 
 from exchange.drivers import Paced
 from exchange.drivers.unetstack import DATA, EVERYBODY, PROTOCOL, UnetStack
 from exchange.errors import ConfigurationError
-from remoras.cli import app
 from remoras.testing import channels
 
 MTU = 64
-SOON = (datetime.now(UTC) + timedelta(minutes=1)).isoformat()
 
 
 class Modems:
@@ -198,14 +194,5 @@ def test_nobody_there_and_no_physical_layer_are_a_line(modems: Modems) -> None:
         UnetStack(modems.addresses[0], Paced(0.0))
     with socket.create_server(("127.0.0.1", 0)) as free:
         port = free.getsockname()[1]
-    given = ["node", "mapping-rendezvous", "AUV00", "--unet", f"127.0.0.1:{port}", "--start-utc"]
-    refused = CliRunner().invoke(app, [*given, SOON])
-    assert refused.exit_code == 2
-    assert f"--unet 127.0.0.1:{port}: " in refused.stderr
-    assert "usually port 1100" in refused.stderr.replace("\n", " ")
-    for options, expected in (
-        (given[:-1], "--unet: --start-utc is missing"),
-        ([*given, SOON, "--serial", "/dev/null"], "a modem takes the place of others"),
-    ):
-        refused = CliRunner().invoke(app, options)
-        assert (refused.exit_code, expected in refused.stderr.replace("\n", " ")) == (2, True), refused.stderr
+    with pytest.raises(ConfigurationError, match=f"--unet 127.0.0.1:{port}: .*usually port 1100"):
+        UnetStack(("127.0.0.1", port), Paced(0.0))
