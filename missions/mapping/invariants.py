@@ -24,7 +24,6 @@ class TrueCoverage:
 
     def __init__(self) -> None:
         self._looked: dict[str, set[tuple[float, float, float]]] = {}
-        self._done: set[str] = set()  # vehicles of fleets whose mission was complete before, while others go on
         self._swaths: dict[str, list[tuple[str, float, float]]] = {}  # by vehicle: sensor, limit (m/s), reach (m)
 
     def broken(self, scene: Any) -> str | None:
@@ -33,7 +32,7 @@ class TrueCoverage:
             return self._judged(scene)
         for vehicle in scene.fleet.vehicles:
             layer, name = vehicle.functional, vehicle.name
-            if not layer.sensing or not vehicle.is_alive or name in self._done:
+            if not layer.sensing or not vehicle.is_alive:
                 continue
             if (swaths := self._swaths.get(name)) is None:
                 swaths = self._swaths[name] = _swaths_of(layer.data)
@@ -41,9 +40,6 @@ class TrueCoverage:
             for sensor, limit_mps, reach_m in swaths:
                 if layer.guidance.ground_mps <= limit_mps and sensor in layer.sensing and sensor not in dead:
                     self._looked.setdefault(name, set()).add((motion.x_m, motion.y_m, reach_m))
-        for part in scene.parts:
-            if part.fleet.completed:
-                self._done |= {vehicle.name for vehicle in part.fleet.vehicles}
         return None
 
     def _judged(self, scene: Any) -> str | None:
