@@ -70,6 +70,7 @@ def refused(*arguments: str) -> str:
     return lines[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", ["validate", "run"])
 @pytest.mark.parametrize("name", BAD)
 def test_a_bad_file_is_one_line(scenario: Path, tmp_path: Path, name: str, command: str) -> None:

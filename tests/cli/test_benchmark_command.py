@@ -43,6 +43,7 @@ def suite(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_a_benchmark_writes_card_tables_and_citation_and_can_be_verified(suite: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     done = remoras("benchmark", suite, "--strategy", "cbba", "--repeats", 1, "--jobs", 1, "--out", out, "--json")
@@ -69,6 +70,7 @@ def test_what_is_wrong_is_one_line(suite: Path, tmp_path: Path) -> None:
     assert not out.exists()
 
 
+@pytest.mark.slow
 def test_a_folder_of_other_runs_is_refused(suite: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     begin = "benchmark", suite, "--jobs", 1, "--out", out

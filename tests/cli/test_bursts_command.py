@@ -56,6 +56,7 @@ def test_a_table_is_for_the_slot_that_is_said(trace: Path):
     assert slot["per_bad"] == step["per_bad"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("chain", "name", "says"),
     [

@@ -45,6 +45,7 @@ def test_the_command_line_loads_nothing_heavy():
     assert loaded.isdisjoint(HEAVY)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "code"),
     [
@@ -196,6 +197,7 @@ def test_studies_are_listed_with_what_they_are_about():
     assert found["strategies-quick"].startswith("The study strategies-under-loss in little")
 
 
+@pytest.mark.slow
 def test_every_listed_name_is_accepted():
     found = json.loads(remoras("list", "--json").stdout)
     for option, kind in [
@@ -227,6 +229,7 @@ def test_a_mission_that_does_not_complete_exits_1_and_says_why():
     assert "not together after 30 s: Operational, Coordination" in result.stdout
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("settings", "code"), [([], 0), (SHORT, 1)])
 def test_json_is_one_value_and_nothing_else(settings: list[str], code: int, tmp_path: Path):
     """In a process of its own, where warnings and progress would show."""
@@ -527,6 +530,7 @@ def schema(*arguments: str) -> dict[str, Any]:
     return made
 
 
+@pytest.mark.slow
 def test_the_schema_takes_every_shipped_file():
     for name, path in shipped().items():
         jsonschema.validate(tomllib.loads(path.read_text(encoding="utf-8")), schema("--scenario", name))
@@ -534,6 +538,7 @@ def test_the_schema_takes_every_shipped_file():
         jsonschema.validate(tomllib.loads(path.read_text(encoding="utf-8")), schema("study"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("old", "new"),
     [
@@ -640,6 +645,7 @@ def test_a_sweep_is_drawn_by_the_same_command(swept: Path, tmp_path: Path):
     assert result.stderr == ""
 
 
+@pytest.mark.slow
 def test_all_figures_of_a_sweep_leave_out_what_has_no_values(tmp_path: Path):
     """Who never says a word has nothing to be consistent about."""
     study = tmp_path / "study.toml"
@@ -734,6 +740,7 @@ def test_the_organisation_is_drawn_at_a_time_in_a_view(results: Path, swept: Pat
     assert "the organisation of a single run" in refused("plot", swept, "--at", "5")
 
 
+@pytest.mark.slow
 def test_the_doctor_finds_this_installation_well():
     result = remoras("doctor")
     assert result.exit_code == 0, result.output
@@ -741,6 +748,7 @@ def test_the_doctor_finds_this_installation_well():
     assert result.stdout.rstrip().endswith("ok")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [

@@ -51,6 +51,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return made
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
@@ -105,6 +106,7 @@ def test_commands_are_listed_in_the_order_of_use() -> None:
     assert "..." not in remoras("--help").stdout.partition("Commands:")[2]
 
 
+@pytest.mark.slow
 def test_every_command_shows_an_example_that_the_parser_takes(monkeypatch: pytest.MonkeyPatch) -> None:
     everything = remoras("--help").stdout
     for name in commands():

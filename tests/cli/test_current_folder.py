@@ -85,6 +85,7 @@ def test_a_finder_serves_names_that_are_asked_for_and_what_came_from_its_folder(
             sys.modules.pop(name, None)
 
 
+@pytest.mark.slow
 def test_no_command_executes_what_a_library_would_like_to_import(tmp_path: Path) -> None:
     plant(tmp_path, *OPTIONAL, "numpy", "pyarrow")
     study(tmp_path)
@@ -101,12 +102,14 @@ def test_no_command_executes_what_a_library_would_like_to_import(tmp_path: Path)
         assert sung(tmp_path) == [], words
 
 
+@pytest.mark.slow
 def test_python_m_takes_libraries_from_where_they_are_installed(tmp_path: Path) -> None:
     plant(tmp_path, *OPTIONAL, "numpy", "pyarrow", "pydantic")
     assert command(tmp_path, "validate", "mapping-rendezvous", module=True).returncode == 0
     assert sung(tmp_path) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("module", [False, True])
 def test_a_named_plug_in_is_found_with_what_lies_beside_it_then_and_later(tmp_path: Path, module: bool) -> None:
     plant(tmp_path, "helper", "later", "orjson")
@@ -116,6 +119,7 @@ def test_a_named_plug_in_is_found_with_what_lies_beside_it_then_and_later(tmp_pa
     assert sung(tmp_path) == ["helper", "later", "mine"]
 
 
+@pytest.mark.slow
 def test_workers_of_a_sweep_find_it_too(tmp_path: Path) -> None:
     plant(tmp_path, "orjson", "numpy")
     inner = tmp_path / "inner"

@@ -27,6 +27,7 @@ def content_of(folder: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in folder.iterdir()}
 
 
+@pytest.mark.slow
 def test_force_takes_all_of_the_older_study_away_and_leaves_what_is_the_users(older: Path) -> None:
     assert "--force" in refused(*STUDY, "--seed", 2, "--out", older)
     before = content_of(older)

@@ -55,6 +55,7 @@ def test_while_libraries_load_it_is_one_line(module: str, number: int, code: int
     assert (done.returncode, done.stdout, done.stderr) == (code, "", f"remoras: {said}\n")
 
 
+@pytest.mark.slow
 @ENDS
 def test_in_the_middle_of_a_run_nothing_is_written(tmp_path: Path, number: int, code: int, said: str) -> None:
     out = tmp_path / "out"
@@ -64,6 +65,7 @@ def test_in_the_middle_of_a_run_nothing_is_written(tmp_path: Path, number: int, 
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_results_that_were_there_stay(tmp_path: Path) -> None:
     out = tmp_path / "out"
     ended("", *RUN, "--out", out)
@@ -81,6 +83,7 @@ def test_results_that_were_written_by_then_are_told(tmp_path: Path) -> None:
     assert (out / "summary.json").is_file()
 
 
+@pytest.mark.slow
 def test_without_a_folder_nothing_is_said_of_one() -> None:
     done = ended(WHILE_RUNNING.format(number=2), *RUN)
     assert (done.returncode, done.stderr) == (130, "remoras: interrupted\n")

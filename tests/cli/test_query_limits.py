@@ -19,6 +19,7 @@ def dive(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ["rdflib", "oxigraph"])
 def test_a_runaway_query_ends_in_one_line(dive: Path, engine: str) -> None:
     words = ["query", str(dive), PATHS, "--engine", engine, "--timeout-s", "2", "--json"]

@@ -29,6 +29,7 @@ def test_every_key_of_a_study_is_in_the_example() -> None:
     assert [key for key in study_explanations() if key.split(".")[-1] not in written] == []
 
 
+@pytest.mark.slow
 def test_what_the_example_has_in_comments_loads_too(tmp_path: Path) -> None:
     text = example_study()
     points_from, latin_from, factorial_from, stopping_from = (

@@ -32,6 +32,7 @@ CONFORMING: dict[str, conformance.Model] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CONFORMING)
 @pytest.mark.parametrize("check", conformance.CHECKS, ids=lambda check: check.__name__.removeprefix("check_"))
 def test_every_shipped_model_conforms(check: Callable[[conformance.Model], None], name: str) -> None:

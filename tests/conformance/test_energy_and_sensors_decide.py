@@ -51,6 +51,7 @@ def visitor(finished: Run, place: str) -> str:
     return next(one.vehicle for one in finished.milestones if one.name == f"visited {place}")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("strategy", CASES)
 def test_who_has_little_energy_is_given_what_it_can_finish(strategy: str, monkeypatch: pytest.MonkeyPatch) -> None:
     ample, short = visits(strategy, 2e6), visits(strategy, ENOUGH_TO_GO_NEAR_J)

@@ -26,6 +26,7 @@ def test_the_mission_of_visits_conforms() -> None:
     conformance.check(VisitingMission, visiting_scenario(0.3))
 
 
+@pytest.mark.slow
 def test_the_mapping_mission_conforms(tmp_path: Path) -> None:
     file = tmp_path / "pond.toml"
     file.write_text(SMALL, encoding="utf-8")
@@ -66,6 +67,7 @@ def test_the_missions_of_one_question_conform(mission: type[Mission], name: str)
     conformance.check(mission, load(name, [("--set", "scenario.duration_s=600.0")]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("mission", "says"),
     [

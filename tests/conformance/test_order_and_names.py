@@ -30,6 +30,7 @@ def changed(scenario: Scenario, **update: object) -> Scenario:
     return scenario.model_copy(update=update)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", strategies())
 def test_the_order_of_roles_in_a_file_decides_nothing(name: str) -> None:
     scenario = scenario_of(name)
@@ -37,6 +38,7 @@ def test_the_order_of_roles_in_a_file_decides_nothing(name: str) -> None:
     assert tracks(run(changed(scenario, group=groups))) == usual(name)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", strategies())
 def test_the_name_of_a_vehicle_is_a_name_only(name: str) -> None:
     """Names that sort the other way round."""

@@ -12,6 +12,7 @@ from remoras.testing import policies as conformance
 CONFORMING = {**POLICIES, "from outside": broken.SPARSE}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CONFORMING)
 @pytest.mark.parametrize("check", conformance.CHECKS, ids=lambda check: check.__name__.removeprefix("check_"))
 def test_every_shipped_policy_conforms(check: Callable[[AckPolicy], None], name: str) -> None:

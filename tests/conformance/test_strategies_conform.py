@@ -25,6 +25,7 @@ CASES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("check", "name"), CASES)
 def test_every_shipped_strategy_conforms(check: Callable[[Strategy], None], name: str) -> None:
     check(SHIPPED[name])
@@ -35,6 +36,7 @@ def test_every_shipped_strategy_is_deterministic() -> None:
     conformance.check_deterministic(*SHIPPED)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("check", "strategy", "says"),
     [

@@ -10,6 +10,7 @@ from remoras.strategies import strategies
 SHIPPED = strategies()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("per", [0.0, 0.4])
 @pytest.mark.parametrize("name", SHIPPED)
 def test_all_places_are_visited_in_their_order(name: str, per: float) -> None:

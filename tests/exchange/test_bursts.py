@@ -100,6 +100,7 @@ def test_the_likelihood_never_falls(model: BurstModel, record: Recorded, kind: K
         assert model.per_good == 0.0
 
 
+@pytest.mark.slow
 @given(models, st.booleans())
 def test_shares_of_runs_have_the_mean_of_the_chain(model: BurstModel, lost: bool):
     """A mean is the sum of the shares that have 1, 2, ... at least; of received packets by the mirrored chain."""
@@ -118,6 +119,7 @@ def test_so_many_short_steps_are_one(model: BurstModel, n: int):
     assert short.loss_rate == pytest.approx(model.loss_rate)
 
 
+@pytest.mark.slow
 @settings(max_examples=20)
 @given(st.lists(st.booleans(), min_size=100, max_size=400), st.integers(0, 3))
 def test_each_model_is_a_case_of_the_next_and_bad_loses_more(lost: list[bool], n_cuts: int):
@@ -135,6 +137,7 @@ def test_each_model_is_a_case_of_the_next_and_bad_loses_more(lost: list[bool], n
         assert 0.0 < fit.model.p_good_to_bad + fit.model.p_bad_to_good <= 1.0 + 1e-12
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", [CHAIN, KNOWN["short spells"], BurstModel(0.005, 0.01, 0.1, 0.5)])
 def test_a_known_chain_is_recovered(model: BurstModel):
     """All four parameters of 20,000 packets are within their 95 % intervals, widened by half."""
@@ -147,6 +150,7 @@ def test_a_known_chain_is_recovered(model: BurstModel):
         assert low < getattr(fit.model, name) < high
 
 
+@pytest.mark.slow
 def test_what_makes_it_is_chosen():
     """With 5000 packets the simplest model that is true has the least BIC."""
     for model, name in (
@@ -206,6 +210,7 @@ def rated(links: dict[tuple[str, str], BurstModel], n: int, seed: int) -> tuple[
     return record, model
 
 
+@pytest.mark.slow
 def test_links_with_bursts_that_differ_are_told_too():
     """Alike ones differ in the share that they lose, too, by chance of their spells: 1 in 100 is taken for others."""
     alike = {(name, "S"): CHAIN for name in "ABCDEF"}

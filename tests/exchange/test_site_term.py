@@ -41,6 +41,7 @@ def test_sound_takes_the_same_ways_back(a: tuple[float, float], b: tuple[float, 
     assert there - back == pytest.approx(site.receivers_db[0] - site.receivers_db[1], abs=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("one", "other", "later_s"),
     [

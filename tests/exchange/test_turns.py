@@ -37,6 +37,7 @@ def calm(sea: Round, n_frames: int = 80) -> None:
     assert [manager.n_open for manager in sea.managers] == [0] * sea.n_nodes
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("policy", ALL)
 @pytest.mark.parametrize("seed", sampled(range(4), 0, 1))
 @pytest.mark.parametrize("n_lists", [1, 2], ids=["one list", "two lists"])
@@ -51,6 +52,7 @@ def test_by_any_list_nobody_believes_what_is_false(policy: str, seed: int, n_lis
     calm(sea)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("policy", ALL)
 @pytest.mark.parametrize("seed", range(2))
 def test_in_aloha_nobody_believes_what_is_false(policy: str, seed: int) -> None:

@@ -68,6 +68,7 @@ def ask_every_time(monkeypatch: pytest.MonkeyPatch, n_spared: list[int]) -> None
     monkeypatch.setattr(Work, "seen", seen_anew)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("scenario", "strategy", "per", "more"), CASES)
 def test_asking_every_time_changes_no_table(
     scenario: str, strategy: str, per: float, more: Sequence[str], monkeypatch: pytest.MonkeyPatch

@@ -63,6 +63,7 @@ def tables(finished: Run) -> dict[str, list[Any]]:
     return {name: list(finished.recorder.rows(name)) for name in finished.recorder.tables}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("strategy", "per"), sampled(product(["remoras", "central"], [0.0, 0.5]), ("remoras", 0.5), ("central", 0.0))
 )

@@ -30,6 +30,7 @@ def plans(finished: Run) -> list[Any]:
     return list(finished.recorder.rows("roles"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("strategy", sampled(["remoras", "central", "contract-net"], "remoras", "contract-net"))
 def test_acknowledgements_change_plans(strategy: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Who learns nothing from rows goes on repeating what is known, and takes back what it gave.
@@ -51,6 +52,7 @@ def test_acknowledgements_change_plans(strategy: str, monkeypatch: pytest.Monkey
     assert ignoring.milestones != usual.milestones
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("strategy", ["remoras", "central"])
 def test_a_map_that_nobody_is_told_of_is_made_twice(strategy: str, tmp_path: Path) -> None:
     """AUV01 goes home from an area over half done: whoever takes it over goes on where it stopped, if it knows where.

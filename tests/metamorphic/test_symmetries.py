@@ -81,6 +81,7 @@ def shifted(text: str) -> str:
     return text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("per", [0.0, 0.5])
 @pytest.mark.parametrize("strategy", sampled(sorted(strategies()), "remoras", "contract-net"))
 def test_renaming_vehicles_renames_only(strategy: str, per: float, tmp_path: Path) -> None:
@@ -125,6 +126,7 @@ def test_the_order_of_tables_changes_nothing(strategy: str, header: str, tmp_pat
     assert after == before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("strategy", sampled(["remoras", "central", "cbba"], "remoras", "cbba"))
 def test_a_world_that_lies_elsewhere_shifts_the_tracks(strategy: str, tmp_path: Path) -> None:
     """It fails if the origin has a meaning: cells counted from 0, a distance from (0, 0), a place where nobody is.

@@ -55,6 +55,7 @@ def own_file(folder: Path) -> Path:
 SMALL = study_text(repeats=2, per="[0.1]").replace('["ack", "mps-ack"]', '["ack"]')
 
 
+@pytest.mark.slow
 def test_a_sweep_with_a_class_of_a_file_is_made_resumed_and_read_without_it(tmp_path: Path) -> None:
     """Two worker processes find the file in a folder that is neither theirs nor ours; the readers need no file."""
     study, own, out = written(tmp_path, SMALL), own_file(tmp_path), tmp_path / "out"

@@ -16,6 +16,7 @@ def told(values: np.ndarray) -> list[bool]:
     return [p < 0.05 for p in worse_p(values, [True] * values.shape[1])]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("k", "n", "success"), [(10, 10, 1.0), (4, 30, 0.8)])
 def test_equal_strategies_are_seldom_told_apart(k: int, n: int, success: float) -> None:
     """60 studies with an error of 3.5 %: more than 6 in 0.5 % of the cases; a test against the winner has 14 %."""

@@ -215,6 +215,7 @@ def test_malformed_tables_are_left_as_they_are(fleet: dict[str, object], data: s
 # The mission --------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("size", "per"),
     sampled(itertools.product((8, 16, 32), (0.0, 0.3)), (8, 0.3)),

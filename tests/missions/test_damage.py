@@ -106,6 +106,7 @@ def test_a_checksum_finds_all_of_it() -> None:
     assert abs(len(refused) / arrivals - 0.3) <= 4.0 * (0.3 * 0.7 / arrivals) ** 0.5
 
 
+@pytest.mark.slow
 def test_without_one_it_is_believed() -> None:
     """The reason for the refusal: take the checksum out, and vehicles believe what nobody observed."""
     _, found = recorded(SHARE, "damage.unchecked=true")

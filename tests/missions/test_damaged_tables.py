@@ -47,6 +47,7 @@ def sound(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("damage", [lose, cut, flip, replace_by_a_folder])
 @pytest.mark.parametrize("name", ["trajectories", "packets"])
 def test_the_same_sweep_makes_a_damaged_table_anew(

@@ -86,6 +86,7 @@ def is_on_grid(value: float) -> bool:
     return value % 10.0 == 0.0
 
 
+@pytest.mark.slow
 def test_coarse_values_bring_latency_down_where_the_queue_is_too_long_and_only_there(tmp_path: Path) -> None:
     tbox = tbox_of(tmp_path)
     fine_s, fine, _ = mean_latency_s(tbox, 12, above=10_000)

@@ -98,6 +98,7 @@ def whole() -> dict[str, object]:
     return without("", "lost")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", sampled(USES, "restarts", "drains"))
 def test_a_kind_can_be_taken_away(kind: str, whole: dict[str, object]) -> None:
     """All else works as before; a scenario that uses it is refused in a line that names it."""

@@ -153,6 +153,7 @@ def in_use() -> dict[str, list[Any]]:
     return {name: list(used_in(load(name))) for name in shipped()}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("feature", sorted(USES))
 def test_a_feature_can_be_taken_away(feature: str, whole: str, tmp_path: Path) -> None:
     """A run that does not use it gives the same bytes; a scenario that does is refused in a line that names it.
@@ -214,6 +215,7 @@ def printed_feature(folder: Path, at_s: float) -> object:
     return json.loads(said_apart(PRINTED, str(folder), str(at_s)))
 
 
+@pytest.mark.slow
 def test_the_feature_of_the_how_to_works_as_printed(tmp_path: Path) -> None:
     """One vehicle of four is lost at 20 s; the mission is over at 60 s."""
     assert printed_feature(tmp_path, 30.0) == [[10.0, 4], [30.0, 3]]

@@ -48,6 +48,7 @@ def made(tmp_path: Path, text: str, out: str) -> Path:
     return tmp_path / out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("what", sampled(GROWN, "all at once", "strategies", "unforeseen"))
 def test_a_grown_folder_is_that_of_the_large_study(tmp_path: Path, what: str) -> None:
     grown = made(tmp_path, SMALL, "grown")
@@ -84,6 +85,7 @@ def test_of_a_change_that_grows_and_loses_only_the_loss_is_named(tmp_path: Path)
     assert "strategies: was" not in str(caught.value)
 
 
+@pytest.mark.slow
 def test_a_tighter_rule_adds_runs_and_a_looser_one_keeps_them(tmp_path: Path) -> None:
     """Bytes differ between repeats, so a half-width of a hundredth of a byte is never reached."""
     folder = made(tmp_path, ruled(1e6, 5), "out")

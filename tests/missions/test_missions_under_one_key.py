@@ -85,6 +85,7 @@ def n_open(fleet: Fleet, setup: Setup, sent: list[tuple[int, bytes]]) -> int:
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("settings", [(), ("communication.mac=aloha",), (RESTART,), (CLOCKS,)])
 def test_no_nonce_comes_twice_and_nothing_of_another_mission_opens(
     key_file: Path, used: list[tuple[bytes, bytes]], settings: tuple[str, ...]

@@ -102,6 +102,7 @@ def test_a_metric_leaves_the_run_as_it_is(own: Path) -> None:
 # In a sweep --------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_worker_processes_measure_it_and_the_code_of_the_sweep_has_its_source(own: Path, tmp_path: Path) -> None:
     study, out = study_of(tmp_path, f"elsewhere/{own.name}:HANDED", "completed"), tmp_path / "out"
     code = "import sys; sys.argv[0] = 'remoras'; from remoras.cli import main; main()"

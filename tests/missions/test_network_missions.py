@@ -44,6 +44,7 @@ def losses(scenario: Scenario, seed: int) -> list[tuple[int, int, float]]:
     return sorted((a, b, p) for (a, b), p in link.per_of.items())  # type: ignore[attr-defined]  # it is a Matrix
 
 
+@pytest.mark.slow
 def test_runs_lose_on_all_twenty_links_what_was_measured() -> None:
     """Each link within four standard errors: five vehicles, three seeds, whoever is which node."""
     asked = [("", "channel.name=network"), ("", "fleet.size=5"), ("", "fleet.copies_of=AUV01")]

@@ -48,6 +48,7 @@ def test_the_state_follows_from_what_is_known_and_the_deadline_is_in_time(
     assert judged(100.0, reached_s, now_s) is expected
 
 
+@pytest.mark.slow
 def test_a_job_has_to_be_done_and_anything_else_ends_as_the_group_gathers(made: Run) -> None:
     jobs = made.mission.jobs
     assert reached_by(Objective("Operational", "LeftWinger", "Exploring", "left"), jobs) == ("areaDone", "left")

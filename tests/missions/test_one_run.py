@@ -82,6 +82,7 @@ def swept(tmp_path: Path, repeats: int = 9) -> SweepResults:
     return SweepResults.read(tmp_path / "out")
 
 
+@pytest.mark.slow
 def test_a_run_without_draws_is_made_once_and_compared_without_chance(tmp_path: Path) -> None:
     found = swept(tmp_path)
     status = found.status()

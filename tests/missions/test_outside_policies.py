@@ -30,6 +30,7 @@ def test_a_mission_runs_under_a_policy_from_outside() -> None:
     assert max(packet[5] for packet in packets if packet[0] // 4 % 2 == 1) == 0
 
 
+@pytest.mark.slow
 def test_a_study_takes_a_policy_from_outside_beside_shipped_ones() -> None:
     """Fewer acknowledgements, later ends: its origin knows later than under ACK-repeat, from the same losses."""
     study = ExchangeStudy(nodes=3, per=(0.3,), policies=("ack-repeat", outside_policies.SPARSE), trials=200)
@@ -42,6 +43,7 @@ def test_a_study_takes_a_policy_from_outside_beside_shipped_ones() -> None:
     assert sparse.source_acked_slots.mean > shipped.source_acked_slots.mean
 
 
+@pytest.mark.slow
 def test_the_command_takes_a_policy_from_outside() -> None:
     import remoras.cli.policies  # noqa: F401  # gives the command its name
     from remoras.cli.app import app

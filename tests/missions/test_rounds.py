@@ -70,6 +70,7 @@ def by_brute_force(found: Rounds) -> float:
     return best_s
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("part", range(4))
 def test_the_search_is_as_good_as_all_divisions_and_orders(part: int) -> None:
     draws = random.Random(part)
@@ -104,6 +105,7 @@ def test_what_cannot_be_searched_is_refused() -> None:
         least_time_s(Rounds((), 100.0, ()))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ground", ["mapping-patches", "mapping-corridor"])
 def test_the_bound_of_a_ground_is_below_what_an_oracle_takes_and_not_far(ground: str) -> None:
     setup = resolved(load(ground, [("--set", "strategy.name=oracle"), ("--set", "uncertainty.speed_spread=0.3")]))
@@ -113,6 +115,7 @@ def test_the_bound_of_a_ground_is_below_what_an_oracle_takes_and_not_far(ground:
     assert least_time_s(rounds(setup.scenario, fleet, meets=False)) <= least_s
 
 
+@pytest.mark.slow
 def test_a_vehicle_that_is_lost_late_need_not_come_to_the_meeting() -> None:
     suite = suite_named("fathom-1")
     contest = Contest.of(suite, ["oracle"], 1)

@@ -40,6 +40,7 @@ def alone(of: RunTask) -> tuple[dict[str, object], dict[str, bytes]]:
     return result(of)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "duration_s", "settings"),
     [

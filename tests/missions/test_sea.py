@@ -70,6 +70,7 @@ def test_water_that_stands_changes_nothing() -> None:
     assert finished(short, "current.east_mps=0.1").recorder.trajectories != plain.recorder.trajectories
 
 
+@pytest.mark.slow
 def test_the_mission_completes_in_a_current_and_takes_more_energy() -> None:
     """0.5 m/s to the north; rows of the survey lie east and west, and are passed at the same speed over ground."""
     against = finished("current.north_mps=0.5")
@@ -188,6 +189,7 @@ def without_fixes(monkeypatch: pytest.MonkeyPatch) -> None:
 LONG = ("navigation.drift=0.02", "scenario.duration_s=4000")
 
 
+@pytest.mark.slow
 def test_vehicles_that_err_learn_where_they_are_in_time() -> None:
     """2 % of some 2.5 km of survey is 50 m, the swath 25 m: each vehicle goes up, and maps at its depth alone."""
     run = finished(*LONG)
@@ -215,6 +217,7 @@ def test_without_fixes_the_mission_does_not_end(monkeypatch: pytest.MonkeyPatch)
     assert believed(run) <= covered(run)
 
 
+@pytest.mark.slow
 def test_who_claims_all_below_the_place_it_believes_in_claims_too_much(monkeypatch: pytest.MonkeyPatch) -> None:
     """Without the bound cells count as mapped that nobody covered."""
     without_fixes(monkeypatch)
@@ -232,6 +235,7 @@ def test_near_a_beacon_nobody_has_to_go_up_to_meet() -> None:
     assert max(error_m for _, error_m in errors_m(with_beacon, "ASV00")) < 5.0  # it is at the surface
 
 
+@pytest.mark.slow
 def test_less_drift_is_not_slower() -> None:
     """Means over three seeds."""
     drifts = (0.002, 0.01, 0.03)
@@ -239,6 +243,7 @@ def test_less_drift_is_not_slower() -> None:
     assert means_s == sorted(means_s)
 
 
+@pytest.mark.slow
 def test_where_nothing_can_be_known_the_fleet_gives_up() -> None:
     """A swath of 2 m leaves nothing of its half beside the metre within which a point counts as reached."""
     areas = [f"area.{name}.corners_m={_square(*at_m)}" for name, at_m in SQUARES.items()]
@@ -280,6 +285,7 @@ def test_all_end_with_what_they_believe(strategy: str, drift: float) -> None:
 # Sensors ------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_sensors_that_miss_cover_less() -> None:
     """A square is in sight for some 20 ticks: a miss in three of ten costs nothing, in 98 of 100 two thirds remain."""
     covered = [

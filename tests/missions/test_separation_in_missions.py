@@ -116,6 +116,7 @@ def assert_all_keep_clear(run: Run) -> None:
     assert found["closest_approach_m"] >= 5.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["mapping-rendezvous", "mapping-patches", "mapping-corridor"])
 def test_the_shipped_missions_keep_clear(name: str) -> None:
     assert_all_keep_clear(finished(name, "channel.per=0.4", seed=7))

@@ -26,6 +26,7 @@ def places(run: Run, from_s: float, until_s: float, n_slots: int = 4) -> dict[st
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("policy", ["ack", "mps-ack-repeat"])
 def test_a_list_spreads_and_all_come_to_use_it(policy: str) -> None:
     """By AUV02, whose new slot was that of another: until all have heard of it, packets meet and slots are others'."""

@@ -70,6 +70,7 @@ def held_up(policy: str, n: int, seed: int) -> list[str]:
     return found
 
 
+@pytest.mark.slow
 def test_a_flipped_bit_holds_up_no_mission():
     assert held_up("ack", 1, seed=2) == []
 
@@ -80,6 +81,7 @@ def test_no_flipped_bit_holds_up_a_mission(policy: str):
     assert held_up(policy, 15, seed=3) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("memory", "policy", "vehicle"),
     [
@@ -104,6 +106,7 @@ def test_a_mission_ends_although_a_vehicle_restarts(tmp_path: Path, memory: str,
     assert run.completed, run.reason
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("policy", ["ack", pytest.param("mps-ack-repeat", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("kinds", [["lost"], ["mute", "deaf"]], ids=["lost", "out of touch"])
 def test_a_mission_ends_although_one_of_four_is_cut_off(tmp_path: Path, policy: str, kinds: list[str]):

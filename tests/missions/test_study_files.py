@@ -144,6 +144,7 @@ def test_a_missing_study_is_named(tmp_path: Path) -> None:
         load_study("no-such-study")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", list(shipped_studies()))
 def test_every_shipped_study_loads(name: str) -> None:
     assert load_study(name).configurations

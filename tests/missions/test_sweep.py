@@ -37,6 +37,7 @@ def faulty(tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch) -> Study:
     return load_study(str(written(tmp_path, text)))
 
 
+@pytest.mark.slow
 def test_any_executor_gives_the_same_bytes(tmp_path: Path) -> None:
     study = study_of(tmp_path)
     sweep(study, tmp_path / "serial", executor=Serial())
@@ -66,6 +67,7 @@ def test_a_run_that_raises_is_one_failed_row(tmp_path: Path, monkeypatch: pytest
     assert "no fleet today" in replayed.output
 
 
+@pytest.mark.slow
 def test_a_run_that_kills_its_process_is_one_failed_row(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     status = sweep(faulty(tmp_path, "KILLING", monkeypatch), tmp_path / "out", jobs=2)
     assert (status.done, status.failed, status.remaining) == (8, 8, 0)
@@ -74,6 +76,7 @@ def test_a_run_that_kills_its_process_is_one_failed_row(tmp_path: Path, monkeypa
     assert all("process died" in error for error in runs[runs.status == "failed"].error)
 
 
+@pytest.mark.slow
 def test_the_stopping_rule_ends_repeats_and_does_not_depend_on_the_order(tmp_path: Path) -> None:
     extra = '[stopping]\nmetric = "n_bytes"\nhalf_width = 30\nminimum = 3\nmaximum = 12\n'
     study = study_of(tmp_path, extra=extra)
@@ -203,6 +206,7 @@ def test_the_pool_outlives_its_processes() -> None:
         pool.submit(pow, 2, 2)
 
 
+@pytest.mark.slow
 def test_the_commands_work_together(tmp_path: Path) -> None:
     study, out = written(tmp_path, study_text(repeats=3)), tmp_path / "out"
     runner = CliRunner()
@@ -231,6 +235,7 @@ def test_failed_runs_exit_with_1_and_say_how_to_replay(tmp_path: Path, monkeypat
     assert "replay: remoras run mapping-rendezvous" in shown
 
 
+@pytest.mark.slow
 def test_an_interruption_keeps_what_is_finished_and_exits_with_130(tmp_path: Path) -> None:
     study, out = written(tmp_path, study_text(repeats=60)), tmp_path / "out"
     process = started("sweep", study, "--out", out, "--jobs", "2")
@@ -244,6 +249,7 @@ def test_an_interruption_keeps_what_is_finished_and_exits_with_130(tmp_path: Pat
     assert (out / RUNS).is_file()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wait_s", [0.0, 0.4, 0.8])
 def test_an_interruption_while_workers_start_prints_no_traces_of_them(tmp_path: Path, wait_s: float) -> None:
     """Ctrl-C reaches every process of the terminal's group: the workers that load their libraries too."""

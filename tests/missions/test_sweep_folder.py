@@ -29,6 +29,7 @@ def finished_log(tmp_path: Path, n_runs: int = 3) -> tuple[Path, SweepPlan]:
     return folder, plan
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cut", [1, 2, 40, 200])
 def test_a_torn_tail_is_cut_and_its_run_made_again(tmp_path: Path, cut: int) -> None:
     folder, plan = finished_log(tmp_path)

@@ -135,6 +135,7 @@ def resealed(line: dict[str, Any], **change: Any) -> str:
     return json.dumps({key: value for key, value in {**line, **change}.items() if key != "crc"})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("made", "why"),
     [

@@ -53,6 +53,7 @@ def with_auvs(n: int) -> Callable[[Raw], None]:
     return vary
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n_auvs", [1, 2, 4, 7])
 def test_two_to_eight_vehicles_complete(tmp_path: Path, n_auvs: int):
     run = run_varied(tmp_path, with_auvs(n_auvs))
@@ -72,6 +73,7 @@ def test_sixteen_vehicles_complete(tmp_path: Path):
     assert run.completed, run.reason
 
 
+@pytest.mark.slow
 def test_names_are_only_names(tmp_path: Path):
     """Spaces, accents, quotes, commas: the run is the same in all but the names."""
 
@@ -85,6 +87,7 @@ def test_names_are_only_names(tmp_path: Path):
     assert [row[2:5] for row in renamed.recorder.trajectories] == [row[2:5] for row in usual.recorder.trajectories]
 
 
+@pytest.mark.slow
 def test_the_order_of_the_tables_does_not_matter(tmp_path: Path):
     """Slots decide who is who in the frame, not the place in the file."""
     turned, usual = run_varied(tmp_path, lambda raw: raw["vehicle"].reverse()), run_varied(tmp_path, id)
@@ -92,6 +95,7 @@ def test_the_order_of_the_tables_does_not_matter(tmp_path: Path):
     assert turned.recorder.packets == usual.recorder.packets
 
 
+@pytest.mark.slow
 def test_other_slots_are_fine(tmp_path: Path):
     def vary(raw: Raw) -> None:
         for vehicle, slot in zip(raw["vehicle"], (2, 0, 3, 1), strict=True):
@@ -103,6 +107,7 @@ def test_other_slots_are_fine(tmp_path: Path):
     assert [row[2] for row in run.recorder.packets[:4]] == ["AUV00", "AUV02", "ASV00", "AUV01"]
 
 
+@pytest.mark.slow
 def test_a_vehicle_without_a_sensor_maps_nothing_and_gets_no_area(tmp_path: Path):
     run = run_varied(tmp_path, lambda raw: named(raw["vehicle"], "AUV01").pop("sensor"))
     is_sound(run)
@@ -111,6 +116,7 @@ def test_a_vehicle_without_a_sensor_maps_nothing_and_gets_no_area(tmp_path: Path
     assert "AUV01" not in names_at(run, "mapping_done")
 
 
+@pytest.mark.slow
 def test_performers_without_a_social_layer_do_what_they_are_told(tmp_path: Path):
     def vary(raw: Raw) -> None:
         for vehicle in raw["vehicle"][2:]:
@@ -164,6 +170,7 @@ SHAPES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", SHAPES)
 def test_areas_of_any_shape_and_number(tmp_path: Path, shape: str):
     run = run_varied(tmp_path, with_areas(SHAPES[shape]))
@@ -212,6 +219,7 @@ def larger(times: float) -> Callable[[Raw], None]:
     return vary
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("times", [0.3, 2.0, 8.0])
 def test_worlds_of_other_sizes(tmp_path: Path, times: float):
     run = run_varied(tmp_path, larger(times))
@@ -225,6 +233,7 @@ def test_a_world_larger_than_positions_can_be_told_is_refused(tmp_path: Path):
         run_varied(tmp_path, larger(150.0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("modem", sorted(modems()))
 def test_every_modem_carries_the_mission(tmp_path: Path, modem: str):
     run = run_varied(tmp_path, id, f"communication.modem={modem}", "channel.per=0.2")
@@ -232,6 +241,7 @@ def test_every_modem_carries_the_mission(tmp_path: Path, modem: str):
     assert run.completed, run.reason
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("policy", sorted(POLICIES))
 def test_every_policy_carries_the_mission_without_carrier_evidence(tmp_path: Path, policy: str):
     settings = [f"communication.policy={policy}", "channel.per=0.4", "communication.carrier_evidence=false"]

@@ -159,6 +159,7 @@ def test_a_sweep_is_made_opened_and_compared(tmp_path: Path) -> None:
     assert "n = 2 runs per point, master seed" in figure.caption  # type: ignore[attr-defined]
 
 
+@pytest.mark.slow
 def test_a_notebook_shows_what_it_promises() -> None:
     """Cells as a user types them: a frame as a table, a figure as a picture, a run in a line."""
     nbclient = pytest.importorskip("nbclient")

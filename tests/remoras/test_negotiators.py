@@ -219,6 +219,7 @@ def test_the_job_of_a_silent_vehicle_is_done_again_when_it_is_overdue(doubt_roun
 # Many
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS_OF_JOBS.values(), ids=KINDS_OF_JOBS)
 @pytest.mark.parametrize("name", SHIPPED)
 @settings(max_examples=25)
@@ -261,6 +262,7 @@ def test_cbba_is_free_of_conflict_once_all_has_got_through(
         team.round()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS_OF_JOBS.values(), ids=KINDS_OF_JOBS)
 @pytest.mark.parametrize("name", SHIPPED)
 @settings(max_examples=15)

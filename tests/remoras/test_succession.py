@@ -7,6 +7,7 @@ round of their own. Whom each takes for absent is drawn, whatever it hears: noth
 from collections.abc import Callable
 from random import Random
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -84,6 +85,7 @@ class Talk:
 TERMS = (1, 2, 3, 40, 64, 100, 255)
 
 
+@pytest.mark.slow
 @settings(max_examples=50, deadline=None)
 @given(st.randoms(use_true_random=False), st.integers(3, 40), st.sampled_from((0.1, 0.2, 0.5, 0.9)))
 def test_whatever_was_claimed_all_come_to_one_head(draws: Random, n_rounds: int, p_reaches: float) -> None:

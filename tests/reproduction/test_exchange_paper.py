@@ -63,6 +63,7 @@ def crossings(value: Figure, falling: str, rising: str) -> Iterator[float]:
             yield per
 
 
+@pytest.mark.slow
 def test_no_belief_is_false_and_no_trial_is_censored(rows: dict[int, list[StudyRow]]) -> None:
     for row in (row for of_size in rows.values() for row in of_size):
         assert row.false_beliefs == 0

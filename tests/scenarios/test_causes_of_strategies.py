@@ -62,6 +62,7 @@ def test_work_is_duplicated_when_nearly_all_packets_are_lost_and_not_without_los
     assert max(duplicated(strategy, 0.0)) < 0.005  # who chooses in the same frame hears of it one frame later
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("channel", ["per=0.9", "blackout=[{from_s=0.0, until_s=1e5}]", "name=perfect"])
 def test_fixed_partition_sends_nothing_and_no_channel_changes_it(channel: str) -> None:
     for seed in SEEDS:
@@ -93,6 +94,7 @@ def test_the_way_to_the_meetings_is_what_they_cost() -> None:
 # Silence is what auctions are repeated for -------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("vehicle", ["AUV00", "AUV01"])
 def test_what_a_silent_vehicle_holds_is_auctioned_anew(vehicle: str) -> None:
     """AUV00 is the head: when it is silent the others auction by themselves what it holds."""
@@ -112,6 +114,7 @@ def test_without_silence_nothing_is_auctioned_anew() -> None:
 # Prediction, and when it is given up --------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_what_a_silent_vehicle_should_have_done_is_done_by_others_once_its_lease_has_run_out() -> None:
     def passed_on(lease_frames: int) -> int:
         lease = f"communication.lease_frames={lease_frames}", "communication.false_absence=0"

@@ -18,6 +18,7 @@ MOST, LEAST = "mps-ack-repeat", "ack"
 CASES = [(name, policy) for name in shipped() if name not in (DAY, SEARCH) for policy in (MOST, LEAST)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "policy"),
     sampled(CASES, *[one for one in CASES if one[1] == MOST or one[0].startswith("mapping-r")]),
@@ -30,6 +31,7 @@ def test_it_completes_over_a_lossy_channel(name: str, policy: str) -> None:
     assert 0.95 < report["goal_fraction"] <= 1.0
 
 
+@pytest.mark.slow
 def test_a_day_begins() -> None:
     """The first hour of 24."""
     keys = "scenario.duration_s=3600.0", "fault=[]", "current.surge=[]"

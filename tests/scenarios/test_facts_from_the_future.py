@@ -56,6 +56,7 @@ def mission(strategy: str, *settings: str, flips: bool) -> Run:
     return finished
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("strategy", sampled(["remoras", "central", "contract-net", "cbba"], "remoras", "cbba"))
 def test_one_damaged_time_no_longer_delays_the_mission(strategy: str) -> None:
     """The mission ends within a TDMA frame of when it would. Without the guard the head believes AUV02 to be where it

@@ -122,6 +122,7 @@ FORGED: dict[str, tuple[str, Said, Outcome]] = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("act", "strategy"),
     sampled(
@@ -166,6 +167,7 @@ def test_a_claim_to_lead_that_is_not_sound_is_refused_by_all(
     assert refused_by_all("remoras", issuer, *claim, settings=settings) == {outcome.value}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("strategy", SHIPPED)
 @pytest.mark.parametrize(
     ("term", "outcome"),

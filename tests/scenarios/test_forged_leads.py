@@ -76,6 +76,7 @@ def test_no_term_locks_a_group(term: int) -> None:
     assert ended.heads == {"ASV00": ("AUV02",), "AUV02": ("AUV02",)}
 
 
+@pytest.mark.slow
 def test_by_the_rule_alone_it_is_not_obeyed(monkeypatch: pytest.MonkeyPatch) -> None:
     """Load-bearing: where no head stands against a claim all obey it, the sitting head too."""
     for rule, who in ((True, set()), (False, {"ASV00", "AUV00", "AUV01", "AUV02"})):

@@ -51,6 +51,7 @@ def n_inspected(finished: Run) -> int:
 # What was found decides --------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("per", [0.0, 0.4])
 @pytest.mark.parametrize("strategy", ["remoras", "central", "cbba"])
 def test_a_group_is_formed_for_what_is_found_and_dissolved_when_that_is_inspected(strategy: str, per: float) -> None:
@@ -72,6 +73,7 @@ def test_a_group_is_formed_for_what_is_found_and_dissolved_when_that_is_inspecte
     assert members <= {"AUV00", "AUV01", "AUV02"}
 
 
+@pytest.mark.slow
 def test_where_nothing_is_found_there_is_no_group_and_the_mission_is_that_without_one() -> None:
     nothing = inspected("finds.number=0")
     assert all(
@@ -109,6 +111,7 @@ def with_fault(tmp_path: Path, vehicle: str, at_s: float, strategy: str, per: fl
     return run(load(str(file)), seed=1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("strategy", "per"), [("remoras", 0.0), ("central", 0.4)])
 @pytest.mark.parametrize("lost", ["AUV00", "AUV01", "AUV02"])
 def test_with_the_forming_head_or_a_member_lost_all_is_inspected_and_nobody_is_left_in_a_group(

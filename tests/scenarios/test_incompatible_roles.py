@@ -33,6 +33,7 @@ def played_together(finished: Run, one: str, *others: str) -> set[str]:
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("strategy", ["remoras", "central", "contract-net", "cbba", "fixed-partition"])
 def test_the_head_does_no_job_that_excludes_leading(strategy: str) -> None:
     """Two vehicles have to map three areas; without the key the Coordinator maps one of them."""
@@ -45,6 +46,7 @@ def test_without_the_key_it_does() -> None:
     assert played_together(made("scenario.duration_s=60"), "Coordinator", *JOBS) == {"AUV00"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("strategy", ["remoras", "central", "remoras-planned"])
 def test_two_jobs_that_exclude_each_other_go_to_two_vehicles(strategy: str) -> None:
     """Thirteen jobs for three vehicles: without the key one vehicle holds several of them."""

@@ -16,6 +16,7 @@ def with_a_weak_auv01() -> Run:
     return run(load("mapping-rendezvous", [("--set", "vehicle.AUV01.energy_j=150000")]))
 
 
+@pytest.mark.slow
 def test_its_area_is_allocated_anew_and_the_others_meet_without_it() -> None:
     finished = with_a_weak_auv01()
     roles = finished.recorder.roles

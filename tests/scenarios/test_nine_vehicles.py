@@ -30,6 +30,7 @@ def gathered_s(finished: Run) -> dict[str, float]:
     return {one.group: one.time_s for one in finished.milestones if one.name == "gathered"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["mapping-nine-flat", "mapping-nine-teams"])
 def test_both_organisations_map_everything_and_meet(name: str) -> None:
     report = summary(run(load(name), seed=1))
@@ -71,6 +72,7 @@ def test_a_vehicle_without_the_social_layer_leads_nobody_and_gives_out_nothing(i
     assert not [row for row in in_teams.recorder.organisation if row[5] == "refused"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lost", ["AUV00", "ASV00"])
 def test_the_teams_complete_though_a_head_is_lost_at_sea(lost: str) -> None:
     """A Performer takes the place of the head of its team, and of the Tactician that it was; nobody else leaves."""

@@ -91,6 +91,7 @@ def test_without_repair_the_mission_fails(tmp_path: Path, monkeypatch: pytest.Mo
     assert [row for row in finished.recorder.faults if row[2] == "cannot"]
 
 
+@pytest.mark.slow
 def test_a_vehicle_goes_another_way_before_it_gives_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The sensor works again after 900 s: with a second way AUV02 finishes itself, without repair it gives up."""
     mission = "scenario.mission=repairing:OnceMore"

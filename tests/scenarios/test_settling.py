@@ -42,6 +42,7 @@ def knowledge(fleet: Fleet) -> tuple[set[str], list[dict[tuple[int, int], tuple[
     return {model.state_hash() for model in models}, [model.digest() for model in models]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("policy", POLICIES)
 @pytest.mark.parametrize("seed", sampled([1, 2, 3], 1))
 def test_after_a_mission_at_high_loss_all_vehicles_know_the_same(policy: str, seed: int) -> None:
@@ -56,6 +57,7 @@ def test_after_a_mission_at_high_loss_all_vehicles_know_the_same(policy: str, se
     assert not any(list(vehicle.beliefs.model.private_blocks()) for vehicle in fleet.vehicles)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("policy", POLICIES)
 def test_so_it_is_where_the_mission_is_ended_in_its_midst(policy: str) -> None:
     setting = f"communication.policy={policy!r}"

@@ -24,6 +24,7 @@ def given(finished: Run, viewer: str) -> list[str]:
     return [row[9] for row in rows if row[5] == "given" and row[7] == "mission"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("per", [0.0, 0.4])
 def test_the_planner_makes_a_mission_of_what_is_found(per: float) -> None:
     finished = mapped(2, per)
@@ -40,6 +41,7 @@ def test_the_planner_makes_a_mission_of_what_is_found(per: float) -> None:
     assert max(row["time_s"] for row in mapping) > since_s  # it is under way beside
 
 
+@pytest.mark.slow
 def test_where_nothing_is_found_there_is_one_mission() -> None:
     assert given(mapped(0), "AUV00") == ["AreaMapping"]
 

@@ -19,6 +19,7 @@ def events_of(finished: Run, item: str) -> list[tuple[float, str, str]]:
     return [(row[0], row[1], row[4]) for row in finished.recorder.knowledge if row[2] == item]
 
 
+@pytest.mark.slow
 def test_a_mapped_cell_becomes_an_item_that_its_peers_receive_and_acknowledge(finished: Run) -> None:
     mapped_s, mapper = next((row[0], row[1]) for row in finished.recorder.rows("coverage") if row[1] == "AUV02")
     item = next(row[2] for row in finished.recorder.knowledge if row[0] == mapped_s and row[1] == mapper)

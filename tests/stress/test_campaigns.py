@@ -12,6 +12,7 @@ from stress.shrinking import MOST_RUNS, shrunk
 from stress.trial import Outcome
 
 
+@pytest.mark.slow
 def test_a_breach_is_shrunk_to_the_one_fault_that_it_takes(monkeypatch: pytest.MonkeyPatch) -> None:
     plan, planted = small_plan(), next(one for one in PLANTS if one.invariant == "energy")
     seed = next(

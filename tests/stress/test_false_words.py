@@ -31,6 +31,7 @@ def outcome(strategy: str, *faults: StressFault) -> Outcome:
     return judge(schedule.with_faults(faults))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("strategy", TALKING)
 def test_what_is_said_to_be_done_and_is_not_is_done_after_all(strategy: str) -> None:
     found = outcome(strategy, *LIES)
@@ -39,12 +40,14 @@ def test_what_is_said_to_be_done_and_is_not_is_done_after_all(strategy: str) -> 
     assert found.completed, found.broken
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("strategy", ["remoras", "contract-net"])
 def test_it_is_not_if_nobody_asks_what_shows_of_it(strategy: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(mission, "given_anew", lambda *args: [])
     assert not outcome(strategy, *LIES).completed
 
 
+@pytest.mark.slow
 def test_nor_if_what_others_repeat_of_it_counts_again(monkeypatch: pytest.MonkeyPatch) -> None:
     """Under this strategy everybody repeats again and again which jobs are done."""
     nearer = (*(one for one in SMALL if "coordination" not in one), NEAR_RALLY)

@@ -15,6 +15,7 @@ SLOW = [pytest.mark.slow, pytest.mark.thorough]
 QUICK = ("fact-of-the-future", "dead-sensor-maps")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "fault", [pytest.param(one, id=one.name, marks=[] if one.name in QUICK else SLOW) for one in OLD]
 )

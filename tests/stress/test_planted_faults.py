@@ -19,6 +19,7 @@ def test_there_is_a_plant_for_each_invariant() -> None:
     assert set(names) == {planted.invariant for planted in PLANTS}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "planted",
     [

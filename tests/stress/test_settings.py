@@ -35,6 +35,7 @@ def plan() -> Plan:
     return small_plan(strategy="", draws="all")
 
 
+@pytest.mark.slow
 def test_most_configurations_draw_two_to_four_settings_and_each_is_drawn_for_itself(plan: Plan) -> None:
     drawn = {seed: drawn_settings(plan, seed) for seed in SEEDS}
     assert sum(2 <= len(one) <= 4 for one in drawn.values()) > len(drawn) / 2
@@ -96,6 +97,7 @@ def test_settings_are_put_back_unless_they_are_needed(plan: Plan) -> None:
     assert small.schedule.fault == ()
 
 
+@pytest.mark.slow
 def test_seeds_of_a_block_share_one_configuration_and_its_first_has_no_faults() -> None:
     report = campaign(small_plan("links", draws="policy"), range(5, 9))
     assert [one.seed for one in report.outcomes] == [5, 6, 7, 8]
@@ -105,6 +107,7 @@ def test_seeds_of_a_block_share_one_configuration_and_its_first_has_no_faults() 
     assert first_of(5) == 0
 
 
+@pytest.mark.slow
 def test_steered_schedules_have_faults_near_an_instant_and_none_that_exclude_each_other(plan: Plan) -> None:
     outcome = Outcome(baseline(plan, 0), None, (), {}, {}, True, 400.0, "", 0.0, (), (Instant(350.0, "end"),))
     drawn = [schedule_of(plan_for_block(plan, outcome), seed) for seed in range(1, 200)]

@@ -54,6 +54,7 @@ CASES: dict[str, list[StressFault]] = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_every_kind_changes_something_and_nothing_breaks(case: str) -> None:
     outcome = judge(with_faults(*CASES[case]))
@@ -74,6 +75,7 @@ def test_a_strategy_that_breaks_its_promise_ends_the_run_with_its_name(kind: str
     assert outcome.end_s < 60.0
 
 
+@pytest.mark.slow
 def test_the_same_schedule_gives_the_same_tables_and_another_seed_others() -> None:
     faults = linked(["loss"])
     one, same, other = (judge(with_faults(*faults, seed=seed)) for seed in (1, 1, 2))

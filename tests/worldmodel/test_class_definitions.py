@@ -118,6 +118,7 @@ CASES = [
 ]  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("text", "expected"), CASES)
 def test_what_would_change_answers_is_refused(tmp_path: Path, text: str, expected: str) -> None:
     faults = faults_of(tmp_path, text)

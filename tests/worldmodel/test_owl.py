@@ -196,6 +196,7 @@ def test_a_file_that_makes_classes_of_another_disjoint_is_refused(tmp_path: Path
     assert f"bad.ttl: rm:AUV, rm:Sensor: it makes classes of {core_ontology_paths()[1]} disjoint" in fault
 
 
+@pytest.mark.slow
 def test_a_vocabulary_adds_classes_attributes_and_individuals(tmp_path: Path) -> None:
     path = tmp_path / "buoys.ttl"
     path.write_text(

@@ -158,6 +158,7 @@ def conclusions(model: WorldModel) -> tuple[dict[int, list[str]], dict[tuple[int
     return classes, links
 
 
+@pytest.mark.slow
 @settings(max_examples=12, deadline=None)
 @given(facts=FACTS)
 def test_owlrl_concludes_the_same(tbox: TBox, facts: Drawn) -> None:

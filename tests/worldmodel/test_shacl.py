@@ -117,6 +117,7 @@ def conforms(facts: list[tuple[int, int, Value]]) -> bool:
     return bool(pyshacl.validate(graph, shacl_graph=SHAPES)[0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "facts",
     [
@@ -139,6 +140,7 @@ def test_what_shacl_refuses_does_not_go_in(facts: list[tuple[int, int, Value]]) 
     assert not conforms(facts)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "facts",
     [

@@ -135,6 +135,7 @@ def test_sparql_over_classes_and_their_subclasses() -> None:
     assert list(symbols) == [Literal("anomaly")]
 
 
+@pytest.mark.slow
 @settings(max_examples=8, deadline=None)
 @given(sound_blocks(), st.sets(st.integers(0, 2), max_size=1))
 def test_index_view_and_sparql_answer_alike(blocks: list[Block], banned: set[int]) -> None:

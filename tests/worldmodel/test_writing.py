@@ -149,6 +149,7 @@ def test_the_canonical_graph_is_that_of_rdflib() -> None:
     assert (instance_iri(BAY), RDF.type, None) in graph
 
 
+@pytest.mark.slow
 @settings(max_examples=8, deadline=None)
 @given(sound_blocks(), st.sets(st.integers(0, 2), max_size=1))
 def test_every_pattern_is_the_filter_over_all_triples(blocks: list[Block], banned: set[int]) -> None:

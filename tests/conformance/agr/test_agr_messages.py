@@ -83,6 +83,7 @@ def test_agr_28_every_holder_has_one_copy_of_its_own() -> None:
         assert first.beliefs.model is not second.beliefs.model
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("strategy", ["remoras", "contract-net"])
 def test_agr_32_the_record_of_a_role_has_every_holder_and_drops_who_left(strategy: str) -> None:
     """The table is the probe: whenever a vehicle takes or leaves a role itself, its view has the same row."""

@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+import pytest
 from searching import mission
 
 from missions.arrows.belief_map import CONTACT, SWEPT
@@ -67,11 +68,13 @@ def misbelieved(times: int) -> float:
     return worst
 
 
+@pytest.mark.slow
 def test_of_cells_believed_to_hold_something_so_many_do() -> None:
     """Calibration over seeds: in each class of beliefs as many cells are occupied as it says, within 4 errors."""
     assert misbelieved(times=1) < 4.0
 
 
+@pytest.mark.slow
 def test_a_map_that_counts_looks_twice_is_not_calibrated() -> None:
     """What would come of facts without identity: who hears of a look again would take it for another."""
     assert misbelieved(times=2) > 6.0

@@ -48,6 +48,7 @@ def test_one_seed_gives_the_same_rows() -> None:
         assert run().recorder.rows(table) == other.recorder.rows(table)
 
 
+@pytest.mark.slow
 def test_who_searches_by_itself_tells_where_and_keeps_clear_of_what_others_hold() -> None:
     targets = [vehicle for vehicle, _, _ in said(run(), "searchTarget")]
     assert set(targets) == {"AUV01", "AUV02"}
@@ -64,6 +65,7 @@ def test_in_silence_each_searches_and_comes_home_and_the_maps_stay_apart() -> No
     assert all(math.dist(place_m, (600.0, -60.0)) <= 60.0 for place_m in at_m.values())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("search", ["elementary", "lawnmower"])
 def test_who_is_not_told_of_anomalies_identifies_none(search: str) -> None:
     """The camera is on a vehicle that finds nothing itself: without telling, a search is as if all were alone."""
@@ -101,6 +103,7 @@ def test_without_the_definitions_nothing_is_concluded_to_be_a_site(
     assert said(of, "picturedBy") == []
 
 
+@pytest.mark.slow
 def test_who_comes_back_where_it_has_much_to_tell_has_more_of_it_identified() -> None:
     """One run; the page has the mean over 20."""
     faint = "channel.source_level_db=108"

@@ -81,5 +81,6 @@ def test_a_baseline_completes_a_mission_that_nobody_completes_who_takes_no_jobs(
     assert run_with(baseline).completed
 
 
+@pytest.mark.slow
 def test_nobody_completes_the_mission_who_takes_no_jobs() -> None:
     assert not run_with(strategy(lambda seen: 0, "idle")).completed

@@ -78,6 +78,7 @@ def test_cells_weigh_alike_however_many_runs_they_have() -> None:
     assert found.worst.network == "0"
 
 
+@pytest.mark.slow
 def test_a_run_in_which_nothing_is_drawn_stands_for_all_repeats(suite: Suite, tmp_path: Path) -> None:
     text = suite.document.text.replace("= 0.3", "= 0.0").replace("= 0.42", "= 0.0").split("[[network]]")
     path = tmp_path / "still.toml"
@@ -115,6 +116,7 @@ def test_the_interval_covers_the_mean_as_often_as_it_says(n: int) -> None:
     assert 0.90 <= covered / n_samples < 0.99
 
 
+@pytest.mark.slow
 def test_a_run_that_has_not_completed_counts_the_limit(contest: Contest, made: Path) -> None:
     for strategy in contest.scored(made):
         for run in strategy.runs:
@@ -124,6 +126,7 @@ def test_a_run_that_has_not_completed_counts_the_limit(contest: Contest, made: P
         assert len(set(bounds.values())) == 2  # the speeds of each seed are others
 
 
+@pytest.mark.slow
 def test_alone_among_others_or_in_another_order_a_strategy_has_the_same_figures(
     suite: Suite, contest: Contest, made: Path, tmp_path: Path
 ) -> None:
@@ -136,6 +139,7 @@ def test_alone_among_others_or_in_another_order_a_strategy_has_the_same_figures(
     assert card_of(alone, alone.scored(tmp_path / "alone"))["strategies"] == [both[STRATEGIES[0]]]
 
 
+@pytest.mark.slow
 def test_a_card_is_read_and_its_runs_end_as_it_says(suite: Suite, contest: Contest, made: Path, tmp_path: Path) -> None:
     card = card_of(contest, contest.scored(made))
     path = tmp_path / "card.json"
@@ -166,6 +170,7 @@ def altered(card: dict[str, object], path: Path, how: str) -> None:
     path.write_text(json.dumps(found), encoding="utf-8")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("how", "said"),
     [
@@ -185,6 +190,7 @@ def test_a_card_that_was_altered_is_refused(
         list(verify_card(path, suite, 1))
 
 
+@pytest.mark.slow
 def test_runs_that_were_altered_with_all_that_follows_from_them_end_otherwise_when_repeated(
     suite: Suite, contest: Contest, made: Path, tmp_path: Path
 ) -> None:
@@ -207,6 +213,7 @@ def test_the_card_of_the_shipped_strategies_is_one_of_the_suite() -> None:
     assert max(run.efficiency for run in runs) <= 1.0
 
 
+@pytest.mark.slow
 def test_tables_have_the_best_first_and_escape_what_papers_cannot_have(contest: Contest, made: Path) -> None:
     scored = contest.scored(made)
     table = ScoreTable(card_of(contest, scored), scored)

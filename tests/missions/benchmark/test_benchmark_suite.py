@@ -18,6 +18,7 @@ def test_the_cases_of_a_suite_never_change() -> None:
     assert suite_named("fathom-1").digest == FATHOM_1
 
 
+@pytest.mark.slow
 def test_it_has_forty_cells_and_the_networks_lose_as_much() -> None:
     suite = suite_named("fathom-1")
     study = suite.study(["remoras"])
@@ -28,6 +29,7 @@ def test_it_has_forty_cells_and_the_networks_lose_as_much() -> None:
         assert channel.mean_per(deployment_of(configuration.scenario)) == pytest.approx(0.42, abs=1e-4)
 
 
+@pytest.mark.slow
 def test_every_configuration_is_found_under_its_cell() -> None:
     suite = suite_named("fathom-1")
     strategies = "remoras", "cbba", "oracle"

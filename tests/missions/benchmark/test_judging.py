@@ -65,6 +65,7 @@ def test_the_seeds_by_which_fathom_1_is_judged_are_settled() -> None:
     assert judging_of(suite_named("fathom-1")).seeds_sha256 == SEEDS_OF_FATHOM_1
 
 
+@pytest.mark.slow
 def test_drawn_grounds_are_scenarios_that_differ_in_areas_room_and_fleet(tmp_path: Path) -> None:
     tables = tomllib.loads(shipped()["mapping-patches"].read_text(encoding="utf-8"))
     found, n_mappers, n_pieces = [], set(), set()
@@ -98,6 +99,7 @@ def contest(tmp_path_factory: pytest.TempPathFactory) -> tuple[Contest, Path]:
     return contest, folder
 
 
+@pytest.mark.slow
 def test_each_repeat_is_on_another_ground_with_its_own_bound(contest: tuple[Contest, Path]) -> None:
     made, folder = contest
     cells = {strategy.name: strategy.cells for strategy in made.scored(folder / "runs")}
@@ -112,6 +114,7 @@ def test_each_repeat_is_on_another_ground_with_its_own_bound(contest: tuple[Cont
             assert len({run.bound_s for run in runs}) == 3
 
 
+@pytest.mark.slow
 def test_its_card_is_verified_with_the_same_seeds_alone(contest: tuple[Contest, Path], tmp_path: Path) -> None:
     made, folder = contest
     card = card_of(made, made.scored(folder / "runs"))

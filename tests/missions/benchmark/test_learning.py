@@ -93,6 +93,7 @@ def nearest_of_the_howto() -> Any:
     return names["NEAREST"]
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("error")
 def test_pettingzoo_takes_it_for_a_parallel_environment(short: FleetEnv) -> None:
     parallel_api_test(short, num_cycles=60)
@@ -108,6 +109,7 @@ def same_tables(one: Run, other: Run) -> bool:
     return all(list(one.recorder.rows(name)) == list(other.recorder.rows(name)) for name in names)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "label",
     [
@@ -127,6 +129,7 @@ def test_an_example_gives_the_same_tables_through_the_environment_as_through_the
     assert same_tables(run_of(resolved(scenario, strategy(nearest)), seed_of(1, 0)), waited)
 
 
+@pytest.mark.slow
 def test_a_run_through_the_environment_costs_a_tenth_more_at_most() -> None:
     """Calls of functions, which are the same on every machine; that of the policy is not counted."""
     env, label = parallel_env("fathom-1"), "mapping-corridor, alike, nothing"
@@ -245,6 +248,7 @@ def differences(folder: Path, label: str, change: Callable[[FleetEnv], Any], rep
 PAIRS = [(moved, SPEEDS), (lost, SPEEDS), (unfound, FINDS)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "repeats", [pytest.param(range(1), id="few"), pytest.param(range(1, 34), id="many", marks=pytest.mark.thorough)]
 )
@@ -258,6 +262,7 @@ def test_what_a_vehicle_cannot_know_changes_no_observation_until_it_is_told(tmp_
         assert n_seen > 0 or change is unfound or len(repeats) == 1
 
 
+@pytest.mark.slow
 def test_a_planted_leak_is_caught(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     usual = WaitingNegotiator.negotiate
 
@@ -366,6 +371,7 @@ def test_without_the_extra_one_line_says_what_to_install(monkeypatch: pytest.Mon
         parallel_env("fathom-1")
 
 
+@pytest.mark.slow
 def test_neither_the_package_nor_a_learned_strategy_loads_what_learning_needs() -> None:
     code = (
         "import sys, remoras; assert 'remoras.learn' not in sys.modules; from remoras.learn import strategy; "

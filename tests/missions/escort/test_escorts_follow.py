@@ -18,6 +18,7 @@ def tracks(of: Run) -> list[tuple[object, ...]]:
     return list(of.recorder.trajectories)
 
 
+@pytest.mark.slow
 def test_missions_are_shorter_where_calls_are_answered() -> None:
     """Eight pairs: all complete with altruism; without it they take longer, the interval of the mean clear of 5 %."""
     pairs = [(flown(seed), flown(seed, OFF)) for seed in range(1, 9)]

@@ -54,6 +54,7 @@ def test_ways_through_have_the_length_of_their_legs() -> None:
     assert PASSAGE.length_m((west_m[0], 40.0), east_m) == pytest.approx(30.0 + 85.0 + 2.0 * MOUTH_M)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("keys", [(), ("guidance.keeps_calls=true",), ("decision.weight_external=0.0",)])
 def test_nobody_is_ever_in_the_reef(keys: tuple[str, ...]) -> None:
     """80 m of reef, a passage of 6 m of which half a metre to each side is left to the middle of a vehicle."""

@@ -14,6 +14,7 @@ def tracks(of: Run) -> list[tuple[object, ...]]:
     return list(of.recorder.trajectories)
 
 
+@pytest.mark.slow
 def test_rows_that_meet_go_back_only_where_calls_are_passed_on() -> None:
     ended_s = [ferried(seed, LONG).end_s for seed in (2, 4, 5)]
     kept_s = [ferried(seed, LONG, KEPT).end_s for seed in (2, 4, 5)]
@@ -21,6 +22,7 @@ def test_rows_that_meet_go_back_only_where_calls_are_passed_on() -> None:
     assert all(ferried(seed, LONG).completed for seed in (2, 4, 5))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("other", [KEPT, OFF])
 def test_where_two_can_pass_it_matters_little_who_makes_room(other: str) -> None:
     """In a passage 18 m wide two pass each other; what is left are encounters where loads are fetched."""
@@ -29,12 +31,14 @@ def test_where_two_can_pass_it_matters_little_who_makes_room(other: str) -> None
     assert wide_s[0] < 0.9 * ferried(2, LONG).end_s
 
 
+@pytest.mark.slow
 def test_who_is_not_dissatisfied_asks_for_no_room() -> None:
     """Then signals without weight are worth as much as any."""
     content = "decision.tedium_per_s=0.0", "decision.dismay_per_s=0.0"
     assert tracks(ferried(1, SHORT, *content)) == tracks(ferried(1, SHORT, *content, OFF))
 
 
+@pytest.mark.slow
 def test_vehicles_keep_clear_while_rows_go_back() -> None:
     for seed in (1, 2, 4, 5):
         assert not [row for row in ferried(seed, LONG).recorder.rows("faults") if row[2] == "conflict"]

@@ -242,6 +242,7 @@ def test_what_is_found_is_inspected_before_the_group_meets(strategy: str, per: f
         assert sorted(vehicle for _, vehicle in found) == sorted(vehicle for _, vehicle in inspected)
 
 
+@pytest.mark.slow
 def test_news_of_a_find_lets_another_vehicle_inspect_it_and_without_them_the_mission_ends_otherwise() -> None:
     """In five of the seeds 1 to 7 somebody else than its finder is free first."""
     scenario = with_finds(6, "strategy.name=cbba")

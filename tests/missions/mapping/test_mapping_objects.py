@@ -89,6 +89,7 @@ def test_one_vehicle_creates_the_instance_and_another_adds_to_it() -> None:
     assert created.origin in origins
 
 
+@pytest.mark.slow
 def test_a_bias_misleads_and_a_ban_corrects_until_it_is_taken_back() -> None:
     """The mean of an offset of 12 m and one of none is 6 m off; with the offset left out nothing is."""
     run = finished(biased=True, banned=True)
@@ -109,6 +110,7 @@ def test_a_bias_misleads_and_a_ban_corrects_until_it_is_taken_back() -> None:
     assert list(run.known("ASV00", at_s).beliefs) == list(sound.known("ASV00", at_s).beliefs)
 
 
+@pytest.mark.slow
 def test_what_was_known_before_a_ban_is_what_is_known_after_it_was_taken_back() -> None:
     run = finished(biased=True, banned=True)
     before, after = run.known("ASV00", 599.0), run.known("ASV00", 1600.0 + SETTLED_S)

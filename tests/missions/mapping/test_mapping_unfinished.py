@@ -70,6 +70,7 @@ def test_a_find_that_waits_is_work() -> None:
     assert answers(facts, 0.0, ("find 1",)) == 1.0
 
 
+@pytest.mark.slow
 def test_who_takes_over_is_not_called_off_by_a_head_that_hears_of_no_work(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -51,6 +51,7 @@ def test_strips_that_come_before_what_they_rest_on_wait_for_it() -> None:
     assert mean_s(name, lossless) == mean_s("", lossless)
 
 
+@pytest.mark.slow
 def test_nobody_classifies_what_it_was_not_told() -> None:
     """Whoever says what a contact is holds the strips by then: the ratio is worked out anew from what came to it."""
     of = hunted(1)
@@ -89,6 +90,7 @@ def _pair(text: str) -> tuple[float, float]:
     return float(x), float(y)
 
 
+@pytest.mark.slow
 def test_an_analyst_that_hears_nothing_classifies_nothing() -> None:
     """Views are made all the same."""
     of = hunted(1, 'fault=[{kind="deaf",vehicle="ASV00",at_s=1.0}]', "scenario.duration_s=900.0")
@@ -96,6 +98,7 @@ def test_an_analyst_that_hears_nothing_classifies_nothing() -> None:
     assert not of.completed
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fault", ['kind="lost",vehicle="AUV02",at_s=400', 'kind="lost",vehicle="ASV00",at_s=500'])
 def test_a_loss_delays_and_does_not_stop_it(fault: str) -> None:
     """A lost vehicle's views are made again; who succeeds a lost analyst is told again what it lacks."""

@@ -36,6 +36,7 @@ def test_where_nothing_befalls_every_level_does_all(tmp_path: Path, adaptation: 
     assert (found(done), n_false_claims(done), n_repairs(done)) == ([], 0, 0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("upset", "finding", "by_tactics"),
     [(MOVED, "missing", False), (NEAR, "displaced", True), (STUCK, "resists", False), (TURNED, "turned", True)],

@@ -28,12 +28,14 @@ def waits_s(*keys: str) -> float:
     )
 
 
+@pytest.mark.slow
 def test_objects_wait_less_where_calls_are_answered() -> None:
     """A call for help moves vehicles away from work of their own; else they come once they have nothing else to do."""
     assert waits_s() < 0.6 * waits_s(OFF)
     assert all(flown(seed, LONG).completed for seed in (1, 2, 3))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cause", ["lifts.vehicles=1", "decision.tedium_per_s=0.0"])
 def test_without_its_cause_altruism_does_nothing(cause: str) -> None:
     """Where an object takes one vehicle none waits for another; where waiting makes none dissatisfied none calls."""
@@ -41,12 +43,14 @@ def test_without_its_cause_altruism_does_nothing(cause: str) -> None:
     assert tracks(flown(1, SHORT)) != tracks(flown(1, SHORT, OFF))
 
 
+@pytest.mark.slow
 def test_a_call_moves_to_the_act_that_ends_the_wait_and_to_no_other() -> None:
     """Not to the meeting, which is a collective activity of the role that is called, too."""
     moved = {row[4] for seed in (1, 2, 3) for row in flown(seed, LONG).recorder.decisions if row[9] > 0.0}
     assert moved == {"Helping"}
 
 
+@pytest.mark.slow
 def test_what_is_lifted_had_a_vehicle_at_each_end() -> None:
     """Looked at in the tracks, for as long as a lift takes."""
     done = flown(2, LONG)

@@ -32,6 +32,7 @@ def mean_wait_s(of: Run) -> float:
     return math.fsum(waits_s) / len(waits_s)
 
 
+@pytest.mark.slow
 def test_missions_are_shorter_where_calls_are_answered() -> None:
     """A call moves vehicles away from sites of their own; else they come once they have nothing else to do."""
     pairs = [(sampled(seed), sampled(seed, OFF)) for seed in (1, 2)]
@@ -39,6 +40,7 @@ def test_missions_are_shorter_where_calls_are_answered() -> None:
     assert all(mean_wait_s(on) < 0.6 * mean_wait_s(off) for on, off in pairs)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cause", [FULL, (CALM,)])
 def test_without_its_cause_altruism_does_nothing(cause: tuple[str, ...]) -> None:
     """Where batteries last nobody needs energy; where waiting makes none dissatisfied none calls."""
@@ -46,6 +48,7 @@ def test_without_its_cause_altruism_does_nothing(cause: tuple[str, ...]) -> None
     assert tracks(sampled(1, SHORT)) != tracks(sampled(1, SHORT, OFF))
 
 
+@pytest.mark.slow
 def test_a_call_moves_to_the_act_that_ends_the_wait_and_to_no_other() -> None:
     """And those alone who have energy to give: the other drill's vehicle is called too."""
     moved = {(row[4], row[1]) for row in sampled(1).recorder.decisions if row[9] > 0.0}
@@ -86,6 +89,7 @@ def test_energy_comes_in_while_both_are_in_place_and_no_faster_than_it_can() -> 
         assert any(math.dist(at_m[middle_s, one], (x_m, y_m)) <= 2.0 for one in ("AUV03", "AUV04"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("keys", [(), ("channel.per=0.8",), (lost("AUV02", 700.0),), (lost("AUV00", 600.0),)])
 def test_nobody_takes_a_hole_for_bored_that_is_not(keys: tuple[str, ...]) -> None:
     """On a bad channel too, and where a helper is lost while it gives, or the head."""
@@ -97,6 +101,7 @@ def test_nobody_takes_a_hole_for_bored_that_is_not(keys: tuple[str, ...]) -> Non
     assert all(claimed[hole] >= bored_s[hole] for hole in claimed)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("keys", "says"),
     [

@@ -48,6 +48,7 @@ def claimed_too_early(of: Run) -> set[str]:
     return {hole for hole, time_s in claims if hole not in bored_s or time_s < bored_s[hole]}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("keys", [(), ("decision.weight_external=0.0",)])
 def test_who_surveys_a_site_at_a_berth_is_not_taken_for_a_charger(tmp_path: Path, keys: tuple[str, ...]) -> None:
     done = flown_with_sites_at_berths(tmp_path, 1, *keys)
@@ -55,6 +56,7 @@ def test_who_surveys_a_site_at_a_berth_is_not_taken_for_a_charger(tmp_path: Path
     assert not claimed_too_early(done)
 
 
+@pytest.mark.slow
 def test_a_drill_that_counts_time_in_place_of_measuring_claims_what_is_not_bored(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -106,6 +108,7 @@ def test_equipment_conforms(settings: Any, world: Energies, n: int) -> None:
     assert conformance.check(settings, AUV, world, [("Boring", "hole 1")], ResupplyMission.vocabulary) == n
 
 
+@pytest.mark.slow
 def test_a_vehicle_that_lost_its_memory_measures_its_battery_anew() -> None:
     """What it reads is what the truth has, and so it says of no hole that it is bored which is not."""
     done = sampled(1, 'fault=[{kind="restarts",vehicle="AUV03",at_s=700.0,until_s=760.0,memory="lost"}]')

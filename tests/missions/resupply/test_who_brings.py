@@ -41,6 +41,7 @@ def crowded_s(of: Run) -> int:
     return sum(any(sum(math.dist(one, at) < 15.0 for one in there) > 1 for at in berths_m) for there in at_m.values())
 
 
+@pytest.mark.slow
 def test_one_helper_lies_at_a_berth_and_the_others_keep_away(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where each goes by what is nearer, as in other missions, idle vehicles lie about the same berth."""
     assert crowded_s(sampled(1, OFF)) < 30
@@ -48,6 +49,7 @@ def test_one_helper_lies_at_a_berth_and_the_others_keep_away(monkeypatch: pytest
     assert crowded_s(anew(1, OFF)) > 200
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cause", ["leaves for others", "counts on who has nothing"])
 def test_one_vehicle_with_all_energy_helps_two_drills(monkeypatch: pytest.MonkeyPatch, cause: str) -> None:
     """It goes on until a battery is full, and counts on nobody to come who has nothing to give."""
@@ -59,6 +61,7 @@ def test_one_vehicle_with_all_energy_helps_two_drills(monkeypatch: pytest.Monkey
     assert anew(1, *ONE_STORE).end_s > sampled(1, *ONE_STORE, OFF).end_s + 50.0
 
 
+@pytest.mark.slow
 def test_nobody_helps_at_a_hole_whose_vehicle_is_lost(monkeypatch: pytest.MonkeyPatch) -> None:
     """The run ends once the others are home; a helper that did not see that nobody waits lay there for 1000 s more."""
     done = sampled(1, LOST)

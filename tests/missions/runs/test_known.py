@@ -240,20 +240,24 @@ def test_what_a_vehicle_gave_up_waiting_for_is_not_known_any_more(monkeypatch: p
 # What was known ----------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_what_is_rebuilt_is_what_was_known(tmp_path: Path) -> None:
     compare(scenario(*LOSS), 3, tmp_path / "run")
 
 
+@pytest.mark.slow
 def test_so_it_is_with_groups_that_are_formed_and_dissolved_at_sea() -> None:
     settings = ("channel.per=0.4", "finds.number=2", "finds.longest_stay_s=60")
     finished = compare(load("mapping-inspection", [("--set", one) for one in settings]), 3)
     assert {row[5] for row in finished.recorder.organisation} >= {"formed", "dissolved"}
 
 
+@pytest.mark.slow
 def test_under_faults_too() -> None:
     compare(scenario(*LOSS, *FAULTS), 5)
 
 
+@pytest.mark.slow
 def test_what_was_set_aside_is_known_once_it_is_taken_up() -> None:
     """A team's second takes the place of its lost head, and so belongs to another group besides."""
     lost = 'fault=[{kind="lost", vehicle="AUV00", at_s=300.0}]'
@@ -261,6 +265,7 @@ def test_what_was_set_aside_is_known_once_it_is_taken_up() -> None:
     compare(load("mapping-three-teams", [("--set", one) for one in settings]), 4)
 
 
+@pytest.mark.slow
 def test_what_was_pruned_before_a_ban_does_not_come_back() -> None:
     """A ban hides what is newer than its time, so that values count again that nobody has kept; and what it hides is
     not pruned. A vehicle that is away prunes nothing for as long."""

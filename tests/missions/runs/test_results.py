@@ -387,6 +387,7 @@ def digests(python: Path, hash_seed: str, out: Path) -> dict[str, str]:
     return {name: hashlib.sha256((out / f"{name}.parquet").read_bytes()).hexdigest() for name in COLUMNS}
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_bytes_in_every_process(tmp_path: Path):
     """Sets and dictionaries are laid out differently under another hash seed; no table may show it."""
     here = Path(sys.executable)

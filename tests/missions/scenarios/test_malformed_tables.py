@@ -56,6 +56,7 @@ def replaced(place: tuple[Any, ...], by: Any) -> str:
     return tomli_w.dumps(raw)
 
 
+@pytest.mark.slow
 @settings(max_examples=300)
 @given(st.sampled_from(places(POND)), JUNK)
 def test_junk_anywhere_is_a_fault_or_as_good_as_what_was_there(place: tuple[Any, ...], junk: Any) -> None:

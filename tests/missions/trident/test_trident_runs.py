@@ -52,6 +52,7 @@ def test_one_map_is_made_of_what_both_have_charted() -> None:
     assert metric(finished, "charted_fraction") == 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("service", ["IAUV00 arm", "ASV00 console"])
 def test_a_fixed_plan_stops_where_its_service_fails(service: str) -> None:
     assert recovered_s(run(response="fixed", failing=(service,))) == math.inf

@@ -48,6 +48,7 @@ def test_it_imports_nothing_of_ours_not_even_by_others() -> None:
     assert found.stdout.split() == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", RUNS)
 def test_runs_of_all_kinds_pass(case: str, tmp_path: Path) -> None:
     name, settings = RUNS[case]
@@ -59,6 +60,7 @@ def test_runs_of_all_kinds_pass(case: str, tmp_path: Path) -> None:
     assert report.checked["figures"] > 10
 
 
+@pytest.mark.slow
 def test_the_command_says_what_does_not_follow(tmp_path: Path) -> None:
     folder = tmp_path / "run"
     write_results(run(load("mapping-rendezvous", [("--set", "scenario.duration_s=60")]), 1), folder)

@@ -230,6 +230,7 @@ CASES: dict[str, tuple[str, Callable[[Path], None]]] = {
 """What is altered: the check that should name it, and how."""
 
 
+@pytest.mark.slow
 def test_the_untouched_folder_passes(made: Path) -> None:
     report = verify(made)
     assert list(report.lines) == []
@@ -243,6 +244,7 @@ def named(check: str, alter: Callable[[Path], None], made: Path, folder: Path) -
     return check in verify(folder).n_findings
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_what_is_altered_is_named(case: str, made: Path, tmp_path: Path) -> None:
     assert named(*CASES[case], made, tmp_path / "altered")

@@ -109,6 +109,7 @@ def test_a_library_that_is_missing_is_named(run: Results, tmp_path: Path, monkey
     assert export(run, "csv", tmp_path / "csv").counts["trajectories"] > 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("format", AT_HAND)
 def test_a_full_disk_leaves_nothing(run: Results, format: str, tmp_path: Path) -> None:
     """A file may have 2000 bytes at most, which is less than any export has; the system says so as a full disk does."""

@@ -97,6 +97,7 @@ def known_by(results: Results, vehicle: str, at_s: float, names: list[str]) -> d
     }
 
 
+@pytest.mark.slow
 def test_what_each_vehicle_knew_is_what_is_rebuilt_of_its_world_model(case: tuple[Results, bytes, Path]) -> None:
     results, data, folder = case
     names = [vehicle.name for vehicle in results.scenario.vehicle]

@@ -135,6 +135,7 @@ def test_a_damaged_scenario_is_named(tmp_path: Path) -> None:
 # Runs of all kinds --------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FICTIONS)
 def test_a_run_of_any_kind_is_shown(name: str, tmp_path: Path) -> None:
     """One lasts 0 s, one has empty tables, in one nobody moves."""
@@ -169,6 +170,7 @@ def test_short_runs_and_quiet_ones_are_shown(settings: tuple[str, ...], tmp_path
     assert told["seen"] == 3
 
 
+@pytest.mark.slow
 def test_sixty_four_vehicles_are_shown(tmp_path: Path) -> None:
     settings = "fleet.size=64", "scenario.duration_s=130", "channel.per=0.3"
     results = recorded(tmp_path / "run", *settings, scenario="mapping-patches")
@@ -330,6 +332,7 @@ def moved_by_signals(chain: list[dict[str, Any]]) -> bool:
     return any("of it by a signal" in link["text"] for link in chain[:1])
 
 
+@pytest.mark.slow
 def test_giving_up_is_traced_to_the_signal_that_caused_it(tmp_path: Path) -> None:
     """Every link is a row of the tables: the decision, the packet as it arrived, the packet as it was sent."""
     found = chains((), tmp_path)

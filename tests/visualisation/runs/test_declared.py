@@ -63,6 +63,7 @@ def test_labels_get_the_room_that_they_take(run: Results, monkeypatch: pytest.Mo
     assert any(text.endswith("\u2026") for text, _ in inscriptions(figure, monkeypatch))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("broken", "message"),
     [

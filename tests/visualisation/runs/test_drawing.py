@@ -23,6 +23,7 @@ def drawn(runs: dict[str, Results], name: str, kind: str) -> DrawnPage:
     return run_picture(runs[name], kind, DECLARED, FICTIONS[name].places)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ALL_KINDS)
 @pytest.mark.parametrize("name", FICTIONS)
 def test_texts_overlap_nothing_and_captions_hold_the_conditions_of_the_run(
@@ -37,6 +38,7 @@ def test_texts_overlap_nothing_and_captions_hold_the_conditions_of_the_run(
     check_texts(figure, monkeypatch)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("file_format", "kinds"), [("png", ALL_KINDS), ("svg", ALL_KINDS), ("pdf", ["trajectories"])])
 def test_the_same_results_give_the_same_bytes(
     tmp_path: Path, runs: dict[str, Results], file_format: str, kinds: list[str]

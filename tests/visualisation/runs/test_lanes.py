@@ -49,6 +49,7 @@ def fleet(tmp_path_factory: pytest.TempPathFactory) -> Results:
     return fiction.write(tmp_path_factory.mktemp("fleet") / "run")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "kind", ["roles", "satisfaction", "motivation", "htn", "knowledge", "delivery", "tdma", "links"]
 )

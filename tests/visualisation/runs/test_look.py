@@ -19,6 +19,7 @@ from visualisation.runs import draw_run_figures, run_picture
 ALL_KINDS = [*KINDS, FINDS.name]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ALL_KINDS)
 @pytest.mark.parametrize(
     ("name", "width_in"),

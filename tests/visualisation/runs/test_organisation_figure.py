@@ -137,6 +137,7 @@ def test_acts_are_marked_where_they_were_heard_of(tmp_path: Path) -> None:
     assert "Requests refused by AUV00 are crossed at 1 place." in caption
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width_in", [3.5, 7.2])
 def test_a_large_fleet_fits_a_page(tmp_path: Path, width_in: float) -> None:
     """Of 40 vehicles all of which hold five roles; roles of many holders count them, or groups are left out."""

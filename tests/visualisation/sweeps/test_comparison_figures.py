@@ -80,6 +80,7 @@ def test_texts_overlap_nothing_and_are_not_cut_off(
         check_texts(figure, monkeypatch)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SWEEPS)
 def test_every_mean_is_inside_the_frame(sweeps: dict[str, SweepResults], name: str) -> None:
     for title, figure in figures(sweeps[name]).items():
@@ -298,6 +299,7 @@ def test_a_bound_makes_nobodys_work_unequal(tmp_path: Path) -> None:
     assert "Unequal work" not in (tmp_path / "out" / "bytes.txt").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["seven strategies", "three channels", "strategies and policies"])
 def test_figures_are_as_wide_as_they_are_wanted(
     sweeps: dict[str, SweepResults], name: str, monkeypatch: pytest.MonkeyPatch
