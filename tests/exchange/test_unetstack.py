@@ -2,11 +2,11 @@
 
 import base64
 import json
-import select
 import socket
 import threading
 import time
 from collections.abc import Iterator
+from contextlib import suppress
 from typing import Any
 
 import pytest
@@ -28,52 +28,35 @@ class Modems:
         self.hosts: list[socket.socket | None] = [None] * n
         self.wanted: list[list[str]] = [[] for _ in range(n)]
         self.said: list[list[dict[str, Any]]] = [[] for _ in range(n)]
-        self.physical = "phy"
-        self._rest, self._air_s = [b""] * n, air_s
-        self._busy_until_s = [0.0] * n
-        self._due: list[tuple[float, int, dict[str, Any]]] = []
-        self._ends = threading.Event()
-        self._thread = threading.Thread(target=self._run)
-        self._thread.start()
+        self.physical, self._air_s, self._busy_until_s = "phy", air_s, [0.0] * n
+        for place in range(n):
+            threading.Thread(target=self._serve, args=(place,), daemon=True).start()
 
-    def _run(self) -> None:
-        while not self._ends.is_set():
-            hosts = [host for host in self.hosts if host is not None]
-            for ready in select.select(hosts, [], [], 0.002)[0]:
-                self._take(self.hosts.index(ready))
-            for place, server in enumerate(self.servers):
-                if self.hosts[place] is None and select.select([server], [], [], 0.0)[0]:
-                    self.hosts[place], self._rest[place], self.wanted[place] = server.accept()[0], b"", []
-            now_s = time.monotonic()
-            for due in [due for due in self._due if due[0] <= now_s]:
-                self._due.remove(due)
-                self.tell(due[1], due[2])
-
-    def _take(self, place: int) -> None:
-        host = self.hosts[place]
-        assert host is not None
-        try:
-            came = host.recv(65_536)
-        except OSError:  # the host has left without reading all
-            came = b""
-        if not came:
-            host.close()
+    def _serve(self, place: int) -> None:
+        while True:
+            try:
+                self.hosts[place], self.wanted[place] = self.servers[place].accept()[0], []
+            except OSError:  # switched off
+                return
+            with suppress(OSError), self.hosts[place].makefile("rb") as lines:  # a host may leave without reading all
+                for line in lines:
+                    self._take(place, json.loads(line))
             self.hosts[place] = None
-            return
-        *lines, self._rest[place] = (self._rest[place] + came).split(b"\n")
-        for line in lines:
-            said = json.loads(line)
-            self.said[place].append(said)
-            if said.get("action") == "agentForService":
+
+    def _take(self, place: int, said: dict[str, Any]) -> None:
+        self.said[place].append(said)
+        match said.get("action"):
+            case "agentForService":
                 assert said["service"] == "org.arl.unet.Services.PHYSICAL"
                 answer = {"id": said["id"], "inResponseTo": "agentForService"}
                 self.tell(place, {**answer, "agentID": self.physical} if self.physical else answer)
-            elif said.get("action") == "wantsMessagesFor":
+            case "wantsMessagesFor":
                 self.wanted[place] = said["agentIDs"]
-            elif said.get("action") == "send":
+            case "send":
                 self._transmit(place, said["message"])
 
     def _transmit(self, place: int, message: dict[str, Any]) -> None:
+        """Every second modem gives its bytes as numbers with a sign, as the protocol allows."""
         asked, now_s = message["data"], time.monotonic()
         assert message["clazz"] == "org.arl.unet.phy.TxFrameReq"
         assert (asked["type"], asked["to"], asked["recipient"]) == (DATA, EVERYBODY, "phy")
@@ -86,30 +69,24 @@ class Modems:
         if not is_fit:
             return
         self._busy_until_s[place] = now_s + self._air_s
-        for other in range(len(self.hosts)):
-            # every second modem gives its bytes as numbers with a sign, as the protocol allows
-            given = {"clazz": "[B", "data": base64.b64encode(data).decode()}
-            if other % 2:
-                given = [byte - 256 if byte > 127 else byte for byte in data]
-            heard = {"msgID": "2", "perf": "INFORM", "sender": "phy", "recipient": "#phy__ntf", "from": place, "to": 0}
-            heard |= {"type": DATA, "protocol": asked["protocol"], "data": given, "rxTime": 1}
-            if other != place:
-                self._due.append((now_s + self._air_s, other, sending("org.arl.unet.phy.RxFrameNtf", heard)))
+        signed = [byte - 256 if byte > 127 else byte for byte in data]
+        heard = {"msgID": "2", "perf": "INFORM", "sender": "phy", "recipient": "#phy__ntf", "from": place, "to": 0}
+        heard |= {"type": DATA, "protocol": asked["protocol"], "rxTime": 1}
+        heard["data"] = {"clazz": "[B", "data": base64.b64encode(data).decode()} if place else signed
+        told = sending("org.arl.unet.phy.RxFrameNtf", heard)
+        threading.Timer(self._air_s, self.tell, (1 - place, told)).start()
 
     def tell(self, place: int, value: dict[str, Any]) -> None:
         """Say something to a host; a notification to whoever wants those of the physical layer."""
         host = self.hosts[place]
-        if host is None or ("RxFrameNtf" in json.dumps(value) and "#phy__ntf" not in self.wanted[place]):
-            return
-        try:
-            host.sendall(json.dumps(value).encode() + b"\n")
-        except OSError:
-            self.hosts[place] = None
+        if host is not None and ("RxFrameNtf" not in json.dumps(value) or "#phy__ntf" in self.wanted[place]):
+            with suppress(OSError):
+                host.sendall(json.dumps(value).encode() + b"\n")
 
     def close(self) -> None:
-        self._ends.set()
-        self._thread.join()
         for open_one in (*self.servers, *(host for host in self.hosts if host is not None)):
+            with suppress(OSError):
+                open_one.shutdown(socket.SHUT_RDWR)
             open_one.close()
 
 
