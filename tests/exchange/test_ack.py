@@ -139,9 +139,7 @@ def random_exchange(seed: int, n_nodes: int = 5, n_slots: int = 80) -> list[tupl
 @example((5, random_exchange(0)))
 @example((5, random_exchange(1)))
 @example((3, random_exchange(2, 3)))
-def test_contents_and_beliefs_are_those_of_the_paper_and_never_false(
-    policy: AckPolicy, carrier_evidence: bool, exchange: tuple[int, list[tuple[Items, list[int]]]]
-) -> None:
+def test_contents_and_beliefs_are_those_of_the_paper_and_never_false(policy, carrier_evidence, exchange):
     n_nodes, slots = exchange
     vehicles, paper = Nodes(policy, n_nodes, carrier_evidence, 0), PaperFleet(policy, n_nodes, carrier_evidence)
     for slot, (receivers, births) in enumerate(slots):

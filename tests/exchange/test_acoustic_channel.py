@@ -40,9 +40,7 @@ def test_loss_grows_with_range(range_m: float, more_m: float, modem: object, fad
 
 
 @given(st.floats(100.0, 6000.0), st.floats(150.0, 190.0), st.floats(0.0, 20.0), st.floats(0.0, 1.0))
-def test_loss_falls_with_source_level_and_grows_with_noise_and_spreading(
-    range_m: float, level_db: float, wind_mps: float, shipping: float
-):
+def test_loss_falls_with_source_level_and_grows_with_noise_and_spreading(range_m, level_db, wind_mps, shipping):
     given = {"source_level_db": level_db, "wind_mps": wind_mps, "shipping": shipping}
     as_it_is = loss_at(range_m, **given)
     assert loss_at(range_m, **{**given, "source_level_db": level_db + 3.0}) <= as_it_is

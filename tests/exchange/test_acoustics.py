@@ -78,9 +78,7 @@ SPECTRA = [
 
 
 @pytest.mark.parametrize(("khz", "thorp", "warm", "cool", "sea", "calm", "storm"), SPECTRA, ids=[s[0] for s in SPECTRA])
-def test_absorption_and_noise_over_the_spectrum(
-    khz: float, thorp: float, warm: float, cool: float, sea: float, calm: float, storm: float
-):
+def test_absorption_and_noise_over_the_spectrum(khz, thorp, warm, cool, sea, calm, storm):
     assert thorp_db_per_km(khz) == pytest.approx(thorp, rel=CLOSE)
     assert francois_garrison_db_per_km(khz, 27.0, 35.0, 10.0, 8.1) == pytest.approx(warm, rel=1.1 * CLOSE)
     assert francois_garrison_db_per_km(khz, 10.0, 35.0, 100.0, 8.1) == pytest.approx(cool, rel=CLOSE)
@@ -98,9 +96,7 @@ def test_absorption_and_noise_over_the_spectrum(
         (25.0, 20.0, 100.0, 8.1, 3.6685),
     ],
 )
-def test_absorption_in_deep_and_in_warm_water(
-    khz: float, temperature_c: float, depth_m: float, ph: float, expected: float
-):
+def test_absorption_in_deep_and_in_warm_water(khz, temperature_c, depth_m, ph, expected):
     assert francois_garrison_db_per_km(khz, temperature_c, 35.0, depth_m, ph) == pytest.approx(expected, rel=CLOSE)
 
 
@@ -123,9 +119,7 @@ def test_noise_in_a_band_is_the_integral_of_its_density(low: float, width: float
         ((7.0, 17.0), 184.0, 2.0, {1.0: 37.02, 2.0: 29.36, 5.0: 16.46, 8.0: 7.45}),
     ],
 )
-def test_the_link_budget(
-    band_khz: tuple[float, float], source_db: float, spreading: float, snr_db_at_km: dict[float, float]
-):
+def test_the_link_budget(band_khz, source_db, spreading, snr_db_at_km):
     """Shipping 0.5, wind 5 m/s, absorption of Thorp at the centre of the band."""
     noise_db, centre_khz = noise_in_band_db(*band_khz, 0.5, 5.0), sum(band_khz) / 2.0
     band_hz = 1000.0 * (band_khz[1] - band_khz[0])

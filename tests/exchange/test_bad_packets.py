@@ -184,9 +184,7 @@ FORMS = [
 @pytest.mark.parametrize(("policy", "crc_bits", "key"), FORMS)
 @settings(max_examples=25)
 @given(draws=st.randoms(use_true_random=False))
-def test_any_bytes_are_a_packet_or_a_peers_fault(
-    policy: str, crc_bits: int, key: bytes | None, draws: random.Random
-) -> None:
+def test_any_bytes_are_a_packet_or_a_peers_fault(policy, crc_bits, key, draws):
     """None that is cut or longer is one; one with a bit turned is another, and none under a checksum or a key."""
     of = codec(policy, crc_bits, key)
     data = busy(of)
@@ -231,9 +229,7 @@ def test_no_bytes_take_long(policy: str, n_nodes: int) -> None:
 @pytest.mark.parametrize(("crc_bits", "key"), [(0, None), (16, None), (32, KEY)])
 @settings(max_examples=20)
 @given(draws=st.randoms(use_true_random=False))
-def test_whatever_a_vehicle_hears_it_goes_on_and_under_a_checksum_believes_nothing_of_it(
-    crc_bits: int, key: bytes | None, draws: random.Random
-) -> None:
+def test_whatever_a_vehicle_hears_it_goes_on_and_under_a_checksum_believes_nothing_of_it(crc_bits, key, draws):
     """Beside each packet of a fleet something bad; at the end all hold all, and damage was counted one by one."""
     fleet = ManagerFleet(3, "m-ack-repeat", codec=codec("m-ack-repeat", crc_bits, key))
     fleet.pass_frames(4)

@@ -1,6 +1,5 @@
 """Tables of observations as bytes: what comes out is what a packet would have carried."""
 
-import random
 from contextlib import suppress
 
 import numpy as np
@@ -11,7 +10,6 @@ from hypothesis import strategies as st
 from exchange import Observations, decode_observations, encode_observations
 from exchange.errors import ConfigurationError, PeerFault
 from remoras.testing.policies import MAPPED_CELL, POSITION, TBOX, codec_of, instances
-from worldmodel import Attribute
 
 N_NODES = 4
 CODEC = codec_of(N_NODES)
@@ -51,9 +49,7 @@ def assert_same(one: Observations, other: Observations) -> None:
 
 
 @given(st.sampled_from(TBOX.attributes), st.integers(0, 60), st.integers(0, 9), st.randoms(use_true_random=False))
-def test_a_table_arrives_as_it_was_sent_and_any_bytes_are_a_table_or_a_fault(
-    kind: Attribute, n_rows: int, seed: int, dice: random.Random
-):
+def test_a_table_arrives_as_it_was_sent_and_any_bytes_are_a_table_or_a_fault(kind, n_rows, seed, dice):
     told = table(kind.uid, n_rows, seed)
     data = encode_observations(CODEC, told)
     assert_same(decode_observations(CODEC, data), told)

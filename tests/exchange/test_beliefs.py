@@ -248,9 +248,7 @@ FOUND = [
 @example(FOUND[0])
 @example(FOUND[1])
 @example(Schedule(5, 3, 80, 0.5))
-def test_nobody_believes_what_is_false_and_all_come_to_know_all(
-    drive: type[Rules | Kernel | Managers], policy: AckPolicy, schedule: Schedule
-) -> None:
+def test_nobody_believes_what_is_false_and_all_come_to_know_all(drive, policy, schedule):
     play(drive(policy, schedule), schedule)
 
 

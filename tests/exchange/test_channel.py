@@ -76,9 +76,7 @@ def test_the_guard_suffices_at_the_end_of_the_range_too():
 
 
 @given(st.floats(0.0, 100.0), st.floats(0.1, 100.0), st.floats(0.0, 200.0), st.sampled_from([None, 0, 1, 2, 3]))
-def test_a_node_that_is_blacked_out_is_neither_heard_nor_hears(
-    from_s: float, lasts_s: float, now_s: float, node: int | None
-):
+def test_a_node_that_is_blacked_out_is_neither_heard_nor_hears(from_s, lasts_s, now_s, node):
     channel = BroadcastChannel(MODEM, Perfect(), 1, blackouts=(Blackout(from_s, from_s + lasts_s, node),))
     heard = {arrival.receiver for arrival in channel.transmit(0, 0, b"x", now_s, TOGETHER_M)}
     if not from_s <= now_s < from_s + lasts_s:
@@ -102,9 +100,7 @@ SIDES = st.lists(st.integers(0, 2), min_size=4, max_size=4)
 
 
 @given(SIDES, st.floats(0.0, 100.0), st.floats(0.1, 100.0), st.floats(0.0, 200.0), st.integers(0, 3))
-def test_nothing_passes_between_the_sides_of_a_cut_and_all_else_does(
-    side_of: list[int], from_s: float, lasts_s: float, now_s: float, sender: int
-):
+def test_nothing_passes_between_the_sides_of_a_cut_and_all_else_does(side_of, from_s, lasts_s, now_s, sender):
     sides = tuple(frozenset(node for node in range(4) if side_of[node] == side) for side in (1, 2))
     cut = Blackout(from_s, from_s + lasts_s, between=sides)
     channel = BroadcastChannel(MODEM, Perfect(), 1, blackouts=(cut,))

@@ -131,9 +131,7 @@ def bits_sent(packet: Packet, policy: AckPolicy, n_nodes: int) -> tuple[int, ...
 
 @settings(max_examples=100, deadline=None)
 @given(packets(), st.randoms(use_true_random=False), st.integers(0, 1000))
-def test_a_packet_arrives_as_it_was_sent_with_the_size_added_up_before(
-    made: tuple[Codec, AckPolicy, int, Packet], dice: random.Random, frame: int
-):
+def test_a_packet_arrives_as_it_was_sent_with_the_size_added_up_before(made, dice, frame):
     """In whatever order fragments are offered to the packing, at whatever ages; none takes more than its most."""
     codec, policy, n_nodes, packet = made
     start_s = 8.0 * frame

@@ -77,9 +77,7 @@ SEEDS = st.integers(0, 2**32)
     st.dictionaries(st.integers(0, 30), st.integers(0, 2), max_size=4),
     st.sampled_from([248, 512]),
 )
-def test_after_losses_and_restarts_all_open_each_other(
-    seed: int, per: float, restarts: dict[int, int], payload_bits: int
-) -> None:
+def test_after_losses_and_restarts_all_open_each_other(seed, per, restarts, payload_bits):
     """At 50 % one of four pairs of slots, a complaint and its answer, passes: of 45 such pairs none with 2e-6."""
     processes, _ = mission(seed, per, restarts, payload_bits, 100)
     assert all(one.known == {0, 1, 2} - {one.me} for one in processes)

@@ -98,9 +98,7 @@ ASKED = st.lists(st.tuples(st.integers(0, 120), st.integers(0, 2), st.integers(3
 
 
 @given(RATES, ASKED, st.integers(0, 2**62))
-def test_the_state_is_a_pure_function_whatever_was_asked_before(
-    rates: tuple[float, float], asked: list[tuple[int, int, int]], seed: int
-):
+def test_the_state_is_a_pure_function_whatever_was_asked_before(rates, asked, seed):
     one = GilbertElliott(*rates, PER_GOOD, PER_BAD, seed)
     assert [one.is_bad(*each) for each in asked] == [walked(one, *each) for each in asked]
 
@@ -110,9 +108,7 @@ def lost_packets(link: LinkModel, n_slots: int = 300) -> set[int]:
 
 
 @given(RATES, st.floats(0.0, 1.0), st.floats(0.0, 1.0), st.floats(0.0, 1.0))
-def test_a_worse_channel_of_the_same_seed_loses_what_the_better_one_does_and_more(
-    rates: tuple[float, float], a: float, b: float, c: float
-):
+def test_a_worse_channel_of_the_same_seed_loses_what_the_better_one_does_and_more(rates, a, b, c):
     p_gb, p_bg = rates
     per_good, per_bad, worse = sorted((a, b, c))
     better = lost_packets(GilbertElliott(p_gb, p_bg, per_good, per_bad, 5))

@@ -170,9 +170,7 @@ BAD_CSV = [
 
 
 @pytest.mark.parametrize(("part", "by", "line", "says"), BAD_CSV)
-def test_a_csv_that_is_no_network_is_refused_by_its_line(
-    tmp_path: Path, part: str, by: str, line: int | None, says: str
-) -> None:
+def test_a_csv_that_is_no_network_is_refused_by_its_line(tmp_path, part, by, line, says):
     file = tmp_path / "bad.csv"
     file.write_text(CSV.replace(part, by, 1), encoding="utf-8")
     (fault,) = NetworkChannel(network=str(file)).misfits(fleet(2))

@@ -174,9 +174,7 @@ def test_what_is_older_than_its_time_to_live_is_not_said_any_more() -> None:
         (Terms(acknowledged=False), Terms(60.0), True, 61.0, []),
     ],
 )
-def test_what_was_said_once_goes_to_whom_it_was_not_for(
-    before: Terms, now: Terms, is_new_need: bool, now_s: float, again: list[int]
-) -> None:
+def test_what_was_said_once_goes_to_whom_it_was_not_for(before, now, is_new_need, now_s, again):
     """Who comes to need it, or needs it acknowledged, has it while it is of use; whom it was for, not twice."""
     queue = Queue()
     waiting = take(queue, 0, terms=before)

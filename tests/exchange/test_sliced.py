@@ -73,9 +73,7 @@ def test_fleets_that_fill_the_words_of_draws() -> None:
 @example(5, 0.7, 130, 1, 5, 0, False, ["mps-ack-repeat", "ack"])
 @example(2, 0.85, 200, 0, 200_000, 9_999, True, ["ack-repeat"])
 @settings(max_examples=60, deadline=None)
-def test_whatever_is_asked(
-    n_nodes: int, per: float, trials: int, seed: int, max_slots: int, first_trial: int, evidence: bool, names: list[str]
-) -> None:
+def test_whatever_is_asked(n_nodes, per, trials, seed, max_slots, first_trial, evidence, names):
     """Also trials that come to their bound, in the middle of a frame or at its end."""
     study = ExchangeStudy(
         n_nodes, (per,), None, tuple(names), trials, carrier_evidence=evidence, seed=seed, max_slots=max_slots
@@ -102,9 +100,7 @@ def test_only_a_single_item_that_fits_is_sliced() -> None:
 
 
 @given(SEEDS, st.integers(0, 1 << 40), st.integers(0, 63), st.integers(0, 63), st.floats(0.0, 1.0))
-def test_a_threshold_divides_draws_where_the_probability_does(
-    seed: int, slot: int, sender: int, receiver: int, p_loss: float
-) -> None:
+def test_a_threshold_divides_draws_where_the_probability_does(seed, slot, sender, receiver, p_loss):
     key = slot_key(trial_key(seed, 0), slot)
     draw, uniform = link_draw(key, sender, receiver), link_uniform(key, sender, receiver)
     assert draw * 2.0**-53 == uniform

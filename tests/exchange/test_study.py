@@ -181,9 +181,7 @@ def test_intervals_cover_the_truth_as_often_as_they_say() -> None:
         ({"load": workload_named("poisson:1"), "max_slots": 100}, "warm-up and window"),
     ],
 )
-def test_what_cannot_be_is_refused_with_what_was_given_and_what_is_allowed(
-    settings: dict[str, Any], message: str
-) -> None:
+def test_what_cannot_be_is_refused_with_what_was_given_and_what_is_allowed(settings, message):
     with pytest.raises(ConfigurationError, match=message):
         ExchangeStudy(**settings)
 

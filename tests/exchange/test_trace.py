@@ -128,9 +128,7 @@ def test_files_that_cannot_be_read_are_refused(tmp_path: Path, file: Path):
         ({"duration_s": 43.0}, "ends at 42 s, the run at 43 s: set scenario.duration_s .*, or channel.repeat = true"),
     ],
 )
-def test_a_trace_of_another_fleet_or_a_shorter_time_is_one_clear_fault(
-    file: Path, changed: dict[str, object], says: str
-):
+def test_a_trace_of_another_fleet_or_a_shorter_time_is_one_clear_fault(file, changed, says):
     (fault,) = TraceChannel(file=str(file)).misfits(replace(POND, **changed))  # type: ignore[arg-type]
     assert fault.key == "file"
     assert fault.given == f'"{file}"'
