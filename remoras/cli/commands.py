@@ -23,7 +23,7 @@ HOMES = {
     "compare": "sweeps", "benchmark": "benchmark", "check": "benchmark", "verify": "verify",
     "stress": "stress", "exchange-study": "policies",
     "link-budget": "budgets", "network": "networks", "bursts": "bursts", "node": "nodes", "swarm": "nodes",
-    "replay-log": "nodes", "plan": "planning", "explain": "files", "doctor": "files",
+    "replay-log": "nodes", "explain": "files", "doctor": "files",
 }  # fmt: skip
 """Module of each command, below ``remoras.cli``; commands in the order in which one comes to use them."""
 MAKERS: dict[str, Callable[[], TyperCommand]] = {}

@@ -2,9 +2,8 @@
 
 An *abstract* task has methods, tried in the order in which the domain lists them; a method turns it into a sequence of
 tasks, or into one sequence after another if it leaves something open. An *elementary* task has an operator: a test,
-the facts that it makes true, and a cost. ``plan`` searches depth first, left to right, and backtracks; it returns a
-``Plan``, which is the tree of its tasks, or a ``NoPlan``. ``plan_in_turns`` lets a best-first search take turns with
-it, for problems in which an early choice goes wrong. ``check_plan`` says whether a plan is legal, on its own. An
+and the facts that it makes true. ``plan`` searches depth first, left to right, and backtracks; it returns a
+``Plan``, which is the tree of its tasks, or a ``NoPlan``. ``check_plan`` says whether a plan is legal, on its own. An
 ``Execution`` carries a plan out, and plans the branch anew in which a step fails.
 
 Facts are a read-only mapping from keys to values (``facts.get(key)``); those whose keys are tuples can be asked for by
@@ -14,16 +13,14 @@ are the facts the plan *rests on*. If one of them changes, another plan may come
 There is no global domain and no state between calls: any number of planners may run side by side.
 """
 
-from remoras.htn.domain import ACHIEVE, Domain, Expected, Method, Operator, Task
+from remoras.htn.domain import Domain, Expected, Method, Operator, Task
 from remoras.htn.execution import Branch, Execution, Status
 from remoras.htn.facts import ANY, FactIndex, Facts, FactsLike
 from remoras.htn.plans import Node, NoPlan, Plan, Step
-from remoras.htn.portfolio import plan_in_turns
 from remoras.htn.search import plan
 from remoras.htn.validation import Verdict, check_plan
 
 __all__ = [
-    "ACHIEVE",
     "ANY",
     "Branch",
     "Domain",
@@ -43,5 +40,4 @@ __all__ = [
     "Verdict",
     "check_plan",
     "plan",
-    "plan_in_turns",
 ]

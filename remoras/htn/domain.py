@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
 from remoras.errors import PlanningError
-from remoras.htn.facts import FactsLike, Key, is_met
-
-ACHIEVE = "Achieve"
-"""Abstract task that makes one fact true: ``Achieve(key, value)``; a domain that plans for goals has methods for it."""
-GOAL = "Goal"
-"""Abstract task that makes all facts of a goal true at once; the planner brings its methods."""
+from remoras.htn.facts import FactsLike, Key
 
 
 class Task(NamedTuple):
@@ -86,7 +80,6 @@ class Operator:
         applicable: test on the facts; asked by the planner, and again when the task starts.
         effects: facts by key; one that becomes None is not known any more, one that becomes ANY has some value. The
             task has ended when they hold; one without effects ends as it is carried out.
-        cost: of one execution, at least 0; a number, or ``cost(facts, *args)``.
         handler: name of what carries it out; that of the task if left out.
         expected: ``expected(facts, *args)``, time and energy, asked when the task starts; None where nobody can tell.
         lasts: True if it goes on as long as the plan has it, whatever its effects.
@@ -95,7 +88,6 @@ class Operator:
     name: str
     applicable: Callable[..., bool] = always
     effects: Callable[..., Mapping[Key, Any]] = nothing
-    cost: float | Callable[..., float] = 1.0
     handler: str = ""
     expected: Callable[..., Expected | None] = at_once
     lasts: bool = False
@@ -109,17 +101,6 @@ class Operator:
     def has_effects(self) -> bool:
         """True unless it changes no fact."""
         return self.effects is not nothing
-
-    def cost_of(self, facts: FactsLike, task: Task) -> float:
-        """The cost of carrying out ``task`` here.
-
-        Raises:
-            PlanningError: it is negative or no number.
-        """
-        cost = self.cost(facts, *task.args) if callable(self.cost) else self.cost
-        if not cost >= 0.0:
-            raise PlanningError(f"task {task} costs {cost!r}; a cost is a number of at least 0")
-        return cost
 
 
 @dataclass(frozen=True)
@@ -159,7 +140,7 @@ class Domain:
             }
             for name, methods in self.methods.items()
         }  # fmt: skip
-        found = {GOAL}
+        found: set[str] = set()
         for name in below:
             met: set[str] = set()
             due = [name]
@@ -184,8 +165,6 @@ def _faults(domain: Domain) -> Iterator[str]:
     empty = sorted(name for name, methods in domain.methods.items() if not methods)
     if empty:
         yield f"abstract tasks need a method, these have none: {', '.join(empty)}"
-    if GOAL in domain.methods or GOAL in domain.operators:
-        yield f"task {GOAL} is the planner's own; name yours otherwise, and give methods for {ACHIEVE}(key, value)"
     known = set(domain.tasks())
     for task, methods in domain.methods.items():
         for method in methods:
@@ -195,9 +174,6 @@ def _faults(domain: Domain) -> Iterator[str]:
                     f"method {method.name!r} of task {task} uses {', '.join(unknown)}, not in the domain, "
                     f"which has: {', '.join(sorted(known))}"
                 )
-    for operator in domain.operators.values():
-        if not callable(operator.cost) and not 0.0 <= operator.cost < math.inf:
-            yield f"task {operator.name} costs {operator.cost!r}; a cost is a number of at least 0"
     yield from (
         f"endless recursion: every method of {chain[0]} leads to {' > '.join(chain)}" for chain in _rings(domain)
     )
@@ -224,15 +200,3 @@ def _rings(domain: Domain) -> Iterator[tuple[str, ...]]:
         if name in chain:
             yield (*chain[chain.index(name) :], name)
         told.update(chain)
-
-
-def goal_methods(domain: Domain) -> tuple[Method, ...]:
-    """The methods of ``Goal``: it is met, or one of the facts that lack is achieved and the rest after it."""
-
-    def achieve(facts: FactsLike, wanted: tuple[tuple[Key, Any], ...]) -> Iterator[Decomposition]:
-        for fact in wanted:
-            if not is_met(facts, (fact,)):
-                yield [Task(ACHIEVE, fact), Task(GOAL, (wanted,))]
-
-    met = Method("met", lambda facts, wanted: [], is_met, ())
-    return (met, Method("achieve", achieve, uses=(ACHIEVE, GOAL))) if ACHIEVE in domain.methods else (met,)

@@ -38,15 +38,11 @@ class Plan:
             of execution. A task whose method has no subtasks is here too. Ancestors are shared, not copied.
         rests_on: keys of all facts that the search looked up.
         patterns: all patterns that the search asked for.
-        cost: of all steps.
-        is_cheapest: True if the search has shown that no plan costs less.
     """
 
     nodes: tuple[Node, ...]
     rests_on: frozenset[Any]
     patterns: frozenset[Pattern] = frozenset()
-    cost: float = 0.0
-    is_cheapest: bool = False
 
     @cached_property
     def steps(self) -> tuple[Step, ...]:

@@ -10,25 +10,21 @@ This loses plans in which a task must repeat in one state. So if it has given so
 used half of the expansions, the search starts again without this rule and with bounded depth: 8, 16, 32 levels, ...
 
 **No work twice.** Which plans complete an agenda depends on the state alone, as its ancestors do not change. Whoever
-comes to the same agenda in the same state a second time has failed there before, and turns back. Where the cheapest
-plan is sought, this holds for whoever comes at no lower cost.
-
-**Cheapest.** Costs are not negative, so a plan in the making that costs as much as the best one found is given up.
+comes to the same agenda in the same state a second time has failed there before, and turns back.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from types import GeneratorType
 from typing import Any
 
 from remoras.collecting import rare_collections
-from remoras.htn.domain import GOAL, Decomposition, Domain, Method, Operator, Task, always, goal_methods, nothing
+from remoras.htn.domain import Decomposition, Domain, Operator, Task, always, nothing
 from remoras.htn.errors import endless, unknown_task, wrong_subtasks
-from remoras.htn.facts import Facts, FactsLike, Key
+from remoras.htn.facts import Facts, FactsLike
 from remoras.htn.plans import ROOT, Node, NoPlan, Plan
 
 FIRST_DEPTH = 8
@@ -38,24 +34,22 @@ NO_OTHERS: Iterator[Decomposition] = iter(())
 
 _node = partial(tuple.__new__, Node)
 Agenda = list[Any]
-"""A task to be done: [task, place of the task above, depth, agenda behind it, costs by word at which it was met]."""
+"""A task to be done: [task, place of the task above, depth, agenda behind it, states in which it was met]."""
 DEAD_END: Agenda = []
 Way = tuple[str | None, tuple[Task, ...]]
 """How a task is decomposed: the name of a method, and the subtasks that it gave."""
 _Open = tuple[int, int, Any]
 """A task that was entered: its place, the length of the trail, and an earlier one of the same name and arguments."""
-_Choice = tuple[Agenda, int, Iterator[Decomposition], int, int, int, float]
+_Choice = tuple[Agenda, int, Iterator[Decomposition], int, int, int]
 """Another way after a dead end: agenda, next method, other decompositions of the last one; lengths of nodes, trail and
-entered tasks, and the cost, as they were."""
+entered tasks, as they were."""
 
 
 @dataclass
 class _Known:
     """What all searches for one plan have found out."""
 
-    is_cheapest: bool
     nodes: tuple[Node, ...] | None = None
-    cost: float = math.inf
     dead_ends: list[Task] = field(default_factory=list)
     loop: tuple[Task, ...] = ()
 
@@ -85,7 +79,6 @@ class _Search:
         self.has_given_up = False
         self._domain = domain
         self._methods = domain.methods
-        self._goal: tuple[Method, ...] = ()
         self._facts = facts
         self._known = known
         self._depth_limit = depth_limit
@@ -98,22 +91,19 @@ class _Search:
         self._open_in: dict[tuple[Task, int], int] = {}
         self._entered: list[Any] = []
         self._choices: list[_Choice] = []
-        self._cost = 0.0
         self._agenda = _agenda(tasks, ROOT, 0, None)
 
     def run(self, max_expansions: int) -> int:
-        """Search to the first plan, or to the end if the cheapest is sought; returns the expansions that it took."""
+        """Search for the first plan; returns the expansions that it took."""
         operator_of, recursive = self._domain.operators.get, self._domain.recursive
         perform, enter, decompose = self._perform, self._enter, self._decompose
         agenda = self._agenda
         for n_expansions in range(max_expansions):
             if agenda is None:
-                self._known.nodes, self._known.cost = self._tree(), self._cost
-                agenda = DEAD_END
-                if not self._known.is_cheapest:
-                    self.has_ended = True
-                    return n_expansions
-            elif (operator := operator_of(agenda[0][0])) is not None:
+                self._known.nodes = self._tree()
+                self.has_ended = True
+                return n_expansions
+            if (operator := operator_of(agenda[0][0])) is not None:
                 agenda = perform(agenda, operator)
             elif self._depth_limit is not None or agenda[0][0] in recursive:
                 agenda = enter(agenda)
@@ -143,19 +133,15 @@ class _Search:
 
     def _perform(self, agenda: Agenda, operator: Operator) -> Agenda | None:
         task, parent, _, behind, _ = agenda
-        facts, known, args = self._facts, self._known, task[1]
+        facts, args = self._facts, task[1]
         if operator.applicable is not always and not operator.applicable(facts, *args):
-            return self._dead_end(task)
-        price = operator.cost
-        self._cost += price if price.__class__ is float else operator.cost_of(facts, task)
-        if self._cost >= known.cost:
             return self._dead_end(task)
         if operator.effects is not nothing:
             facts.make_true(operator.effects(facts, *args))
         self._tasks.append(task)
         self._taken.append(None)
         self._parents.append(parent)
-        return behind if not known.dead_ends or self._is_new(behind) else DEAD_END
+        return behind if not self._known.dead_ends or self._is_new(behind) else DEAD_END
 
     def _enter(self, agenda: Agenda) -> Agenda | None:
         """Decompose a task that is met for the first time, unless that is a loop, or lies too deep."""
@@ -215,7 +201,9 @@ class _Search:
         task, parent, depth, behind, _ = agenda
         name, args = task
         facts = self._facts
-        methods = self._methods.get(name) or self._methods_of(task)
+        methods = self._methods.get(name)
+        if methods is None:
+            raise unknown_task(task, self._domain)
         barred = self._without if parent == ROOT else ()
         while True:
             subtasks: Any = None if others is NO_OTHERS else next(others, None)
@@ -241,7 +229,7 @@ class _Search:
         place = len(self._tasks)
         if others is not NO_OTHERS or next_method < len(methods):
             n_trail, n_entered = len(facts.trail), len(self._entered)
-            self._choices.append((agenda, next_method, others, place, n_trail, n_entered, self._cost))
+            self._choices.append((agenda, next_method, others, place, n_trail, n_entered))
         self._tasks.append(task)
         self._taken.append(method.name)
         self._parents.append(parent)
@@ -255,18 +243,11 @@ class _Search:
             behind = [subtask, place, depth, behind, None]
         return behind  # type: ignore[no-any-return]
 
-    def _methods_of(self, task: Task) -> tuple[Method, ...]:
-        """The planner's own for goals."""
-        if task.name == GOAL:
-            self._goal = self._goal or goal_methods(self._domain)
-            return self._goal
-        raise unknown_task(task, self._domain)
-
     def _turn_back(self) -> Agenda | None:
         """Go on with the last choice that has another way; DEAD_END if there is none."""
         choices, entered = self._choices, self._entered
         while choices:
-            agenda, next_method, others, n_nodes, n_trail, n_entered, self._cost = choices.pop()
+            agenda, next_method, others, n_nodes, n_trail, n_entered = choices.pop()
             del self._tasks[n_nodes:], self._taken[n_nodes:], self._parents[n_nodes:]
             self._facts.undo(n_trail)
             while len(entered) > n_entered:
@@ -282,18 +263,17 @@ class _Search:
         return DEAD_END
 
     def _is_new(self, agenda: Agenda | None) -> bool:
-        """True unless the search came to this agenda in this state before, at no higher cost."""
+        """True unless the search came to this agenda in this state before."""
         # It comes here again only by a choice below the task of which this is the rest: that one finds it noted.
         if agenda is None or (agenda[4] is None and not (self._choices and self._choices[-1][3] > agenda[1])):
             return True
-        cost = self._cost if self._known.is_cheapest else 0.0
         word = self._facts.word(len(self._facts.trail))
         if agenda[4] is None:
-            agenda[4] = {word: cost}
-        elif agenda[4].get(word, math.inf) <= cost:
+            agenda[4] = {word}
+        elif word in agenda[4]:
             return False
         else:
-            agenda[4][word] = cost
+            agenda[4].add(word)
         return True
 
     def _above(self, place: int, highest: int = 0) -> Iterator[tuple[Task, int]]:
@@ -321,10 +301,8 @@ def _agenda(tasks: Sequence[Task], place: int, depth: int, behind: Agenda | None
 def plan(
     domain: Domain,
     facts: FactsLike,
-    tasks: Task | Sequence[Task] = (),
+    tasks: Task | Sequence[Task],
     *,
-    goal: Mapping[Key, Any] | None = None,
-    cheapest: bool = False,
     max_expansions: int = 200_000,
     without: Collection[Way] = (),
 ) -> Plan | NoPlan:
@@ -335,15 +313,12 @@ def plan(
         facts: what is known; only looked up, never changed. To be asked by pattern they are a mapping; a ``FactIndex``
             is sorted once for any number of plans.
         tasks: to be done, one or several in order.
-        goal: facts that hold after the tasks. Those that do not are achieved by the domain's methods for
-            ``Achieve(key, value)``; without such methods the tasks alone must bring them about.
-        cheapest: seek the plan of least cost, not the first; ``Plan.is_cheapest`` says whether that was shown.
         max_expansions: bound on the tasks looked at; if it is reached without a plan, that is a PlanningError.
         without: ways, each a method's name and the subtasks that it gave, by which the tasks asked for are not to be
             decomposed, though tasks below them may be.
 
     Returns:
-        The first plan found, methods and decompositions in their order, or the cheapest; or NoPlan.
+        The first plan found, methods and decompositions in their order; or NoPlan.
 
     Raises:
         PlanningError: a task is not in the domain, or the bound is reached; with the chain of an endless recursion.
@@ -356,25 +331,20 @@ def plan(
     frozenset({'deep'})
     """
     wanted = (tasks,) if isinstance(tasks, Task) else tuple(tasks)
-    if goal is not None:
-        wanted = (*wanted, Task(GOAL, (tuple(goal.items()),)))
     view = Facts(facts)
-    known = _Known(cheapest)
+    known = _Known()
     search = _Search(domain, view, wanted, None, known, without)
     left = max_expansions - search.run(max_expansions - max_expansions // 2)
-    if known.nodes is not None and not search.has_ended:
-        left -= search.run(left)
     chain = search.chain()
     depth_limit = FIRST_DEPTH
-    while search.may_have_missed() and left > 0 and (cheapest or known.nodes is None):
+    while search.may_have_missed() and left > 0 and known.nodes is None:
         search.take_back()
         search = _Search(domain, view, wanted, depth_limit, known, without)
         left -= search.run(left)
         depth_limit *= 2
-    is_complete = not search.may_have_missed()
-    if known.nodes is None and not is_complete:
+    if known.nodes is None and search.may_have_missed():
         raise endless(wanted, max_expansions, known.loop, chain)
     rests_on, patterns = frozenset(view.read | view.compared), frozenset(view.patterns)
     if known.nodes is None:
         return NoPlan(wanted[0], rests_on, tuple(known.dead_ends), patterns)
-    return Plan(known.nodes, rests_on, patterns, known.cost, cheapest and is_complete)
+    return Plan(known.nodes, rests_on, patterns)

@@ -5,13 +5,12 @@ Nothing here is shared with the search: states are plain dictionaries, patterns 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from remoras.htn.domain import GOAL, Domain, Method, Task, goal_methods
-from remoras.htn.facts import FactsLike, Key, Pattern, fits, is_met
+from remoras.htn.domain import Domain, Method, Task
+from remoras.htn.facts import FactsLike, Key, Pattern, fits
 from remoras.htn.plans import ROOT, Node, Plan
 
 
@@ -20,7 +19,7 @@ class Verdict:
     """What is wrong with a plan.
 
     Attributes:
-        execution: why its elementary tasks cannot be carried out or miss the goal; empty if they are legal.
+        execution: why its elementary tasks cannot be carried out; empty if they are legal.
         decomposition: why its tree is no decomposition of the tasks asked for; empty if it is one.
     """
 
@@ -56,41 +55,29 @@ class _State:
         self._made.update(effects)
 
 
-def check_plan(
-    domain: Domain,
-    facts: FactsLike,
-    tasks: Task | Sequence[Task],
-    plan: Plan,
-    *,
-    goal: Mapping[Key, Any] | None = None,
-) -> Verdict:
+def check_plan(domain: Domain, facts: FactsLike, tasks: Task | Sequence[Task], plan: Plan) -> Verdict:
     """Whether ``plan`` is a legal execution, and its tree a legal decomposition.
 
     Args:
         domain: operators and methods.
         facts: that hold at first; a mapping if methods ask by pattern.
         tasks: that were to be done.
-        plan: to be checked; nothing but its nodes and its cost is looked at.
-        goal: facts that must hold in the end.
+        plan: to be checked; nothing but its nodes is looked at.
 
     >>> domain = Domain.of([], {"wait": [Method.fixed("do nothing")]})
     >>> check_plan(domain, {}, Task("wait"), Plan((Node(Task("wait"), "do nothing", ROOT),), frozenset())).is_valid
     True
     """
     wanted = [tasks] if isinstance(tasks, Task) else list(tasks)
-    methods = {**domain.methods, GOAL: goal_methods(domain)}
-    if goal is not None:
-        wanted.append(Task(GOAL, (tuple(goal.items()),)))
     state = _State(facts)
     execution: list[str] = []
     decomposition = list(_misplaced(plan.nodes))
     below = _below(plan.nodes) if not decomposition else {}
     if not decomposition and (roots := below[ROOT]) != wanted:
         decomposition.append(f"the plan is for {_named(roots)}, asked for was {_named(wanted)}")
-    cost = 0.0
     for place, (task, method, _) in enumerate(plan.nodes):
         if method is not None:
-            if below and (fault := _unlike(methods.get(task.name, ()), method, task, below[place], state)):
+            if below and (fault := _unlike(domain.methods.get(task.name, ()), method, task, below[place], state)):
                 decomposition.append(f"node {place}: {fault}")
             continue
         operator = domain.operators.get(task.name)
@@ -99,14 +86,7 @@ def check_plan(
         elif not operator.applicable(state, *task.args):
             execution.append(f"node {place}: {task} is not possible where it stands")
         else:
-            cost += operator.cost_of(state, task)
             state.update(operator.effects(state, *task.args))
-    if not execution:
-        lacking = [f"{key} = {value}" for key, value in (goal or {}).items() if not is_met(state, ((key, value),))]
-        if lacking:
-            execution.append(f"in the end the goal is not met: {', '.join(lacking)}")
-        if not math.isclose(cost, plan.cost, abs_tol=1e-9):
-            execution.append(f"the plan says that it costs {plan.cost:g}, its steps cost {cost:g}")
     return Verdict(tuple(execution), tuple(decomposition))
 
 

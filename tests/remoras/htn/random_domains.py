@@ -1,10 +1,10 @@
 """Small random domains, recursion and all, and a planner that goes through everything to hold the real one against.
 
-States are sets of propositions, tasks have no arguments. The brute force keeps (tasks to be done, state) in a heap by
-cost, so the first plan that it completes is a cheapest one; nothing is shared with the planner.
+States are sets of propositions, tasks have no arguments. Brute force goes through (tasks to be done, state) breadth
+first; nothing is shared with the planner.
 """
 
-import heapq
+from collections import deque
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -21,11 +21,10 @@ Raw = Mapping[str, Any]
 
 condition = st.none() | st.tuples(st.sampled_from(KEYS), st.booleans())
 effects = st.dictionaries(st.sampled_from(KEYS), st.booleans(), max_size=2)
-operators = st.fixed_dictionaries({name: st.tuples(condition, effects, st.integers(0, 3)) for name in ELEMENTARY})
+operators = st.fixed_dictionaries({name: st.tuples(condition, effects) for name in ELEMENTARY})
 alternative = st.tuples(condition, st.lists(st.sampled_from((*ELEMENTARY, *ABSTRACT)), max_size=3))
 methods = st.fixed_dictionaries({name: st.lists(alternative, min_size=1, max_size=3) for name in ABSTRACT})
 worlds = st.dictionaries(st.sampled_from(KEYS), st.booleans())
-goals = st.dictionaries(st.sampled_from(KEYS), st.booleans(), max_size=1)
 
 
 def holds(test: Any, facts: Any) -> bool:
@@ -37,8 +36,8 @@ def domain_of(elementary: Raw, abstract: Raw, *, lazily: bool) -> Domain:
     """The domain; ``lazily``: one method per task that gives all decompositions, instead of one method for each."""
 
     def operator(name: str) -> Operator:
-        test, changes, cost = elementary[name]
-        return Operator(name, lambda facts: holds(test, facts), lambda facts: changes, float(cost))
+        test, changes = elementary[name]
+        return Operator(name, lambda facts: holds(test, facts), lambda facts: changes)
 
     def one(number: int, test: Any, tasks: Sequence[str]) -> Method:
         return Method(str(number), lambda facts: [Task(task) for task in tasks], lambda facts: holds(test, facts))
@@ -59,46 +58,37 @@ def domain_of(elementary: Raw, abstract: Raw, *, lazily: bool) -> Domain:
 
 
 class Brute(NamedTuple):
-    """Cost of a cheapest plan, None if none was found; whether nothing was left out."""
+    """Whether there is a plan; whether nothing was left out."""
 
-    cost: float | None
+    exists: bool
     is_complete: bool
 
 
-def brute_force(elementary: Raw, abstract: Raw, world: Raw, tasks: Sequence[str], goal: Raw) -> Brute:
-    """Go through all (tasks to be done, state) of at most MAX_TASKS tasks, cheapest first."""
-    start = tuple(tasks), frozenset(key for key, value in world.items() if value)
-    heap: list[tuple[float, int, Any]] = [(0.0, 0, start)]
+def brute_force(elementary: Raw, abstract: Raw, world: Raw, tasks: Sequence[str]) -> Brute:
+    """Go through all (tasks to be done, state) of at most MAX_TASKS tasks."""
+    due = deque([(tuple(tasks), frozenset(key for key, value in world.items() if value))])
     seen = set()
     is_complete = True
-    number = 0
-    while heap:
-        cost, _, (left, state) = heapq.heappop(heap)
+    while due:
+        left, state = due.popleft()
         if (left, state) in seen:
             continue
         if len(seen) == MAX_CONFIGURATIONS:
-            return Brute(None, False)
+            return Brute(False, False)
         seen.add((left, state))
         if not left:
-            if all((key in state) == value for key, value in goal.items()):
-                return Brute(cost, is_complete)
-            continue
+            return Brute(True, is_complete)
         first, rest = left[0], left[1:]
         facts = dict.fromkeys(state, True)
-        following: list[tuple[float, Any]] = []
+        following: list[tuple[tuple[str, ...], frozenset[str]]] = []
         if first in elementary:
-            test, changes, price = elementary[first]
+            test, changes = elementary[first]
             if holds(test, facts):
-                after = (state | {key for key in changes if changes[key]}) - {
-                    key for key in changes if not changes[key]
-                }
-                following.append((cost + price, (rest, after)))
+                true = {key for key, value in changes.items() if value}
+                following.append((rest, (state | true) - (changes.keys() - true)))
         else:
-            following += [(cost, ((*below, *rest), state)) for test, below in abstract[first] if holds(test, facts)]
-        for price, (remaining, after) in following:
-            if len(remaining) > MAX_TASKS:
-                is_complete = False
-                continue
-            number += 1
-            heapq.heappush(heap, (price, number, (remaining, after)))
-    return Brute(None, is_complete)
+            following += [((*below, *rest), state) for test, below in abstract[first] if holds(test, facts)]
+        short = [one for one in following if len(one[0]) <= MAX_TASKS]
+        is_complete = is_complete and len(short) == len(following)
+        due.extend(short)
+    return Brute(False, is_complete)

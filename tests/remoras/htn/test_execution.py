@@ -129,7 +129,7 @@ def test_a_plan_in_another_order_fails(order: tuple[int, ...], monkeypatch: pyte
     assert isinstance(made, Plan)
     steps = [node for node in made.nodes if node.method is None]
     shuffled = tuple(Node(steps[at].task, None, 0) for at in order)
-    wrong = Plan((made.nodes[0], *shuffled), frozenset(), cost=4.0)
+    wrong = Plan((made.nodes[0], *shuffled), frozenset())
     assert check_plan(domain, facts, TRIP, wrong).execution
     execution = Execution(domain, wrong)
     done = {"pack": {"packed": True}, "board": {("on", "Ada"): True}, "sail": {"at": "B"}, "report": {"heard by": 1}}
