@@ -179,7 +179,6 @@ MECHANISMS: Mapping[str, Mechanism] = {
     ),
     "needs by groups": Mechanism(HUNT, FOR_ALL, measure=CLASSIFIED),
     "dependencies between blocks": Mechanism(HUNT, patch=dropped, measure=CLASSIFIED),
-    "detail": Mechanism(HUNT, into=("communication.coarse_above=4",), measure=CLASSIFIED),
     "parking": Mechanism(
         HUNT, ("communication.parking=false",), keys=(*FOR_ALL, _fault("lost", "AUV02", 400)), measure=CLASSIFIED
     ),

@@ -76,7 +76,7 @@ RUNS: dict[str, tuple[str, float, int, tuple[str, ...]]] = {
     "ferry": ("ferry-passage", 500.0, 23, ()),
     "escort": ("escort-lines", 600.0, 25, ()),
     "resupply": ("resupply-field", 1000.0, 26, ()),
-    "minehunting": ("minehunting-contacts", 900.0, 24, ("communication.coarse_above=4",)),
+    "minehunting": ("minehunting-contacts", 900.0, 24, ()),
 }  # fmt: skip
 """By name: scenario, how long it lasts (s), seed, and what else is set."""
 

@@ -13,7 +13,6 @@ from benchmarks.mechanisms import CLASSIFIED, HUNT, MECHANISMS, Mechanism, measu
 from exchange.arithmetic import log
 
 SHORT = "scenario.duration_s=30.0"
-COARSE = "communication.coarse_above=4"
 MORE = ("policies", "priorities", "needs by groups")
 
 
@@ -34,13 +33,6 @@ def test_each_part_of_the_exchange_bears_while_the_channel_is_full(name: str) ->
     assert later_s > 0.05 * mean_s("")
     assert abs(later_with_room_s) < 0.05 * mean_s("", AMPLE)
     assert abs(later_with_room_s) < 0.25 * later_s
-
-
-@pytest.mark.slow
-def test_coarse_levels_let_more_strips_through() -> None:
-    """They take fewer bits, and what evidence is lost by it is less; where all fits, hardly a level is coarse."""
-    assert mean_s("", COARSE) < 0.97 * mean_s("")
-    assert abs(mean_s("", COARSE, AMPLE) - mean_s("", AMPLE)) < 0.01 * mean_s("", AMPLE)
 
 
 @pytest.mark.slow
