@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence, Set
+from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass
 from typing import Any, NamedTuple, cast
 
@@ -28,7 +28,6 @@ from worldmodel import (
     WorldModel,
     fused,
 )
-from worldmodel.abox import Stated
 from worldmodel.facts import Observation as Latest
 from worldmodel.snapshot import stored_as_text
 
@@ -70,14 +69,10 @@ class Beliefs:
 
     Args:
         model: its world model.
-
-    Attributes:
-        rounded: makes facts as coarse as they are to be recorded now; None where they are recorded as they are.
     """
 
     def __init__(self, model: WorldModel) -> None:
         self.model = model
-        self.rounded: Callable[[Sequence[Stated]], Sequence[Stated]] | None = None
         self._tbox: TBox = model.tbox
         self._uids: dict[str, int] = {}
         self._names = [instance.name for instance in model.common_instances]
@@ -95,12 +90,8 @@ class Beliefs:
     # Into the world model ------------------------------------------------------------------------
 
     def record(self, facts: Sequence[Fact], now_s: float, private: bool) -> Change:
-        """Record what the vehicle found out itself, as finely as it records now; see ``WorldModel.record``."""
-        return self.model.record(facts if self.rounded is None else self.rounded(facts), now_s, private)
-
-    def detailed(self, attribute: int, value: float) -> Any:
-        """A number as coarse as it would be recorded now, by the uid of its attribute."""
-        return value if self.rounded is None else self.rounded([(self.model.owner, attribute, value)])[0][2]
+        """Record what the vehicle found out itself; see ``WorldModel.record``."""
+        return self.model.record(facts, now_s, private)
 
     # From the world model ------------------------------------------------------------------------
 

@@ -293,7 +293,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
             return None
         node = self.data.node
         self.conclude([(node, self._position, self.functional.believed.position_m)], now_s)
-        battery = self.beliefs.detailed(self._battery, round(max(0.0, self.functional.picture.body.battery), 2))
+        battery = round(max(0.0, self.functional.picture.body.battery), 2)
         if self.beliefs.model.value(node, self._battery) != battery:
             self.conclude([(node, self._battery, battery)], now_s)
         influences = self.radio.influences and self.executive.decision.has(ActivityType.COMMUNICATION)

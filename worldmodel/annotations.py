@@ -9,7 +9,6 @@ from typing import Any
 from rdflib import XSD, Graph, Literal, Namespace, URIRef
 from rdflib.term import Node
 
-from worldmodel.coarse import coarse_fields
 from worldmodel.expressions import OntologyReader
 from worldmodel.fields import Field
 from worldmodel.tbox import MEASURED, ValueKind
@@ -19,7 +18,7 @@ from worldmodel.units import QUDT_UNITS, symbol_of
 RM = Namespace("https://w3id.org/remoras/marine#")
 BOUNDS = (RM.minimum, RM.maximum, RM.resolution)
 ANNOTATIONS = {
-    *BOUNDS, RM.unit, RM.latestOnly, RM.sigma, RM.probability, RM.drift, RM.coarseResolution, RM.maxBytes
+    *BOUNDS, RM.unit, RM.latestOnly, RM.sigma, RM.probability, RM.drift, RM.maxBytes
 }  # fmt: skip
 SIGMAS = 64
 """Standard deviations that a value may carry: as many steps of ``rm:sigma``, six bits."""
@@ -68,17 +67,6 @@ class Annotations:
             return (Field(minimum, maximum, resolution, next(iter(symbols), None) or ""),) * n_axes
         except ValueError as error:
             self._reader.fault(iri, str(error), "minimum < maximum, a whole number of resolutions apart")
-            return ()
-
-    def coarse(self, iri: URIRef, fields: tuple[Field, ...]) -> tuple[Field, ...]:
-        """The wider grids, if a step is stated."""
-        stated = [_python(term) for term in self._graph.objects(iri, RM.coarseResolution)]
-        try:
-            return coarse_fields(fields, stated)
-        except ValueError as error:
-            self._reader.fault(
-                iri, f"rm:coarseResolution: {error}", "one number, some steps of rm:resolution, a part of the range"
-            )
             return ()
 
     def uncertainty(self, iri: URIRef, kind: ValueKind, fields: tuple[Field, ...]) -> Field | None:

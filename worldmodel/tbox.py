@@ -59,9 +59,8 @@ class Attribute:
     value (of a position, say) is obsolete once a newer one is known, and is not exchanged any more. ``datatype`` is
     the IRI of the datatype of its literals in RDF, empty where its values are IRIs. ``uncertainty`` is the grid of what
     a value may carry: the standard deviation of a NUMBER or POINT, the probability of any other; None for nothing.
-    ``coarse`` are the wider grids of a NUMBER or POINT, if it declares them, see ``worldmodel.coarse``. ``most_bytes``
-    is how long a TEXT may be. ``drift`` is how far a NUMBER or POINT walks at random, per square root of a second; 0 of
-    what is at rest.
+    ``most_bytes`` is how long a TEXT may be. ``drift`` is how far a NUMBER or POINT walks at random, per square root of
+    a second; 0 of what is at rest.
     """
 
     uid: int
@@ -75,7 +74,6 @@ class Attribute:
     latest_only: bool = False
     datatype: str = ""
     uncertainty: Field | None = None
-    coarse: tuple[Field, ...] = field(default=(), repr=False)
     most_bytes: int = field(default=0, repr=False)
     drift: float = field(default=0.0, repr=False)
 
@@ -215,7 +213,6 @@ class TBox:
                     excluded[below_a] |= 1 << below_b
                     excluded[below_b] |= 1 << below_a
         table = repr((self.classes, self.attributes, excluded, self.axioms))
-        table += "".join(f"{attribute.name}: {attribute.coarse}" for attribute in self.attributes if attribute.coarse)
         table += "".join(
             f"{attribute.name}: {attribute.most_bytes} bytes" for attribute in self.attributes if attribute.most_bytes
         )
@@ -294,7 +291,7 @@ def reaching(tbox: TBox, reach_m: float) -> TBox:
             return of
         bound_m = min(min(-field.minimum, field.maximum) for field in of.fields)
         times = math.ceil(reach_m / bound_m) if 0.0 < bound_m < reach_m else 1
-        return of if times == 1 else replace(of, fields=_times(of.fields, times), coarse=_times(of.coarse, times))
+        return of if times == 1 else replace(of, fields=_times(of.fields, times))
 
     attributes = tuple(wider(of) for of in tbox.attributes)
     return tbox if attributes == tbox.attributes else replace(tbox, attributes=attributes)

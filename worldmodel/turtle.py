@@ -14,7 +14,6 @@ range decides the kind:
 
 ``rm:sigma`` is the step of the standard deviation that a number or point may carry, ``rm:probability`` that of the
 probability of any other value. ``rm:drift`` says how far a number or point walks at random, see ``worldmodel.fusion``.
-``rm:coarseResolution``, which any file may state, is in ``worldmodel.coarse``.
 
 Individuals, which ``worldmodel.stated`` reads, become instances with links that all know from the start. Annotations
 stay in the graph for SPARQL and for reasoners, and have no effect at run time. Any other axiom on a class or attribute
@@ -61,7 +60,7 @@ _DATATYPES = {
     ValueKind.BOOLEAN: str(XSD.boolean),
 }
 _TERMS = (OWL.Class, OWL.DatatypeProperty, OWL.ObjectProperty, OWL.AnnotationProperty, RDF.Property, RDFS.Datatype)
-_DEFINING = {RDF.type, OWL.disjointWith, RDFS.domain, RDFS.range, *DEFINING, *ANNOTATIONS} - {RM.coarseResolution}
+_DEFINING = {RDF.type, OWL.disjointWith, RDFS.domain, RDFS.range, *DEFINING, *ANNOTATIONS}
 _NAME = re.compile(r"[A-Za-z]\w*", re.ASCII)
 
 
@@ -325,7 +324,7 @@ class _Reader:
         if kind is ValueKind.SYMBOL and (listed := self.graph.value(target, OWL.oneOf)) is not None:
             symbols = self._symbols(iri, listed)
         if kind not in {ValueKind.NUMBER, ValueKind.POINT}:
-            for annotation in (*BOUNDS, RM.unit, RM.coarseResolution, RM.drift):
+            for annotation in (*BOUNDS, RM.unit, RM.drift):
                 if (iri, annotation, None) in self.graph:
                     self.fault(iri, f"{self.shown(annotation)} on a {kind.value}", "bounds of numbers and points")
         owl_type = OWL.ObjectProperty if kind is ValueKind.LINK else OWL.DatatypeProperty
@@ -337,7 +336,6 @@ class _Reader:
         annotations = self.annotations
         more = (
             annotations.uncertainty(iri, kind, fields),
-            annotations.coarse(iri, fields),
             annotations.most_bytes(iri, kind),
             annotations.drift(iri),
         )

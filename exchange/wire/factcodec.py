@@ -3,7 +3,7 @@
 A number takes ``ceil(log2((max - min) / resolution + 1))`` bits, the rule of DCCL. One outside its range, or the one
 whose bits are all ones, stands exactly behind these, see `exchange.wire.codes`: nothing is ever sent as something else.
 A text is its length in bytes, then these in UTF-8. What an attribute may carry beside is added by
-`exchange.wire.detail` and `exchange.wire.uncertainties`, where it declares that.
+`exchange.wire.uncertainties`, where it declares that.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from functools import lru_cache, partial
 from typing import Any
 
 from exchange.errors import ConfigurationError, PeerFault
-from exchange.wire import detail, uncertainties
+from exchange.wire import uncertainties
 from exchange.wire.codes import (
     LARGEST,
     AttributeNames,
@@ -94,7 +94,6 @@ class FactCodec:
             FieldSize("fact", "subject", self.subject_bits, f"one of {self.n_instances} instances"),
             *name_fields(self.names),
             *value_lines(self._attributes, self._value_bits, self._n_values),
-            *detail.detail_lines(self._attributes),
             *uncertainties.uncertainty_lines(self._attributes),
             FieldSize("fact", "another follows", 1, "of all but own single facts"),
         ]
@@ -135,10 +134,7 @@ class FactCodec:
     def _writer_of(self, attribute: Attribute) -> Callable[[Any], Bits]:
         """``write(value) -> (bits, size_bits)`` of an attribute."""
         if attribute.fields:
-            fine = partial(_numbers, attribute.name, attribute.fields)
-            if not attribute.coarse:
-                return fine
-            return detail.detail_writer(attribute, fine, partial(_numbers, attribute.name, attribute.coarse))
+            return partial(_numbers, attribute.name, attribute.fields)
         if attribute.most_bytes:
             return partial(_text, attribute, self._value_bits[attribute.uid])
         return partial(self._choice, attribute)
@@ -186,8 +182,7 @@ class FactCodec:
         """``read(reader) -> value`` of an attribute; raises PeerFault if what comes next cannot be one."""
         if not attribute.fields:
             return partial(self._read_choice, attribute, self._value_bits[attribute.uid], self._counts[attribute.uid])
-        fine = _number_reader(attribute.fields)
-        return detail.reader(fine, _number_reader(attribute.coarse)) if attribute.coarse else fine
+        return _number_reader(attribute.fields)
 
     @staticmethod
     def _read_choice(attribute: Attribute, size_bits: int, n_values: int, reader: Reader) -> Value:

@@ -46,7 +46,6 @@ print(json.dumps([hashlib.sha256(found.encode()).hexdigest(), refused, list(feat
 USES = {
     "ban": ["ban=[{issuer='AUV00', vehicle='AUV02', at_s=6.0}]"],
     "clocks": ["communication.clocks={offset_s=0.2, apart_s=0.5}"],
-    "coarse_above": ["communication.coarse_above=5"],
     "need": ["need=[{attribute='batteryFraction', vehicle='ASV00', from_s=60.0}]"],
     "parking": ["communication.parking=false"],
     "relaying": ["communication.relaying=false"],

@@ -204,12 +204,6 @@ def test_times_beyond_all_sense_are_refused(key: str) -> None:
         load("mapping-rendezvous", [("--set", f"communication.{key}=1e300")])
 
 
-def test_coarse_values_for_a_queue_that_never_gets_that_long_are_refused() -> None:
-    settings = ["communication.queue_limit=20", "communication.coarse_above=20"]
-    with pytest.raises(ConfigurationError, match=r"coarse_above\) = 20: must be below queue_limit = 20"):
-        load("mapping-rendezvous", [("--set", one) for one in settings])
-
-
 def test_a_scenario_without_needs_has_no_words_for_them() -> None:
     shipped = load("mapping-rendezvous")
     setup = resolved(shipped)

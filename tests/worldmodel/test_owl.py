@@ -75,29 +75,12 @@ CASES = [
     ),
     (f"ex:p {ATTRIBUTE} rdfs:range xsd:boolean ; {BOUNDS} .", "ex:p: rm:minimum on a boolean"),
     (
-        f"ex:p {ATTRIBUTE} rdfs:range xsd:boolean ; rm:coarseResolution 1 .",
-        "ex:p: rm:coarseResolution on a boolean; allowed: bounds of numbers and points",
-    ),
-    (
         f"ex:p {ATTRIBUTE} rdfs:range xsd:double ; {BOUNDS} ; rm:drift -1 .",
         "ex:p: rm:drift is -1; allowed: one number of 0 or more",
     ),
     (
         f"ex:p {ATTRIBUTE} rdfs:range xsd:boolean ; rm:drift 1 .",
         "ex:p: rm:drift on a boolean; allowed: bounds of numbers",
-    ),
-    (
-        f"ex:p {ATTRIBUTE} rdfs:range xsd:double ; {BOUNDS} ; rm:coarseResolution 0.25 .",
-        "ex:p: rm:coarseResolution: 0.25 is not two or more whole steps of 0.1; allowed: one number, some steps of "
-        "rm:resolution, a part of the range",
-    ),
-    (
-        f"ex:p {ATTRIBUTE} rdfs:range xsd:double ; {BOUNDS} ; rm:coarseResolution 0.1 .",
-        "ex:p: rm:coarseResolution: 0.1 is not two or more whole steps",
-    ),
-    (
-        f"ex:p {ATTRIBUTE} rdfs:range xsd:double ; {BOUNDS} ; rm:coarseResolution 0.2, 0.5 .",
-        " is not one number; allowed:",
     ),
     (
         f"ex:p {ATTRIBUTE} rdfs:range xsd:double ; {BOUNDS} ; rm:drift -1 .",
@@ -113,7 +96,7 @@ CASES = [
     ),
     (
         f"ex:p {ATTRIBUTE} rdfs:range xsd:boolean ; rm:latestonly true .",
-        "ex:p: unknown annotation rm:latestonly; allowed: rm:coarseResolution, rm:drift, rm:latestOnly, rm:maxBytes, "
+        "ex:p: unknown annotation rm:latestonly; allowed: rm:drift, rm:latestOnly, rm:maxBytes, "
         "rm:maximum, rm:minimum, rm:probability, rm:resolution, rm:sigma, rm:unit; did you mean 'latestOnly'?",
     ),
     (

@@ -52,25 +52,6 @@ def test_its_words_are_known_and_stay_with_the_run(tmp_path: Path) -> None:
     assert "worldmodel" not in plain  # runs without such files keep their ids
 
 
-def test_a_vehicle_that_has_much_to_tell_records_coarser_positions_if_the_scenario_says_so(tmp_path: Path) -> None:
-    """Positions have a step of 0.5 m, and by a file of the scenario one of 8 m where more than one item waits."""
-    coarse = "<https://w3id.org/remoras/marine#position> <https://w3id.org/remoras/marine#coarseResolution> 8 .\n"
-    (tmp_path / "mine.ttl").write_text(coarse, encoding="utf-8")
-    path = scenario_in(tmp_path, '["mine.ttl"]')
-
-    def n_positions(*more: str) -> tuple[int, int]:
-        settings = [("--set", one) for one in ("scenario.duration_s=300", "channel.per=0.4", *more)]
-        rows = run(load(str(path), settings), 1).recorder.items
-        places = [row[6] for row in rows if row[5] == "position"]
-        return sum(all(float(one) % 8.0 == 0.0 for one in NUMBERS.findall(place)) for place in places), len(places)
-
-    never, of_all = n_positions()
-    coarse_ones, of_as_many = n_positions("communication.coarse_above=1")
-    assert never < 0.05 * of_all
-    assert 0.2 * of_as_many < coarse_ones < of_as_many
-    assert "coarse_above" not in load("mapping-rendezvous").model_dump(mode="json")["communication"]
-
-
 def test_its_words_may_be_used_in_the_tables_of_the_scenario(tmp_path: Path) -> None:
     words = """
 m:objectiveWatching a owl:ObjectProperty ; rdfs:domain rm:Role ; rdfs:range rm:RallyPoint .
