@@ -56,11 +56,13 @@ def shipped_studies() -> dict[str, Path]:
 
 def is_study(name_or_path: str) -> bool:
     """True for the name of a shipped study, and for a TOML file with a table ``[study]``."""
-    if name_or_path in shipped_studies():
-        return True
-    path = Path(name_or_path)
+    return name_or_path in shipped_studies() or has_table(name_or_path, STUDY)
+
+
+def has_table(path: str, name: str) -> bool:
+    """True for a TOML file with such a table."""
     try:
-        return is_file(path) and STUDY in tables_of(text_of(path, LARGEST_BYTES), name_or_path)
+        return is_file(Path(path)) and name in tables_of(text_of(Path(path), LARGEST_BYTES), path)
     except ConfigurationError:  # not text, not TOML: whoever reads it as a scenario says so
         return False
 

@@ -3,7 +3,7 @@
 ``study.json`` says what the folder is for; another study is refused, unless it is the same one grown.
 ``ledger.jsonl`` has a line per finished run. The rest is made from these: ``runs.parquet`` (one row per run, sorted by
 key), ``tables/`` (tables of a sample of runs) and ``parts/`` (while the sweep is on). What reads and writes tables is
-loaded with the first of them, so that ``remoras status`` answers at once.
+loaded with the first of them, so that ``remoras sweep --status`` answers at once.
 """
 
 from __future__ import annotations

@@ -176,7 +176,7 @@ def _tell_failures(scored: Sequence[Scored], out: Path) -> None:
 
     failed = {strategy.name: sum(run.failed for run in strategy.runs) for strategy in scored}
     texts = [f"{n} runs of {name} failed and count as not completed" for name, n in failed.items() if n]
-    texts = [f"{'; '.join(texts)}: remoras status {out / RUNS}"] if texts else []
+    texts = [f"{'; '.join(texts)}: remoras sweep --out {out / RUNS} --status"] if texts else []
     for strategy in scored:
         if n := sum(run.silenced > 0 for run in strategy.runs):
             late = f"in {n} runs of {strategy.name} a decision took more than {MOST_CPU_S:g} s of CPU time"

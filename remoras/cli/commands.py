@@ -1,4 +1,4 @@
-"""How commands are listed, and how their values are taken: in the order of use, with examples, without loading much.
+"""How commands are listed, and how their values are taken: by what they are for, with examples, without loading much.
 
 A command is loaded when it is asked for, and made then: who asks for one does not wait for the others.
 """
@@ -16,16 +16,20 @@ from typer.core import TyperCommand, TyperGroup
 
 from missions.errors import LONGEST_VALUE, cut
 
-HOMES = {
-    "list": "files", "new": "new", "example": "files", "validate": "files", "run": "runs", "plot": "runs",
-    "replay": "replay",
-    "live": "live", "export": "exports", "query": "runs", "sweep": "sweeps", "status": "sweeps",
-    "compare": "sweeps", "benchmark": "benchmark", "check": "benchmark", "verify": "verify",
-    "stress": "stress", "exchange-study": "policies",
-    "link-budget": "budgets", "network": "networks", "bursts": "bursts", "node": "nodes", "swarm": "nodes",
-    "replay-log": "nodes", "explain": "files", "doctor": "files",
+GROUPS = {
+    "Run": {"list": "files", "explain": "files", "validate": "files", "run": "runs", "doctor": "files"},
+    "See": {
+        "plot": "runs", "replay": "replay", "live": "runs", "export": "exports", "query": "runs", "verify": "verify",
+    },
+    "Compare": {
+        "sweep": "sweeps", "compare": "sweeps", "benchmark": "benchmark", "exchange-study": "policies",
+        "stress": "stress", "bursts": "bursts",
+    },
+    "Extend": {"new": "new", "check": "benchmark"},
+    "Vehicles at sea": {"sea": "sea", "node": "nodes", "swarm": "nodes"},
 }  # fmt: skip
-"""Module of each command, below ``remoras.cli``; commands in the order in which one comes to use them."""
+"""Commands by what they are for, each with its module below ``remoras.cli``."""
+HOMES = {name: module for commands in GROUPS.values() for name, module in commands.items()}
 MAKERS: dict[str, Callable[[], TyperCommand]] = {}
 """What makes a command, of those whose modules are loaded; ``remoras.cli.app.command`` declares them."""
 PYTHON_TYPE = re.compile(r" <(str|path|int|float|list\[str\])>")
@@ -55,7 +59,7 @@ class PlainCommand(TyperCommand):
 
 
 class Commands(Mapping[str, TyperCommand]):
-    """All commands by name, in the order of their use; each is loaded and made when it is asked for."""
+    """All commands by name; each is loaded and made when it is asked for."""
 
     def __init__(self) -> None:
         self._made: dict[str, TyperCommand] = {}
@@ -74,7 +78,7 @@ class Commands(Mapping[str, TyperCommand]):
 
 
 class OrderedGroup(TyperGroup):
-    """The commands in the order of their use."""
+    """The commands by what they are for."""
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(**{**settings, "commands": {}})
@@ -87,6 +91,13 @@ class OrderedGroup(TyperGroup):
     def list_commands(self, ctx: Any) -> list[str]:
         """Names of the commands as ``--help`` shows them."""
         return list(HOMES)
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """The commands with their summaries, a section for each group."""
+        limit = formatter.width - 6 - max(map(len, HOMES))
+        for heading, names in GROUPS.items():
+            with formatter.section(heading):
+                formatter.write_dl([(name, self.commands[name].get_short_help_str(limit)) for name in names])
 
     def format_epilog(self, ctx: Any, formatter: Any) -> None:
         """An example of every command, as one types it."""

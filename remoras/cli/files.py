@@ -1,4 +1,4 @@
-"""Commands about what can be named and written: list, validate, example, explain, doctor."""
+"""Commands about what can be named and written: list, validate, explain, doctor."""
 
 from __future__ import annotations
 
@@ -13,10 +13,8 @@ from missions.errors import LONGEST_VALUE, cut
 from remoras.cli import completion
 from remoras.cli.app import Format, Json, check_known, command, fail, show_json
 from remoras.cli.keys import explained
-from remoras.cli.networks import network_named, show_network
 from remoras.cli.tables import on_terminal, show_table
 
-EXAMPLES = ("scenario", "study", "organisation")
 KINDS = ("scenarios", "strategies", "policies", "channels", "modems", "networks", "studies")
 
 
@@ -170,29 +168,6 @@ def _validate_study(file: str, as_json: bool) -> None:
     print(f"{file}: study ok; {n_configurations} configurations x {runs}")
 
 
-@command("example", "remoras example scenario > mine.toml")
-def example(
-    what: Annotated[
-        str,
-        typer.Argument(
-            metavar="WHAT", help="scenario, study or organisation.", autocompletion=completion.offering(*EXAMPLES)
-        ),
-    ] = "scenario",
-) -> None:
-    """Print a commented example to start from."""
-    from missions.scenarios import shipped
-    from missions.sweeps.study import example_study
-
-    check_known("example", what, EXAMPLES)
-    if what == "study":
-        print(example_study().rstrip())
-        return
-    example_of = shipped()["mapping-rendezvous"]
-    if what == "organisation":
-        example_of = shipped()["mapping-nine-teams"].parent / "organisations" / "three-teams.toml"
-    print(example_of.read_text(encoding="utf-8").rstrip())
-
-
 def _explained(key: str, known: dict[str, tuple[str, str]]) -> dict[str, tuple[str, str]]:
     """What is known of a key, of all keys of a table, or of the table of free keys that it stands in."""
     return {
@@ -210,8 +185,7 @@ def explain(
         str,
         typer.Argument(
             metavar="KEY",
-            help="A key such as communication.policy; a table for all its keys; codec for packets; ontology for terms; "
-            "the name of a network for what was measured.",
+            help="A key such as communication.policy; a table for all its keys; codec for packets; ontology for terms.",
             autocompletion=completion.key,
         ),
     ] = "",
@@ -229,7 +203,7 @@ def explain(
     ] = False,
     as_json: Json = False,
 ) -> None:
-    """Say what a key of a scenario or study means: type, range, default; what a packet holds; what a network is."""
+    """Say what a key of a scenario or study means: type, range, default; what a packet holds."""
     if schema:
         _show_schema(key, scenario)
         return
@@ -245,12 +219,8 @@ def explain(
         table, _, rest = key.split(".", 2)
         found = _explained(f"{table}.{rest}", known)
     if not found:
-        from exchange.acoustics.network import file_in, shipped
         from worldmodel import suggestion
 
-        if file_in(key) or key in shipped():
-            show_network(network_named(key), as_json)
-            return
         given = cut(key, LONGEST_VALUE)
         fail(f"key {given!r} is in no scenario and no study{suggestion(key, known)}; `remoras explain` lists all keys")
     if as_json:

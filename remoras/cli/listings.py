@@ -111,7 +111,7 @@ LISTINGS: dict[str, Callable[[], dict[str, str]]] = {
 
 NOTES: dict[str, str] = {
     "modems": f"{UNVERIFIED} no source was found for this number: it is an estimate",
-    "networks": "source, losses and what is not known of one: remoras network NAME",
+    "networks": "source, losses and what is not known of one: remoras sea NAME",
 }
 """What is to be known of a kind as a whole."""
 

@@ -1,4 +1,4 @@
-"""The command that shows a run while it goes: live."""
+"""A run that goes on, and its server: the page of the command ``live``."""
 
 from __future__ import annotations
 
@@ -7,35 +7,18 @@ import json
 import math
 import re
 import sys
-import threading
 import time
 import traceback
 from collections.abc import Callable
 from concurrent.futures import Future
-from contextlib import suppress
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from pathlib import Path
 from queue import Empty, SimpleQueue
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-import typer
-
-from missions.errors import MissionsError
 from missions.files import shown
 from missions.scenarios.tables import is_number
-from remoras.cli.app import command, fail, shortened
-from remoras.cli.runs import (
-    ChannelName,
-    ErrorRate,
-    NetworkName,
-    PolicyName,
-    ScenarioName,
-    Seed,
-    Settings,
-    StrategyName,
-    overrides_of,
-)
+from remoras.cli.app import shortened
 from remoras.collecting import rare_collections
 
 if TYPE_CHECKING:
@@ -286,61 +269,3 @@ def _control(body: bytes) -> tuple[str, float | None] | None:
         case {"do": "speed", "speed": speed, **others} if not others and is_number(speed):
             return ("speed", float(speed)) if LEAST_SPEED <= speed <= GREATEST_SPEED else None
     return None
-
-
-@command("live", "remoras live mapping-rendezvous --per 0.6")
-def live(
-    scenario: ScenarioName,
-    strategy: StrategyName = None,
-    policy: PolicyName = None,
-    channel: ChannelName = None,
-    network: NetworkName = None,
-    per: ErrorRate = None,
-    seed: Seed = 1,
-    settings: Settings = None,
-    out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Folder for the results when it has finished.")
-    ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace results that are already in --out.")] = False,
-    port: Annotated[
-        int, typer.Option(min=0, max=65535, metavar="PORT", help="Port of the page; 0 is any that is free.")
-    ] = 0,
-    no_browser: Annotated[bool, typer.Option("--no-browser", help="Do not open a browser.")] = False,
-) -> None:
-    """Watch a mission while it runs, with start, pause, step and speed, in a page that only this machine can open."""
-    import webbrowser
-
-    from missions.runs.folder import check_output
-    from missions.runs.setup import resolved
-    from missions.runs.underway import Underway
-    from missions.scenarios import load
-    from remoras.stepped import Stepping
-    from visualisation.replay import live_text
-
-    def keep(finished: Run) -> str:
-        if out is None:
-            return "no folder was named with --out, so the results are not kept"
-        try:
-            return f"results in {finished.save(out, force)}"
-        except MissionsError as error:
-            return f"the results are not kept: {error}"
-
-    setup = resolved(load(scenario, overrides_of(strategy, policy, channel, network, per, settings or [])))
-    if out is not None:
-        check_output(out, force)
-    about = setup.scenario.scenario
-    with Stepping(Underway(setup, seed)) as stepping:
-        run = LiveRun(stepping, about.duration_s, keep)
-        try:
-            server = LiveServer(run, live_text(f"{about.name}, seed {seed} - live"), port)
-        except OSError as error:
-            fail(f"--port {port}: cannot be listened on: {error.strerror}; name another, or 0 for any that is free")
-        threading.Thread(target=server.serve_forever, daemon=True).start()
-        print(server.url, flush=True)
-        print("remoras: Ctrl-C ends it", file=sys.stderr)
-        if not no_browser:
-            webbrowser.open(server.url)
-        with suppress(KeyboardInterrupt):  # the usual end
-            run.serve()
-    if not run.is_over and out is not None:
-        print(f"remoras: the run was not over; nothing is written to {out}", file=sys.stderr)

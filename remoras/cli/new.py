@@ -35,15 +35,22 @@ PLUGINS: dict[str, tuple[str, ...]] = {
 }
 """Templates of each kind of plug-in, in the order in which one reads them."""
 KINDS = (SCENARIO, *PLUGINS)
+EXAMPLES = (SCENARIO, "study", "organisation")
+"""Files of which there is a commented example."""
+OFFERED = tuple(dict.fromkeys((*KINDS, *EXAMPLES)))
 
 
 @command("new", "remoras new scenario mine --vehicles 4 --areas 6 --per 0.5")
 def new(
     kind: Annotated[
         str,
-        typer.Argument(metavar="KIND", help=f"One of {', '.join(KINDS)}.", autocompletion=completion.offering(*KINDS)),
-    ],
-    name: Annotated[str, typer.Argument(metavar="NAME", help="Name of what is written, and of its files.")],
+        typer.Argument(
+            metavar="KIND", help=f"One of {', '.join(KINDS)}.", autocompletion=completion.offering(*OFFERED)
+        ),
+    ] = SCENARIO,
+    name: Annotated[
+        str, typer.Argument(metavar="NAME", help="Name of what is written, and of its files; none with --example.")
+    ] = "",
     vehicles: Annotated[str | None, typer.Option(metavar="N", help="AUVs of a scenario, 2 to 16.")] = None,
     areas: Annotated[str | None, typer.Option(metavar="N", help="Areas that they are to map, 1 to 36.")] = None,
     side: Annotated[str | None, typer.Option(metavar="METRES", help="Side of an area, 50 to 1000.")] = None,
@@ -54,13 +61,21 @@ def new(
     lost: Annotated[str | None, typer.Option(metavar="N", help="Vehicles that are lost on the way.")] = None,
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the files.")] = Path(),
     force: Annotated[bool, typer.Option("--force", help="Replace files that are there.")] = False,
+    example: Annotated[
+        bool, typer.Option("--example", help=f"Print a commented file instead; KIND: {', '.join(EXAMPLES)}.")
+    ] = False,
 ) -> None:
     """Begin a scenario, or a strategy, mission, sensor or metric of your own, by files that work as they are.
 
     A scenario comes from six options; on a terminal it asks for them if none is given.
     A plug-in comes with its conformance test and a file for continuous integration.
     """
+    if example:
+        _print_example(kind, name)
+        return
     check_known("kind", kind, KINDS)
+    if not name:
+        fail(f"NAME is missing; allowed: new {kind} NAME; a commented file is printed by: new scenario --example")
     given = {"vehicles": vehicles, "areas": areas, "side": side, "modem": modem, "per": per, "lost": lost}
     if kind == SCENARIO:
         _check_scenario_name(name)
@@ -81,6 +96,23 @@ def new(
         path.write_text(text, encoding="utf-8")
         print(path)
     print(f"try it with: {then}")
+
+
+def _print_example(kind: str, name: str) -> None:
+    """Print a commented file to start from."""
+    from missions.scenarios import shipped
+    from missions.sweeps.study import example_study
+
+    check_known("example", kind, EXAMPLES)
+    if name:
+        fail(f"NAME {cut(name, LONGEST_VALUE)!r}: an example has no name; allowed: none")
+    if kind == "study":
+        print(example_study().rstrip())
+        return
+    path = shipped()["mapping-rendezvous"]
+    if kind == "organisation":
+        path = shipped()["mapping-nine-teams"].parent / "organisations" / "three-teams.toml"
+    print(path.read_text(encoding="utf-8").rstrip())
 
 
 def _scenario(name: str, given: Mapping[str, str | None]) -> str:

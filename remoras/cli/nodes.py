@@ -1,4 +1,4 @@
-"""Commands that run vehicles in processes of their own: node, swarm, replay-log."""
+"""Commands that run vehicles in processes of their own: node, swarm."""
 
 from __future__ import annotations
 
@@ -52,8 +52,8 @@ Double = Annotated[float, typer.Option(metavar="P", help="Share of the other pac
     "node", "remoras node mapping-rendezvous AUV00 --bind 127.0.0.1:47001 --peers ASV00=127.0.0.1:47000 --speed 20"
 )
 def node(
-    scenario: ScenarioName,
-    vehicle: Annotated[str, typer.Argument(metavar="VEHICLE", help="Which vehicle of the scenario this is.")],
+    scenario: ScenarioName = "",
+    vehicle: Annotated[str, typer.Argument(metavar="VEHICLE", help="Which vehicle of the scenario this is.")] = "",
     bind: Annotated[
         str, typer.Option(metavar="HOST:PORT", help="Where it listens; port 0 is any that is free.")
     ] = ANY_PORT,
@@ -91,6 +91,10 @@ def node(
         RosSide | None,
         typer.Option(metavar="body|tell", help="ROS 2: take the body from its topics, or tell it where this is."),
     ] = None,
+    replay: Annotated[
+        Path | None,
+        typer.Option(metavar="LOG", help="Hear again what a log has, without sockets, in its scenario; compare bits."),
+    ] = None,
     resume: Annotated[
         bool, typer.Option("--resume", help="Go on where the log in --out ends, if there is one; as after a reboot.")
     ] = False,
@@ -110,6 +114,11 @@ def node(
 
     Without --start it listens first: if a peer speaks, it joins the mission of that peer, else its own begins.
     """
+    if replay is not None:
+        _replay(replay, vehicle, as_json)
+        return
+    if not vehicle:
+        fail("SCENARIO and VEHICLE are needed; allowed: node SCENARIO VEHICLE, or node --replay LOG")
     from missions.nodes.frontseat import Disciplined
     from missions.nodes.logs import ENDING, Began, NodeLog, gone_on
     from missions.nodes.node import Mishaps, VehicleNode
@@ -332,15 +341,14 @@ def swarm(
         raise typer.Exit(FAILED)
 
 
-@command("replay-log", "remoras replay-log dive/AUV00.jsonl")
-def replay_log(
-    log: Annotated[Path, typer.Argument(metavar="LOG", help="Log that node or swarm has written.")],
-    as_json: Json = False,
-) -> None:
+def _replay(log: Path, vehicle: str, as_json: bool) -> None:
     """Let the vehicle of a log hear again what it heard, without sockets, and compare what it says bit by bit."""
     from missions.nodes.logs import play, read_log
 
-    found = play(read_log(log))
+    logged = read_log(log)
+    if vehicle not in ("", logged.plan.vehicle):
+        fail(f"--replay {log}: is the log of {logged.plan.vehicle}, not of {vehicle}")
+    found = play(logged)
     if as_json:
         show_json(asdict(found))
     elif found.difference:

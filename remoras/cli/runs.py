@@ -1,4 +1,4 @@
-"""Commands about single runs: run, plot, query."""
+"""Commands about single runs: run, live, plot, query."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import functools
 import sys
 import warnings
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -20,6 +20,7 @@ from remoras.progress import Progress
 
 if TYPE_CHECKING:
     from missions.runs.results import Results
+    from remoras.face import Run as Finished
     from visualisation.output import Drawn
 
 
@@ -183,6 +184,70 @@ def _figure(value: Any) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     return "-" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+@command("live", "remoras live mapping-rendezvous --per 0.6")
+def live(
+    scenario: ScenarioName,
+    strategy: StrategyName = None,
+    policy: PolicyName = None,
+    channel: ChannelName = None,
+    network: NetworkName = None,
+    per: ErrorRate = None,
+    seed: Seed = 1,
+    settings: Settings = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Folder for the results when it has finished.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace results that are already in --out.")] = False,
+    port: Annotated[
+        int, typer.Option(min=0, max=65535, metavar="PORT", help="Port of the page; 0 is any that is free.")
+    ] = 0,
+    no_browser: Annotated[bool, typer.Option("--no-browser", help="Do not open a browser.")] = False,
+) -> None:
+    """Watch a mission while it runs, with start, pause, step and speed, in a page that only this machine can open."""
+    import threading
+    import webbrowser
+
+    from missions.errors import MissionsError
+    from missions.files import SCENARIO, file_of, shipped
+
+    file_of(SCENARIO, scenario, shipped())  # a name that is mistyped is told before much is loaded
+    from missions.runs.folder import check_output
+    from missions.runs.setup import resolved
+    from missions.runs.underway import Underway
+    from missions.scenarios import load
+    from remoras.cli.live import LiveRun, LiveServer
+    from remoras.stepped import Stepping
+    from visualisation.replay import live_text
+
+    def keep(finished: Finished) -> str:
+        if out is None:
+            return "no folder was named with --out, so the results are not kept"
+        try:
+            return f"results in {finished.save(out, force)}"
+        except MissionsError as error:
+            return f"the results are not kept: {error}"
+
+    setup = resolved(load(scenario, overrides_of(strategy, policy, channel, network, per, settings or [])))
+    if out is not None:
+        check_output(out, force)
+    about = setup.scenario.scenario
+    with Stepping(Underway(setup, seed)) as stepping:
+        run = LiveRun(stepping, about.duration_s, keep)
+        try:
+            server = LiveServer(run, live_text(f"{about.name}, seed {seed} - live"), port)
+        except OSError as error:
+            fail(f"--port {port}: cannot be listened on: {error.strerror}; name another, or 0 for any that is free")
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        print(server.url, flush=True)
+        print("remoras: Ctrl-C ends it", file=sys.stderr)
+        if not no_browser:
+            webbrowser.open(server.url)
+        with suppress(KeyboardInterrupt):  # the usual end
+            run.serve()
+    if not run.is_over and out is not None:
+        print(f"remoras: the run was not over; nothing is written to {out}", file=sys.stderr)
 
 
 @command("plot", "remoras plot results/lossy trajectories roles --format pdf")

@@ -1,4 +1,4 @@
-"""Commands about many runs: sweep, status, compare."""
+"""Commands about many runs: sweep, compare."""
 
 from __future__ import annotations
 
@@ -31,11 +31,16 @@ Folder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a sweep."
 @command("sweep", "remoras sweep strategies-quick --out results/quick --jobs 2")
 def sweep(
     study: Annotated[
-        str, typer.Argument(metavar="STUDY", help="Shipped study or TOML file.", autocompletion=completion.study)
-    ],
+        str,
+        typer.Argument(
+            metavar="STUDY",
+            help="Shipped study or TOML file; not needed with --status.",
+            autocompletion=completion.study,
+        ),
+    ] = "",
     out: Annotated[
-        Path, typer.Option(metavar="DIR", help="Folder for the runs; run again on the same folder to go on.")
-    ],
+        Path | None, typer.Option(metavar="DIR", help="Folder for the runs; run again on the same folder to go on.")
+    ] = None,
     jobs: Annotated[int, typer.Option(min=1, max=1024, metavar="N", help="Processes on this machine.")] = os.cpu_count()
     or 1,
     cluster: Annotated[
@@ -51,6 +56,9 @@ def sweep(
         ),
     ] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Count runs, estimate time, write nothing.")] = False,
+    status: Annotated[
+        bool, typer.Option("--status", help="Say how far the sweep in --out is, and which runs failed; start nothing.")
+    ] = False,
     force_new: Annotated[
         bool, typer.Option("--force-new", help="If the study has changed: set its old runs aside, start anew.")
     ] = False,
@@ -72,6 +80,12 @@ def sweep(
     """Make all runs of a study, once each, however often it is interrupted."""
     from missions.files import STUDY, file_of, shipped_studies
 
+    if out is None or not (study or status):
+        missing = "STUDY" if out is not None else "--out DIR"
+        fail(f"{missing} is missing; allowed: sweep STUDY --out DIR, or sweep --out DIR --status")
+    if status:
+        _show_status(out, as_json)
+        return
     file_of(STUDY, study, shipped_studies())  # a name that is mistyped is told before much is loaded
     from missions.sweeps import driver
     from missions.sweeps.study import load_study
@@ -93,16 +107,16 @@ def sweep(
     limits = driver.Limits(timeout_s, memory_mb)
     with Progress(f"sweep {loaded.design.name}", 1, "runs") as progress:
         try:
-            status = driver.sweep(
+            outcome = driver.sweep(
                 loaded, out, jobs, cluster, None, force_new, progress.of, limits, accept_code, retry_failed
             )
         except driver.PartlyDoneError as error:
             fail(f"{error}; finished runs are kept in {out}, the same command goes on", PARTLY_DONE)
     _show(
-        asdict(status), as_json, [_status_line(asdict(status)), f"compare them with: remoras compare {as_typed(out)}"]
+        asdict(outcome), as_json, [_status_line(asdict(outcome)), f"compare them with: remoras compare {as_typed(out)}"]
     )
-    if status.failed:
-        print(f"remoras: {status.failed} runs failed; columns error and replay of {out}/runs.parquet", file=sys.stderr)
+    if outcome.failed:
+        print(f"remoras: {outcome.failed} runs failed; columns error and replay of {out}/runs.parquet", file=sys.stderr)
         raise typer.Exit(FAILED)
 
 
@@ -119,8 +133,7 @@ def _verify(study: Study, out: Path, count: int, as_json: bool) -> None:
         raise typer.Exit(FAILED)
 
 
-@command("status", "remoras status results/quick")
-def status(folder: Folder, as_json: Json = False) -> None:
+def _show_status(folder: Path, as_json: bool) -> None:
     """Say how far a sweep is, while it goes on or after."""
     from missions.sweeps.folder import DAMAGED, TABLES, SweepResults
 

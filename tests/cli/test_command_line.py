@@ -55,9 +55,9 @@ def test_the_command_line_loads_nothing_heavy():
         (["validate", "strategies-quik"], 2),
         (["sweep", "strategies-quik", "--out", "nowhere"], 2),
         (["run", "strategies-quick"], 2),
-        (["status", "nowhere"], 2),
+        (["sweep", "--status", "--out", "nowhere"], 2),
         (["plot", "nowhere"], 2),
-        (["status", "SWEEP"], 0),
+        (["sweep", "--status", "--out", "SWEEP"], 0),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
 )
@@ -105,7 +105,7 @@ def test_a_command_is_in_the_module_that_is_named_for_it():
 
 
 @pytest.mark.parametrize(
-    "command", [[], ["list"], ["run"], ["plot"], ["export"], ["validate"], ["example"], ["explain"], ["doctor"]]
+    "command", [[], ["list"], ["run"], ["plot"], ["export"], ["validate"], ["sea"], ["explain"], ["doctor"]]
 )
 def test_every_command_has_help(command: list[str]):
     result = remoras(*command, "--help")
@@ -300,7 +300,7 @@ def test_python_is_refused_what_the_command_line_is():
 @pytest.mark.parametrize("command", ["run", "validate"])
 def test_a_study_given_to_run_is_one_hint(command: str, tmp_path: Path):
     file = tmp_path / "study.toml"
-    file.write_text(remoras("example", "study").stdout, encoding="utf-8")
+    file.write_text(remoras("new", "study", "--example").stdout, encoding="utf-8")
     for name in (file, "strategies-quick"):
         if command == "run":
             message = refused("run", name)
@@ -312,7 +312,7 @@ def test_a_study_given_to_run_is_one_hint(command: str, tmp_path: Path):
 
 def test_a_scenario_given_to_sweep_is_one_hint(tmp_path: Path):
     file = tmp_path / "mine.toml"
-    file.write_text(remoras("example", "scenario").stdout, encoding="utf-8")
+    file.write_text(remoras("new", "scenario", "--example").stdout, encoding="utf-8")
     for name in (file, "mapping-rendezvous"):
         message = refused("sweep", name, "--out", tmp_path / "out")
         assert f"this is a scenario; start it with: remoras run {name}" in message
@@ -452,19 +452,19 @@ def test_a_valid_scenario_is_described():
 
 def test_the_example_is_a_scenario_that_validates(tmp_path: Path):
     file = tmp_path / "mine.toml"
-    file.write_text(remoras("example", "scenario").stdout, encoding="utf-8")
+    file.write_text(remoras("new", "scenario", "--example").stdout, encoding="utf-8")
     assert remoras("validate", file).exit_code == 0
     assert load(str(file)) == load("mapping-rendezvous")
 
 
 def test_the_example_of_an_organisation_is_one_that_validates(tmp_path: Path):
     file = tmp_path / "mine.toml"
-    file.write_text(remoras("example", "organisation").stdout, encoding="utf-8")
+    file.write_text(remoras("new", "organisation", "--example").stdout, encoding="utf-8")
     checked = remoras("validate", file)
     assert checked.exit_code == 0
     assert "organisation ok; 1 templates, 4 groups, 17 roles" in checked.stdout
     assert "West within Fleet: Coordinator, Performer, Cartographer, North, South" in checked.stdout
-    assert "did you mean 'organisation'" in refused("example", "organization")
+    assert "did you mean 'organisation'" in refused("new", "organization", "--example")
 
 
 def test_a_key_is_explained_by_type_range_and_meaning():
@@ -760,7 +760,7 @@ def test_the_doctor_finds_this_installation_well():
         (["run", "mapping-rendezvous", "--seed", "x"], "'--seed': 'x': "),
         (["list", "foo"], "allowed are scenarios"),
         (["validate", "nope.toml"], "a TOML file"),
-        (["status", "nowhere"], "no results of a sweep"),
+        (["sweep", "--status", "--out", "nowhere"], "no results of a sweep"),
         (["compare", "nowhere"], "no results of a sweep"),
         (["query", "nowhere", "ASK {}"], "no results of a run"),
         (["sweep", "nope", "--out", "nowhere"], "a TOML file"),

@@ -8,11 +8,11 @@ import sys
 from pathlib import Path
 
 import pytest
-from invoked import MAIN, remoras
+from invoked import COMMAND, MAIN, remoras
 
 from exchange.acoustics.shipped import CHANNELS
 from missions.files import shipped, shipped_studies
-from remoras.cli.commands import HOMES
+from remoras.cli.commands import GROUPS, HOMES
 from remoras.strategies import strategies
 
 STUDY = """[study]
@@ -66,7 +66,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("sweep giv", ["giving-up"]),
         ("sweep giving-up --strategy mi", ["mine.py"]),
         ("explain study.rep", ["study.repeats"]),
-        ("example ''", ["scenario", "study", "organisation"]),
+        ("new ''", ["scenario", "strategy", "mission", "sensor", "metric", "study", "organisation"]),
         ("list pol", ["policies"]),
         ("plot lossy ro", ["roles"]),
         ("plot lossy cov", ["coverage"]),
@@ -95,15 +95,26 @@ def test_folders_on_the_way_to_a_file_are_offered(folder: Path) -> None:
 
 
 def commands() -> list[str]:
-    listed = remoras("--help").stdout.partition("Commands:\n")[2].partition("\n\n")[0]
+    listed = remoras("--help").stdout.partition("\nRun:\n")[2].partition("\nExamples:")[0]
     return re.findall(r"^  ([a-z-]+) ", listed, re.MULTILINE)
 
 
-def test_commands_are_listed_in_the_order_of_use() -> None:
-    shown = commands()
-    assert shown == [name for name in HOMES if name in shown]
-    assert shown.index("example") < shown.index("run") < shown.index("plot") < shown.index("sweep")
-    assert "..." not in remoras("--help").stdout.partition("Commands:")[2]
+def test_commands_are_listed_by_what_they_are_for() -> None:
+    shown = remoras("--help").stdout
+    assert commands() == [*HOMES]
+    headings = [shown.index(f"\n{heading}:\n") for heading in GROUPS]
+    assert headings == sorted(headings)
+    assert "..." not in shown.partition("Run:")[2]
+
+
+@pytest.mark.parametrize(
+    ("gone", "nearest"), [("stat", ""), ("network", "new"), ("replay-log", "replay"), ("swep", "sweep")]
+)
+def test_a_command_that_is_not_there_is_told_with_the_nearest(gone: str, nearest: str) -> None:
+    said = f"remoras: No such command '{gone}'" + (f". Did you mean '{nearest}'?" if nearest else ";")
+    done = subprocess.run([*COMMAND, gone], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith(said)
 
 
 @pytest.mark.slow

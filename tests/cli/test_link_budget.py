@@ -1,4 +1,4 @@
-"""The command ``link-budget``, and what ``list modems`` says of numbers."""
+"""The command ``sea`` of a scenario, and what ``list modems`` says of numbers."""
 
 import json
 from pathlib import Path
@@ -10,14 +10,14 @@ from exchange.acoustics.modems import modems
 
 
 def points(*arguments: object) -> list[dict[str, float]]:
-    done = remoras("link-budget", *arguments, "--json")
+    done = remoras("sea", *arguments, "--json")
     assert done.exit_code == 0, done.output
     found: list[dict[str, float]] = json.loads(done.stdout)
     return found
 
 
 def test_a_line_for_each_modem_and_range():
-    done = remoras("link-budget", "--modem", "nanomodem-v3,whoi-psk-1", "--ranges", "2000,1000")
+    done = remoras("sea", "--modem", "nanomodem-v3,whoi-psk-1", "--ranges", "2000,1000")
     assert done.exit_code == 0, done.output
     head, *lines = done.stdout.splitlines()
     assert head.split()[:4] == ["modem", "range", "/", "m"]
@@ -78,7 +78,7 @@ def test_packets_are_drawn_beside_the_budget(tmp_path: Path):
     assert 0.2 < found[2]["drawn"] < 0.5
     assert points(*asked) == found
     assert points(*asked, "--seed", "2") != found
-    done = remoras("link-budget", *asked, "--out", tmp_path / "reach")
+    done = remoras("sea", *asked, "--out", tmp_path / "reach")
     assert done.exit_code == 0, done.output
     drawn = (tmp_path / "reach" / "delivery-against-range-drawn.csv").read_text().splitlines()
     assert drawn[0] == "modem,range_m,n_packets,n_arrived,delivered,low,high"
@@ -87,7 +87,7 @@ def test_packets_are_drawn_beside_the_budget(tmp_path: Path):
 
 
 def test_figure_caption_and_numbers_are_written(tmp_path: Path):
-    done = remoras("link-budget", "--ranges", "1000,3000", "--out", tmp_path / "reach", "--format", "svg")
+    done = remoras("sea", "--ranges", "1000,3000", "--out", tmp_path / "reach", "--format", "svg")
     assert done.exit_code == 0, done.output
     names = {path.name for path in (tmp_path / "reach").iterdir()}
     assert names == {f"delivery-against-range.{end}" for end in ("svg", "txt", "csv")}
@@ -105,13 +105,13 @@ def test_figure_caption_and_numbers_are_written(tmp_path: Path):
         (["--ranges", "0,100"], "above 0 and at most 100000"),
         (["--ranges", "nan"], "above 0 and at most 100000"),
         (["--set", "channel.spreading=3"], "less than or equal to 2"),
-        (["--set", "channel.name=trace"], "--set channel.name=trace: link-budget tells of the channel acoustic alone"),
+        (["--set", "channel.name=trace"], "--set channel.name=trace: sea tells of the channel acoustic alone"),
         (["--set", 'channel={name="perfect"}'], "allowed: its keys, such as channel.spreading=2"),
         (["--set", "channel.per=0.3"], "not used by the acoustic channel"),
     ],
 )
 def test_misuse_is_one_clear_message(arguments: list[str], says: str):
-    assert says in refused("link-budget", *arguments)
+    assert says in refused("sea", *arguments)
 
 
 def test_the_list_of_modems_marks_what_is_not_verified():

@@ -1,4 +1,4 @@
-"""The command ``network``, the option ``--network``, and what ``list`` and ``explain`` say of networks."""
+"""The command ``sea`` of a network, the option ``--network``, and what ``list`` says of networks."""
 
 import json
 import re
@@ -13,14 +13,13 @@ SHORT = ("--set", "scenario.duration_s=30")
 
 
 def test_a_network_is_told_with_its_source_and_what_is_assumed() -> None:
-    text = remoras("network", "mission-2012").stdout
+    text = remoras("sea", "mission-2012").stdout
     assert "source: M. Chitre" in text
     assert "assumed: static links on moving vehicles" in text
     assert "not known: which frames were counted" in text
-    assert remoras("explain", "mission-2012").stdout == text
     rows = [line.split() for line in text.splitlines()]
     assert ["27", "0.326", "0.826", "-", "0.975", "0.023"] in rows
-    found = json.loads(remoras("network", "hermes-june", "--json").stdout)
+    found = json.loads(remoras("sea", "hermes-june", "--json").stdout)
     assert found["per_over_range"][3] == [120.0, 0.484]
     assert found["assumed"] == "losses over range as measured"
 
@@ -32,7 +31,7 @@ def test_all_networks_are_listed() -> None:
 
 @pytest.mark.parametrize("name", shipped())
 def test_what_is_drawn_has_a_caption_and_numbers(name: str, tmp_path: Path) -> None:
-    remoras("network", name, "--out", tmp_path, "--format", "svg")
+    remoras("sea", name, "--out", tmp_path, "--format", "svg")
     stem = tmp_path / f"network-{name}"
     assert stem.with_suffix(".svg").read_text().startswith("<?xml")
     assert shipped()[name].citation in stem.with_suffix(".txt").read_text()
@@ -53,9 +52,10 @@ def test_the_option_names_channel_and_network() -> None:
         (["run", "mapping-patches", "--network", "mission-2021"], "did you mean 'mission-2012'"),
         (["run", "mapping-patches", "--network", "mission-2012", "--channel", "perfect"], "contradicts --channel"),
         (["run", "mapping-patches", "--network", "mission-2012", "--per", "0.1"], "--per .* not used by the network"),
-        (["network", "mission-2021"], "allowed: ahoi, .*did you mean 'mission-2012'"),
-        (["network", "none.toml"], "cannot be read: No such file"),
-        (["explain", "none.toml"], "cannot be read: No such file"),
+        (["sea", "mission-2021"], "allowed are ahoi, .*did you mean 'mission-2012'"),
+        (["sea", "none.csv"], "cannot be read: No such file"),
+        (["sea", "none.toml"], "none.toml: a TOML file or one of "),
+        (["sea", "mission-2012", "--draws", "5"], "--draws: is about the modems of a scenario"),
     ],
 )
 def test_what_is_no_network_is_refused(arguments: list[str], says: str) -> None:

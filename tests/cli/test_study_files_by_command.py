@@ -13,7 +13,7 @@ from missions.sweeps.study import example_study, load_study, study_explanations
 @pytest.fixture
 def example(tmp_path: Path) -> Path:
     file = tmp_path / "study.toml"
-    file.write_text(remoras("example", "study").stdout, encoding="utf-8")
+    file.write_text(remoras("new", "study", "--example").stdout, encoding="utf-8")
     return file
 
 

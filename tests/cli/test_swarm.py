@@ -45,7 +45,7 @@ def test_two_processes_come_to_know_the_same_and_their_logs_repeat_them(tmp_path
     for vehicle in found.vehicles:
         assert vehicle["packets_lost"] > 0
         assert vehicle["packets_heard"] > 0
-        played = json.loads(remoras("replay-log", tmp_path / f"{vehicle['vehicle']}.jsonl", "--json").stdout)
+        played = json.loads(remoras("node", "--replay", tmp_path / f"{vehicle['vehicle']}.jsonl", "--json").stdout)
         assert played["difference"] == ""
         assert played["state_hash"] == vehicle["state_hash"]
         assert played["packets_sent"] == vehicle["packets_sent"]
@@ -110,7 +110,7 @@ def test_a_node_goes_on_though_its_peer_is_never_there(tmp_path: Path) -> None:
     value = json.loads(done.stdout)
     assert (value["time_s"], value["packets_heard"]) == (50.0, 0)
     assert value["packets_sent"] == 8  # slots of 1.77 s, four in a frame: ASV00 has one each 7.1 s, the first at once
-    repeated = remoras("replay-log", tmp_path / "ASV00.jsonl")
+    repeated = remoras("node", "--replay", tmp_path / "ASV00.jsonl")
     assert repeated.exit_code == 0
     assert "8 packets sent as in the log" in repeated.stdout
 
@@ -119,7 +119,7 @@ def test_a_log_that_differs_ends_with_1_and_names_the_packet(tmp_path: Path) -> 
     remoras("node", SCENARIO, "ASV00", "--until", 30, "--settle", 0, "--speed", 1000, "--out", tmp_path)
     log = tmp_path / "ASV00.jsonl"
     log.write_text(re.sub(r'"data": "..', '"data": "ff', log.read_text(), count=1))
-    done = remoras("replay-log", log)
+    done = remoras("node", "--replay", log)
     assert done.exit_code == 1
     assert "ASV00 differs from its log: packet 1: " in done.stdout
 
@@ -160,7 +160,7 @@ def test_a_swarm_whose_port_is_in_use_ends_all_it_started() -> None:
         (["swarm", SCENARIO, "--port", "65533"], "--port 65533: allowed is up to 65532: 4 vehicles take a port each"),
         (["node", SCENARIO, "AUV00", "--start", "nan"], "--start nan: allowed is a time by time.monotonic()"),
         (["node", SCENARIO, "AUV00", "--start", "1e18"], "--start 1e+18: allowed is a time by time.monotonic()"),
-        (["replay-log", "nowhere.jsonl"], "nowhere.jsonl"),
+        (["node", "--replay", "nowhere.jsonl"], "nowhere.jsonl"),
     ],
 )
 def test_what_cannot_be_is_named(arguments: list[str], message: str) -> None:

@@ -83,7 +83,7 @@ def test_a_sweep_with_a_class_of_a_file_is_made_resumed_and_read_without_it(tmp_
     own.unlink()
     rows = remoras_command("compare", out, "--json")
     assert f'"{own.stem}:Mine"' in rows.stdout
-    assert remoras_command("status", out).stdout.startswith("6 planned, 6 done")
+    assert remoras_command("sweep", "--status", "--out", out).stdout.startswith("6 planned, 6 done")
     assert remoras_command("plot", out, "bytes", "--out", tmp_path / "figures").returncode == 0
     assert set(SweepResults.read(out).runs().strategy) == {"remoras", f"{own.stem}:Mine", "cbba"}
     assert (out / "study.toml").read_text().startswith(f"# --strategy elsewhere/{own.name}:Mine\n# --strategy cbba\n")

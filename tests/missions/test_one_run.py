@@ -57,7 +57,7 @@ def test_a_run_knows_whether_anything_was_drawn_in_it(settings: tuple[str, ...],
 )
 def test_a_fault_counts_as_drawn_if_it_is(tmp_path: Path, when: str, expected: bool) -> None:
     path = tmp_path / "one.toml"
-    base = CliRunner().invoke(app, ["example", "scenario"]).stdout
+    base = CliRunner().invoke(app, ["new", "scenario", "--example"]).stdout
     del base
     from missions.files import SCENARIO, shipped
 

@@ -214,7 +214,7 @@ def test_the_commands_work_together(tmp_path: Path) -> None:
     assert set(json.loads(dry.stdout)) == {"planned", "estimate_s", "timed", "deterministic"}
     made = runner.invoke(app, ["sweep", str(study), "--out", str(out), "--jobs", "2", "--json"])
     assert made.exit_code == 0, made.output
-    shown = runner.invoke(app, ["status", str(out), "--json"])
+    shown = runner.invoke(app, ["sweep", "--status", "--out", str(out), "--json"])
     assert json.loads(shown.stdout) == json.loads(made.stdout)
     assert json.loads(shown.stdout) == {"planned": 12, "done": 12, "failed": 0, "censored": 12, "remaining": 0}
     compared = runner.invoke(app, ["compare", str(out), "--json", "--out", str(tmp_path / "rows.csv")])
@@ -230,7 +230,7 @@ def test_failed_runs_exit_with_1_and_say_how_to_replay(tmp_path: Path, monkeypat
     faulty(tmp_path, "RAISING", monkeypatch)
     made = CliRunner().invoke(app, ["sweep", str(tmp_path / "study.toml"), "--out", str(tmp_path / "out")])
     assert made.exit_code == 1
-    shown = CliRunner().invoke(app, ["status", str(tmp_path / "out")]).stdout
+    shown = CliRunner().invoke(app, ["sweep", "--status", "--out", str(tmp_path / "out")]).stdout
     assert "8 failed" in shown
     assert "replay: remoras run mapping-rendezvous" in shown
 

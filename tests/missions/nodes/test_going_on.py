@@ -184,7 +184,7 @@ def killed(folder: Path) -> tuple[Path, str]:
         printed, told = node.communicate()
         said.append(f"life {life}, exit {node.returncode}: {told.strip() or '-'}")
     outcomes = {"ASV00": json.loads(ship.communicate()[0]), "AUV00": json.loads(printed)}
-    again = subprocess.run([*COMMAND, "replay-log", str(log)], capture_output=True, text=True, check=False)
+    again = subprocess.run([*COMMAND, "node", "--replay", str(log)], capture_output=True, text=True, check=False)
     said += [f"{name}: {found['items']} items, state {found['state_hash']}" for name, found in outcomes.items()]
     said += ["they know the same" if len({one["state_hash"] for one in outcomes.values()}) == 1 else "THEY DIFFER"]
     said += [again.stdout.strip() + again.stderr.strip()]

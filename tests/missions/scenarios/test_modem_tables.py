@@ -109,7 +109,7 @@ def test_link_budget_tells_of_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     monkeypatch.chdir(tmp_path)
     more = 'band_khz = [24.0, 32.0]\nmodulation = "psk"\nsource_level_db = 170.0\n'
     Path("quay.toml").write_text(OWN + more, encoding="utf-8")
-    done = CliRunner().invoke(app, ["link-budget", "--modem", "quay.toml", "--ranges", "1000"])
+    done = CliRunner().invoke(app, ["sea", "--modem", "quay.toml", "--ranges", "1000"])
     assert done.exit_code == 0, done.output
     assert done.output.splitlines()[1].startswith("quay")
 

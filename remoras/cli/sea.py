@@ -1,10 +1,10 @@
-"""The command about the acoustic channel: link-budget."""
+"""The command about the sea: losses that were measured, and how far modems carry."""
 
 from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,11 +12,12 @@ import typer
 
 from missions.errors import LONGEST_VALUE, cut
 from remoras.cli import completion
-from remoras.cli.app import FigureFolder, FigureFormat, Format, Json, command, fail, show_json
+from remoras.cli.app import FigureFolder, FigureFormat, Format, Json, check_known, command, fail, show_json
 from remoras.cli.runs import Seed, Settings
 from remoras.cli.tables import on_terminal, show_table
 
 if TYPE_CHECKING:
+    from exchange.acoustics.network import Network
     from missions.scenarios.scenario import Scenario
     from visualisation.reach import DrawnPackets, ModemReach
 
@@ -42,15 +43,25 @@ def ranges_of(text: str) -> tuple[float, ...]:
     return found
 
 
-@command("link-budget", "remoras link-budget --modem nanomodem-v3,whoi-fsk-0 --set channel.spreading=2")
-def link_budget(
+@command("sea", "remoras sea mapping-rendezvous --modem nanomodem-v3,whoi-fsk-0 --set channel.spreading=2")
+def sea(
     name: Annotated[
-        str, typer.Argument(metavar="SCENARIO", help="Whose sea and fleet.", autocompletion=completion.scenario)
+        str,
+        typer.Argument(
+            metavar="NETWORK|SCENARIO",
+            help="Network that was measured, or scenario whose sea and fleet are meant: a shipped name or a file.",
+            autocompletion=completion.sea,
+        ),
     ] = "mapping-rendezvous",
+    describe: Annotated[
+        bool, typer.Option("--describe", help="Tell what was measured, or how far modems carry; so it does unasked.")
+    ] = True,
     modem: Annotated[
         str | None, typer.Option(metavar="NAMES", help="Modem profiles, commas between; the scenario's if left out.")
     ] = None,
-    ranges: Annotated[str, typer.Option(metavar="METRES", help="Ranges of the table.")] = DEFAULT_RANGES,
+    ranges: Annotated[
+        str | None, typer.Option(metavar="METRES", help=f"Ranges of the table.  [default: {DEFAULT_RANGES}]")
+    ] = None,
     draws: Annotated[
         int, typer.Option(min=0, max=1_000_000, metavar="N", help="Packets to draw for each modem and range; slow.")
     ] = 0,
@@ -60,12 +71,48 @@ def link_budget(
     file_format: FigureFormat = Format.PNG,
     as_json: Json = False,
 ) -> None:
-    """Tell what of a modem's packets arrives against range, on the channel acoustic."""
+    """Tell what was measured of a network: source, losses, what is not known; or how far modems carry in a scenario.
+
+    How far modems carry is the share of packets that arrives against range, on the channel acoustic.
+    """
+    of_scenario = {"--modem": modem, "--ranges": ranges, "--draws": draws or None, "--set": settings}
+    if _is_network(name):
+        if told := [option for option, value in of_scenario.items() if value is not None]:
+            fail(f"{told[0]}: is about the modems of a scenario, and {name} is a network")
+        _describe_network(name, out, file_format, as_json)
+    else:
+        _describe_modems(name, modem, ranges or DEFAULT_RANGES, draws, seed, settings or (), out, file_format, as_json)
+
+
+def _is_network(name: str) -> bool:
+    """True for what names a network; a file that has none is taken for a scenario."""
+    from exchange.acoustics.network import file_in
+    from exchange.acoustics.network import shipped as networks
+    from missions.files import has_table, shipped
+
+    if not (file := file_in(name)):
+        check_known("network or scenario", name, [*networks(), *shipped()])
+        return name in networks()
+    return file != name or file.endswith(".csv") or has_table(name, "network")
+
+
+def _describe_modems(
+    name: str,
+    modem: str | None,
+    ranges: str,
+    draws: int,
+    seed: int,
+    settings: Sequence[str],
+    out: Path | None,
+    file_format: Format,
+    as_json: bool,
+) -> None:
+    """Tell what of the packets of modems arrives against range in the sea of a scenario."""
     from missions.scenarios import load
 
     ranges_m = ranges_of(ranges)
-    _refuse_other_channels(settings or ())
-    overrides = [("link-budget", "channel.name=acoustic"), *(("--set", setting) for setting in settings or ())]
+    _refuse_other_channels(settings)
+    overrides = [("sea", "channel.name=acoustic"), *(("--set", setting) for setting in settings)]
     chosen = (
         [[]] if modem is None else [[("--modem", f"communication.modem={part.strip()}")] for part in modem.split(",")]
     )
@@ -91,7 +138,7 @@ def _refuse_other_channels(settings: Sequence[str]) -> None:
     for setting in settings:
         key, _, value = setting.partition("=")
         if key_parts(key.strip()) in (["channel"], ["channel", "name"]) and value.strip(" \"'") != "acoustic":
-            allowed = "link-budget tells of the channel acoustic alone; allowed: its keys, such as channel.spreading=2"
+            allowed = "sea tells of the channel acoustic alone; allowed: its keys, such as channel.spreading=2"
             fail(f"--set {cut(setting, LONGEST_VALUE)}: {allowed}")
 
 
@@ -186,3 +233,49 @@ def _print(reaches: Sequence[ModemReach]) -> None:
         return
     for row in [columns, *rows]:
         print(f"{row[0]:<16}", *(f"{value:>10}" for value in row[1:]))
+
+
+def _describe_network(name: str, out: Path | None, file_format: Format, as_json: bool) -> None:
+    """Print what is known of a network, and draw map and losses."""
+    from exchange.acoustics.models import LinkFileError
+    from exchange.acoustics.network import network_of
+
+    try:
+        network = network_of(name)
+    except LinkFileError as error:
+        fail(f"network {cut(name, LONGEST_VALUE)!r}: {error}")
+    if out is not None:
+        from visualisation import output
+        from visualisation.networks import network_contents
+
+        written = output.write_folder(out, network_contents(network, file_format.value))
+        print(*written, sep="\n", file=sys.stderr if as_json else sys.stdout)
+    if as_json:
+        show_json({**network.model_dump(mode="json"), "assumed": network.assumption})
+        return
+    print(f"{network.name}: {network.title}".removesuffix(": "))
+    for what, text in (("source", network.citation), ("packet", network.packet), ("assumed", network.assumption)):
+        if text:
+            print(f"  {what}: {text}")
+    for text in network.unknown:
+        print(f"  not known: {text}")
+    for node in network.node:
+        place = "" if node.position_m is None else " at {:g}, {:g} m".format(*node.position_m)
+        depth = "" if node.depth_m is None else f", {node.depth_m:g} m deep"
+        print(f"  node {node.name}{place}{depth}")
+    rows = list(_rows(network))
+    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
+    for row in rows:
+        print("  " + "  ".join(f"{text:>{width}}" for text, width in zip(row, widths, strict=True)))
+
+
+def _rows(network: Network) -> Iterator[list[str]]:
+    """The losses as a table, its heading first."""
+    if network.per_over_range:
+        yield ["range (m)", "lost"]
+        yield from ([f"{range_m:g}", f"{per:.3f}"] for range_m, per in network.per_over_range)
+        return
+    names = network.nodes
+    yield ["lost: row sends, column hears", *names]
+    for sender in names:
+        yield [sender, *("-" if sender == other else f"{network.per[sender, other]:.3f}" for other in names)]
