@@ -143,7 +143,6 @@ FACE = (
     "remoras.face",
     "remoras.swept",
     "remoras.stepped",
-    "remoras.learn",
 )
 ROOFS = ("remoras.cli", "remoras.testing")
 ENTRY = "remoras.__main__"

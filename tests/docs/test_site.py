@@ -26,7 +26,6 @@ DOCS = ROOT / "docs"
 PAGES = sorted(path.relative_to(DOCS).with_suffix("").as_posix() for path in DOCS.rglob("*.md"))
 NOTEBOOKS = sorted((DOCS / "notebooks").glob("*.md"))
 PACKAGES = [
-    "remoras.learn",
     "remoras.testing",
     *sorted(
         ".".join(path.parent.relative_to(ROOT).parts)

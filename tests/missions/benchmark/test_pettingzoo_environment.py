@@ -1,13 +1,6 @@
-"""The learning face: environments that wait for actions, and policies as strategies."""
+"""The fleet of a suite as a PettingZoo environment."""
 
-import builtins
-import cProfile
-import pstats
-import subprocess
-import sys
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import replace
-from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -15,17 +8,22 @@ import numpy as np
 import pytest
 from pettingzoo.test import parallel_api_test, parallel_seed_test
 
-import remoras
-from missions.benchmark.learning.environment import FleetEnv
-from missions.benchmark.learning.lockstep import WaitingNegotiator
-from missions.benchmark.learning.observing import AGAIN, JOB, LEAVE, MOST_JOBS, N_ACTIONS, OWN, TAKE, Sight
+from missions.benchmark.pettingzoo_environment import (
+    AGAIN,
+    JOB,
+    LEAVE,
+    MOST_JOBS,
+    N_ACTIONS,
+    OWN,
+    TAKE,
+    FleetEnv,
+    Sight,
+)
+from missions.benchmark.suite import suite_named
 from missions.errors import OutputError
-from missions.runs.run import Run, run_of
+from missions.runs.run import run_of
 from missions.runs.setup import resolved
 from missions.sweeps.plan import seed_of
-from remoras.learn import parallel_env, strategy
-from remoras.strategy import Move, Situation
-from remoras.testing import conforms
 
 ROOT = Path(__file__).resolve().parents[3]
 SUITE = """
@@ -58,7 +56,7 @@ SPEEDS, FINDS = "mapping-patches, alike, speeds", "mapping-patches, alike, work 
 def env_of(folder: Path, duration_s: float = 200.0, per: float = 0.42) -> FleetEnv:
     path = folder / "short.toml"
     path.write_text(SUITE.format(duration_s=duration_s, per=per), encoding="utf-8")
-    return parallel_env(str(path))
+    return FleetEnv(str(path))
 
 
 def nearest(seen: Sight) -> int:
@@ -72,11 +70,10 @@ def nearest(seen: Sight) -> int:
     return TAKE + int(min(vacant, key=lambda row: jobs[row, JOB.index("done_after_s")])) if len(vacant) else 0
 
 
-def run_through(env: FleetEnv, label: str, policy: Callable[[Sight], int], repeat: int = 0) -> Run:
+def run_through(env: FleetEnv, label: str, policy: Callable[[Sight], int], repeat: int = 0) -> None:
     seen, _ = env.reset(options={"cell": label, "repeat": repeat})
     while env.agents:
         seen, *_ = env.step({agent: policy(seen[agent]) for agent in env.agents})
-    return env.underway.finish()
 
 
 @pytest.fixture(scope="module")
@@ -103,12 +100,6 @@ def test_the_same_seed_gives_the_same_run(tmp_path: Path) -> None:
     parallel_seed_test(lambda: env_of(tmp_path), num_cycles=60)
 
 
-def same_tables(one: Run, other: Run) -> bool:
-    names = one.recorder.tables
-    assert names == other.recorder.tables
-    return all(list(one.recorder.rows(name)) == list(other.recorder.rows(name)) for name in names)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "label",
@@ -120,30 +111,17 @@ def same_tables(one: Run, other: Run) -> bool:
           for network in ("alike", "measured at sea", "bursts", "slow modem")],
     ],
 )  # fmt: skip
-def test_an_example_gives_the_same_tables_through_the_environment_as_through_the_seam(label: str) -> None:
-    env = parallel_env("fathom-1")
-    waited = run_through(env, label, nearest)
-    scenario = env.scenario_of(label)
-    assert waited.completed
-    assert same_tables(run_of(resolved(scenario, nearest_of_the_howto()), seed_of(1, 0)), waited)
-    assert same_tables(run_of(resolved(scenario, strategy(nearest)), seed_of(1, 0)), waited)
-
-
-@pytest.mark.slow
-def test_a_run_through_the_environment_costs_a_tenth_more_at_most() -> None:
-    """Calls of functions, which are the same on every machine; that of the policy is not counted."""
-    env, label = parallel_env("fathom-1"), "mapping-corridor, alike, nothing"
-    setup = resolved(env.scenario_of(label), nearest_of_the_howto())
-
-    def calls(run: Callable[[], object]) -> int:
-        run()  # what is worked out once and kept
-        profile = cProfile.Profile()
-        profile.runcall(run)
-        stats: Any = pstats.Stats(profile)
-        of_policy = [entry for (_, _, name), entry in stats.stats.items() if name == nearest.__name__]
-        return int(stats.total_calls) - sum(entry[1] for entry in of_policy)
-
-    assert calls(lambda: run_through(env, label, nearest)) < 1.1 * calls(lambda: run_of(setup, seed_of(1, 0)))
+def test_an_example_gives_the_same_rows_through_the_environment_as_a_strategy(label: str) -> None:
+    """In one frame, rows of vehicles that go on later come later."""
+    env, suite = FleetEnv("fathom-1"), suite_named("fathom-1")
+    run_through(env, label, nearest)
+    assert env.fleet.completed
+    number = [cell.label for cell in suite.cells].index(label)
+    scenario = suite.study(("remoras",)).configurations[number].scenario
+    one, other = run_of(resolved(scenario, nearest_of_the_howto()), seed_of(1, 0)).recorder, env.fleet.recorder
+    assert one.tables == other.tables
+    for name in one.tables:
+        assert sorted(map(repr, one.rows(name))) == sorted(map(repr, other.rows(name)))
 
 
 # What a vehicle cannot know -----------------------------------------------------------------------
@@ -163,40 +141,40 @@ class Told:
 
     def __init__(self, envs: tuple[FleetEnv, FleetEnv], told: set[str], find: str | None = None) -> None:
         self._envs, self.told, self._find = envs, told, find
-        self._read = [len(env.underway.recorder.packets) for env in envs]
+        self._read = [len(env.fleet.recorder.packets) for env in envs]
 
     def look(self) -> None:
         """Who has heard somebody who knows, has come near to one, or to the find."""
         heard = sorted(
             (row[1], row[2], tuple(row[6]))
             for env, read in zip(self._envs, self._read, strict=True)
-            for row in env.underway.recorder.packets[read:]
+            for row in env.fleet.recorder.packets[read:]
         )
-        self._read = [len(env.underway.recorder.packets) for env in self._envs]
+        self._read = [len(env.fleet.recorder.packets) for env in self._envs]
         for _, sender, receivers in heard:
             if sender in self.told:
                 self.told |= set(receivers)
         for env in self._envs:
-            vehicles = env.underway.view.vehicles
+            vehicles = env.fleet.view.vehicles
             for one in vehicles:
                 for other in vehicles:
                     is_as_deep = one.data.depth_m == other.data.depth_m
                     away_m = np.hypot(*np.subtract(one.position_m, other.position_m))
                     if one.name in self.told and is_as_deep and away_m < NEAR_M:
                         self.told.add(other.name)
-                if self._find and env.lockstep.fleet.named(one.name).beliefs.get(("foundAt", self._find)) is not None:
+                if self._find and env.fleet.named(one.name).beliefs.get(("foundAt", self._find)) is not None:
                     self.told.add(one.name)
 
 
 def moved(env: FleetEnv) -> tuple[set[str], str | None]:
     """A vehicle is elsewhere."""
-    env.lockstep.fleet.named("AUV02").functional.motion.x_m += 30.0
+    env.fleet.named("AUV02").functional.motion.x_m += 30.0
     return {"AUV02"}, None
 
 
 def lost(env: FleetEnv) -> tuple[set[str], str | None]:
     """A vehicle does not hear the next packet that arrives at it."""
-    fleet = env.lockstep.fleet
+    fleet = env.fleet
     deliver, fates = fleet.deliver, iter([True])
 
     def lossy(arrival: Any) -> None:
@@ -209,7 +187,7 @@ def lost(env: FleetEnv) -> tuple[set[str], str | None]:
 
 def unfound(env: FleetEnv) -> tuple[set[str], str | None]:
     """A find that nobody has come across is not there."""
-    fleet = env.lockstep.fleet
+    fleet = env.fleet
     features: dict[Any, Any] = fleet.truth._seabed.features  # type: ignore[attr-defined]
     known = [vehicle.beliefs for vehicle in fleet.vehicles]
     for at, feature in features.items():
@@ -262,20 +240,6 @@ def test_what_a_vehicle_cannot_know_changes_no_observation_until_it_is_told(tmp_
         assert n_seen > 0 or change is unfound or len(repeats) == 1
 
 
-@pytest.mark.slow
-def test_a_planted_leak_is_caught(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    usual = WaitingNegotiator.negotiate
-
-    def leaky(self: WaitingNegotiator, situation: Situation) -> Move:
-        fleet = self._lockstep.fleet
-        true_m = {vehicle.name: vehicle.position_m for vehicle in fleet.view.vehicles}
-        return usual(self, replace(situation, work=situation.work.seen(true_m, situation.now_s)))
-
-    monkeypatch.setattr(WaitingNegotiator, "negotiate", leaky)
-    _, n_leaked, _ = differences(tmp_path, SPEEDS, moved, 0)
-    assert n_leaked > 0
-
-
 # Actions, truth, and what is missing --------------------------------------------------------------
 
 
@@ -302,14 +266,19 @@ def test_an_action_outside_its_mask_is_refused_and_has_no_effect(short: FleetEnv
         while short.agents:
             seen, _, _, _, infos = short.step({agent: policy(seen[agent]) for agent in short.agents})
             n_refused += sum(info["refused"] for info in infos.values())
-        return n_refused, [list(short.underway.recorder.rows(name)) for name in short.underway.tables]
+        return n_refused, [list(short.fleet.recorder.rows(name)) for name in short.fleet.recorder.tables]
 
     silent = run(lambda seen: 0)
     assert silent[0] == 0
-    for bad in (LEAVE, N_ACTIONS, -1, "take", 1.5, None, True):
+    for bad in (LEAVE, N_ACTIONS, -1, "take", 1.5, None):
         n_refused, tables = run(lambda seen, bad=bad: bad)  # type: ignore[misc]
         assert n_refused > 20
         assert tables == silent[1]
+
+
+def now_s(env: FleetEnv) -> float:
+    """Time of the last row of the trajectories (s)."""
+    return float(env.fleet.recorder.trajectories[-1][0])
 
 
 def test_rewards_add_up_to_the_time_in_which_the_goal_was_not_reached(short: FleetEnv) -> None:
@@ -317,35 +286,11 @@ def test_rewards_add_up_to_the_time_in_which_the_goal_was_not_reached(short: Fle
     bound_s, lost_s, before_s, rewards = short.bound_s, 0.0, 0.0, []
     while short.agents:
         _, reward, *_ = short.step({})
-        lost_s += (1.0 - short.underway.goal_fraction) * (short.underway.now_s - before_s)
-        before_s = short.underway.now_s
+        lost_s += (1.0 - short.fleet.truth.goal_fraction) * (now_s(short) - before_s)
+        before_s = now_s(short)
         rewards.append(reward["AUV00"])
         assert len(set(reward.values())) == 1
     assert sum(rewards) == pytest.approx(-lost_s / bound_s)
-
-
-def test_the_truth_is_to_be_had_for_training_alone(short: FleetEnv, tmp_path: Path) -> None:
-    short.reset(options={"cell": SPEEDS, "repeat": 0})
-    state = short.state()
-    assert state in short.state_space
-    assert state[0] == short.underway.now_s
-    assert tuple(state[2:4]) == short.underway.view.vehicles[0].position_m
-    seeds = tmp_path / "seeds.txt"
-    seeds.write_text("7\n8\n", encoding="utf-8")
-    (tmp_path / "test").mkdir()
-    (tmp_path / "test" / "short.toml").write_text(
-        'ground = "mapping-patches"\ngenerator = "missions.mapping.drawn_ground:drawn_ground"\n'
-        f'seeds_sha256 = "{sha256(seeds.read_bytes()).hexdigest()}"\n',
-        encoding="utf-8",
-    )
-    env_of(tmp_path)
-    judged = parallel_env(str(tmp_path / "short.toml"), "test", seeds)
-    judged.reset(options={"cell": "drawn, alike, speeds", "repeat": 1})
-    with pytest.raises(OutputError, match=r"state\(\) of split test: .*allowed: split dev"):
-        judged.state()
-    assert set(judged.step({})[1].values()) == {0.0}
-    with pytest.raises(remoras.RemorasError, match="split = 'val'; allowed: dev, test"):
-        parallel_env("fathom-1", "val")
 
 
 @pytest.mark.parametrize(
@@ -354,57 +299,3 @@ def test_the_truth_is_to_be_had_for_training_alone(short: FleetEnv, tmp_path: Pa
 def test_a_case_that_is_none_is_named(short: FleetEnv, options: Mapping[str, Any], named: str) -> None:
     with pytest.raises(OutputError, match=f"{named}; allowed: "):
         short.reset(options=options)
-
-
-def test_without_the_extra_one_line_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("missions.benchmark.learning.environment", "missions.benchmark.learning.lockstep"):
-        monkeypatch.delitem(sys.modules, name, raising=False)
-    usual = builtins.__import__
-
-    def missing(name: str, *given: Any, **named: Any) -> Any:
-        if name.partition(".")[0] == "gymnasium":
-            raise ModuleNotFoundError(f"No module named {name!r}", name="gymnasium")
-        return usual(name, *given, **named)
-
-    monkeypatch.setattr(builtins, "__import__", missing)
-    with pytest.raises(remoras.RemorasError, match=r"learning needs gymnasium: pip install 'remoras-sim\[learn\]'"):
-        parallel_env("fathom-1")
-
-
-@pytest.mark.slow
-def test_neither_the_package_nor_a_learned_strategy_loads_what_learning_needs() -> None:
-    code = (
-        "import sys, remoras; assert 'remoras.learn' not in sys.modules; from remoras.learn import strategy; "
-        "found = {'pettingzoo', 'gymnasium', 'greenlet'} & set(sys.modules); assert not found, found"
-    )
-    subprocess.run([sys.executable, "-c", code], check=True, cwd=ROOT)
-
-
-class Counting:
-    """A policy that remembers, which vehicles must not share."""
-
-    def __init__(self) -> None:
-        self.n = 0
-
-    def __call__(self, seen: Sight) -> int:
-        self.n += 1
-        assert self.n <= seen["own"][OWN.index("round")]
-        return nearest(seen)
-
-
-COUNTING = strategy(Counting(), "counting")
-
-
-def test_vehicles_share_no_memory_of_a_policy(short: FleetEnv) -> None:
-    run_of(resolved(short.scenario_of(SPEEDS), COUNTING), 1)
-    run_of(resolved(short.scenario_of(SPEEDS), COUNTING), 2)
-
-
-def test_a_policy_is_to_be_called() -> None:
-    with pytest.raises(remoras.RemorasError, match="policy is int; allowed: a function of an observation"):
-        strategy(1)  # type: ignore[arg-type]
-
-
-@pytest.mark.thorough
-def test_a_learned_strategy_conforms() -> None:
-    assert list(conforms("strategy", "test_learning:COUNTING"))

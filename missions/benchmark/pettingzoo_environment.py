@@ -1,0 +1,309 @@
+"""The fleet of a benchmark suite as a PettingZoo ``ParallelEnv``: one agent per vehicle, one step per TDMA frame.
+
+All vehicles that divide jobs are asked together at the end of a frame: their rounds of consultation begin, and each
+pauses as a *greenlet* where its negotiator is asked. Nobody hears in between, so the run is the same as without pauses.
+
+An observation follows from one ``Situation``, that is, from what the vehicle itself knows. A row of ``jobs`` is a role
+with a job, in the order of the names of the jobs; a row of ``peers`` is another vehicle that can play such a role, in
+the order of the nodes. Missing rows, and jobs that the vehicle does not know of, are 0. Action 0 states nothing,
+``TAKE + n`` takes the job of row n, ``LEAVE + n`` leaves it, ``AGAIN + n`` repeats that the vehicle has it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from functools import partial
+from typing import Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+from greenlet import getcurrent, greenlet
+from gymnasium import spaces
+from pettingzoo import ParallelEnv
+
+from exchange.acoustics.loss import EPISODES, uniform
+from missions.benchmark.running import Bounds
+from missions.benchmark.suite import suite_named
+from missions.errors import OutputError
+from missions.runs.assembly import assemble
+from missions.runs.setup import resolved
+from missions.scenarios.parts import database_of, groups_of, mission_class
+from remoras.authority import Authority
+from remoras.events import Part
+from remoras.fleet import Fleet
+from remoras.organisation import Group, RoleSpecification
+from remoras.plugins import named_object
+from remoras.strategies.founding import common_roles, founded
+from remoras.strategy import JOB_DONE, Declaration, Move, Situation, Statement
+from remoras.vehicle import Vehicle
+from remoras.work import Outlook, Point, share_left
+
+MOST_JOBS, MOST_PEERS = 20, 7
+TAKE, LEAVE, AGAIN = 1, 1 + MOST_JOBS, 1 + 2 * MOST_JOBS
+N_ACTIONS = 1 + 3 * MOST_JOBS
+OWN = (
+    "x_m", "y_m", "transit_mps", "survey_mps", "energy_share", "n_held", "free_after_s", "now_s", "round", "place",
+    "n_members", "is_head", "n_unfinished", "rally_x_m", "rally_y_m",
+)  # fmt: skip
+"""Of the vehicle: position; speeds by its data; share of its energy, 1 where it is enough; jobs that it holds, and time
+to finish them; time; number of the TDMA frame; its place among the members, and their number; whether it leads them;
+jobs not known to be done; the meeting place from here, 0 without one."""
+JOB = (
+    "known", "done", "open", "own", "n_others", "room", "share_left", "x_m", "y_m", "done_after_s", "holder_age_s",
+)  # fmt: skip
+"""Of each job: known to exist; known to be done; may be begun; held by this vehicle; other holders; room for another;
+share left; its place from here; time to finish it if this vehicle did it next, 0 where it may not take it; age of the
+last packet of another holder, 0 without one."""
+PEER = (
+    "known", "member", "word_age_s", "x_m", "y_m", "n_held", "job", "loss_from", "loss_to", "n_unheard", "call",
+)  # fmt: skip
+"""Of each peer: exists; known to be a member of the group; age of its last packet, since the start without one; last
+known position from here; jobs that it holds, and the row of the first, -1 without one; estimated loss of the links from
+and to it; roles given to it that it has not acknowledged; how dissatisfied it is."""
+BOXES: dict[str, spaces.Box] = {
+    "own": spaces.Box(-np.inf, np.inf, (len(OWN),), np.float64),
+    "jobs": spaces.Box(-np.inf, np.inf, (MOST_JOBS, len(JOB)), np.float64),
+    "peers": spaces.Box(-np.inf, np.inf, (MOST_PEERS, len(PEER)), np.float64),
+    "action_mask": spaces.Box(0, 1, (N_ACTIONS,), np.int8),  # 1: sensible by the beliefs of the vehicle
+}
+SPACE = spaces.Dict({**BOXES})
+Sight: TypeAlias = "dict[str, npt.NDArray[Any]]"
+Infos: TypeAlias = dict[str, dict[str, Any]]
+
+
+class FleetEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's classes have no types of ours
+    """The fleet of a suite's runs on the split ``dev``.
+
+    An agent with nothing to decide observes 0 everywhere and may take action 0 alone. It is terminated once its vehicle
+    is lost for good; all are once the mission is complete, and truncated once its time is over. ``infos`` say whether
+    the action was refused, and at the end ``completed`` and ``efficiency``.
+
+    Args:
+        name_or_path: a shipped suite, or a TOML file.
+
+    Attributes:
+        fleet: of the run; dividing: vehicles that divide jobs in it; bound_s: lower bound on its mission time (s).
+    """
+
+    def __init__(self, name_or_path: str) -> None:
+        self.suite = suite_named(name_or_path)
+        self.metadata, self.render_mode = {"name": self.suite.about.name, "render_modes": []}, None
+        self._configurations = self.suite.study(("remoras",)).configurations
+        self._bounds = Bounds(named_object(self.suite.about.bound))
+        self._seed = self._episode = 0
+        self.fleet: Fleet
+        self._run: greenlet | None = None
+        self.agents: list[str] = []
+        able = set[str]()
+        for scenario in {of.source: of.scenario for of in self._configurations}.values():
+            database = database_of(scenario, mission_class(scenario.scenario.mission))
+            for group in groups_of(scenario):
+                able |= {of.name for role in jobs_of(group) for of in database.able_to_play(group.name, role.name)}
+        self.possible_agents = sorted(able)
+        self.action_spaces = {agent: spaces.Discrete(N_ACTIONS) for agent in self.possible_agents}
+
+    def observation_space(self, agent: str) -> spaces.Space[Any]:
+        """The same for all agents."""
+        return SPACE
+
+    def action_space(self, agent: str) -> spaces.Space[Any]:
+        """Numbers of actions; ``sample(mask=...)`` takes the ``action_mask`` of an observation."""
+        return self.action_spaces[agent]
+
+    def reset(
+        self, seed: int | None = None, options: Mapping[str, Any] | None = None
+    ) -> tuple[dict[str, Sight], Infos]:
+        """Begin a run of the suite.
+
+        Args:
+            seed: of the draws of cells and repeats; without it the next draw.
+            options: ``cell``, the name of a cell, and ``repeat``, the number of one, instead of a draw.
+
+        Raises:
+            OutputError: there is no such cell or repeat, or vehicles do not consult together.
+        """
+        self.close()
+        suite, labels = self.suite, [cell.label for cell in self.suite.cells]
+        if seed is not None:
+            self._seed, self._episode = seed, 0
+        drawn = math.floor(len(labels) * suite.repeats * uniform(self._seed, EPISODES, self._episode, 0, 1))
+        self._episode += 1
+        case = {"cell": labels[drawn // suite.repeats], "repeat": drawn % suite.repeats, **(options or {})}
+        for key, allowed in ("cell", labels), ("repeat", range(suite.repeats)):
+            if case[key] not in allowed:
+                raise OutputError(f"{key} = {case[key]!r}; allowed: {allowed[0]!r} to {allowed[-1]!r}")
+        number, run_seed = suite.place(labels.index(case["cell"]), case["repeat"], 0, 1)[0], suite.seed(case["repeat"])
+        scenario = self._configurations[number].scenario
+        self.bound_s, self._now_s = self._bounds.bound_s(number, scenario, run_seed), 0.0
+        self.dividing, self._rounds = set[str](), dict[str, tuple[greenlet, Any]]()
+        self.fleet = assemble(resolved(scenario, _Strategy(self)), run_seed)
+        self._run = greenlet(self.fleet.run)
+        if self.fleet.clocks:
+            raise OutputError(f"{case['cell']}: vehicles do not consult together; allowed: no clocks")
+        self._go_on({})
+        self.agents = [agent for agent in self.possible_agents if agent in self.dividing]
+        return self._observations(), {agent: {"refused": False} for agent in self.agents}
+
+    def step(
+        self, actions: Mapping[str, Any]
+    ) -> tuple[dict[str, Sight], dict[str, float], dict[str, bool], dict[str, bool], Infos]:
+        """Let the agents act, an agent without an action state nothing, and the run go on to the end of the next frame.
+
+        Returns:
+            Observations, rewards, whether each agent is terminated, or truncated, and infos.
+        """
+        if not self.agents:
+            return {}, {}, {}, {}, {}
+        agents, fleet = self.agents, self.fleet
+        taken = {agent: actions.get(agent, 0) for agent in agents}
+        masks = {agent: seen["action_mask"] for agent, seen in self._observations().items()}
+        allowed = {a: n for a, n in taken.items() if self.action_spaces[a].contains(n) and masks[a][n]}
+        self._go_on(allowed)
+        is_over, completed = not fleet.running, bool(fleet.completed)
+        now_s = fleet.ended_s if is_over else (fleet.steps - 2) * fleet.tick_s  # of the last tick, to which the goal is
+        reward = -(1.0 - fleet.truth.goal_fraction) * (now_s - self._now_s) / self.bound_s
+        self._now_s = now_s
+        infos: Infos = {agent: {"refused": agent not in allowed} for agent in agents}
+        if is_over:
+            time_s = fleet.ended_s if completed else self.suite.about.limit_s
+            for info in infos.values():
+                info |= {"completed": completed, "efficiency": self.bound_s / time_s}
+        gone = {of.name for of in fleet.vehicles if of.condition.lost_for_good or of.functional.exhausted}
+        seen = self._observations()
+        terminated = {agent: (is_over and completed) or agent in gone for agent in agents}
+        self.agents = [] if is_over else [agent for agent in agents if agent not in gone]
+        truncated = dict.fromkeys(agents, is_over and not completed)
+        return seen, dict.fromkeys(agents, reward), terminated, truncated, infos
+
+    def close(self) -> None:
+        """End the run and release its vehicles."""
+        if self._run is not None:
+            for waiting in (*[round_ for round_, _ in self._rounds.values()], self._run):
+                if waiting:
+                    waiting.throw()
+            self.fleet.close()
+        self._run, self.agents = None, []
+
+    def _observations(self) -> dict[str, Sight]:
+        return {agent: self._asked.get(agent) or nothing_seen() for agent in self.agents}
+
+    def _go_on(self, actions: Mapping[str, Any]) -> None:
+        self._actions, self._asked, self._outside = actions, dict[str, Sight](), getcurrent()
+        assert self._run is not None
+        self._run.switch()
+
+    def consult(self, vehicle: Vehicle, now_s: float) -> bool:
+        """Let a vehicle consult; the first of a frame begins the rounds of all and waits for the actions."""
+        if not self._rounds:
+            for other in self.fleet.vehicles:
+                round_ = greenlet(partial(Vehicle.consult, other))
+                self._rounds[other.name] = round_, round_.switch(now_s)
+            if self._asked:
+                self._outside.switch()
+        round_, changed = self._rounds.pop(vehicle.name)
+        return bool(changed if round_.dead else round_.switch())
+
+    def negotiate(self, me: str, group: Group, situation: Situation) -> Move:
+        """Wait for the action of a vehicle in its round, and state it."""
+        self._asked[me] = observation(me, group, situation)
+        run = getcurrent().parent
+        assert run is not None
+        run.switch()
+        statements: tuple[Statement, ...] = ()
+        if number := int(self._actions.get(me, 0)):
+            path = group.path(jobs_of(group)[(number - TAKE) % MOST_JOBS].name)
+            statements = (Statement(((me, "leftRole" if LEAVE <= number < AGAIN else "playsRole", path),)),)
+        return Move(statements, holding=bool(situation.work.unfinished))
+
+
+class _Vehicle(Vehicle):
+    def __init__(self, env: FleetEnv, *given: Any) -> None:
+        super().__init__(*given)
+        self._env = env
+
+    def consult(self, now_s: float) -> bool:
+        return self._env.consult(self, now_s)
+
+
+class _Strategy:
+    name, form, adapt = "agents", staticmethod(founded), staticmethod(common_roles)
+
+    def __init__(self, env: FleetEnv) -> None:
+        messages = {"playsRole": "a job is taken", "leftRole": "a job is left", JOB_DONE: "a job is done"}
+        part = Part(vehicle=partial(_Vehicle, env))
+        self.declaration = Declaration("PettingZoo", messages, authorities=frozenset({Authority.TAKE}), part=part)
+        self._env = env
+
+    def negotiator(self, me: str, group: Group) -> _Negotiator:
+        self._env.dividing.add(me)
+        return _Negotiator(self._env, me, group)
+
+
+class _Negotiator:
+    def __init__(self, env: FleetEnv, me: str, group: Group) -> None:
+        self.negotiate = partial(env.negotiate, me, group)
+
+
+def jobs_of(group: Group) -> list[RoleSpecification]:
+    """Roles of a group that have jobs, a row of ``jobs`` each."""
+    return sorted((role for role in group.roles if role.job), key=lambda role: (role.job or "", role.name))
+
+
+def nothing_seen() -> Sight:
+    """The observation of a vehicle that has nothing to decide."""
+    seen: Sight = {name: np.zeros_like(box.low) for name, box in BOXES.items()}
+    seen["action_mask"][0] = 1
+    return seen
+
+
+def observation(me: str, group: Group, situation: Situation) -> Sight:
+    """Arrays of the knowledge of a vehicle about the jobs of its group."""
+    work, now_s, heard_s, seen = situation.work, situation.now_s, situation.heard_s, nothing_seen()
+    data, position_m, roles, mask = work.database[me], work.position_m(me), jobs_of(group), seen["action_mask"]
+    here, may_begin, held, n_unfinished = Outlook(now_s, position_m), {role.name for role in work.open}, [], 0
+    able = {of.name for role in roles for of in work.database.able_to_play(group.name, role.name)}
+    rows_of: dict[str, list[int]] = {name: [] for name in work.database if name in able and name != me}
+
+    def away(of_m: Point) -> tuple[float, float]:
+        return of_m[0] - position_m[0], of_m[1] - position_m[1]
+
+    for row, role in enumerate(roles):
+        job = work.jobs.get(role.job or "")
+        if job is None:
+            continue
+        holders, is_done = work.holders(role), job.name in work.done
+        others = [name for name in holders if name != me]
+        is_own, has_room = len(others) < len(holders), role.maximum is None or len(holders) < role.maximum
+        is_open = role.name in may_begin
+        then = None
+        if not is_done:
+            n_unfinished += 1
+            if is_own:
+                held.append(role)
+                mask[[LEAVE + row, AGAIN + row]] = 1
+            elif is_open and has_room and work.able(data, role):
+                mask[TAKE + row] = 1
+                then = job.after(here, data)
+            for name in rows_of.keys() & set(others):
+                rows_of[name].append(row)
+        seen["jobs"][row] = (
+            1, is_done, is_open, is_own, len(others), has_room, 0 if is_done else share_left(job), *away(job.place_m),
+            0 if then is None else then.free_s - now_s,
+            0 if is_done or not others else now_s - max([heard_s.get(name, 0.0) for name in others]),
+        )  # fmt: skip
+    energy_j, members = work.energy_j.get(me), work.members
+    seen["own"][:] = (
+        *position_m, data.transit_speed_mps, data.survey_speed_mps, 1 if energy_j is None else energy_j / data.energy_j,
+        len(held), work.after_all(here, data, held).free_s - now_s if held else 0, now_s, situation.round,
+        members.index(me), len(members), me in work.heads, n_unfinished, *away(situation.rally_m or position_m),
+    )  # fmt: skip
+    for number, (name, rows) in enumerate(rows_of.items()):
+        links = situation.links.get(name)
+        seen["peers"][number] = (
+            1, name in members, now_s - heard_s.get(name, 0.0), *away(work.position_m(name)), len(rows),
+            rows[0] if rows else -1, 0 if links is None else links.incoming.p_reckoned,
+            0 if links is None else links.outgoing.p_reckoned, len(situation.unheard.get(name, ())),
+            situation.calls.get(name, 0.0),
+        )  # fmt: skip
+    return seen
