@@ -69,6 +69,7 @@ def test_what_is_answered_at_once_loads_nothing_heavy(arguments: list[str], code
     assert modules_after(program).isdisjoint(HEAVY)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "needed"),
     [
