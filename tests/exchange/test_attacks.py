@@ -54,39 +54,6 @@ def test_what_befalls_packets_makes_no_false_belief_and_nothing_is_lost(policy: 
     storm.check_rest()
 
 
-# Deaths and restarts ------------------------------------------------------------------------------
-
-
-@EVERY_POLICY
-def test_restarts_under_loss_make_no_false_belief(policy: str):
-    """Each vehicle restarts once, with and without its memory in turn; packets of the life before come too."""
-    storm = storm_of(4, policy, payload_bytes=32)
-    fates = chances(4, (0.4, LOST), (0.1, DOUBLED), (0.1, replayed(9.0)), (0.1, replayed(5.0)))
-    for node in range(4):
-        busy(storm, 6, fates)
-        maps(storm, node, *range(8))
-        storm.run(5, fates)
-        storm.restart(node, keeps=node % 2 == 0)
-    busy(storm, 10, fates)
-    storm.calm(60)
-    storm.check_agreement(of_all=POLICIES[policy].repeat)
-    storm.check_rest()
-
-
-def test_one_that_is_cut_off_holds_up_nobody():
-    """Its items are not kept open for it without end: what others hold is settled, and it catches up later."""
-    storm = storm_of(4, "mps-ack-repeat", payload_bytes=32)
-    busy(storm, 5, chances(6, (0.4, LOST)))
-    storm.die(3)
-    busy(storm, 80, chances(7, (0.4, LOST)))
-    storm.calm(60)
-    storm.check_rest()
-    storm.start(3, keeps=True)
-    storm.calm(60)
-    storm.check_agreement()
-    storm.check_rest()
-
-
 # Two of one number --------------------------------------------------------------------------------
 
 

@@ -4,12 +4,9 @@ import math
 
 import pytest
 
-from exchange.acoustics.channel import Arrival, BroadcastChannel
+from exchange.acoustics.channel import Arrival
 from exchange.acoustics.collisions import Collisions
-from exchange.acoustics.link import Bernoulli
 from exchange.acoustics.loss import uniform
-from exchange.acoustics.modems import modems
-from exchange.schedule import TdmaSchedule
 
 LENGTH_S = 1.0
 
@@ -50,26 +47,6 @@ def test_packets_that_touch_do_not_meet() -> None:
     air = Collisions()
     assert sent(air, 0, 0, 0.0, {2: 1.5}) == [False]
     assert sent(air, 1, 1, 0.3, {2: 0.2}) == [False]  # sent later and over at 1.5, when 0 begins to be heard
-
-
-@pytest.mark.parametrize("p_loss", [0.0, 0.3])
-def test_throughput_of_slots_is_what_the_links_do_not_lose(p_loss: float) -> None:
-    """Every slot has one packet, a receiver hears 1 - p of them; ends of slots touch, and nothing meets."""
-    modem = modems()["nanomodem-v3"]
-    schedule = TdmaSchedule.for_range(4, modem.packet_s(modem.payload_bits), 1000.0, 1500.0)
-    channel = BroadcastChannel(modem, Bernoulli(p_loss), seed=5, range_m=1000.0)
-    places = [(0.0, 0.0), (1000.0, 0.0), (500.0, 800.0), (10.0, 0.0)]
-    air, heard, sent_by_others = Collisions(), 0, 0
-    data = bytes(modem.payload_bits // 8)
-    for slot in range(4000):
-        sender, at_s = schedule.owner(slot), schedule.start_s(slot)
-        arrivals = channel.transmit(slot, sender, data, at_s, places)
-        hearings, lost = air.send(slot, sender, at_s, at_s + schedule.packet_s, arrivals)
-        assert lost == []
-        heard += len(hearings)
-        sent_by_others += 3
-    share = heard / sent_by_others
-    assert abs(share - (1.0 - p_loss)) <= 4.0 * math.sqrt(p_loss * (1.0 - p_loss) / sent_by_others)
 
 
 @pytest.mark.parametrize("load", [0.25, 0.5, 1.0])

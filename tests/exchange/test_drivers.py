@@ -14,10 +14,10 @@ FAR_S = 1e6
 """The mission began so long ago (s): all that is sent now is past."""
 
 
-def pair() -> tuple[UdpDriver, Socket, Paced]:
-    """A driver, the port of its only peer, and its pace."""
+def pair() -> tuple[UdpDriver, Socket, Socket, Paced]:
+    """A driver, its port, that of its only peer, and its pace."""
     own, peer, pace = Socket(), Socket(), Paced(time.monotonic() - FAR_S)
-    return UdpDriver(own, [peer.address], pace, lambda size_bits: AIR_S), peer, pace
+    return UdpDriver(own, [peer.address], pace, lambda size_bits: AIR_S), own, peer, pace
 
 
 def waiting(driver: UdpDriver, pace: Paced) -> list[tuple[bytes, float]]:
@@ -41,15 +41,15 @@ def test_an_address_of_another_machine_is_refused() -> None:
 
 
 def test_a_packet_is_heard_when_a_modem_would_have_ended_it() -> None:
-    driver, peer, pace = pair()
-    peer.put(HEAD.pack(MAGIC, 700.0) + b"data", driver._port.address)
+    driver, own, peer, pace = pair()
+    peer.put(HEAD.pack(MAGIC, 700.0) + b"data", own.address)
     assert waiting(driver, pace) == [(b"data", 700.0 + AIR_S)]
 
 
 def test_a_slot_that_opens_in_the_future_is_heard_now() -> None:
     """A peer whose clock is wrong does not fill the queue of events with what is far away."""
-    driver, peer, pace = pair()
-    peer.put(HEAD.pack(MAGIC, 10.0 * FAR_S) + b"data", driver._port.address)
+    driver, own, peer, pace = pair()
+    peer.put(HEAD.pack(MAGIC, 10.0 * FAR_S) + b"data", own.address)
     ((_, time_s),) = waiting(driver, pace)
     assert FAR_S <= time_s <= pace.now_s + AIR_S
 
@@ -59,23 +59,23 @@ def test_a_slot_that_opens_in_the_future_is_heard_now() -> None:
     [b"", b"RMR1", HEAD.pack(MAGIC, 1.0), HEAD.pack(b"RMR2", 1.0) + b"x", HEAD.pack(MAGIC, float("nan")) + b"x"],
 )
 def test_what_is_no_packet_is_counted_and_passed_over(datagram: bytes) -> None:
-    driver, peer, pace = pair()
-    peer.put(datagram, driver._port.address)
-    peer.put(HEAD.pack(MAGIC, 1.0) + b"good", driver._port.address)
+    driver, own, peer, pace = pair()
+    peer.put(datagram, own.address)
+    peer.put(HEAD.pack(MAGIC, 1.0) + b"good", own.address)
     assert [data for data, _ in waiting(driver, pace) or waiting(driver, pace)] == [b"good"]
     assert driver.n_strange == 1
 
 
 def test_strangers_are_not_listened_to() -> None:
-    driver, _, pace = pair()
+    driver, own, _, pace = pair()
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
-        stranger.sendto(HEAD.pack(MAGIC, 1.0) + b"data", driver._port.address)
+        stranger.sendto(HEAD.pack(MAGIC, 1.0) + b"data", own.address)
         assert driver.receive(pace.now_s + 0.2) == []
     assert driver.n_strange == 1
 
 
 def test_a_peer_that_is_not_there_does_not_matter() -> None:
-    driver, peer, pace = pair()
+    driver, _, peer, pace = pair()
     peer.close()
     for _ in range(3):
         driver.send(b"data", pace.now_s)

@@ -62,17 +62,6 @@ def test_states_n_slots_apart_are_correlated_with_the_nth_power(start: int, n: i
     assert abs(both - expected) < 4.0 * standard_error(expected, N_SEEDS)
 
 
-def test_the_states_take_no_part_in_the_draws_of_losses():
-    """A packet is lost in a bad slot as often as per_bad says, in a good one as per_good: four standard errors."""
-    lost: dict[bool, list[bool]] = {True: [], False: []}
-    link = model()
-    for slot in range(N_SLOTS):
-        lost[link.is_bad(slot, 0, 1)].append(loss.uniform(1, 0, slot, 0, 1) < link.p_loss(sent(slot), 1, 100.0))
-    for bad, per in ((True, PER_BAD), (False, PER_GOOD)):
-        share = sum(lost[bad]) / len(lost[bad])
-        assert abs(share - per) < 4.0 * standard_error(per, len(lost[bad]))
-
-
 def test_the_states_are_pinned():
     """Runs are repeated from their seed: these states, first computed by this program, must never change."""
     assert (

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from exchange.acoustics.acoustic import AcousticChannel, MeasuredLinks, per_at
 from exchange.acoustics.models import Deployment
-from exchange.acoustics.modems import Modem, modem_of, modems
+from exchange.acoustics.modems import Modem, modems
 
 PUBLISHED = dict(zip(range(-3, 7), (0.997, 0.952, 0.804, 0.553, 0.245, 0.089, 0.020, 0.010, 0.003, 0.001), strict=True))
 """Of the nanomodem V3 in multipath, by SNR in dB: Sherlock et al., Electronics 11(9):1446 (2022)."""
@@ -93,14 +93,6 @@ CURVES = st.lists(
 ).map(sorted)  # fmt: skip
 
 
-def modem_with(curve: list[tuple[float, float]], frame_bytes: int = 64, payload_bytes: int = 64) -> Modem:
-    table = {
-        "payload_bytes": payload_bytes, "frame_bytes": frame_bytes, "rate_bps": 300.0, "head_s": 0.0, "range_m": 1.0,
-        "band_khz": [24.0, 32.0], "source_level_db": 168.0, "modulation": "table", "per_at_snr": curve,
-    }  # fmt: skip
-    return modem_of("own", table)
-
-
 @given(CURVES, st.floats(-40.0, 40.0))
 def test_a_curve_passes_through_its_points_and_stays_between_them(curve: list[tuple[float, float]], snr_db: float):
     assert [per_at(curve, snr) for snr, _ in curve] == pytest.approx([per for _, per in curve])
@@ -112,13 +104,3 @@ def test_a_curve_passes_through_its_points_and_stays_between_them(curve: list[tu
     else:
         ends = next((a[1], b[1]) for a, b in pairwise(curve) if a[0] <= snr_db <= b[0])
         assert min(ends) - 1e-12 <= found <= max(ends) + 1e-12
-
-
-@given(st.floats(-30.0, 30.0), st.floats(100.0, 1e4))
-def test_a_margin_is_like_so_much_less_sound(margin_db: float, range_m: float):
-    """For a curve as for bits; the ratio at the receiver stays."""
-    for modem in (modem_with([(-3.0, 1.0), (5.0, 0.0)]), replace(modems()["whoi-psk-1"], margin_db=0.0)):
-        with_margin = links(replace(modem, margin_db=margin_db))
-        fainter = links(modem, source_level_db=modem.source_level_db - margin_db)
-        assert with_margin.loss_at(range_m, 512) == pytest.approx(fainter.loss_at(range_m, 512), abs=1e-9)
-        assert with_margin.budget.snr_db(range_m) == links(modem).budget.snr_db(range_m)

@@ -108,14 +108,6 @@ def test_packets_keep_to_their_capacity() -> None:
         assert sent == [most] * 5
 
 
-def test_poisson_numbers_have_the_poisson_distribution() -> None:
-    """Quantiles of a fine grid: the share of k is exp(-m) m^k / k!."""
-    grid = (np.arange(200_000) + 0.5) / 200_000
-    numbers = np.array([montecarlo.poisson_number(float(u), 0.7, math.exp(-0.7)) for u in grid])
-    for k in range(5):
-        assert (numbers == k).mean() == pytest.approx(math.exp(-0.7) * 0.7**k / math.factorial(k), abs=1e-5)
-
-
 def test_poisson_load_is_conserved(wide: Run) -> None:
     """Little's law over the window: items in flight = rate x time to acknowledgement; what goes in comes out."""
     load = POISSON._replace(columns_per_source=40, window_start=500, window_end=4500)

@@ -127,16 +127,6 @@ def test_it_chooses_what_select_chooses(events: list[tuple[str, int, int]]) -> N
             assert found == expected.slot(what)
 
 
-def test_a_slot_looks_at_what_it_sends_and_no_further() -> None:
-    """10,000 of three priorities wait and eight go: each of three lines may be looked past four times."""
-    queue = Queue()
-    for column in range(10_000):
-        take(queue, column, 1 + column % 3)
-    room = FixedRoom(8 * SIZE_BITS)
-    assert len(queue.choose(room, 0.0)) == 8
-    assert room.n_asked <= 8 + 3 * 4
-
-
 @pytest.mark.parametrize("name", sorted(VALUE_RULES))
 def test_what_is_new_does_not_wait_for_what_nobody_acknowledges(name: str) -> None:
     """Six items that were said for more than an hour, room for two: each that comes then goes within ten minutes."""

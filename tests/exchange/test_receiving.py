@@ -5,11 +5,9 @@ from exchange.packets import Fragment
 from exchange.policies import POLICIES
 from exchange.wire.codec import Codec, Widths
 from remoras.testing.policies import (
-    BATTERY,
     DURATION_S,
     MAPPED_CELL,
     N_BLOCKS,
-    POSITION,
     TBOX,
     ManagerFleet,
     bay,
@@ -32,22 +30,6 @@ def heard(fleet: ManagerFleet, receiver: int, *fragments: Fragment, frame: int =
     reception = fleet.managers[receiver].receive(packet_of(fleet, 0, *fragments, frame=frame), arrives_s)
     assert reception.fault is None
     return merge(fleet.models[receiver], reception.blocks, arrives_s).faults
-
-
-# Two kinds of knowledge ---------------------------------------------------------------------------
-
-
-def test_items_are_numbered_without_gaps_whatever_statuses_come_between():
-    fleet = ManagerFleet(2)
-    uids = []
-    for cell in range(4):
-        fleet.observe(0, (0, POSITION, (float(cell), 0.0)))
-        uids.append(fleet.maps(0, cell))
-        fleet.observe(0, (0, BATTERY, 0.5))
-    assert [uid.sequence for uid in uids] == [0, 1, 2, 3]
-    fleet.pass_frames(3)
-    assert fleet.models[1].digest() == {(0, 0): (3, 0)} == fleet.models[0].digest()
-    assert fleet.models[0].state_hash() == fleet.models[1].state_hash()
 
 
 # One name, two contents ---------------------------------------------------------------------------

@@ -108,20 +108,6 @@ def test_a_threshold_divides_draws_where_the_probability_does(seed, slot, sender
         assert (draw >= sliced.threshold(float(p))) == (uniform >= p)
 
 
-@given(st.integers(2, 12), st.integers(0, 11), SEEDS)
-def test_a_word_holds_the_draws_of_its_slots(n_nodes: int, frame: int, key: int) -> None:
-    p_loss = np.full((n_nodes, n_nodes), 0.4)
-    np.fill_diagonal(p_loss, 1.0)
-    thresholds = sliced.thresholds_of(p_loss)
-    n_slots = sliced.slots_of_word(n_nodes)
-    for first in range(0, n_nodes, n_slots):
-        of_word = min(n_slots, n_nodes - first)
-        word = sliced.draw_word(key, frame * n_nodes, first, of_word, n_nodes, thresholds)
-        for n in range(of_word):
-            expected = montecarlo.receivers(key, frame * n_nodes + first + n, n_nodes, p_loss)
-            assert word >> n * n_nodes & (1 << n_nodes) - 1 == expected
-
-
 def test_an_interpreted_trial_is_the_oracle_of_both() -> None:
     study = ExchangeStudy(4, (0.4,), policies=("mps-ack-repeat",), trials=3)
     plan, part = plan_of(study), TrialBatch(0, 0, 3)
