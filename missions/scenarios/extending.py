@@ -111,7 +111,7 @@ def with_features(table: str) -> Callable[[type[Table]], type[Table]]:
             return base
         name, module, text = base.__name__, base.__module__, base.__doc__
         made: type[Table] = create_model(name, __base__=base, __module__=module, __doc__=text, **keys)
-        made.UNSAID = base.UNSAID | {key for key in keys if not made.model_fields[key].default}
+        made.UNSAID = base.UNSAID | {key for key in keys if made.model_fields[key].default is not True}
         return made
 
     return extended

@@ -50,7 +50,6 @@ USES = {
     "parking": ["communication.parking=false"],
     "relaying": ["communication.relaying=false"],
     "summaries": ["communication.summaries=false"],
-    "obligation": ["group.Operational.obligation=[{role='Midfield', objective='Exploring', deadline_s=300}]"],
     "slots": ["communication.slots=['AUV00','AUV01','AUV02','ASV00']"],
     "watch": ["watch={cpu_s=1.0}"],
     "covert": ["covert=[{vehicle='AUV01'}]"],
@@ -99,6 +98,20 @@ def whole() -> str:
 def test_a_feature_that_is_there_is_taken(feature: str) -> None:
     loaded = load("mapping-rendezvous", [("--set", one) for one in USES[feature]])
     assert features()[feature] in used_in(loaded)
+
+
+def test_features_that_are_off_write_nothing_into_the_manifest() -> None:
+    """What is on unless a scenario says otherwise stands there."""
+    written = load("mapping-rendezvous").model_dump(mode="json", exclude_none=True)
+    there = [
+        f"{place}.{key}"
+        for feature in features().values()
+        for place, keys in feature.keys.items()
+        for key in keys
+        for table in ([written.get(place, [])] if place else [[written]])
+        if any(key in one for one in (table if isinstance(table, list) else [table]))
+    ]
+    assert sorted(there) == ["communication.parking", "communication.relaying", "communication.summaries"]
 
 
 IN_STILL_WATER = """

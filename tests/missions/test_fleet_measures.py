@@ -170,11 +170,11 @@ def test_observations_per_minute_are_those_received(tmp_path: Path) -> None:
 
 
 def test_every_measure_can_be_compared() -> None:
-    """In the first minute nothing is lost or given up; nobody has finds, obligations or drift: these say nothing."""
+    """In the first minute nothing is lost or given up; nobody has finds or drift: these say nothing."""
     measures = {"consistency_time_s", "consistent_fraction", "least_mapped_fraction", "modem_energy_j"}
     scenario = load("mapping-rendezvous", [("--set", "scenario.duration_s=60")])
     silent = {"recovery_time_s", "finds_inspected_fraction", "given_up_s", "left_when_given_up"}
-    silent |= {"n_violated_obligations", "n_expired", "settling_s", "settled"}
+    silent |= {"n_expired", "settling_s", "settled"}
     silent |= {"n_fixes", "fixing_s", "believed_fraction", "n_silenced"}
     declared = set(metrics_of(scenario))
     assert measures | silent <= declared

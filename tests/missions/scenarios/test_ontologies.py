@@ -68,12 +68,7 @@ offset = 1.0
 """
     (tmp_path / "mine.ttl").write_text(WORDS + words, encoding="utf-8")
     path = scenario_in(tmp_path, '["mine.ttl"]', tables)
-    obligation = '[[group.obligation]]\nrole = "Tactician"\nobjective = "Watching"\ndeadline_s = 60.0\n'
-    head, marker, tail = path.read_text(encoding="utf-8").partition("[[group.role]]")
-    path.write_text(f"{head}{obligation}{marker}{tail}", encoding="utf-8")
-    read = load(str(path))
-    assert read.fault[0].attribute == "turbidity"
-    assert [one.objective for group in read.group for one in group.of_feature("obligation")] == ["Watching"]
+    assert load(str(path)).fault[0].attribute == "turbidity"
 
 
 def test_names_are_relative_to_the_scenario_and_of_an_option_to_the_working_folder(
