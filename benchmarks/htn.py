@@ -1,9 +1,8 @@
-"""The HTN planner: actions per second against GTPyhop, the cost of other facts, and of depth.
+"""The HTN planner: actions per second against GTPyhop, and the cost of a repair.
 
 The rows against GTPyhop are left out where it is not installed (``pip install gtpyhop``); its fastest strategy, the
-recursive one, is taken, with the same tests and effects. Goals: 3 times its actions per second; at
-most 1.2 with 10,000 more facts; at most 1.5 per level at 10,000 levels, in time and in memory; at most 0.05 of planning
-for the repair of one of 500 steps.
+recursive one, is taken, with the same tests and effects. Goals: 3 times its actions per second; at most 0.05 of
+planning for the repair of one of 500 steps.
 """
 
 from __future__ import annotations
@@ -12,18 +11,14 @@ import contextlib
 import importlib
 import io
 import time
-import tracemalloc
 from collections.abc import Callable, Iterator
-from functools import partial
 from importlib.util import find_spec
 from typing import Any
 
 from benchmarks.measuring import least_s, row
-from remoras.htn import ANY, Domain, Execution, FactIndex, FactsLike, Method, Operator, Plan, Task, plan
+from remoras.htn import Domain, Execution, FactsLike, Method, Operator, Plan, Task, plan
 
 REPEATS = 7
-N_FACTS = 10_000
-LEVELS = 1_000, 10_000
 N_STEPS, STEPS_PER_LEG = 500, 4
 DISTANCES = {
     ("home_a", "park"): 8, ("home_b", "park"): 2, ("station", "home_a"): 1, ("station", "home_b"): 7,
@@ -220,55 +215,6 @@ def _against_gtpyhop() -> list[dict[str, Any]]:
     return found
 
 
-def _with_more_facts() -> list[dict[str, Any]]:
-    """One domain asks key by key, the other by pattern; the indices are made once, before."""
-
-    def moor(facts: Any) -> Any:
-        return ([Task("moor", key[1:])] for key in facts.match(("loc", ANY)))
-
-    by_pattern = Domain.of([Operator("moor")], {"any": [Method("moor", moor)]})
-    more: dict[Any, Any] = {("cell", number): True for number in range(N_FACTS)}
-    found = []
-    by_key = travel()
-    trips = [Task("travel", trip) for trip in TRIPS]
-    few, many = FactIndex(FACTS), FactIndex({**FACTS, **more})
-    for name, domain, tasks in (("keys", by_key, trips), ("patterns", by_pattern, [Task("any")])):
-        few_s, many_s = least_s(
-            lambda domain=domain, tasks=tasks: plan(domain, few, tasks),  # type: ignore[misc]
-            lambda domain=domain, tasks=tasks: plan(domain, many, tasks),  # type: ignore[misc]
-            repeats=REPEATS,
-            calls=200,
-        )
-        found.append(row(f"htn, {N_FACTS} more facts, {name}", 1e6 * many_s, "us", "without", 1e6 * few_s))
-    return found
-
-
-def _by_depth() -> list[dict[str, Any]]:
-    def down(facts: FactsLike, n: int) -> list[Task]:
-        return [Task("look"), Task("down", (n - 1,)), Task("up")]
-
-    domain = Domain.of(
-        [Operator("up")],
-        {
-            "down": [Method("floor", lambda facts, n: [], lambda facts, n: n == 0), Method("down", down)],
-            "look": [Method("look", lambda facts: [])],
-        },
-    )
-    times, peaks = [], []
-    for levels in LEVELS:
-        task = Task("down", (levels,))
-        plans = partial(plan, domain, {}, task)
-        times.append(1e6 * least_s(plans, repeats=REPEATS)[0] / levels)
-        tracemalloc.start()
-        plan(domain, {}, task)
-        peaks.append(tracemalloc.get_traced_memory()[1] / levels)
-        tracemalloc.stop()
-    return [
-        row(f"htn, {LEVELS[1]} levels, per level", values[1], unit, f"{LEVELS[0]} levels", values[0], goal="<= 1.5")
-        for unit, values in (("us", times), ("B", peaks))
-    ]
-
-
 def _repair() -> list[dict[str, Any]]:
     """One of 500 steps fails, in the middle of the plan: its branch anew, against the plan for the whole."""
 
@@ -312,4 +258,4 @@ def _repair() -> list[dict[str, Any]]:
 
 def rows() -> list[dict[str, Any]]:
     """Benchmark rows; the two of one row are measured in turn in this process, GTPyhop last for its many objects."""
-    return [*_by_depth(), *_repair(), *_with_more_facts(), *_against_gtpyhop()]
+    return [*_repair(), *_against_gtpyhop()]

@@ -6,16 +6,16 @@ and the facts that it makes true. ``plan`` searches depth first, left to right, 
 ``Plan``, which is the tree of its tasks, or a ``NoPlan``. ``check_plan`` says whether a plan is legal, on its own. An
 ``Execution`` carries a plan out, and plans the branch anew in which a step fails.
 
-Facts are a read-only mapping from keys to values (``facts.get(key)``); those whose keys are tuples can be asked for by
-pattern (``facts.match(("road", "A", ANY))``). The planner notes every key and pattern that the search looked up: those
-are the facts the plan *rests on*. If one of them changes, another plan may come out; if none does, the same plan does.
+Facts are a read-only mapping from keys to values (``facts.get(key)``). The planner notes every key that the search
+looked up: those are the facts the plan *rests on*. If one of them changes, another plan may come out; if none does, the
+same plan does.
 
 There is no global domain and no state between calls: any number of planners may run side by side.
 """
 
 from remoras.htn.domain import Domain, Expected, Method, Operator, Task
 from remoras.htn.execution import Branch, Execution, Status
-from remoras.htn.facts import ANY, FactIndex, Facts, FactsLike
+from remoras.htn.facts import ANY, FactsLike
 from remoras.htn.plans import Node, NoPlan, Plan, Step
 from remoras.htn.search import plan
 from remoras.htn.validation import Verdict, check_plan
@@ -26,8 +26,6 @@ __all__ = [
     "Domain",
     "Execution",
     "Expected",
-    "FactIndex",
-    "Facts",
     "FactsLike",
     "Method",
     "NoPlan",

@@ -12,15 +12,6 @@ MAX_CHAIN = 8
 """Tasks of a chain that are shown."""
 
 
-class UnfinishedError(PlanningError):
-    """The bound on expansions was reached without an answer; ``hint`` says where the search stood."""
-
-    def __init__(self, tasks: Sequence[Task], max_expansions: int, hint: str) -> None:
-        super().__init__(f"no plan for {', '.join(map(str, tasks))} within {max_expansions} expansions{hint}")
-        self.tasks = tasks
-        self.hint = hint
-
-
 def unknown_task(task: Task, domain: Domain) -> PlanningError:
     """The error of a task that is neither elementary nor abstract."""
     return PlanningError(f"task {task} is not in the domain, which has: {', '.join(domain.tasks())}")
@@ -40,7 +31,7 @@ def wrong_subtasks(method: Method, task: Task, subtasks: Any) -> PlanningError:
     )
 
 
-def endless(tasks: Sequence[Task], max_expansions: int, loop: Sequence[Task], chain: Sequence[Task]) -> UnfinishedError:
+def endless(tasks: Sequence[Task], max_expansions: int, loop: Sequence[Task], chain: Sequence[Task]) -> PlanningError:
     """There is no plan within so many expansions: with the loop that was found, or where the search stood."""
     again = next((i for i in range(len(chain) - 2, -1, -1) if chain[i].name == chain[-1].name), None) if chain else None
     if loop:
@@ -49,7 +40,7 @@ def endless(tasks: Sequence[Task], max_expansions: int, loop: Sequence[Task], ch
         hint = f"; recursion: {_arrows(chain[again:])}, {len(chain)} levels deep"
     else:
         hint = f"; the search stood at {_arrows(chain)}" if chain else ""
-    return UnfinishedError(tasks, max_expansions, hint)
+    return PlanningError(f"no plan for {', '.join(map(str, tasks))} within {max_expansions} expansions{hint}")
 
 
 def _arrows(chain: Sequence[Task]) -> str:

@@ -15,14 +15,14 @@ and no step outside the branch is looked at, so a repair costs as much as its br
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
 
 from remoras.htn.domain import Domain, Expected, Operator, Task
 from remoras.htn.facts import FactsLike, Key, is_met
-from remoras.htn.plans import ROOT, NoPlan, Plan, Step, is_touched
+from remoras.htn.plans import ROOT, NoPlan, Plan, Step
 from remoras.htn.search import Way, plan
 
 
@@ -69,7 +69,7 @@ class Execution:
 
     Attributes:
         branches: every task that the plan has had, each behind the task above it; a place does not change.
-        rests_on, patterns: keys and patterns of the facts that planning has looked up.
+        rests_on: keys of the facts that planning has looked up.
         version: grows with every change.
 
     Args:
@@ -95,7 +95,6 @@ class Execution:
     def __init__(self, domain: Domain, plan: Plan) -> None:
         self.branches: list[Branch] = []
         self.rests_on: frozenset[Any] = frozenset()
-        self.patterns: frozenset[Any] = frozenset()
         self.version = 0
         self._domain = domain
         self._roots: list[int] = []
@@ -111,7 +110,7 @@ class Execution:
         Every step has its turn once more; those whose effects hold are done without being carried out.
         """
         self._running, self._waiting, self._roots = {}, [], []
-        self.rests_on = self.patterns = frozenset()
+        self.rests_on = frozenset()
         self._take(plan, range(len(self.branches)), [])
 
     def _take(self, plan: Plan, former: Iterable[int], places: list[int]) -> None:
@@ -148,7 +147,6 @@ class Execution:
         ]
         if not plan.rests_on <= self.rests_on:
             self.rests_on |= plan.rests_on
-        self.patterns |= plan.patterns
         self.version += 1
 
     def _add(self, task: Task, parent: int) -> int:
@@ -167,10 +165,6 @@ class Execution:
         children = self.branches[place].children
         is_done = children and all(self.branches[child].status is Status.DONE for child in children)
         return Status.DONE if is_done else Status.DROPPED
-
-    def is_touched(self, keys: Collection[Key]) -> bool:
-        """True if another plan may come out, now that the facts with these keys have changed."""
-        return is_touched(self.rests_on, self.patterns, keys)
 
     def abandon(self) -> None:
         """Leave undone whatever is not done."""

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
 from remoras.htn.domain import Task
-from remoras.htn.facts import Key, Pattern, fits
 
 ROOT = -1
 """The parent of a task that was asked for."""
@@ -37,21 +35,14 @@ class Plan:
         nodes: every task, each before its subtasks and these in order, so that the elementary ones stand in the order
             of execution. A task whose method has no subtasks is here too. Ancestors are shared, not copied.
         rests_on: keys of all facts that the search looked up.
-        patterns: all patterns that the search asked for.
     """
 
     nodes: tuple[Node, ...]
     rests_on: frozenset[Any]
-    patterns: frozenset[Pattern] = frozenset()
-
-    @cached_property
-    def steps(self) -> tuple[Step, ...]:
-        """The elementary tasks in order."""
-        return tuple(Step(node.task, place) for place, node in enumerate(self.nodes) if node.method is None)
 
     @cached_property
     def tasks(self) -> tuple[Task, ...]:
-        """The elementary tasks in order, without their places."""
+        """The elementary tasks in order."""
         return tuple(node.task for node in self.nodes if node.method is None)
 
     @cached_property
@@ -62,18 +53,6 @@ class Plan:
             if node.parent != ROOT:
                 found[node.parent].append(place)
         return tuple(map(tuple, found))
-
-    def ancestors(self, place: int) -> Iterator[Node]:
-        """The abstract tasks above a node, innermost first."""
-        parent = self.nodes[place].parent
-        while parent != ROOT:
-            node = self.nodes[parent]
-            yield node
-            parent = node.parent
-
-    def is_touched(self, keys: Collection[Key]) -> bool:
-        """True if another plan may come out, now that the facts with these keys have changed."""
-        return is_touched(self.rests_on, self.patterns, keys)
 
     def __str__(self) -> str:
         depths: list[int] = []
@@ -90,20 +69,8 @@ class NoPlan:
 
     Attributes:
         task: the first of the tasks asked for.
-        rests_on, patterns: as of a plan.
-        dead_ends: tasks at which the search turned back, each once, the first hundred.
+        rests_on: as of a plan.
     """
 
     task: Task
     rests_on: frozenset[Any]
-    dead_ends: tuple[Task, ...]
-    patterns: frozenset[Pattern] = frozenset()
-
-    def is_touched(self, keys: Collection[Key]) -> bool:
-        """True if there may be a plan, now that the facts with these keys have changed."""
-        return is_touched(self.rests_on, self.patterns, keys)
-
-
-def is_touched(rests_on: frozenset[Any], patterns: frozenset[Pattern], keys: Collection[Key]) -> bool:
-    """True if one of ``keys`` is rested on or fits a pattern."""
-    return not rests_on.isdisjoint(keys) or any(fits(pattern, key) for pattern in patterns for key in keys)

@@ -16,7 +16,6 @@ comes to the same agenda in the same state a second time has failed there before
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass, field
 from functools import partial
 from types import GeneratorType
 from typing import Any
@@ -28,7 +27,6 @@ from remoras.htn.facts import Facts, FactsLike
 from remoras.htn.plans import ROOT, Node, NoPlan, Plan
 
 FIRST_DEPTH = 8
-MAX_DEAD_ENDS = 100
 SEQUENCE = (list, tuple)
 NO_OTHERS: Iterator[Decomposition] = iter(())
 
@@ -45,24 +43,18 @@ _Choice = tuple[Agenda, int, Iterator[Decomposition], int, int, int]
 entered tasks, as they were."""
 
 
-@dataclass
-class _Known:
-    """What all searches for one plan have found out."""
-
-    nodes: tuple[Node, ...] | None = None
-    dead_ends: list[Task] = field(default_factory=list)
-    loop: tuple[Task, ...] = ()
-
-
 class _Search:
-    """One search; it can be stopped and resumed.
+    """One search.
+
+    Attributes:
+        nodes: the plan that was found.
+        loop: the first chain of tasks that was given up because it came round to its first task.
 
     Args:
         domain: operators and methods.
         facts: that hold at first, and again when the search has ended without a plan.
         tasks: to be done.
         depth_limit: tasks that lie deeper are given up; None: loops are given up.
-        known: is added to.
         without: ways that are not to be gone by the tasks asked for.
     """
 
@@ -72,15 +64,16 @@ class _Search:
         facts: Facts,
         tasks: Sequence[Task],
         depth_limit: int | None,
-        known: _Known,
-        without: Collection[Way] = (),
+        without: Collection[Way],
     ) -> None:
         self.has_ended = False
         self.has_given_up = False
+        self.nodes: tuple[Node, ...] | None = None
+        self.loop: tuple[Task, ...] = ()
+        self._has_turned_back = depth_limit is not None
         self._domain = domain
         self._methods = domain.methods
         self._facts = facts
-        self._known = known
         self._depth_limit = depth_limit
         self._without = without
         # Nodes and entered tasks lie flat: the fewer objects, the less Python's collector goes through.
@@ -100,7 +93,7 @@ class _Search:
         agenda = self._agenda
         for n_expansions in range(max_expansions):
             if agenda is None:
-                self._known.nodes = self._tree()
+                self.nodes = tuple(map(_node, zip(self._tasks, self._taken, self._parents, strict=True)))
                 self.has_ended = True
                 return n_expansions
             if (operator := operator_of(agenda[0][0])) is not None:
@@ -127,21 +120,17 @@ class _Search:
         """True unless it went through everything."""
         return self.has_given_up or not self.has_ended
 
-    def take_back(self) -> None:
-        """Leave the facts as they were at first."""
-        self._facts.undo(0)
-
     def _perform(self, agenda: Agenda, operator: Operator) -> Agenda | None:
         task, parent, _, behind, _ = agenda
         facts, args = self._facts, task[1]
         if operator.applicable is not always and not operator.applicable(facts, *args):
-            return self._dead_end(task)
+            return self._dead_end()
         if operator.effects is not nothing:
             facts.make_true(operator.effects(facts, *args))
         self._tasks.append(task)
         self._taken.append(None)
         self._parents.append(parent)
-        return behind if not self._known.dead_ends or self._is_new(behind) else DEAD_END
+        return behind if not self._has_turned_back or self._is_new(behind) else DEAD_END
 
     def _enter(self, agenda: Agenda) -> Agenda | None:
         """Decompose a task that is met for the first time, unless that is a loop, or lies too deep."""
@@ -149,7 +138,7 @@ class _Search:
         if self._depth_limit is not None:
             if depth >= self._depth_limit:
                 self.has_given_up = True
-                return self._dead_end(task)
+                return self._dead_end()
             return self._decompose(agenda, 0, NO_OTHERS)
         place, n_trail = len(self._tasks), len(self._facts.trail)
         entered = self._open
@@ -186,9 +175,9 @@ class _Search:
     def _give_up(self, before: int, parent: int, task: Task) -> Agenda:
         """``task`` is that at place ``before``, in the same state."""
         self.has_given_up = True
-        if not self._known.loop:
-            self._known.loop = (*reversed([above for above, _ in self._above(parent, before)]), task)
-        return self._dead_end(task)
+        if not self.loop:
+            self.loop = (*reversed([above for above, _ in self._above(parent, before)]), task)
+        return self._dead_end()
 
     def _is_above(self, place: int, parent: int) -> bool:
         """True if the way up from ``parent`` meets ``place``."""
@@ -209,7 +198,7 @@ class _Search:
             subtasks: Any = None if others is NO_OTHERS else next(others, None)
             if subtasks is None:
                 if next_method == len(methods):
-                    return self._dead_end(task)
+                    return self._dead_end()
                 method = methods[next_method]
                 next_method += 1
                 others = NO_OTHERS
@@ -234,7 +223,7 @@ class _Search:
         self._taken.append(method.name)
         self._parents.append(parent)
         if not subtasks:
-            return behind if not self._known.dead_ends or self._is_new(behind) else DEAD_END
+            return behind if not self._has_turned_back or self._is_new(behind) else DEAD_END
         depth += 1
         uses = method.uses
         for subtask in reversed(subtasks):
@@ -282,12 +271,8 @@ class _Search:
             yield self._tasks[place], place
             place = self._parents[place]
 
-    def _tree(self) -> tuple[Node, ...]:
-        return tuple(map(_node, zip(self._tasks, self._taken, self._parents, strict=True)))
-
-    def _dead_end(self, task: Task) -> Agenda:
-        if len(self._known.dead_ends) < MAX_DEAD_ENDS:
-            self._known.dead_ends.append(task)
+    def _dead_end(self) -> Agenda:
+        self._has_turned_back = True
         return DEAD_END
 
 
@@ -310,8 +295,7 @@ def plan(
 
     Args:
         domain: operators and methods.
-        facts: what is known; only looked up, never changed. To be asked by pattern they are a mapping; a ``FactIndex``
-            is sorted once for any number of plans.
+        facts: what is known; only looked up, never changed.
         tasks: to be done, one or several in order.
         max_expansions: bound on the tasks looked at; if it is reached without a plan, that is a PlanningError.
         without: ways, each a method's name and the subtasks that it gave, by which the tasks asked for are not to be
@@ -323,6 +307,7 @@ def plan(
     Raises:
         PlanningError: a task is not in the domain, or the bound is reached; with the chain of an endless recursion.
 
+    >>> from remoras.htn.domain import Method
     >>> domain = Domain.of([Operator("dive"), Operator("map")], {"survey": [
     ...     Method("deep", lambda facts: [Task("dive"), Task("map")], lambda facts: facts.get("deep"))]})
     >>> [str(task) for task in plan(domain, {"deep": True}, Task("survey")).tasks]
@@ -332,19 +317,15 @@ def plan(
     """
     wanted = (tasks,) if isinstance(tasks, Task) else tuple(tasks)
     view = Facts(facts)
-    known = _Known()
-    search = _Search(domain, view, wanted, None, known, without)
+    first = search = _Search(domain, view, wanted, None, without)
     left = max_expansions - search.run(max_expansions - max_expansions // 2)
-    chain = search.chain()
     depth_limit = FIRST_DEPTH
-    while search.may_have_missed() and left > 0 and known.nodes is None:
-        search.take_back()
-        search = _Search(domain, view, wanted, depth_limit, known, without)
+    while search.nodes is None and search.may_have_missed() and left > 0:
+        view.undo(0)
+        search = _Search(domain, view, wanted, depth_limit, without)
         left -= search.run(left)
         depth_limit *= 2
-    if known.nodes is None and search.may_have_missed():
-        raise endless(wanted, max_expansions, known.loop, chain)
-    rests_on, patterns = frozenset(view.read | view.compared), frozenset(view.patterns)
-    if known.nodes is None:
-        return NoPlan(wanted[0], rests_on, tuple(known.dead_ends), patterns)
-    return Plan(known.nodes, rests_on, patterns)
+    if search.nodes is None and search.may_have_missed():
+        raise endless(wanted, max_expansions, first.loop, first.chain())
+    rests_on = frozenset(view.read | view.compared)
+    return NoPlan(wanted[0], rests_on) if search.nodes is None else Plan(search.nodes, rests_on)

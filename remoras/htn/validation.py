@@ -1,6 +1,6 @@
 """Is a plan legal? It is carried out on a copy of the facts, and its tree is held against the methods.
 
-Nothing here is shared with the search: states are plain dictionaries, patterns are answered by going through all facts.
+Nothing here is shared with the search: states are plain dictionaries.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from remoras.htn.domain import Domain, Method, Task
-from remoras.htn.facts import FactsLike, Key, Pattern, fits
+from remoras.htn.facts import FactsLike, Key
 from remoras.htn.plans import ROOT, Node, Plan
 
 
@@ -46,11 +46,6 @@ class _State:
         value = self._made[key] if key in self._made else self._given.get(key)
         return default if value is None else value
 
-    def match(self, pattern: Pattern) -> tuple[Any, ...]:
-        given = self._given if isinstance(self._given, Mapping) else {}
-        keys = [*given, *(key for key in self._made if key not in given)]
-        return tuple(key for key in keys if fits(pattern, key) and self.get(key) not in (None, False))
-
     def update(self, effects: Mapping[Key, Any]) -> None:
         self._made.update(effects)
 
@@ -60,7 +55,7 @@ def check_plan(domain: Domain, facts: FactsLike, tasks: Task | Sequence[Task], p
 
     Args:
         domain: operators and methods.
-        facts: that hold at first; a mapping if methods ask by pattern.
+        facts: that hold at first.
         tasks: that were to be done.
         plan: to be checked; nothing but its nodes is looked at.
 

@@ -24,7 +24,6 @@ from remoras.activities import ActivitySet, Objective
 from remoras.authority import Rules, Ruling
 from remoras.beliefs import Beliefs, Fact, Key
 from remoras.database import AUVDatabase
-from remoras.htn import ANY
 from remoras.mission import SocialPart
 from remoras.motion import Motion
 from remoras.organisation import Organisation
@@ -225,14 +224,10 @@ class SocialLayer:
         return Considered(self.pursuit.let_go(keys), view.rulings if view else ())
 
     def _await_facts(self, rested_on: Iterable[Any]) -> None:
-        """Let facts be considered from now on that plans rest on.
-
-        Args:
-            rested_on: their keys, and patterns of keys.
-        """
+        """Let the facts with these keys be considered from now on: plans rest on them."""
         kinds = {key[0] if isinstance(key, tuple) else key for key in rested_on}
         uids = self._attribute_uids
-        self._attributes.update(uids.values() if ANY in kinds else [uids[kind] for kind in kinds if kind in uids])
+        self._attributes.update(uids[kind] for kind in kinds if kind in uids)
 
     def _is_concerned(self, changes: Sequence[Change]) -> bool:
         """True if any of the facts may matter here: most say where somebody is, and plans rest on them seldom."""

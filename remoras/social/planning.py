@@ -105,11 +105,11 @@ class MissionPlanner:
 
     @property
     def rests_on(self) -> Iterator[Any]:
-        """Keys, and patterns of keys, of all facts that its plans rest on or wait for."""
+        """Keys of all facts that its plans rest on or wait for."""
         for execution in self.executions.values():
-            yield from execution.rests_on | execution.patterns | execution.awaited
+            yield from execution.rests_on | execution.awaited
         for no_plan in self._impossible.values():
-            yield from no_plan.rests_on | no_plan.patterns
+            yield from no_plan.rests_on
 
     def has_planned(self, group: str) -> bool:
         """True once the mission of ``group`` has been planned."""
@@ -134,7 +134,7 @@ class MissionPlanner:
             if execution is not None and not execution.awaited.isdisjoint(keys):
                 self._settle(group, execution, facts)
             planned = self._impossible.get(group) or execution
-            if ("hasMission", group) in keys or (planned is not None and planned.is_touched(keys)):
+            if ("hasMission", group) in keys or (planned is not None and not planned.rests_on.isdisjoint(keys)):
                 self._plan_anew(group)
 
     def _settle(self, group: str, execution: Execution, facts: FactsLike) -> None:
@@ -244,7 +244,7 @@ class MissionPlanner:
                 for step in execution.advance(known):
                     facts += handlers[self._domain.operators[step.task.name].handled_by](*step.task.args)
                 if execution.has_failed:
-                    self._impossible[group] = NoPlan(tasks[0], execution.rests_on, ())
+                    self._impossible[group] = NoPlan(tasks[0], execution.rests_on)
             if group in self._impossible:
                 impossible.append(self._impossible[group])
             self._taken_over.discard(group)

@@ -72,7 +72,7 @@ def begun(domain: Domain, facts: dict[Any, Any], task: Task = TRIP) -> Execution
 
 
 def no_other_way(domain: Domain, facts: Any, task: Task, without: Any) -> NoPlan:
-    return NoPlan(task, frozenset(), ())
+    return NoPlan(task, frozenset())
 
 
 def texts(execution: Execution) -> dict[str, str]:
@@ -189,9 +189,7 @@ def test_a_step_whose_test_does_not_hold_fails_where_nothing_can_bring_it_about(
 
 def test_without_repair_the_trip_ends_where_the_step_failed(monkeypatch: pytest.MonkeyPatch) -> None:
     """The cause taken away: the same failure, and no other way is looked for."""
-    monkeypatch.setattr(
-        "remoras.htn.execution.plan", lambda domain, facts, task, without: NoPlan(task, frozenset(), ())
-    )
+    monkeypatch.setattr("remoras.htn.execution.plan", lambda domain, facts, task, without: NoPlan(task, frozenset()))
     facts: dict[Any, Any] = {}
     execution = begun(trip(Counter()), facts)
     carry_on(execution, facts, {"pack": {"packed": True}, "board": {("on", "Ada"): True}})

@@ -4,12 +4,11 @@ import gc
 import pickle
 import tracemalloc
 from collections.abc import Iterator
-from typing import Any
 
 import pytest
 
 from remoras.errors import PlanningError
-from remoras.htn import Domain, Facts, Method, NoPlan, Operator, Plan, Task, check_plan, plan
+from remoras.htn import Domain, FactsLike, Method, NoPlan, Operator, Plan, Task, check_plan, plan
 
 
 def steps(found: Plan | NoPlan) -> list[str]:
@@ -39,7 +38,7 @@ def test_a_task_in_the_state_of_its_ancestor_is_given_up_first_and_tried_by_dept
 def test_a_walk_to_and_fro_is_a_loop_though_facts_change_on_the_way() -> None:
     """Left-first: to be at B go to A and over; at A the state is as before, so the way by A is given up there."""
 
-    def over(facts: Facts, goal: str) -> list[Task]:
+    def over(facts: FactsLike, goal: str) -> list[Task]:
         return [Task("walk"), Task("be at", (goal,))]
 
     domain = Domain.of(
@@ -76,7 +75,7 @@ def test_arguments_that_cannot_be_hashed_are_planned_with_though_not_compared() 
     assert steps(plan(domain, {}, Task("visit", (["A", "B"],)))) == ["go(['A', 'B'])"]
 
 
-def down(facts: Facts, n: int) -> list[Task]:
+def down(facts: FactsLike, n: int) -> list[Task]:
     return [Task("look"), Task("down", (n - 1,)), Task("up")]
 
 
@@ -123,7 +122,6 @@ def test_a_deep_plan_is_compared_copied_shown_and_checked_without_recursion() ->
     assert str(plan(DEEP, {}, Task("down", (1,)))).splitlines() == [
         "down(1) by down", "  look() by look", "  down(0) by floor", "  up()",
     ]  # fmt: skip
-    assert len(list(found.ancestors(len(found.nodes) // 2))) > 2000
 
 
 def test_equal_siblings_and_empty_branches_are_told_apart() -> None:
@@ -155,7 +153,7 @@ def test_coming_to_one_place_in_one_state_by_other_ways_is_tried_once() -> None:
 ROUTES = (("A", "B"), ("A", "C"), ("C", "B"), ("C", "D"), ("B", "D"))
 
 
-def legs(facts: Facts, goal: str) -> Iterator[list[Task]]:
+def legs(facts: FactsLike, goal: str) -> Iterator[list[Task]]:
     for origin, target in ROUTES:
         if origin == facts.get("at"):
             yield [Task("sail", (origin, target)), Task("reach", (goal,))]
@@ -220,19 +218,9 @@ def test_a_method_keeps_to_what_it_declares() -> None:
         plan(domain, {}, Task("move"))
 
 
-def test_where_the_search_turned_back_is_noted_a_hundred_times() -> None:
-    def count(facts: Facts) -> Iterator[list[Task]]:
-        yield from ([Task("fail", (number,))] for number in range(1000))
-
-    found: Any = plan(
-        Domain.of([Operator("fail", lambda facts, number: False)], {"try": [Method("count", count)]}), {}, Task("try")
-    )
-    assert [task.args for task in found.dead_ends] == [(number,) for number in range(100)]
-
-
 def test_a_plan_that_takes_most_of_the_first_half_of_the_expansions_is_found() -> None:
     """Nine in ten of the 100,000 expansions of the first search; it does not start again."""
     count = Domain.of([Operator("step")], {"all": [Method("steps", lambda facts: [Task("step")] * 90_000)]})
     found = plan(count, {}, Task("all"))
     assert isinstance(found, Plan)
-    assert len(found.steps) == 90_000
+    assert len(found.tasks) == 90_000
