@@ -9,7 +9,7 @@ import os
 import re
 import signal
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from enum import StrEnum
 from pathlib import Path
@@ -163,12 +163,15 @@ def shipped_alone() -> Iterator[None]:
             os.environ[NO_PLUGINS] = before
 
 
-def command(name: str, example: str = "") -> Callable[[Callable[Parameters, None]], Callable[Parameters, None]]:
+def command(
+    name: str, example: str = "", names_code: bool = True
+) -> Callable[[Callable[Parameters, None]], Callable[Parameters, None]]:
     """A command whose user errors become one message; an interruption exits with 130, a termination with 143.
 
     Args:
         name: of the command.
         example: what one may type; its help shows it.
+        names_code: what it reads may name code of others; then it has the option ``--no-plugins``.
     """
 
     def register(function: Callable[Parameters, None]) -> Callable[Parameters, None]:
@@ -195,7 +198,7 @@ def command(name: str, example: str = "") -> Callable[[Callable[Parameters, None
             summary = " ".join((function.__doc__ or "").strip().partition("\n\n")[0].split())
             alone = typer.Typer(add_completion=False, **LOOK)
             declare = alone.command(name, cls=PlainCommand, epilog=example or None, short_help=summary)
-            declare(taking_no_plugins(reported))
+            declare(taking_no_plugins(reported) if names_code else reported)
             return cast(TyperCommand, typer.main.get_command(alone))
 
         MAKERS[name] = made
@@ -213,6 +216,36 @@ def _is_users_fault(error: Exception) -> bool:
 def show_json(value: Any) -> None:
     """Print one JSON value on the standard output."""
     print(json.dumps(value, indent=2, allow_nan=False))
+
+
+def on_terminal() -> bool:
+    """True while somebody reads the standard output on a terminal."""
+    return sys.stdout.isatty()
+
+
+def show_table(
+    columns: Sequence[str], rows: Iterable[Sequence[str]], title: str = "", numbers: Sequence[str] = ()
+) -> None:
+    """Draw a table on the terminal, as wide as it is.
+
+    Args:
+        columns: headings; all empty for a table without.
+        rows: as many texts each as there are columns.
+        title: above the table.
+        numbers: headings of the columns that are aligned to the right.
+    """
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    look = box.SIMPLE_HEAD if any(columns) else None
+    table = Table(title=title or None, title_justify="left", box=look, show_header=any(columns), pad_edge=False)
+    for column in columns:
+        table.add_column(column, justify="right" if column in numbers else "left", overflow="fold")
+    for row in rows:
+        table.add_row(*map(Text, row))
+    Console().print(table)
 
 
 class Format(StrEnum):

@@ -20,7 +20,7 @@ DIGITS = 4
 """Digits of the parameters of a table to paste."""
 
 
-@command("bursts", "remoras bursts trial.csv --link AUV00,ASV00 --slot 1.2 --out bursts")
+@command("bursts", "remoras bursts trial.csv --link AUV00,ASV00 --slot 1.2 --out bursts", names_code=False)
 def bursts(
     trace: Annotated[Path, typer.Argument(metavar="TRACE", help="CSV or Parquet of time_s, sender, receiver, lost.")],
     link: Annotated[

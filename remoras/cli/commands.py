@@ -19,14 +19,15 @@ from missions.errors import LONGEST_VALUE, cut
 GROUPS = {
     "Run": {"list": "files", "explain": "files", "validate": "files", "run": "runs", "doctor": "files"},
     "See": {
-        "plot": "runs", "replay": "replay", "live": "runs", "export": "exports", "query": "runs", "verify": "verify",
+        "plot": "results", "replay": "results", "live": "runs", "export": "exports", "query": "results",
+        "verify": "results",
     },
     "Compare": {
-        "sweep": "sweeps", "compare": "sweeps", "benchmark": "benchmark", "exchange-study": "policies",
+        "sweep": "sweeps", "compare": "sweeps", "benchmark": "benchmark", "exchange-study": "exchange",
         "stress": "stress", "bursts": "bursts",
     },
     "Extend": {"new": "new", "check": "benchmark"},
-    "Vehicles at sea": {"sea": "sea", "node": "nodes", "swarm": "nodes"},
+    "Vehicles at sea": {"sea": "exchange", "node": "nodes", "swarm": "nodes"},
 }  # fmt: skip
 """Commands by what they are for, each with its module below ``remoras.cli``."""
 HOMES = {name: module for commands in GROUPS.values() for name, module in commands.items()}

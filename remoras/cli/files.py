@@ -11,14 +11,13 @@ import typer
 
 from missions.errors import LONGEST_VALUE, cut
 from remoras.cli import completion
-from remoras.cli.app import Format, Json, check_known, command, fail, show_json
+from remoras.cli.app import Format, Json, check_known, command, fail, on_terminal, show_json, show_table
 from remoras.cli.keys import explained
-from remoras.cli.tables import on_terminal, show_table
 
 KINDS = ("scenarios", "strategies", "policies", "channels", "modems", "networks", "studies")
 
 
-@command("list", "remoras list strategies")
+@command("list", "remoras list strategies", names_code=False)
 def list_(
     kind: Annotated[
         str,
@@ -281,7 +280,7 @@ def _explain_ontology(scenario: str, as_json: bool) -> None:
             print(f"{term.name}  ({term.kind})\n    {term.meaning}")
 
 
-@command("doctor", "remoras doctor")
+@command("doctor", "remoras doctor", names_code=False)
 def doctor() -> None:
     """Check this installation: versions, ontology, a short run, a figure."""
     import platform
@@ -292,7 +291,7 @@ def doctor() -> None:
     from missions.runs.results import LIBRARIES, Results, write_results
     from missions.runs.run import run as run_scenario
     from missions.scenarios import load
-    from remoras.cli.runs import draw_run
+    from remoras.cli.results import draw_run
     from remoras.version import __version__
 
     print(f"Python {platform.python_version()} on {platform.platform()}")

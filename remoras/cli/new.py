@@ -19,8 +19,7 @@ import typer
 
 from missions.errors import LONGEST_VALUE, cut
 from remoras.cli import completion
-from remoras.cli.app import as_typed, check_known, command, fail
-from remoras.cli.tables import on_terminal
+from remoras.cli.app import as_typed, check_known, command, fail, on_terminal
 
 if TYPE_CHECKING:
     from missions.mapping.beginning import Inquiry
@@ -40,7 +39,7 @@ EXAMPLES = (SCENARIO, "study", "organisation")
 OFFERED = tuple(dict.fromkeys((*KINDS, *EXAMPLES)))
 
 
-@command("new", "remoras new scenario mine --vehicles 4 --areas 6 --per 0.5")
+@command("new", "remoras new scenario mine --vehicles 4 --areas 6 --per 0.5", names_code=False)
 def new(
     kind: Annotated[
         str,

@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from remoras.cli import completion
-from remoras.cli.app import FAILED, Json, as_typed, command, fail, show_json
-from remoras.cli.tables import on_terminal, show_table
+from remoras.cli.app import FAILED, Json, as_typed, command, fail, on_terminal, show_json, show_table
 from remoras.progress import Progress
 
 if TYPE_CHECKING:

@@ -45,7 +45,7 @@ def test_a_study_takes_a_policy_from_outside_beside_shipped_ones() -> None:
 
 @pytest.mark.slow
 def test_the_command_takes_a_policy_from_outside() -> None:
-    import remoras.cli.policies  # noqa: F401  # gives the command its name
+    import remoras.cli.exchange  # noqa: F401  # gives the command its name
     from remoras.cli.app import app
 
     arguments = ["exchange-study", "--policies", f"ack,{SPARSE}", "--nodes", "3", "--per", "0.3", "--trials", "5"]

@@ -1,0 +1,307 @@
+"""Commands about results of runs: plot, query, replay, verify."""
+
+from __future__ import annotations
+
+import functools
+import sys
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from remoras.cli import completion
+from remoras.cli.app import FAILED, Format, Json, command, fail, give_up, on_terminal, show_json, show_table
+from remoras.cli.exports import At, Vehicle
+from remoras.progress import Progress
+
+if TYPE_CHECKING:
+    from missions.runs.results import Results
+    from visualisation.output import Drawn
+
+
+@command("plot", "remoras plot results/lossy trajectories roles --format pdf")
+def plot(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Results of a run, or folder of a sweep.")],
+    kinds: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="KIND",
+            help="Figures to draw, or your own, mine.py:MINE; all if left out.",
+            autocompletion=completion.kind,
+        ),
+    ] = None,
+    file_format: Annotated[
+        Format,
+        typer.Option(
+            "--format",
+            metavar="png|svg|pdf|gif",
+            help="File format; gif has the trajectories of a run as an animation.",
+        ),
+    ] = Format.PNG,
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Folder for the figures; that of the results if left out.")
+    ] = None,
+    width: Annotated[
+        float | None,
+        typer.Option(metavar="INCHES", help="Width of the figures: 3.5 a column, 7.2 a page of a paper."),
+    ] = None,
+    metric: Annotated[
+        str | None,
+        typer.Option(
+            metavar="METRIC",
+            help="Field of the summary of a sweep's ranking and differences; else mission_time_s.",
+            autocompletion=completion.metric,
+        ),
+    ] = None,
+    at: Annotated[
+        float | None,
+        typer.Option(metavar="SECONDS", help="When the figure organisation shows who plays what; else when most do."),
+    ] = None,
+    viewer: Annotated[
+        str, typer.Option(metavar="VEHICLE", help="In whose view the figure organisation is; else as each sees itself.")
+    ] = "",
+    draw_all: Annotated[
+        bool, typer.Option("--all", help="Every figure of a sweep; else the eight that say most of what it varies.")
+    ] = False,
+) -> None:
+    """Draw the figures of a run (trajectories, roles and more) or of a sweep (metrics over loss, ranking and more)."""
+    with _glyphs_noted():
+        _plot(folder, kinds or (), out or folder, file_format, metric, width, at, viewer, draw_all)
+
+
+@contextmanager
+def _glyphs_noted() -> Iterator[None]:
+    """Say in one line that names have characters that the font of figures lacks; other warnings go their way."""
+    with warnings.catch_warnings(record=True) as caught:
+        yield
+    others = [warning for warning in caught if "missing from font" not in str(warning.message)]
+    if len(others) < len(caught):
+        text = "the font of figures lacks some characters of the names; they are drawn as boxes"
+        print(f"remoras: {text}", file=sys.stderr)
+    for other in others:
+        warnings.showwarning(other.message, other.category, other.filename, other.lineno)
+
+
+def _plot(
+    folder: Path,
+    kinds: Sequence[str],
+    out: Path,
+    file_format: Format,
+    metric: str | None,
+    width: float | None,
+    at_s: float | None,
+    viewer: str,
+    draw_all: bool,
+) -> None:
+    """Draw what a folder holds, a run or a sweep."""
+    if (folder / "study.json").is_file():
+        if at_s is not None or viewer:
+            fail(f"--at and --viewer: are about the organisation of a single run, and {folder} holds a sweep")
+        _plot_sweep(folder, kinds, out, file_format, metric, width, draw_all)
+        return
+    if draw_all:
+        fail(f"--all: is about the figures of a sweep, and {folder} holds a single run, of which all are drawn")
+    if not (folder / "summary.json").is_file():
+        fail(f"{folder}: no results of a run (summary.json is missing), nor of a sweep (study.json is missing)")
+    if metric is not None:
+        fail(f"--metric {metric}: is about the ranking of a sweep, and {folder} holds a single run")
+    from missions.runs.results import Results
+
+    results = Results.read(folder)
+    _show_drawn(draw_run(results, kinds, out, file_format, width, at_s, viewer))
+
+
+def draw_run(
+    results: Results,
+    kinds: Sequence[str],
+    out: Path,
+    file_format: Format,
+    width_in: float | None = None,
+    at_s: float | None = None,
+    viewer: str = "",
+) -> Drawn:
+    """Draw a run with what its mission declares, and figures of a user's own."""
+    from missions.scenarios.named import with_figures
+    from missions.scenarios.parts import mission_of
+    from visualisation.output import FACTORIAL_KINDS, KINDS, SWEEP_KINDS
+    from visualisation.runs import ViewAt, draw_run_figures
+
+    mission, moment = mission_of(results.scenario), ViewAt(at_s, viewer)
+    asked, figures = with_figures(kinds, mission.figures, (*KINDS, *SWEEP_KINDS, *FACTORIAL_KINDS))
+    return draw_run_figures(results, asked, out, file_format.value, figures, mission.places, width_in, moment)
+
+
+def _show_drawn(drawn: Drawn) -> None:
+    for note in drawn.notes:
+        print(f"remoras: {note}", file=sys.stderr)
+    for path in drawn.files:
+        print(path)
+
+
+def _plot_sweep(
+    folder: Path,
+    kinds: Sequence[str],
+    out: Path,
+    file_format: Format,
+    metric: str | None,
+    width_in: float | None,
+    draw_all: bool,
+) -> None:
+    from missions.sweeps.folder import SweepResults
+    from visualisation.sweeps import draw_sweep_figures
+    from visualisation.sweeps.arrangement import RANKED
+
+    if metric is not None and kinds and not {"ranking", "differences"} & {*kinds}:
+        fail(f"--metric {metric}: is about a ranking and differences; name the figure ranking or differences too")
+    results = SweepResults.read(folder)
+    results, (ranked,) = results.naming([metric or RANKED])
+    results, kinds = results.naming(kinds, "KIND")
+    with Progress(f"plot {folder}", 1, "steps") as progress:
+        drawn = draw_sweep_figures(results, kinds, out, file_format.value, ranked, progress.of, width_in, draw_all)
+    _show_drawn(drawn)
+
+
+@command("query", "remoras query results/lossy 'SELECT ?group WHERE { ?group rm:gatheredAt ?point }'")
+def query(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Results of a run.")],
+    sparql: Annotated[str, typer.Argument(metavar="SPARQL", help="A SELECT or ASK query, or a file FILE.rq.")],
+    vehicle: Vehicle = None,
+    at: At = None,
+    engine: Annotated[
+        str, typer.Option(metavar="rdflib|oxigraph", help="What answers; oxigraph is fast where much is known.")
+    ] = "rdflib",
+    limit: Annotated[int, typer.Option(min=1, metavar="N", help="Most rows that are shown.")] = 100_000,
+    timeout_s: Annotated[
+        float, typer.Option(min=0.001, metavar="SECONDS", help="Longest time that it may take.")
+    ] = 60.0,
+    as_json: Json = False,
+) -> None:
+    """Ask what one vehicle knew, or each in turn, at the end of a run or at another time."""
+    from missions.files import text_of
+    from missions.runs.knowledge import query as ask
+    from missions.runs.results import Results
+    from worldmodel.rdf.deadline import time_limit
+
+    if (folder / "study.json").is_file():
+        fail(f"{folder}: holds a sweep, and query takes the results of one run; make one with: remoras run --out DIR")
+    results = Results.read(folder)
+    text = text_of(Path(sparql)) if sparql.endswith(".rq") else sparql
+    with time_limit(timeout_s, functools.partial(give_up, as_json=as_json)):
+        columns, rows = ask(results, text, vehicle, at, engine, limit + 1)
+    if len(rows) > limit:
+        del rows[limit:]
+        print(f"remoras: only the first {limit} rows are shown; --limit N shows more", file=sys.stderr)
+    if as_json:
+        show_json([dict(zip(columns, row, strict=True)) for row in rows])
+        return
+    shown = [list(columns), *(["" if value is None else str(value) for value in row] for row in rows)]
+    if on_terminal():
+        show_table(shown[0], shown[1:])
+        print(f"{len(rows)} rows", file=sys.stderr)
+        return
+    widths = [max(len(row[number]) for row in shown) for number in range(len(columns))]
+    for row in shown:
+        print("  ".join(f"{value:<{width}}" for value, width in zip(row, widths, strict=True)).rstrip())
+    print(f"{len(rows)} rows", file=sys.stderr)
+
+
+@command("replay", "remoras replay results/lossy --out mission.html")
+def replay(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Results of a run.")],
+    other: Annotated[
+        Path | None,
+        typer.Argument(metavar="[DIR2]", help="Results of another run of that world, to see beside it."),
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="HTML file to write; DIR/replay.html if left out.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace the file if it is there.")] = False,
+) -> None:
+    """Write one HTML file in which a run can be watched; it is opened from disk and needs no network."""
+    from missions.runs.folder import REPLAY
+    from missions.runs.results import Results
+    from visualisation.replay import check_page_output, missing, page_text, title_of, write_page
+
+    target = out if out is not None else folder / REPLAY
+    folders = [folder] if other is None else [folder, other]
+    for one in folders:
+        if (one / "study.json").is_file():
+            fail(f"{one}: holds a sweep; a replay shows one run, or two side by side")
+    runs = [Results.read(path) for path in folders]
+    check_page_output(target, force)
+    for second in runs[1:]:
+        _check_pair(runs[0], second)
+    payloads = [_data(run) for run in runs]
+    write_page(target, page_text(title_of([run.summary for run in runs]), payloads), force)
+    for run in runs:
+        if lacking := missing(run):
+            what = "; ".join(lacking)
+            print(f"remoras: {run.folder}: an older version recorded it; not shown: {what}", file=sys.stderr)
+    print(target)
+
+
+def _data(run: Results) -> bytes:
+    """What the page holds of a run. Without what its mission declares, if this version cannot read the scenario."""
+    from missions.errors import ConfigurationError
+    from missions.scenarios.parts import mission_of, strategy_of
+    from visualisation.replay import run_data
+
+    try:
+        mission, strategy = mission_of(run.scenario), strategy_of(run.scenario)
+    except ConfigurationError as error:
+        print(f"remoras: {run.folder}: places and jobs are not shown: {error}", file=sys.stderr)
+        return run_data(run)
+    return run_data(run, mission.places, mission.jobs.values(), strategy.declaration.communicates)
+
+
+def _check_pair(first: Results, second: Results) -> None:
+    """Fail unless the same vehicles worked in the same world; strategy, loss and seed may differ."""
+    one, two = first.scenario, second.scenario
+    mission = one.scenario.mission == two.scenario.mission
+    for what, same in (
+        ("mission", mission),
+        ("world", mission and (one.world, _places(first)) == (two.world, _places(second))),
+        ("vehicles", [vehicle.name for vehicle in one.vehicle] == [vehicle.name for vehicle in two.vehicle]),
+    ):
+        if not same:
+            fail(
+                f"{second.folder}: {what} differ from {first.folder}; two runs are shown side by side if vehicles "
+                "of the same names did the same mission in the same world"
+            )
+
+
+def _places(run: Results) -> Sequence[object]:
+    from missions.scenarios.parts import mission_of
+
+    return mission_of(run.scenario).places
+
+
+@command("verify", "remoras verify results/run", names_code=False)
+def verify(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Results folder of a run or a sweep.")],
+    as_json: Json = False,
+) -> None:
+    """Say what in results does not follow from their tables and their scenario, by a checker of its own."""
+    from missions.verification import NoResults
+    from missions.verification import verify as verified
+
+    try:
+        report = verified(folder)
+    except NoResults as error:
+        fail(str(error))
+    if as_json:
+        show_json(report.as_json)
+    else:
+        for line in report.lines:
+            print(line)
+        n_wrong, n_checked = sum(report.n_findings.values()), sum(report.checked.values())
+        print(
+            f"{folder}: {n_wrong} of {n_checked} values do not follow"
+            if n_wrong
+            else f"{folder}: all follows, {n_checked} values"
+        )
+        for what, why in sorted(report.not_checked.items()):
+            print(f"  not checked: {what}: {why}")
+    if report.findings:
+        raise typer.Exit(FAILED)
