@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from exchange.drivers import Paced, Socket, UdpDriver
+from exchange.drivers import Paced, Socket, UdpDriver, address_of
 from exchange.drivers.udp import HEAD, MAGIC
 from exchange.errors import ConfigurationError
 
@@ -38,6 +38,12 @@ def test_a_port_in_use_is_one_line_with_a_remedy() -> None:
 def test_an_address_of_another_machine_is_refused() -> None:
     with pytest.raises(ConfigurationError, match="allowed are addresses of this machine"):
         Socket(("192.0.2.1", 0))  # of the block that stands for examples (RFC 5737): nobody has it
+
+
+@pytest.mark.parametrize("text", ["", "47000", ":47000", "a:", "a:65536", "a:-1", "a" * 300 + ":1"])
+def test_what_is_no_address_is_refused(text: str) -> None:
+    with pytest.raises(ConfigurationError, match=r"--bind .*allowed is HOST:PORT"):
+        address_of(text, "--bind")
 
 
 def test_a_packet_is_heard_when_a_modem_would_have_ended_it() -> None:
