@@ -45,7 +45,7 @@ BEFALL: dict[str, Callable[[], Iterator[Fate]]] = {
 
 @EVERY_POLICY
 @pytest.mark.parametrize("name", BEFALL)
-def test_what_befalls_packets_makes_no_false_belief_and_nothing_is_lost(policy: str, name: str):
+def test_lost_late_doubled_and_damaged_packets_make_no_false_belief(policy: str, name: str):
     """A checksum of 32 bits lets no damage pass."""
     storm = storm_of(4, policy, payload_bytes=32, crc_bits=32 if name == "damaged" else 0)
     busy(storm, 12, BEFALL[name]())

@@ -1,7 +1,7 @@
-"""Bad packets, each with what comes of it: a reception with a fault, one more counted, nothing believed, nothing held.
+"""Bad packets: a reception with a fault, one more counted, nothing believed, nothing held.
 
-A table has what was thought of, a property what was not: noise, flipped bits, cuts and splices, at codecs of every form
-and at a vehicle.
+A table has the known cases; a property draws noise, flipped bits, cuts and splices, for codecs of every form and for a
+vehicle.
 """
 
 import random
@@ -108,7 +108,7 @@ def test_a_bad_packet_is_told_and_counted_and_changes_nothing(name: str) -> None
         assert hearer.n_faults == 1
 
 
-def test_what_contradicts_itself_is_no_error() -> None:
+def test_parts_that_disagree_are_no_error() -> None:
     """Two parts that differ in how many they are."""
     fleet = ManagerFleet(2)
     for index, count in ((2, 3), (0, 2)):
@@ -129,7 +129,7 @@ ACCOUNTS: dict[str, tuple[Account, int]] = {
 
 
 @pytest.mark.parametrize("name", ACCOUNTS)
-def test_a_statement_of_what_cannot_be_changes_no_belief(name: str) -> None:
+def test_an_impossible_statement_changes_no_belief(name: str) -> None:
     account, n_faults = ACCOUNTS[name]
     fleet = ManagerFleet(3, "adaptive", who_needs=needs(range(3)))
     uid = fleet.maps(0, 5)
@@ -229,7 +229,7 @@ def test_no_bytes_take_long(policy: str, n_nodes: int) -> None:
 @pytest.mark.parametrize(("crc_bits", "key"), [(0, None), (16, None), (32, KEY)])
 @settings(max_examples=20)
 @given(draws=st.randoms(use_true_random=False))
-def test_whatever_a_vehicle_hears_it_goes_on_and_under_a_checksum_believes_nothing_of_it(crc_bits, key, draws):
+def test_a_fleet_goes_on_through_noise_and_under_a_checksum_believes_nothing_of_it(crc_bits, key, draws):
     """Beside each packet of a fleet something bad; at the end all hold all, and damage was counted one by one."""
     fleet = ManagerFleet(3, "m-ack-repeat", codec=codec("m-ack-repeat", crc_bits, key))
     fleet.pass_frames(4)

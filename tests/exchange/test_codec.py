@@ -184,7 +184,7 @@ ODD: dict[str, tuple[Fragment, str]] = {
 
 
 @pytest.mark.parametrize("name", ODD)
-def test_what_has_no_form_on_the_wire_is_refused_in_words(name: str):
+def test_contents_without_a_form_on_the_wire_are_refused(name: str):
     fragment, why = ODD[name]
     with pytest.raises(ConfigurationError, match=why):
         code(codec_of(4), fragment)

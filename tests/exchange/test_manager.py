@@ -152,7 +152,7 @@ def test_signals_are_said_once_and_the_last_call_counts():
     st.integers(2, 6), st.sampled_from(sorted(POLICIES)), st.integers(20, 64), st.integers(0, 20),
     st.lists(st.integers(1, 14), max_size=4),
 )  # fmt: skip
-def test_no_packet_exceeds_its_room_and_what_was_accepted_gets_through(
+def test_no_packet_exceeds_its_room_and_all_accepted_items_get_through(
     n_nodes: int, policy: str, payload_bytes: int, n_signals: int, n_cells: list[int]
 ):
     """Whatever is offered: blocks of any length, statuses, and signals of any number in every slot, as vehicles do."""

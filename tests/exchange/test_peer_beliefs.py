@@ -1,8 +1,8 @@
-"""Nobody believes that a peer holds what it lacks, and all come to know all, however vehicles are driven.
+"""The property of beliefs: no vehicle believes that a peer holds an item which it lacks, and all come to know all.
 
-A schedule says who tells what when, what is lost, doubled and late, and who begins anew. The rules alone, the slot loop
-of the study, managers on a scripted sea and managers behind drivers play the same schedules; each keeps a record of its
-own of who holds what. Behind a schedule comes a time without loss.
+A schedule has new items, losses, old packets that come again, and restarts. The rules alone, the slot loop
+of the study, managers on a scripted sea and managers behind drivers play the same schedules; each keeps
+a record of all holders. Behind a schedule comes a time without loss.
 """
 
 import random
@@ -35,7 +35,7 @@ CALM_FRAMES = 60
 
 
 class Schedule(NamedTuple):
-    """What happens to a fleet.
+    """Events of a fleet, slot by slot.
 
     Attributes:
         n_slots: while packets are lost.
@@ -74,7 +74,7 @@ class Driven(Protocol):
         """False beliefs, if there are any."""
 
     def n_waiting(self) -> int:
-        """How much lacks until all know all, and know that."""
+        """Number of items that are not yet known and acknowledged everywhere."""
 
 
 class Rules:
@@ -238,7 +238,7 @@ FOUND = [
     Schedule(4, 0, 240, 0.4, restarts={60: [(1, keeps)], 62: [(3, keeps)], 100: [(1, keeps)], 141: [(2, keeps)]})
     for keeps in (False, True)
 ]
-"""Seen to break what was written before rows rested on acknowledgements of the present life."""
+"""Restarts under which matrices of an earlier life made false beliefs."""
 
 
 @pytest.mark.parametrize("policy", POLICIES.values(), ids=POLICIES)
@@ -248,12 +248,12 @@ FOUND = [
 @example(FOUND[0])
 @example(FOUND[1])
 @example(Schedule(5, 3, 80, 0.5))
-def test_nobody_believes_what_is_false_and_all_come_to_know_all(drive, policy, schedule):
+def test_no_belief_is_false_and_all_come_to_know_all(drive, policy, schedule):
     play(drive(policy, schedule), schedule)
 
 
 @pytest.mark.parametrize("policy", [POLICIES[name] for name in ("ack", "mps-ack-repeat", "adaptive")])
-def test_so_it_is_after_thirty_restarts(policy: AckPolicy) -> None:
+def test_no_belief_is_false_after_thirty_restarts(policy: AckPolicy) -> None:
     managers = Managers(policy, Schedule(4, 5, 0, 0.0))
     play(managers, Schedule(4, 5, 760, 0.5, restarts=MANY | UNHEARD))
     assert [model.epoch for model in managers.models] == [0, 20, 10, 12]
