@@ -318,13 +318,8 @@ class ExchangeManager:
         self._signals = ()
         return slot
 
-    def packet_to_send(self, now_s: float, above: float = 0) -> Transmission:
-        """The packet for the own slot that opens at ``now_s``.
-
-        Args:
-            now_s: the time (s).
-            above: only items and statuses of a higher priority go.
-        """
+    def packet_to_send(self, now_s: float) -> Transmission:
+        """The packet for the own slot that opens at ``now_s`` (s)."""
         slot = self._own_slot(now_s)
         self._ageing.open(slot)
         if self._interests.undecided:
@@ -349,7 +344,7 @@ class ExchangeManager:
         for stating in self._stating:
             room_bits -= self._let_plan(stating, room_bits)
         packing = codec.packing(self._me, self._epoch, start_s, room_bits)
-        chosen = self.queue.choose(packing, now_s, above)
+        chosen = self.queue.choose(packing, now_s)
         is_spare = not summary
         for summaries in self.summaries if is_spare else ():
             summary = summaries.telling.spare(packing.left_bits)

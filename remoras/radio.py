@@ -147,7 +147,6 @@ class Radio:
             for role in group.roles
         }
         self._roles = {(one.group, one.role): uid for uid, one in self._signalling.items()}
-        self.limits: list[Callable[[float], float]] = []
         self._unheard: dict[tuple[str, ItemUid], set[str]] = {}  # by vehicle and item: roles given out in the item
 
     def record_into(self, recorder: Recorder) -> None:
@@ -214,18 +213,15 @@ class Radio:
         return roles, addressed, values
 
     def speak(self, signals: Iterable[tuple[tuple[str, str], int]], now_s: float) -> Transmission | None:
-        """The packet for the own slot, with satisfactions -128..127 by (group, role); None while it keeps silent."""
-        above, queue = self.least_priority(now_s) if self.limits else 0, self.manager.queue
-        if above > 0 and queue.stays_silent(now_s, above):
-            note_slot(self._recorder, self._me, queue, self.manager.keep_silent(now_s), now_s)
-            return None
+        """The packet for the own slot, with satisfactions -128..127 by (group, role); None if the fleet sends none."""
+        queue = self.manager.queue
         offered = []
         for role, value in signals:
             self._recorder.satisfaction.append((now_s, self._me, *role, value))
             offered.append(_new(InfluenceSignal, (self._roles[role], value)))
-        if offered and above == 0:
+        if offered:
             self.manager.offer_signals(offered)
-        sent = self.manager.packet_to_send(now_s, above)
+        sent = self.manager.packet_to_send(now_s)
         self._count_bits(sent)
         if queue.unsaid or queue.expired:
             note_slot(self._recorder, self._me, queue, sent.slot, now_s)
@@ -247,10 +243,6 @@ class Radio:
             counts[self._contents[attribute]] += size_bits
             rest -= size_bits
         counts[Content.HEADERS] += rest
-
-    def least_priority(self, now_s: float) -> float:
-        """Priority above which things may be sent at a time (s): 0 for all, infinite for nothing."""
-        return max([limit(now_s) for limit in self.limits], default=0)
 
     # In ------------------------------------------------------------------------------------------
 

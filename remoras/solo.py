@@ -260,7 +260,7 @@ class Solo(Model):  # type: ignore[misc]  # Mesa is untyped
         vehicle = self.vehicle
         if self._introductions is None or not vehicle.is_alive or not vehicle.radio.communicates:
             return None
-        if vehicle.social.is_silent or vehicle.radio.least_priority(now_s) > 0:
+        if vehicle.social.is_silent:
             return None
         data = self._introductions.packet(slot)
         if data is None:

@@ -113,8 +113,8 @@ class Rigging:
             life.take(fragments)
             return fragments
 
-        def packed(now_s: float, above: float = 0) -> Transmission:
-            sent = pack(now_s, above)
+        def packed(now_s: float) -> Transmission:
+            sent = pack(now_s)
             parts = [life.parts.get((u.origin, u.epoch, u.sequence), {}).get(u.part) for u in sent.items]
             if len(self._aired) >= MOST_AIRED:
                 del self._aired[next(iter(self._aired))]

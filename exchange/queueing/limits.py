@@ -33,7 +33,6 @@ class Unsaid(Enum):
     TOO_LARGE = "too large for the room left"
     WAITING = "waiting for acknowledgement"
     LOWER_VALUE = "lower value"
-    COVERT = "covert"
     OVERFLOW = "overflow"
     RELAYED = "left to a relay"
 

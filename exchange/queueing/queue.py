@@ -89,41 +89,27 @@ class Lines:
         """How many candidates stand in them."""
         return sum(line.n_waiting for line in self._lines.values())
 
-    def barred(self, moment: Moment, above: float) -> Counter[Unsaid]:
-        """How many of those that wait may not go at that moment, by the reason.
-
-        Args:
-            moment: of the own slot.
-            above: only what has a higher priority goes.
-        """
-        reasons = Counter[Unsaid]()
-        for line in self._lines.values():
-            if line.n_waiting and (reason := self.bar(line, moment.now_s, above)) is not None:
-                reasons[reason] += line.n_waiting
-        return reasons
-
-    def bar_of(self, candidate: Candidate, now_s: float, above: float) -> Unsaid | None:
+    def bar_of(self, candidate: Candidate, now_s: float) -> Unsaid | None:
         """Why nothing of the line of a candidate may go; None if it may."""
-        return self.bar(self._lines[candidate.line], now_s, above)
+        return self.bar(self._lines[candidate.line], now_s)
 
-    def bar(self, line: Line, now_s: float, above: float) -> Unsaid | None:
+    def bar(self, line: Line, now_s: float) -> Unsaid | None:
         """Why nothing of a line may go; None if it may."""
-        if line.priority <= above:
-            return Unsaid.RELAYED if line.key == RESTING else Unsaid.COVERT
+        if line.key == RESTING:
+            return Unsaid.RELAYED
         for on_terms in self.on_terms:
             return on_terms.bar(line.key, now_s)
         return None
 
-    def choose(self, room: Room, moment: Moment, above: float) -> tuple[list[Candidate], Counter[Unsaid]]:
+    def choose(self, room: Room, moment: Moment) -> tuple[list[Candidate], Counter[Unsaid]]:
         """Fill a packet; returns what goes, the most valuable first, and how many do not go, by the reason.
 
         Args:
             room: the packet.
             moment: of the own slot.
-            above: only what has a higher priority goes.
         """
         unsaid: Counter[Unsaid] = Counter()
-        heads, n_waiting, n_repeated = self._heads(moment, above, unsaid)
+        heads, n_waiting, n_repeated = self._heads(moment, unsaid)
         passed: dict[Hashable, list[tuple[Line, Entry]]] = {}
         n_passed = n_too_large = 0
         chosen: list[Candidate] = []
@@ -161,7 +147,7 @@ class Lines:
                 unsaid[reason] += n
         return chosen, unsaid
 
-    def _heads(self, moment: Moment, above: float, unsaid: Counter[Unsaid]) -> tuple[list[Head], int, int]:
+    def _heads(self, moment: Moment, unsaid: Counter[Unsaid]) -> tuple[list[Head], int, int]:
         """Heads of the lines that may go, how many wait in these, and how many of them have been said before."""
         heads: list[Head] = []
         n_waiting = n_repeated = 0
@@ -169,7 +155,7 @@ class Lines:
             if line.n_waiting == 0:
                 if line.shared is None:
                     del self._lines[line.key]
-            elif (line.priority <= above or self.on_terms) and (reason := self.bar(line, moment.now_s, above)):
+            elif (reason := self.bar(line, moment.now_s)) is not None:
                 unsaid[reason] += line.n_waiting
             else:
                 n_waiting += line.n_waiting
@@ -369,19 +355,18 @@ class Queue:
 
     # What goes out -------------------------------------------------------------------------------
 
-    def choose(self, room: Room, now_s: float, above: float = 0) -> list[Candidate]:
+    def choose(self, room: Room, now_s: float) -> list[Candidate]:
         """Fill a packet; returns what goes, the most valuable first.
 
         Args:
             room: the packet.
             now_s: when the own slot opens.
-            above: only what has a higher priority goes.
         """
         if self._limits:
             self._update(now_s)
         self._n_slots += 1
         moment = Moment(now_s, self._n_slots)
-        chosen, unsaid = self._lines.choose(room, moment, above)
+        chosen, unsaid = self._lines.choose(room, moment)
         self._note_unsaid(unsaid, not chosen)
         for candidate in chosen:
             self._lines.remove(candidate)
@@ -397,14 +382,6 @@ class Queue:
         if self._limits:
             self._said = [candidate for candidate in chosen if candidate.column in self._items]
         return chosen
-
-    def stays_silent(self, now_s: float, above: float) -> bool:
-        """True if nothing waits that may go now: of a higher priority than ``above``, and not in a blackout."""
-        self._update(now_s)
-        barred = self._lines.barred(Moment(now_s, self._n_slots), above)
-        is_silent = barred.total() == self._lines.n_waiting
-        self._note_unsaid(barred, True)
-        return is_silent
 
     def _note_unsaid(self, reasons: Counter[Unsaid], is_empty: bool) -> None:
         """Keep why what waits was not said; ``is_empty`` if nothing was."""
@@ -434,7 +411,7 @@ class Queue:
         expired, self.expired = tuple(self.expired), []
         return expired
 
-    def why_unsaid(self, uid: ItemUid, now_s: float, above: float = 0) -> Unsaid | None:
+    def why_unsaid(self, uid: ItemUid, now_s: float) -> Unsaid | None:
         """Why an item that waits was not said in the last own slot; None if it was said, or does not wait.
 
         It looks through all that waits: for questions, not for every slot.
@@ -442,7 +419,6 @@ class Queue:
         Args:
             uid: of the item.
             now_s: when that slot opened.
-            above: what ``choose`` was given.
         """
         if any(limits.is_outside(uid) for limits in self._limits):
             return Unsaid.OVERFLOW
@@ -450,7 +426,7 @@ class Queue:
         if candidate is None or candidate.line is None or candidate.waiting.since_slot == self._n_slots > 0:
             return None
         plain = Unsaid.WAITING if candidate.waiting.n_said > 0 else Unsaid.LOWER_VALUE
-        return self._lines.bar_of(candidate, now_s, above) or plain
+        return self._lines.bar_of(candidate, now_s) or plain
 
     # Coming and going ----------------------------------------------------------------------------
 

@@ -240,7 +240,7 @@ def test_what_is_never_acknowledged_keeps_nothing_outside(priorities: list[int],
 
 
 def test_each_candidate_that_does_not_go_has_its_reason() -> None:
-    """Of seven: one covert, one too large while a lighter one goes, one said before, four of lower value."""
+    """Of seven: one too large while a lighter one goes, one said before, four of lower value."""
     queue = Queue()
     assert said(queue, 1) == []
     assert queue.unsaid == {Unsaid.NOTHING_OPEN: 1}
@@ -248,32 +248,12 @@ def test_each_candidate_that_does_not_go_has_its_reason() -> None:
     assert said(queue, 1) == [0]
     for column, priority in enumerate([50, 30, 8, 8, 8, 8], 1):
         queue.take(column, item(column), Waiting(priority), 200 if column == 1 else SIZE_BITS)
-    chosen = queue.choose(FixedRoom(SIZE_BITS, {1: 200}), 0.0, above=8)
+    chosen = queue.choose(FixedRoom(SIZE_BITS, {1: 200}), 0.0)
     assert [one.column for one in chosen] == [2]
-    assert queue.unsaid == {Unsaid.COVERT: 4, Unsaid.TOO_LARGE: 1, Unsaid.WAITING: 1}
-    assert queue.why_unsaid(item(0).uid, 0.0, 8) is Unsaid.WAITING
-    assert queue.why_unsaid(item(3).uid, 0.0, 8) is Unsaid.COVERT
+    assert queue.unsaid == {Unsaid.LOWER_VALUE: 4, Unsaid.TOO_LARGE: 1, Unsaid.WAITING: 1}
+    assert queue.why_unsaid(item(0).uid, 0.0) is Unsaid.WAITING
     assert queue.why_unsaid(item(3).uid, 0.0) is Unsaid.LOWER_VALUE
     assert queue.why_unsaid(item(2).uid, 0.0) is None
-
-
-def test_a_covert_slot_is_empty_unless_something_may_go() -> None:
-    """What is in a blackout or too old may not go, however urgent; what waited for room outside may, once it has it."""
-    queue = Queue(limit=1)
-    take(queue, 0, 100, Terms(blackout_s=30.0))  # said once, it comes as late as one of half of its priority
-    take(queue, 1, 50)
-    assert not queue.stays_silent(0.0, 40)
-    assert said(queue, 1, 0.0) == [0]
-    assert queue.stays_silent(9.0, 40)
-    assert queue.unsaid == {Unsaid.BLACKOUT: 1, Unsaid.OVERFLOW: 1}
-    queue.drop(0)
-    assert not queue.stays_silent(9.0, 40)
-    assert queue.stays_silent(9.0, 50)
-    assert queue.unsaid == {Unsaid.COVERT: 1}
-    queue.drop(1)
-    take(queue, 2, 50, Terms(time_to_live_s=5.0))
-    assert queue.stays_silent(9.0, 40)
-    assert queue.unsaid == {Unsaid.NOTHING_OPEN: 1}
 
 
 # What is left to others -----------------------------------------------------------------------------
@@ -288,7 +268,6 @@ def test_what_rests_is_open_and_not_said_until_it_wakes(rule):
     assert (said(queue, 3), queue.open, queue.resting) == ([1], 0b111, 0b101)
     assert queue.unsaid == {Unsaid.RELAYED: 2}
     assert queue.why_unsaid(item(2).uid, 0.0) is Unsaid.RELAYED
-    assert queue.stays_silent(0.0, 1)
     queue.rest(0b100)
     assert sorted(said(queue, 3)) == [0, 1]
     queue.drop(2)

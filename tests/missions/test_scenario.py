@@ -379,7 +379,6 @@ def test_a_value_where_a_table_belongs_is_a_fault_and_no_crash(tmp_path: Path, t
         ("ban", "[]"),
         ("slots", "[]"),
         ("need", "[]"),
-        ("covert", "[]"),
         ("beacon", "[]"),
         ("role", "[]"),
         ("group_template", "[]"),

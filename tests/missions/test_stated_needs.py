@@ -108,18 +108,6 @@ def test_what_was_said_once_for_one_need_goes_to_a_later_one(tmp_path: Path) -> 
     assert cells(behind, 0, BEGINS_S) == cells(alone, 0, BEGINS_S) > 0
 
 
-def test_a_covert_vehicle_sends_nothing_for_what_is_in_a_blackout(tmp_path: Path) -> None:
-    """Its cells are urgent enough, but each area's go once a minute: between, no packet gives it away."""
-    tables = (
-        NEED.replace("= 5", "= 60") + "blackout_s = 60.0\n[[covert]]\nvehicle = 'AUV01'\nabove = 50\nfrom_s = 50.0\n"
-    )
-    fleet = fleet_of(scenario(tmp_path, tables, listed=["mappedCell"]))
-    said = [row for row in fleet.recorder.packets if row[2] == "AUV01" and row[1] >= 50.0]
-    assert said
-    assert all(row[10] for row in said)
-    assert "blackout" in {row[3] for row in fleet.recorder.rows("unsaid") if row[2] == "AUV01"}
-
-
 def test_what_is_older_than_the_time_to_live_expires_with_its_reason(tmp_path: Path) -> None:
     fleet = fleet_of(scenario(tmp_path, NEED + "ttl_s = 15.0", "channel.per=0.8", listed=["mappedCell"]))
     expired = [row for row in fleet.recorder.rows("deliveries") if row[4] == "time to live"]
@@ -132,30 +120,6 @@ def test_the_summary_counts_what_expired_only_where_a_need_lets_it(tmp_path: Pat
     lost = [row for row in made.recorder.rows("deliveries") if row[4] in {"time to live", "overflow"}]
     assert summary(made)["n_expired"] == len(lost) > 0
     assert "n_expired" not in summary(run(scenario(tmp_path, NEED, listed=["mappedCell"]), 3))
-
-
-def test_a_covert_vehicle_hears_and_sends_nothing_or_what_is_urgent(tmp_path: Path) -> None:
-    """AUV01 is silent from 50 to 150 s; AUV02 says only what has a priority above 40, which claims of roles have."""
-    tables = """
-[[covert]]
-vehicle = "AUV01"
-from_s = 50.0
-until_s = 150.0
-[[covert]]
-vehicle = "AUV02"
-above = 40
-from_s = 50.0
-until_s = 150.0
-"""
-    fleet = fleet_of(scenario(tmp_path, tables))
-    during = [row for row in fleet.recorder.packets if 50.0 <= row[1] < 150.0]
-    silent = [row for row in during if row[2] == "AUV01"]
-    assert silent == []
-    assert all("AUV01" in row[6] for row in during if row[2] == "ASV00")
-    assert not any(row[11] for row in during if row[2] == "AUV02")
-    assert any(row[2] == "AUV01" for row in fleet.recorder.packets if row[1] >= 150.0)
-    covert = {row[2] for row in fleet.recorder.rows("unsaid") if row[3] == "covert"}
-    assert covert == {"AUV01", "AUV02"}
 
 
 @pytest.mark.parametrize(
@@ -172,7 +136,6 @@ until_s = 150.0
             "need.1.ttl_s = 60.0: limits nothing, for communication.needs",
         ),
         (NEED + "from_s = 90.0\nuntil_s = 80.0", "need.1.until_s = 80.0: must be above from_s = 90"),
-        ('[[covert]]\nvehicle = "AUV09"', 'covert.1.vehicle = "AUV09"'),
     ],
 )
 def test_what_cannot_be_is_refused_in_a_line(tmp_path: Path, tables: str, message: str) -> None:
