@@ -155,8 +155,6 @@ class Part:
             its hooks.
         body: called with the functional layer of a vehicle when it is made, before the vehicle is, and so again when it
             begins anew: adds to its hooks and needs, or puts something else in the place of its guidance.
-        watch: called with all vehicles and the true time (s) whenever the truth of a fleet looks; never of a vehicle by
-            itself.
         join: called once with a fleet when it is made, never with a vehicle by itself: adds to the hooks of the fleet.
         clocks: of vehicles whose clocks may be off, by node.
         carries: called with the channel of a fleet when that is made, never of a vehicle by itself; what carries its
@@ -173,7 +171,6 @@ class Part:
     begin: Callable[[Host], None] | None = None
     equip: Callable[[Vehicle], None] | None = None
     body: Callable[[FunctionalLayer], None] | None = None
-    watch: Callable[[Sequence[Vehicle], float], None] | None = None
     join: Callable[[Joined], None] | None = None
     clocks: Mapping[int, ShownTime] = field(default_factory=dict)
     carries: Callable[[Channel], Channel] | None = None

@@ -17,7 +17,7 @@ from remoras.collecting import rare_collections
 from remoras.events import Event, Host, Part
 from remoras.holders import HolderCount
 from remoras.host import Agent, Model
-from remoras.mission import Truth
+from remoras.mission import FleetView, Truth
 from remoras.plugins import broken_promise
 from remoras.recorder import Recorder
 from remoras.separation import Separation
@@ -50,6 +50,7 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
         duration_s: end of the run if the mission does not complete before (s).
         separation_m: distance that vehicles in one depth layer are to keep.
         parts: of the features that are on.
+        nature: changes the world of the run, see ``remoras.mission.Mission.nature``.
 
     Attributes:
         acted: called with a vehicle after it has done something by which it may have told something.
@@ -69,6 +70,7 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
         duration_s: float,
         separation_m: float = SEPARATION_M,
         parts: Sequence[Part] = (),
+        nature: Callable[[FleetView, float], None] | None = None,
     ) -> None:
         super().__init__(rng=0)  # Mesa's generators are not used: every draw is keyed by its purpose
         self.vehicles = tuple(makers.founding(self))
@@ -89,7 +91,7 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
         self.acted: list[Callable[[Vehicle], None]] = []
         self.restarted: list[Callable[[Vehicle], None]] = []
         self.parts = parts
-        self._watching = [part.watch for part in parts if part.watch is not None]
+        self._nature = nature
         self.separation = Separation(self.vehicles, separation_m)
         self.medium, self.clocks = medium, medium.clocks
         self.channel, self.schedule = medium.channel, medium.schedule
@@ -171,8 +173,8 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
         del self.recorder
 
     def _observe(self, now_s: float) -> None:
-        for watch in self._watching:
-            watch(self.vehicles, now_s)
+        if self._nature is not None:
+            self._nature(self.view, now_s)
         if not self.completed:
             try:
                 self.completed = self.truth.observe(self.view, now_s)

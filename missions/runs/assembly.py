@@ -23,7 +23,6 @@ from remoras.executive.layer import ExecutiveLayer
 from remoras.faults import Fault, drawn, faults_part
 from remoras.fleet import Fleet, Makers
 from remoras.functional.layer import FunctionalLayer
-from remoras.mission import Mission
 from remoras.picture import Picture
 from remoras.radio import Radio, RenewedNeeds
 from remoras.recorder import Recorder
@@ -34,7 +33,6 @@ from remoras.social.needs import GroupNeeds
 from remoras.solo import Solo
 from remoras.traffic import Medium
 from remoras.vehicle import Layers, Vehicle, go_on
-from remoras.view import ReadOnlyFleet
 from worldmodel import WorldModel
 
 
@@ -132,7 +130,6 @@ def assemble(
         setup = _known_as_it_is(setup, fleet)
     parts = feature_parts(setup, recorder, seed)
     world = mission.world(seed)
-    parts += nature_of(mission, world)
     shared = Shared(setup, seed, world, recorder, parts)
 
     def anew(model: Fleet, before: Vehicle, remembers: bool) -> Vehicle:
@@ -149,6 +146,7 @@ def assemble(
         times.duration_s,
         scenario.guidance.separation_m,
         (faults_part(faults), *shared.parts),
+        mission.nature(world),
     )
 
 
@@ -176,12 +174,6 @@ def feature_parts(setup: Setup, recorder: Recorder, seed: int, is_alone: bool = 
     parts = [part for feature in setup.features if (part := feature.part(joining)) is not None]
     own: Part | None = setup.strategy.declaration.part
     return parts if own is None else [*parts, own]
-
-
-def nature_of(mission: Mission, world: Any) -> list[Part]:
-    """What changes the world of a run, if anything does."""
-    changes = mission.nature(world)
-    return [] if changes is None else [Part(watch=lambda vehicles, now_s: changes(ReadOnlyFleet.of(vehicles), now_s))]
 
 
 def _lease(shared: Shared) -> Lease:

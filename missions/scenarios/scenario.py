@@ -183,7 +183,6 @@ class SubgroupTable(Section):
     maximum: int | None = Field(None, ge=1, description="most subgroups of it; any number if absent")
 
 
-@with_features("group")
 class GroupTable(Sparse):
     """One ``[[group]]``."""
 
