@@ -6,11 +6,9 @@ attributes end with their unit; ``graph.graph["units"]`` has them, too. Nodes ha
 
 from __future__ import annotations
 
-import json
 import math
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 from missions.errors import OutputError
@@ -290,15 +288,3 @@ def is_connected(graph: nx.DiGraph) -> bool:
     heard.add_nodes_from(graph.nodes)
     heard.add_edges_from((one, two) for one, two, edge in graph.edges(data=True) if edge["n_heard"])
     return bool(nx.is_strongly_connected(heard))
-
-
-def write_graphml(graph: nx.DiGraph, path: Path) -> None:
-    """Write a graph as GraphML, for Gephi, yEd or Cytoscape.
-
-    Raises:
-        OSError: the file cannot be written.
-    """
-    nx = library()
-    plain = graph.copy()
-    plain.graph.update({name: json.dumps(value) for name, value in graph.graph.items() if isinstance(value, dict)})
-    nx.write_graphml(plain, path)

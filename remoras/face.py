@@ -551,8 +551,8 @@ class Run:
         """Write the run for another tool.
 
         Args:
-            format: mcap, rosbag2, geojson, kml, netcdf, csv or alog; what vehicles knew as ttl, trig, jsonld or nt.
-            out, force: file to write, or folder for rosbag2, csv and alog; replace an earlier export.
+            format: mcap, geojson, netcdf or csv; what vehicles knew as ttl, trig, jsonld or nt.
+            out, force: file to write, or folder for csv; replace an earlier export.
             vehicle, at_s: whose knowledge, else that of all; as of which time, else as of the end of the run.
             items: with nt, the canonical graph of items, which is equal where the items are.
 

@@ -21,14 +21,9 @@ class ExportFormat(StrEnum):
     """Formats of exports."""
 
     MCAP = "mcap"
-    ROSBAG2 = "rosbag2"
     GEOJSON = "geojson"
-    KML = "kml"
     NETCDF = "netcdf"
     CSV = "csv"
-    ALOG = "alog"
-    GRAPHML = "graphml"
-    TRACE = "trace"
     TURTLE = "ttl"
     TRIG = "trig"
     JSON_LD = "jsonld"
@@ -36,9 +31,7 @@ class ExportFormat(StrEnum):
 
 
 FORMAT_HELP = (
-    "mcap for Foxglove, rosbag2 for ROS 2, geojson for QGIS and Neptus, kml for Google Earth, "
-    "netcdf with CF conventions, csv for anything, alog for alogview of MOOS-IvP, "
-    "graphml for Gephi and yEd, trace for the channel trace; "
+    "mcap for Foxglove and ROS 2, geojson for QGIS and Neptus, netcdf with CF conventions, csv for anything; "
     "what vehicles knew as RDF: ttl, trig, jsonld, nt."
 )
 Vehicle = Annotated[
@@ -63,7 +56,7 @@ def export(
     ] = False,
     as_json: Json = False,
 ) -> None:
-    """Write a run for another tool: Foxglove, ROS 2, QGIS, Google Earth, MOOS-IvP, netCDF, CSV, RDF, graphs, traces."""
+    """Write a run for another tool: Foxglove, ROS 2, QGIS, netCDF, CSV, RDF."""
     from missions.runs.knowledge import form_of
     from missions.runs.results import Results
 

@@ -715,7 +715,7 @@ def test_an_export_is_of_one_run(results: Path, swept: Path, tmp_path: Path) -> 
     scenario = tomllib.loads(manifest["scenario"])
     del scenario["world"]["origin_deg"]
     (tmp_path / "nowhere" / "manifest.json").write_text(json.dumps({**manifest, "scenario": tomli_w.dumps(scenario)}))
-    assert "world.origin_deg" in refused("export", tmp_path / "nowhere", "--format", "kml")
+    assert "world.origin_deg" in refused("export", tmp_path / "nowhere", "--format", "geojson")
 
 
 def test_figures_have_the_width_that_is_asked_for(results: Path, tmp_path: Path) -> None:

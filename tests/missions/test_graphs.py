@@ -4,7 +4,6 @@ import subprocess
 import sys
 from collections import Counter
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -15,7 +14,6 @@ from exchange.acoustics.network import shipped
 from missions.errors import OutputError
 from missions.graphs import cutting, heard_among, is_connected
 from missions.runs.connectivity import CONNECTED, CONNECTIVITY, CUTTING, windows
-from visualisation.exports.formats import FORMATS
 
 nx = pytest.importorskip("networkx")
 LOST = [{"vehicle": "AUV02", "kind": "lost", "at_s": 120.0}]
@@ -125,16 +123,6 @@ def test_a_network_is_its_links() -> None:
         else:
             with pytest.raises(LinkFileError, match="losses over range, and no links"):
                 remoras.network(name)
-
-
-def test_what_is_exported_is_read_back(run: remoras.Run, tmp_path: Path) -> None:
-    folder = run.export("graphml", tmp_path / "graphs")
-    assert {path.name for path in folder.iterdir()} == {"organisation.graphml", "heard.graphml", "plan.graphml"}
-    for name in ("organisation", "heard", "plan"):
-        read, graph = nx.read_graphml(folder / f"{name}.graphml"), run.graph(name)
-        assert dict(read.nodes(data=True)) == dict(graph.nodes(data=True))
-        assert {edge[:2]: edge[2] for edge in read.edges(data=True)} == {e[:2]: e[2] for e in graph.edges(data=True)}
-    assert FORMATS["graphml"].inside == (".graphml",)
 
 
 def packet(slot: int, sender: str, *receivers: str, lost_by: tuple[str, ...] = ()) -> Mapping[str, Any]:

@@ -1,13 +1,25 @@
-"""Formats by name: what becomes of a run in each, and which libraries that takes. Nothing of them is loaded here."""
+"""Formats by name, and writing a run in one of them.
+
+The libraries of a format are loaded when it is written. What is written appears whole or not at all: it is made beside
+its place under another name, and then takes the place.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import shutil
+from collections.abc import Mapping, Sequence
+from difflib import get_close_matches
+from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
+from missions.figure import Place
+from visualisation.exports.voyage import Voyage
+from visualisation.output import ExportError
+
 if TYPE_CHECKING:
-    from visualisation.exports.voyage import Voyage
+    from missions.runs.results import MemoryResults, Results
 
 Counts = Mapping[str, int]
 """How many messages, rows or features there are, by topic, table or kind."""
@@ -36,29 +48,126 @@ class FormatOfExport(NamedTuple):
     """A format.
 
     Args:
-        meaning: for whom it is.
         ending: of its files; empty if it is a folder.
         libraries: packages that it needs beside those of the program.
         needs_datum: whether it has only latitudes and longitudes.
-        inside: endings of the files in its folder.
     """
 
-    meaning: str
     ending: str
     libraries: tuple[str, ...] = ()
     needs_datum: bool = False
-    inside: tuple[str, ...] = ()
 
 
 FORMATS: Mapping[str, FormatOfExport] = {
-    "mcap": FormatOfExport("one file for Foxglove", ".mcap", ("mcap", "rosbags")),
-    "rosbag2": FormatOfExport("a folder for ROS 2", "", ("rosbags",), inside=(".yaml", ".mcap")),
-    "geojson": FormatOfExport("tracks and places for QGIS and Neptus", ".geojson", needs_datum=True),
-    "kml": FormatOfExport("moving vehicles for Google Earth and Neptus", ".kml", ("simplekml",), needs_datum=True),
-    "netcdf": FormatOfExport("trajectories with CF conventions", ".nc", ("netCDF4",), needs_datum=True),
-    "csv": FormatOfExport("a folder with a file for each table", "", inside=(".csv",)),
-    "alog": FormatOfExport("a folder with a log for each vehicle, for alogview of MOOS-IvP", "", inside=(".alog",)),
-    "graphml": FormatOfExport("a folder with graphs for Gephi and yEd", "", ("networkx",), inside=(".graphml",)),
-    "trace": FormatOfExport("who heard and lost each packet, for the channel trace", ".trace.csv"),
+    "mcap": FormatOfExport(".mcap", ("mcap", "rosbags")),
+    "geojson": FormatOfExport(".geojson", needs_datum=True),
+    "netcdf": FormatOfExport(".nc", ("netCDF4",), needs_datum=True),
+    "csv": FormatOfExport(""),
 }
 """All formats; the module of each has its name."""
+STEM = "run"
+"""Name of what is written into the folder of a run, without its ending."""
+
+
+class Exported(NamedTuple):
+    """A file or a folder that was written, and what is in it."""
+
+    path: Path
+    counts: Counts
+
+
+def export(
+    results: Results | MemoryResults, format: str, out: Path, force: bool = False, places: Sequence[Place] = ()
+) -> Exported:
+    """Write a run in another format.
+
+    Args:
+        results: of the run.
+        format: a name in ``FORMATS``.
+        out: the file to write, or the folder for a format that is one.
+        force: replace what an earlier export has written there.
+        places: what the mission of the run declares.
+
+    Raises:
+        ExportError: the format is not known, lacks its libraries or a datum, or ``out`` exists or cannot be written.
+        OutputError: a table of the run is damaged.
+    """
+    chosen = of_name(format)
+    voyage = Voyage(results, tuple(places))
+    _check_libraries(format, chosen)
+    if chosen.needs_datum and voyage.datum is None:
+        raise ExportError(
+            f"{format}: has latitudes and longitudes only, and the scenario of this run does not say where its x = 0, "
+            "y = 0 is; run it again with world.origin_deg, such as --set world.origin_deg=[43.35,3.75], "
+            "or take mcap or csv, which have metres"
+        )
+    _check_place(out, format, force)
+    write: Writer = import_module(f"visualisation.exports.{format}").write
+    draft = out.with_name(f".{out.name}-draft")
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        _clear(draft)
+        counts = write(voyage, draft)
+        if out.is_dir():
+            _clear(out)
+        draft.replace(out)
+    except OSError as error:
+        raise ExportError(f"{out}: cannot be written: {error.strerror or error}") from None
+    finally:
+        _clear(draft)
+    return Exported(out, counts)
+
+
+def of_name(format: str) -> FormatOfExport:
+    """The format of that name; raises ExportError if there is none."""
+    if format not in FORMATS:
+        near = get_close_matches(format, FORMATS, n=1, cutoff=0.0)
+        raise ExportError(f"unknown format {format!r}; known: {', '.join(FORMATS)}; nearest: {near[0]!r}")
+    return FORMATS[format]
+
+
+def export_path(folder: Path, format: str) -> Path:
+    """Where an export of a run is written if nothing else is said: into the folder of the run.
+
+    >>> export_path(Path("r"), "mcap").as_posix(), export_path(Path("r"), "csv").as_posix()
+    ('r/run.mcap', 'r/run-csv')
+    """
+    ending = of_name(format).ending
+    return folder / (f"{STEM}{ending}" if ending else f"{STEM}-{format}")
+
+
+def _check_libraries(name: str, chosen: FormatOfExport) -> None:
+    missing = [library for library in chosen.libraries if find_spec(library) is None]
+    if missing:
+        raise ExportError(
+            f"{name}: needs {' and '.join(missing)}, which {'is' if len(missing) == 1 else 'are'} not installed; "
+            f"install with: python -m pip install {' '.join(missing)}"
+        )
+
+
+def _check_place(out: Path, format: str, force: bool) -> None:
+    """Raise ExportError unless ``out`` can be written without losing anything."""
+    if not out.exists():
+        return
+    ending = FORMATS[format].ending
+    if ending and out.is_dir():
+        raise ExportError(f"{out}: is a folder; name a file, such as {out / (STEM + ending)}")
+    if not ending and not out.is_dir():
+        raise ExportError(f"{out}: is a file; name a folder")
+    if out.is_dir():
+        inside = list(out.iterdir())
+        strange = [path.name for path in inside if path.suffix != f".{format}"]
+        if strange:
+            raise ExportError(f"{out}: holds other files, such as {strange[0]}; name another folder")
+        if not inside:
+            return
+    if not force:
+        raise ExportError(f"{out}: exists; name another with --out or add --force")
+
+
+def _clear(path: Path) -> None:
+    """Remove a file or a folder, if it is there."""
+    if path.is_dir():
+        shutil.rmtree(path, ignore_errors=True)
+    else:
+        path.unlink(missing_ok=True)

@@ -1,47 +1,170 @@
 """MCAP for Foxglove: its schemas in ROS 2 encoding, so that readers of ROS 2 read the file too.
 
+Frame ``map`` has x east, y north, z up from the surface. Each vehicle has a frame of its own, x forward and y to port,
+named like its topics: vehicle ``AUV00`` has ``/auv00/pose``. Time is that of the mission, from 0.
+
+=================  ============================================  ===============================
+topic              what                                          when
+=================  ============================================  ===============================
+/tf                frames of all vehicles in ``map``             at every motion tick
+/auvN/pose         true pose of a vehicle                        at every motion tick
+/auvN/fix          latitude, longitude, height                   likewise, where there is a datum
+/auvN/role         roles that drive it, as one text              at 0 s and at every change
+/scene             places and vehicles; each packet's links      at 0 s; as each packet is sent
+/packets           what each packet held and who heard it        as each packet is sent
+/log               milestones, roles, faults, missed peers       as they come
+=================  ============================================  ===============================
+
 A metadata record named ``remoras`` says what was run: version, key, seed, scenario. The same run gives the same bytes.
 """
 
 from __future__ import annotations
 
+import math
+import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from heapq import merge
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from mcap.writer import CompressionType, Writer
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
+from visualisation import style
 from visualisation.exports.formats import Counts
-from visualisation.exports.foxglove import DEFINITIONS
-from visualisation.exports.stream import LABEL_PX, MAP, VEHICLE_M, PoseMessage, Shape, store_with, stream
-from visualisation.exports.voyage import Entry, Voyage
+from visualisation.exports.geodesy import Floats
+from visualisation.exports.voyage import SentPacket, Voyage, VoyageTrack
 
+MAP = "map"
 PACKAGE = "foxglove_msgs/msg/"
 METADATA = "remoras"
+STRING = "std_msgs/msg/String"
+PACKET = "remoras_msgs/msg/Packet"
+PACKET_DEFINITION = """builtin_interfaces/Time start
+builtin_interfaces/Time end
+uint32 slot
+string sender
+uint32 size_bits
+uint32 items
+uint32 acks
+string[] receivers
+string[] lost_by
+"""
+DEFINITIONS = {
+    "Color": "float64 r\nfloat64 g\nfloat64 b\nfloat64 a",
+    "KeyValuePair": "string key\nstring value",
+    "FrameTransform": (
+        "builtin_interfaces/Time timestamp\nstring parent_frame_id\nstring child_frame_id\n"
+        "geometry_msgs/Vector3 translation\ngeometry_msgs/Quaternion rotation"
+    ),
+    "FrameTransforms": "foxglove_msgs/FrameTransform[] transforms",
+    "PoseInFrame": "builtin_interfaces/Time timestamp\nstring frame_id\ngeometry_msgs/Pose pose",
+    "LocationFix": (
+        "uint8 UNKNOWN=0\nuint8 APPROXIMATED=1\nuint8 DIAGONAL_KNOWN=2\nuint8 KNOWN=3\n"
+        "builtin_interfaces/Time timestamp\nstring frame_id\nfloat64 latitude\nfloat64 longitude\nfloat64 altitude\n"
+        "float64[9] position_covariance\nuint8 position_covariance_type"
+    ),
+    "Log": (
+        "builtin_interfaces/Time timestamp\nuint8 UNKNOWN=0\nuint8 DEBUG=1\nuint8 INFO=2\nuint8 WARNING=3\n"
+        "uint8 ERROR=4\nuint8 FATAL=5\nuint8 level\nstring message\nstring name\nstring file\nuint32 line"
+    ),
+    "ArrowPrimitive": (
+        "geometry_msgs/Pose pose\nfloat64 shaft_length\nfloat64 shaft_diameter\nfloat64 head_length\n"
+        "float64 head_diameter\nfoxglove_msgs/Color color"
+    ),
+    "CubePrimitive": "geometry_msgs/Pose pose\ngeometry_msgs/Vector3 size\nfoxglove_msgs/Color color",
+    "SpherePrimitive": "geometry_msgs/Pose pose\ngeometry_msgs/Vector3 size\nfoxglove_msgs/Color color",
+    "CylinderPrimitive": (
+        "geometry_msgs/Pose pose\ngeometry_msgs/Vector3 size\nfloat64 bottom_scale\nfloat64 top_scale\n"
+        "foxglove_msgs/Color color"
+    ),
+    "LinePrimitive": (
+        "uint8 LINE_STRIP=0\nuint8 LINE_LOOP=1\nuint8 LINE_LIST=2\nuint8 type\ngeometry_msgs/Pose pose\n"
+        "float64 thickness\nbool scale_invariant\ngeometry_msgs/Point[] points\nfoxglove_msgs/Color color\n"
+        "foxglove_msgs/Color[] colors\nuint32[] indices"
+    ),
+    "TriangleListPrimitive": (
+        "geometry_msgs/Pose pose\ngeometry_msgs/Point[] points\nfoxglove_msgs/Color color\n"
+        "foxglove_msgs/Color[] colors\nuint32[] indices"
+    ),
+    "TextPrimitive": (
+        "geometry_msgs/Pose pose\nbool billboard\nfloat64 font_size\nbool scale_invariant\n"
+        "foxglove_msgs/Color color\nstring text"
+    ),
+    "ModelPrimitive": (
+        "geometry_msgs/Pose pose\ngeometry_msgs/Vector3 scale\nfoxglove_msgs/Color color\nbool override_color\n"
+        "string url\nstring media_type\nuint8[] data"
+    ),
+    "SceneEntityDeletion": (
+        "uint8 MATCHING_ID=0\nuint8 ALL=1\nbuiltin_interfaces/Time timestamp\nuint8 type\nstring id"
+    ),
+    "SceneEntity": (
+        "builtin_interfaces/Time timestamp\nstring frame_id\nstring id\nbuiltin_interfaces/Duration lifetime\n"
+        "bool frame_locked\nfoxglove_msgs/KeyValuePair[] metadata\nfoxglove_msgs/ArrowPrimitive[] arrows\n"
+        "foxglove_msgs/CubePrimitive[] cubes\nfoxglove_msgs/SpherePrimitive[] spheres\n"
+        "foxglove_msgs/CylinderPrimitive[] cylinders\nfoxglove_msgs/LinePrimitive[] lines\n"
+        "foxglove_msgs/TriangleListPrimitive[] triangles\nfoxglove_msgs/TextPrimitive[] texts\n"
+        "foxglove_msgs/ModelPrimitive[] models"
+    ),
+    "SceneUpdate": "foxglove_msgs/SceneEntityDeletion[] deletions\nfoxglove_msgs/SceneEntity[] entities",
+}
+"""Definitions of messages of Foxglove by name, as its package ``foxglove_msgs`` has them. They go into the file, so
+a reader needs no package. Schemas must have the names that Foxglove knows."""
+
 INFO, WARNING = 2, 3
 LOOP, PAIRS = 1, 2
 LINE_PX = 2.0
+HEARD, LOST = style.GREEN, style.VERMILLION
+"""Colours of the links of a packet in the scene."""
+LINK_S = 1.5
+"""How long the links of a packet are seen."""
+VEHICLE_M = (6.0, 2.0, 2.0)
+"""Length, width and height of a vehicle in the scene: larger than life, to be found on a map of a kilometre."""
+LABEL_PX, LABEL_UP_M = 14.0, 6.0
+NS_PER_S = 1_000_000_000
+
+PointM = tuple[float, float, float]
+"""x east, y north, z up."""
+
+
+class Pose(NamedTuple):
+    """Where a vehicle is, z up, and the quaternion of its heading about z."""
+
+    x_m: float
+    y_m: float
+    z_m: float
+    turn_z: float
+    turn_w: float
+
+
+class Sent(NamedTuple):
+    """A message of a topic."""
+
+    time_ns: int
+    topic: str
+    kind: str
+    message: Any
 
 
 def write(voyage: Voyage, target: Path) -> Counts:
     """Write one file; see ``formats.Writer``."""
-    dialect = Foxglove()
-    store = dialect.store
+    messages = _Messages(voyage)
     counts: Counter[str] = Counter()
     channels: dict[str, int] = {}
     schemas: dict[str, int] = {}
     with target.open("wb") as file:
         writer = Writer(file, compression=CompressionType.ZSTD)
         writer.start(profile="ros2", library="remoras")
-        for time_ns, topic, kind, message in stream(voyage, dialect):
+        streams = messages.motion(), messages.events(), messages.scenes()
+        for time_ns, topic, kind, message in merge(*streams, key=lambda sent: sent.time_ns):
             if (channel := channels.get(topic)) is None:
                 if kind not in schemas:
-                    text, _ = store.generate_msgdef(kind, ros_version=2)
+                    text, _ = messages.store.generate_msgdef(kind, ros_version=2)
                     schemas[kind] = writer.register_schema(kind, "ros2msg", text.encode())
                 channel = channels[topic] = writer.register_channel(topic, "cdr", schemas[kind])
-            data = bytes(store.serialize_cdr(message, kind))
+            data = bytes(messages.store.serialize_cdr(message, kind))
             writer.add_message(channel, time_ns, data, time_ns, counts[topic])
             counts[topic] += 1
         writer.add_metadata(METADATA, voyage.about)
@@ -49,77 +172,180 @@ def write(voyage: Voyage, target: Path) -> Counts:
     return dict(sorted(counts.items()))
 
 
-class Foxglove:
-    """The dialect of Foxglove; see ``stream.Dialect``."""
+def topic_names(vehicles: Iterable[str]) -> dict[str, str]:
+    """A name of lower-case letters, digits and ``_`` for every vehicle, for topics and frames of ROS.
 
-    def __init__(self) -> None:
-        self.store = store_with({f"{PACKAGE}{name}": text for name, text in DEFINITIONS.items()})
-        types = self.store.types
-        self._of = {name: types[f"{PACKAGE}{name}"] for name in DEFINITIONS}
-        self._time, self._duration = types["builtin_interfaces/msg/Time"], types["builtin_interfaces/msg/Duration"]
-        self._point, self._vector = types["geometry_msgs/msg/Point"], types["geometry_msgs/msg/Vector3"]
-        self._turn, self._pose = types["geometry_msgs/msg/Quaternion"], types["geometry_msgs/msg/Pose"]
-        self._last: tuple[int, Any] = (-1, None)
-        self._unknown = np.zeros(9)
-        self._none = np.empty(0, dtype=np.uint32)
+    >>> topic_names(["AUV00", "auv00", "7 seas", "\\U0001f420"])
+    {'AUV00': 'auv00', 'auv00': 'auv00_2', '7 seas': 'v7_seas', '\\U0001f420': 'vehicle'}
+    """
+    found: dict[str, str] = {}
+    for vehicle in vehicles:
+        stem = re.sub(r"[^a-z0-9]+", "_", vehicle.lower()).strip("_") or "vehicle"
+        stem = f"v{stem}" if stem[0].isdigit() else stem
+        name, number = stem, 2
+        while name in found.values():
+            name, number = f"{stem}_{number}", number + 1
+        found[vehicle] = name
+    return found
 
-    def transforms(self, time_ns: int, poses: Sequence[tuple[str, PoseMessage]]) -> tuple[str, Any]:
-        """See ``stream.Dialect``."""
-        stamp = self._stamp(time_ns)
-        made = [
-            self._of["FrameTransform"](
-                stamp, MAP, name, self._vector(pose.x_m, pose.y_m, pose.z_m),
-                self._turn(0.0, 0.0, pose.turn_z, pose.turn_w),
-            )
-            for name, pose in poses
-        ]  # fmt: skip
-        return f"{PACKAGE}FrameTransforms", self._of["FrameTransforms"](made)
 
-    def pose(self, time_ns: int, pose: PoseMessage) -> tuple[str, Any]:
-        """See ``stream.Dialect``."""
-        return f"{PACKAGE}PoseInFrame", self._of["PoseInFrame"](self._stamp(time_ns), MAP, self._placed(*pose))
+def nanoseconds(time_s: float) -> int:
+    """Nanoseconds of mission time; a time before the start counts as 0.
 
-    def fix(self, time_ns: int, frame: str, latitude_deg: float, longitude_deg: float, z_m: float) -> tuple[str, Any]:
-        """See ``stream.Dialect``."""
-        made = self._of["LocationFix"](self._stamp(time_ns), frame, latitude_deg, longitude_deg, z_m, self._unknown, 0)
-        return f"{PACKAGE}LocationFix", made
+    >>> nanoseconds(1.8)
+    1800000000
+    """
+    return max(0, round(time_s * NS_PER_S))
 
-    def scene(self, time_ns: int, shapes: Sequence[Shape]) -> tuple[str, Any]:
-        """See ``stream.Dialect``."""
-        stamp = self._stamp(time_ns)
-        return f"{PACKAGE}SceneUpdate", self._of["SceneUpdate"]([], [self._entity(stamp, shape) for shape in shapes])
 
-    def log(self, time_ns: int, entry: Entry) -> tuple[str, Any]:
-        """See ``stream.Dialect``."""
-        level = WARNING if entry.is_warning else INFO
-        made = self._of["Log"](self._stamp(time_ns), level, entry.text, entry.about or "fleet", "", 0)
-        return f"{PACKAGE}Log", made
+class _Messages:
+    """Messages of a run, made of the types of ROS 2 and Foxglove."""
 
-    def _entity(self, stamp: Any, shape: Shape) -> Any:
-        colour = self._of["Color"](*shape.rgba)
-        lifetime = self._duration(*divmod(round(shape.lifetime_s * 1e9), 10**9))
-        cubes, lines, texts = [], [], []
-        if shape.kind == "box":
-            cubes = [self._of["CubePrimitive"](self._placed(*shape.points_m[0]), self._vector(*VEHICLE_M), colour)]
-        elif shape.kind == "text":
-            where = self._placed(*shape.points_m[0])
-            texts = [self._of["TextPrimitive"](where, True, LABEL_PX, True, colour, shape.text)]
-        elif shape.points_m:
-            points = [self._point(*point) for point in shape.points_m]
-            kind = LOOP if shape.kind == "loop" else PAIRS
-            lines = [
-                self._of["LinePrimitive"](
-                    kind, self._placed(0.0, 0.0, 0.0), LINE_PX, True, points, colour, [], self._none
+    def __init__(self, voyage: Voyage) -> None:
+        self._voyage = voyage
+        self._names = topic_names(voyage.vehicles)
+        self.store = get_typestore(Stores.ROS2_JAZZY)
+        types: dict[str, Any] = {}
+        for name, text in {PACKET: PACKET_DEFINITION, **{f"{PACKAGE}{n}": t for n, t in DEFINITIONS.items()}}.items():
+            types.update(get_types_from_msg(text, name))
+        self.store.register(types)
+        known = self.store.types
+        self._of = {name: known[f"{PACKAGE}{name}"] for name in DEFINITIONS}
+        self._string, self._packet = known[STRING], known[PACKET]
+        self._time, self._duration = known["builtin_interfaces/msg/Time"], known["builtin_interfaces/msg/Duration"]
+        self._point, self._vector = known["geometry_msgs/msg/Point"], known["geometry_msgs/msg/Vector3"]
+        self._turn, self._pose = known["geometry_msgs/msg/Quaternion"], known["geometry_msgs/msg/Pose"]
+
+    def motion(self) -> Iterator[Sent]:
+        """At each time the frames of all vehicles that were recorded then, and each one's pose and fix."""
+        at: dict[int, list[tuple[str, Pose, tuple[float, float] | None]]] = {}
+        for vehicle, track in self._voyage.tracks.items():
+            fixes: Sequence[tuple[float, float] | None] = [None] * track.time_s.size
+            if self._voyage.datum is not None:
+                latitudes, longitudes = self._voyage.datum.degrees(track.x_m, track.y_m)
+                fixes = list(zip(latitudes.tolist(), longitudes.tolist(), strict=True))
+            for time_s, pose, fix in zip(track.time_s.tolist(), _poses(track), fixes, strict=True):
+                at.setdefault(nanoseconds(time_s), []).append((self._names[vehicle], pose, fix))
+        unknown = np.zeros(9)
+        for time_ns in sorted(at):
+            stamp = self._stamp(time_ns)
+            frames = [
+                self._of["FrameTransform"](
+                    stamp, MAP, name, self._vector(pose.x_m, pose.y_m, pose.z_m),
+                    self._turn(0.0, 0.0, pose.turn_z, pose.turn_w),
                 )
-            ]
+                for name, pose, _ in at[time_ns]
+            ]  # fmt: skip
+            yield self._sent(time_ns, "/tf", "FrameTransforms", frames)
+            for name, pose, fix in at[time_ns]:
+                yield self._sent(time_ns, f"/{name}/pose", "PoseInFrame", stamp, MAP, self._placed(*pose))
+                if fix is not None:
+                    yield self._sent(time_ns, f"/{name}/fix", "LocationFix", stamp, name, *fix, pose.z_m, unknown, 0)
+
+    def events(self) -> Iterator[Sent]:
+        """Roles, packets and the log, in time order."""
+        found = []
+        for state in self._voyage.states:
+            topic = f"/{self._names[state.vehicle]}/role"
+            found.append(Sent(nanoseconds(state.time_s), topic, STRING, self._string(data=state.text)))
+        for packet in self._voyage.packets:
+            start_ns = nanoseconds(packet.time_s)
+            message = self._packet(
+                self._stamp(start_ns), self._stamp(nanoseconds(packet.end_s)), packet.slot, packet.sender,
+                packet.size_bits, packet.items, packet.acks, list(packet.receivers), list(packet.lost_by),
+            )  # fmt: skip
+            found.append(Sent(start_ns, "/packets", PACKET, message))
+        for entry in self._voyage.log:
+            time_ns, level = nanoseconds(entry.time_s), WARNING if entry.is_warning else INFO
+            about = entry.about or "fleet"
+            found.append(self._sent(time_ns, "/log", "Log", self._stamp(time_ns), level, entry.text, about, "", 0))
+        return iter(sorted(found, key=lambda sent: sent.time_ns))
+
+    def scenes(self) -> Iterator[Sent]:
+        """What the map shows from the start, then the links of every packet."""
+        yield self._sent(0, "/scene", "SceneUpdate", [], [*self._places(), *self._vehicles()])
+        tracks = self._voyage.tracks
+        packets = [packet for packet in self._voyage.packets if packet.sender in tracks]
+        times_s = [packet.time_s for packet in packets]
+        points = {
+            vehicle: [(x_m, y_m, 0.0 - depth_m) for x_m, y_m, depth_m in track.at(times_s)]
+            for vehicle, track in tracks.items()
+        }
+        for number, packet in enumerate(packets):
+            where = {vehicle: along[number] for vehicle, along in points.items()}
+            yield self._sent(nanoseconds(packet.time_s), "/scene", "SceneUpdate", [], self._links(where, packet))
+
+    def _places(self) -> Iterator[Any]:
+        for place in self._voyage.places:
+            corners = [(x_m, y_m, 0.0) for x_m, y_m in place.outline_m]
+            name = f"{place.kind} {place.name}"
+            if len(corners) > 1:
+                yield self._entity(0, MAP, f"{name} outline", style.GREY, "loop", corners)
+            middle = (
+                math.fsum(x for x, _, _ in corners) / len(corners),
+                math.fsum(y for _, y, _ in corners) / len(corners),
+                0.0,
+            )
+            yield self._entity(0, MAP, name, style.GREY, "text", [middle], place.name)
+
+    def _vehicles(self) -> Iterator[Any]:
+        for number, vehicle in enumerate(self._voyage.vehicles):
+            if vehicle in self._voyage.tracks:
+                name, colour = self._names[vehicle], style.vehicle_look(number).colour
+                yield self._entity(0, name, f"{name} hull", colour, "box", [(0.0, 0.0, 0.0)])
+                yield self._entity(0, name, name, colour, "text", [(0.0, 0.0, LABEL_UP_M)], vehicle)
+
+    def _links(self, where: Mapping[str, PointM], packet: SentPacket) -> list[Any]:
+        """Lines from the sender to all who heard the packet, and half-way to those who lost it."""
+        start, name = where[packet.sender], self._names[packet.sender]
+        ends = [where[receiver] for receiver in packet.receivers if receiver in where]
+        broken = [where[one] for one in packet.lost_by if one in where]
+        halves = [((start[0] + x) / 2.0, (start[1] + y) / 2.0, (start[2] + z) / 2.0) for x, y, z in broken]
+        time_ns = nanoseconds(packet.time_s)
+        return [
+            self._entity(
+                time_ns, MAP, f"{name} {what}", colour, "pairs", [at for end in to for at in (start, end)], "", LINK_S
+            )
+            for what, to, colour in (("heard", ends, HEARD), ("lost", halves, LOST))
+        ]
+
+    def _entity(
+        self, time_ns: int, frame: str, name: str, colour: str, shape: str, points_m: Sequence[PointM], text: str = "",
+        lifetime_s: float = 0.0,
+    ) -> Any:  # fmt: skip
+        """What a scene shows in one colour: a closed ``loop``, ``pairs`` of points, a ``box`` or a ``text``.
+
+        Args:
+            name: replaces an earlier entity of that name; colour: as ``#rrggbb``.
+            lifetime_s: how long it is seen; 0 for good.
+        """
+        rgba = self._of["Color"](*(int(colour[at : at + 2], 16) / 255 for at in (1, 3, 5)), 1.0)
+        lifetime = self._duration(*divmod(round(lifetime_s * 1e9), NS_PER_S))
+        cubes, lines, texts = [], [], []
+        if shape == "box":
+            cubes = [self._of["CubePrimitive"](self._placed(*points_m[0]), self._vector(*VEHICLE_M), rgba)]
+        elif shape == "text":
+            texts = [self._of["TextPrimitive"](self._placed(*points_m[0]), True, LABEL_PX, True, rgba, text)]
+        elif points_m:
+            kind, points = LOOP if shape == "loop" else PAIRS, [self._point(*point) for point in points_m]
+            origin, none = self._placed(0.0, 0.0, 0.0), np.empty(0, dtype=np.uint32)
+            lines = [self._of["LinePrimitive"](kind, origin, LINE_PX, True, points, rgba, [], none)]
         return self._of["SceneEntity"](
-            stamp, shape.frame, shape.name, lifetime, True, [], [], cubes, [], [], lines, [], texts, []
+            self._stamp(time_ns), frame, name, lifetime, True, [], [], cubes, [], [], lines, [], texts, []
         )
+
+    def _sent(self, time_ns: int, topic: str, kind: str, *fields: Any) -> Sent:
+        """A message of a type of Foxglove."""
+        return Sent(time_ns, topic, f"{PACKAGE}{kind}", self._of[kind](*fields))
 
     def _placed(self, x_m: float, y_m: float, z_m: float, turn_z: float = 0.0, turn_w: float = 1.0) -> Any:
         return self._pose(self._point(x_m, y_m, z_m), self._turn(0.0, 0.0, turn_z, turn_w))
 
     def _stamp(self, time_ns: int) -> Any:
-        if self._last[0] != time_ns:  # all messages of a tick have the same
-            self._last = time_ns, self._time(*divmod(time_ns, 10**9))
-        return self._last[1]
+        return self._time(*divmod(time_ns, NS_PER_S))
+
+
+def _poses(track: VoyageTrack) -> list[Pose]:
+    turns: Floats = track.heading_rad / 2.0
+    columns = (track.x_m, track.y_m, 0.0 - track.depth_m, np.sin(turns), np.cos(turns))
+    return [Pose(*row) for row in zip(*(column.tolist() for column in columns), strict=True)]

@@ -1,14 +1,12 @@
-"""netCDF, CSV and alog, by readers that share nothing with the writers."""
+"""netCDF and CSV, by readers that share nothing with the writers."""
 
 import csv
-import re
 from pathlib import Path
 
 import h5netcdf
 import numpy as np
 import pytest
 
-from missions.figure import Place
 from missions.runs.results import Results
 from visualisation.exports import Exported, export
 
@@ -79,27 +77,3 @@ def test_csv_has_every_table_with_its_rows(run: Results, tmp_path: Path) -> None
                     assert row[column] == value
                 elif isinstance(value, list):
                     assert row[column] == ";".join(map(str, value))
-
-
-def test_alog_has_a_log_for_each_vehicle(run: Results, places: tuple[Place, ...], tmp_path: Path) -> None:
-    """Four columns, times that never fall, and of packets each one once as sent and at every vehicle that hears."""
-    made = export(run, "alog", tmp_path / "run-alog", places=places)
-    assert sorted(path.name for path in made.path.iterdir()) == ["ASV00.alog", "AUV00.alog", "AUV01.alog", "AUV02.alog"]
-    lines = (made.path / "AUV01.alog").read_text(encoding="utf-8").splitlines()
-    rows = [line.split(maxsplit=3) for line in lines if not line.startswith("%")]
-    assert all(len(row) == 4 for row in rows)
-    times_s = [float(row[0]) for row in rows]
-    assert times_s == sorted(times_s)
-    table = [row for row in run.table("trajectories").to_pylist() if row["vehicle"] == "AUV01"]
-    reports = [dict(pair.split("=") for pair in row[3].split(",")) for row in rows if row[1] == "NODE_REPORT_LOCAL"]
-    assert len(reports) == len(table)
-    assert {"NAME", "TYPE", "TIME", "X", "Y", "SPD", "HDG", "DEPTH", "LAT", "LON"} == set(reports[0])
-    assert float(reports[-1]["X"]) == pytest.approx(table[-1]["x_m"], abs=0.005)
-    packets = run.table("packets").to_pylist()
-    count = {kind: sum(row[1] == f"PACKET_{kind}" for row in rows) for kind in ("SENT", "HEARD", "LOST")}
-    assert count == {
-        "SENT": sum(one["sender"] == "AUV01" for one in packets),
-        "HEARD": sum("AUV01" in one["receivers"] for one in packets),
-        "LOST": sum("AUV01" in one["lost_by"] for one in packets),
-    }
-    assert all(re.fullmatch(r"-?\d+\.\d{3}", row[3]) for row in rows if row[1] == "NAV_X")

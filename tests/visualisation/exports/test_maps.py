@@ -1,10 +1,9 @@
-"""Latitudes and longitudes: the projection against a formula that shares nothing with it, GeoJSON, KML."""
+"""Latitudes and longitudes: the projection against a formula that shares nothing with it and GeoJSON."""
 
 import itertools
 import json
 import math
 from pathlib import Path
-from xml.etree import ElementTree
 
 import pytest
 
@@ -13,7 +12,6 @@ from missions.runs.results import Results
 from visualisation.exports import export
 from visualisation.exports.geodesy import Datum
 
-KML = {"k": "http://www.opengis.net/kml/2.2", "gx": "http://www.google.com/kml/ext/2.2"}
 MAJOR_M, FLATTENING = 6378137.0, 1 / 298.257223563
 MINOR_M = MAJOR_M * (1 - FLATTENING)
 
@@ -77,27 +75,3 @@ def test_geojson_is_of_the_rows_of_the_tables(run: Results, places: tuple[Place,
             assert ring[0] == ring[-1]
             doubled = sum(x * b - a * y for (x, y), (a, b) in itertools.pairwise(ring))
             assert doubled > 0.0  # anticlockwise, as RFC 7946 has outer rings
-
-
-def test_kml_has_a_time_and_a_point_for_each_row(run: Results, places: tuple[Place, ...], tmp_path: Path) -> None:
-    made = export(run, "kml", tmp_path / "run.kml", places=places)
-    root = ElementTree.parse(made.path).getroot()
-    tracks = root.findall(".//gx:Track", KML)
-    assert len(tracks) == made.counts["tracks"] == 4
-    n_rows = run.table("trajectories").num_rows
-    assert len(root.findall(".//k:when", KML)) == n_rows + made.counts["milestones"]
-    points = [[float(part) for part in (one.text or "").split()] for one in root.findall(".//gx:coord", KML)]
-    assert len(points) == n_rows
-    assert points[0] == [3.75, 43.35, 0.0]
-    assert len(root.findall(".//k:Polygon", KML)) == sum(len(place.outline_m) > 1 for place in places)
-    whens = [one.text for one in tracks[1].findall("k:when", KML)]
-    assert whens[:2] == ["1970-01-01T00:00:00.000Z", "1970-01-01T00:00:01.000Z"]
-    seeds = [one.findtext("k:value", "", KML) for one in root.findall(".//k:Data", KML) if one.get("name") == "seed"]
-    assert seeds == ["3"]
-
-
-def test_kml_keeps_names_that_are_markup(tmp_path: Path, older: Results) -> None:
-    older.manifest["scenario"] += "\n[world]\norigin_deg = [43.35, 3.75]\n"
-    made = export(older, "kml", tmp_path / "run.kml")
-    names = [one.text for one in ElementTree.parse(made.path).getroot().findall(".//k:Placemark/k:name", KML)]
-    assert names == ['A "quoted" name', "</script>", "\U0001f420", "a b"]

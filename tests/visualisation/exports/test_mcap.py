@@ -1,7 +1,6 @@
-"""MCAP and rosbag2 by readers that share nothing with the writer.
+"""MCAP by readers that share nothing with the writer.
 
-The container of the MCAP export is written by mcap and read by rosbags, its messages are written by rosbags and decoded
-by mcap-ros2-support; of the rosbag2 export it is the other way round.
+The container is written by mcap and read by rosbags; messages are written by rosbags and decoded by mcap-ros2-support.
 """
 
 import math
@@ -25,11 +24,6 @@ def mcap(run: Results, places: tuple[Place, ...], tmp_path_factory: pytest.TempP
     return export(run, "mcap", tmp_path_factory.mktemp("mcap") / "run.mcap", places=places)
 
 
-@pytest.fixture(scope="session")
-def bag(run: Results, places: tuple[Place, ...], tmp_path_factory: pytest.TempPathFactory) -> Exported:
-    return export(run, "rosbag2", tmp_path_factory.mktemp("bag") / "run-rosbag2", places=places)
-
-
 def by_rosbags(path: Path) -> dict[str, list[tuple[int, Any]]]:
     """Messages with their times by topic."""
     found: dict[str, list[tuple[int, Any]]] = {}
@@ -48,11 +42,10 @@ def by_mcap(path: Path) -> dict[str, list[tuple[int, Any]]]:
     return found
 
 
-def test_two_readers_count_what_was_written(run: Results, mcap: Exported, bag: Exported) -> None:
+def test_two_readers_count_what_was_written(run: Results, mcap: Exported) -> None:
     """A pose and a fix for each row of the trajectories, a packet for each row of the packets."""
-    for made, file in ((mcap, mcap.path), (bag, bag.path / "run.mcap")):
-        for found in (by_rosbags(made.path), by_mcap(file)):
-            assert {topic: len(messages) for topic, messages in found.items()} == made.counts
+    for found in (by_rosbags(mcap.path), by_mcap(mcap.path)):
+        assert {topic: len(messages) for topic, messages in found.items()} == mcap.counts
     rows, packets = run.table("trajectories").num_rows, run.table("packets").num_rows
     for ending in ("/pose", "/fix"):
         assert sum(n for topic, n in mcap.counts.items() if topic.endswith(ending)) == rows
@@ -60,9 +53,9 @@ def test_two_readers_count_what_was_written(run: Results, mcap: Exported, bag: E
     assert mcap.counts["/scene"] == packets + 1  # places and vehicles at the start
 
 
-def test_poses_are_the_positions_of_the_table(run: Results, mcap: Exported, bag: Exported) -> None:
+def test_poses_are_the_positions_of_the_table(run: Results, mcap: Exported) -> None:
     rows = [row for row in run.table("trajectories").to_pylist() if row["vehicle"] == "AUV01"]
-    for found in (by_rosbags(mcap.path), by_mcap(mcap.path), by_rosbags(bag.path), by_mcap(bag.path / "run.mcap")):
+    for found in (by_rosbags(mcap.path), by_mcap(mcap.path)):
         poses = found["/auv01/pose"]
         for row, (time_ns, message) in zip(rows, poses, strict=True):
             at, turn = message.pose.position, message.pose.orientation
