@@ -8,7 +8,7 @@ import math
 from itertools import pairwise
 
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
@@ -21,6 +21,7 @@ from exchange.acoustics.error_rates import (
     faded_block_loss,
     frame_loss,
     frames,
+    needed_ebn0,
     packet_loss,
     steady,
 )
@@ -47,7 +48,9 @@ def ratio(db: float) -> float:
     ("temperature_c", "salinity_psu", "depth_m", "mackenzie", "medwin"),
     [
         (27.0, 35.0, 10.0, 1539.0866, 1539.1731),
+        (10.0, 35.0, 0.0, 1489.8034, 1489.9900),
         (10.0, 35.0, 100.0, 1491.4351, 1491.5900),
+        (20.0, 35.0, 100.0, 1523.0949, 1523.1200),
         (4.0, 35.0, 1000.0, 1482.9552, 1482.7386),
         (25.0, 35.0, 1000.0, 1550.7440, 1550.3563),
         (0.0, 35.0, 0.0, 1448.9600, 1449.2000),
@@ -78,7 +81,9 @@ SPECTRA = [
 
 
 @pytest.mark.parametrize(("khz", "thorp", "warm", "cool", "sea", "calm", "storm"), SPECTRA, ids=[s[0] for s in SPECTRA])
-def test_absorption_and_noise_over_the_spectrum(khz, thorp, warm, cool, sea, calm, storm):
+def test_absorption_and_noise_over_the_spectrum(
+    khz: float, thorp: float, warm: float, cool: float, sea: float, calm: float, storm: float
+):
     assert thorp_db_per_km(khz) == pytest.approx(thorp, rel=CLOSE)
     assert francois_garrison_db_per_km(khz, 27.0, 35.0, 10.0, 8.1) == pytest.approx(warm, rel=1.1 * CLOSE)
     assert francois_garrison_db_per_km(khz, 10.0, 35.0, 100.0, 8.1) == pytest.approx(cool, rel=CLOSE)
@@ -96,7 +101,9 @@ def test_absorption_and_noise_over_the_spectrum(khz, thorp, warm, cool, sea, cal
         (25.0, 20.0, 100.0, 8.1, 3.6685),
     ],
 )
-def test_absorption_in_deep_and_in_warm_water(khz, temperature_c, depth_m, ph, expected):
+def test_absorption_in_deep_and_in_warm_water(
+    khz: float, temperature_c: float, depth_m: float, ph: float, expected: float
+):
     assert francois_garrison_db_per_km(khz, temperature_c, 35.0, depth_m, ph) == pytest.approx(expected, rel=CLOSE)
 
 
@@ -119,7 +126,9 @@ def test_noise_in_a_band_is_the_integral_of_its_density(low: float, width: float
         ((7.0, 17.0), 184.0, 2.0, {1.0: 37.02, 2.0: 29.36, 5.0: 16.46, 8.0: 7.45}),
     ],
 )
-def test_the_link_budget(band_khz, source_db, spreading, snr_db_at_km):
+def test_the_link_budget(
+    band_khz: tuple[float, float], source_db: float, spreading: float, snr_db_at_km: dict[float, float]
+):
     """Shipping 0.5, wind 5 m/s, absorption of Thorp at the centre of the band."""
     noise_db, centre_khz = noise_in_band_db(*band_khz, 0.5, 5.0), sum(band_khz) / 2.0
     band_hz = 1000.0 * (band_khz[1] - band_khz[0])
@@ -185,6 +194,11 @@ def test_a_faded_rate_is_the_mean_of_the_steady_one_over_the_fade(modulation: Mo
     assert faded(modulation, g) == pytest.approx(mean, rel=1e-6)
 
 
+@given(st.sampled_from(Modulation), st.floats(1e-12, 0.5))
+def test_what_a_rate_needs_gives_that_rate(modulation: Modulation, rate: float):
+    assert steady(modulation, needed_ebn0(modulation, rate)) == pytest.approx(rate, rel=1e-6)
+
+
 # Packets ------------------------------------------------------------------------------------------
 
 LOSSES = [
@@ -220,6 +234,31 @@ def test_a_block_under_one_fade_against_another_quadrature(modulation: Modulatio
     assert faded_block_loss(modulation, n_bits, g) == pytest.approx(expected, rel=1e-6)
 
 
+@pytest.mark.parametrize("modulation", Modulation)
+@pytest.mark.parametrize("fading", Fading)
+def test_where_there_is_nothing_but_noise_each_bit_is_tossed(modulation: Modulation, fading: Fading):
+    """Of n bits all are right by chance in one of 2^n packets."""
+    for n_bits in (1, 3, 10):
+        assert packet_loss(modulation, fading, n_bits, 16, 0.0) == pytest.approx(1.0 - 0.5**n_bits)
+
+
+@given(
+    st.sampled_from(Modulation), st.sampled_from(Fading), st.integers(0, 4096), st.integers(8, 4096), st.floats(-40, 60)
+)
+def test_a_loss_is_a_probability_that_falls_as_the_signal_grows(
+    modulation: Modulation, fading: Fading, n_bits: int, frame_bits: int, db: float
+):
+    weak, strong = (packet_loss(modulation, fading, n_bits, frame_bits, ratio(db + gain)) for gain in (0.0, 1.0))
+    assert 0.0 <= strong <= weak <= 1.0
+    assert n_bits > 0 or weak == 0.0
+
+
+@given(st.sampled_from(Modulation), st.sampled_from(Fading), st.integers(1, 2000), st.floats(-10, 40))
+def test_a_longer_packet_is_lost_rather(modulation: Modulation, fading: Fading, n_bits: int, db: float):
+    short, long = (packet_loss(modulation, fading, n, 512, ratio(db)) for n in (n_bits, n_bits + 64))
+    assert short <= long + 1e-6  # the rule of the fade is exact to 2e-7
+
+
 def test_frames_fail_one_by_one():
     """Three frames of 64 B: all must pass; frame by frame as much arrives as of one; one fade for all is kinder."""
     g, size = ratio(20.0), 8 * 64
@@ -236,3 +275,16 @@ def test_a_short_last_frame_counts_by_its_size():
     assert packet_loss(FSK, Fading.FRAME, 552, 256, g) == pytest.approx(1.0 - (1.0 - whole) ** 2 * (1.0 - rest))
     expected = (512 * (1.0 - whole) + 40 * (1.0 - rest)) / 552
     assert delivered_share(FSK, Fading.FRAME, 552, 256, g) == pytest.approx(expected)
+
+
+def test_bits_that_err_independently_know_no_frames():
+    for fading in (Fading.NONE, Fading.BIT):
+        apart, together = (packet_loss(FSK, fading, 1500, size, ratio(28.0)) for size in (256, 1500))
+        assert apart == pytest.approx(together, rel=1e-9)
+
+
+@given(st.sampled_from(Modulation), st.sampled_from(Fading), st.integers(1, 6), st.floats(0.0, 40.0))
+def test_a_driver_that_delivers_frames_gets_no_less(modulation: Modulation, fading: Fading, n: int, db: float):
+    assume(fading is not Fading.PACKET)
+    taken_whole = 1.0 - packet_loss(modulation, fading, 512 * n, 512, ratio(db))
+    assert delivered_share(modulation, fading, 512 * n, 512, ratio(db)) >= taken_whole - 1e-12

@@ -2,11 +2,13 @@
 
 import math
 import random
+import tracemalloc
 
 import pytest
 
 from exchange.peering.parking import PARKED
 from exchange.peering.peers import HEARD, KEPT, LOST, SHORTEST_SILENCE, UNLIKELY, LossEstimate
+from exchange.peering.relaying import LossesAt
 from remoras.testing.policies import ManagerFleet
 
 N_EFFECTIVE = (1.0 + KEPT) / (1.0 - KEPT)
@@ -37,6 +39,13 @@ def test_estimates_lie_within_four_standard_errors_of_the_true_loss(loss: dict[t
                 assert abs(link.p_loss - true) < 4.0 * math.sqrt(true * (1.0 - true) / N_EFFECTIVE)
 
 
+def test_the_two_ways_of_a_link_are_told_apart():
+    fleet = sea(MATRIX, 2, 600)
+    links = fleet.managers[0].links(1)
+    assert links.incoming.p_loss > 0.4
+    assert links.outgoing.p_loss < 0.25
+
+
 def test_the_silence_that_is_taken_for_absence_follows_from_the_loss():
     """At a loss p it is the least n with p^n below 0.001, with the prior counted in: 2 packets, one of them lost."""
     for p_percent in (0, 20, 40, 80):
@@ -45,6 +54,41 @@ def test_the_silence_that_is_taken_for_absence_follows_from_the_loss():
         silence = estimate.longest_silence
         assert silence == SHORTEST_SILENCE or p_loss ** (silence - 1) > UNLIKELY / 4
     assert LossEstimate().longest_silence == 10
+
+
+def test_what_a_receiver_loses_of_all_is_what_it_loses_of_each():
+    """Counted together, in any portions, to the last digit as one by one."""
+    draws, n_nodes = random.Random(4), 5
+    losses, estimates = LossesAt(n_nodes), [LossEstimate() for _ in range(n_nodes)]
+    for n_rows in (0, 1, 3, 200):
+        rows = [draws.getrandbits(n_nodes) for _ in range(n_rows)]
+        losses.note(rows)
+        for sender, estimate in enumerate(estimates):
+            estimate.samples += bytes(HEARD if row >> sender & 1 else LOST for row in rows)
+        assert losses.p_reckoned == [estimate.p_reckoned for estimate in estimates]
+
+
+def test_what_a_vehicle_keeps_of_links_between_others_is_a_word_each():
+    """Of 64 nodes 64 * 64 * 8 bytes = 33 kB, and a fifth of that for 64 arrays; an object for each would take 900."""
+    tracemalloc.start()
+    try:
+        losses = [LossesAt(64) for _ in range(64)]
+        size, _ = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert len(losses) == 64
+    assert size < 50_000
+
+
+def test_absence_is_no_loss():
+    """A peer that was away for 200 frames and is back loses no more than before."""
+    fleet = ManagerFleet(3)
+    fleet.pass_frames(50)
+    fleet.lost = lambda slot, sender, receiver: 2 in (sender, receiver)
+    fleet.pass_frames(200)
+    fleet.lost = lambda slot, sender, receiver: False
+    fleet.pass_frames(10)
+    assert fleet.managers[0].links(2).incoming.p_loss == 0.0
 
 
 # Parked -------------------------------------------------------------------------------------------

@@ -60,6 +60,25 @@ def test_no_correlation_between_neighbours(other: dict[str, int]) -> None:
     assert abs(correlation) < 4.5 / math.sqrt(N)
 
 
+@pytest.mark.parametrize("per", [0.05, 0.5, 0.8])
+def test_runs_of_losses_have_the_length_of_independent_losses(per: float) -> None:
+    """Mean length of a run of losses is 1 / (1 - p), its variance p / (1 - p)^2."""
+    lost = series("slot") < per
+    ends = np.flatnonzero(lost[:-1] & ~lost[1:]).size
+    tolerance = 4.5 * math.sqrt(per) / (1 - per) / math.sqrt(ends)
+    assert lost[:-1].sum() / ends == pytest.approx(1 / (1 - per), abs=tolerance + 1 / ends)
+
+
+def test_each_bit_of_input_turns_half_of_the_output() -> None:
+    """Avalanche of the mixer over 64 input bits and 256 words: 32 of 64 bits, standard deviation below 0.04."""
+    turned = [
+        (loss.mixed(word * 0x9E3779B9) ^ loss.mixed((word * 0x9E3779B9) ^ (1 << bit))).bit_count()
+        for word in range(256)
+        for bit in range(64)
+    ]
+    assert np.mean(turned) == pytest.approx(32.0, abs=0.2)
+
+
 def test_compiled_and_interpreted_draws_are_the_same() -> None:
     numba = pytest.importorskip("numba")
     from exchange.policies import ACK
