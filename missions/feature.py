@@ -91,7 +91,6 @@ class Joining:
 
     Attributes:
         scenario: the whole input.
-        mission: of the scenario.
         tbox: core ontology and the words that mission, scenario and features add.
         instances: what the whole fleet has names for.
         database: vehicles as the fleet knows them.
@@ -103,7 +102,6 @@ class Joining:
     """
 
     scenario: Scenario
-    mission: Mission
     tbox: TBox
     instances: Sequence[Instance]
     database: AUVDatabase

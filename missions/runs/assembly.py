@@ -161,7 +161,6 @@ def feature_parts(setup: Setup, recorder: Recorder, seed: int, is_alone: bool = 
     """
     joining = Joining(
         setup.scenario,
-        setup.mission,
         setup.tbox,
         setup.instances,
         setup.database,
