@@ -71,15 +71,3 @@ def test_a_full_disk_leaves_the_older_study(older: Path, monkeypatch: pytest.Mon
     assert said == f"remoras: --out {older}: cannot be written: No space left on device\n"
     assert content_of(older) == before
     assert list(older.parent.iterdir()) == [older]
-
-
-@pytest.mark.parametrize("nodes", ["0", "1", "65"])
-def test_a_fleet_of_a_size_that_cannot_be_is_one_line(nodes: str, tmp_path: Path) -> None:
-    said = refused("exchange-study", "--nodes", nodes, "--bound", "--out", tmp_path / "x")
-    assert said == f"remoras: nodes is {nodes}: allowed are 2 to 64\n"
-
-
-def test_a_name_that_is_wrong_twice_is_told_once() -> None:
-    told = refused("exchange-study", "--policies", "all,,", "--trials", 5)
-    assert told.count("unknown policy ''") == 1
-    assert len(told.splitlines()) == 1

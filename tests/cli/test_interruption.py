@@ -83,12 +83,6 @@ def test_results_that_were_written_by_then_are_told(tmp_path: Path) -> None:
     assert (out / "summary.json").is_file()
 
 
-@pytest.mark.slow
-def test_without_a_folder_nothing_is_said_of_one() -> None:
-    done = ended(WHILE_RUNNING.format(number=2), *RUN)
-    assert (done.returncode, done.stderr) == (130, "remoras: interrupted\n")
-
-
 def test_who_has_the_signals_ignored_is_not_interrupted() -> None:
     """So does ``nohup``, and a shell with what it starts in the background."""
     done = ended(WHILE_LOADING.format(module="typer", number=2), "--version", handlers="SIG_IGN")

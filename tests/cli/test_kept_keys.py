@@ -55,24 +55,6 @@ def test_every_package_that_is_loaded_to_make_them_is_in_the_digest(cache: Path,
     assert keys.ROOT / "missions" / "features" / "current.py" in read
 
 
-def test_another_program_is_another_file(cache: Path, monkeypatch: pytest.MonkeyPatch):
-    explained()
-    monkeypatch.setattr(keys, "files_digest", lambda files: b"another version")
-    explained()
-    assert len([*cache.iterdir()]) == 2
-
-
-def test_every_module_and_scenario_counts(tmp_path: Path):
-    files = [tmp_path / name for name in ("a.py", "b.toml")]
-    for file in files:
-        file.write_text("x = 1")
-    before = caches.files_digest(files)
-    assert caches.files_digest(reversed(files)) == before
-    files[1].write_text("x = 2")
-    assert caches.files_digest(files) != before
-    assert caches.files_digest(files[:1]) != before
-
-
 @pytest.mark.parametrize("content", ["", "[]", "{", '{"scenario": 1}', '{"scenario": {"channel.per": "a number"}}'])
 def test_a_file_of_something_else_is_made_anew(content: str, cache: Path):
     whole = explained()

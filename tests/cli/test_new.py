@@ -16,7 +16,7 @@ from missions.mapping.beginning import questions_of
 from missions.runs.estimates import cautions
 from missions.runs.setup import resolved
 from missions.scenarios import load
-from remoras.cli.new import PLUGINS, TEMPLATES, plugin_files
+from remoras.cli.new import PLUGINS, TEMPLATES
 
 ROOT = Path(__file__).parents[2]
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT)}
@@ -147,43 +147,6 @@ def test_nothing_is_replaced_unasked(arguments: str) -> None:
     assert {path: path.read_bytes() for path in Path().rglob("*") if path.is_file()} == before
 
 
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        ("scenario ../up", r"NAME '\.\./up': allowed: up to 40 letters"),
-        ("scenario mapping-rendezvous", r"is the name of a shipped scenario"),
-        ("scenario a --vehicles 1", r"--vehicles 1: allowed: 2 to 16"),
-        ("scenario a --vehicles many", r"--vehicles many: allowed: 2 to 16"),
-        ("scenario a --side nan", r"--side nan: allowed: 50 to 1000"),
-        ("scenario a --per 1", r"--per 1: allowed: 0 to 0\.95"),
-        ("scenario a --modem loud", r"--modem loud: allowed: one of nanomodem-v3, "),
-        ("scenario a --lost 3", r"--lost = 3: allowed: 0 to 2, .*"),
-        (
-            "scenario a --side 900",
-            r"--side = 900: allowed: shorter, .* is 2687 m away, and nanomodem-v3 carries 2000 m",
-        ),
-        ("boat a", r"kind 'boat': allowed are scenario, strategy, mission, sensor, metric"),
-        ("strategy cbba", r"NAME 'cbba': results have that name already"),
-        ("metric distance", r"NAME 'distance': results have that name already"),
-        ("sensor roles", r"NAME 'roles': results have that name already"),
-        ("metric numpy", r"NAME 'numpy': a module of that name is installed"),
-        ("metric Mine", r"NAME 'Mine': is no name of a module"),
-        ("metric class", r"NAME 'class': is no name of a module"),
-        ("metric " + "x" * 999, r"NAME 'x+.*': is no name of a module"),
-        ("metric mine --per 0.3", r"--per: is of a scenario; a metric has no such option"),
-    ],
-)
-def test_what_cannot_be_is_one_line(arguments: str, said: str) -> None:
-    assert re.match(rf"remoras: .*{said}[^\n]*\n\Z", refused("new", *arguments.split()))
-    assert list(Path().iterdir()) == []
-
-
 def test_a_folder_that_is_a_file_is_one_line() -> None:
     Path("taken").touch()
     assert refused("new", "metric", "mine", "--out", "taken").count("\n") == 1
-
-
-def test_files_of_a_plug_in_are_all_named() -> None:
-    assert [file for file, _ in plugin_files("mission", "wrecks")] == [
-        "wrecks.py", "wrecks.ttl", "wrecks.toml", "test_wrecks.py", ".github/workflows/wrecks.yml",
-    ]  # fmt: skip

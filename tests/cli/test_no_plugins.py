@@ -69,8 +69,6 @@ def test_a_file_that_names_other_code_is_refused_before_it_is_imported(tmp_path:
     [
         ("run", "mapping-rendezvous", "--set", f"strategy.name={OTHER}"),
         ("run", "mapping-rendezvous", "--strategy", OTHER),
-        ("run", "mapping-rendezvous", "--policy", OTHER),
-        ("run", "mapping-rendezvous", "--channel", OTHER),
         ("live", "mapping-rendezvous", "--strategy", OTHER, "--no-browser"),
         ("sweep", "strategies", "--strategy", "canary.py:Bird", "--out", "out"),
         ("sweep", "strategies", "--strategy", OTHER, "--out", "out"),

@@ -65,13 +65,8 @@ def swept(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ("arguments", "words"),
     [
         (["list", "policies"], ["policies", "mps-ack-repeat"]),
-        (["explain", "channel.per"], ["channel.per", "number, at least 0", "packet error rate"]),
         (["run", "mapping-rendezvous", "--set", "scenario.duration_s=60"], ["completed", "no", "consultation_done"]),
         (["compare", "SWEPT", "--metric", "n_bytes"], ["n_bytes", "m-ack", "difference to", "p (Holm)"]),
-        (
-            ["exchange-study", "--nodes", "3", "--per", "0.3", "--policies", "ack", "--trials", "20"],
-            ["senders acked", "±"],
-        ),
     ],
     ids=lambda value: value[0] if isinstance(value, list) else "",
 )

@@ -52,11 +52,6 @@ def test_a_file_that_is_there_is_kept_without_force(folder: Path, tmp_path: Path
     assert list(tmp_path.iterdir()) == [out]
 
 
-def test_a_place_that_cannot_be_written_to_is_named(folder: Path, tmp_path: Path) -> None:
-    assert "is a folder; name a file, such as" in refused("replay", folder, "--out", tmp_path)
-    assert "there is no folder" in refused("replay", folder, "--out", tmp_path / "none" / "a.html")
-
-
 def test_on_a_full_disk_nothing_is_left_and_nothing_harmed(folder: Path, tmp_path: Path) -> None:
     """The disk is full for files of more than 20 kB."""
     out = tmp_path / "mission.html"
@@ -74,7 +69,8 @@ def test_on_a_full_disk_nothing_is_left_and_nothing_harmed(folder: Path, tmp_pat
 
 
 def test_what_is_no_run_is_named(folder: Path, tmp_path: Path) -> None:
-    assert "no results of a run, missing: summary.json, manifest.json" in refused("replay", tmp_path)
+    assert "is a folder; name a file, such as" in refused("replay", folder, "--out", tmp_path)
+    assert "there is no folder" in refused("replay", folder, "--out", tmp_path / "none" / "a.html")
     (tmp_path / "study.json").write_text("{}")
     assert "holds a sweep; a replay shows one run" in refused("replay", tmp_path)
     assert "holds a sweep" in refused("replay", folder, tmp_path, "--out", tmp_path / "a.html")

@@ -51,13 +51,6 @@ def test_what_the_example_has_in_comments_loads_too(tmp_path: Path) -> None:
         assert load_study(str(file)).file.study.sampling == sampling
 
 
-@pytest.mark.slow
-def test_sweep_takes_the_example(example: Path, tmp_path: Path) -> None:
-    """2 policies, 2 sizes, 4 loss rates and 2 weights, 10 repeats of each; without loss nothing is drawn, so 1."""
-    counted = remoras("sweep", example, "--out", tmp_path / "out", "--dry-run", "--json")
-    assert json.loads(counted.stdout)["planned"] == 2 * 2 * 2 * (3 * 10 + 1)
-
-
 def test_validate_tells_studies_from_scenarios_and_counts_runs(example: Path) -> None:
     found = json.loads(remoras("validate", example, "--json").stdout)
     assert (found["kind"], found["configurations"], found["planned"]) == ("study", 32, 320)
@@ -70,43 +63,3 @@ def test_a_stopping_rule_says_at_most(example: Path) -> None:
     rule = '[stopping]\nmetric = "n_bytes"\nhalf_width = 1.0\nmaximum = 60\n'
     example.write_text(example_study() + rule, encoding="utf-8")
     assert "at most 1920 runs" in remoras("validate", example).stdout
-
-
-def test_validate_reports_the_faults_of_a_study(example: Path) -> None:
-    example.write_text(example_study().replace("vehicles = [4, 8] ", "vehicles = [3, 8] "), encoding="utf-8")
-    result = remoras("validate", example)
-    assert result.exit_code == 2
-    assert "study.vehicles = 3: allowed: 4, the vehicles that are listed, to 64" in result.stderr
-
-
-@pytest.mark.parametrize(
-    ("key", "says"),
-    [
-        ("study.repeats", "at least 1"),
-        ("stopping.half_width", "95 % interval"),
-        ("study.vehicles", "fleet.size"),
-        ("study", "study.baseline"),
-        ("grid", "all combinations"),
-        ("grid.decision.weight_external", "all combinations"),
-        ("channel", "channel.per"),
-        ("fleet.size", "at most 64"),
-    ],
-)
-def test_keys_of_studies_are_explained_as_those_of_scenarios(key: str, says: str) -> None:
-    result = remoras("explain", key)
-    assert result.exit_code == 0
-    assert says in result.stdout
-
-
-@pytest.mark.parametrize(
-    ("key", "nearest"),
-    [("study.repeat", "study.repeats"), ("stoping.half_width", "stopping.half_width"), ("fleet.sise", "fleet.size")],
-)
-def test_the_nearest_key_is_of_either(key: str, nearest: str) -> None:
-    result = remoras("explain", key)
-    assert result.exit_code == 2
-    assert f"did you mean '{nearest}'?" in result.stderr
-
-
-def test_every_key_of_a_study_has_a_meaning() -> None:
-    assert [key for key, (_, meaning) in study_explanations().items() if not meaning] == []

@@ -11,6 +11,7 @@ import signal
 import socket
 import subprocess
 import sys
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
@@ -142,26 +143,19 @@ def test_a_swarm_whose_port_is_in_use_ends_all_it_started() -> None:
     assert f"ASV00: --bind 127.0.0.1:{number}: in use by another program" in message
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["node", SCENARIO, "AUV0"], "VEHICLE = AUV0: one of ASV00, AUV00"),
-        (["node", SCENARIO, "AUV00", "--peers", "AUV9=127.0.0.1:1"], "--peers 'AUV9': allowed are ASV00, AUV01, AUV02"),
-        (["node", SCENARIO, "AUV00", "--peers", "AUV01=here"], "--peers AUV01 here: allowed is HOST:PORT"),
-        (["node", SCENARIO, "AUV00", "--speed", "0"], "--speed 0: allowed is more than 0"),
-        (["node", SCENARIO, "AUV00", "--drop", "1.5"], "--drop 1.5: allowed is a share"),
-        (["swarm", SCENARIO, "--until", "1e9"], "--until = 1e+09: a time up to scenario.duration_s = 14400 s"),
-        (["swarm", SCENARIO, "--vehicles", "AUV7"], "VEHICLE = AUV7: one of ASV00"),
-        (
-            ["swarm", SCENARIO, "--set", "strategy.name=oracle"],
-            "strategy.name = oracle: a strategy that tells by packets",
-        ),
-        (["swarm", SCENARIO, "--vehicles", "AUV00,AUV00"], "--vehicles AUV00,AUV00: AUV00 is named twice"),
-        (["swarm", SCENARIO, "--port", "65533"], "--port 65533: allowed is up to 65532: 4 vehicles take a port each"),
-        (["node", SCENARIO, "AUV00", "--start", "nan"], "--start nan: allowed is a time by time.monotonic()"),
-        (["node", SCENARIO, "AUV00", "--start", "1e18"], "--start 1e+18: allowed is a time by time.monotonic()"),
-        (["node", "--replay", "nowhere.jsonl"], "nowhere.jsonl"),
-    ],
-)
-def test_what_cannot_be_is_named(arguments: list[str], message: str) -> None:
-    assert message in refused(*arguments)
+def test_a_port_that_is_none_and_a_log_that_is_none_are_named(tmp_path: Path) -> None:
+    now = datetime.now(UTC).isoformat()
+    (tmp_path / "AUV00.jsonl").write_text("x\n", encoding="utf-8")
+    assert "no line of a log" in refused("node", SCENARIO, "AUV00", "--resume", "--out", tmp_path).splitlines()[-1]
+    wrong = refused(
+        "node",
+        SCENARIO,
+        "AUV00",
+        "--serial",
+        tmp_path / "none",
+        "--start-utc",
+        now,
+        "--set",
+        "communication.modem=nanomodem-v3",
+    )
+    assert "No such file or directory; allowed is a serial port" in wrong

@@ -1,12 +1,13 @@
-"""The command ``sea`` of a scenario, and what ``list modems`` says of numbers."""
+"""The command ``sea`` of networks and of scenarios, the option ``--network``, and the marks of ``list modems``."""
 
 import json
 from pathlib import Path
 
 import pytest
-from invoked import refused, remoras
+from invoked import remoras
 
 from exchange.acoustics.modems import modems
+from exchange.acoustics.network import network_of, shipped
 
 
 def points(*arguments: object) -> list[dict[str, float]]:
@@ -54,13 +55,9 @@ def test_the_reach_that_the_documents_state(spreading: float, fading: str, half_
         assert near["delivered"] > 0.5 > far["delivered"]
 
 
-def test_the_channel_may_be_named_that_is_told_of():
-    assert points("--set", 'channel.name="acoustic"', "--ranges", "1000") == points("--ranges", "1000")
-
-
 def test_packets_are_drawn_beside_the_budget(tmp_path: Path):
     """Shares of 4000 packets are within 4 standard errors of the budget, the same each time, and in the files."""
-    asked = (
+    asked = [
         "--modem",
         "whoi-psk-1",
         "--ranges",
@@ -69,7 +66,7 @@ def test_packets_are_drawn_beside_the_budget(tmp_path: Path):
         "4000",
         "--set",
         "channel.spreading=2",
-    )
+    ]
     found = points(*asked)
     for one in found:
         error = (one["delivered"] * (1.0 - one["delivered"]) / 4000) ** 0.5
@@ -86,34 +83,6 @@ def test_packets_are_drawn_beside_the_budget(tmp_path: Path):
     assert "shares of 4000 packets" in (tmp_path / "reach" / "delivery-against-range.txt").read_text()
 
 
-def test_figure_caption_and_numbers_are_written(tmp_path: Path):
-    done = remoras("sea", "--ranges", "1000,3000", "--out", tmp_path / "reach", "--format", "svg")
-    assert done.exit_code == 0, done.output
-    names = {path.name for path in (tmp_path / "reach").iterdir()}
-    assert names == {f"delivery-against-range.{end}" for end in ("svg", "txt", "csv")}
-    said = (tmp_path / "reach" / "delivery-against-range.txt").read_text()
-    assert "nanomodem-v3" in said
-    assert "Spreading exponent 1.5" in said
-
-
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        (["--modem", "s2c-18-34"], "set channel.source_level_db"),
-        (["--modem", "nanomodem"], "did you mean 'nanomodem-v3'"),
-        (["--ranges", "far"], "--ranges 'far': allowed are metres"),
-        (["--ranges", "0,100"], "above 0 and at most 100000"),
-        (["--ranges", "nan"], "above 0 and at most 100000"),
-        (["--set", "channel.spreading=3"], "less than or equal to 2"),
-        (["--set", "channel.name=trace"], "--set channel.name=trace: sea tells of the channel acoustic alone"),
-        (["--set", 'channel={name="perfect"}'], "allowed: its keys, such as channel.spreading=2"),
-        (["--set", "channel.per=0.3"], "not used by the acoustic channel"),
-    ],
-)
-def test_misuse_is_one_clear_message(arguments: list[str], says: str):
-    assert says in refused("sea", *arguments)
-
-
 def test_the_list_of_modems_marks_what_is_not_verified():
     lines = remoras("list", "modems").stdout.splitlines()
     nano = next(line for line in lines if "nanomodem-v3" in line)
@@ -123,3 +92,35 @@ def test_the_list_of_modems_marks_what_is_not_verified():
     assert "source level unknown" in silent
     assert lines[-1].strip() == "(?) no source was found for this number: it is an estimate"
     assert sum(line.count("(?)") for line in lines[:-1]) == sum(len(modem.unverified) for modem in modems().values())
+
+
+SHORT = ("--set", "scenario.duration_s=30")
+
+
+def test_a_network_is_told_with_its_source_and_what_is_assumed() -> None:
+    text = remoras("sea", "mission-2012").stdout
+    assert "source: M. Chitre" in text
+    assert "assumed: static links on moving vehicles" in text
+    assert "not known: which frames were counted" in text
+    rows = [line.split() for line in text.splitlines()]
+    assert ["27", "0.326", "0.826", "-", "0.975", "0.023"] in rows
+    found = json.loads(remoras("sea", "hermes-june", "--json").stdout)
+    assert found["per_over_range"][3] == [120.0, 0.484]
+    assert found["assumed"] == "losses over range as measured"
+
+
+@pytest.mark.parametrize("name", shipped())
+def test_what_is_drawn_has_a_caption_and_numbers(name: str, tmp_path: Path) -> None:
+    remoras("sea", name, "--out", tmp_path, "--format", "svg")
+    stem = tmp_path / f"network-{name}"
+    assert stem.with_suffix(".svg").read_text().startswith("<?xml")
+    assert shipped()[name].citation in stem.with_suffix(".txt").read_text()
+    if not shipped()[name].per_over_range:
+        assert network_of(str(stem.with_suffix(".csv"))).per == shipped()[name].per
+
+
+def test_the_option_names_channel_and_network() -> None:
+    found = json.loads(remoras("run", "mapping-patches", *SHORT, "--network", "mission-2012", "--json").stdout)
+    assert (found["channel"], found["per"]) == ("network", pytest.approx(0.42, abs=1e-3))
+    both = ("--channel", "network", "--network", "mission-2012")
+    assert json.loads(remoras("run", "mapping-patches", *SHORT, *both, "--json").stdout) == found

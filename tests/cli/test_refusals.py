@@ -1,0 +1,170 @@
+"""What users get wrong, command by command: exit 2, one line with what is allowed, and one JSON value with --json."""
+
+import json
+import re
+import shlex
+import sys
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import pytest
+
+from remoras.cli import main
+
+LONG, WORDS = "x" * 10_000, "'" + "many words " * 1000 + "'"
+AGO = (datetime.now(UTC) - timedelta(hours=10)).isoformat()
+MINE, NODE, PATCHES = "run mapping-rendezvous", "node mapping-rendezvous AUV00", "run mapping-patches"
+SWARM, BENCHMARK = "swarm mapping-rendezvous", "benchmark fathom-1 --strategy cbba"
+NO_JSON = ("new", "plot", "replay", "live")
+WRONG = [
+    ("frobnicate", "No such command 'frobnicate'; see: remoras --help"),
+    ("rnu", "Did you mean 'run'"),
+    ("run", "Missing argument"),
+    (f"{MINE} --sed 1", "No such option"),
+    (f"{MINE} --seed -1", "--seed"),
+    (f"{MINE} --seed x", "'--seed': 'x': "),
+    ("list a b", "unexpected extra argument"),
+    ("list foo", "allowed are scenarios"),
+    ("list policys", "did you mean 'policies'"),
+    ("explain comunication.policy", "did you mean 'communication.policy'"),
+    ("explain study.repeat", "did you mean 'study.repeats'"),
+    ("explain stoping.half_width", "did you mean 'stopping.half_width'"),
+    ("explain world --schema", "of a whole file, scenario or study, not of 'world'"),
+    ("validate nope.toml", "a TOML file"),
+    ("validate maping-rendezvous", "did you mean 'mapping-rendezvous'"),
+    ("run nope", "a TOML file or one of arrows-archaeology, "),
+    ("run mapping-rendezvouz", "did you mean 'mapping-rendezvous'"),
+    ("run strategies-quick", "this is a study; start it with: remoras sweep strategies-quick --out DIR"),
+    (f"{MINE} --strategy remora", "--strategy.*'remoras'"),
+    (f"{MINE} --policy mpsack", "--policy.*did you mean 'mps-ack'"),
+    (f"{MINE} --channel bernouli", "--channel.*did you mean 'bernoulli'"),
+    (f"{MINE} --per 1", "--per.* = 1.*less than 1"),
+    (f"{MINE} --per -0.1", "--per.*greater than or equal to 0"),
+    (f"{MINE} --per half", '--per.*"half".*number'),
+    (f"{MINE} --set channel.pre=0.1", "--set.*did you mean 'per'"),
+    (f"{MINE} --set communication.modem=seatrac", "--set.*did you mean 'seatrac-x150'"),
+    (f"{MINE} --set vehicle.AUV3.slot=1", "AUV3.*none of ASV00"),
+    (f"{MINE} --set nonsense", "KEY=VALUE"),
+    (f"{MINE} --strategy \udcc3\udca9", "is no text in UTF-8; set LC_ALL=C.UTF-8"),
+    (f"{MINE} --set scenario.title=\udcff", "is no text in UTF-8; set LC_ALL=C.UTF-8"),
+    (f"{MINE} --per 0.2 --set channel.per=0.5", "--set = channel.per=0.5: contradicts --per, which sets channel"),
+    (f"{MINE} --strategy cbba --set strategy.name=central", "contradicts --strategy, .* = cbba; give one"),
+    (f"{MINE} --set channel.per=0.1 --set channel.per=0.2", "contradicts --set = 0.1"),
+    (f"{MINE} --channel perfect --per 0.5", "--per .channel.per. = 0.5: not used by the perfect channel"),
+    (f"{MINE} --channel gilbert-elliott --per 0.5", "not used by the gilbert-elliott channel"),
+    (f"{PATCHES} --network mission-2021", "did you mean 'mission-2012'"),
+    (f"{PATCHES} --network mission-2012 --channel perfect", "contradicts --channel"),
+    (f"{PATCHES} --network mission-2012 --per 0.1", "--per .* not used by the network"),
+    ("sweep nope --out nowhere", "a TOML file"),
+    ("sweep mapping-rendezvous --out nowhere", "this is a scenario; start it with: remoras run mapping-rendezvous"),
+    ("sweep strategies-quick", "--out DIR is missing"),
+    ("sweep --out nowhere", "STUDY is missing"),
+    ("sweep --out nowhere --status", "no results of a sweep"),
+    ("compare nowhere", "no results of a sweep"),
+    ("compare . goal_fraction", r"\(goal_fraction\); see: remoras compare --help"),
+    ("plot nowhere", r"no results of a run .* nor of a sweep \(study.json is missing\)"),
+    ("query nowhere 'ASK {}'", "no results of a run"),
+    ("export nowhere --format csv", "no results of a run"),
+    ("replay nowhere", "no results of a run, missing: summary.json, manifest.json"),
+    ("benchmark fathom-2 --strategy cbba --out nowhere", "one of fathom-1"),
+    (f"{BENCHMARK} --split test --out nowhere", "--split test"),
+    (f"{BENCHMARK} --seeds s.txt", "--seeds is of --split test"),
+    (BENCHMARK, "--out DIR is missing"),
+    ("benchmark fathom-1 --out nowhere", "--strategy NAME is missing"),
+    ("benchmark fathom-1 --strategy cbb --out nowhere", '--strategy "cbb"'),
+    ("check strategy nope", "strategy 'nope': allowed: cbba, "),
+    ("check stratgy cbba", "kind 'stratgy'"),
+    ("exchange-study --policies nope", "nope"),
+    ("exchange-study --policies all,, --trials 5", "unknown policy ''"),
+    ("exchange-study --nodes 1 --bound --out nowhere", "nodes is 1: allowed are 2 to 64"),
+    ("exchange-study --nodes 65 --bound --out nowhere", "nodes is 65: allowed are 2 to 64"),
+    ("sea mission-2021", "allowed are ahoi, .*did you mean 'mission-2012'"),
+    ("sea none.csv", "cannot be read: No such file"),
+    ("sea none.toml", "none.toml: .*a TOML file or one of "),
+    ("sea mission-2012 --draws 5", "--draws: is about the modems of a scenario"),
+    ("sea --modem s2c-18-34", "set channel.source_level_db"),
+    ("sea --modem nanomodem", "did you mean 'nanomodem-v3'"),
+    ("sea --ranges far", "--ranges 'far': allowed are metres"),
+    ("sea --ranges 0,100", "above 0 and at most 100000"),
+    ("sea --ranges nan", "above 0 and at most 100000"),
+    ("sea --set channel.spreading=3", "less than or equal to 2"),
+    ("sea --set channel.name=trace", "--set channel.name=trace: sea tells of the channel acoustic alone"),
+    ("sea --set channel={}", "allowed: its keys, such as channel.spreading=2"),
+    ("sea --set channel.per=0.3", "not used by the acoustic channel"),
+    ("node", "SCENARIO and VEHICLE are needed"),
+    ("node mapping-rendezvous AUV0", "VEHICLE = AUV0: one of ASV00, AUV00"),
+    ("node --replay nowhere.jsonl", "nowhere.jsonl"),
+    (f"{NODE} --peers AUV9=127.0.0.1:1", "--peers 'AUV9': allowed are ASV00, AUV01, AUV02"),
+    (f"{NODE} --peers AUV01=here", "--peers AUV01 here: allowed is HOST:PORT"),
+    (f"{NODE} --speed 0", "--speed 0: allowed is more than 0"),
+    (f"{NODE} --drop 1.5", "--drop 1.5: allowed is a share"),
+    (f"{NODE} --start nan", r"--start nan: allowed is a time by time.monotonic\(\)"),
+    (f"{NODE} --resume", "--resume: --out is missing"),
+    (f"{NODE} --serial /dev/null", "--serial: --start-utc is missing"),
+    (f"{NODE} --serial /dev/null --bind 127.0.0.1:47000", "--serial, --unet, --bind and --peers but one"),
+    (f"{NODE} --start-utc soon", "--start-utc 'soon': allowed is a time of ISO 8601"),
+    (f"{NODE} --start-utc 1999-01-01T00:00:00", "allowed is a time within a year of now"),
+    (f"{NODE} --start-utc {AGO}", "the mission was over"),
+    (f"{NODE} --start-utc 2026-01-01T00:00:00 --start 1", "leave out one of them"),
+    (f"{SWARM} --until 1e9", r"--until = 1e\+09: a time up to scenario.duration_s = 14400 s"),
+    (f"{SWARM} --vehicles AUV7", "VEHICLE = AUV7: one of ASV00"),
+    (f"{SWARM} --vehicles AUV00,AUV00", "--vehicles AUV00,AUV00: AUV00 is named twice"),
+    (f"{SWARM} --set strategy.name=oracle", "strategy.name = oracle: a strategy that tells by packets"),
+    (f"{SWARM} --port 65533", "--port 65533: allowed is up to 65532: 4 vehicles take a port each"),
+    ("new scenario", "NAME is missing"),
+    ("new organization --example", "did you mean 'organisation'"),
+    ("new scenario mine --example", "an example has no name"),
+    ("new scenario ../up", r"NAME '\.\./up': allowed: up to 40 letters"),
+    ("new scenario mapping-rendezvous", "is the name of a shipped scenario"),
+    ("new scenario a --vehicles 1", "--vehicles 1: allowed: 2 to 16"),
+    ("new scenario a --vehicles many", "--vehicles many: allowed: 2 to 16"),
+    ("new scenario a --side nan", "--side nan: allowed: 50 to 1000"),
+    ("new scenario a --per 1", r"--per 1: allowed: 0 to 0\.95"),
+    ("new scenario a --modem loud", "--modem loud: allowed: one of nanomodem-v3, "),
+    ("new scenario a --lost 3", "--lost = 3: allowed: 0 to 2, "),
+    ("new scenario a --side 900", "--side = 900: allowed: shorter, .* is 2687 m away, and nanomodem-v3 carries 2000 m"),
+    ("new boat a", "kind 'boat': allowed are scenario, strategy, mission, sensor, metric"),
+    ("new strategy cbba", "NAME 'cbba': results have that name already"),
+    ("new metric distance", "NAME 'distance': results have that name already"),
+    ("new sensor roles", "NAME 'roles': results have that name already"),
+    ("new metric numpy", "NAME 'numpy': a module of that name is installed"),
+    ("new metric Mine", "NAME 'Mine': is no name of a module"),
+    ("new metric class", "NAME 'class': is no name of a module"),
+    ("new metric mine --per 0.3", "--per: is of a scenario; a metric has no such option"),
+    (LONG, "xxx"),
+    (f"run {LONG}", "xxx"),
+    (f"{MINE} --set channel.per={LONG}", "xxx"),
+    (f"{MINE} --set channel.{LONG}=1", "xxx"),
+    (f"{MINE} --set {LONG}", "xxx"),
+    (f"{MINE} --strategy {LONG}:{LONG}", "xxx"),
+    (f"{MINE} --seed {LONG}", "xxx"),
+    (f"{MINE} --{LONG}", "xxx"),
+    (f"{MINE} --per {WORDS}", "many words"),
+    (f"exchange-study --per {WORDS}", "many words"),
+    (f"list {WORDS}", "many words"),
+    (f"explain {LONG}", "xxx"),
+    (f"new metric {LONG}", "xxx"),
+]
+
+
+@pytest.mark.parametrize(("words", "says"), WRONG, ids=[words[:60] for words, _ in WRONG])
+def test_what_is_wrong_is_one_line_and_one_json_value(
+    words: str, says: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    arguments = shlex.split(words)
+    has_json = arguments[0] not in NO_JSON
+    monkeypatch.setattr(sys, "argv", ["remoras", *arguments, *(["--json"] if has_json else [])])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    said = capsys.readouterr()
+    assert ended.value.code == 2
+    assert re.match(r"remoras: [^\n]+\n\Z", said.err), said.err
+    assert re.search(says, said.err)
+    assert len(said.err) < 1500
+    assert len(said.out) < 3000
+    if has_json:
+        assert json.loads(said.out)["error"]
+    else:
+        assert said.out == ""
+    assert list(tmp_path.iterdir()) == []
