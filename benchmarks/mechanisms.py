@@ -12,7 +12,6 @@ place for as long as the run lasts.
 from __future__ import annotations
 
 import argparse
-import json
 import statistics
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -127,14 +126,13 @@ class Mechanism:
 
     Attributes:
         scenario: of the mission that it bears; keys: that hold with it and without.
-        out: keys that take it out; into: keys that put it in, where the scenario is without.
+        out: keys that take it out.
         patch: makes the context in which it is out, if no key takes it out.
         measure: field of the summary, or a milestone.
     """
 
     scenario: str
     out: tuple[str, ...] = ()
-    into: tuple[str, ...] = ()
     keys: tuple[str, ...] = ()
     patch: Callable[[], AbstractContextManager[None]] = nullcontext
     measure: str = TIME
@@ -161,8 +159,6 @@ NETWORK = (
     ),
 )
 """The sea of a trial, in which one vehicle hears 2.5 % of what the head says."""
-TWICE = json.dumps([f"AUV0{number}" for number in range(6)] * 2 + ["ASV00"])
-"""Whoever makes snippets has two slots in a frame, and whoever listens to them one."""
 
 
 def _fault(kind: str, vehicle: str, at_s: int) -> str:
@@ -204,8 +200,6 @@ MECHANISMS: Mapping[str, Mechanism] = {
         keys=('channel.blackout=[{from_s=400,until_s=900,vehicle="ASV00"}]',),
         measure=CLASSIFIED,
     ),
-    "slots": Mechanism(HUNT, ('communication.mac="aloha"',), measure=CLASSIFIED),
-    "slot lists": Mechanism(HUNT, into=(f"communication.slots={TWICE}",), measure=CLASSIFIED),
     "altruism": Mechanism(LIFT, ("decision.weight_external=0.0",)),
     "dissatisfaction": Mechanism(LIFT, ("decision.tedium_per_s=0.0",)),
     "altruism, escorts": Mechanism(ESCORT, ("decision.weight_external=0.0",)),
@@ -232,7 +226,7 @@ MECHANISMS: Mapping[str, Mechanism] = {
 
 def measured(of: Mechanism, seed: int, is_out: bool, more: Sequence[str] = ()) -> float:
     """What one run measures; a time counts with the whole duration where the mission is not completed."""
-    keys = (*of.keys, *(of.out if is_out else of.into), *more)
+    keys = (*of.keys, *(of.out if is_out else ()), *more)
     return _measured(of.scenario, keys, of.patch if is_out else nullcontext, of.measure, seed)
 
 

@@ -99,7 +99,7 @@ class Terms(SphinxDirective):
         """A definition for each term."""
         listed = nodes.definition_list()
         mission, _, file = self.arguments[0].rpartition("/")
-        optional = (ontology_path("bans"), ontology_path("needs"), ontology_path("slots"), ABILITIES, FORMATION_WORDS)
+        optional = (ontology_path("bans"), ontology_path("needs"), ABILITIES, FORMATION_WORDS)
         more = sorted((MISSIONS / mission).glob("*.ttl")) if mission else optional
         for term in terms_of(read_tbox(*core_ontology_paths(), *more)):
             if term.file == file:

@@ -42,10 +42,9 @@ from exchange.packets import (
 from exchange.peering.holders import Holders
 from exchange.peering.listening import Listener
 from exchange.peering.parking import Parking
-from exchange.peering.peers import Ageing, BySlots, PeerLinks, PeerStates
+from exchange.peering.peers import Ageing, PeerLinks, PeerStates
 from exchange.peering.relaying import Relaying
 from exchange.peering.summaries import Summaries
-from exchange.peering.turns import ByFrames, Turns
 from exchange.policies import AckPolicy
 from exchange.queueing.queue import Queue
 from exchange.schedule import TdmaSchedule
@@ -137,9 +136,8 @@ class ExchangeManager:
         refuse_longer_texts(codec, self._room_bits)
         self.n_nodes = schedule.n_nodes
         """Size of the fleet."""
-        kind, n_states = policy.acknowledgement, 2 if schedule.is_by_frame else 1  # ByFrames has a coming one, too
-        states = [ack.new_state(self.n_nodes) for _ in range(n_states)]
-        self._state = states[0]
+        kind = policy.acknowledgement
+        self._state = ack.new_state(self.n_nodes)
         self._ledger = Ledger(self.n_nodes)
         self.queue = Queue(options.value, options.queue_limit)
         """What waits to be said, why it was not said, and what is said no more."""
@@ -151,10 +149,8 @@ class ExchangeManager:
         self.relaying: list[Relaying] = []
         """What it sends for others whom somebody hardly hears: one of them, or none where all repeat or if it is taken
         out."""
-        self._peers = PeerStates(me, self.n_nodes, states, kind, self.parking, self.relaying)
-        self._turns = [Turns(me, schedule, model)] if schedule.is_by_frame else []
-        by_frames, by_slots = (me, schedule, states[0], states[-1], kind), (me, schedule, self._state, kind)
-        self._ageing: Ageing = ByFrames(*by_frames) if schedule.is_by_frame else BySlots(*by_slots)
+        self._peers = PeerStates(me, self.n_nodes, self._state, kind, self.parking, self.relaying)
+        self._ageing = Ageing(me, schedule, self._state, kind)
         own = Holdings()
         self.summaries = [Summaries(self._state, self._ledger, own, codec.summary_bits)]
         """What it tells and hears of what is held: one of them, or none if it is taken out."""
@@ -163,13 +159,11 @@ class ExchangeManager:
             self._holders.begin(me, self._epoch)
         self._listener = Listener(
             me, model, self._state, self._ledger, self._interests, self._holders, self._peers, self._ageing, policy,
-            options.carrier_evidence, self.summaries, schedule.frame_s, *[turns.attribute for turns in self._turns],
+            options.carrier_evidence, self.summaries, schedule.frame_s,
         )  # fmt: skip
         self.parking.append(Parking(me, self.n_nodes, self._peers, self._ledger, self._listener))
         if not policy.repeat:
             self.relaying.append(Relaying(me, self._state, self._ledger, self._peers, self._listener))
-        if policy.acknowledgement.states and schedule.is_by_frame:
-            raise ConfigurationError(f"policy {policy.name} needs one slot for each vehicle, not a slot list")
         self._stating: list[Stating] = []
         if codec.accounts:
             from exchange.peering.stating import Stating
@@ -186,11 +180,6 @@ class ExchangeManager:
         self._due_to_statuses = 0  # bits that statuses may take before items, so far
         self._is_for_large = False  # large items go first in the next one that leaves no room to statuses
         self.n_faults = 0
-
-    @property
-    def turns(self) -> Turns:
-        """Own slots, where they do not follow from the node: only then there are any."""
-        return self._turns[0]
 
     def offer(self, changes: Iterable[Change], addressed: Collection[int] = ()) -> tuple[Fragment, ...]:
         """Take blocks this vehicle recorded itself as candidates; returns the items they became, without status.
@@ -245,13 +234,13 @@ class ExchangeManager:
             slot = schedule.slot_of_arrival(now_s)
             return Reception(slot, schedule.owner(slot), fault=str(fault))
         sender, slot = head.sender, schedule.slot_named(head, now_s)
-        frame = slot // schedule.n_slots
+        frame, start_s = schedule.frame_of(slot), schedule.start_s(slot)
         try:
             era = self._peers.epochs[sender] >> EPOCH_BITS
             try:
-                judged = self._codec.judged(data, frame, schedule.base_s(slot), era)
+                judged = self._codec.judged(data, frame, start_s, era)
             except DefinitionFault:
-                judged = self._codec.judged(data, frame, schedule.base_s(slot), self._era_now(data, sender, frame, era))
+                judged = self._codec.judged(data, frame, start_s, self._era_now(data, sender, frame, era))
             packet = judged.packet
             if not schedule.may_arrive(slot, now_s, self._model.clock_tolerance_s):
                 raise PeerFault(f"a packet of node {sender} of slot {slot} arrives in slot {schedule.slot_at(now_s)}")
@@ -271,9 +260,6 @@ class ExchangeManager:
             is_twin = isinstance(fault, SlotConflict) and self._listener.doubt(sender, frame, now_s)
             return Reception(slot, sender, fault=str(fault), is_stranger=differs, conflict=sender if is_twin else None)
         self._ageing.open(slot)
-        is_unlisted = False
-        for turns in self._turns:
-            is_unlisted = turns.note(packet, slot)
         is_second = self._peers.conflicts(sender, slot, data)
         heard = self._listener.listen(judged, slot, met, is_second, now_s)
         for stating in self._stating:
@@ -283,7 +269,7 @@ class ExchangeManager:
                 relaying.note(packet)
             if frame >= relaying.due_frame:
                 relaying.look(frame, now_s)
-        return heard._replace(is_unlisted=True) if is_unlisted else heard
+        return heard
 
     def _era_now(self, data: bytes, sender: int, frame: int, known: int) -> int:
         """The era that a peer is in by its packet, if that is to be believed, else the one known."""
@@ -293,8 +279,6 @@ class ExchangeManager:
     def _own_slot(self, now_s: float) -> int:
         """The slot of this vehicle that opens; raises ConfigurationError if it is that of another."""
         slot = self._schedule.slot_at(now_s)
-        for turns in self._turns:
-            return turns.own_slot(slot, now_s)
         if (owner := slot % self.n_nodes) != self._me:
             raise ConfigurationError(f"slot {slot} at {now_s} s belongs to node {owner}, not to node {self._me}")
         return slot
@@ -325,7 +309,7 @@ class ExchangeManager:
         if self._interests.undecided:
             self._interests.decide(self._state.believes, now_s)
         codec, schedule, signals = self._codec, self._schedule, self._signals
-        frame, start_s = slot // schedule.n_slots, schedule.base_s(slot)
+        frame, start_s = schedule.frame_of(slot), schedule.start_s(slot)
         noticed: tuple[tuple[int, str], ...] = ()
         for parking in self.parking:
             if self._peers.silences(frame):
@@ -363,8 +347,7 @@ class ExchangeManager:
         self._ageing.compose(slot, 0 if is_doubted else content, rows)
         for relaying in self.relaying:
             relaying.rows[self._me].append(rows[self._me])
-        place, n_turns = slot % schedule.n_slots, sum([len(turns.slots) for turns in self._turns]) or 1
-        head = Head(self._me, self._epoch, frame, place, n_turns)
+        head = Head(self._me, self._epoch, frame)
         acks, wired = header.encode(self._me, rows, frame), packing.wired()
         n_acks = acks[0].bit_count()
         for stating, accounts in zip(self._stating, codec.accounts, strict=True):

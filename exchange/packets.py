@@ -238,16 +238,11 @@ NO_ACCOUNT = Account()
 
 
 class Head(NamedTuple):
-    """What stands first in a packet and names its slot: who speaks, in which of its lives, in which frame modulo 4.
-
-    By a slot list also in which slot of the frame, and how many packets its sender sends in that frame.
-    """
+    """What stands first in a packet and names its slot: who speaks, in which of its lives, in which frame modulo 4."""
 
     sender: int
     epoch: int
     frame: int
-    place: int = 0
-    n_turns: int = 1
 
 
 class Packet(NamedTuple):
@@ -256,8 +251,7 @@ class Packet(NamedTuple):
     ``rows`` holds one bit word per node: bit j of row i says that node i received the packet meant of
     node j (see ``exchange.ack``). ``acknowledgement`` bits that a policy does not send are zero. ``epoch`` is the
     sender's own, which grows whenever it begins anew; ``frame`` is the TDMA frame in which it speaks. ``summary`` says
-    what it holds of some origins. ``n_turns`` is how many packets it sends in that frame. ``account`` says more of
-    holdings, where the policy states them.
+    what it holds of some origins. ``account`` says more of holdings, where the policy states them.
     """
 
     sender: int
@@ -267,7 +261,6 @@ class Packet(NamedTuple):
     epoch: int = 0
     frame: int = 0
     summary: tuple[Summary, ...] = ()
-    n_turns: int = 1
     account: Account = NO_ACCOUNT
 
 
@@ -326,8 +319,8 @@ class Reception(NamedTuple):
     block this vehicle has no need of, which are not among ``items``; ``fault`` tells why a packet was refused, else
     None; ``is_stranger`` if that makes its sender one of another definition; ``met`` says whether the sender was away
     or has begun anew; ``conflict`` names a node under whose name two vehicles speak, when it is first noticed;
-    ``is_unlisted`` if its slot is that of others by the slot list in use here; ``told`` says of nodes that
-    were not heard themselves when, at the earliest, they spoke: others have heard them, or pass on what they told.
+    ``told`` says of nodes that were not heard themselves when, at the earliest, they spoke: others have heard them, or
+    pass on what they told.
     """
 
     slot: int
@@ -342,5 +335,4 @@ class Reception(NamedTuple):
     is_stranger: bool = False
     met: Met = Met.USUAL
     conflict: int | None = None
-    is_unlisted: bool = False
     told: tuple[tuple[int, float], ...] = ()

@@ -1,4 +1,4 @@
-"""TDMA: which slot is open at a time, and whose it is; ALOHA on the same frames. Pure arithmetic."""
+"""TDMA: which slot is open at a time, and whose it is. Pure arithmetic."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ GRACE_S = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class TdmaSchedule:
-    """Slots of equal length; unless it is said otherwise, node s sends in the slots t with ``t mod n_nodes == s``.
+    """Slots of equal length: node s sends in the slots t with ``t mod n_nodes == s``.
 
     A slot holds the longest packet (``packet_s``) and a guard (``guard_s``) in which it travels to the
     farthest receiver, so that packets of different slots never meet.
@@ -26,36 +26,21 @@ class TdmaSchedule:
 
     Attributes:
         n_nodes: size of the fleet; packet_s, guard_s: of a slot.
-        slots: nodes of each slot of the frame, by the list that is agreed before the mission; empty: one slot for each
-            node, in their order.
-        is_aloha: each node sends once in a frame, at a time drawn by itself. Its slot is a number and no more.
     """
 
     n_nodes: int
     packet_s: float
     guard_s: float
-    slots: tuple[tuple[int, ...], ...] = ()
-    is_aloha: bool = False
     slot_s: float = field(init=False, repr=False, compare=False)
     """Length of a slot."""
-    n_slots: int = field(init=False, repr=False, compare=False)
-    """Slots of a frame."""
     frame_s: float = field(init=False, repr=False, compare=False)
     """Length of a frame."""
-    is_by_frame: bool = field(init=False, repr=False, compare=False)
-    """True if a slot does not say who sends in it, so that acknowledgements are about whole frames."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "slot_s", self.packet_s + self.guard_s)
-        object.__setattr__(self, "n_slots", len(self.slots) or self.n_nodes)
-        object.__setattr__(self, "frame_s", self.n_slots * self.slot_s)
-        object.__setattr__(self, "is_by_frame", bool(self.slots) or self.is_aloha)
-        has_turns = self.n_nodes >= 1 and self.n_slots >= min(2, self.n_nodes)
-        if not has_turns or self.packet_s <= 0.0 or self.guard_s < 0.0:
-            raise ConfigurationError(
-                "a TDMA schedule needs n_nodes >= 1, for several nodes 2 slots or more, packet_s > 0 and "
-                f"guard_s >= 0, not {self}"
-            )
+        object.__setattr__(self, "frame_s", self.n_nodes * self.slot_s)
+        if self.n_nodes < 1 or self.packet_s <= 0.0 or self.guard_s < 0.0:
+            raise ConfigurationError(f"a TDMA schedule needs n_nodes >= 1, packet_s > 0 and guard_s >= 0, not {self}")
 
     @classmethod
     def for_range(cls, n_nodes: int, packet_s: float, range_m: float, sound_speed_mps: float) -> TdmaSchedule:
@@ -63,34 +48,16 @@ class TdmaSchedule:
         return cls(n_nodes, packet_s, range_m / sound_speed_mps)
 
     def owner(self, slot: int) -> int:
-        """The node that sends in a slot, where each has its own; by a list, the first that was agreed, or node 0."""
-        place = slot % self.n_slots
-        if not self.slots:
-            return place
-        return self.slots[place][0] if self.slots[place] else 0
+        """The node that sends in a slot."""
+        return slot % self.n_nodes
 
     def frame_of(self, slot: int) -> int:
         """Number of the frame of a slot."""
-        return slot // self.n_slots
+        return slot // self.n_nodes
 
     def frame_start_s(self, frame: int) -> float:
         """Time at which a frame begins."""
-        return self.start_s(frame * self.n_slots)
-
-    def base_s(self, slot: int) -> float:
-        """The time from which the ages in a packet of that slot count: its start, or the end of its frame in ALOHA."""
-        return self.frame_start_s(self.frame_of(slot) + 1) if self.is_aloha else slot * self.slot_s
-
-    def sends_s(self, slot: int, draw: float) -> float:
-        """When a node sends in its slot; by ALOHA at a time drawn evenly, such that the packet ends in the frame.
-
-        Args:
-            slot: of the node.
-            draw: uniform in [0, 1).
-        """
-        if not self.is_aloha:
-            return self.start_s(slot)
-        return self.frame_start_s(self.frame_of(slot)) + draw * (self.frame_s - self.packet_s)
+        return self.start_s(frame * self.n_nodes)
 
     def start_s(self, slot: int) -> float:
         """Time at which a slot opens."""
@@ -106,13 +73,10 @@ class TdmaSchedule:
     def slot_named(self, head: Head, arrival_s: float) -> int:
         """The slot that a packet names, which tells its frame modulo 4: that nearest to its arrival.
 
-        By a list it tells which slot of the frame, else its sender says it.
-
         >>> TdmaSchedule(4, 1.5, 0.5).slot_named(Head(sender=1, epoch=0, frame=2), arrival_s=51.0)
         25
         """
-        place = head.place if self.slots else head.sender
-        first, period = head.frame % FRAMES_TOLD * self.n_slots + place, FRAMES_TOLD * self.n_slots
+        first, period = head.frame % FRAMES_TOLD * self.n_nodes + head.sender, FRAMES_TOLD * self.n_nodes
         lap = round((arrival_s / self.slot_s - first - 0.5) / period)
         return first + max(0, lap) * period
 
@@ -121,9 +85,6 @@ class TdmaSchedule:
 
         However far they may be: what comes a frame early or late, such as a packet played again, is of another slot.
         """
-        if self.is_aloha:
-            start_s, tolerance_s = self.frame_start_s(self.frame_of(slot)), min(tolerance_s, self.frame_s / 2.0)
-            return start_s - tolerance_s <= arrival_s <= start_s + self.frame_s + self.guard_s + tolerance_s + GRACE_S
         tolerance_s = min(tolerance_s, (self.frame_s - self.slot_s) / 2.0) + GRACE_S
         start_s = slot * self.slot_s
         return start_s - tolerance_s <= arrival_s <= start_s + self.slot_s + tolerance_s

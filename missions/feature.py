@@ -125,8 +125,6 @@ class Feature:
             to be had; yields what is wrong, and passes malformed values over.
         words: called with each checked scenario; Turtle files whose words its items use, read only where it uses them.
         states: attributes of these words that vehicles tell all others, as urgent as what is most urgent.
-        turns: called with each checked scenario; nodes that send in each slot of a frame, empty if the feature has
-            nothing to say to that.
         metrics: figures of a run; each is not applicable where the scenario does not use the feature.
         last_metrics: the same; they stand in the summary behind the others that every run has.
         instances: called with each checked scenario; class and name of what the whole fleet has names for on top.
@@ -153,7 +151,6 @@ class Feature:
     checks: Callable[[Raw, type[Mission] | None], Iterable[ConfigurationFault]] = lambda raw, mission: ()
     words: Callable[[Scenario], Sequence[Path]] = lambda scenario: ()
     states: Sequence[str] = ()
-    turns: Callable[[Scenario], Sequence[Sequence[int]]] = lambda scenario: ()
     metrics: Sequence[Metric] = ()
     last_metrics: Sequence[Metric] = ()
     instances: Callable[[Scenario], Sequence[tuple[str, str]]] = lambda scenario: ()

@@ -239,10 +239,6 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
                 if not self.vehicles[peer].radio.manager.holds(uid):
                     self.n_false_beliefs += 1
 
-    def begin_frame(self, frame: int, node: int) -> None:
-        """Ask a vehicle for its slots in a frame that begins now, by its clock."""
-        self.traffic.begins(frame, self.vehicles[node], self.clock.now_s)
-
     def end_frame(self, frame: int, node: int | None) -> None:
         """Let a vehicle consult at the end of a frame by its clock; without a node all whose clocks are right."""
         if node is not None:

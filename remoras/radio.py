@@ -31,8 +31,6 @@ SUSPECTED = "suspected position"
 """Kind of the faults by which a position was set aside; the name of the status ends the detail."""
 GIVEN_UP = frozenset({FaultCode.TIMED_OUT, FaultCode.CROWDED_OUT})
 """Faults by which the world model forgets a block that it had."""
-UNLISTED = "slot of others"
-"""Kind of the fault of a packet that was sent in a slot of others, by the list of the vehicle that hears it."""
 STRANGER = "its packets are refused: it uses another TBox or other field widths, or one was damaged on the way"
 _new = tuple.__new__  # makes a named tuple of a tuple, in half the time
 
@@ -258,8 +256,6 @@ class Radio:
             if reception.is_stranger:
                 self._record_fault(now_s, "another definition", f"{self._names[reception.sender]}: {STRANGER}")
             return HeardPacket(reception)
-        if reception.is_unlisted:
-            self._record_fault(now_s, UNLISTED, f"{self._names[reception.sender]}: slot {reception.slot}")
         for uid in reception.items:
             self._record_item(now_s, uid, "received")
         for fragment in reception.aside:

@@ -13,7 +13,7 @@ from exchange.packets import name_of
 from remoras.events import recorder_for
 from remoras.fleet import Fleet
 from remoras.recorder import SETTLING, Recorder
-from remoras.traffic import Arrives, FrameBegins, SlotOpens
+from remoras.traffic import Arrives, SlotOpens
 from remoras.vehicle import Vehicle
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ def settle(fleet: Fleet, settle_s: float) -> Settled:
         event = fleet.clock.next_before(began_s + settle_s)
         if event is None:
             break
-        if isinstance(event, SlotOpens | FrameBegins | Arrives):
+        if isinstance(event, SlotOpens | Arrives):
             event.act(resting)
     complete = _is_settled(fleet)
     for vehicle in fleet.vehicles:
@@ -107,10 +107,6 @@ class _Resting:
         sent = sender.radio.manager.packet_to_send(shown_s)
         if not sender.condition.is_mute:
             fleet.traffic.carry(slot, sender, sent, fleet.vehicles, None)
-
-    def begin_frame(self, frame: int, node: int) -> None:
-        """Ask a vehicle for its slots."""
-        self._fleet.begin_frame(frame, node)
 
     def end_frame(self, frame: int, node: int | None) -> None:
         """Nobody consults any more."""

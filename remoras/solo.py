@@ -21,7 +21,6 @@ from remoras.clock import Clock, Priority
 from remoras.events import Event, Part
 from remoras.host import Model
 from remoras.recorder import Recorder
-from remoras.traffic import sends_s
 from remoras.vehicle import Vehicle
 
 if TYPE_CHECKING:
@@ -67,14 +66,6 @@ class _SlotOpens:
 
 
 @dataclass(frozen=True, slots=True)
-class _FrameBegins:
-    number: int
-
-    def act(self, solo: Solo) -> None:
-        solo.begin_frame(self.number)
-
-
-@dataclass(frozen=True, slots=True)
 class _FrameEnds:
     number: int
 
@@ -99,7 +90,6 @@ class Solo(Model):  # type: ignore[misc]  # Mesa is untyped
         schedule: TDMA.
         recorder: takes the rows of this vehicle.
         times: when it acts.
-        seed: of the times at which it sends in ALOHA.
         introductions: of the vehicle, where packets are encrypted.
         parts: of the features that are on, and of the faults that befall it.
 
@@ -114,7 +104,6 @@ class Solo(Model):  # type: ignore[misc]  # Mesa is untyped
         schedule: TdmaSchedule,
         recorder: Recorder,
         times: Times,
-        seed: int = 0,
         introductions: Introductions | None = None,
         parts: Sequence[Part] = (),
     ) -> None:
@@ -124,7 +113,6 @@ class Solo(Model):  # type: ignore[misc]  # Mesa is untyped
         self._horizon_s = 0.0
         self._make_anew = make_anew
         self._schedule = schedule
-        self._seed = seed
         self._times = times
         self._introductions = introductions
         self.recorder = recorder
@@ -135,10 +123,7 @@ class Solo(Model):  # type: ignore[misc]  # Mesa is untyped
                 part.begin(self)
         self.at(0.0, Priority.MOTION, _Tick(0))
         self.at(schedule.frame_s, Priority.CONSULTATION, _FrameEnds(1))
-        if schedule.is_by_frame:
-            self._clock.schedule(0.0, Priority.SLOT, _FrameBegins(0))
-        else:
-            self._await_slot(self.vehicle.data.node)
+        self._await_slot(self.vehicle.data.node)
 
     @property
     def now_s(self) -> float:
@@ -174,8 +159,7 @@ class Solo(Model):  # type: ignore[misc]  # Mesa is untyped
         return self._said
 
     def _await_slot(self, slot: int) -> None:
-        at_s = sends_s(self._schedule, slot, self.vehicle.data.node, self._seed)
-        self._clock.schedule(at_s, Priority.SLOT, _SlotOpens(slot))
+        self._clock.schedule(self._schedule.start_s(slot), Priority.SLOT, _SlotOpens(slot))
 
     # What events ask for -------------------------------------------------------------------------
 
@@ -217,12 +201,6 @@ class Solo(Model):  # type: ignore[misc]  # Mesa is untyped
         self.vehicle.step(self.now_s, tick_s if number else 0.0, (), (number - 1) * tick_s)
         self.at((number + 1) * self._times.tick_s, Priority.MOTION, _Tick(number + 1))
 
-    def begin_frame(self, frame: int) -> None:
-        """Ask the vehicle for its slots in a frame that begins."""
-        for slot in self.vehicle.radio.manager.turns.begin(frame, self.vehicle.is_alive):
-            self._await_slot(slot)
-        self._clock.schedule(self._schedule.frame_start_s(frame + 1), Priority.SLOT, _FrameBegins(frame + 1))
-
     def end_frame(self, frame: int) -> None:
         """Let the vehicle consult at the end of a frame."""
         self.vehicle.consult(self.now_s)
@@ -238,10 +216,7 @@ class Solo(Model):  # type: ignore[misc]  # Mesa is untyped
 
     def speak(self, slot: int) -> None:
         """Let the vehicle speak in an own slot that opens now."""
-        if not self._schedule.is_by_frame:
-            self._await_slot(slot + self._schedule.n_nodes)
-        elif slot not in self.vehicle.radio.manager.turns.slots:
-            return  # it has begun anew in this frame
+        self._await_slot(slot + self._schedule.n_nodes)
         sent = self._introduction(slot, self.now_s) or self._packet(self.now_s)
         if sent is not None and not self.vehicle.condition.is_mute:
             self._said.append(Sent(self.now_s, sent))

@@ -1,7 +1,4 @@
-"""The traffic of a fleet: when slots open by the clocks of their owners, and what becomes of each packet on its way.
-
-Where slots do not follow from the node, each vehicle says at the beginning of a frame, by its clock, which it has.
-"""
+"""The traffic of a fleet: when slots open by the clocks of their owners, and what becomes of each packet on its way."""
 
 from __future__ import annotations
 
@@ -9,7 +6,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
-from exchange.acoustics import loss
 from exchange.acoustics.channel import Arrival, Channel
 from exchange.acoustics.collisions import Collisions, Hearing
 from exchange.acoustics.modems import Modem
@@ -23,8 +19,6 @@ from remoras.recorder import PACKETS, Recorder
 if TYPE_CHECKING:
     from remoras.vehicle import Vehicle
 
-__all__ = ["Arrives", "FrameBegins", "FrameEnds", "Medium", "SlotOpens", "Station", "Traffic", "sends_s"]
-
 SLOT, SENDER, RECEIVERS, ARRIVALS, COLLIDED = map(
     PACKETS.column_names.index, ("slot", "sender", "receivers", "arrivals_s", "collided_at")
 )
@@ -36,9 +30,6 @@ class Station(Protocol):
     def transmit(self, slot: int, node: int) -> None:
         """Let a vehicle speak in its slot, which opens now."""
 
-    def begin_frame(self, frame: int, node: int) -> None:
-        """Ask a vehicle for its slots in a frame that begins now."""
-
     def end_frame(self, frame: int, node: int | None) -> None:
         """Let a vehicle, or all whose clocks are right, consult at the end of a frame."""
 
@@ -47,7 +38,7 @@ class Station(Protocol):
 
 
 class SlotOpens(NamedTuple):
-    """The TDMA slot ``number`` starts, or in ALOHA the packet of that number, by the clock of its owner ``node``."""
+    """The TDMA slot ``number`` starts by the clock of its owner ``node``."""
 
     number: int
     node: int
@@ -55,18 +46,6 @@ class SlotOpens(NamedTuple):
     def act(self, station: Station) -> None:
         """Let its owner speak."""
         station.transmit(self.number, self.node)
-
-
-@dataclass(frozen=True, slots=True)
-class FrameBegins:
-    """Frame ``number`` begins, by the clock of ``node``, which says what its slots are."""
-
-    number: int
-    node: int
-
-    def act(self, station: Station) -> None:
-        """Ask the vehicle for its slots."""
-        station.begin_frame(self.number, self.node)
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +81,6 @@ class Medium:
         schedule: TDMA.
         clocks: of the vehicles whose clocks may be off, by node; the others' show the true time.
         faults: by which vehicles do not hear.
-        seed: of the times at which vehicles send in ALOHA.
     """
 
     channel: Channel
@@ -110,7 +88,6 @@ class Medium:
     schedule: TdmaSchedule
     clocks: Mapping[int, ShownTime]
     faults: Sequence[Fault] = ()
-    seed: int = 0
 
     def shown_s(self, node: int, true_s: float) -> float:
         """What the clock of a vehicle shows at a true time (s)."""
@@ -137,12 +114,9 @@ class Traffic:
         self._schedule = schedule = medium.schedule
         self._medium = medium
         self._faults = medium.faults
-        self._seed = medium.seed
         self._heap = heap
         self._air = Collisions()
-        by_frame = schedule.is_by_frame
-        self._next_slots: list[list[int]] = [[] if by_frame else [node] for node in range(schedule.n_nodes)]
-        self._next_frame = [0] * schedule.n_nodes
+        self._next_slots = [*range(schedule.n_nodes)]  # by node
         for node in range(schedule.n_nodes):
             self.await_slot(node)
             clock = medium.clocks.get(node)
@@ -151,33 +125,10 @@ class Traffic:
         self.await_frame(1)
 
     def await_slot(self, node: int) -> None:
-        """Schedule the next own slot of a vehicle, and the next frame where it tells slots, by its clock as set now."""
-        if self._schedule.is_by_frame:
-            frame = self._next_frame[node]
-            self._at(node, self._schedule.frame_start_s(frame), FrameBegins(frame, node))
-        for slot in self._next_slots[node][:1]:
-            self._at(node, sends_s(self._schedule, slot, node, self._seed), SlotOpens(slot, node))
-
-    def _at(self, node: int, shown_s: float, event: SlotOpens | FrameBegins) -> None:
-        """Schedule an event at a time that the clock of a node shows."""
-        at_s = self._medium.true_time_s(node, shown_s)
-        self._heap.schedule(max(at_s, self._heap.now_s), Priority.SLOT, event)
-
-    def begins(self, frame: int, sender: Vehicle, now_s: float) -> None:
-        """Ask a vehicle for its slots in a frame that begins; what is not now, since its clock was set, is let be.
-
-        Args:
-            frame: its number.
-            sender: the vehicle.
-            now_s: the true time (s).
-        """
-        node = sender.data.node
-        shown_s = self._medium.shown_s(node, now_s)
-        if frame != self._next_frame[node] or shown_s < self._schedule.frame_start_s(frame) - GRACE_S:
-            return
-        self._next_frame[node] = frame + 1
-        self._next_slots[node] += sender.radio.manager.turns.begin(frame, sender.is_alive)
-        self.await_slot(node)
+        """Schedule the next own slot of a vehicle by its clock as set now."""
+        slot = self._next_slots[node]
+        at_s = self._medium.true_time_s(node, self._schedule.start_s(slot))
+        self._heap.schedule(max(at_s, self._heap.now_s), Priority.SLOT, SlotOpens(slot, node))
 
     def await_frame(self, number: int, node: int | None = None) -> None:
         """Schedule the end of a frame, in true time or by the clock of a node."""
@@ -187,9 +138,7 @@ class Traffic:
         self._heap.schedule(at_s, Priority.CONSULTATION, FrameEnds(number, node))
 
     def opened(self, slot: int, owner: Vehicle, now_s: float) -> float | None:
-        """What the clock of its owner shows as a slot opens; None if the slot is not now, or the owner's no more.
-
-        The clock may have been set since, or the owner have begun anew: then it waits for its next frame.
+        """What the clock of its owner shows as a slot opens; None if the slot is not now: the clock was set since.
 
         Args:
             slot: that was to open now.
@@ -197,15 +146,11 @@ class Traffic:
             now_s: the true time (s).
         """
         node = owner.data.node
-        start_s, shown_s = sends_s(self._schedule, slot, node, self._seed), self._medium.shown_s(node, now_s)
-        if self._next_slots[node][:1] != [slot] or shown_s < start_s - GRACE_S:
+        start_s, shown_s = self._schedule.start_s(slot), self._medium.shown_s(node, now_s)
+        if self._next_slots[node] != slot or shown_s < start_s - GRACE_S:
             return None
-        del self._next_slots[node][0]
-        if not self._schedule.is_by_frame:
-            self._next_slots[node].append(slot + self._schedule.n_nodes)
+        self._next_slots[node] = slot + self._schedule.n_nodes
         self.await_slot(node)
-        if self._schedule.is_by_frame and slot not in owner.radio.manager.turns.slots:
-            return None
         return start_s if shown_s <= start_s + GRACE_S else None
 
     def carry(
@@ -276,20 +221,6 @@ class Traffic:
             for arrival in arrivals
             if hears_throughout(self._faults, names[arrival.receiver], now_s, arrival.time_s)
         ]
-
-
-def sends_s(schedule: TdmaSchedule, slot: int, node: int, seed: int) -> float:
-    """When a node sends in its slot, by its clock (s).
-
-    Args:
-        schedule: TDMA, or ALOHA, of which each time is a draw keyed by the seed, the frame and the node.
-        slot: of the node.
-        node: that sends.
-        seed: of the run.
-    """
-    if not schedule.is_aloha:
-        return schedule.sends_s(slot, 0.0)
-    return schedule.sends_s(slot, loss.uniform(seed, loss.TURNS, schedule.frame_of(slot), node, 0))
 
 
 def _note_collisions(lost: Iterable[Hearing], names: Sequence[str], recorder: Recorder) -> None:

@@ -25,16 +25,15 @@ def forger(codec: Codec, slots: TdmaSchedule, model: Callable[[], WorldModel]) -
     """
 
     def forge(data: bytes, slot: int, draw: int) -> bytes:
-        frame, start_s = slots.frame_of(slot), slots.base_s(slot)
+        frame, start_s = slots.frame_of(slot), slots.start_s(slot)
         try:
             packet = codec.decode(data, frame, start_s, codec.era_of(data, frame) or 0)
             forged = _forged(packet, draw, model())
             if forged == packet:
                 return data
-            head = codec.head(data)
             return codec.encode(
                 forged.sender, forged.rows, forged.fragments, forged.signals, frame, forged.epoch, start_s,
-                forged.summary, head.place, forged.n_turns,
+                forged.summary,
             )  # fmt: skip
         except ExchangeError:
             return data  # damaged before: it stays what it is

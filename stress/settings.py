@@ -73,7 +73,6 @@ CORE = (
     Setting("channel", "bernoulli with 0.05 to 0.8, gilbert-elliott, acoustic, matrix or perfect, with settings",
             ("channel.name", "channel.per", "channel.link", "channel.p_good_to_bad", "channel.wind_mps"),
             sampling.channel, OFTEN),
-    Setting("mac", "ALOHA", ("communication.mac",), choice_of("communication.mac", "aloha")),
     Setting("size", "1 to 4 copies of a vehicle with sensors, in layers or not", ("fleet",), sampling.size),
     Setting("topology", "links nearly cut: one or some, one way or both, a line, two halves, a star; a network",
             ("channel.name", "channel.per", "channel.link", "channel.network", "channel.nodes"), sampling.topology),
@@ -155,9 +154,9 @@ def settings_named(asked: str, given: Sequence[str], strategy: str = "") -> tupl
     Raises:
         ConfigurationError: there is none of a name, or the user has fixed what is named.
 
-    >>> settings_named("policy, mac", ["communication.mac=aloha"])
+    >>> settings_named("size", ["fleet.size=5"])
     Traceback (most recent call last):
-    missions.errors.ConfigurationError: remoras stress: --settings = "mac": --set fixes communication.mac; leave one out
+    missions.errors.ConfigurationError: remoras stress: --settings = "size": --set fixes fleet; leave one out
     """
     fixed = [*given, *([f"strategy.name={strategy}"] if strategy else [])]
     free = [setting.name for setting in CATALOGUE if not setting.is_fixed_by(fixed)]

@@ -98,7 +98,6 @@ DOORS: dict[str, set[str]] = {
         "exchange.acoustics.loss",
         "exchange.peering.offsets",
         "exchange.peering.peers",
-        "exchange.peering.turns",
         "exchange.queueing.queue",
         "exchange.queueing.limits",
         "exchange.wire.definitions",
@@ -112,7 +111,6 @@ DOORS: dict[str, set[str]] = {
     "missions.minehunting": {"exchange.acoustics.loss"},
     "missions.scenarios": {
         "remoras.executive.satisfaction",
-        "exchange.peering.turns",
         "exchange.queueing.limits",
         "exchange.wire.sealing",
     },

@@ -26,8 +26,6 @@ CLOCKS = 8
 """`trial` of the draws that say how far clocks are off, and how fast they drift."""
 SURGES = 9
 """`trial` of the draws that say when the current rises."""
-TURNS = 10
-"""`trial` of the draws that say when in a frame a vehicle sends, in ALOHA."""
 NODES = 11
 """`trial` of the draws that say which node of a measured network a vehicle is."""
 DAMAGES = 12

@@ -58,8 +58,6 @@ class Listener:
         carrier_evidence: take a peer that carries an item as holding it.
         summaries: of this node, one of them at most.
         frame_s: length of a TDMA frame.
-        slot_list: attribute of slot lists: all pass them on under any policy, since who has the old one may be unable
-            to hear its origin, with which it shares a slot.
     """
 
     def __init__(
@@ -76,7 +74,6 @@ class Listener:
         carrier_evidence: bool,
         summaries: Sequence[Summaries],
         frame_s: float,
-        slot_list: int | None = None,
     ) -> None:
         self._me = me
         self._model = model
@@ -91,7 +88,6 @@ class Listener:
         self._carrier_evidence = carrier_evidence
         self._summaries = summaries
         self._frame_s = frame_s
-        self._slot_list = slot_list
         self._relayed = 0  # nodes whose items this node sends, too, one bit each
         self._passed_on_s: dict[tuple[int, int], float] = {}  # times of the newest statuses that it was to relay
         self.assembly = Assembly()
@@ -102,9 +98,8 @@ class Listener:
         """Hold an item that is new here, see ``Ledger.add``, and send it if this vehicle is to; returns its column."""
         column, fragment = self._ledger.add(item, entry), item.fragment
         self._holders.take(column)
-        is_list = any(fact.attribute == self._slot_list for fact in fragment.facts)
         is_relayed = self._relayed >> fragment.origin & 1
-        if is_list or is_relayed or may_send(self._repeat, 1 << column, self._ledger.origins[self._me]):
+        if is_relayed or may_send(self._repeat, 1 << column, self._ledger.origins[self._me]):
             self._interests.take(column, now_s)
         return column
 

@@ -1,8 +1,8 @@
 """The peers of one vehicle: what their packets acknowledge, which life each is in, what its links lose.
 
 *Ageing.* Each node has one slot in each frame, in the order of the nodes. A bit A[i][j] is about j's last packet before
-i's last slot, as ``exchange.ack`` has it. What is known of a node ages as its slot opens (`BySlots`): so a node and its
-peers mean the same packet by the same acknowledgement. Where slots are listed, see ``exchange.peering.turns``.
+i's last slot, as ``exchange.ack`` has it. What is known of a node ages as its slot opens (`Ageing`): so a node and its
+peers mean the same packet by the same acknowledgement.
 
 *Lives.* A vehicle that begins anew has a higher epoch. What was believed of it is void when that epoch is heard. A
 third vehicle may not have heard of it and state by its matrix what the old life held. So of rows about a peer that
@@ -143,48 +143,18 @@ class SpokenOf(NamedTuple):
     Attributes:
         lasting: nodes, one bit each, of which the packet is still known that is meant.
         is_asked: the own last packets are.
-        frame: of the packets that are meant, where it is the same for all.
     """
 
     lasting: int
     is_asked: bool
-    frame: int | None = None
 
 
 ASKED, NOT_ASKED = SpokenOf(-1, True), SpokenOf(-1, False)
 """What they are about in a packet after which nobody has had a slot."""
 
 
-class Ageing(Protocol):
-    """What is known of packets as time goes on."""
-
-    def open(self, slot: int) -> None:
-        """Time has come to a slot."""
-
-    def refuse(self, slot: int, sender: int, now_s: float) -> None:
-        """Raise PeerFault if a packet of that slot comes when it can no more be heeded, or not yet."""
-
-    def compose(self, slot: int, content: int, rows_out: MutableWords) -> None:
-        """Remember what the own packet carries, and write its acknowledgement bits."""
-
-    def spoken_of(self, slot: int) -> SpokenOf:
-        """What the acknowledgements in a packet of that slot are about."""
-
-    def absorb(
-        self, packet: Packet, slot: int, heeded: Words, content: int, carrier_evidence: bool, origins: Words
-    ) -> None:
-        """Learn from a packet that was heard.
-
-        Args:
-            packet: heard; slot: in which it was sent.
-            heeded: its acknowledgement bits that may be believed.
-            content: its items.
-            carrier_evidence, origins: as ``ack.absorb`` has them.
-        """
-
-
-class BySlots:
-    """Ages node by node.
+class Ageing:
+    """What is known of packets as time goes on: it ages node by node.
 
     Args:
         me: own node index.
@@ -200,13 +170,13 @@ class BySlots:
         self._sent_slot: int | None = None
 
     def open(self, slot: int) -> None:
-        """See `Ageing`."""
+        """Time has come to a slot."""
         for k in range(self._next_slot, slot + 1):
             ack.open_slot(self._kind, self._state, self._n_nodes, k % self._n_nodes)
         self._next_slot = max(self._next_slot, slot + 1)
 
     def refuse(self, slot: int, sender: int, now_s: float) -> None:
-        """See `Ageing`."""
+        """Raise PeerFault if a packet of that slot comes when it can no more be heeded, or not yet."""
         if slot + self._n_nodes < self._next_slot:
             raise PeerFault(f"a packet of node {sender} of slot {slot} arrives when its next slot is open")
         own = slot - (slot - self._me) % self._n_nodes  # the last own slot before it
@@ -214,12 +184,15 @@ class BySlots:
             raise PeerFault(f"a packet of slot {slot} arrives before the own slot {own} is open")
 
     def compose(self, slot: int, content: int, rows_out: MutableWords) -> None:
-        """See `Ageing`."""
+        """Remember what the own packet carries, and write its acknowledgement bits."""
         self._sent_slot = slot
         ack.compose(self._kind, self._state, self._n_nodes, slot // self._n_nodes, self._me, (content,), rows_out)
 
     def spoken_of(self, slot: int) -> SpokenOf:
-        """Of who has had a slot since a packet that comes late, the last packet is another than it speaks of."""
+        """What the acknowledgements in a packet of that slot are about.
+
+        Of who has had a slot since a packet that comes late, the last packet is another than it speaks of.
+        """
         is_asked = self._sent_slot is not None and 0 < slot - self._sent_slot < self._n_nodes
         if slot + 1 == self._next_slot:  # mostly it does not come late
             return ASKED if is_asked else NOT_ASKED
@@ -231,7 +204,14 @@ class BySlots:
     def absorb(
         self, packet: Packet, slot: int, heeded: Words, content: int, carrier_evidence: bool, origins: Words
     ) -> None:
-        """See `Ageing`."""
+        """Learn from a packet that was heard.
+
+        Args:
+            packet: heard; slot: in which it was sent.
+            heeded: its acknowledgement bits that may be believed.
+            content: its items.
+            carrier_evidence, origins: as ``ack.absorb`` has them.
+        """
         n_nodes, sender, known = self._n_nodes, packet.sender, ((content,), origins)
         frame = slot // n_nodes
         ack.absorb(self._kind, carrier_evidence, self._state, n_nodes, frame, self._me, sender, heeded, *known)
@@ -257,7 +237,7 @@ class PeerStates:
     Args:
         me: own node index.
         n_nodes: size of the fleet.
-        states: acknowledgement states of this node, of which is taken back what has become void.
+        state: acknowledgement state of this node, of which is taken back what has become void.
         kind: acknowledgement of the policy, which says when a peer answers.
         absence: of its peers; none of them, or one.
         witnesses: of the links between peers; none of them, or one.
@@ -267,14 +247,14 @@ class PeerStates:
         self,
         me: int,
         n_nodes: int,
-        states: Sequence[AckState],
+        state: AckState,
         kind: Acknowledgement,
         absence: Sequence[Absence] = (),
         witnesses: Sequence[Witness] = (),
     ) -> None:
         self._me = me
         self._n_nodes = n_nodes
-        self._states = states
+        self._state = state
         frames, nodes = range(kind.period_frames), range(n_nodes)
         self._answering = [[kind.carries(n_nodes, frame, node, node, me) for node in nodes] for frame in frames]
         self.epochs = [0] * n_nodes
@@ -296,8 +276,6 @@ class PeerStates:
         self._doubted_until = [-1] * n_nodes  # frame
         self.trusted_from = 0
         """The first frame, from now on, in which no node is doubted."""
-        self._begun_frame = [-1] * n_nodes  # in which that epoch was heard first
-        self._frame = -1  # of the packet heard last
 
     def links(self, peer: int) -> PeerLinks:
         """What the links from and to a peer lose."""
@@ -335,7 +313,7 @@ class PeerStates:
         Raises:
             PeerFault: it is of an earlier life.
         """
-        known, self._frame = self.epochs[sender], frame
+        known = self.epochs[sender]
         if epoch < known:
             before, n_before = self._older[sender]
             n_now = n_before + 1 if before == epoch else 1
@@ -358,7 +336,6 @@ class PeerStates:
     def begin(self, node: int, epoch: int) -> None:
         """A node is in another life: nothing is believed of it."""
         self.epochs[node] = epoch
-        self._begun_frame[node] = self._frame
         for peer, known in enumerate(self._informed_of):
             self._informed_of[peer] = known | 1 << node if peer in (node, self._me) else known & ~(1 << node)
         self.forget(node)
@@ -373,9 +350,7 @@ class PeerStates:
         if n_missed <= 2 * SHORTEST_SILENCE or n_missed <= 2 * incoming.longest_silence:
             incoming.samples += bytes([LOST]) * n_missed
 
-    def heed(
-        self, packet: Packet, frame: int, lasting: int, is_asked: bool, about: int | None = None
-    ) -> tuple[int, ...]:
+    def heed(self, packet: Packet, frame: int, lasting: int, is_asked: bool) -> tuple[int, ...]:
         """The acknowledgement bits of a packet that may be believed; the others are taken out.
 
         Args:
@@ -383,13 +358,10 @@ class PeerStates:
             frame: TDMA frame of its slot.
             lasting: nodes of which the packet is known that the bits are about.
             is_asked: the packet speaks of the own last packets.
-            about: frame that the bits are about, where it is the same for all.
         """
-        sender, rows, begun = packet.sender, packet.rows, -1
+        sender, rows = packet.sender, packet.rows
         own = rows[sender]
-        if about is not None:
-            begun = sum([1 << node for node, frame_begun in enumerate(self._begun_frame) if frame_begun <= about])
-        self._informed_of[sender] |= own & begun
+        self._informed_of[sender] |= own
         if self._answering[frame % len(self._answering)][sender]:
             if is_asked and lasting >> self._me & 1:
                 self._outgoing[sender].samples.append(HEARD if own >> self._me & 1 else LOST)
@@ -435,15 +407,13 @@ class PeerStates:
 
     def forget(self, node: int) -> None:
         """Believe nothing of what a node holds or has heard."""
-        n_nodes = self._n_nodes
-        for state in self._states:
-            state.believes[node] = 0
-            for row in range(n_nodes):
-                state.held[node * n_nodes + row] = 0
-                state.held[row * n_nodes + node] = 0
-            state.heard[0] &= ~(1 << node)
+        n_nodes, state = self._n_nodes, self._state
+        state.believes[node] = 0
+        for row in range(n_nodes):
+            state.held[node * n_nodes + row] = 0
+            state.held[row * n_nodes + node] = 0
+        state.heard[0] &= ~(1 << node)
         self._forget_content(node)
 
     def _forget_content(self, node: int) -> None:
-        for state in self._states:
-            state.content[node] = state.content[self._n_nodes + node] = 0
+        self._state.content[node] = self._state.content[self._n_nodes + node] = 0

@@ -5,9 +5,7 @@ Layout, most significant bit first (sizes in bits; ``w(n) = ceil(log2 n)``)::
     packet    head | acknowledgements (bits that the policy's kind says are carried) [| account] | sections | 111
               | zeros to a byte [| tag 32] [| checksum 8, 16 or 32], see `exchange.wire.sealing`; with a tag all behind
               the head is encrypted
-    head      definition hash 8 | sender w(nodes) | epoch mod 4 2 | frame mod 4 2 [| slot w(slots)
-              | packets - 1 w(slots)] [| zeros to a byte]; in brackets first what a slot list needs, then what
-              encryption does
+    head      definition hash 8 | sender w(nodes) | epoch mod 4 2 | frame mod 4 2 [| zeros to a byte, for encryption]
     account   what is held, where the policy states it: `exchange.statements`
     section   0 age, fact, sequence: an own fragment that is a whole block of a single fact
               100 age, part, facts, sequence: any other own fragment
@@ -112,28 +110,14 @@ class Framing(NamedTuple):
     Attributes:
         crc_bits: of the checksum of each packet: 0, 8, 16 or 32.
         key: of the fleet, by which all behind the head is encrypted, with a fresh salt; None for in clear.
-        n_slots: slots of a frame of which the head names one; 0 where the sender's name says its slot.
-        is_by_frame: acknowledgements are about whole frames.
     """
 
     crc_bits: int = 0
     key: bytes | None = None
-    n_slots: int = 0
-    is_by_frame: bool = False
 
 
 USUAL_WIDTHS = Widths()
 USUAL_FRAMING = Framing()
-
-
-def _place_listing(n_slots: int) -> tuple[FieldSize, ...]:
-    """Fields of the head by a list of so many slots; none without a list."""
-    if not n_slots:
-        return ()
-    return (
-        FieldSize("packet", "slot", width(n_slots), f"one of {n_slots} of the frame"),
-        FieldSize("packet", "packets", width(n_slots), "of the sender in this frame, less 1"),
-    )
 
 
 def _guard_listing(seals: Sequence[Seal], head_padding_bits: int, checksums: Sequence[Checksum]) -> list[FieldSize]:
@@ -272,7 +256,7 @@ class Codec:
         n_items: how many items one vehicle is expected to tell in one epoch; later ones take more bits.
         duration_s: latest expected time of an observation; later ones take more bits.
         widths: steps of time, and what gets the shortest forms.
-        framing: names of slots, checksum and key.
+        framing: checksum and key.
 
     Raises:
         ConfigurationError: there is no such checksum or key, or no library to encrypt.
@@ -289,9 +273,7 @@ class Codec:
         widths: Widths = USUAL_WIDTHS,
         framing: Framing = USUAL_FRAMING,
     ) -> None:
-        crc_bits, key, n_slots, is_by_frame = framing
-        self._n_slots = n_slots
-        self._place_bits = width(n_slots) if n_slots else 0
+        crc_bits, key = framing
         self._n_nodes = n_nodes
         self._policy = policy
         self._facts = FactCodec(tbox, n_instances, widths.exchanged)
@@ -306,7 +288,7 @@ class Codec:
         self.signal_bits = self._side.signal_bits
         """Bits of one influence signal."""
         self._node_bits = width(n_nodes)
-        self._clear_bits = HASH_BITS + self._node_bits + EPOCH_BITS + FRAME_BITS + 2 * self._place_bits
+        self._clear_bits = HASH_BITS + self._node_bits + EPOCH_BITS + FRAME_BITS
         self._clear_bytes = -(-self._clear_bits // 8)
         self.header = AckHeader(policy.acknowledgement, n_nodes)
         """Layout of the acknowledgements."""
@@ -315,7 +297,7 @@ class Codec:
         """Encodes and decodes what packets say of holdings: one of them, where the policy states them."""
         fleet = tbox.hash, n_instances, n_nodes, n_items, self.header.largest_bits
         times = duration_s, resolution_s, self._facts.names.exchanged, self.fragments.near_bits
-        shape = GRAMMAR, *fleet, *times, crc_bits, key is not None, *((n_slots,) if is_by_frame else ())
+        shape = GRAMMAR, *fleet, *times, crc_bits, key is not None
         shape = *shape, *(((kind.name, kind.codes),) if kind.states else ())
         self._checksums = [] if crc_bits == 0 else [Checksum(crc_bits, DAMAGED if key is None else UNOPENED)]
         self._seals = [] if key is None else [Seal(key)]
@@ -366,7 +348,6 @@ class Codec:
             FieldSize("packet", "sender", self._node_bits, f"one of {self._n_nodes} nodes"),
             FieldSize("packet", "epoch", EPOCH_BITS, "of the sender: which of its lives; in fours by the hash byte"),
             FieldSize("packet", "frame", FRAME_BITS, f"TDMA frame modulo {FRAMES}: with the sender it names the slot"),
-            *_place_listing(self._n_slots),
             FieldSize("packet", "acknowledgements", self.header.largest_bits, policy),
             FieldSize("packet", "end", END_BITS[1], "behind all that follows"),
             *_guard_listing(self._seals, self.head_bits - self._clear_bits, self._checksums),
@@ -401,8 +382,6 @@ class Codec:
         first = self._hash_byte(head.frame, head.epoch >> EPOCH_BITS)
         bits = (first << self._node_bits | head.sender) << EPOCH_BITS | head.epoch & EPOCH_MASK
         bits = bits << FRAME_BITS | head.frame % FRAMES
-        if self._n_slots:
-            bits = (bits << self._place_bits | head.place) << self._place_bits | head.n_turns - 1
         return bits << self.head_bits - self._clear_bits
 
     def encode(
@@ -415,8 +394,6 @@ class Codec:
         epoch: int = 0,
         slot_start_s: float = 0.0,
         summary: Sequence[Summary] = (),
-        place: int = 0,
-        n_turns: int = 1,
         account: Account = NO_ACCOUNT,
     ) -> bytes:
         """Bytes of a packet.
@@ -430,7 +407,6 @@ class Codec:
             epoch: of the sender.
             slot_start_s: start of the sender's slot in that frame.
             summary: what the sender holds, by origin.
-            place: of its slot in the frame; n_turns: packets that it sends in it. Both go where slots are listed.
             account: what it says of holdings, where the policy states them.
 
         Raises:
@@ -439,7 +415,7 @@ class Codec:
         base = self.fragments.base_of(slot_start_s)
         bodies = [(fragment, *self.fragments.encode(fragment, sender, epoch, base)) for fragment in fragments]
         wired = self.fragments.in_sequence(bodies, sender, epoch)
-        head, acks = Head(sender, epoch, frame, place, n_turns), self.header.encode(sender, rows, frame)
+        head, acks = Head(sender, epoch, frame), self.header.encode(sender, rows, frame)
         for accounts in self.accounts:
             acks = behind(acks, accounts.encode(account, sender))
         return self.assembled(head, slot_start_s, acks, wired, signals, summary)
@@ -488,19 +464,15 @@ class Codec:
     # From bits -----------------------------------------------------------------------------------
 
     def _head(self, data: bytes) -> Head:
-        n_bytes, place_bits = self._clear_bytes, self._place_bits
+        n_bytes = self._clear_bytes
         if len(data) < n_bytes:
             raise PeerFault("packet ends inside a field")
         bits = int.from_bytes(data[:n_bytes], "big") >> 8 * n_bytes - self._clear_bits
-        place, more = bits >> place_bits & (1 << place_bits) - 1, bits & (1 << place_bits) - 1
-        bits >>= 2 * place_bits
         epoch, frame = bits >> FRAME_BITS & EPOCH_MASK, bits & FRAMES - 1
         sender = bits >> FRAME_BITS + EPOCH_BITS & (1 << self._node_bits) - 1
         if sender >= self._n_nodes:
             raise PeerFault(f"sender {sender} is not one of {self._n_nodes} nodes")
-        if self._n_slots and max(place, more) >= self._n_slots:
-            raise PeerFault(f"slot {place} and {more + 1} packets in a frame of {self._n_slots} slots")
-        return Head(sender, epoch, frame, place, more + 1)
+        return Head(sender, epoch, frame)
 
     def _judged(self, data: bytes, frame: int = 0, slot_start_s: float = 0.0, era: int = 0) -> Judged:
         packet, is_beyond = self._read(data, frame, slot_start_s, era)
@@ -583,7 +555,7 @@ class Codec:
         reader.left -= END_BITS[1]
         if not reader.padding_is_clean():
             raise PeerFault("bits left over behind the packet")
-        beside = tuple(signals), epoch, frame, tuple(summary), head.n_turns, account
+        beside = tuple(signals), epoch, frame, tuple(summary), account
         return Packet(head.sender, rows, tuple(fragments), *beside), reader.is_beyond
 
 

@@ -178,8 +178,9 @@ class Introductions:
         for peer in told:
             del self._owed[peer]
         lacks = sum(1 << node for node in range(self._schedule.n_nodes) if self._lacks(node))
-        place, frame = slot % self._schedule.n_slots, self._schedule.frame_of(slot)
-        body = self._codec.encode_head(Head(self._me, 0, frame, place)).to_bytes(self._head_bytes, "big")
+        body = self._codec.encode_head(Head(self._me, 0, self._schedule.frame_of(slot))).to_bytes(
+            self._head_bytes, "big"
+        )
         body += self._salts[self._me] + lacks.to_bytes(self._lacks_bytes, "big")
         body += b"".join(bytes((peer,)) + self._claims[peer][:ECHO_BYTES] for peer in told)
         return body + self._tag(body, slot)

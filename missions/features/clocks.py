@@ -10,7 +10,7 @@ A vehicle by itself has the clock of its hull: there the feature does nothing.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -19,10 +19,9 @@ from pydantic import Field
 from exchange.acoustics import loss
 from exchange.arithmetic import distance, length
 from exchange.peering.offsets import Offsets
-from missions.errors import ConfigurationFault
 from missions.feature import Draws, Feature, Joining, Trial
 from missions.scenarios.deployment import scenario_sound_speed_mps
-from missions.scenarios.tables import Raw, Section, table_of
+from missions.scenarios.tables import Section
 from remoras.events import Joined, Part
 from remoras.recorder import TIME, VEHICLE, Column, Recorder, Row, Rows, Table
 
@@ -30,7 +29,6 @@ if TYPE_CHECKING:
     from exchange.packets import Reception
     from exchange.schedule import TdmaSchedule
     from missions.scenarios.scenario import Scenario
-    from remoras.mission import Mission
     from remoras.vehicle import Vehicle
     from remoras.work import Point
 
@@ -221,7 +219,7 @@ class Timekeeper:
             own_m: where this vehicle takes itself to be.
             peer_m: where it takes the sender to be, if it knows.
         """
-        if peer_m is None or self.schedule.is_aloha:  # nobody knows when it was sent
+        if peer_m is None:
             return
         peer = reception.sender
         range_m = length(distance(own_m, peer_m), self.depths_m[self.me] - self.depths_m[peer])
@@ -250,14 +248,6 @@ class Timekeeper:
 
 
 # What a scenario says of clocks --------------------------------------------------------------------
-
-
-def clock_faults(raw: Raw, mission: type[Mission] | None) -> Iterator[ConfigurationFault]:
-    """Clocks that are to be set by slots where nobody has any."""
-    communication = table_of(raw, "communication")
-    if communication.get("mac") == "aloha" and table_of(communication, KEY).get("discipline") is True:
-        allowed = 'must be false by communication.mac = "aloha": arrivals tell nothing where no packet has a slot'
-        yield ConfigurationFault("communication.clocks.discipline", "true", allowed)
 
 
 def apart_s(scenario: Scenario) -> float:
@@ -397,7 +387,6 @@ FEATURE = Feature(
         },
     },
     part_of,
-    clock_faults,
     apart_s=apart_s,
     ahead_s=most_ahead_s,
     trials=(

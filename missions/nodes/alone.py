@@ -167,7 +167,7 @@ def alone(plan: NodePlan, salt: bytes | None = None, pauses: Sequence[Pause] = (
     for from_s, until_s in pauses:
         faults.append(_away(setup, plan, Absence.PAUSE, at_s=from_s, until_s=until_s, memory="kept"))
     everything = (faults_part(faults), *parts)
-    solo = Solo(make, make_anew, setup.schedule, recorder, times, plan.seed, introductions, everything)
+    solo = Solo(make, make_anew, setup.schedule, recorder, times, introductions, everything)
     return LoneVehicle(plan, setup, solo, salt, 1 + len(pauses), steered)
 
 

@@ -139,7 +139,7 @@ def assemble(
     carrier = carrier_for(shared.parts, channel if channel is not None else channel_of(setup, seed))
     return Fleet(
         Makers(lambda model: [vehicle_of(model, shared, VehicleLife(real)) for real in fleet], anew),
-        Medium(carrier, setup.modem, setup.schedule, clocks_of(shared.parts), faults, seed),
+        Medium(carrier, setup.modem, setup.schedule, clocks_of(shared.parts), faults),
         mission.truth(recorder, shared.world),
         recorder,
         times.tick_s,

@@ -141,9 +141,8 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
     instances += equipment
     common_facts += _stated_facts(tbox, instances)
     modem, world = deployment.modem, scenario.world
-    is_aloha, slots = scenario.communication.mac == "aloha", _turns(scenario, used)
     packet_s = modem.packet_s(modem.payload_bits)
-    schedule = TdmaSchedule(len(database), packet_s, guard_s(scenario), slots, is_aloha)
+    schedule = TdmaSchedule(len(database), packet_s, guard_s(scenario))
     agreement = agree(strategy, mission, database, groups, scenario.scenario.duration_s)
     refuse_malformed(scenario, agreement)
     refuse_undivided(scenario, strategy, agreement, database)
@@ -177,11 +176,6 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
         own_metrics=own,
         features=used,
     )
-
-
-def _turns(scenario: Scenario, used: Iterable[Feature]) -> tuple[tuple[int, ...], ...]:
-    """Nodes that send in each slot of a frame, by the feature that says so; empty if none does."""
-    return tuple(map(tuple, next(filter(None, (feature.turns(scenario) for feature in used)), ())))
 
 
 def _instances(scenario: Scenario, mission: Mission, tbox: TBox, used: Iterable[Feature]) -> tuple[Instance, ...]:
@@ -239,12 +233,7 @@ def _codec(
         n_items,
         round(horizon_s, 9),
         Widths(resolution_s, exchanged, schedule.frame_s),
-        Framing(
-            scenario.communication.crc_bits,
-            key_of(scenario.communication.key_file),
-            len(schedule.slots),
-            schedule.is_by_frame,
-        ),
+        Framing(scenario.communication.crc_bits, key_of(scenario.communication.key_file)),
     )
 
 

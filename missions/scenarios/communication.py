@@ -20,7 +20,6 @@ class Communication(Sparse):
             "crc_bits",
             "guard_s",
             "key_file",
-            "mac",
             "needs_follow",
             "queue_limit",
             "receive_power_w",
@@ -28,9 +27,6 @@ class Communication(Sparse):
         }
     )
 
-    mac: Literal["tdma", "aloha"] = Field(
-        "tdma", description="who sends when: each in its slots, or each once in a frame at a time of its own drawing"
-    )
     modem: str = Field(
         description="modem profile: see `remoras list modems`, a table [modem.NAME], or a TOML file with one such table"
     )

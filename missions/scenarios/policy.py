@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from exchange.errors import ExchangeError
-from exchange.policies import PAPER_POLICIES, POLICIES, AckPolicy, checked_policy, header_bits
+from exchange.policies import POLICIES, AckPolicy, checked_policy, header_bits
 from exchange.wire.sealing import Seal, key_in
 from missions.errors import ConfigurationFault
 from missions.scenarios.modem import LEAST_BYTES, modem_in
@@ -89,10 +89,6 @@ def policy_faults(raw: Raw) -> Iterator[ConfigurationFault]:
         allowed = f"its carries must answer for every bit of a header, but raised {type(error).__name__}: {error}"
         yield ConfigurationFault("communication.policy", f'"{name}"', allowed)
         return
-    if policy.acknowledgement.states and (communication.get("mac") == "aloha" or communication.get("slots")):
-        others = ", ".join(PAPER_POLICIES)
-        allowed = f"takes one slot for each vehicle, in turn; allowed with slot lists and aloha: {others}"
-        yield ConfigurationFault("communication.policy", f'"{name}"', allowed)
     if modem is not None and n_vehicles >= 2 and header + 8 * LEAST_BYTES > modem.payload_bits:
         allowed = (
             f"its acknowledgements take {header} bits for {n_vehicles} vehicles, a packet of modem {modem.name} "

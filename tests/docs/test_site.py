@@ -123,7 +123,7 @@ def test_the_reference_has_every_key(site: Path) -> None:
 
 def test_a_page_has_every_term_of_the_ontology_with_its_definition(site: Path) -> None:
     text = unescape(re.sub(r"<[^>]+>", "", (site / "ontology.html").read_text(encoding="utf-8")))
-    optional = (ontology_path("bans"), ontology_path("needs"), ontology_path("slots"), ontology_path("abilities"))
+    optional = (ontology_path("bans"), ontology_path("needs"), ontology_path("abilities"))
     terms = terms_of(read_tbox(*core_ontology_paths(), *optional, *MappingMission.vocabulary))
     assert len(terms) > 110
     assert [term.name for term in terms if f"{term.name}  ({term.kind})" not in text or term.meaning not in text] == []

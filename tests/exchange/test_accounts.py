@@ -5,11 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from exchange.coding import symbol, symbol_key
-from exchange.errors import ConfigurationError
-from exchange.manager import ExchangeManager
 from exchange.packets import Account, HolderSet, OriginStatement
 from exchange.policies import STATING
-from exchange.schedule import TdmaSchedule
 from exchange.statements import MOST_STATED, MOST_SYMBOL_BYTES, MOST_SYMBOLS, holder_set_bits, statement_bits
 from exchange.wire.accounts import AccountCodec
 from remoras.testing.policies import MAPPED_CELL, N_BLOCKS, ManagerFleet, codec_of, needs
@@ -77,10 +74,3 @@ def test_what_is_decoded_is_a_block_like_any_other() -> None:
     account = Account((OriginStatement(1, 0, 0, 1, 1, False),), (), (symbol({(1, 0): content}, key, len(content)),))
     data = fleet.codec.encode(1, [0] * 3, frame=fleet.slot // 3, slot_start_s=fleet.now_s, account=account)
     assert fleet.managers[0].receive(data, fleet.now_s + 1.0).blocks == (block,)
-
-
-def test_slot_lists_are_refused() -> None:
-    fleet = fleet_of_three()
-    by_frame = TdmaSchedule(3, 1.5, 0.5, slots=((0,), (1,), (2,), (0,)))
-    with pytest.raises(ConfigurationError, match="policy adaptive needs one slot for each vehicle, not a slot list"):
-        ExchangeManager(0, fleet.models[0], fleet.codec, by_frame, ADAPTIVE, 512, needs(range(3)))

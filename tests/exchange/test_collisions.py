@@ -50,7 +50,7 @@ def test_packets_that_touch_do_not_meet() -> None:
 
 
 @pytest.mark.parametrize("load", [0.25, 0.5, 1.0])
-def test_throughput_of_pure_aloha_is_that_of_theory(load: float) -> None:
+def test_throughput_of_packets_sent_at_random_is_that_of_theory(load: float) -> None:
     """N nodes send one packet of length 1 each per frame of T, at random within each; a receiver hears them all.
 
     A packet survives if none of the other N - 1 begins within 1 s of it: each begins in that span of 2 s with

@@ -50,7 +50,6 @@ USES = {
     "parking": ["communication.parking=false"],
     "relaying": ["communication.relaying=false"],
     "summaries": ["communication.summaries=false"],
-    "slots": ["communication.slots=['AUV00','AUV01','AUV02','ASV00']"],
     "watch": ["watch={cpu_s=1.0}"],
     "current": ["current={east_mps=0.2, tide_period_h=2.0}"],
     "navigation": ["navigation={drift=0.01}", "beacon=[{name='buoy', position_m=[0.0, 0.0], range_m=90.0}]"],

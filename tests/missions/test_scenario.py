@@ -377,7 +377,6 @@ def test_a_value_where_a_table_belongs_is_a_fault_and_no_crash(tmp_path: Path, t
     fine = {
         ("fault", "[]"),
         ("ban", "[]"),
-        ("slots", "[]"),
         ("need", "[]"),
         ("beacon", "[]"),
         ("role", "[]"),

@@ -3,7 +3,6 @@
 import pytest
 
 import remoras
-from missions.errors import ConfigurationError
 
 
 @pytest.mark.slow
@@ -36,13 +35,3 @@ def test_what_takes_most_of_a_packet_is_not_kept_out_by_what_is_said_of_holdings
         packets = remoras.run("minehunting-contacts", policy=policy, **setting).table("packets")
         said[policy] = len({uid for uids in packets["item_uids"] for uid in uids})
     assert said["adaptive"] > 0.75 * said["ack"]
-
-
-@pytest.mark.parametrize(
-    "setting", ["communication.mac='aloha'", "communication.slots=['AUV00','AUV01','AUV02','AUV03']"]
-)
-def test_it_takes_one_slot_for_each_vehicle(setting: str) -> None:
-    with pytest.raises(
-        ConfigurationError, match=r'communication.policy\) = "adaptive": takes one slot for each vehicle'
-    ):
-        remoras.run("mapping-rendezvous", policy="adaptive", set=setting)

@@ -1,4 +1,4 @@
-"""Schedules that broke something once: none of them does any more, but for those that are open.
+"""Schedules that broke something once: none of them does any more.
 
 The first lines of each file say what it was.
 """
@@ -12,7 +12,7 @@ from stress.schedule import read_schedule
 from stress.trial import Outcome
 
 FAULTS = Path(__file__).parents[1] / "faults"
-KEPT, OPEN = (sorted(folder.glob("*.toml")) for folder in (FAULTS, FAULTS / "open"))
+KEPT = sorted(FAULTS.glob("*.toml"))
 
 
 def repeated(file: Path) -> Outcome:
@@ -27,10 +27,3 @@ def repeated(file: Path) -> Outcome:
 def test_what_was_broken_once_holds(file: Path) -> None:
     outcome = repeated(file)
     assert outcome.broken is None, outcome.broken
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("file", OPEN, ids=lambda file: file.stem)
-def test_what_is_open_is_still_found(file: Path) -> None:
-    """Whoever cures one moves its file to those that hold."""
-    assert repeated(file).broken is not None

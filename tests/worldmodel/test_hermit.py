@@ -62,7 +62,6 @@ OPTIONAL = (
     formation_ontology_path(),
     ontology_path("bans"),
     ontology_path("needs"),
-    ontology_path("slots"),
     MAPPING / "vocabulary.ttl",
     MAPPING / "finds.ttl",
 )
