@@ -165,7 +165,7 @@ BEGINS = "remoras.cli.new"
 GENERAL = ("ReturningToArea", "area of operations", "areas of operations", "FocusArea", "focusArea", "focus area")
 """A vehicle stays in the area of operations whatever its mission is; focus areas are of the core ontology."""
 SAYS_WHEN = {  # a sweep stamps lines of its log with the time at which a run ended; a node outlives its machine's clock
-    "missions.sweeps.worker", "missions.nodes.logs", "missions.nodes.moos", "remoras.cli.nodes",
+    "missions.sweeps.worker", "missions.nodes.logs", "remoras.cli.nodes",
 }  # fmt: skip
 SEEDED = {"Generator", "Philox", "SeedSequence", "BitGenerator", "default_rng"}
 CLOCKS = {

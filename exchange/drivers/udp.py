@@ -55,19 +55,18 @@ class Socket:
 
     Args:
         address: to listen on; port 0 is any that is free.
-        option: that it was given with, for messages.
 
     Raises:
         ConfigurationError: it is in use, or no address of this machine.
     """
 
-    def __init__(self, address: Address = ("127.0.0.1", 0), option: str = "--bind") -> None:
+    def __init__(self, address: Address = ("127.0.0.1", 0)) -> None:
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         try:
             self._socket.bind(address)
         except OSError as error:
             self._socket.close()
-            bound = f"{option} {address[0]}:{address[1]}"
+            bound = f"--bind {address[0]}:{address[1]}"
             if error.errno == errno.EADDRINUSE:
                 raise ConfigurationError(
                     f"{bound}: in use by another program; choose another port, or 0 for any that is free"

@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from exchange.drivers.udp import Address, Socket
     from missions.nodes.alone import LoneVehicle, NodePlan
     from missions.nodes.frontseat import Frontseat
-    from missions.nodes.moos import MoosShare
     from missions.nodes.node import NodeOutcome
     from missions.nodes.ros import RosShare
     from missions.scenarios.scenario import Scenario
@@ -81,12 +80,6 @@ def node(
             metavar="FILE.py:NAME", help="A vehicle's own body, clock and modem, which a function of yours returns."
         ),
     ] = "",
-    moos: Annotated[
-        str, typer.Option(metavar="HOST:PORT", help="Where pShare of a MOOS community listens: tell it where this is.")
-    ] = "",
-    moos_bind: Annotated[
-        str, typer.Option(metavar="HOST:PORT", help="Where it shares NAV_X and others to: then the body is its own.")
-    ] = "",
     ros: Annotated[
         RosSide | None,
         typer.Option(metavar="body|tell", help="ROS 2: take the body from its topics, or tell it where this is."),
@@ -128,12 +121,16 @@ def node(
     loaded, (plan,) = _plans(scenario, [vehicle], settings, seed, until, settle)
     modems = [name for name, given in (("--serial", serial), ("--unet", unet)) if given]
     seat = _frontseat(frontseat, start_utc, bool(modems) or bind != ANY_PORT or bool(peers))
-    has_body = bool(moos_bind) or ros is RosSide.BODY
+    has_body = ros is RosSide.BODY
     if has_body and seat.body is not None:
-        fail(f"{'--moos-bind' if moos_bind else '--ros body'}: the body is that of --frontseat; leave out one of them")
+        fail("--ros body: the body is that of --frontseat; leave out one of them")
     if begins_s is not None and not resume and (late_s := (now_by_machine() - begins_s) * speed - plan.end_s) > 0.0:
         fail(f"--start: the mission was over {late_s:.0f} s ago, at {plan.end_s:.0f} s of it; let it begin later")
-    share = _share(moos, moos_bind, ros, vehicle)
+    share: RosShare | None = None
+    if ros is not None:
+        from missions.nodes.ros import RosShare
+
+        share = RosShare(vehicle, has_body)
     body = share if has_body else seat.body
     plan = replace(plan, epoch=epoch, is_steered=body is not None)
     if resume and out is None:
@@ -160,32 +157,10 @@ def node(
     found = VehicleNode(own, driver, pace, log, Mishaps(drop, double), body, witness).run()
     if share is not None:
         share.close()
-        if n_refused := getattr(share, "n_refused", 0):
-            print(f"remoras: {n_refused} datagrams at {moos_bind} were no messages of MOOS", file=sys.stderr)
     if as_json:
         show_json(asdict(found))
         return
     _print_outcomes([found])
-
-
-def _share(moos: str, bind: str, ros: RosSide | None, vehicle: str) -> MoosShare | RosShare | None:
-    """What the vehicle shares with a MOOS community, or with a graph of ROS 2; nothing if none is named."""
-    from exchange.drivers.udp import Socket, address_of
-
-    if not moos and bind:
-        fail("--moos-bind: --moos is missing; name where pShare of the community listens")
-    if moos and ros is not None:
-        fail("--moos and --ros: a vehicle has one of them; leave out the other")
-    if ros is not None:
-        from missions.nodes.ros import RosShare
-
-        return RosShare(vehicle, ros is RosSide.BODY)
-    if not moos:
-        return None
-    from missions.nodes.moos import MoosShare
-
-    to, own = address_of(moos, "--moos"), address_of(bind, "--moos-bind") if bind else ("0.0.0.0", 0)
-    return MoosShare(Socket(own, "--moos-bind"), to, vehicle)
 
 
 def _frontseat(given: str, start_utc: str, has_modem: bool) -> Frontseat:

@@ -213,5 +213,3 @@ def test_without_ros_it_says_in_a_line_what_to_do() -> None:
     assert "/opt/ros/jazzy/setup.bash" in done.stderr
     done = CliRunner().invoke(app, ["node", "mapping-rendezvous", "AUV00", "--ros", "both"])
     assert done.exit_code == 2
-    done = CliRunner().invoke(app, ["node", "mapping-rendezvous", "AUV00", "--ros", "body", "--moos", "127.0.0.1:9"])
-    assert "--moos and --ros" in done.stderr
