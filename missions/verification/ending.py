@@ -27,8 +27,8 @@ from missions.verification.record import (
 CLOSE_S = 2.0 * TIME_STEP_S
 Role = tuple[str, str]
 KEEP_OWN_JOBS = (
-    "cbba", "cbba-plain", "status-broadcast", "fixed-partition", "missions.benchmark.grape:GRAPE",
-    "missions.benchmark.fmc_ata:FMC_ATA", "remoras.strategies.reorganising:REORGANISING",
+    "cbba", "cbba-plain", "status-broadcast", "fixed-partition", "remoras.strategies.grape:GRAPE",
+    "remoras.strategies.fmc_ata:FMC_ATA", "remoras.strategies.reorganising:REORGANISING",
 )  # fmt: skip
 """Strategies under which each vehicle notes its jobs for itself."""
 

@@ -4,11 +4,11 @@ import itertools
 
 import pytest
 
-from missions.benchmark.grape import GRAPE, Grape
 from missions.benchmark.suite import suite_named
 from missions.runs.run import run_of
 from missions.runs.setup import resolved
 from remoras.strategies import configured
+from remoras.strategies.grape import GRAPE, Grape
 from remoras.strategy import Strategy
 from remoras.testing.sample_worlds import KINDS_OF_JOBS, Team, never
 from remoras.testing.strategies import CHECKS, check_deterministic
@@ -25,7 +25,7 @@ def test_it_conforms(check: object) -> None:
 
 @pytest.mark.slow
 def test_it_is_deterministic() -> None:
-    check_deterministic("missions.benchmark.grape:GRAPE")
+    check_deterministic("remoras.strategies.grape:GRAPE")
 
 
 def team(strategy: Strategy = GRAPE) -> Team:

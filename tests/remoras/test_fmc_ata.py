@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from missions.benchmark.fmc_ata import (
+from remoras.strategies.fmc_ata import (
     BIDS_PER_BLOCK,
     FMC_ATA,
     MONEY,
@@ -35,7 +35,7 @@ def test_it_conforms(check: object) -> None:
 
 @pytest.mark.slow
 def test_it_is_deterministic() -> None:
-    check_deterministic("missions.benchmark.fmc_ata:FMC_ATA")
+    check_deterministic("remoras.strategies.fmc_ata:FMC_ATA")
 
 
 # The market
