@@ -1,6 +1,6 @@
 """``python -m benchmarks [NAME...] [--json]``: every module here with a function ``rows`` is a benchmark.
 
-``bursts``, ``contest``, ``healing``, ``holdings``, ``intervals``, ``mechanisms``, ``site``, ``tuning``,
+``contest``, ``healing``, ``holdings``, ``intervals``, ``mechanisms``, ``site``, ``tuning``,
 ``under_loss`` and ``variants`` are none: they are commands of their own, as ``python -m benchmarks.tuning``.
 ``printed`` takes options: it makes the figures of pages. ``dividing`` is a part of
 ``organisation``, ``measuring`` of all.
@@ -19,7 +19,7 @@ import benchmarks
 from benchmarks import printed
 
 NO_BENCHMARKS = {
-    "__main__", "bursts", "contest", "dividing", "healing", "holdings", "intervals", "measuring",
+    "__main__", "contest", "dividing", "healing", "holdings", "intervals", "measuring",
     "mechanisms", "printed", "site", "tuning", "under_loss", "variants",
 }  # fmt: skip
 

@@ -37,7 +37,6 @@ EXCEPT = {
     "missions.sweeps.study": "SciPy's hypercube is made of shuffles and uniform draws; values are kept to six digits",
     "remoras.strategies.matching": "costs are whole milliseconds, so all sums of the assignment are exact",
     "remoras.strategies.seats": "the programme is one of whole numbers, and so is its answer",
-    "exchange.acoustics.bursts": "a fit to a recorded trace, which enters no run but as settings that a user writes",
     "exchange.study.estimates": "sums and products of whole numbers of slots, exact below 2^53",
     "exchange.study.parts": "counts, which are whole numbers",
 }

@@ -24,7 +24,7 @@ GROUPS = {
     },
     "Compare": {
         "sweep": "sweeps", "compare": "sweeps", "benchmark": "benchmark", "exchange-study": "exchange",
-        "stress": "stress", "bursts": "bursts",
+        "stress": "stress",
     },
     "Extend": {"new": "new", "check": "benchmark"},
     "Vehicles at sea": {"sea": "exchange", "node": "nodes", "swarm": "nodes"},
