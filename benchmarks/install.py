@@ -17,7 +17,7 @@ from benchmarks.measuring import row
 
 NAME, MB = "remoras-sim", 1e6
 MOST_MB, MOST_REQUIRED = 450.0, 9.0
-OWN = ("worldmodel", "exchange", "remoras", "missions", "visualisation", "stress")
+OWN = ("worldmodel", "exchange", "remoras", "missions", "visualisation")
 SHOWN = 4
 """So many of the largest have a row of their own."""
 

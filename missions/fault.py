@@ -11,11 +11,9 @@ from __future__ import annotations
 import importlib
 import pkgutil
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cache
-from typing import Any, Literal
+from typing import Any
 
 KINDS_FOLDER = "missions.faults"
 SEAM_OF_KINDS = "missions.scenarios.faults"
@@ -33,42 +31,6 @@ class Absence(StrEnum):
     """It is out of the mission, and has no power where it is."""
     PAUSE = "pause"
     """It is off, and begins anew."""
-
-
-class Danger(StrEnum):
-    """What a kind of fault puts at risk: what ``remoras stress`` does not promise while one is in a run."""
-
-    PRESENCE = "presence"
-    """Vehicles may be away."""
-    HEARING = "hearing"
-    """Vehicles may be there and hear nobody."""
-    VOICE = "voice"
-    """Vehicles may be there and be heard by nobody."""
-    WORK = "work"
-    """Work may stay undone though nobody is to blame."""
-    ENERGY = "energy"
-    """Batteries may be empty before their time."""
-
-
-@dataclass(frozen=True)
-class Drawing:
-    """How ``remoras stress`` draws faults of a kind.
-
-    Attributes:
-        place: among all kinds, in the order of tables and draws.
-        family: what it befalls.
-        strengths: values from which a seed draws each of its own keys.
-        may_stay: it may last for good; else it heals.
-        is_sudden: it happens at a time and does not last.
-        by_chance: False if it is drawn only where ``--faults`` asks for it, since it needs a value of the mission.
-    """
-
-    place: int = 1000
-    family: Literal["vehicles", "sensors"] = "vehicles"
-    strengths: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
-    may_stay: bool = False
-    is_sudden: bool = False
-    by_chance: bool = True
 
 
 @cache

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any
 
 from pydantic import Field
 
@@ -28,61 +28,6 @@ if TYPE_CHECKING:
     from remoras.recorder import Recorder
     from remoras.strategy import Strategy
     from worldmodel import Instance, TBox
-
-
-T = TypeVar("T")
-
-
-class Draws(Protocol):
-    """Numbers drawn one by one, by whoever tries a scenario with settings at random."""
-
-    def between(self, low: float, high: float) -> float:
-        """A number in [low, high)."""
-        ...
-
-    def even(self, low: float, high: float) -> float:
-        """The same with three digits."""
-        ...
-
-    def scaled(self, low: float, high: float) -> float:
-        """A number from ``low`` to ``high``, even in its logarithm, with three digits."""
-        ...
-
-    def uniform(self) -> float:
-        """A number in [0, 1)."""
-        ...
-
-    def one_of(self, values: Sequence[T]) -> T:
-        """One of some values."""
-        ...
-
-    def some_of(self, values: Sequence[T], number: int) -> list[T]:
-        """So many different ones, in the order of drawing; all if there are fewer."""
-        ...
-
-
-Sample = Callable[[Draws, "Scenario"], Mapping[str, Any]]
-"""Draws values by dotted key; none where the scenario has nothing that could be set."""
-USUAL_S = 600.0
-"""Scale of times that are drawn; a mission takes as long, or some times as long."""
-
-
-@dataclass(frozen=True)
-class Trial:
-    """Values of its keys with which `remoras stress` tries a feature.
-
-    Attributes:
-        name: as ``--settings`` and files of schedules say it; text: what is drawn.
-        keys: what it sets.
-        draw: values by key.
-        p: probability that it is drawn.
-    """
-
-    name: str
-    text: str
-    keys: tuple[str, ...]
-    draw: Sample
-    p: float = 0.075
 
 
 @dataclass(frozen=True)
@@ -132,7 +77,6 @@ class Feature:
         on_demand: called with each checked scenario; attributes that are exchanged once somebody needs them.
         apart_s: called with each checked scenario; the most by which two clocks differ that slots stand (s).
         ahead_s: called with each checked scenario; the most by which any clock may come to be ahead (s).
-        trials: with what `remoras stress` tries it.
         made_checks: called with a scenario that has no other faults and its mission; yields what is wrong.
         real: called with each scenario, the data of a vehicle and the seed; the vehicle as it really is in that run.
         slower: called when a scenario is checked, with the raw tables; the share by which vehicles may be slower than
@@ -158,7 +102,6 @@ class Feature:
     on_demand: Callable[[Scenario], Iterable[str]] = lambda scenario: ()
     apart_s: Callable[[Scenario], float] = lambda scenario: 0.0
     ahead_s: Callable[[Scenario], float] = lambda scenario: 0.0
-    trials: Sequence[Trial] = ()
     made_checks: Callable[[Scenario, Mission], Iterable[ConfigurationFault]] = lambda scenario, made: ()
     real: Callable[[Scenario, VehicleData, int], VehicleData] = lambda scenario, data, seed: data
     slower: Callable[[Raw], tuple[Any, str]] = lambda raw: (0.0, "")
@@ -177,9 +120,4 @@ def on_unless_off(key: str, description: str, part: Callable[[Joining], Part]) -
         description: of the key.
         part: takes it out of the vehicles of a run that does without.
     """
-    off = f"communication.{key}"
-    return Feature(
-        {"communication": {key: (bool, Field(True, description=description))}},
-        part,
-        trials=(Trial(key, f"no {key}", (off,), lambda draws, scenario: {off: False}),),
-    )
+    return Feature({"communication": {key: (bool, Field(True, description=description))}}, part)

@@ -18,7 +18,7 @@ from remoras.version import __version__ as __version__
 
 if TYPE_CHECKING:
     from exchange.policies import AckPolicy
-    from missions.fault import Absence, Danger, Drawing
+    from missions.fault import Absence
     from missions.figure import Figure, Layer, Mark, Place
     from missions.meeting import JobMission, JobScenario, JobSettings, JobTruth, Meeting, MeetingTruth
     from missions.metric import Better, Metric
@@ -78,7 +78,7 @@ _HOMES = {
         "Meeting",
         "MeetingTruth",
     ),
-    "missions.fault": ("Absence", "Danger", "Drawing"),
+    "missions.fault": ("Absence",),
     "missions.metric": ("Better", "Metric"),
     "missions.figure": ("Figure", "Layer", "Mark", "Place"),
     "exchange.policies": ("AckPolicy",),
@@ -113,7 +113,7 @@ _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 __all__ = [
     "ADVANCING", "DONE", "DUE", "IDLE", "SELF", "TIME", "VEHICLE", "Absence", "AckPolicy", "Activity",
     "ActivityKind", "ActivitySet", "ActivityType", "Approach", "Behaviour", "Better", "Column", "Condition",
-    "Danger", "Declaration", "DeclaredFault", "DivisibleJob", "Drawing", "Figure", "Finding", "FleetView", "Group",
+    "Declaration", "DeclaredFault", "DivisibleJob", "Figure", "Finding", "FleetView", "Group",
     "Job", "JobMission", "JobScenario", "JobSettings", "JobTruth", "Known", "Layer", "Mark", "Meeting",
     "MeetingTruth", "Metric", "Milestone", "Mission", "MissionState", "Motion", "Move", "Negotiator", "Objective",
     "Observation", "Outlook", "Perception", "Picture", "Place", "Pose", "Recorder", "Reference", "RemorasError", "Run",

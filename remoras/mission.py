@@ -15,7 +15,7 @@ setting a run up          ``from_scenario``, ``jobs``, ``world``, ``nature``, ``
 social layer, at sea      ``social_domain``, ``is_individual``, ``activity_domain``, ``activities``,
                           ``activity_sets``, ``findings``, ``conclusions``, ``completion``
 functional layer, at sea  ``behaviour_for``
-after a run               ``metrics``, ``figures``, ``places``; in tests ``invariants``
+after a run               ``metrics``, ``figures``, ``places``
 ========================  ===========================================================================================
 
 When a scenario is loaded, what sets a run up is asked once too, so that a fault is said before the run. A mission whose
@@ -251,8 +251,6 @@ class Mission(SocialPart, FunctionalPart, Protocol):
     """Metrics of its runs, ``missions.metric.Metric`` values: fields of the summary behind those of every run."""
     figures: ClassVar[tuple[Any, ...]] = ()
     """Figures of its runs, ``missions.figure.Figure`` values."""
-    invariants: ClassVar[tuple[Any, ...]] = ()
-    """What all of its runs keep, classes as ``stress.invariants.seam.Invariant`` says; only ``stress`` asks."""
 
     @classmethod
     @abstractmethod

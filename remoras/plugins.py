@@ -17,7 +17,7 @@ from remoras.plugin_folders import asked_for
 
 NO_PLUGINS = "REMORAS_NO_PLUGINS"
 """Variable of the environment by which only shipped code is loaded, unless it is empty."""
-SHIPPED = frozenset({"worldmodel", "exchange", "remoras", "missions", "visualisation", "stress"})
+SHIPPED = frozenset({"worldmodel", "exchange", "remoras", "missions", "visualisation"})
 """Packages that are shipped."""
 
 

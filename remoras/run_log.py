@@ -1,7 +1,7 @@
 """Tables that a vehicle writes in a run: peers, deliveries, its log.
 
 Every run has it, written to a folder or not: figures of the summary come from its rows (roles, organisation, faults),
-and so do replays, ``known`` and the invariants of stress.
+and so do replays and ``known``.
 """
 
 from __future__ import annotations

@@ -140,7 +140,7 @@ class Move:
         silent: the vehicle sends nothing; what it has to tell waits.
         expected: peers whose silence means nothing now: their lease begins when they are expected no longer.
         until_news: the vehicle has nothing to state, and would answer the same to any situation with the same roles in
-            which nothing is heard and nobody is unheard: it is not asked before. ``remoras stress --answers`` does.
+            which nothing is heard and nobody is unheard: it is not asked before.
     """
 
     statements: tuple[Statement, ...] = ()

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
-OURS = ("worldmodel", "exchange", "remoras", "missions", "visualisation", "stress")
+OURS = ("worldmodel", "exchange", "remoras", "missions", "visualisation")
 
 ROOMS: dict[str, set[str]] = {
     "worldmodel": {"worldmodel"},
@@ -81,15 +81,6 @@ ROOMS: dict[str, set[str]] = {
     "visualisation.sweeps": {"visualisation.sweeps", "visualisation", "missions", "missions.comparison", "worldmodel"},
     "visualisation.replay": {"visualisation.replay", "visualisation", "missions", "worldmodel"},
     "visualisation.exports": {"visualisation.exports", "visualisation", "missions"},
-    "stress": {
-        "stress", "stress.invariants", "missions.verification", "missions", "missions.scenarios", "missions.runs",
-        "missions.sweeps", "remoras", "remoras.strategies", "exchange", "exchange.acoustics", "worldmodel",
-    },
-    "stress.invariants": {
-        "stress.invariants", "stress", "missions", "missions.runs", "missions.scenarios", "remoras", "exchange",
-        "worldmodel",
-    },
-    "stress.storm": {"stress.storm", "stress", "exchange", "exchange.acoustics", "worldmodel"},
 }  # fmt: skip
 """Rooms that the modules of a room may import."""
 DOORS: dict[str, set[str]] = {
@@ -116,7 +107,6 @@ DOORS: dict[str, set[str]] = {
     },
     "missions.runs": {"exchange.queueing.limits", "exchange.wire.codec"},
     "missions.nodes": {"exchange.wire.codec", "exchange.wire.definitions", "exchange.wire.sealing"},
-    "stress": {"exchange.wire.codec"},
     "visualisation": {"missions.runs.results", "missions.sweeps.folder", "missions.comparison"},
     "visualisation.runs": {"missions.runs.results"},
     "visualisation.sweeps": {"missions.sweeps.folder"},

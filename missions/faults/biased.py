@@ -13,7 +13,6 @@ from pydantic import BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 
 from missions.errors import ConfigurationFault
-from missions.fault import Danger, Drawing
 from missions.files import shown
 from missions.scenarios.faults import FaultOfSensors
 from missions.scenarios.ontologies import words_of
@@ -80,8 +79,6 @@ class Biased(FaultOfSensors):
         "attribute": "required by kind biased: of which attribute readings are off",
         "offset": "required by kind biased: by how much",
     }
-    DANGERS = frozenset({Danger.WORK})
-    DRAWING = Drawing(180, "sensors", by_chance=False)
 
     attribute: str | None = Field(None, description="attribute of the facts that are off")
     offset: Annotated[float | PointM | None, BeforeValidator(_off)] = Field(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from missions.fault import Danger, Drawing
 from missions.scenarios.faults import DeclaredFault
 from remoras.faults import Condition
 
@@ -18,8 +17,6 @@ class Deaf(DeclaredFault):
     NUMBER = 2
     TEXT = "it hears nobody"
     DISABLES = True
-    DANGERS = frozenset({Danger.HEARING})
-    DRAWING = Drawing(120, may_stay=True)
 
     def leaves(self, data: VehicleData) -> Condition:
         """One that hears nobody."""

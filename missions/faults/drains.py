@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, ClassVar
 
 from pydantic import Field
 
-from missions.fault import Danger, Drawing
 from missions.scenarios.faults import DeclaredFault
 from missions.scenarios.tables import Positive
 
@@ -23,8 +22,6 @@ class Drains(DeclaredFault):
     NUMBER = 8
     TEXT = "it loses drain_w beside what it uses"
     REQUIRED: ClassVar[Mapping[str, str]] = {"drain_w": "missing: the power that the vehicle loses, above 0 W"}
-    DANGERS = frozenset({Danger.WORK, Danger.ENERGY})
-    DRAWING = Drawing(190, strengths={"drain_w": (50.0, 200.0)})
 
     drain_w: Positive | None = Field(None, description="power that is lost, W")
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, ClassVar
 
 from missions.errors import ConfigurationFault
-from missions.fault import Absence, Danger, Drawing
+from missions.fault import Absence
 from missions.files import shown
 from missions.scenarios.faults import DeclaredFault, span_of
 from missions.scenarios.tables import Raw
@@ -27,8 +27,6 @@ class Joins(DeclaredFault):
         "until_s": "a vehicle that has joined stays; leave until_s out, or add a fault of kind lost",
     }
     ABSENCE = Absence.BEFORE
-    DANGERS = frozenset({Danger.PRESENCE})
-    DRAWING = Drawing(150, is_sudden=True)
 
     def leaves(self, data: VehicleData) -> Condition:
         """Nothing: it is no obstacle either."""

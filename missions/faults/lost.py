@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from missions.errors import ConfigurationFault
-from missions.fault import Absence, Danger, Drawing
+from missions.fault import Absence
 from missions.scenarios.faults import DeclaredFault, overlap
 from missions.scenarios.tables import Raw
 from remoras.faults import ANY, Condition
@@ -23,8 +23,6 @@ class Lost(DeclaredFault):
     TEXT = "it does nothing any more"
     ABSENCE = Absence.LOSS
     DISABLES = True
-    DANGERS = frozenset({Danger.PRESENCE})
-    DRAWING = Drawing(100, may_stay=True)
 
     def leaves(self, data: VehicleData) -> Condition:
         """Nothing that runs."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 from pydantic import Field
 
 from missions.errors import ConfigurationFault
-from missions.fault import Absence, Danger, Drawing
+from missions.fault import Absence
 from missions.scenarios.faults import DeclaredFault, overlap
 from missions.scenarios.tables import Raw
 from remoras.faults import Condition
@@ -34,8 +34,6 @@ class Restarts(DeclaredFault):
     REQUIRED: ClassVar[Mapping[str, str]] = {"until_s": "missing: when the vehicle begins anew"}
     ABSENCE = Absence.PAUSE
     DISABLES = True
-    DANGERS = frozenset({Danger.PRESENCE})
-    DRAWING = Drawing(130, strengths={"memory": ("kept", "lost")})
 
     memory: Literal["kept", "lost"] | None = Field(
         None,

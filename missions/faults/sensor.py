@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from missions.fault import Danger, Drawing
 from missions.scenarios.faults import FaultOfSensors
 from remoras.faults import Condition
 
@@ -18,8 +17,6 @@ class DeadSensor(FaultOfSensors):
     NUMBER = 4
     TEXT = "its sensor yields nothing"
     DISABLES = True
-    DANGERS = frozenset({Danger.WORK})
-    DRAWING = Drawing(170, "sensors", may_stay=True)
 
     def leaves(self, data: VehicleData) -> Condition:
         """One whose sensors are dead."""

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 from pydantic import Field
 
-from missions.fault import Drawing
 from missions.scenarios.faults import DeclaredFault
 from remoras.faults import Condition
 
@@ -22,8 +21,6 @@ class Slow(DeclaredFault):
 
     NUMBER = 3
     TEXT = "its speeds are multiplied by factor"
-    DANGERS = frozenset()
-    DRAWING = Drawing(140, strengths={"factor": (0.4, 0.6, 0.8)}, may_stay=True)
 
     factor: float | None = Field(
         None, gt=0.0, lt=1.0, description=f"share of its speeds that is left, {USUAL} if absent"

@@ -12,14 +12,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pydantic import Field
 
 from exchange.acoustics import loss
 from exchange.arithmetic import distance, length
 from exchange.peering.offsets import Offsets
-from missions.feature import Draws, Feature, Joining, Trial
+from missions.feature import Feature, Joining
 from missions.scenarios.deployment import scenario_sound_speed_mps
 from missions.scenarios.tables import Section
 from remoras.events import Joined, Part
@@ -359,18 +359,6 @@ COVERED_S = 3600.0
 """Clocks that nobody sets stay for so long within what the guard covers, where they are drawn."""
 
 
-def drawn(draws: Draws, scenario: Scenario) -> Mapping[str, Any]:
-    """How far clocks are off."""
-    offset_s, drift_ppm = draws.one_of((0.0, 0.05, 0.2)), draws.one_of((0.0, 5.0, 50.0, 500.0))
-    apart_s = draws.one_of((0.5, 2.0, 5.0))
-    discipline = draws.uniform() < 0.6 or 2.0 * (offset_s + PPM * drift_ppm * COVERED_S) > apart_s
-    return {
-        f"communication.{KEY}": {
-            "offset_s": offset_s, "drift_ppm": drift_ppm, "apart_s": apart_s, "discipline": discipline,
-        }
-    }  # fmt: skip
-
-
 FEATURE = Feature(
     {
         "communication": {
@@ -389,9 +377,4 @@ FEATURE = Feature(
     part_of,
     apart_s=apart_s,
     ahead_s=most_ahead_s,
-    trials=(
-        Trial(
-            "clocks", "offsets to 0.2 s, drift to 500 ppm, how far apart, discipline", (f"communication.{KEY}",), drawn
-        ),
-    ),
 )

@@ -10,14 +10,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pydantic import Field, field_validator
 
 from exchange.acoustics import loss
-from exchange.arithmetic import length, sincos
+from exchange.arithmetic import length
 from missions.errors import ConfigurationFault
-from missions.feature import USUAL_S, Draws, Feature, Joining, Trial
+from missions.feature import Feature, Joining
 from missions.scenarios.extending import slower_by
 from missions.scenarios.tables import (
     NotNegative,
@@ -37,7 +37,6 @@ from remoras.functional.guidance import Guidance
 from remoras.motion import NEAREST_M, turned
 
 if TYPE_CHECKING:
-    from missions.scenarios.scenario import Scenario
     from remoras.avoidance import HalfPlane, Neighbour
     from remoras.behaviours import Reference
     from remoras.functional.layer import FunctionalLayer
@@ -311,41 +310,9 @@ def _surges(table: Raw) -> tuple[Surge, ...]:
     return tuple(found)
 
 
-def drawn(draws: Draws, scenario: Scenario) -> Mapping[str, Any]:
-    """A current of any direction; now and then with shear, a tide, a surge."""
-    slowest_mps = min(
-        (vehicle.survey_speed_mps for vehicle in scenario.vehicle if vehicle.survey_speed_mps), default=1.0
-    )
-    speed_mps, (north, east) = draws.scaled(0.02, 0.45) * slowest_mps, sincos(draws.between(0.0, 2.0 * math.pi))
-    found: dict[str, Any] = {
-        "current.east_mps": round(speed_mps * east, 3),
-        "current.north_mps": round(speed_mps * north, 3),
-    }
-    sheared, tidal, surging = draws.uniform() < 0.3, draws.uniform() < 0.3, draws.uniform() < 0.2
-    depth_m, period_h, phase = draws.even(10.0, 100.0), draws.scaled(0.1, 12.42), draws.even(0.0, 1.0)
-    if sheared:
-        found["current.shear_depth_m"] = depth_m
-    if tidal:
-        found |= {"current.tide_period_h": period_h, "current.tide_phase": phase}
-    if surging:
-        begins_s = draws.even(0.0, USUAL_S / 4)  # before the end on small grounds, too
-        surge = {"between_s": [begins_s, begins_s + 60.0], "lasts_s": draws.even(30.0, 300.0)}
-        found["current.surge"] = [{**surge, "east_mps": round(0.3 * slowest_mps * north, 3)}]
-    return found
-
-
 FEATURE = Feature(
     {"": {KEY: (CurrentTable, CurrentTable.usual())}},
     part_of,
     current_faults,
-    trials=(
-        Trial(
-            KEY,
-            "0.02 to 0.45 of the slowest survey speed, any direction; shear, tide, a surge",
-            (KEY,),
-            drawn,
-            0.2,
-        ),
-    ),
     water=lambda scenario: scenario.of_feature(KEY),
 )

@@ -16,7 +16,7 @@ from pydantic import Field
 from exchange.acoustics import loss
 from exchange.acoustics.channel import Arrival, Channel
 from missions.errors import ConfigurationFault
-from missions.feature import Feature, Joining, Trial
+from missions.feature import Feature, Joining
 from missions.files import shown
 from missions.scenarios.tables import Probability, Raw, Section, is_number, table_of
 from remoras.events import Part
@@ -104,15 +104,4 @@ FEATURE = Feature(
     {"": {KEY: (DamageTable | None, None)}},
     part_of,
     damage_faults,
-    trials=(
-        Trial(
-            KEY,
-            "1 to 3 bits are turned in 0.02 to 0.3 of the packets, under a checksum of 32 bits",
-            (KEY, "communication.crc_bits"),
-            lambda draws, scenario: {
-                KEY: {"share": draws.scaled(0.02, 0.3), "bits": draws.one_of((1, 2, 3))},
-                "communication.crc_bits": 32,
-            },
-        ),
-    ),
 )

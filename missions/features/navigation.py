@@ -22,17 +22,17 @@ While it is away from its depth it keeps clear of all above it, and they of it.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from copy import copy
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pydantic import Field
 
 from exchange.acoustics import loss
 from exchange.arithmetic import TAU, distance, length
 from missions.errors import ConfigurationFault
-from missions.feature import Draws, Feature, Joining, Trial
+from missions.feature import Feature, Joining
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
 from missions.scenarios.abilities import sensor_tables
 from missions.scenarios.tables import (
@@ -439,18 +439,6 @@ def _spells_s(run: MeasuredRun) -> list[float]:
     return spells + [run.end_s - began_s for began_s in since_s.values()]
 
 
-def drawn(draws: Draws, scenario: Scenario) -> Mapping[str, Any]:
-    """Drift, the time of a fix, and now and then a beacon."""
-    drift, fix_s = draws.scaled(0.0005, 0.05), draws.scaled(2.0, 60.0)
-    found: dict[str, Any] = {"navigation.drift": drift, "navigation.fix_s": fix_s}
-    with_beacon, at = draws.uniform() < 0.4, [draws.uniform(), draws.uniform()]
-    (west_m, east_m), (south_m, north_m) = scenario.world.x_m, scenario.world.y_m
-    if with_beacon and not scenario.of_feature(BEACON):
-        position_m = [round(west_m + at[0] * (east_m - west_m)), round(south_m + at[1] * (north_m - south_m))]
-        found[BEACON] = [{"name": "drawn", "position_m": position_m, "range_m": draws.scaled(50.0, 500.0)}]
-    return found
-
-
 FEATURE = Feature(
     {"": {KEY: (NavigationTable, NavigationTable.usual()), BEACON: (tuple[BeaconTable, ...], ())}},
     part_of,
@@ -459,7 +447,6 @@ FEATURE = Feature(
         Metric("n_fixes", "", Better.LOWER, "fixes", n_fixes, note=KNOWN),
         Metric("fixing_s", "s", Better.LOWER, "time for fixes", fixing_s, note="Of all vehicles together."),
     ),
-    trials=(Trial(KEY, "drift of 0.05 to 5 % of the way, time of a fix, a beacon", (KEY, BEACON), drawn),),
     place_error_m=place_error_m,
     locating=locating,
 )

@@ -10,13 +10,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pydantic import Field
 
 from exchange.queueing.limits import Expired
 from missions.errors import ConfigurationFault
-from missions.feature import Draws, Feature, Joining, Trial
+from missions.feature import Feature, Joining
 from missions.files import shown
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
 from missions.scenarios.ontologies import TABLE, TEXTS, words_of
@@ -442,22 +442,6 @@ def _named(facts: Iterable[Fact]) -> Callable[[Beliefs], list[Named]]:
     return lambda beliefs: [beliefs.fact(*fact) for fact in facts]
 
 
-def drawn(draws: Draws, scenario: Scenario) -> Mapping[str, Any]:
-    """What is needed least, on terms: how old, how many, how often."""
-    given = scenario.communication.needs
-    if not given or scenario.of_feature(KEY):
-        return {}
-    attribute = draws.one_of(sorted(name for name in given if given[name] == min(given.values())))
-    terms: dict[str, Any] = {
-        "ttl_s": draws.scaled(30.0, 600.0), "queue_limit": 1 + int(draws.uniform() * 20),
-        "newest_first": True, "blackout_s": draws.scaled(5.0, 60.0), "acknowledged": False,
-    }  # fmt: skip
-    chosen = draws.some_of(sorted(terms), 1 + int(draws.uniform() * 2))
-    need = {"attribute": attribute, "priority": given[attribute], **{key: terms[key] for key in chosen}}
-    others = {name: priority for name, priority in given.items() if name != attribute}
-    return {KEY: [need], "communication.needs": others}
-
-
 FEATURE = Feature(
     {
         "": {KEY: (tuple[NeedTable, ...], ())},
@@ -489,13 +473,5 @@ FEATURE = Feature(
     instances=instances_of,
     needed=needed,
     on_demand=on_demand,
-    trials=(
-        Trial(
-            "needs",
-            "of what is least urgent: age, number, silence, newest first, told once",
-            (KEY, "communication.needs"),
-            drawn,
-        ),
-    ),
     made_checks=of_faults,
 )

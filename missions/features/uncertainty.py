@@ -5,13 +5,12 @@ All draws are keyed by seed and node, in streams of their own: no strategy, poli
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pydantic import Field
 
 from exchange.acoustics import loss
-from missions.feature import Draws, Feature, Joining, Trial
+from missions.feature import Feature, Joining
 from missions.scenarios.tables import Raw, Section, table_of
 from remoras.events import Part
 
@@ -76,18 +75,9 @@ def part_of(joining: Joining) -> Part | None:
     return Part(body=body)
 
 
-def drawn(draws: Draws, scenario: Scenario) -> Mapping[str, Any]:
-    """Sensors that miss, speeds that spread, or both."""
-    missing, spread = draws.scaled(0.02, 0.5), draws.scaled(0.02, 0.3)
-    which = int(3 * draws.uniform())
-    found = {"uncertainty.p_miss": missing, "uncertainty.speed_spread": spread}
-    return dict([*found.items()][which % 2 : 2 if which else 1])
-
-
 FEATURE = Feature(
     {"": {KEY: (UncertaintyTable, UncertaintyTable.usual())}},
     part_of,
-    trials=(Trial(KEY, "sensors miss 0.02 to 0.5 of ticks, speeds spread by 0.02 to 0.3", (KEY,), drawn),),
     real=real,
     slower=slower,
 )

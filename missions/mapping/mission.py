@@ -45,7 +45,6 @@ from missions.mapping.detections import (
     with_inspectors,
 )
 from missions.mapping.ground import grounds_of
-from missions.mapping.invariants import TrueCoverage
 from missions.mapping.jobs import SurveyJob, swaths_of
 from missions.mapping.metrics import FIGURES, METRICS, places
 from missions.mapping.scenario import NEEDED_OBJECTIVES, FindsTable, MappingScenario, MappingSettings
@@ -74,7 +73,6 @@ from missions.mapping.tasks import (
     waiting,
 )
 from missions.mapping.truth import GOAL, MappingTruth
-from missions.meeting.invariants import TrueMeeting
 from missions.meeting.meeting import OBJECTIVES, Meeting, importance_of
 from missions.metric import Metric
 from missions.scenarios.abilities import able_to_play, can_play
@@ -360,7 +358,6 @@ class MappingMission(Mission):
     tables = (COVERAGE, GOAL)
     metrics: ClassVar[tuple[Metric, ...]] = METRICS
     figures: ClassVar[tuple[Declared, ...]] = FIGURES
-    invariants: ClassVar[tuple[type, ...]] = (TrueCoverage, TrueMeeting)
 
     def __init__(
         self,

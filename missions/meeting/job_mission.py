@@ -27,7 +27,6 @@ from pydantic import Field, field_validator
 
 from missions.errors import ConfigurationFault
 from missions.figure import Place
-from missions.meeting.invariants import TrueMeeting
 from missions.meeting.meeting import GATHERING, MEET, NEEDS, OBJECTIVES, RENDEZ_VOUS, SUPERVISION, Meeting, Pursuit
 from missions.meeting.meeting import importance_of as importance_in
 from missions.meeting.orders import entrusted
@@ -183,7 +182,6 @@ class JobMission(Mission):
     Scenario: ClassVar[type[Any]] = JobScenario
     needs = NEEDS
     tables: ClassVar[tuple[Table, ...]] = (JOBS,)
-    invariants: ClassVar[tuple[type, ...]] = (TrueMeeting,)
     objective: ClassVar[str]
     """Objective of every role with a job, and its activity; ``objective`` + this is an attribute from Role to Job."""
     kind: ClassVar[str] = "Job"

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from missions.scenarios.scenario import Scenario
 
-OURS = frozenset({"worldmodel", "exchange", "remoras", "missions", "visualisation", "stress"})
+OURS = frozenset({"worldmodel", "exchange", "remoras", "missions", "visualisation"})
 """Packages of this program."""
 REFERENCE = re.compile(r"([A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*):[A-Za-z_][\w.]*")
 """``package.module:object``."""

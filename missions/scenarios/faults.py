@@ -25,7 +25,7 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 
 from missions.errors import ConfigurationFault
-from missions.fault import Absence, Danger, Drawing, kinds
+from missions.fault import Absence, kinds
 from missions.files import shown
 from missions.scenarios.abilities import can_play, sensor_tables
 from missions.scenarios.tables import PointM, Positive, Raw, Section, entries, is_number, names_of, one_of, table_of
@@ -105,8 +105,6 @@ class DeclaredFault(Section):
         BEFALLS: what vehicles have among which ``any`` is drawn.
         ABSENCE: how a vehicle is away while it holds, if at all.
         DISABLES: True if others have to take over what the vehicle did.
-        DANGERS: what it puts at risk; ``remoras stress`` promises the rest.
-        DRAWING: how ``remoras stress`` draws it; never by chance if None.
     """
 
     model_config = ConfigDict(json_schema_extra=_with_kinds)
@@ -118,8 +116,6 @@ class DeclaredFault(Section):
     BEFALLS: ClassVar[str] = "a sensor or a role with a job"
     ABSENCE: ClassVar[Absence | None] = None
     DISABLES: ClassVar[bool] = False
-    DANGERS: ClassVar[frozenset[Danger]] = frozenset(Danger)
-    DRAWING: ClassVar[Drawing | None] = None
 
     kind: Annotated[str, AfterValidator(_kind)] = Field(description="what befalls the vehicle")
     vehicle: str = Field(

@@ -24,7 +24,6 @@ GROUPS = {
     },
     "Compare": {
         "sweep": "sweeps", "compare": "sweeps", "benchmark": "benchmark", "exchange-study": "exchange",
-        "stress": "stress",
     },
     "Extend": {"new": "new", "check": "benchmark"},
     "Vehicles at sea": {"sea": "exchange", "node": "nodes", "swarm": "nodes"},

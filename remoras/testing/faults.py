@@ -40,8 +40,8 @@ def _table(name: str, keys: Mapping[str, Any]) -> dict[str, Any]:
     """A fault of the kind, with its own keys."""
     kind = kind_named(name)
     table: dict[str, Any] = {"kind": name, "vehicle": VEHICLE, "at_s": FROM_S, "until_s": UNTIL_S}
-    drawn = {} if kind.DRAWING is None else {key: values[0] for key, values in kind.DRAWING.strengths.items()}
-    found = {**table, **drawn, **keys}
+    required = dict.fromkeys(set(kind.own_keys()).intersection(kind.REQUIRED), 1.0)
+    found = {**table, **required, **keys}
     return {key: value for key, value in found.items() if key not in kind.NOT_USED}
 
 
@@ -126,7 +126,7 @@ def conforms(name: str, keys: Mapping[str, Any] | None = None) -> Iterator[str]:
 
     Args:
         name: ``package.module:Class``, or of a shipped kind.
-        keys: own keys of the fault that is tried; those that a seed would draw, and defaults, if absent.
+        keys: own keys of the fault that is tried; 1.0 for a required one, and defaults, if absent.
 
     Yields:
         The name of each check that was passed.

@@ -94,7 +94,6 @@ def test_no_command_executes_what_a_library_would_like_to_import(tmp_path: Path)
         ("query", "dive", "SELECT ?s WHERE { ?s ?p ?o } LIMIT 1"),
         ("export", "dive", "--format", "csv", "--out", "tables"),
         ("export", "dive", "--format", "ttl", "--out", "dive.ttl"),
-        ("stress", "mapping-rendezvous", "--seeds", "1:1", *SHORT),
         ("sweep", "study.toml", "--jobs", "2", "--out", "swept"),
     ):
         done = command(tmp_path, *words)

@@ -17,7 +17,7 @@ TOLD = (
     "import sys; from remoras.cli.keys import explained; explained();"
     "print(*sorted(name.partition('.')[0] for name in sys.modules))"
 )
-OURS = {"worldmodel", "exchange", "remoras", "missions", "visualisation", "stress"}
+OURS = {"worldmodel", "exchange", "remoras", "missions", "visualisation"}
 
 
 @pytest.fixture(autouse=True)

@@ -12,7 +12,7 @@ from missions.scenarios.faults import kind_named
 from remoras.testing import faults as conformance
 
 KEYS: dict[str, dict[str, Any]] = {"biased": {"attribute": "location", "offset": [1.0, 1.0]}}
-"""Keys that a kind cannot do without, and that no seed draws."""
+"""Keys that a kind cannot do without."""
 LEAKING = """
 from remoras import Condition, DeclaredFault
 

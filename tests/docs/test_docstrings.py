@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-PACKAGES = ("exchange", "worldmodel", "remoras", "missions", "visualisation", "stress")
+PACKAGES = ("exchange", "worldmodel", "remoras", "missions", "visualisation")
 SOURCES = [path for package in PACKAGES for path in sorted((ROOT / package).rglob("*.py"))]
 WITH_EXAMPLES = [
     path.relative_to(ROOT).with_suffix("") for path in SOURCES if ">>> " in path.read_text(encoding="utf-8")

@@ -9,7 +9,7 @@ import pytest
 from worldmodel import OntologyError, core_ontology_paths, read_tbox
 
 ROOT = Path(__file__).parents[2]
-PACKAGES = ("worldmodel", "exchange", "remoras", "missions", "visualisation", "stress")
+PACKAGES = ("worldmodel", "exchange", "remoras", "missions", "visualisation")
 
 
 def rows(page: str) -> list[list[str]]:

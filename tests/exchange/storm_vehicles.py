@@ -4,6 +4,9 @@ from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
+from stress.exchange_stress import Make, Storm
+from stress.reference_record import Life
+
 from exchange.manager import ExchangeManager, Options
 from exchange.packets import ItemUid
 from exchange.policies import POLICIES
@@ -21,8 +24,6 @@ from remoras.testing.policies import (
     instances,
     needs,
 )
-from stress.lives import Life
-from stress.storm.storm import Make, Storm
 from worldmodel import TYPE_UID, Keeping, WorldModel
 from worldmodel.remembering import remember
 

@@ -6,11 +6,10 @@ from functools import partial
 
 import pytest
 from storm_vehicles import AREA, creates, maps, storm_of
+from stress.exchange_stress import DOUBLED, HEARD, LOST, Fate, Storm, chances, damaged, late, replayed
 
 from exchange.policies import POLICIES
 from remoras.testing.policies import AREA_DONE
-from stress.storm.fates import DOUBLED, HEARD, LOST, Fate, chances, damaged, late, replayed
-from stress.storm.storm import Storm
 from worldmodel import TYPE_UID
 
 EVERY_POLICY = pytest.mark.parametrize("policy", sorted(POLICIES))

@@ -3,16 +3,17 @@
 Two to five vehicles, any policy, packets of any size; clocks differ by less than the slots leave free.
 """
 
+from typing import Any
+
 from hypothesis import settings
 from hypothesis import strategies as st
+from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 from storm_vehicles import creates, maker, maps, schedule_of
+from stress.exchange_stress import DOUBLED, HEARD, LOST, Fate, Storm, damaged, late, replayed
+from stress.reference_record import Life
 
 from exchange.policies import POLICIES
 from remoras.testing.policies import POSITION
-from stress.lives import Life
-from stress.storm.fates import HEARD, LOST
-from stress.storm.machine import storm_machine
-from stress.storm.storm import Storm
 
 
 def storm_of_any(
@@ -65,7 +66,92 @@ def create_an_area(storm: Storm, who: int | Life, number: int) -> None:
 
 
 TELLS = (map_a_cell, map_seven_cells, tell_position, create_an_area)
-TestStorm = storm_machine(STORMS, TELLS, lambda storm: storm.repeats).TestCase  # type: ignore[attr-defined]
+USUAL_FATES: tuple[Fate, ...] = (
+    HEARD, LOST, LOST, DOUBLED, late(0.2),
+    *(late(slots) for slots in (1.0, 2.0, 3.0, 4.0, 5.0, 8.0, 20.0)),
+    *(replayed(slots) for slots in (1.0, 2.0, 3.0, 4.0, 5.0, 8.0, 10.0, 16.0)),
+)  # fmt: skip
+"""Packets heard, lost, twice, late and played again."""
+DAMAGED_FATES: tuple[Fate, ...] = tuple(
+    damaged(place, *more) for place, more in enumerate([(), (), (40,), (7, 90), (), (300,), (33, 34)] * 2, 3)
+)
+"""Packets with bits flipped."""
+EPOCHS = 24
+"""Lives of one number in a storm."""
+PICKS = st.integers(0, 63)
+
+
+class StormMachine(RuleBasedStateMachine):
+    """Any sequence of events in a storm; the law holds after each of them."""
+
+    storm: Storm
+    number = 0
+
+    @initialize(storm=STORMS)
+    def set_out(self, storm: Storm) -> None:
+        self.storm = storm
+
+    def awake(self, pick: int) -> int | None:
+        """One of the vehicles, if it is switched on."""
+        node = pick % self.storm.n_nodes
+        return node if self.storm.is_alive(node) else None
+
+    @rule(pick=PICKS, tell=st.sampled_from(TELLS))
+    def record(self, pick: int, tell: Any) -> None:
+        if (node := self.awake(pick)) is not None:
+            tell(self.storm, node, self.number)
+            self.number += 1
+
+    @rule(fates=st.lists(st.sampled_from(USUAL_FATES + DAMAGED_FATES), min_size=1, max_size=60))
+    def let_time_pass(self, fates: list[Fate]) -> None:
+        """What is damaged without a checksum cannot be noticed."""
+        fates = [fate for fate in fates if not (self.storm.tolerates_damage and fate in DAMAGED_FATES)]
+        self.storm.run(-(-len(fates) // (self.storm.n_nodes - 1)), fates)
+
+    @rule(pick=PICKS)
+    def die(self, pick: int) -> None:
+        node = self.awake(pick)
+        if node is not None and len(self.storm.all_alive()) > 1:
+            self.storm.die(node)
+
+    @rule(pick=PICKS, keeps=st.booleans())
+    def start(self, pick: int, keeps: bool) -> None:
+        node = pick % self.storm.n_nodes
+        before = self.storm.lives.get(node)
+        if not self.storm.is_alive(node) and (before is None or before.epoch + 1 < EPOCHS):
+            self.storm.start(node, keeps)
+
+    @rule(pick=PICKS, keeps=st.booleans())
+    def restart(self, pick: int, keeps: bool) -> None:
+        node = self.awake(pick)
+        if node is not None and self.storm.lives[node].epoch + 1 < EPOCHS:
+            self.storm.restart(node, keeps)
+
+    @rule(pick=PICKS)
+    def add_a_twin(self, pick: int) -> None:
+        """Its memory is that of a first life; others of the number may be in a later one."""
+        node = self.awake(pick)
+        if node is not None and not self.storm.doubled:
+            self.storm.forgives_names = True  # when the twin is gone, its items still bear the names
+            map_a_cell(self.storm, self.storm.add_twin(node), self.number)
+            self.number += 1
+
+    @precondition(lambda self: self.storm.now_s > 30.0)
+    @rule()
+    def calm(self) -> None:
+        self.storm.calm(40)
+        if self.storm.doubled:
+            return
+        self.storm.check_agreement(of_all=self.storm.repeats)  # type: ignore[attr-defined]
+        if len(self.storm.all_alive()) > 1:  # who is alone waits for all
+            self.storm.check_rest()
+
+    @invariant()
+    def law(self) -> None:
+        self.storm.check()
+
+
+TestStorm = StormMachine.TestCase
 TestStorm.settings = settings(max_examples=40, stateful_step_count=30, deadline=None)
 
 

@@ -53,7 +53,7 @@ def test_every_source_that_makes_runs_has_a_digest() -> None:
 @pytest.mark.slow
 def test_a_study_is_refused_after_one_line_of_the_motion_has_changed(tmp_path: Path) -> None:
     """And goes on if that is accepted: rows of both kinds are told apart."""
-    for package in ("worldmodel", "exchange", "remoras", "missions", "visualisation", "stress"):
+    for package in ("worldmodel", "exchange", "remoras", "missions", "visualisation"):
         shutil.copytree(ROOT / package, tmp_path / package, ignore=shutil.ignore_patterns("__pycache__"))
     study = written(tmp_path, study_text(repeats=1, per="[0.1]"))
 

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 from typing import Any, ClassVar
 
 import pytest
+from stress.invariants_of_runs import AnswersHold
 
 from missions.features.navigation import Carriers
 from missions.runs.assembly import assemble
@@ -16,7 +17,6 @@ from missions.trident import TridentMission
 from remoras.faults import Condition, Fault, condition_under
 from remoras.mission import Finding, Nothing
 from remoras.navigation import Beacon, Navigation, NavigationConstants
-from stress.invariants.answers import AnswersHold
 
 NAME = "trident-intervention"
 

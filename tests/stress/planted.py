@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Any
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import pytest
-from small_sea import small_plan
+from stress.schedules import KINDS
 
 from exchange import manager
 from exchange.peering import listening
@@ -21,77 +21,53 @@ from exchange.peering.holders import Holders
 from exchange.peering.listening import Listener
 from exchange.peering.parking import Parking
 from exchange.wire.sealing import Checksum
+from missions.mapping.behaviours import ZigzagExploring
 from missions.mapping.truth import MappingTruth
 from missions.meeting.meeting import Meeting
 from missions.meeting.truth import MeetingTruth
 from missions.runs import assembly, metrics
 from remoras import authority, motion, radio, traffic, vehicle
+from remoras.behaviours import CAPTURE_M, Homing, Reference
 from remoras.contents import Content
 from remoras.current import Current
 from remoras.database import VehicleData
+from remoras.executive.decision import Choice
 from remoras.faults import FaultChanges
 from remoras.fleet import Fleet
 from remoras.functional.layer import FunctionalLayer
 from remoras.functional.sensing import Sensing
 from remoras.jumps import Jumps
 from remoras.motion import Motion
+from remoras.picture import Picture
 from remoras.radio import Radio
 from remoras.run_log import RunLog
 from remoras.separation import Separation
 from remoras.social import consultation
 from remoras.social.leadership import Leadership
 from remoras.social.standing import Standing
-from stress.campaign import judge
-from stress.configurations import baseline
-from stress.drawing import Plan, schedule_of
-from stress.trial import Outcome
+from remoras.strategies.dispatch import Dispatcher
+from remoras.strategy import Move, Situation
 from worldmodel.facts import Merged
 from worldmodel.store import Store
 
 Patch = pytest.MonkeyPatch
 
 
-MOST_SEEDS = 200
-
-
-@dataclass(frozen=True)
-class Planted:
+class Planted(NamedTuple):
     """A fault in the code.
 
     Attributes:
         invariant: that is to name it; plant: plants it; needs: kinds of which one is needed.
-        settings: of the small mission, beside its own; kinds: that are drawn from;
-            draws: settings that are; then the schedules without faults are run.
+        kinds: that are drawn beside; settings: of the small mission.
+        once: file of the schedule in ``tests/faults`` by which it was found, if the program once had it.
     """
 
     invariant: str
     plant: Callable[[Patch], None]
     needs: frozenset[str] = frozenset()
+    kinds: tuple[str, ...] = tuple(KINDS)
     settings: tuple[str, ...] = ()
-    kinds: tuple[str, ...] = ()
-    draws: str = "none"
-
-    def plan(self) -> Plan:
-        """From what schedules are drawn; made before the fault is planted."""
-        return small_plan(*self.kinds, settings=self.settings, draws=self.draws)
-
-    def found(self, patch: Patch, most_runs: int) -> Outcome | None:
-        """Plant it, and run the schedules of seeds from 1 on until the invariant names it; None if it does not.
-
-        Args:
-            patch: that takes the fault out again.
-            most_runs: after so many runs, or ``MOST_SEEDS`` seeds, it counts as not found.
-        """
-        plan = self.plan()
-        self.plant(patch)
-        make = baseline if plan.draws else schedule_of
-        drawn = (make(plan, seed) for seed in range(1, MOST_SEEDS + 1))
-        fitting = (one for one in drawn if not self.needs or not self.needs.isdisjoint(one.kinds))
-        for schedule in itertools.islice(fitting, most_runs):
-            outcome = judge(schedule, twice=self.invariant == "repeats")
-            if outcome.broken is not None and outcome.broken.invariant == self.invariant:
-                return outcome
-        return None
+    once: str = ""
 
 
 CHECKED = ("communication.crc_bits=32",)
@@ -386,15 +362,56 @@ def call_items_known_to_all_a_second_early(patch: Patch) -> None:
     patch.setattr(metrics, "consistency", consistency)
 
 
+def say_that_references_hold(behaviour: type[Any]) -> Callable[[Patch], None]:
+    """It slows down 10 m before its target, and says that the reference holds all the way."""
+
+    def plant(patch: Patch) -> None:
+        sound = behaviour.reference
+
+        def reference(self: Any, motion: Motion, picture: Picture) -> Reference | None:
+            found: Reference | None = sound(self, motion, picture)
+            if found is None or found.holds_m > 100.0:
+                return found
+            to_go_m = abs(found.target_m[0] - motion.x_m) + abs(found.target_m[1] - motion.y_m)
+            return found._replace(speed_mps=found.speed_mps * (0.9 if to_go_m < 10.0 else 1.0), holds_m=CAPTURE_M)
+
+        patch.setattr(behaviour, "reference", reference)
+
+    return plant
+
+
+def stick_to_the_first_decision(patch: Patch) -> None:
+    def best(self: Choice, motivations: Sequence[float]) -> tuple[int, ...]:
+        found: tuple[int, ...] = self.__dict__.setdefault("found", self.searched(motivations))
+        return found
+
+    patch.setattr(Choice, "best", best)
+
+
+def let_moves_stand_until_news(patch: Patch) -> None:
+    sound = Dispatcher.negotiate
+
+    def negotiate(self: Dispatcher, situation: Situation) -> Move:
+        return replace(sound(self, situation), until_news=True, holding=bool(situation.round % 7))
+
+    patch.setattr(Dispatcher, "negotiate", negotiate)
+
+
 PLANTS = (
     Planted("exceptions", raise_at_a_jump, frozenset({"misplaced"})),
     Planted("beliefs", believe_that_all_hold_what_is_new_here),
     Planted("recorded", shift_what_is_merged),
     Planted("whole-blocks", merge_all_facts_but_the_last),
     Planted("remembered", forget_at_a_restart, frozenset({"restarts"})),
-    Planted("one-content", drop_other_content, kinds=("bits", "cut", "forged")),
-    Planted("past", take_the_future, frozenset({"forged"})),
-    Planted("sound-packets", check_no_checksum, frozenset({"bits"}), CHECKED),
+    Planted(
+        "one-content",
+        drop_other_content,
+        frozenset({"bits", "forged"}),
+        ("bits", "cut", "forged"),
+        once="mangled-first-copy",
+    ),
+    Planted("past", take_the_future, frozenset({"forged"}), once="fact-of-the-future"),
+    Planted("sound-packets", check_no_checksum, frozenset({"bits"}), settings=CHECKED, once="damaged-packets-pass"),
     Planted("agreement", never_catch_up, frozenset({"deaf", "partition", "restarts", "lost"})),
     Planted("rest", never_park, frozenset({"lost"})),
     Planted("authority", grant_everything, frozenset({"forged-role", "forged-objective"})),
@@ -422,8 +439,14 @@ PLANTS = (
     Planted("verdict", complete_a_while_ago),
     Planted("summary", count_bytes_twice, frozenset({"cut", "bits", "late", "twice"})),
     Planted("finishes", claim_nothing, frozenset({"lost"})),
-    Planted("ends", never_meet, draws="policy"),
+    Planted("ends", never_meet),
     Planted("repeats", keep_count_between_runs),
     Planted("meetings", meet_without_who_is_away, frozenset({"partition"})),
-    Planted("ground", map_with_dead_sensors, frozenset({"sensor"})),
+    Planted("ground", map_with_dead_sensors, frozenset({"sensor"}), once="dead-sensor-maps"),
+    Planted("finishes", wait_for_who_is_elsewhere, frozenset({"misplaced"}), once="meeting-waits-for-a-lie"),
+    Planted("beliefs", begin_anew_as_known, frozenset({"restarts"}), once="restart-taken-for-known"),
+    Planted("answers", say_that_references_hold(ZigzagExploring)),
+    Planted("answers", say_that_references_hold(Homing)),
+    Planted("answers", stick_to_the_first_decision),
+    Planted("answers", let_moves_stand_until_news),
 )

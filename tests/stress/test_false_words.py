@@ -3,17 +3,13 @@
 from dataclasses import replace
 
 import pytest
-from small_sea import SMALL, small_plan
+from stress.fault_injection import is_found_out
+from stress.schedules import GROUND, SMALL, Schedule, StressFault, loaded
+from stress.trial import Outcome, judge
 
 from missions.mapping import mission
 from missions.runs.setup import resolved
-from missions.scenarios import load
 from remoras.work import Work
-from stress.campaign import judge
-from stress.drawing import plan_of, schedule_of
-from stress.minds import is_found_out
-from stress.schedule import StressFault, overrides
-from stress.trial import Outcome
 
 TALKING = (
     "remoras", "remoras-planned", "central", "plan-and-dispatch", "contract-net", "status-broadcast", "cbba",
@@ -27,15 +23,14 @@ NEAR_RALLY = 'rally_point."coordination rally".position_m=[240,200]'
 
 
 def outcome(strategy: str, *faults: StressFault) -> Outcome:
-    schedule = schedule_of(small_plan("forged-done", strategy=strategy), 1)
-    return judge(schedule.with_faults(faults))
+    return judge(Schedule(1, 250.0, 1500.0, (*SMALL[:-1], f"strategy.name={strategy}"), faults))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("strategy", TALKING)
 def test_what_is_said_to_be_done_and_is_not_is_done_after_all(strategy: str) -> None:
     found = outcome(strategy, *LIES)
-    assert found.happened == {"forged-done": 2}
+    assert found.happened == {"forged-done"}
     assert "finishes" in found.judged
     assert found.completed, found.broken
 
@@ -50,8 +45,9 @@ def test_it_is_not_if_nobody_asks_what_shows_of_it(strategy: str, monkeypatch: p
 @pytest.mark.slow
 def test_nor_if_what_others_repeat_of_it_counts_again(monkeypatch: pytest.MonkeyPatch) -> None:
     """Under this strategy everybody repeats again and again which jobs are done."""
-    nearer = (*(one for one in SMALL if "coordination" not in one), NEAR_RALLY)
-    schedule = schedule_of(plan_of("mapping-rendezvous", "status-broadcast", nearer, ["forged-done"]), 1)
+    nearer = (*(one for one in SMALL[:-1] if "coordination" not in one), NEAR_RALLY, "strategy.name=status-broadcast")
+    lies = (replace(LIES[0], at_s=29.7), replace(LIES[1], at_s=48.7))
+    schedule = Schedule(1, 97.5, 1261.2, nearer, lies)
     assert judge(schedule).completed
     monkeypatch.setattr(Work, "knowing", lambda self, done: replace(self, done=self.done.union(done)))
     assert not judge(schedule).completed
@@ -67,12 +63,12 @@ def test_without_a_lie_nothing_is_given_anew(monkeypatch: pytest.MonkeyPatch) ->
 @pytest.mark.parametrize(
     ("scenario", "strategy", "is_so"),
     [
-        ("mapping-rendezvous", "remoras", True),
-        ("mapping-rendezvous", "fixed-partition", False),  # nobody tells anybody
+        (GROUND, "remoras", True),
+        (GROUND, "fixed-partition", False),  # nobody tells anybody
         ("mapping-inspection", "remoras", False),  # that a find was inspected only the word tells
         ("trident-intervention", "remoras", False),
     ],
 )
 def test_a_lie_is_found_out_where_the_work_shows(scenario: str, strategy: str, is_so: bool) -> None:
-    setup = resolved(load(scenario, overrides(strategy, ())))
+    setup = resolved(loaded(scenario, (f"strategy.name={strategy}",)))
     assert is_found_out(setup.mission.jobs.values(), setup.strategy.declaration) is is_so

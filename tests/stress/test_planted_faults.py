@@ -1,22 +1,25 @@
-"""Each invariant names the fault that is planted against it, from seeds alone, within 200 of them."""
+"""Each invariant names the faults that are planted against it, in schedules that Hypothesis draws."""
+
+from dataclasses import replace
+from pathlib import Path
 
 import pytest
+from hypothesis import Phase, find, settings
+from hypothesis import strategies as st
 from planted import PLANTS, Planted
+from stress.schedules import GROUND, SMALL, Schedule, ground_of, read_schedule, schedules
+from stress.trial import INVARIANTS, judge, repeated
 
-from missions.scenarios import load
-from stress.shipped import invariants_of
-
-MOST_RUNS = 15
+FAULTS = Path(__file__).parents[1] / "faults"
+SEARCH = settings(max_examples=40, phases=[Phase.generate], derandomize=True, database=None)
 SLOW = frozenset(
     {"finishes", "agreement", "separation", "authority", "remembered", "cardinality", "sound-packets", "rest"}
 )
-"""Those that take several runs, or long ones."""
 MARKS = [pytest.mark.slow, pytest.mark.thorough]
 
 
 def test_there_is_a_plant_for_each_invariant() -> None:
-    names = [one.name for one in invariants_of(load("mapping-rendezvous"))]
-    assert set(names) == {planted.invariant for planted in PLANTS}
+    assert {one.name for one in INVARIANTS} == {planted.invariant for planted in PLANTS}
 
 
 @pytest.mark.slow
@@ -28,4 +31,24 @@ def test_there_is_a_plant_for_each_invariant() -> None:
     ],
 )
 def test_a_planted_fault_is_named(planted: Planted, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert planted.found(monkeypatch, MOST_RUNS) is not None
+    given = (*SMALL, *planted.settings)
+    ground_of(GROUND, given)  # the run without faults has none planted either
+    planted.plant(monkeypatch)
+
+    def is_named(schedule: Schedule) -> bool:
+        if planted.invariant == "ends":
+            schedule = replace(schedule, must_finish=False)
+        outcome = (repeated if planted.invariant == "repeats" else judge)(schedule)
+        return outcome.broken is not None and outcome.broken[0] == planted.invariant
+
+    find(schedules(planted.kinds, planted.needs, st.just(given)), is_named, settings=SEARCH)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("planted", [pytest.param(one, id=one.once) for one in PLANTS if one.once])
+def test_a_kept_schedule_breaks_without_the_mend(planted: Planted, monkeypatch: pytest.MonkeyPatch) -> None:
+    schedule = read_schedule(FAULTS / f"{planted.once}.toml")
+    planted.plant(monkeypatch)
+    outcome = judge(schedule)
+    assert outcome.broken is not None
+    assert outcome.broken[0] == planted.invariant

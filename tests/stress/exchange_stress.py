@@ -1,14 +1,8 @@
-"""A rough sea for exchange managers: whatever befalls packets and vehicles, and a record of what is true meanwhile.
+"""Exchange stress: managers alone on a faulty channel; vehicles die, restart, join late, or use the number of another.
 
-`Storm` runs real managers with real world models in continuous time. Each copy of each packet is lost, heard, late,
-doubled or damaged as a `Fate` says; vehicles die, restart with or without memory, join late, use another's number and
-have clocks of their own.
-
-What is true meanwhile is the business of the ``Witness``, which has the law that is checked.
-
-`check` raises `LawBroken` if there is a false belief, a value that nobody recorded, a part of a block in a world model,
-or if a vehicle lost what it held. `calm` lets a time without losses pass and checks that all who live agree and are
-at rest. Nothing here needs Hypothesis; the same calls make a scripted test.
+Real managers with real world models in continuous time. Each copy of each packet is lost, late, doubled or damaged as
+its ``Fate`` says. ``check`` raises ``LawBroken`` if the reference record has a flaw; ``calm`` lets a time without
+losses pass, after which ``check_agreement`` and ``check_rest`` apply.
 """
 
 from __future__ import annotations
@@ -16,15 +10,72 @@ from __future__ import annotations
 import heapq
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import chain, count, repeat
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
+from stress.reference_record import Aired, Flaw, Life, Witness
+
+from exchange.acoustics import loss
 from exchange.manager import ExchangeManager
 from exchange.packets import ItemUid, Reception
 from exchange.schedule import TdmaSchedule
-from stress.lives import Aired, Life
-from stress.storm.fates import HEARD, Fate, flipped
-from stress.witness import Flaw, Witness
 from worldmodel import Stated, WorldModel, merge, tidy
+
+
+class Copy(NamedTuple):
+    """One arrival of a packet at one receiver.
+
+    Attributes:
+        late_slots: by how much it comes later than sound needs, in slots.
+        flips: numbers of the bits that are damaged, counted round the packet.
+    """
+
+    late_slots: float = 0.0
+    flips: tuple[int, ...] = ()
+
+
+Fate = tuple[Copy, ...]
+"""What becomes of a packet at one receiver: each copy that arrives."""
+
+HEARD: Fate = (Copy(),)
+LOST: Fate = ()
+DOUBLED: Fate = (Copy(), Copy(0.05))
+
+
+def late(slots: float) -> Fate:
+    """It comes so many slots late."""
+    return (Copy(slots),)
+
+
+def replayed(slots: float) -> Fate:
+    """It is heard, and once more so many slots later."""
+    return (Copy(), Copy(slots))
+
+
+def damaged(*flips: int) -> Fate:
+    """It comes with these bits flipped."""
+    return (Copy(0.0, flips),)
+
+
+def chances(seed: int, *fates: tuple[float, Fate]) -> Iterator[Fate]:
+    """Fates without end, each with its chance; what is left is heard."""
+    for index in count():
+        number = loss.uniform(seed, 0, index, 0, 0)
+        for chance, fate in fates:
+            number -= chance
+            if number < 0.0:
+                yield fate
+                break
+        else:
+            yield HEARD
+
+
+def flipped(data: bytes, flips: Iterable[int]) -> bytes:
+    """The bytes with these bits turned; numbers count round."""
+    damaged = bytearray(data)
+    for bit in flips:
+        byte, place = divmod(bit % (8 * len(damaged)), 8)
+        damaged[byte] ^= 128 >> place
+    return bytes(damaged)
 
 
 class LawBroken(AssertionError):

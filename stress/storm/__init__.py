@@ -1,3 +1,0 @@
-"""A rough sea for exchange managers alone, without a mission."""
-
-__all__: list[str] = []

@@ -1,0 +1,394 @@
+"""Fault injection: a faulty channel, wrapped vehicles, forged packets and statements; the product has no part in it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from stress.invariants import Heard, Scene
+from stress.reference_record import Aired, Life
+from stress.schedules import LINKS, PACKETS, Schedule, StressFault, befalls
+
+from exchange.acoustics import loss
+from exchange.acoustics.channel import Arrival, Channel
+from exchange.errors import ExchangeError
+from exchange.packets import Fragment, Packet, Transmission
+from exchange.schedule import TdmaSchedule
+from exchange.wire.codec import Codec
+from remoras.beliefs import Fact, Key
+from remoras.fleet import Fleet
+from remoras.radio import HeardPacket
+from remoras.sensor import Observation
+from remoras.strategy import Declaration
+from remoras.vehicle import Vehicle
+from remoras.work import Job, share_left
+from worldmodel import Change, PropertyValue, WorldModel
+from worldmodel.facts import Guid
+
+# Channel ------------------------------------------------------------------------------------------
+
+Forge = Callable[[bytes, int, int], bytes]
+"""Makes another packet of one: ``forge(data, slot, draw)``."""
+
+
+class FaultyChannel:
+    """Carries packets as the channel of the scenario does, changed by the faults of a schedule until ``is_calm``."""
+
+    def __init__(
+        self, calm: Channel, schedule: Schedule, slots: TdmaSchedule, forge: Forge, happened: Counter[str],
+        node_of: Mapping[str, int],
+    ) -> None:  # fmt: skip
+        self.is_calm = False
+        self._calm, self._slots, self._forge, self._happened, self._seed = calm, slots, forge, happened, schedule.seed
+        self._faults = [
+            (number, fault, node_of.get(fault.vehicle), node_of.get(fault.peer))
+            for number, fault in schedule.numbered()
+            if fault.kind in LINKS
+        ]
+
+    def transmit(
+        self, slot: int, sender: int, data: bytes, now_s: float, positions_m: Sequence[tuple[float, float]]
+    ) -> list[Arrival]:
+        """Arrivals as the channel of the scenario has them, after what befalls each."""
+        arrivals = self._calm.transmit(slot, sender, data, now_s, positions_m)
+        for number, fault, vehicle, peer in () if self.is_calm else self._faults:
+            if not fault.holds(now_s):
+                continue
+            if fault.kind == "echo":
+                if sender == vehicle and befalls(self._seed, number, slot, sender, fault.share):
+                    self._happened["echo"] += 1
+                    late_s = self._slots.packet_s + fault.slots * self._slots.slot_s
+                    arrivals.append(Arrival(sender, now_s + late_s, data))
+                continue
+            changed: list[Arrival] = []
+            for one in arrivals:
+                ends = [(sender, one.receiver)]
+                if fault.kind == "partition" and not fault.one_way:
+                    ends.append((one.receiver, sender))
+                is_meant = any(vehicle in (None, a) and peer in (None, b) for a, b in ends)
+                found = self._befallen(number, fault, slot, one) if is_meant else [one]
+                self._happened[fault.kind] += found != [one]
+                changed += found
+            arrivals = changed
+        return sorted(arrivals, key=lambda arrival: (arrival.receiver, arrival.time_s))
+
+    def _befallen(self, number: int, fault: StressFault, slot: int, one: Arrival) -> list[Arrival]:
+        """What a fault makes of one arrival."""
+        moment = int(slot // fault.slots) if fault.kind == "bursts" else slot
+        if fault.kind == "partition":
+            return []
+        if not befalls(self._seed, number, moment, one.receiver, fault.share):
+            return [one]
+        draw = int(loss.uniform(self._seed, PACKETS + 1, number & 0xFFFF, slot & 0xFFFF, one.receiver) * (1 << 30))
+        later = Arrival(one.receiver, one.time_s + fault.slots * self._slots.slot_s, one.data)
+        match fault.kind:
+            case "loss" | "bursts":
+                return []
+            case "twice":
+                return [one, later]
+            case "late":
+                return [later]
+            case "bits":
+                return [Arrival(one.receiver, one.time_s, _flipped(one.data, fault.bits, draw))]
+            case "cut":
+                return [Arrival(one.receiver, one.time_s, one.data[: draw % max(1, len(one.data))])]
+        return [Arrival(one.receiver, one.time_s, self._forge(one.data, slot, draw))]
+
+
+def _flipped(data: bytes, bits: int, draw: int) -> bytes:
+    """The bytes with so many bits turned, at different places."""
+    damaged, n_bits = bytearray(data), 8 * len(data)
+    for bit in range(min(bits, n_bits)):
+        byte, place = divmod((draw + bit * (1 + draw % (n_bits // bits or 1))) % n_bits, 8)
+        damaged[byte] ^= 128 >> place
+    return bytes(damaged)
+
+
+# Forged packets -----------------------------------------------------------------------------------
+
+LATER_EVERY, LATER_S = 4, (20.0, 200.0, 2000.0)
+"""In one of so many forged packets a time is later by one of these, in the others a value is another one."""
+
+
+def forger(codec: Codec, slots: TdmaSchedule, model: Callable[[], WorldModel]) -> Forge:
+    """Forge packets of a fleet, in good form; ``model`` knows which values are in range."""
+
+    def forge(data: bytes, slot: int, draw: int) -> bytes:
+        frame, start_s = slots.frame_of(slot), slots.start_s(slot)
+        try:
+            packet = codec.decode(data, frame, start_s, codec.era_of(data, frame) or 0)
+            forged = _forged(packet, draw, model())
+            if forged == packet:
+                return data
+            return codec.encode(
+                forged.sender, forged.rows, forged.fragments, forged.signals, frame, forged.epoch, start_s,
+                forged.summary,
+            )  # fmt: skip
+        except ExchangeError:
+            return data  # damaged before: it stays what it is
+
+    return forge
+
+
+def _forged(packet: Packet, draw: int, model: WorldModel) -> Packet:
+    """The packet with one time or value of one of its fragments changed; as it is if it has none that could be."""
+    fragments = list(packet.fragments)
+    if fragments and draw % LATER_EVERY == 0:
+        at, later_s = draw // LATER_EVERY % len(fragments), LATER_S[draw // LATER_EVERY % len(LATER_S)]
+        fragments[at] = _with(fragments[at], fragments[at].facts, fragments[at].time_s + later_s)
+        return packet._replace(fragments=tuple(fragments))
+    for index in range(len(fragments)):
+        one = fragments[at := (draw + index) % len(fragments)]
+        fact = one.facts[draw % len(one.facts)]
+        for other in (fact._replace(value=value) for value in _other_values(fact.value, draw)):
+            if other != fact and model.may_record(other):
+                fragments[at] = _with(one, tuple(other if told is fact else told for told in one.facts), one.time_s)
+                return packet._replace(fragments=tuple(fragments))
+    return packet._replace(signals=tuple(signal._replace(value=-128) for signal in packet.signals))
+
+
+def _with(one: Fragment, facts: tuple[PropertyValue, ...], time_s: float) -> Fragment:
+    return Fragment(one.origin, one.sequence, time_s, facts, one.index, one.count, one.epoch)
+
+
+def _other_values(value: Any, draw: int) -> list[Any]:
+    if isinstance(value, bool):
+        return [not value]
+    if isinstance(value, tuple):
+        return [(value[0] + far_m, value[1] - far_m) for far_m in (5000.0, 300.0, -200.0)]
+    if isinstance(value, int | float):
+        return [type(value)(value + step) for step in (1 + draw % 7, -(1 + draw % 7), 1)]
+    return []
+
+
+# Forged statements --------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class ForgedStatement:
+    """A forged statement: facts by uid to be recorded, and who says what of which role or instance."""
+
+    facts: tuple[tuple[int, int, Any], ...]
+    issuer: str
+    about: str
+    kind: str
+
+
+def forged_statement(fault: StressFault, vehicle: Vehicle, scene: Scene) -> ForgedStatement | None:
+    """A statement that a vehicle has no right to make; None where there is none."""
+    organisation, beliefs, me = vehicle.social.organisation, vehicle.beliefs, vehicle.name
+    match fault.kind:
+        case "forged-role":  # the lead of a group whose head it is not
+            for group in organisation.groups.values():
+                if group.head_role is not None and me not in organisation.heads(group.name):
+                    path = group.path(group.head_role)
+                    return ForgedStatement((beliefs.fact(me, "playsRole", path)[:3],), me, path, "role")
+        case "forged-objective":
+            return _forged_objective(vehicle, scene)
+        case "forged-done":  # a job that nobody is known to have done
+            for job in scene.setup.mission.jobs.values():
+                attribute, subject = job.done
+                uid = beliefs.model.tbox.attribute_named(attribute).uid
+                for value in (vehicle.data.node, True) if beliefs.get(job.done) is None else ():
+                    fact = PropertyValue(beliefs.uid(subject), uid, value)
+                    if beliefs.model.may_record(fact):
+                        return ForgedStatement((fact[:3],), me, subject, "done")
+        case "forged-lead":  # of a group, its own rather, whose head is another that is there
+            groups = sorted(organisation.groups, key=lambda name: (not organisation.is_member(me, name), name))
+            for name in groups:
+                heads = organisation.heads(name)
+                if heads and me not in heads and vehicle.social.standing.absent.isdisjoint(heads):
+                    facts = beliefs.fact(name, "headedBy", me)[:3], beliefs.fact(name, "headTerm", fault.term)[:3]
+                    return ForgedStatement(facts, me, name, "lead")
+    return None
+
+
+def _forged_objective(vehicle: Vehicle, scene: Scene) -> ForgedStatement | None:
+    """A given objective, for a role of a group of which the vehicle is, and was, no member, and cannot come to form."""
+    organisation, beliefs = vehicle.social.organisation, vehicle.beliefs
+    named = {one.uid: one.name for one in beliefs.model.tbox.attributes}
+    recorded = [
+        fact for _, blocks in sorted(scene.witness.recorded.items()) for block in blocks for fact in block.facts
+        if named[fact.attribute].startswith("objective") and named[fact.attribute] != "objective"
+    ]  # fmt: skip
+    for group in organisation.groups.values():
+        own = [name for name in (group.name, group.formed_by) if name is not None]
+        known = organisation, scene.setup.agreement.organisation
+        is_member = any(one.is_member(vehicle.name, name) for one in known for name in own)
+        if recorded and not is_member and group.roles:
+            path = group.path(group.roles[0].name)
+            facts = ((beliefs.uid(path), recorded[0].attribute, recorded[0].value),)
+            return ForgedStatement(facts, vehicle.name, path, "objective")
+    return None
+
+
+@dataclass(frozen=True)
+class _Said:
+    """Knowledge of a vehicle that was told of some jobs that they are done, and nothing else."""
+
+    done: frozenset[Key]
+
+    def get(self, key: Key, default: Any = None, /) -> Any:
+        return "somebody" if key in self.done else default
+
+    def values(self, key: Key) -> frozenset[Any]:
+        return frozenset({"somebody"} if key in self.done else ())
+
+    def instances(self, of_class: str, /) -> tuple[str, ...]:
+        return ()
+
+    @property
+    def n_told(self) -> int:
+        return len(self.done)
+
+
+def is_found_out(jobs: Collection[Job], declaration: Declaration) -> bool:
+    """True if a false word is: of every job it shows in other facts how much is left, and vehicles tell each other."""
+    told = _Said(frozenset(job.done for job in jobs))
+    left = [getattr(job, "left", lambda _: None)(told) if hasattr(job, "share_left") else None for job in jobs]
+    return declaration.tells and all(state is not None and share_left(state) == 1.0 for state in left)
+
+
+# Vehicles -----------------------------------------------------------------------------------------
+
+MOST_AIRED = 4096
+"""Packets that are remembered, in case one comes late."""
+LEAST = -128
+
+
+class Wrapping:
+    """Wraps the functions by which vehicles record, offer, send, receive and sense; those that begin anew too.
+
+    Wrappers pass on what they are given, changed where a fault holds, and keep the reference record.
+    """
+
+    def __init__(self, scene: Scene, listen: Callable[[Heard], None], happened: Counter[str]) -> None:
+        self._scene, self._listen, self._happened = scene, listen, happened
+        self._numbered = list(scene.schedule.numbered())
+        self._aired: dict[bytes, Aired] = {}
+        self._seen: dict[tuple[str, str], list[Observation]] = {}
+        fleet = scene.fleet
+        for vehicle in fleet.vehicles:
+            self._begin(vehicle)
+        make_anew = fleet.makers.anew
+
+        def wrapped_anew(model: Fleet, before: Vehicle, remembers: bool) -> Vehicle:
+            old = scene.lives[before.name]
+            old.is_alive = False
+            vehicle = make_anew(model, before, remembers)
+            life = self._begin(vehicle)
+            if remembers:
+                life.inherit(old)
+                life.had = {guid for guid in old.had if old.model.has_arrived(guid)}
+            return vehicle
+
+        fleet.makers = fleet.makers._replace(anew=wrapped_anew)
+
+    def _begin(self, vehicle: Vehicle) -> Life:
+        """Let a vehicle begin a life, wrapped."""
+        witness, node, model = self._scene.witness, vehicle.data.node, vehicle.beliefs.model
+        before = witness.lives.get(node)
+        if before is not None:
+            witness.past.append(before)
+        life = Life(node, 0 if before is None else before.number + 1, model.epoch, model, vehicle.radio.manager)
+        witness.lives[node] = self._scene.lives[vehicle.name] = life
+        self._wrap_exchange(vehicle, life)
+        kinds = {fault.kind for _, fault in self._numbered if fault.vehicle == vehicle.name}
+        if kinds & {"random", "frozen"}:
+            self._wrap_sensors(vehicle)
+        if "sulks" in kinds:
+            signals = vehicle.executive.signals
+
+            def signalled() -> list[tuple[tuple[str, str], int]]:
+                is_on = bool(self._befalling("sulks", vehicle))
+                self._happened["sulks"] += is_on
+                return [(role, LEAST) for role, _ in signals()] if is_on else signals()
+
+            vehicle.executive.signals = signalled  # type: ignore[method-assign]
+        return life
+
+    def _befalling(self, kind: str, vehicle: Vehicle) -> list[tuple[int, StressFault]]:
+        """Faults of a kind that befall a vehicle in this tick."""
+        seed, now_s, node = self._scene.schedule.seed, self._scene.now_s, vehicle.data.node
+        return [
+            (number, fault) for number, fault in self._numbered
+            if (fault.kind, fault.vehicle) == (kind, vehicle.name) and fault.holds(now_s)
+            and befalls(seed, number, int(now_s), node, fault.share)
+        ]  # fmt: skip
+
+    def _wrap_exchange(self, vehicle: Vehicle, life: Life) -> None:
+        witness, manager, radio, beliefs = self._scene.witness, life.manager, vehicle.radio, vehicle.beliefs
+        record, offer, send = beliefs.record, manager.offer, manager.packet_to_send
+        give_up, hear = manager.give_up, radio.hear
+
+        def recorded(facts: Sequence[Fact], now_s: float, private: bool) -> Change:
+            change = record(self._misplaced(vehicle, facts), now_s, private)
+            if not private:
+                witness.note_recorded(life, change.block)
+            return change
+
+        def offered(changes: Iterable[Change], addressed: Collection[int] = ()) -> tuple[Fragment, ...]:
+            fragments = offer(list(changes), addressed)
+            life.take(fragments)
+            return fragments
+
+        def sent(now_s: float) -> Transmission:
+            packet = send(now_s)
+            parts = [life.parts.get((u.origin, u.epoch, u.sequence), {}).get(u.part) for u in packet.items]
+            if len(self._aired) >= MOST_AIRED:
+                del self._aired[next(iter(self._aired))]
+            self._aired[packet.data] = Aired(life, packet.slot, packet.data, tuple(filter(None, parts)))
+            return packet
+
+        def gave_up(guids: Iterable[Guid]) -> None:
+            names = list(guids)
+            life.gave_up.update(names)
+            give_up(names)
+
+        def heard(data: bytes, now_s: float) -> HeardPacket:
+            found, aired = hear(data, now_s), self._aired.get(data)
+            life.has_noticed |= found.reception.conflict is not None
+            if found.reception.fault is None:
+                if aired is None:
+                    life.took_damaged += 1
+                else:
+                    witness.note_taken(life, aired)
+                    witness.note_decoded(life, found.reception.items)
+            self._listen(Heard(vehicle, life, aired, found.reception, found.changes, now_s))
+            return found
+
+        beliefs.record, radio.hear = recorded, heard  # type: ignore[method-assign]
+        manager.offer, manager.packet_to_send, manager.give_up = offered, sent, gave_up  # type: ignore[method-assign]
+
+    def _misplaced(self, vehicle: Vehicle, facts: Sequence[Fact]) -> Sequence[Fact]:
+        """Facts with the vehicle's own position far off while a fault holds."""
+        far_m = sum(fault.by_m for _, fault in self._befalling("misplaced", vehicle))
+        own = vehicle.data.node, vehicle.beliefs.model.tbox.attribute_named("position").uid
+        self._happened["misplaced"] += sum(fact[:2] == own for fact in facts) if far_m else 0
+        return [
+            (*own, (fact[2][0] + far_m, fact[2][1])) if far_m and fact[:2] == own else fact  # type: ignore[index]
+            for fact in facts
+        ]
+
+    def _wrap_sensors(self, vehicle: Vehicle) -> None:
+        sense = vehicle.functional.sense
+
+        def sensed(now_s: float, neighbours: Sequence[Any]) -> list[Any]:
+            found = sense(now_s, neighbours)
+            for index, one in enumerate(found):
+                seen = self._seen.setdefault((vehicle.name, one.sensor), [])
+                if one.observation.found or not one.observation.facts:
+                    continue
+                seen.append(one.observation)
+                others = [
+                    ("random", (7 * len(seen) + number) % len(seen)) for number, _ in self._befalling("random", vehicle)
+                ]
+                others += [("frozen", 0) for _ in self._befalling("frozen", vehicle)]
+                for kind, at in others:
+                    self._happened[kind] += seen[at] != one.observation
+                    found[index] = one._replace(observation=replace(one.observation, facts=seen[at].facts))
+            return found
+
+        vehicle.functional.sense = sensed  # type: ignore[method-assign]

@@ -1,0 +1,135 @@
+"""The interface of invariants: conditions on a run, their moments, and kinds of faults under which they may fail."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, ClassVar, NamedTuple
+
+from stress.reference_record import Aired, Flaw, Life, Witness
+from stress.schedules import NEARLY_CUT, Losses, Schedule, losses_of, losses_there, packets_each, passes_on
+
+from exchange.packets import Reception
+from missions.runs.run import Run
+from missions.runs.setup import Setup
+from remoras.fleet import Fleet
+from remoras.vehicle import Vehicle
+from worldmodel import Change
+
+EVENT, TICK, END = "event", "tick", "end"
+
+
+class Invariant:
+    """One condition; each run has an object of its own, which may keep what it has seen and changes nothing.
+
+    Attributes:
+        name: of the invariant; moment: when it is checked.
+        not_under: kinds of faults under which it is not promised, unless something protects the packets.
+    """
+
+    name: ClassVar[str]
+    moment: ClassVar[str] = END
+    not_under: ClassVar[frozenset[str]] = frozenset()
+
+    def broken(self, scene: Scene) -> str | None:
+        """Describe the violation; None if the condition holds."""
+        return None
+
+
+class Heard(NamedTuple):
+    """A received packet; ``aired`` is None if it was forged or damaged."""
+
+    vehicle: Vehicle
+    life: Life
+    aired: Aired | None
+    reception: Reception
+    changes: tuple[Change, ...]
+    own_s: float
+
+
+@dataclass
+class Scene:
+    """A run as invariants see it.
+
+    Attributes:
+        effective: kinds of faults against which nothing in this scenario protects the fleet.
+        forged: (vehicle, group or subject, kind) of each forged statement.
+        heard: the packet of a moment EVENT; finished, summary: the run of a moment END.
+        rested: True if the exchange after the mission left nothing open; None where it did not go on.
+    """
+
+    setup: Setup
+    schedule: Schedule
+    fleet: Fleet
+    effective: frozenset[str]
+    witness: Witness = field(default_factory=Witness)
+    lives: dict[str, Life] = field(default_factory=dict)
+    forged: list[tuple[str, str, str]] = field(default_factory=list)
+    heard: Heard | None = None
+    finished: Run | None = None
+    summary: Mapping[str, Any] = field(default_factory=dict)
+    rested: bool | None = None
+    _judged: Heard | None = None
+    _flaws: list[Flaw] | None = None
+
+    @property
+    def flaws(self) -> Sequence[Flaw]:
+        """Flaws of the content of the packet; without one, of all content."""
+        if self._judged is not self.heard or self._flaws is None:
+            self._judged = self.heard
+            if self.heard is None:
+                self._flaws = [flaw for life in self.witness.all_alive() for flaw in self.witness.unfounded(life)]
+            else:
+                of, life = self.witness.flaw_of, self.heard.life
+                self._flaws = [flaw for change in self.heard.changes if (flaw := of(life, change.block)) is not None]
+        return self._flaws
+
+    @property
+    def now_s(self) -> float:
+        """Time of the mission (s)."""
+        return self.fleet.now_s
+
+    @cached_property
+    def is_selective(self) -> bool:
+        """True if vehicles need not keep what all others know; features say so when vehicles are made."""
+        of_its_own = any(vehicle.radio.noted for vehicle in self.fleet.vehicles)
+        return of_its_own or self.setup.subjects is not None
+
+    @property
+    def is_silent(self) -> bool:
+        """True if the strategy keeps a vehicle silent that could send."""
+        return any(vehicle.social.is_silent for vehicle in self.in_contact())
+
+    @cached_property
+    def has_cut_links(self) -> bool:
+        """True if a link is nearly cut after the mission: a sender may never receive an acknowledgement."""
+        return max(self._losses_in(self.fleet.ended_s, self.fleet.now_s).values(), default=0.0) >= NEARLY_CUT
+
+    @cached_property
+    def is_parted(self) -> bool:
+        """True if no usable path joins some vehicles in contact after the mission."""
+        return self._has_no_way(self._losses_in(self.fleet.ended_s, self.fleet.now_s))
+
+    @cached_property
+    def was_parted(self) -> bool:
+        """True if that was so in the later half of the mission, in which waiting vehicles stand still."""
+        return self._has_no_way(self._losses_in(0.5 * self.fleet.ended_s, self.fleet.ended_s))
+
+    def _losses_in(self, from_s: float, until_s: float) -> Losses:
+        """What each link loses; on the channel acoustic in that time, where vehicles are in the end."""
+        if losses := losses_of(self.setup.scenario):
+            return losses
+        motions = [vehicle.functional.motion for vehicle in self.fleet.vehicles]
+        places_m = [(motion.x_m, motion.y_m) for motion in motions]
+        return losses_there(self.setup.scenario, self.schedule.seed, places_m, from_s, until_s)
+
+    def _has_no_way(self, losses: Losses) -> bool:
+        names = [vehicle.name for vehicle in self.in_contact()]
+        return bool(losses) and math.isinf(packets_each(losses, passes_on(self.setup.scenario), names))
+
+    def in_contact(self) -> list[Vehicle]:
+        """Vehicles that are alive, hear and are heard."""
+        pairs = zip(self.fleet.vehicles, self.fleet.view.vehicles, strict=True)
+        return [vehicle for vehicle, seen in pairs if seen.is_in_contact]

@@ -1,0 +1,591 @@
+"""Schedules: faults and settings of one run, drawn by Hypothesis and read from TOML files."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields
+from functools import cache
+from itertools import combinations, pairwise, permutations
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import tomli_w
+from hypothesis import strategies as st
+
+from exchange.acoustics import loss
+from exchange.acoustics.acoustic import AcousticChannel
+from exchange.acoustics.link import Matrix, Transmission
+from exchange.acoustics.models import MatrixChannel
+from exchange.acoustics.modems import modems
+from exchange.acoustics.network import NetworkChannel, shipped
+from exchange.policies import PAPER_POLICIES
+from missions.errors import ConfigurationError
+from missions.files import toml_value
+from missions.runs.run import run
+from missions.runs.setup import resolved
+from missions.scenarios import Scenario, load
+from missions.scenarios.deployment import deployment_of
+from missions.scenarios.policy import policy_of
+from remoras.strategies import parameters, strategies
+
+GROUND = "mapping-rendezvous"
+SMALL = (
+    "area.middle.corners_m=[[50,50],[50,150],[150,150],[150,50]]",
+    "area.left.corners_m=[[150,50],[150,150],[250,150],[250,50]]",
+    "area.right.corners_m=[[50,150],[50,250],[150,250],[150,150]]",
+    'rally_point."operational rally".position_m=[200,200]',
+    'rally_point."coordination rally".position_m=[240,240]',
+    "communication.lease_frames=10",
+    "mission.meeting_deadline_s=360",
+    "strategy.name=remoras",
+)
+"""Three areas of 100 m, so that a run takes a fifth of the time."""
+
+# Kinds of faults ----------------------------------------------------------------------------------
+
+Drawn = st.SearchStrategy[Any]
+
+
+class Kind(NamedTuple):
+    """A kind of faults: keys that are drawn, and whether it may last for good, or happens at a time and is over."""
+
+    keys: Mapping[str, Drawn] = {}
+    may_stay: bool = False
+    is_sudden: bool = False
+
+
+def _share(low: float, high: float) -> dict[str, Drawn]:
+    return {"share": st.floats(low, high).map(lambda share: round(share, 2))}
+
+
+def _of(key: str, *values: Any) -> dict[str, Drawn]:
+    return {key: st.sampled_from(values)}
+
+
+LINKS = {
+    "loss": Kind(_share(0.1, 0.9)),
+    "bursts": Kind(_share(0.2, 0.8) | _of("slots", 8, 20, 60)),
+    "partition": Kind(_of("one_way", False, True)),
+    "twice": Kind(_share(0.1, 0.6) | _of("slots", 1, 2, 4, 8)),
+    "late": Kind(_share(0.1, 0.6) | _of("slots", 0.1, 1, 2, 4, 8)),
+    "echo": Kind(_share(0.1, 0.6) | _of("slots", 0.2, 1, 4)),
+    "bits": Kind(_share(0.05, 0.5) | _of("bits", 1, 2, 4, 8)),
+    "cut": Kind(_share(0.05, 0.5)),
+    "forged": Kind(_share(0.05, 0.3)),
+}
+DECLARED = {
+    "lost": Kind(may_stay=True),
+    "mute": Kind(may_stay=True),
+    "deaf": Kind(may_stay=True),
+    "restarts": Kind(_of("memory", "kept", "lost")),
+    "slow": Kind(_of("factor", 0.8, 0.6, 0.4), may_stay=True),
+    "joins": Kind(is_sudden=True),
+    "sensor": Kind(may_stay=True),
+    "drains": Kind(_of("drain_w", 50.0, 200.0)),
+}
+"""Kinds that a scenario may declare."""
+KINDS = {
+    **LINKS,
+    **DECLARED,
+    "clock": Kind(_of("by_s", 0.3, -0.3, 2.0, -2.0, 30.0, -30.0)),
+    "random": Kind(_share(0.2, 1.0)),
+    "frozen": Kind(),
+    "misplaced": Kind(_share(0.1, 1.0), may_stay=True),
+    "forged-role": Kind(is_sudden=True),
+    "forged-objective": Kind(is_sudden=True),
+    "forged-done": Kind(is_sudden=True),
+    "forged-lead": Kind(_of("term", 1, 2, 64, 65, 128, 254, 255), is_sudden=True),
+    "sulks": Kind(_share(0.1, 1.0)),
+}
+AWAY = frozenset({"lost", "restarts", "joins"})
+DAMAGE = frozenset({"bits", "cut", "forged"})
+OF_SENSORS = frozenset({"sensor", "random", "frozen"})
+WORK = frozenset({"sensor", "drains", "biased"})
+"""Kinds under which work may stay undone though no vehicle is to blame."""
+FOR_GOOD = " for good"
+"""Behind a kind of which a fault lasts for good: less is promised then."""
+
+
+@dataclass(frozen=True)
+class StressFault:
+    """One ``[[fault]]``; what a scenario may declare is the same there. ``until_s`` None is for good."""
+
+    kind: str
+    at_s: float
+    vehicle: str = ""
+    peer: str = ""
+    until_s: float | None = None
+    share: float = 1.0
+    slots: float = 1.0
+    bits: int = 1
+    one_way: bool = False
+    by_s: float = 0.0
+    by_m: float = 5000.0
+    term: int = 1
+    memory: str | None = None
+    factor: float | None = None
+    drain_w: float | None = None
+
+    def holds(self, now_s: float) -> bool:
+        """True while it holds."""
+        return self.at_s <= now_s < (math.inf if self.until_s is None else self.until_s)
+
+    @property
+    def is_permanent(self) -> bool:
+        """True if it lasts for good."""
+        return self.until_s is None and KINDS[self.kind].may_stay
+
+    def said(self) -> dict[str, Any]:
+        """Its keys that are no defaults."""
+        return {one.name: value for one in fields(self) if (value := getattr(self, one.name)) != one.default}
+
+    def excludes(self, other: StressFault) -> bool:
+        """True if both cannot be in one schedule: the same of one vehicle, or one that is away twice."""
+        is_same = bool(self.vehicle) and self.vehicle == other.vehicle
+        return is_same and (self.kind == other.kind or {self.kind, other.kind} <= AWAY)
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """One run: equal schedules give equal runs, byte for byte.
+
+    Attributes:
+        seed: of all draws; heal_s: when what is transient is over; bound_s: end of the run.
+        settings: KEY=VALUE of the scenario.
+        must_finish: survivors have to complete the mission by the bound; must_end: the run has to be over before it.
+    """
+
+    seed: int
+    heal_s: float
+    bound_s: float
+    settings: tuple[str, ...] = SMALL
+    fault: tuple[StressFault, ...] = ()
+    scenario: str = GROUND
+    must_finish: bool = True
+    must_end: bool = False
+
+    @property
+    def kinds(self) -> frozenset[str]:
+        """Kinds of its faults."""
+        return frozenset(fault.kind for fault in self.fault)
+
+    def numbered(self) -> Iterator[tuple[int, StressFault]]:
+        """Faults with numbers by which their draws are keyed: those of a fault do not depend on the others."""
+        for fault in self.fault:
+            name = f"{fault.kind} {fault.vehicle} {fault.peer} {fault.at_s}"
+            yield sum(ord(letter) * int(31**place) for place, letter in enumerate(name)) % (1 << 31), fault
+
+    def as_toml(self) -> str:
+        """The schedule as a file."""
+        about = {one.name: getattr(self, one.name) for one in fields(self) if one.name != "fault"}
+        return tomli_w.dumps(about | {"fault": [fault.said() for fault in self.fault]})
+
+    def loaded(self) -> Scenario:
+        """The scenario of the run, with its quiet time and those of its faults that it may declare."""
+        own, quiet_s = _known(self.scenario, self.settings)
+        clocks: dict[str, float] = {}
+        for fault in self.fault:
+            if fault.kind == "clock":
+                clocks[fault.vehicle] = clocks.get(fault.vehicle, 0.0) + (fault.by_s if fault.at_s == 0.0 else 0.0)
+        given = {"scenario.duration_s": self.bound_s, "scenario.settle_s": quiet_s}
+        given |= {f"vehicle.{name}.clock": {"offset_s": off_s or READY_S} for name, off_s in clocks.items()}
+        given["fault"] = [*own, *(fault.said() for fault in self.fault if fault.kind in DECLARED)]
+        return loaded(self.scenario, (*self.settings, *(f"{key}={toml_value(value)}" for key, value in given.items())))
+
+
+READY_S = 1e-6
+"""Offset of a clock that jumps in the run: its vehicle has a clock of its own from the start."""
+SETTLE_FRAMES, ROUNDS, MOST_PACKETS = 240, 24, 100.0
+"""Longest quiet time after the mission: TDMA frames, or packets with their answers on the worst path."""
+
+
+def read_schedule(path: Path) -> Schedule:
+    """Read the schedule of a file."""
+    raw = tomllib.loads(path.read_text(encoding="utf-8"))
+    faults = tuple(StressFault(**one) for one in raw.pop("fault", ()))
+    return Schedule(**raw | {"settings": tuple(raw["settings"])}, fault=faults)
+
+
+def loaded(scenario: str, settings: Sequence[str]) -> Scenario:
+    """Load a scenario with settings."""
+    return load(scenario, [("--set", setting) for setting in settings])
+
+
+@cache
+def _known(scenario: str, settings: tuple[str, ...]) -> tuple[tuple[dict[str, Any], ...], float]:
+    """Faults of the scenario itself, and its longest quiet time (s)."""
+    own = loaded(scenario, settings)
+    n_frames = max(SETTLE_FRAMES, math.ceil(ROUNDS * _packets_of(own)))
+    faults = tuple(table.model_dump(mode="json", exclude_none=True) for table in own.fault)
+    return faults, n_frames * resolved(own).schedule.frame_s
+
+
+def befalls(seed: int, fault: int, number: int, receiver: int, share: float) -> bool:
+    """True if a fault befalls the packet of a slot, or the reading of a tick, at a receiver."""
+    return share >= 1.0 or loss.uniform(seed, PACKETS, fault, number & 0xFFFF, receiver | number >> 16 << 8) < share
+
+
+PACKETS = 1001
+"""`trial` of the draws that say which packets and readings a fault befalls."""
+
+# Usable paths -------------------------------------------------------------------------------------
+
+NEARLY_CUT = 0.9
+"""Share of packets lost from which on a link is nearly cut."""
+MOMENTS = 8
+Losses = Mapping[tuple[str, str], float]
+"""Share of packets lost by (sender, receiver)."""
+
+
+def losses_of(scenario: Scenario) -> Losses:
+    """What each link loses for the whole run; empty where the channel has no such rates, or the seed draws them."""
+    names, settings = scenario.names_by_slot, scenario.channel.settings()
+    is_drawn = isinstance(settings, NetworkChannel) and not settings.nodes.keys() >= {*names}
+    if is_drawn or not isinstance(settings, (MatrixChannel, NetworkChannel)):
+        return {}
+    deployment = deployment_of(scenario)
+    model = settings.link_model(deployment, 0)
+    if not isinstance(model, Matrix):
+        return {}
+    nodes = deployment.nodes.items()
+    return {(one, other): model.per_of.get((a, b), model.per) for (one, a), (other, b) in permutations(nodes, 2)}
+
+
+def losses_there(
+    scenario: Scenario, seed: int, places_m: Sequence[tuple[float, float]], from_s: float, until_s: float
+) -> Losses:
+    """Mean loss of each link of the channel acoustic over a time in which vehicles stay where they are; else empty."""
+    channel, deployment = scenario.channel.settings(), deployment_of(scenario)
+    if not isinstance(channel, AcousticChannel):
+        return {}
+    link, bits, found = channel.link_model(deployment, seed), deployment.modem.payload_bits, {}
+    moments_s = [from_s + (until_s - from_s) * (number + 0.5) / MOMENTS for number in range(MOMENTS)]
+    for (one, a), (other, b) in permutations(deployment.nodes.items(), 2):
+        range_m = math.hypot(math.dist(places_m[a], places_m[b]), deployment.depths_m[a] - deployment.depths_m[b])
+        rates = (link.p_loss(Transmission(0, a, time_s, bits, places_m), b, range_m) for time_s in moments_s)
+        found[one, other] = math.fsum(rates) / MOMENTS
+    return found
+
+
+def passes_on(scenario: Scenario) -> bool:
+    """True if vehicles pass on what others tell, over links that are nearly cut at least."""
+    return policy_of(scenario.communication.policy).repeat or bool(getattr(scenario.communication, "relaying", True))
+
+
+def packets_each(losses: Losses, passed_on: bool, among: Collection[str]) -> float:
+    """Mean packets for one to be heard and answered on the worst path; infinite if vehicles are parted."""
+
+    def packets(one: str, other: str) -> float:
+        there, back = losses[one, other], losses[other, one]
+        return math.inf if max(there, back) >= NEARLY_CUT else 1.0 / ((1.0 - there) * (1.0 - back))
+
+    each = {pair: packets(*pair) for pair in permutations(among, 2)}
+    for relay in among if passed_on else ():
+        for one, other in list(each):
+            if relay not in (one, other) and math.isinf(packets(one, other)):
+                each[one, other] = min(each[one, other], each[one, relay] + each[relay, other])
+    return max(each.values(), default=1.0)
+
+
+def _packets_of(scenario: Scenario) -> float:
+    if losses := losses_of(scenario):
+        return min(MOST_PACKETS, packets_each(losses, passes_on(scenario), scenario.names_by_slot))
+    mean_per = scenario.channel.settings().mean_per(deployment_of(scenario))
+    return MOST_PACKETS if mean_per >= 1.0 else min(MOST_PACKETS, 1.0 / (1.0 - mean_per) ** 2)
+
+
+# Settings -----------------------------------------------------------------------------------------
+
+Draw = st.DrawFn
+
+
+def number(low: float, high: float) -> Drawn:
+    """A number with three digits."""
+    return st.floats(low, high).map(lambda value: float(f"{value:.3g}"))
+
+
+CHANNELS: dict[str, dict[str, Drawn]] = {
+    "bernoulli": {"per": number(0.05, 0.8)},
+    "gilbert-elliott": {"p_good_to_bad": number(0.02, 0.3), "p_bad_to_good": number(0.05, 0.5),
+                        "per_good": number(0.0, 0.2), "per_bad": number(0.5, 1.0)},
+    "acoustic": {"wind_mps": number(0.0, 15.0), "shipping": number(0.0, 1.0), "source_level_db": number(105.0, 170.0),
+                 "fading": st.sampled_from(("bit", "frame", "packet", "none"))},
+    "perfect": {},
+}  # fmt: skip
+SITE = {"spread_db": number(1.0, 12.0), "distance_m": number(20.0, 500.0), "time_h": number(0.02, 2.0),
+        "receiver_db": st.just(0.0) | number(1.0, 6.0)}  # fmt: skip
+
+
+def _channel(draw: Draw, own: Scenario) -> dict[str, Any]:
+    """Draw a loss model with its settings; of an acoustic one, a site of faint links too."""
+    name = draw(st.sampled_from(sorted(CHANNELS)))
+    found = {f"channel.{key}": draw(value) for key, value in CHANNELS[name].items()}
+    if name == "acoustic" and draw(st.booleans()):
+        found |= {f"channel.site.{key}": draw(value) for key, value in SITE.items()}
+    return {"channel.name": name, **found}
+
+
+def _topology(draw: Draw, own: Scenario) -> dict[str, Any]:
+    """Draw a sea in which links are nearly cut for the whole run, while all vehicles are joined by some path."""
+    names = draw(st.permutations(own.names_by_slot))
+    shape = draw(st.sampled_from(("link", "links", "line", "halves", "star", "network")))
+    if shape == "network":
+        fitting = sorted(name for name, network in shipped().items() if len(network.nodes) >= len(names))
+        network = shipped()[draw(st.sampled_from(fitting))]
+        nodes = dict(zip(names, draw(st.permutations(sorted(network.nodes))), strict=False))
+        return {"channel.name": "network", "channel.network": network.name, "channel.nodes": nodes}
+    line, half = [*pairwise(names)], {*names[: len(names) // 2]}
+    beside = [pair for pair in combinations(names, 2) if pair not in line]
+    some = st.lists(st.sampled_from(beside), min_size=1, unique=True, max_size=1 if shape == "link" else None)
+    cut = {
+        "line": beside,
+        "halves": [pair for pair in beside if len(half.intersection(pair)) == 1],
+        "star": [pair for pair in combinations(names, 2) if names[0] not in pair],
+    }.get(shape) or draw(some)
+    both = shape not in ("link", "links") or draw(st.booleans())
+    links = [
+        {"sender": sender, "receiver": receiver, "per": draw(st.just(1.0) | number(NEARLY_CUT, 1.0))}
+        for one, other in cut
+        for sender, receiver in ([(one, other), (other, one)] if both else [(one, other)])
+    ]
+    return {"channel.name": "matrix", "channel.per": draw(number(0.0, 0.3)), "channel.link": links}
+
+
+def _blackout(draw: Draw, own: Scenario) -> dict[str, Any]:
+    from_s = draw(number(0.0, 600.0))
+    who = draw(st.just({}) | st.sampled_from(own.names_by_slot).map(lambda name: {"vehicle": name}))
+    return {"channel.blackout": [{"from_s": from_s, "until_s": from_s + draw(number(10.0, 200.0)), **who}]}
+
+
+def _vehicle(**keys: Callable[[Any], Drawn]) -> Callable[[Draw, Scenario], dict[str, Any]]:
+    """Draw keys of one vehicle, by functions of its table."""
+
+    def drawn(draw: Draw, own: Scenario) -> dict[str, Any]:
+        one = draw(st.sampled_from(own.vehicle))
+        return {f"vehicle.{one.name}.{key}": draw(value(one)) for key, value in keys.items()}
+
+    return drawn
+
+
+def _energy(one: Any) -> Drawn:
+    """A battery for 1 to 40 min."""
+    power_w = one.hotel_w + one.drag_w_per_mps3 * one.survey_speed_mps**3
+    return number(60.0 * power_w, 2400.0 * power_w)
+
+
+def _parameter(draw: Draw, own: Scenario) -> dict[str, Any]:
+    """Draw one number of the strategy, half or twice as much."""
+    declared = parameters(strategies()[own.strategy.name])
+    found = {one.name: one.default for one in declared if type(one.default) in (int, float)}
+    if not found:
+        return {}
+    name = draw(st.sampled_from(sorted(found)))
+    value = float(found[name]) * draw(st.sampled_from((0.5, 2.0)))
+    return {f"strategy.parameters.{name}": max(1, int(value)) if isinstance(found[name], int) else value}
+
+
+def _size(draw: Draw, own: Scenario) -> dict[str, Any]:
+    sensing = [one.name for one in own.vehicle if one.sensor]
+    return {
+        "fleet.size": len(own.vehicle) + draw(st.integers(1, 4)), "fleet.copies_of": draw(st.sampled_from(sensing)),
+        "fleet.layers": draw(st.booleans()),
+    }  # fmt: skip
+
+
+def _fixed(**tables: Mapping[str, Drawn]) -> Callable[[Draw, Scenario], dict[str, Any]]:
+    """Draw one to all of some keys of a table."""
+
+    def drawn(draw: Draw, own: Scenario) -> dict[str, Any]:
+        ((table, keys),) = tables.items()
+        chosen = draw(st.sets(st.sampled_from(sorted(keys)), min_size=1))
+        return {f"{table}.{key}": draw(keys[key]) for key in sorted(chosen)}
+
+    return drawn
+
+
+def _information(draw: Draw, own: Scenario) -> dict[str, Any]:
+    """Let heads hold what groups know of their jobs."""
+    groups = [group.name for group in own.group if any(role.job for role in group.role)]
+    return {
+        "communication.needs_follow": "groups",
+        **{f'group."{name}".information': "held by head" for name in groups},
+    }
+
+
+TERMS = {"ttl_s": number(30.0, 600.0), "queue_limit": st.integers(1, 20), "newest_first": st.just(True),
+         "blackout_s": number(5.0, 60.0), "acknowledged": st.just(False)}  # fmt: skip
+
+
+def _need(draw: Draw, own: Scenario) -> dict[str, Any]:
+    """Let what is least urgent be needed on terms."""
+    given = dict(own.communication.needs)
+    attribute = min(sorted(given), key=given.__getitem__)
+    chosen = draw(st.sets(st.sampled_from(sorted(TERMS)), min_size=1, max_size=2))
+    terms = {key: draw(TERMS[key]) for key in sorted(chosen)}
+    need = {"attribute": attribute, "priority": given.pop(attribute), **terms}
+    return {"need": [need], "communication.needs": given}
+
+
+CHOICES: dict[str, tuple[Any, ...]] = {
+    "strategy.name": tuple(sorted(strategies())), "communication.policy": tuple(sorted(PAPER_POLICIES)),
+    "communication.lease_frames": (3, 5, 20, 100), "communication.carrier_evidence": (False,),
+    "communication.queue_limit": (3, 10, 100), "communication.value": ("goby", "age", "deadline"),
+    "communication.modem": tuple(sorted(modems())), "communication.range_m": (300, 1000, 3000),
+    "communication.guard_s": (1.0, 3.0), "communication.crc_bits": (8, 16, 32),
+    "communication.time_resolution_s": (0.01, 0.5, 1.0), "communication.count_listening": (True,),
+    "communication.needs_follow": ("groups",), "communication.relaying": (False,), "communication.parking": (False,),
+    "communication.needs.mappedCell": (1, 20, 60), "communication.needs.playsRole": (1, 20, 60),
+    "mission.meeting_deadline_s": (40.0, 120.0, 360.0), "mission.patience_s": (30.0, 120.0, 480.0),
+    "worldmodel.waiting_s": (20.0,), "worldmodel.waiting_blocks": (2,), "scenario.tick_s": (0.5,),
+    "world.sound_speed_mps": (1400.0, 1450.0, 1600.0),
+}  # fmt: skip
+"""Values of single keys."""
+DRAWN: dict[str, Callable[[Draw, Scenario], dict[str, Any]]] = {
+    "channel": _channel, "topology": _topology, "blackout": _blackout, "size": _size, "parameters": _parameter,
+    "information": _information, "need": _need,
+    "speeds": _vehicle(transit_speed_mps=lambda one: number(0.5 * one.transit_speed_mps, 2.0 * one.transit_speed_mps),
+                       survey_speed_mps=lambda one: number(0.5 * one.survey_speed_mps, one.survey_speed_mps)),
+    "turns": _vehicle(turn_rate_radps=lambda _: number(0.1, 1.0), acceleration_mps2=lambda _: number(0.05, 1.0)),
+    "sensors": _vehicle(sensor=lambda _: st.just([])), "social": _vehicle(social_layer=lambda _: st.just(False)),
+    "energy": _vehicle(energy_j=_energy),
+    "starts": _vehicle(start_m=lambda _: st.tuples(number(0.0, 300.0), number(0.0, 300.0)).map(list)),
+    "decision": _fixed(decision={
+        "period_s": st.sampled_from((1.0, 4.0, 8.0)), "weight_external": st.sampled_from((0.0, 1.0, 4.0)),
+        "weight_continuing": st.sampled_from((0.0, 0.3)), "signal_memory_frames": st.sampled_from((1.0, 30.0))}),
+    "guidance": _fixed(guidance={
+        "separation_m": st.sampled_from((2.0, 5.0, 8.0, 12.0)), "attraction": st.sampled_from((0.0, 1.0, 3.0)),
+        "repulsion": st.sampled_from((0.0, 2.0, 5.0))}),
+    "current": _fixed(current={
+        "east_mps": number(-0.4, 0.4), "north_mps": number(-0.4, 0.4), "shear_depth_m": number(10.0, 60.0),
+        "tide_period_h": number(0.2, 12.4), "surge": st.builds(
+            lambda at_s, lasts_s: [{"between_s": [at_s, at_s + 60.0], "lasts_s": lasts_s, "east_mps": 0.15}],
+            number(0.0, 150.0), number(30.0, 300.0))}),
+    "navigation": _fixed(navigation={"drift": number(0.0005, 0.05), "fix_s": number(5.0, 60.0)}),
+    "uncertainty": _fixed(uncertainty={"p_miss": number(0.02, 0.5), "speed_spread": number(0.02, 0.3)}),
+    "clocks": _fixed(communication={"clocks": st.fixed_dictionaries(
+        {"offset_s": number(0.0, 0.2), "drift_ppm": number(0.0, 500.0), "apart_s": st.sampled_from((0.5, 2.0, 5.0)),
+         "discipline": st.just(True)})}),
+}  # fmt: skip
+"""Settings that belong together, and those that depend on the scenario."""
+MOST_SETTINGS = 4
+
+
+@st.composite
+def settings(draw: Draw, scenario: str = GROUND, given: tuple[str, ...] = SMALL) -> tuple[str, ...]:
+    """Draw up to four settings beside those given; what the scenario refuses beside the others is left out."""
+    own = loaded(scenario, given)
+    for name in draw(st.lists(st.sampled_from([*CHOICES, *DRAWN]), max_size=MOST_SETTINGS, unique=True)):
+        value = draw(st.sampled_from(CHOICES[name])) if name in CHOICES else None
+        found = {name: value} if name in CHOICES else DRAWN[name](draw, own)
+        kept = [line for line in given if line.partition("=")[0] not in found]
+        more = (*kept, *(f"{key}={toml_value(one)}" for key, one in found.items()))
+        try:
+            own = loaded(scenario, more)
+        except ConfigurationError:
+            continue
+        given = more
+    return given
+
+
+# Schedules ----------------------------------------------------------------------------------------
+
+LEASES, SLACK, LONGEST = 3, 1.5, 8.0
+"""Leases of absence, and shares of the time without faults, that survivors have; time of a mission with settings."""
+NEAR_S = (-20.0, -6.0, -2.0, -0.5, 0.0, 0.5, 2.0, 6.0)
+"""When a targeted fault begins, from a rare moment on."""
+
+
+class Baseline(NamedTuple):
+    """A run without faults.
+
+    Attributes:
+        usual_s: its time; completes: whether it completes; spare_s: leases of absence and waits at meetings.
+        moments: time (s) and vehicle of what is rare: acts, roles, absences, milestones.
+        vehicles: all; sensing: those with sensors.
+    """
+
+    usual_s: float
+    completes: bool
+    spare_s: float
+    moments: tuple[tuple[float, str], ...]
+    vehicles: tuple[str, ...]
+    sensing: tuple[str, ...]
+
+
+@cache
+def baseline(scenario: str, given: tuple[str, ...], most_s: float = math.inf) -> Baseline:
+    """Run a scenario without faults, for so long at most."""
+    own = loaded(scenario, given)
+    spare_s = getattr(own.mission, "meeting_deadline_s", 0.0)
+    spare_s += LEASES * own.communication.lease_frames * resolved(own).schedule.frame_s
+    duration_s = min(own.scenario.duration_s, round(LONGEST * most_s + spare_s, 1))
+    found = run(loaded(scenario, (*given, f"scenario.duration_s={duration_s}")), seed=1)
+    rows = [(row[0], row[1]) for name in ("roles", "organisation", "membership") for row in found.recorder.rows(name)]
+    rows += [(stone.time_s, stone.vehicle) for stone in found.milestones]
+    moments = tuple(sorted({(at_s, name) for at_s, name in rows if at_s > 0.0}))
+    sensing = tuple(one.name for one in own.vehicle if one.sensor)
+    return Baseline(found.end_s, found.completed, spare_s, moments, own.names_by_slot, sensing)
+
+
+def ground_of(scenario: str, given: tuple[str, ...]) -> tuple[Baseline, Baseline]:
+    """Run a scenario without faults, in the settings of the small mission if it is that one, and in those given."""
+    usual = baseline(scenario, SMALL if scenario == GROUND else given)
+    return usual, baseline(scenario, given, usual.usual_s)
+
+
+@st.composite
+def faults(draw: Draw, kind: str, ground: Baseline, heal_s: float, staying: str) -> StressFault:
+    """Draw one fault of a kind, near a rare moment or at any time, over by ``heal_s`` unless it lasts for good."""
+    about, able = KINDS[kind], ground.sensing if kind in OF_SENSORS else ground.vehicles
+    near, name = draw(st.sampled_from(((0.0, ""), *ground.moments)))
+    after_s = draw(st.sampled_from(NEAR_S)) if near else draw(number(0.0, 0.8 * heal_s))
+    at_s = min(max(1.0, round(near + after_s, 1)), round(heal_s - 10.0, 1))
+    vehicle = name if name in able and draw(st.booleans()) else draw(st.sampled_from(able))
+    keys = {key: draw(values) for key, values in about.keys.items()}
+    until_s = None if about.is_sudden else round(draw(st.floats(at_s + 10.0, heal_s)), 1)
+    if about.may_stay and vehicle == staying and draw(st.booleans()):
+        until_s = None
+    if kind in LINKS and kind != "echo":
+        peers = st.sampled_from([one for one in ground.vehicles if one != vehicle])
+        whose = {"vehicle": vehicle}, {"vehicle": vehicle, "peer": draw(peers)}, {}
+        keys |= draw(st.sampled_from(whose if kind != "partition" else whose[:2]))
+    else:
+        keys["vehicle"] = vehicle
+    return StressFault(kind, at_s, until_s=until_s, **keys)
+
+
+@st.composite
+def schedules(
+    draw: Draw,
+    kinds: Collection[str] = tuple(KINDS),
+    needs: Collection[str] = (),
+    given: st.SearchStrategy[tuple[str, ...]] | None = None,
+    scenario: str = GROUND,
+) -> Schedule:
+    """Draw a schedule: one to four kinds of ``kinds``, one of ``needs`` among them, in settings that are drawn too."""
+    chosen = draw(given if given is not None else settings())
+    usual, ground = ground_of(scenario, chosen)
+    heal_s = round(draw(st.floats(0.15, 0.6)) * ground.usual_s + 20.0, 1)
+    names = draw(st.lists(st.sampled_from(sorted(kinds)), max_size=4, unique=True)) if kinds else []
+    if needs and not set(needs).intersection(names):
+        names.append(draw(st.sampled_from(sorted(needs))))
+    if any(line.startswith("fleet.size") for line in chosen):
+        names = [name for name in names if name != "clock"]
+    staying, found = draw(st.sampled_from(("", *ground.vehicles))), list[StressFault]()
+    for name in names:
+        for _ in range(draw(st.integers(1, 2))):
+            fault = draw(faults(name, ground, heal_s, staying))
+            if not any(fault.excludes(other) for other in found):
+                found.append(fault)
+    permanent = [fault for fault in found if fault.is_permanent]
+    factor = min((fault.factor or 0.5 for fault in permanent if fault.kind == "slow"), default=1.0)
+    left = max(1, len({*ground.sensing} - {fault.vehicle for fault in permanent})) / max(1, len(ground.sensing))
+    bound_s = round(heal_s + SLACK * ground.usual_s / (factor * left) + ground.spare_s, 1)
+    may_fail = any("energy_j" in line for line in chosen)
+    ordered = tuple(sorted(found, key=lambda fault: (fault.at_s, fault.kind, fault.vehicle)))
+    is_whole = ground.completes and not may_fail
+    return Schedule(
+        draw(st.integers(0, 1 << 20)), heal_s, bound_s, chosen, ordered, scenario, is_whole, usual.completes
+    )

@@ -1,0 +1,38 @@
+"""Campaign: random faults in random settings break no invariant; Hypothesis makes smaller what does."""
+
+import pytest
+from hypothesis import HealthCheck, given, note, settings
+from stress.schedules import Schedule, read_schedule, schedules
+from stress.trial import judge, repeated
+
+CAMPAIGN = {"deadline": None, "suppress_health_check": list(HealthCheck)}
+
+
+def check(schedule: Schedule) -> None:
+    note(schedule.as_toml())
+    outcome = judge(schedule)
+    assert outcome.broken is None, outcome.broken
+
+
+@pytest.mark.slow
+@settings(max_examples=15, derandomize=True, **CAMPAIGN)
+@given(schedules())
+def test_no_schedule_breaks_an_invariant(schedule: Schedule) -> None:
+    check(schedule)
+
+
+@pytest.mark.slow
+@pytest.mark.thorough
+@settings(max_examples=1000, **CAMPAIGN)
+@given(schedules())
+def test_no_further_schedule_breaks_an_invariant(schedule: Schedule) -> None:
+    check(schedule)
+
+
+@settings(max_examples=2, derandomize=True, **CAMPAIGN)
+@given(schedules(needs=("loss", "restarts")))
+def test_a_schedule_is_a_file_and_gives_the_same_tables(tmp_path_factory, schedule: Schedule) -> None:
+    file = tmp_path_factory.mktemp("schedule") / "schedule.toml"
+    file.write_text(schedule.as_toml(), encoding="utf-8")
+    assert read_schedule(file) == schedule
+    assert repeated(schedule).broken is None
