@@ -22,10 +22,10 @@ from rdflib.term import Node
 
 from benchmarks.measuring import row
 from worldmodel import Block, Instance, PropertyValue, TBox, WorldModel, core_ontology_paths, merge, read_tbox
-from worldmodel.owl import ontology_path
+from worldmodel.ontology import ontology_path
+from worldmodel.ontology.compiler import SIT
 from worldmodel.rdf.terms import RUN, instance_iri
 from worldmodel.rdf.view import as_graph
-from worldmodel.turtle import SIT
 
 FIRST = 5
 """Uid of the first station; the vehicles come before."""

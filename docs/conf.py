@@ -25,7 +25,7 @@ from missions.scenarios.formation import FORMATION_WORDS  # noqa: E402
 from missions.sweeps.study import study_explanations  # noqa: E402
 from remoras.mission import ABILITIES  # noqa: E402
 from worldmodel import core_ontology_paths, ontology_path, read_tbox  # noqa: E402
-from worldmodel.vocabulary import terms_of  # noqa: E402
+from worldmodel.ontology import terms_of  # noqa: E402
 
 project = "REMORAS"
 author = "The REMORAS simulator authors"

@@ -20,8 +20,9 @@ ROOT = Path(__file__).resolve().parent.parent
 OURS = ("worldmodel", "exchange", "remoras", "missions", "visualisation")
 
 ROOMS: dict[str, set[str]] = {
-    "worldmodel": {"worldmodel"},
-    "worldmodel.rdf": {"worldmodel.rdf", "worldmodel"},
+    "worldmodel.ontology": {"worldmodel.ontology"},
+    "worldmodel": {"worldmodel", "worldmodel.ontology"},
+    "worldmodel.rdf": {"worldmodel.rdf", "worldmodel", "worldmodel.ontology"},
     "exchange.acoustics": {"exchange.acoustics"},
     "exchange": {"exchange", "exchange.wire", "exchange.queueing", "exchange.peering", "worldmodel"},
     "exchange.wire": {"exchange.wire", "exchange", "worldmodel"},
@@ -84,6 +85,8 @@ ROOMS: dict[str, set[str]] = {
 }  # fmt: skip
 """Rooms that the modules of a room may import."""
 DOORS: dict[str, set[str]] = {
+    "worldmodel.ontology": {"worldmodel.errors", "worldmodel.disk_cache"},
+    "exchange.wire": {"worldmodel.ontology.fields"},
     "exchange.study": {"exchange.acoustics.loss"},
     "remoras": {
         "exchange.acoustics.loss",

@@ -29,23 +29,22 @@ from worldmodel.facts import (
     Observation,
     PropertyValue,
 )
-from worldmodel.fields import Field, Value
 from worldmodel.fusion import Estimate, fused
 from worldmodel.history import History
 from worldmodel.knowledge import Knowledge, Reception
 from worldmodel.merge import expire, merge
 from worldmodel.needs import NOBODY, PLAIN, InformationNeed, Needs, NeedsIndex, Terms, Wanted
-from worldmodel.owl import (
+from worldmodel.ontology import (
     core_ontology_paths,
-    formation_ontology_path,
     ontology_path,
     read_tbox,
 )
+from worldmodel.ontology.fields import Field, Value
+from worldmodel.ontology.tbox import TYPE_UID, Attribute, OntologyClass, Source, TBox, ValueKind, reaching
 from worldmodel.pruning import prune, tidy
 from worldmodel.snapshot import Row, models_from, rows_of
 from worldmodel.store import Keeping, PruneRule
 from worldmodel.subscriptions import Subscription
-from worldmodel.tbox import TYPE_UID, Attribute, OntologyClass, Source, TBox, ValueKind, reaching
 
 __all__ = [
     "EPOCHS",
@@ -93,7 +92,6 @@ __all__ = [
     "WorldModelError",
     "core_ontology_paths",
     "expire",
-    "formation_ontology_path",
     "fused",
     "merge",
     "models_from",

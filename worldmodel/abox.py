@@ -6,8 +6,8 @@ from collections.abc import Iterable
 from worldmodel.checks import CheckResult, check_fit, check_form
 from worldmodel.errors import FactError
 from worldmodel.facts import EPOCHS, MOST_ITEMS, STATUS, Block, Change, Merged, PropertyValue
-from worldmodel.fields import Value
 from worldmodel.merge import enter
+from worldmodel.ontology.fields import Value
 from worldmodel.store import Store
 
 _NEVER_S = math.inf

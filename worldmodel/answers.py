@@ -4,13 +4,13 @@ from bisect import bisect_right
 from collections.abc import Iterator, Mapping, Sequence
 
 from worldmodel.facts import Block, Instance, Lacking, Observation, PropertyValue
-from worldmodel.fields import Value
 from worldmodel.history import History
 from worldmodel.holdings import StoredItems
 from worldmodel.index import EMPTY, observation_of, observed_at_s
+from worldmodel.ontology.fields import Value
+from worldmodel.ontology.tbox import TYPE_UID, TBox, ValueKind
 from worldmodel.reasoning import Inference
 from worldmodel.subscriptions import Subscription, Subscriptions
-from worldmodel.tbox import TYPE_UID, TBox, ValueKind
 
 
 class Answers(StoredItems):

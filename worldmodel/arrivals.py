@@ -9,7 +9,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from worldmodel.facts import Block, Guid, Lacking, Merged
-from worldmodel.tbox import TYPE_UID
+from worldmodel.ontology.tbox import TYPE_UID
 
 NOTHING = Merged((), ())
 

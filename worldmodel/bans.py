@@ -22,7 +22,7 @@ from collections.abc import Iterable, Mapping
 from typing import NamedTuple, cast
 
 from worldmodel.facts import Observation
-from worldmodel.tbox import TBox, ValueKind
+from worldmodel.ontology.tbox import TBox, ValueKind
 
 BANNED_FROM = "bannedFrom"
 """Name of the attribute; an ontology without it has no bans."""

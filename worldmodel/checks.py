@@ -19,8 +19,8 @@ import math
 from dataclasses import dataclass
 
 from worldmodel.facts import EPOCHS, MOST_ITEMS, STATUS, Block, Fault, FaultCode, PropertyValue
+from worldmodel.ontology.tbox import TYPE_UID, Attribute, ValueKind
 from worldmodel.store import Store
-from worldmodel.tbox import TYPE_UID, Attribute, ValueKind
 
 
 @dataclass(frozen=True, slots=True)

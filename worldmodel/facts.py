@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import NamedTuple, cast
 
-from worldmodel.fields import Value
+from worldmodel.ontology.fields import Value
 
 Guid = tuple[int, int, int]
 """(origin, epoch, sequence): the name of an item or of a private block, unique in the whole fleet."""

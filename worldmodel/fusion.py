@@ -32,8 +32,8 @@ from typing import NamedTuple, cast
 
 from worldmodel.errors import FactError
 from worldmodel.facts import Observation
-from worldmodel.fields import Value
-from worldmodel.tbox import MEASURED, Attribute, ValueKind
+from worldmodel.ontology.fields import Value
+from worldmodel.ontology.tbox import MEASURED, Attribute, ValueKind
 
 
 class Estimate(NamedTuple):

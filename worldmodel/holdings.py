@@ -9,10 +9,10 @@ from collections.abc import Iterator, Sequence
 
 from worldmodel.errors import FactError
 from worldmodel.facts import STATUS, Block, Guid, Instance
-from worldmodel.fields import Grid
 from worldmodel.individuals import Individuals
 from worldmodel.log import BlockLog
-from worldmodel.tbox import TBox
+from worldmodel.ontology.fields import Grid
+from worldmodel.ontology.tbox import TBox
 
 
 class StoredItems(Individuals):

@@ -10,8 +10,8 @@ from bisect import bisect_left, insort
 from collections.abc import Iterable, Sequence
 
 from worldmodel.facts import Block, BlockKey, Guid, Instance, Observation, PropertyValue
+from worldmodel.ontology.tbox import TYPE_UID, TBox
 from worldmodel.tables import compiled_attributes
-from worldmodel.tbox import TYPE_UID, TBox
 
 Slot = tuple[int, int]
 """(subject, attribute)."""

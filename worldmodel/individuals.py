@@ -6,8 +6,8 @@ from worldmodel.arrivals import Arrivals
 from worldmodel.errors import FactError, unknown_name
 from worldmodel.facts import Instance
 from worldmodel.index import Index
+from worldmodel.ontology.tbox import TBox, ValueKind
 from worldmodel.tables import compiled_attributes
-from worldmodel.tbox import TBox, ValueKind
 
 
 class Individuals:

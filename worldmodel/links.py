@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 
-from worldmodel.axioms import CompiledAxioms
+from worldmodel.ontology.axioms import CompiledAxioms
 
 Slot = tuple[int, int]
 """(subject, attribute)."""
@@ -21,9 +21,6 @@ class Links:
         self._rules = rules
         self._targets: dict[Slot, tuple[int, ...]] = {}
         self._linking: dict[Slot, dict[int, None]] = {}  # (target, attribute) -> subjects
-        self.bound: dict[Slot, tuple[int, ...]] = {}
-        """Links that instances have by what they are, to things that the ontology names; and by their targets."""
-        self._bound_from: dict[Slot, tuple[int, ...]] = {}
         self._leading = [
             [(leading, flipped) for leading, flipped in sources if leading in rules.transitive]
             for sources in rules.sources
@@ -43,16 +40,6 @@ class Links:
         slot = (subject, attribute)
         self._targets[slot] = tuple(linked for linked in self._targets[slot] if linked != target)
         del self._linking[target, attribute][subject]
-
-    def bind(self, subject: int, attribute: int, target: int) -> None:
-        """Add a link that an instance has by what it is."""
-        self.bound[subject, attribute] = (*self.bound.get((subject, attribute), ()), target)
-        self._bound_from[target, attribute] = (*self._bound_from.get((target, attribute), ()), subject)
-
-    def unbind(self) -> None:
-        """Take all links away that instances have by what they are."""
-        self.bound.clear()
-        self._bound_from.clear()
 
     def reached(self, uid: int, attribute: int, backward: bool = False) -> Iterator[int]:
         """Yield what the links of an attribute lead to, or come from if ``backward``; some more than once."""
@@ -76,19 +63,6 @@ class Links:
             self.steps += 1
             links = self._linking if backward != flipped else self._targets
             yield from tuple(links.get((uid, source), ()))
-            if self.bound:
-                bound = self._bound_from if backward != flipped else self.bound
-                yield from bound.get((uid, source), ())
-            if source in self._rules.chains:
-                yield from self._chained(uid, source, backward != flipped)
-
-    def _chained(self, uid: int, attribute: int, backward: bool) -> Iterator[int]:
-        """Yield what the chains of an attribute lead to."""
-        for parts in self._rules.chains[attribute]:
-            front = {uid: None}
-            for part in reversed(parts) if backward else parts:
-                front = dict.fromkeys(end for each in front for end in self.reached(each, part, backward))
-            yield from front
 
     def concerned(
         self, subject: int, attribute: int, target: int, conditional: Iterable[int]

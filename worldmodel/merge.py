@@ -34,9 +34,9 @@ from collections.abc import Iterable
 from worldmodel.arrivals import NOTHING
 from worldmodel.checks import check_fit, check_form
 from worldmodel.facts import EPOCHS, MOST_ITEMS, STATUS, Block, Change, Fault, FaultCode, Merged
+from worldmodel.ontology.tbox import TYPE_UID
 from worldmodel.revision import Revision
 from worldmodel.store import Store
-from worldmodel.tbox import TYPE_UID
 
 _NEVER_S = math.inf
 _new = tuple.__new__  # makes a named tuple of a tuple, in half the time

@@ -17,7 +17,7 @@ from typing import Protocol
 
 from worldmodel.errors import NeedError
 from worldmodel.facts import PropertyValue
-from worldmodel.tbox import TBox
+from worldmodel.ontology.tbox import TBox
 
 Wanted = tuple[int, int]
 """(bit mask of the peers that need a fact, highest priority among them)."""

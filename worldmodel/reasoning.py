@@ -9,18 +9,17 @@ a view.
 Classes are worked out for the instances that such a change can reach along the links that conditions are about, and
 kept. Where something was taken back, what may have rested on it is forgotten first, and then concluded anew as far as
 it still holds; so two instances cannot hold up each other. Links that follow are walked when they are asked for.
-Where a link may bear on instances at neither of its ends (``far`` attributes), all conditions on links are in doubt.
 """
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from typing import NamedTuple, Protocol
 
-from worldmodel.axioms import ValueCondition
 from worldmodel.errors import FactError
 from worldmodel.facts import Instance, PropertyValue
-from worldmodel.fields import Value
 from worldmodel.links import Links, Slot
-from worldmodel.tbox import TYPE_UID, TBox, ValueKind
+from worldmodel.ontology.axioms import ValueCondition
+from worldmodel.ontology.fields import Value
+from worldmodel.ontology.tbox import TYPE_UID, TBox, ValueKind
 
 
 class FactSource(Protocol):
@@ -42,13 +41,6 @@ class Concluded(NamedTuple):
 
     gained: frozenset[tuple[int, int]]
     lost: frozenset[tuple[int, int]]
-
-
-class Contradiction(NamedTuple):
-    """What cannot be: the instance that it is about, and what is wrong, in words."""
-
-    instance: int
-    what: str
 
 
 class Inference:
@@ -99,23 +91,15 @@ class Inference:
         self.touched.update(self._common)
         self._banned: Collection[int] = seen.banned
         self._graph = Links(self.rules)
-        self._names = {instance.name: instance.uid for instance in instances}
-        self._own = {instance.uid: self.rules.own(instance.name) for instance in instances}
-        self._unnamed = self.rules.own(None)
-        self._base = {
-            instance.uid: self.rules.closed(tbox.ancestor_mask(instance.class_uid) | self._own[instance.uid])
-            for instance in instances
-        }
+        self._base = {instance.uid: self.rules.closed(tbox.ancestor_mask(instance.class_uid)) for instance in instances}
         self._met: dict[int, int] = {}  # conditions that are met by links
         self._classes: dict[int, int] = {}
         self._links = {a.uid for a in tbox.attributes if a.kind is ValueKind.LINK}
         self._of_links = [condition for condition in self.rules.conditions if condition.filler is not None]
         self._bits_on: dict[int, int] = {}  # attribute -> conditions on its links
         for condition in self._of_links:
-            if not condition.is_backward:
-                self._bits_on[condition.attribute] = self._bits_on.get(condition.attribute, 0) | self.rules.bit_of(
-                    condition
-                )
+            bits = self._bits_on.get(condition.attribute, 0)
+            self._bits_on[condition.attribute] = bits | self.rules.bit_of(condition)
         self._of_values: dict[int, list[ValueCondition]] = {}
         for condition in self.rules.conditions:
             if condition.filler is None:
@@ -153,46 +137,6 @@ class Inference:
         """Return the attributes of which there may be links that are not the latest value of a slot."""
         return self.rules.derived | {attribute for _, attribute in self._common}
 
-    def contradictions(self) -> tuple[Contradiction, ...]:
-        """Return what of the facts that are seen cannot be together, by instance.
-
-        An instance is of two classes that have none in common, or has two links where one is allowed. Two names are
-        two things.
-        """
-        self.settle()
-        return tuple(
-            Contradiction(uid, what)
-            for uid in sorted({*self._base, *self._classes})
-            for what in (*self._clashes(uid), *self._too_many(uid))
-        )
-
-    def _clashes(self, uid: int) -> Iterator[str]:
-        """Yield which classes of an instance have none in common."""
-        n, tbox, mask = self.rules.n_classes, self._tbox, self._classes_of(uid)
-        held = [c for c in range(n) if mask >> c & 1]
-        clashes = [(c, d) for c in held for d in held if c < d and tbox.are_disjoint(c, d)]
-        if not clashes and (told := self.rules.clashes(mask)):
-            clashes = sorted({(min(pair), max(pair)) for pair in told})
-        for c, d in clashes:
-            one, other = sorted((self._called(c), self._called(d)), key=len)
-            if other == f"not {one}":
-                yield f"it is so, and must not be: {one}"
-            else:
-                yield f"it is {one} and {other}, which are disjoint" if c != d else "no class is left"
-
-    def _too_many(self, uid: int) -> Iterator[str]:
-        """Yield of which links an instance has several where one is allowed."""
-        for single, attribute, is_backward in self.rules.single:
-            if self._classes_of(uid) >> single & 1:
-                ends = self.linking(uid, attribute) if is_backward else self.links(uid, attribute)
-                if len(ends) > 1:
-                    way = "come from" if is_backward else "lead to"
-                    yield f"its links by {self._tbox.attributes[attribute].name} {way} {len(ends)} things, not one"
-
-    def _called(self, class_uid: int) -> str:
-        n = self.rules.n_classes
-        return self._tbox.classes[class_uid].name if class_uid < n else self.rules.unnamed[class_uid - n]
-
     @property
     def steps(self) -> int:
         """How many instances and links were looked at, for those who measure."""
@@ -214,13 +158,8 @@ class Inference:
         grown: set[int] = set()
         for slot in touched:
             self._look_at(slot, doubted, grown)
-        if doubted and self._graph.bound:
-            self._graph.unbind()
-            self._doubt_all(doubted, grown)
         self._forget(doubted, before)
         self._conclude(grown.union(doubted), before)
-        while self.rules.bound and self._bind():
-            self._conclude(set(self._base), before)
         self.version += 1
         return self._changed(before)
 
@@ -230,8 +169,6 @@ class Inference:
         self._n_looked_at += 1
         if attribute in self._links:
             graph, old, new = self._graph, self._graph.told(slot), self.told_links(subject, attribute)
-            if attribute in self.rules.far and old != new:
-                self._doubt_all(doubted, grown)
             for target in (linked for linked in old if linked not in new):
                 for uid, asked in graph.concerned(subject, attribute, target, self._bits_on):
                     doubted[uid] = doubted.get(uid, 0) | self._bits_on[asked]
@@ -248,33 +185,13 @@ class Inference:
             if base & ~old_base:
                 grown.add(subject)
 
-    def _doubt_all(self, doubted: dict[int, int], grown: set[int]) -> None:
-        """Let all that was concluded from links be concluded anew."""
-        for uid, met in self._met.items():
-            if met:
-                doubted[uid] = doubted.get(uid, 0) | met
-        grown.update(self._base)
-
-    def _bind(self) -> bool:
-        """Add the links that instances have by what they are; return whether there were any that are new."""
-        graph, found = self._graph, False
-        for uid in self._base:
-            for bit, attribute, name in self.rules.bound:
-                target = self._names.get(name)
-                if target is None or not self._classes_of(uid) & bit or target in graph.told((uid, attribute)):
-                    continue
-                if target not in graph.bound.get((uid, attribute), ()):
-                    graph.bind(uid, attribute, target)
-                    found = True
-        return found
-
     def _base_now(self, uid: int) -> int:
-        """Return what the types and values of an instance, and its name, say by themselves."""
-        mask = self._seen.told_classes(uid) | self._own.get(uid, self._unnamed)
+        """Return the classes and conditions that follow from the types and values of an instance by themselves."""
+        mask = self._seen.told_classes(uid)
         for attribute, conditions in self._of_values.items():
             value = self._seen.value(uid, attribute)
             for condition in conditions:
-                if value is not None and condition.holds(value):
+                if value is not None and condition.value == value:
                     mask |= self.rules.bit_of(condition)
         return self.rules.closed(mask)
 
@@ -318,7 +235,7 @@ class Inference:
 
     def _meets(self, uid: int, condition: ValueCondition) -> bool:
         assert condition.filler is not None
-        ends = self._graph.reached(uid, condition.attribute, backward=condition.is_backward)
+        ends = self._graph.reached(uid, condition.attribute)
         return any(self._classes_of(end) >> condition.filler & 1 for end in ends)
 
     def _resting_on(self, uid: int, classes: int) -> Iterator[tuple[int, int]]:
@@ -326,7 +243,7 @@ class Inference:
         for condition in self._of_links:
             if condition.filler is not None and classes >> condition.filler & 1:
                 bit = self.rules.bit_of(condition)
-                for resting in self._graph.reached(uid, condition.attribute, backward=not condition.is_backward):
+                for resting in self._graph.reached(uid, condition.attribute, backward=True):
                     yield resting, bit
 
     def _changed(self, before: dict[int, int]) -> Concluded:

@@ -11,8 +11,8 @@ from collections import deque
 from collections.abc import Iterable
 
 from worldmodel.facts import Block, Guid
+from worldmodel.ontology.tbox import TYPE_UID
 from worldmodel.store import Store
-from worldmodel.tbox import TYPE_UID
 
 
 class Revision:

@@ -19,10 +19,10 @@ from typing import NamedTuple, cast
 from worldmodel.abox import WorldModel
 from worldmodel.errors import SnapshotError, WorldModelError
 from worldmodel.facts import Block, Instance, PropertyValue
-from worldmodel.fields import Value
 from worldmodel.merge import merge
+from worldmodel.ontology.fields import Value
+from worldmodel.ontology.tbox import Attribute, TBox, ValueKind
 from worldmodel.store import Keeping, PruneRule, Store
-from worldmodel.tbox import Attribute, TBox, ValueKind
 
 NOBODY = -1
 """The origin of rows that no vehicle recorded."""

@@ -30,8 +30,8 @@ from worldmodel.facts import (
 )
 from worldmodel.index import EMPTY, Entry, observation_of, sort_key
 from worldmodel.log import BlockLog
+from worldmodel.ontology.tbox import TYPE_UID, Attribute, TBox
 from worldmodel.tables import compiled_attributes
-from worldmodel.tbox import TYPE_UID, Attribute, TBox
 
 CLOCK_TOLERANCE_S = 1.0
 """By how much a fact may be later than its arrival (s)."""

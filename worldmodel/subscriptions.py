@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from worldmodel.errors import FactError
 from worldmodel.facts import Observation
-from worldmodel.tbox import TBox
+from worldmodel.ontology.tbox import TBox
 
 
 class Subscription(NamedTuple):

@@ -9,9 +9,8 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 from worldmodel.bans import Bans, deciding
-from worldmodel.fields import Field
-from worldmodel.tbox import Attribute, TBox, ValueKind
-from worldmodel.texts import bytes_of
+from worldmodel.ontology.fields import Field, bytes_of
+from worldmodel.ontology.tbox import Attribute, TBox, ValueKind
 
 Quantise = Callable[[Any], Any]
 """Returns the value as it is stored, or None for one that a closer look has to judge."""

@@ -27,7 +27,7 @@ from exchange.wire.codes import (
     width,
 )
 from worldmodel import Attribute, Field, PropertyValue, TBox, Value, ValueKind
-from worldmodel.texts import bytes_of, decoded_text
+from worldmodel.ontology.fields import bytes_of, decoded_text
 
 CACHED = 4096
 """Sets of facts whose bits are remembered: a relay says what its origin said."""

@@ -8,9 +8,9 @@ from missions.errors import ConfigurationFault
 from missions.scenarios.tables import Raw, entries, names_of, one_of
 from remoras.faults import HEAD_OF
 from remoras.mission import Mission
-from worldmodel import formation_ontology_path
+from worldmodel import ontology_path
 
-FORMATION_WORDS = formation_ontology_path()
+FORMATION_WORDS = ontology_path("formation")
 """Listed in the ``vocabulary`` of a mission that forms groups at sea."""
 
 

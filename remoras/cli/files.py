@@ -268,7 +268,7 @@ def _explain_ontology(scenario: str, as_json: bool) -> None:
     """The classes and attributes that the vehicles of a scenario know, each with its definition."""
     from missions.runs.setup import resolved
     from missions.scenarios import load
-    from worldmodel.vocabulary import terms_of
+    from worldmodel.ontology import terms_of
 
     terms = terms_of(resolved(load(scenario)).tbox)
     if as_json:

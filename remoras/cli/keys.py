@@ -13,7 +13,7 @@ from pathlib import Path
 
 import missions
 from missions.files import SCENARIO, STUDY
-from worldmodel.caches import files_digest, keep_file, package_mark, read_kept
+from worldmodel.disk_cache import files_digest, keep_file, package_mark, read_kept
 
 Explained = dict[str, tuple[str, str]]
 """(Type and range, meaning) by dotted key."""

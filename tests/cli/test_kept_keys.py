@@ -11,7 +11,7 @@ from missions.scenarios.explanations import explanations
 from missions.sweeps.study import study_explanations
 from remoras.cli import keys
 from remoras.cli.keys import explained
-from worldmodel import caches
+from worldmodel import disk_cache
 
 TOLD = (
     "import sys; from remoras.cli.keys import explained; explained();"
@@ -59,8 +59,8 @@ def test_every_package_that_is_loaded_to_make_them_is_in_the_digest(cache: Path,
 def test_a_file_of_something_else_is_made_anew(content: str, cache: Path):
     whole = explained()
     (file,) = cache.iterdir()
-    caches.keep_file("keys", bytes.fromhex(file.name), content.encode())
-    assert caches.read_kept("keys", bytes.fromhex(file.name)) == content.encode()
+    disk_cache.keep_file("keys", bytes.fromhex(file.name), content.encode())
+    assert disk_cache.read_kept("keys", bytes.fromhex(file.name)) == content.encode()
     assert explained() == whole
 
 

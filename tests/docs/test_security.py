@@ -55,9 +55,7 @@ def test_an_ontology_that_imports_from_elsewhere_is_refused_and_nothing_is_fetch
 
 
 def test_no_source_reads_what_may_carry_code_or_fetch() -> None:
-    """Turtle alone is parsed, but for the RDF/XML that a function has just made itself; and lives of vehicles
-    are copied through bytes that stay in memory.
-    """
+    """Turtle alone is parsed, and lives of vehicles are copied through bytes that stay in memory."""
     excepted = {("remoras/testing/behaviours.py", "import pickle")}
     barred = re.compile(
         r"\b(?:import (?:pickle|marshal|shelve|yaml|urllib|requests)|from (?:pickle|urllib|requests)\b|np\.load\()"
@@ -71,6 +69,5 @@ def test_no_source_reads_what_may_carry_code_or_fetch() -> None:
             name = path.relative_to(ROOT).as_posix()
             found = [each for each in barred.findall(text) if (name, each) not in excepted]
             assert not found, path
-            if path.name != "rdfxml.py":
-                formats |= set(parsed.findall(text))
+            formats |= set(parsed.findall(text))
     assert formats == {"turtle"}

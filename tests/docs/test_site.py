@@ -19,7 +19,7 @@ from missions.mapping.mission import MappingMission
 from missions.scenarios.explanations import explanations
 from missions.sweeps.study import study_explanations
 from worldmodel import core_ontology_paths, ontology_path, read_tbox
-from worldmodel.vocabulary import terms_of
+from worldmodel.ontology import terms_of
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"

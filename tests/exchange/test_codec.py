@@ -17,7 +17,7 @@ from missions.runs.setup import resolved
 from missions.scenarios.loading import load
 from remoras.testing.policies import DURATION_S, N_BLOCKS, TBOX, attribute, cells, codec_of, instances
 from worldmodel import EPOCHS, STATUS, Attribute, Field, OntologyClass, PropertyValue, TBox, Value, ValueKind
-from worldmodel.fields import Grid
+from worldmodel.ontology.fields import Grid
 
 NODES = st.integers(2, 64)
 POLICY_NAMES = st.sampled_from(sorted(POLICIES))

@@ -11,7 +11,7 @@ from exchange.packets import Fragment
 from exchange.policies import POLICIES
 from exchange.wire.codec import Codec
 from worldmodel import PropertyValue, TBox, core_ontology_paths, read_tbox
-from worldmodel.texts import bytes_of
+from worldmodel.ontology.fields import bytes_of
 
 MOST_BYTES = 24
 NOTES = f"""

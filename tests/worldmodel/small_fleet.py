@@ -19,7 +19,7 @@ from worldmodel import (
     read_tbox,
 )
 from worldmodel.checks import CheckResult, check_fit, check_form
-from worldmodel.fields import Grid
+from worldmodel.ontology.fields import Grid
 
 AREAS = Path(__file__).parent / "areas.ttl"
 WRECKS = AREAS.with_name("wrecks.ttl")

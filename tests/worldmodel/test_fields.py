@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from worldmodel.fields import Field, Grid
+from worldmodel.ontology.fields import Field, Grid
 
 
 @pytest.mark.parametrize(

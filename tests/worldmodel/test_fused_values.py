@@ -75,13 +75,6 @@ def test_the_history_and_the_graphs_of_origins_are_as_they_were() -> None:
     assert graphs == [("auv-0",), ("auv-1",), ("asv-0",)]
 
 
-def test_estimates_follow_the_model() -> None:
-    model = three_looks()
-    before = query(model, PLACE)[1]
-    model.record([(ECHO, LOCATION, (9.0, 9.0), 0.5)], 9.0)
-    assert query(model, PLACE)[1] != before
-
-
 def test_the_other_engine_says_that_it_does_not_fuse() -> None:
     with pytest.raises(QueryError, match="oxigraph: the query names run:fused; allowed: with rdflib"):
         query(three_looks(), PLACE, Engine.OXIGRAPH)

@@ -1,17 +1,13 @@
 """The merge laws of notes/worldmodel.md, section 6, over blocks that wait, clash and use GUIDs twice."""
 
-import random
 import sys
 from collections.abc import Callable
 from itertools import permutations
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from small_fleet import (
     AREAS,
-    AUV,
     AUV_0,
     BATTERY,
     BAY,
@@ -27,14 +23,10 @@ from small_fleet import (
     TBOX,
     WRECK,
     WRECKS,
-    any_blocks,
     block,
-    check,
     codes,
     first_uid_of,
     fleet_model,
-    picture,
-    sound_blocks,
 )
 
 from worldmodel import (
@@ -44,7 +36,6 @@ from worldmodel import (
     FactError,
     Keeping,
     Lacking,
-    PropertyValue,
     WorldModel,
     core_ontology_paths,
     expire,
@@ -52,83 +43,8 @@ from worldmodel import (
     ontology_path,
     read_tbox,
 )
-from worldmodel.checks import CheckResult
-from worldmodel.tables import compiled_attributes
 
 NEW = first_uid_of(1)
-
-
-def merged(*batches: list[Block]) -> WorldModel:
-    model = fleet_model()
-    for batch in batches:
-        merge(model, batch)
-    return model
-
-
-def everything(model: WorldModel) -> list[Block]:
-    """All blocks that have arrived, whether in, waiting or refused: what a peer can pass on."""
-    return [*model.blocks(), *model.arrivals.waiting.values(), *model.arrivals.refused.values()]
-
-
-@settings(max_examples=150, deadline=None)
-@given(any_blocks, st.randoms(use_true_random=False), st.integers(1, 4))
-def test_any_order_any_splitting_any_repetition(blocks: list[Block], rng: random.Random, n_packets: int) -> None:
-    expected = picture(merged(blocks))
-    again = blocks + rng.choices(blocks, k=len(blocks)) if blocks else []
-    rng.shuffle(again)
-    assert picture(merged(*(again[i::n_packets] for i in range(n_packets)))) == expected
-
-
-@settings(max_examples=60, deadline=None)
-@given(any_blocks, any_blocks, any_blocks)
-def test_merge_is_a_join(a: list[Block], b: list[Block], c: list[Block]) -> None:
-    ab = merged(a, b)
-    assert picture(merged(b, a)) == picture(ab)  # commutative
-    assert picture(merged(everything(ab), c)) == picture(merged(a, everything(merged(b, c))))  # associative
-    before, version = picture(ab), ab.version
-    assert merge(ab, everything(ab)).changes == ()  # idempotent
-    assert (picture(ab), ab.version) == (before, version)
-
-
-@settings(max_examples=60, deadline=None)
-@given(any_blocks)
-def test_what_is_in_passes_the_checks_and_what_is_not_does_not(blocks: list[Block]) -> None:
-    model = merged(blocks)
-    assert all(check(model, b) == CheckResult() for b in model.blocks())
-    assert all(check(model, b).faults for b in model.arrivals.refused.values())
-    assert all(check(model, b) != CheckResult() for b in model.arrivals.waiting.values())
-    assert {b.guid for b in everything(model)} == {b.guid for b in blocks}
-
-
-@settings(max_examples=60, deadline=None)
-@given(any_blocks)
-def test_blocks_whose_values_are_judged_already_come_to_the_same(blocks: list[Block]) -> None:
-    """All else is looked at: origins, times, classes of subjects and targets, what is known under the same name."""
-    rows = compiled_attributes(TBOX).rows
-
-    def is_right(fact: PropertyValue) -> bool:
-        return fact.attribute not in rows or rows[fact.attribute].quantise(fact.value) == fact.value is not None
-
-    right = [of for of in blocks if all(map(is_right, of.facts))]
-    model = fleet_model()
-    merge(model, right, judged=True)
-    assert picture(model) == picture(merged(right))
-
-
-@settings(max_examples=60, deadline=None)
-@given(sound_blocks(), st.randoms(use_true_random=False))
-def test_sound_blocks_all_go_in_and_stay_in(blocks: list[Block], rng: random.Random) -> None:
-    rng.shuffle(blocks)
-    model = fleet_model()
-    told: list[Block] = []
-    for each in blocks:
-        outcome = merge(model, [each])
-        assert not outcome.faults
-        told += [change.block for change in outcome.changes]
-        assert all(model.block(b.guid) == b for b in told if b.is_item)
-    items = sorted(b.guid for b in blocks if b.is_item)
-    assert sorted(b.guid for b in told if b.is_item) == items
-    assert not model.arrivals.waiting
 
 
 def test_a_block_waits_for_instances_whatever_they_wait_for_themselves() -> None:
@@ -165,27 +81,6 @@ def test_what_may_be_said_of_any_thing_waits_for_the_thing_too(tmp_path: Path) -
     assert len(model.arrivals.waiting) == 1
 
 
-def test_a_block_sets_free_what_waits_for_each_instance_that_it_creates() -> None:
-    model = fleet_model()
-    waiting = [block(2, number, 0, (NEW + number, LENGTH, 30.0)) for number in range(2)]
-    assert merge(model, waiting).changes == ()
-    found = block(1, 0, 0, *((NEW + number, TYPE_UID, WRECK) for number in range(2)))
-    assert [change.block for change in merge(model, [found]).changes] == [found, *waiting]
-
-
-def test_links_in_a_ring_go_in_together_when_they_are_one_block() -> None:
-    ring = block(
-        1,
-        0,
-        0,
-        (NEW, TYPE_UID, WRECK),
-        (NEW, NEAR, NEW + 1),
-        (NEW + 1, TYPE_UID, WRECK),
-        (NEW + 1, NEAR, NEW),
-    )
-    assert len(merge(fleet_model(), [ring]).changes) == 1
-
-
 def test_a_local_record_sets_waiting_blocks_free_and_the_next_merge_tells() -> None:
     model = fleet_model(owner=0)
     merge(
@@ -210,22 +105,6 @@ def test_two_contents_under_one_guid() -> None:
         assert len(model.history(AUV_0, BATTERY)) == 1
 
 
-def test_what_rested_on_a_replaced_block_leaves_with_it() -> None:
-    model = fleet_model()
-    creating = block(1, 0, 0, (NEW, TYPE_UID, WRECK))
-    other = next(
-        candidate
-        for level in range(101)
-        if model.content(candidate := block(1, 0, 0, (AUV_0, BATTERY, level / 100))) < model.content(creating)
-    )
-    merge(model, [creating, block(2, 0, 0, (NEW, LENGTH, 3.0))])
-    assert model.value(NEW, LENGTH) == 3.0
-    outcome = merge(model, [other])
-    assert [change.block for change in outcome.changes] == [other]
-    assert model.value(NEW, LENGTH) is None
-    assert model.arrivals.waiting.keys() == {(2, 0, 0)}
-
-
 def test_an_origin_that_contradicts_itself_is_held_to_what_it_said_first() -> None:
     said = [block(1, 0, 5, (NEW, TYPE_UID, WRECK)), block(1, 1, 3, (NEW, TYPE_UID, PIPELINE))]
     for arrival in (said, said[::-1]):
@@ -234,13 +113,6 @@ def test_an_origin_that_contradicts_itself_is_held_to_what_it_said_first() -> No
         assert codes(faults) == ["TYPE_CLASH"]
         assert (faults[0].origin, faults[0].sequence) == (1, 1)
         assert [o.value for o in model.history(NEW, TYPE_UID)] == [WRECK]
-
-
-def test_faults_never_raise_and_are_told_once() -> None:
-    model = fleet_model()
-    bad = block(1, 0, 0, (AUV_0, TYPE_UID, OBJECT), (ECHO, TYPE_UID, AUV))
-    assert codes(merge(model, [bad, bad]).faults) == ["TYPE_CLASH", "TYPE_CLASH"]  # two facts, told once
-    assert merge(model, [bad]).faults == ()
 
 
 def smaller(than: Block, model: WorldModel) -> Block:
@@ -265,39 +137,24 @@ def calls_of(action: Callable[[], object]) -> int:
     return counted
 
 
-def full(n_blocks: int) -> WorldModel:
-    """A model that holds a wreck, what others say of it, and much else."""
-    model = fleet_model()
-    merge(model, [block(1, 0, 0, (NEW, TYPE_UID, WRECK)), block(2, 0, 0, (NEW, LENGTH, 3.0))])
-    merge(model, [block(2, 1, 0, (ECHO, TYPE_UID, WRECK)), block(2, 2, 0, (ECHO, NEAR, NEW))])
-    merge(model, [block(1, n, n, (BAY, CELL, float(n % 4096)), (AUV_0, BATTERY, 0.5)) for n in range(1, n_blocks)])
-    return model
-
-
-def test_a_creation_that_is_replaced_costs_the_same_in_a_full_store() -> None:
-    """The blocks that rest on it are looked at again, not those that the store holds besides."""
+@pytest.mark.parametrize("is_other", [False, True])
+def test_what_rested_on_a_creation_leaves_with_it_at_the_same_cost_in_a_full_store(is_other: bool) -> None:
+    """The creation is replaced, or one of another class: blocks that rest on it are looked at again, no others."""
     costs = []
     for n_blocks in (100, 4000):
-        model = full(n_blocks)
-        news = smaller(block(1, 0, 0, (NEW, TYPE_UID, WRECK)), model)
-        costs.append(calls_of(lambda m=model, b=news: merge(m, [b])))  # type: ignore[misc]
-        assert model.arrivals.waiting.keys() == {(2, 0, 0), (2, 0, 2)}
-        assert model.class_mask(NEW) == 0
+        model = fleet_model()
+        creating = block(1, 5001, 7, (NEW, TYPE_UID, WRECK))
+        merge(model, [creating, block(2, 0, 0, (NEW, LENGTH, 3.0)), block(2, 1, 0, (ECHO, TYPE_UID, WRECK))])
+        merge(model, [block(1, n, n, (BAY, CELL, float(n % 4096)), (AUV_0, BATTERY, 0.5)) for n in range(n_blocks)])
+        assert model.value(NEW, LENGTH) == 3.0
+        news = block(1, 5000, 0, (NEW, TYPE_UID, PIPELINE)) if is_other else smaller(creating, model)
+        costs.append(calls_of(lambda m=model, b=news: (merge(m, [b]), m.digest())))  # type: ignore[misc]
+        assert model.value(NEW, LENGTH) is None
+        assert model.class_mask(NEW) >> PIPELINE & 1 == is_other
         assert model.class_mask(ECHO) >> WRECK & 1
+        assert sorted(model.arrivals.refused) == ([(1, 0, 5001), (2, 0, 0)] if is_other else [])
+        assert list(model.arrivals.waiting) == ([] if is_other else [(2, 0, 0)])
     assert costs[1] <= costs[0] + 5  # the first sees some values for the first time
-
-
-def test_a_creation_that_turns_out_to_be_another_costs_the_same_in_a_full_store() -> None:
-    costs = []
-    for n_blocks in (100, 4000):
-        model = full(n_blocks)
-        merge(model, [block(1, 5001, 0, (NEW + 1, TYPE_UID, WRECK)), block(2, 3, 0, (NEW + 1, LENGTH, 3.0))])
-        assert model.value(NEW + 1, LENGTH) == 3.0
-        news = block(1, 5000, 0, (NEW + 1, TYPE_UID, PIPELINE))
-        costs.append(calls_of(lambda m=model, b=news: merge(m, [b])))  # type: ignore[misc]
-        assert model.class_mask(NEW + 1) >> PIPELINE & 1
-        assert model.arrivals.refused.keys() == {(1, 0, 5001), (2, 0, 3)}
-    assert costs[1] <= costs[0] + 5
 
 
 # Facts of the future, and blocks that wait ---------------------------------------------------------
@@ -313,14 +170,6 @@ def test_a_block_of_the_future_has_not_arrived() -> None:
     assert len(merge(model, [sound], now_s=10.0).changes) == 1
     assert model.value(ECHO, LOCATION) == (2.0, 2.0)
     assert len(merge(model, [block(1, 1, 110, (BAY, CELL, 1.0))], now_s=10.0).changes) == 1  # tolerance: 1 s
-
-
-def test_the_tolerance_of_clocks_is_an_argument() -> None:
-    model = WorldModel(TBOX, 0, INSTANCES, n_origins=N_ORIGINS, keeping=Keeping(clock_tolerance_s=60.0))
-    assert len(merge(model, [block(1, 0, 700, (BAY, CELL, 1.0))], now_s=10.0).changes) == 1
-    assert codes(merge(model, [block(1, 1, 701, (BAY, CELL, 1.0))], now_s=10.0).faults) == ["FUTURE"]
-    with pytest.raises(FactError, match="clock_tolerance_s is -1"):
-        WorldModel(TBOX, 0, INSTANCES, n_origins=N_ORIGINS, keeping=Keeping(clock_tolerance_s=-1.0))
 
 
 def test_what_waits_says_what_it_lacks_of_whom_and_for_how_long() -> None:
@@ -369,24 +218,6 @@ def test_what_is_forgotten_creates_nothing() -> None:
     assert model.created_as(NEW) == WRECK
 
 
-@settings(max_examples=60, deadline=None)
-@given(any_blocks, any_blocks, st.randoms(use_true_random=False))
-def test_who_forgets_what_waits_and_hears_it_again_knows_the_same(
-    first: list[Block], then: list[Block], rng: random.Random
-) -> None:
-    model = fleet_model()
-    merge(model, first, now_s=10.0)
-    forgotten: list[Block] = []
-    while waiting := list(model.arrivals.waiting.values()):  # without what they created, others may wait in turn
-        assert {fault.guid for fault in expire(model, 10_000.0)} == {b.guid for b in waiting}
-        forgotten += waiting
-    again = [*forgotten, *then]
-    rng.shuffle(again)
-    merge(model, again, now_s=10_000.0)
-    others = [b for b in first if b not in forgotten]
-    assert picture(model) == picture(merged(others, again))
-
-
 def test_of_too_many_that_wait_the_oldest_goes() -> None:
     model = WorldModel(
         TBOX, 0, INSTANCES, n_origins=N_ORIGINS, run_time_instances_per_origin=2, keeping=Keeping(waiting_blocks=2)
@@ -400,28 +231,6 @@ def test_of_too_many_that_wait_the_oldest_goes() -> None:
     assert model.digest() == {(0, 0): (0, 0), (2, 0): (1, 0)}
     with pytest.raises(FactError, match="waiting_blocks is 0; allowed: 1 or more"):
         WorldModel(TBOX, 0, INSTANCES, n_origins=N_ORIGINS, keeping=Keeping(waiting_blocks=0))
-
-
-# Digests ---------------------------------------------------------------------------------------------
-
-
-@settings(max_examples=60, deadline=None)
-@given(any_blocks)
-def test_a_digest_says_what_has_arrived(blocks: list[Block]) -> None:
-    model = merged(blocks)
-    said = {
-        (origin, epoch, sequence)
-        for (origin, epoch), (highest, mask) in model.digest().items()
-        for sequence in range(highest + 1 + mask.bit_length())
-        if sequence <= highest or mask >> (sequence - highest - 1) & 1
-    }
-    assert said == {b.guid for b in blocks}
-    assert all(model.has_arrived(guid) for guid in said)
-
-
-def test_the_digest_of_a_full_store_costs_the_same() -> None:
-    costs = [calls_of(full(n_blocks).digest) for n_blocks in (100, 4000)]
-    assert costs[0] == costs[1]
 
 
 # Epochs ----------------------------------------------------------------------------------------------

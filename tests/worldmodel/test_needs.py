@@ -1,20 +1,7 @@
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from small_fleet import (
-    ASV_0,
-    AUV,
-    AUV_0,
-    BATTERY,
-    ECHO,
-    LOCATION,
-    OBJECT,
-    POSITION,
-    TBOX,
-    class_uid,
-    first_uid_of,
-    fleet_model,
-)
+from small_fleet import ASV_0, AUV, AUV_0, BATTERY, POSITION, TBOX, class_uid, first_uid_of, fleet_model
 
 from worldmodel import InformationNeed, Instance, NeedError, NeedsIndex, PropertyValue
 
@@ -23,21 +10,6 @@ VEHICLE = class_uid("Vehicle")
 
 def told(instance: int, attribute: int) -> PropertyValue:
     return PropertyValue(instance, attribute, 0.0)
-
-
-def test_the_same_needs_of_peers_are_grouped_at_the_highest_priority() -> None:
-    index = NeedsIndex(
-        TBOX,
-        {
-            0: (InformationNeed(POSITION, 2, class_uid=VEHICLE),),
-            1: (InformationNeed(POSITION, 5, class_uid=AUV), InformationNeed(BATTERY, 1, instance=AUV_0)),
-            3: (InformationNeed(POSITION, 7, instance=ASV_0),),
-        },
-    )
-    assert index.priority_of(told(AUV_0, POSITION), AUV) == (0b0011, 5)
-    assert index.priority_of(told(ASV_0, POSITION), class_uid("ASV")) == (0b1001, 7)
-    assert index.priority_of(told(AUV_0, BATTERY), AUV) == (0b0010, 1)
-    assert index.priority_of(told(ECHO, LOCATION), OBJECT) == (0, 0)
 
 
 needs = st.builds(

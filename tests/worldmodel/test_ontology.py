@@ -1,26 +1,21 @@
-"""The shipped ontology itself: its terms are defined and aligned, and its other forms say the same."""
+"""The shipped ontology itself: its terms are defined and aligned, and imports lead to its files."""
 
 import re
-import runpy
-import sys
 from itertools import chain
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
 from rdflib import OWL, RDF, RDFS, Graph, Literal, URIRef
-from rdflib.compare import isomorphic
 from rdflib.namespace import DCTERMS, SKOS
 from rdflib.term import Node
 
 import remoras
 from exchange.acoustics import modems
-from worldmodel import OntologyError, ValueKind, core_ontology_paths, rdfxml, read_tbox
-from worldmodel.annotations import RM
-from worldmodel.owl import ONTOLOGY_FOLDER
-from worldmodel.rdfxml import CATALOGUE, main, rdf_xml, write_rdfxml
-from worldmodel.turtle import SIT
-from worldmodel.units import QUDT_UNITS, symbol_of
+from worldmodel import ValueKind, core_ontology_paths, read_tbox
+from worldmodel.ontology import ONTOLOGY_FOLDER
+from worldmodel.ontology.annotations import QUDT_UNITS, RM, symbol_of
+from worldmodel.ontology.compiler import SIT
 
 MISSIONS = Path(__file__).parents[2] / "missions"
 FILES = sorted(chain(ONTOLOGY_FOLDER.glob("*.ttl"), MISSIONS.rglob("*.ttl")))
@@ -75,21 +70,6 @@ def test_core_opens_all_that_vehicles_read() -> None:
     assert reached == read
 
 
-def test_terms_are_of_the_kinds_of_owl_2_dl() -> None:
-    kinds = (OWL.Class, OWL.ObjectProperty, OWL.DatatypeProperty, OWL.AnnotationProperty, RDFS.Datatype)
-    declared = {kind: set(EVERYTHING.subjects(RDF.type, kind)) for kind in kinds}
-    assert not list(EVERYTHING.subjects(RDF.type, RDF.Property))
-    properties = declared[OWL.ObjectProperty], declared[OWL.DatatypeProperty], declared[OWL.AnnotationProperty]
-    for one in properties:
-        assert not any(one & other for other in properties if other is not one)
-    assert not declared[OWL.Class] & declared[RDFS.Datatype]
-    built_in = (str(OWL), str(RDF), str(RDFS), "http://www.w3.org/2001/XMLSchema#")
-    used = {p for p in EVERYTHING.predicates() if not str(p).startswith(built_in)}
-    assert used <= set().union(*properties)
-    individuals = set(EVERYTHING.subjects(RDF.type, OWL.NamedIndividual))
-    assert not individuals & set().union(*declared.values())
-
-
 def test_numbers_have_units_of_qudt_or_none() -> None:
     units = set(EVERYTHING.objects(None, RM.unit))
     assert URIRef(f"{QUDT_UNITS}M") in units
@@ -139,57 +119,17 @@ def test_alignments_are_about_our_terms_and_do_not_clash() -> None:
         assert any(namespace.endswith(asked) for namespace in namespaces), asked
 
 
-WITH_WORDS = sorted({path.parent for path in FILES} - {ONTOLOGY_FOLDER})
-"""Folders of missions that have a vocabulary."""
-
-
-@pytest.mark.parametrize("folder", [ONTOLOGY_FOLDER, *WITH_WORDS], ids=lambda path: path.name)
-def test_rdf_xml_and_catalogue_are_those_of_the_turtle(folder: Path, tmp_path: Path) -> None:
-    sources = [path for path in FILES if path.parent == folder]
-    for path in sources:
-        (ontology,) = GRAPHS[path].subjects(RDF.type, OWL.Ontology)
-        shipped = folder / f"{str(ontology).rsplit('/', 1)[-1]}.rdf"
-        assert shipped.read_text(encoding="utf-8") == rdf_xml(Graph().parse(path)), REMEDY
-        assert isomorphic(Graph().parse(shipped, format="xml"), GRAPHS[path])
-    assert len(list(folder.glob("*.rdf"))) == len(sources)
-    catalogue = ElementTree.parse(folder / CATALOGUE).getroot()
+@pytest.mark.parametrize("folder", sorted({path.parent for path in FILES}), ids=lambda path: path.name)
+def test_the_catalogue_leads_imports_to_the_files(folder: Path) -> None:
+    catalogue = ElementTree.parse(folder / "catalog-v001.xml").getroot()
     entries = {each.get("name"): folder / str(each.get("uri")) for each in catalogue if each.tag.endswith("uri")}
-    for path in sources:
+    expected = {}
+    for path in (path for path in FILES if path.parent == folder):
         (ontology,) = GRAPHS[path].subjects(RDF.type, OWL.Ontology)
-        assert entries[str(ontology)] == entries[str(GRAPHS[path].value(ontology, OWL.versionIRI))] == path, REMEDY
-    following = [each.get("catalog") for each in catalogue if each.tag.endswith("nextCatalog")]
-    core = ONTOLOGY_FOLDER / CATALOGUE
-    assert [(folder / str(each)).resolve() for each in following] == ([] if folder == ONTOLOGY_FOLDER else [core])
-
-
-REMEDY = "run python -m worldmodel.rdfxml worldmodel/ontology and the folders in missions that have a vocabulary"
-
-
-def test_a_users_own_ontology_is_written_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "own.ttl").write_text((MISSIONS / "mapping" / "finds.ttl").read_text())
-    assert main([str(tmp_path)]) == 0
-    assert sorted(path.name for path in tmp_path.iterdir()) == [CATALOGUE, "finds.rdf", "own.ttl"]
-    assert capsys.readouterr().out.splitlines() == [str(tmp_path / "finds.rdf"), str(tmp_path / CATALOGUE)]
-    (tmp_path / "bad.ttl").write_text("no Turtle")
-    assert main([str(tmp_path)]) == 2
-    assert re.search(r"bad\.ttl: cannot be written as RDF/XML: .*; allowed: Turtle with one", capsys.readouterr().err)
-
-
-def test_every_folder_that_a_command_names_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    folders = [tmp_path / name for name in ("first", "second")]
-    for folder in folders:
-        folder.mkdir()
-        (folder / "own.ttl").write_text((MISSIONS / "mapping" / "finds.ttl").read_text())
-    monkeypatch.setattr(sys, "argv", ["rdfxml", *map(str, folders)])
-    with pytest.raises(SystemExit, match="0"):
-        runpy.run_path(rdfxml.__file__, run_name="__main__")
-    assert all((folder / CATALOGUE).exists() for folder in folders)
-
-
-def test_a_node_that_is_used_twice_has_no_place_in_rdf_xml(tmp_path: Path) -> None:
-    (tmp_path / "twice.ttl").write_text("<x:a> a <http://www.w3.org/2002/07/owl#Ontology> ; <x:/b> _:c ; <x:/d> _:c .")
-    with pytest.raises(OntologyError, match="a node without a name is used twice"):
-        write_rdfxml(tmp_path)
+        expected |= {str(name): path for name in (ontology, GRAPHS[path].value(ontology, OWL.versionIRI))}
+    assert entries == expected
+    following = [(folder / str(each.get("catalog"))).resolve() for each in catalogue if each.tag.endswith("Catalog")]
+    assert following == ([] if folder == ONTOLOGY_FOLDER else [ONTOLOGY_FOLDER / "catalog-v001.xml"])
 
 
 def test_modems_and_sensors_that_are_shipped_have_classes() -> None:

@@ -3,8 +3,6 @@
 import math
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from small_fleet import (
     AREA_DONE,
     ASV_0,
@@ -23,18 +21,14 @@ from small_fleet import (
     SURVEY,
     TBOX,
     WRECK,
-    any_blocks,
-    ban,
     block,
     first_uid_of,
     fleet_model,
     picture,
-    sound_blocks,
 )
 
 from worldmodel import (
     TYPE_UID,
-    Block,
     Keeping,
     Lacking,
     SnapshotError,
@@ -51,28 +45,6 @@ from worldmodel import (
 def again(model: WorldModel) -> WorldModel:
     (read,) = models_from(rows_of({"auv-1": model}), TBOX).values()
     return read
-
-
-@settings(max_examples=60, deadline=None)
-@given(any_blocks, st.sets(st.integers(0, 2), max_size=2))
-def test_what_is_read_answers_as_what_was_saved(blocks: list[Block], banned: set[int]) -> None:
-    model = fleet_model(owner=1)
-    merge(model, blocks)
-    ban(model, banned)
-    read = again(model)
-    assert read.state_hash() == model.state_hash()
-    assert picture(read) == picture(model)
-    assert read.owner == 1
-
-
-@settings(max_examples=20, deadline=None)
-@given(sound_blocks())
-def test_a_model_that_is_read_goes_on_as_the_one_that_was_saved(blocks: list[Block]) -> None:
-    model = fleet_model(owner=0)
-    merge(model, blocks)
-    for each in (model, read := again(model)):
-        each.record([(AUV_0, BATTERY, 0.25)], 5.0)
-    assert read.state_hash() == model.state_hash()
 
 
 def test_a_row_says_by_name_what_a_vehicle_knows() -> None:
@@ -116,16 +88,6 @@ def test_a_row_says_by_name_what_a_vehicle_knows() -> None:
         "Area",
         "",
     )
-
-
-def test_several_vehicles_share_a_table() -> None:
-    models = {f"vehicle {owner}": fleet_model(owner) for owner in range(3)}
-    for owner, model in enumerate(models.values()):
-        model.record([(AUV_0, BATTERY, owner / 4)], 1.0)
-    read = models_from(rows_of(models), TBOX)
-    assert {name: model.state_hash() for name, model in read.items()} == {
-        name: model.state_hash() for name, model in models.items()
-    }
 
 
 def test_rows_that_make_no_world_model_are_refused() -> None:
@@ -172,11 +134,3 @@ def test_who_restarts_with_its_memory_counts_on() -> None:
     assert read.lacking(10.0) == model.lacking(10.0) == (Lacking(uid, 1, 6.0, ((0, 0, 0),)),)
     assert len(expire(read, 64.5)) == 1
     assert read.arrivals.waiting_blocks == 7
-
-
-@settings(max_examples=40, deadline=None)
-@given(sound_blocks(), st.integers(0, 2))
-def test_statuses_are_read_back(blocks: list[Block], owner: int) -> None:
-    model = fleet_model(owner)
-    merge(model, blocks)
-    assert list(again(model).statuses()) == list(model.statuses())

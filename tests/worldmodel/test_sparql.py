@@ -39,13 +39,6 @@ def test_both_engines_give_the_same_rows(blocks: list[Block], banned: set[int]) 
         assert sorted(map(repr, rows)) == sorted(map(repr, others)), text
 
 
-def test_of_nothing_there_is_no_group() -> None:
-    grouped = "SELECT ?a (COUNT(?f) AS ?n) { ?f sit:ofAttribute ?a } GROUP BY ?a"
-    for engine in Engine:
-        assert query(fleet_model(), grouped, engine)[1] == []
-        assert query(fleet_model(), "SELECT (COUNT(?f) AS ?n) { ?f sit:ofAttribute ?a }", engine)[1] == [(0,)]
-
-
 def test_the_snapshot_follows_the_model() -> None:
     model, asked = fleet_model(), "SELECT ?level { ?x rm:batteryFraction ?level }"
     assert query(model, asked, Engine.OXIGRAPH)[1] == []
@@ -67,18 +60,6 @@ def test_receptions_say_when_and_in_whose_packet() -> None:
     assert query(received(model, sender=1), asked)[1] == [own, ("bay", "asv-0", 12.3, 13.8, "auv-1", "auv-0")]
     assert query(received(model, sender=None), asked)[1][1] == ("bay", "asv-0", 12.3, 13.8, None, "auv-0")
     assert query(model, asked)[1] == [own, ("bay", "asv-0", 12.3, None, None, None)]
-
-
-def test_each_origin_is_a_graph() -> None:
-    model = fleet_model()
-    model.record([(AUV_0, BATTERY, 0.5)], 1.0, private=True)
-    merge(model, [block(2, 0, 123, (BAY, AREA_DONE, ASV_0))])
-    of_all = "SELECT ?by ?x { GRAPH ?by { ?x sit:hasPropertyValue ?f } } ORDER BY ?by ?x"
-    assert query(model, of_all)[1] == [("auv-0", "auv-0"), ("asv-0", "bay")]
-    of_one = "SELECT ?x { GRAPH run:instance-2 { ?x sit:hasPropertyValue ?f } }"
-    assert query(model, of_one)[1] == [("bay",)]
-    ban(model, [2])
-    assert sorted(query(model, of_all)[1]) == [("auv-0", "asv-0"), ("auv-0", "auv-0")]  # the ban is about asv-0
 
 
 @pytest.mark.parametrize("engine", Engine)

@@ -70,17 +70,11 @@ def test_any_order_leaves_the_newest_of_each_slot_and_origin(blocks: list[Block]
         for b in model.statuses()
     }
     assert held == newest
+    assert (model.state_hash(), model.digest(), list(model.blocks())) == (EMPTY, {}, [])
     again = blocks + blocks[: len(blocks) // 2]
     rng.shuffle(again)
     assert picture(merged(again)) == picture(model)
     assert merge(model, blocks).changes == ()
-
-
-@settings(max_examples=30, deadline=None)
-@given(statuses)
-def test_statuses_are_no_part_of_the_shared_state(blocks: list[Block]) -> None:
-    model = merged(blocks)
-    assert (model.state_hash(), model.digest(), list(model.blocks())) == (EMPTY, {}, [])
 
 
 def test_a_status_replaces_what_its_origin_said_before_and_nothing_else() -> None:
@@ -92,15 +86,6 @@ def test_a_status_replaces_what_its_origin_said_before_and_nothing_else() -> Non
     assert model.value(AUV_0, BATTERY) == 0.7
     ban(model, [0])
     assert model.value(AUV_0, BATTERY) == 0.5
-
-
-def test_only_facts_of_a_status_that_are_new_are_news() -> None:
-    model = fleet_model()
-    merge(model, [block(1, STATUS, 5, (AUV_1, BATTERY, 0.5))])
-    later = block(1, STATUS, 4, (AUV_1, BATTERY, 0.6), (AUV_1, POSITION, (1.0, 1.0)))
-    (change,) = merge(model, [later]).changes
-    assert [fact.attribute for fact in change.new_latest] == [POSITION]
-    assert merge(model, [block(1, STATUS, 3, (AUV_1, BATTERY, 0.9))]).changes == ()  # obsolete when it comes
 
 
 def test_a_newer_status_of_one_origin_is_no_news_while_that_of_another_is_the_latest() -> None:

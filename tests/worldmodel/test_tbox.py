@@ -12,7 +12,6 @@ from small_fleet import (
     ASV,
     AUV,
     BATTERY,
-    CELL,
     CLASSIFICATION,
     LENGTH,
     OBJECT,
@@ -23,42 +22,10 @@ from small_fleet import (
     class_uid,
 )
 
-from worldmodel import (
-    TYPE_UID,
-    OntologyError,
-    UnknownNameError,
-    ValueKind,
-    core_ontology_paths,
-    ontology_path,
-    read_tbox,
-)
-from worldmodel.owl import graph_of
+from worldmodel import OntologyError, UnknownNameError, core_ontology_paths, ontology_path, read_tbox
+from worldmodel.ontology import graph_of
 
 CORE = read_tbox(*core_ontology_paths())
-
-
-def test_shipped_classes_and_attributes() -> None:
-    assert len(CORE.classes) == 69  # Thing among them
-    assert len(CORE.attributes) == 44  # type among them
-    assert [c.uid for c in CORE.classes] == list(range(len(CORE.classes)))
-    assert [a.uid for a in CORE.attributes] == list(range(len(CORE.attributes)))
-    kinds = [a.kind.name for a in CORE.attributes]
-    expected = {"TYPE": 1, "LINK": 16, "NUMBER": 16, "POINT": 4, "BOOLEAN": 5, "SYMBOL": 2}
-    assert {kind: kinds.count(kind) for kind in kinds} == expected
-    status = ["batteryFraction", "position"]
-    negotiated = ["auctionEnds", "bid", "claim", "claimsOf", "knownDone", "worksOn", "worksSince"]
-    assert [a.name for a in CORE.attributes if a.latest_only] == sorted(status + negotiated)
-    assert CORE.attributes[TYPE_UID].name == "type"
-
-
-def test_attribute_tables() -> None:
-    position = TBOX.attributes[POSITION]
-    assert position.kind is ValueKind.POINT
-    assert [(f.minimum, f.maximum, f.resolution, f.unit) for f in position.fields] == [(-10000, 10000, 0.5, "m")] * 2
-    assert position.domain == class_uid("Vehicle")
-    assert TBOX.attribute_named("areaDone").range_class == class_uid("Vehicle")
-    assert TBOX.attributes[CLASSIFICATION].symbols == ("unknown", "wreck", "pipeline", "anomaly")
-    assert TBOX.attributes[CELL].fields[0].size_bits == 12
 
 
 def test_values_are_rounded_to_their_grid() -> None:

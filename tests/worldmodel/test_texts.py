@@ -1,7 +1,5 @@
 """Texts as values: stored, written, read back, concluded from and fused as what they are, and refused by name."""
 
-from pathlib import Path
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -19,9 +17,9 @@ from worldmodel import (
 )
 from worldmodel.facts import FaultCode
 from worldmodel.fusion import fused
+from worldmodel.ontology.fields import bytes_of, decoded_text
 from worldmodel.rdf.terms import term_of
 from worldmodel.snapshot import as_text, from_text
-from worldmodel.texts import bytes_of, decoded_text
 
 MOST_BYTES = 24
 NOTES = f"""
@@ -111,8 +109,3 @@ def test_texts_are_weighed_and_concluded_from(tbox: TBox) -> None:
     assert estimate.uncertainty == pytest.approx(said_so / (said_so + other + neither))
     towed = tbox.class_named("Towed").uid
     assert [one.uid for one in fleet[0].instances_of(towed)] == [0]  # the latest says so
-
-
-def test_only_texts_change_the_hash(tmp_path: Path, tbox: TBox) -> None:
-    (tmp_path / "notes.ttl").write_text(NOTES.replace(f"maxBytes {MOST_BYTES}", "maxBytes 25"), encoding="utf-8")
-    assert read_tbox(*core_ontology_paths(), tmp_path / "notes.ttl").hash != tbox.hash

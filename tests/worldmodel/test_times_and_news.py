@@ -1,10 +1,7 @@
 """Values as of a time, slices of history, what an origin said since, and news; with bans, and for the same cost."""
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from small_fleet import (
-    ASV_0,
     AUV_0,
     BANNED_FROM,
     BATTERY,
@@ -17,27 +14,9 @@ from small_fleet import (
     block,
     class_uid,
     fleet_model,
-    sound_blocks,
 )
 
 from worldmodel import Block, FactError, PropertyValue, merge
-
-
-@given(sound_blocks(), st.floats(0, 1), st.floats(0, 1), st.sets(st.integers(0, 2), max_size=1))
-def test_times_are_those_of_a_list(blocks: list[Block], one_s: float, other_s: float, banned: set[int]) -> None:
-    model = fleet_model()
-    merge(model, blocks)
-    ban(model, banned)
-    for slot in {(fact.subject, fact.attribute) for each in blocks for fact in each.facts}:
-        everything = tuple(model.history(*slot))
-        by_then = [o for o in everything if o.time_s <= one_s]
-        assert model.latest(*slot, at_s=one_s) == (by_then[-1] if by_then else None)
-        part = model.history(*slot, since_s=one_s, until_s=other_s)
-        assert list(part) == [o for o in everything if one_s <= o.time_s <= other_s]
-        assert len(part) == len(list(part)) and list(reversed(part)) == list(part)[::-1]  # noqa: PT018
-    for origin in range(3):
-        items = [b for b in model.blocks() if b.origin == origin and b.time_s >= one_s and model.is_seen(b)]
-        assert list(model.since(origin, one_s)) == items
 
 
 def test_news_come_once_of_an_instance_and_of_a_class() -> None:
@@ -81,21 +60,3 @@ def test_a_ban_from_a_time_leaves_what_was_said_before() -> None:
     assert [o.time_s for o in model.history(ECHO, LOCATION)] == [0.0, 1.0, 2.0, 3.0]
     assert PropertyValue(ECHO, LOCATION, (3.0, 0.0)) in change.new_latest  # it is the latest again
     assert model.banned == {}
-
-
-def test_asking_takes_as_many_steps_with_a_ban(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The banned values stand apart: the list that is asked has one entry, not 1001."""
-    model = fleet_model()
-    merge(model, [block(1, 0, 0, (ECHO, LOCATION, (9.0, 9.0)))])
-    merge(model, [block(2, n, n + 1, (ECHO, LOCATION, (float(n % 100), 0.0))) for n in range(1000)])
-    ban(model, [2])
-    assert len(model.index.slots[LOCATION][ECHO]) == 1
-    assert len(model.index.apart[LOCATION][ECHO]) == 1000
-    asked: list[int] = []
-    hides = type(model.index.trust).hides
-    monkeypatch.setattr(type(model.index.trust), "hides", lambda *a: asked.append(1) or hides(*a))
-    latest = model.latest(ECHO, LOCATION)
-    assert latest is not None
-    assert latest.value == (9.0, 9.0)
-    assert asked == []  # nobody looks at a ban to answer
-    assert model.latest(ASV_0, BATTERY) is None

@@ -1,10 +1,9 @@
 import re
 from dataclasses import replace
 from itertools import product
-from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from rdflib import RDF, RDFS, XSD, Graph, Literal, URIRef
 from rdflib.term import Node
@@ -25,20 +24,18 @@ from small_fleet import (
     WRECK,
     ban,
     block,
-    first_uid_of,
     fleet_model,
-    sound_blocks,
 )
-from test_reasoning import N_VEHICLES, compiled, fleet
+from test_reasoning import N_VEHICLES, ONTOLOGY, fleet
 
-from worldmodel import TYPE_UID, Block, PropertyValue, QueryError, WorldModel, merge
-from worldmodel.annotations import RM
-from worldmodel.fields import Field
-from worldmodel.owl import graph_of
+from worldmodel import TYPE_UID, Block, PropertyValue, QueryError, Source, WorldModel, merge, read_tbox
+from worldmodel.ontology import graph_of
+from worldmodel.ontology.annotations import RM
+from worldmodel.ontology.compiler import SIT
+from worldmodel.ontology.fields import Field
 from worldmodel.rdf.sparql import query
 from worldmodel.rdf.terms import RUN, instance_iri, term_of
 from worldmodel.rdf.view import as_dataset, as_graph
-from worldmodel.turtle import SIT
 
 
 def facts_of(model: WorldModel) -> set[tuple[Node, Node, Node]]:
@@ -48,14 +45,6 @@ def facts_of(model: WorldModel) -> set[tuple[Node, Node, Node]]:
 
 def facts_in(graph: Graph) -> list[Node]:
     return list(graph.subjects(RDF.type, SIT.PropertyValue))
-
-
-LATEST = """
-SELECT ?value WHERE {
-  ?instance sit:hasPropertyValue ?fact . ?fact sit:ofAttribute ?attribute ; sit:dataValue|sit:linkValue ?value ;
-    sit:timestamp ?time ; sit:origin ?origin .
-} ORDER BY DESC(?time) DESC(?origin) LIMIT 1
-"""
 
 
 def test_a_fact_after_the_situation_awareness_tbox() -> None:
@@ -123,69 +112,6 @@ def test_the_view_follows_the_model_and_cannot_be_written() -> None:
         graph.remove((None, None, None))
 
 
-def test_sparql_over_classes_and_their_subclasses() -> None:
-    model = fleet_model()
-    uid = first_uid_of(1)
-    merge(model, [block(1, 0, 0, (uid, TYPE_UID, WRECK)), block(0, 0, 0, (ECHO, CLASSIFICATION, 3))])
-    rows = as_graph(model).query(
-        "SELECT ?x WHERE { ?x a/rdfs:subClassOf* rm:ObjectOfInterest }", initNs={"rm": RM, "rdfs": RDFS}
-    )
-    assert {row[0] for row in rows} == {instance_iri(uid), instance_iri(ECHO)}
-    symbols = as_graph(model).objects(instance_iri(ECHO), RM.classification)
-    assert list(symbols) == [Literal("anomaly")]
-
-
-@pytest.mark.slow
-@settings(max_examples=8, deadline=None)
-@given(sound_blocks(), st.sets(st.integers(0, 2), max_size=1))
-def test_index_view_and_sparql_answer_alike(blocks: list[Block], banned: set[int]) -> None:
-    model = fleet_model()
-    merge(model, blocks)
-    ban(model, banned)
-    view = as_graph(model)
-    copy = Graph()
-    copy += view
-    patterns = {
-        tuple(term if bound else None for term, bound in zip(triple, which, strict=True))
-        for triple in facts_of(model)
-        for which in product((True, False), repeat=3)
-    }
-    for pattern in patterns:
-        assert sorted(view.triples(pattern)) == sorted(copy.triples(pattern)), pattern
-    assert len(view) == len(copy)
-    for subject, attribute in [(AUV_0, BATTERY), (ECHO, LOCATION), (ECHO, CLASSIFICATION), (BAY, AREA_DONE)]:
-        latest = model.latest(subject, attribute)
-        iri = URIRef(TBOX.attributes[attribute].iri)
-        current = list(view.objects(instance_iri(subject), iri))
-        bindings = {"instance": instance_iri(subject), "attribute": iri}
-        rows = [row[0] for row in view.query(LATEST, initNs={"sit": SIT}, initBindings=bindings)]
-        if latest is None:
-            assert current == rows == []
-        else:
-            assert current == [term_of(TBOX, TBOX.attributes[attribute], latest.value)]
-            newest = [o for o in model.history(subject, attribute) if o.block.key[:2] == latest.block.key[:2]]
-            assert rows[0] in [term_of(TBOX, TBOX.attributes[attribute], o.value) for o in newest]
-
-
-@settings(max_examples=25, deadline=None)
-@given(sound_blocks(), st.randoms(use_true_random=False))
-def test_equal_hashes_give_equal_triples(blocks: list[Block], rng: object) -> None:
-    one, two = fleet_model(0), fleet_model(1)
-    merge(one, blocks)
-    rng.shuffle(blocks)  # type: ignore[attr-defined]
-    merge(two, blocks)
-    assert one.state_hash() == two.state_hash()
-    assert facts_of(one) == facts_of(two)
-
-
-def test_a_whole_number_and_its_double_are_one_value() -> None:
-    one, two = fleet_model(), fleet_model()
-    merge(one, [block(0, 0, 0, (AUV_0, BATTERY, 1))])
-    merge(two, [block(0, 0, 0, (AUV_0, BATTERY, 1.0))])
-    assert one.state_hash() == two.state_hash()
-    assert facts_of(one) == facts_of(two)
-
-
 def test_a_query_gives_columns_and_plain_rows() -> None:
     model = fleet_model(owner=2)
     model.record([(BAY, AREA_DONE, ASV_0), (ECHO, LOCATION, (3.5, 4.0)), (AUV_0, BATTERY, 0.5)], 12.3)
@@ -224,24 +150,9 @@ def test_a_query_of_several_models_says_whose_each_row_is() -> None:
         query(models, "SELECT ?vehicle WHERE { ?vehicle rm:batteryFraction ?level }")
 
 
-@pytest.mark.parametrize(
-    ("sparql", "reason"),
-    [
-        ("SELECT ?x WHERE { ?x a nemo:Area }", "the prefix 'nemo:' is unknown; known: .*rm:.*or declare it"),
-        ("SELECT ?x WHERE ?x", "cannot be answered: Expected SelectQuery"),
-        ("CONSTRUCT WHERE { ?x a rm:Area }", "the query is a CONSTRUCT; allowed: SELECT or ASK"),
-        ("INSERT DATA { rm:x a rm:Area }", "cannot be answered"),
-        ("", "cannot be answered"),
-    ],
-)
-def test_what_is_no_query_is_refused(sparql: str, reason: str) -> None:
-    with pytest.raises(QueryError, match=reason):
-        query(fleet_model(), sparql)
-
-
-def test_conclusions_stand_beside_what_was_told(tmp_path: Path) -> None:
+def test_conclusions_stand_beside_what_was_told() -> None:
     """A vehicle is of a class whose definition it meets, and has the inverse link; both go with what they rest on."""
-    tbox = compiled(tmp_path)
+    tbox = read_tbox(Source("gear.ttl", ONTOLOGY))
     by, has = (tbox.attribute_named(name).uid for name in ("carriedBy", "hasPart"))
     model = fleet(tbox, [PropertyValue(N_VEHICLES + 1, by, 1)])  # all know that vehicle 1 carries gear 1
     model.record([(N_VEHICLES, by, 0)], 1.0)

@@ -29,12 +29,12 @@ from small_fleet import (
 )
 
 from worldmodel import STATUS, Block, Instance, Knowledge, PropertyValue, Reception, WorldModel, merge
-from worldmodel.owl import graph_of
+from worldmodel.ontology import graph_of
+from worldmodel.ontology.compiler import SIT
 from worldmodel.rdf.sparql import _term
 from worldmodel.rdf.terms import RUN, instance_iri
 from worldmodel.rdf.view import as_dataset, as_graph
 from worldmodel.rdf.writing import RdfFormat, canonical_items, knowledge_iri, written
-from worldmodel.turtle import SIT
 
 OF_RDFLIB = {"jsonld": "json-ld"}
 OF_OXIGRAPH = {

@@ -18,10 +18,10 @@ from rdflib import RDF, XSD, Literal
 from rdflib.term import Node
 
 from worldmodel.fusion import Estimate, fused
+from worldmodel.ontology.compiler import SIT
+from worldmodel.ontology.tbox import MEASURED, ValueKind
 from worldmodel.rdf.terms import RUN, RdfTerms
 from worldmodel.store import Store
-from worldmodel.tbox import MEASURED, ValueKind
-from worldmodel.turtle import SIT
 
 FUSED = RUN.fused
 """Name of the graph of all estimates."""

@@ -7,8 +7,8 @@ from rdflib.term import Node
 
 from worldmodel.facts import Observation
 from worldmodel.knowledge import Knowledge, Reception
+from worldmodel.ontology.compiler import SIT
 from worldmodel.rdf.terms import RdfTerms, block_name, fact_iri, is_fact, reception_iri
-from worldmodel.turtle import SIT
 
 RECEPTION, RECEIVED = SIT.Reception, SIT.received
 

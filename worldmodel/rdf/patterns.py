@@ -13,6 +13,8 @@ from rdflib.term import Node
 
 from worldmodel.facts import Observation
 from worldmodel.knowledge import Knowledge
+from worldmodel.ontology.compiler import SIT
+from worldmodel.ontology.tbox import TBox, ValueKind
 from worldmodel.rdf.conclusions import Inferences
 from worldmodel.rdf.heard import RECEIVED, RECEPTION, Receptions
 from worldmodel.rdf.states import LABEL, TYPE, States
@@ -24,8 +26,6 @@ from worldmodel.rdf.terms import (
     instance_uid,
     is_fact,
 )
-from worldmodel.tbox import TBox, ValueKind
-from worldmodel.turtle import SIT
 
 Triple = tuple[Node, Node, Node]
 Pattern = tuple[Node | None, Node | None, Node | None]

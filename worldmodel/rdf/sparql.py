@@ -22,12 +22,12 @@ from rdflib.term import Node
 
 from worldmodel.errors import QueryError, suggestion
 from worldmodel.knowledge import Knowledge
-from worldmodel.owl import graph_of
+from worldmodel.ontology import graph_of
+from worldmodel.ontology.tbox import TBox
 from worldmodel.rdf.terms import RUN, instance_uid
 from worldmodel.rdf.view import as_dataset, as_graph
 from worldmodel.rdf.writing import RdfFormat, prefixes_of, written
 from worldmodel.store import Store
-from worldmodel.tbox import TBox
 
 QueryValue = str | float | bool | None
 """A value of a query's answer."""

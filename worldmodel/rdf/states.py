@@ -5,10 +5,10 @@ from collections.abc import Iterator
 from rdflib import RDF, RDFS, Literal, URIRef
 from rdflib.term import Node
 
+from worldmodel.ontology.tbox import TYPE_UID
 from worldmodel.rdf.conclusions import Inferences
 from worldmodel.rdf.terms import RdfTerms
 from worldmodel.store import Store
-from worldmodel.tbox import TYPE_UID
 
 TYPE, LABEL = RDF.type, RDFS.label
 

@@ -11,10 +11,10 @@ from rdflib import XSD, Literal, Namespace, URIRef
 from rdflib.term import Node
 
 from worldmodel.facts import Block, Observation
-from worldmodel.fields import Value
+from worldmodel.ontology.compiler import SIT
+from worldmodel.ontology.fields import Value
+from worldmodel.ontology.tbox import TYPE_UID, Attribute, TBox, ValueKind
 from worldmodel.store import Store
-from worldmodel.tbox import TYPE_UID, Attribute, TBox, ValueKind
-from worldmodel.turtle import SIT
 
 RUN = Namespace("https://w3id.org/remoras/run/")
 MOST_REMEMBERED = 1 << 16

@@ -1,4 +1,4 @@
-"""Numbers on a grid: bounds, resolution, and the integer that stands for a value on the wire.
+"""Numbers on a grid (bounds, resolution, and the integer that stands for a value on the wire) and bounded texts.
 
 Two vehicles hold the same value only if they hold the same double. A value is therefore stored as the double
 nearest to the decimal number ``minimum + index * resolution``: a function of the integer ``index`` alone, worked
@@ -132,3 +132,43 @@ class Field:
     def quantise(self, value: float) -> float:
         """Return the grid value nearest to ``value``, which is the value stored; raises as ``encode``."""
         return self.decode(self.encode(value))
+
+
+LONGEST_BYTES = 255
+"""No attribute may allow longer texts: a packet has room for little."""
+_CONTROLS = frozenset(map(chr, (*range(0x20), *range(0x7F, 0xA0), 0xFFFE, 0xFFFF)))
+"""What XML cannot hold, and what would end a line."""
+
+
+def bytes_of(text: object, most_bytes: int) -> bytes:
+    """Return a text in UTF-8.
+
+    Raises:
+        TypeError: it is no string.
+        ValueError: it is too long, has control characters, or half of a surrogate pair.
+
+    >>> bytes_of("Täufer", 8)
+    b'T\\xc3\\xa4ufer'
+    >>> bytes_of("Täufer", 6)
+    Traceback (most recent call last):
+    ValueError: 'Täufer' takes 7 bytes of UTF-8; allowed: at most 6
+    """
+    if not isinstance(text, str):
+        raise TypeError(f"{text!r} is not a string")
+    if not _CONTROLS.isdisjoint(text):
+        raise ValueError(f"{text!r} has control characters; allowed: none")
+    data = text.encode()  # UnicodeEncodeError is a ValueError
+    if len(data) > most_bytes:
+        raise ValueError(f"{text!r} takes {len(data)} bytes of UTF-8; allowed: at most {most_bytes}")
+    return data
+
+
+def decoded_text(data: bytes, most_bytes: int) -> str:
+    """Return the text that stands in some bytes; raises ValueError if none does.
+
+    >>> decoded_text(b"T\\xc3\\xa4ufer", 8)
+    'Täufer'
+    """
+    text = data.decode()
+    bytes_of(text, most_bytes)
+    return text

@@ -6,7 +6,7 @@ the closure of the class hierarchy and disjointness become bit masks, ranges bec
 is what two vehicles compare before they exchange anything. Built in are the class ``Thing`` (owl:Thing),
 above every class, and the attribute ``type`` (rdf:type), which always has uid 0.
 
-``worldmodel.owl.read_tbox`` makes a TBox of Turtle files and says how uids are assigned.
+``worldmodel.ontology.read_tbox`` makes a TBox of Turtle files and says how uids are assigned.
 """
 
 import hashlib
@@ -16,10 +16,9 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import cached_property
 
-from worldmodel.axioms import NO_AXIOMS, Axioms, CompiledAxioms
 from worldmodel.errors import unknown_name
-from worldmodel.fields import Field, Value
-from worldmodel.texts import bytes_of, decoded_text
+from worldmodel.ontology.axioms import NO_AXIOMS, Axioms, CompiledAxioms
+from worldmodel.ontology.fields import Field, Value, bytes_of, decoded_text
 
 TYPE_UID = 0
 """The uid of the built-in attribute ``type``."""
@@ -234,7 +233,7 @@ class TBox:
     @cached_property
     def rules(self) -> CompiledAxioms:
         """The axioms, compiled; of an ontology that scenarios are checked by nobody asks for them."""
-        return CompiledAxioms(self.classes, self.attributes, self.axioms, self.disjoint)
+        return CompiledAxioms(self._ancestors, [(a.domain, a.range_class) for a in self.attributes], self.axioms)
 
     def class_named(self, name: str) -> OntologyClass:
         """Return the class; raises UnknownNameError, which proposes a similar name."""

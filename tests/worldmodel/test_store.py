@@ -1,0 +1,141 @@
+"""Laws of the store: a join of blocks in any order, which answers as a plain list of them, kept or read back."""
+
+import copy
+import pickle
+import random
+from itertools import chain
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from small_fleet import BANNED_FROM, N_ORIGINS, TBOX, any_blocks, ban, check, fleet_model, picture, sound_blocks
+
+from worldmodel import Block, PropertyValue, WorldModel, expire, merge, models_from, rows_of
+from worldmodel.checks import CheckResult
+from worldmodel.tables import compiled_attributes
+
+ROWS = compiled_attributes(TBOX).rows
+
+
+def merged(*batches: list[Block]) -> WorldModel:
+    model = fleet_model()
+    for batch in batches:
+        merge(model, batch)
+    return model
+
+
+def everything(model: WorldModel) -> list[Block]:
+    """All blocks that have arrived, whether in, waiting or refused: a peer passes on these."""
+    return [*model.blocks(), *model.arrivals.waiting.values(), *model.arrivals.refused.values()]
+
+
+def read_back(model: WorldModel) -> WorldModel:
+    (read,) = models_from(rows_of({"auv-0": model}), TBOX).values()
+    return read
+
+
+@settings(max_examples=150, deadline=None)
+@given(any_blocks, st.randoms(use_true_random=False), st.integers(1, 4), st.sets(st.integers(0, 2), max_size=2))
+def test_the_same_blocks_make_the_same_model(
+    blocks: list[Block], rng: random.Random, n_packets: int, banned: set[int]
+) -> None:
+    """In any order, split and repeated in any way, passed on by another vehicle, copied, or written and read."""
+    model = merged(blocks)
+    again = blocks + rng.choices(blocks, k=len(blocks)) if blocks else []
+    rng.shuffle(again)
+    parts = [again[i::n_packets] for i in range(n_packets)]
+    others = [merged(*parts), merged(everything(merged(*parts[1:])), parts[0])]
+    before, version = picture(model), model.version
+    assert [picture(other) for other in others] == [before] * 2
+    assert merge(model, everything(model)).changes == ()
+    assert (picture(model), model.version) == (before, version)
+    for each in (model, *others):
+        ban(each, banned)
+    copies = (*others, read_back(model), copy.deepcopy(model), pickle.loads(pickle.dumps(model)))
+    assert [picture(other) for other in copies] == [picture(model)] * 5
+
+
+@settings(max_examples=60, deadline=None)
+@given(any_blocks)
+def test_every_block_is_in_or_waits_or_is_refused_as_the_checks_say(blocks: list[Block]) -> None:
+    model = merged(blocks)
+    assert all(check(model, b) == CheckResult() for b in model.blocks())
+    assert all(check(model, b).faults for b in model.arrivals.refused.values())
+    assert all(check(model, b) != CheckResult() for b in model.arrivals.waiting.values())
+    said = {
+        (origin, epoch, sequence)
+        for (origin, epoch), (highest, mask) in model.digest().items()
+        for sequence in range(highest + 1 + mask.bit_length())
+        if sequence <= highest or mask >> (sequence - highest - 1) & 1
+    }
+    assert said == {b.guid for b in everything(model)} == {b.guid for b in blocks}
+    assert all(model.has_arrived(guid) for guid in said)
+
+    def is_right(fact: PropertyValue) -> bool:
+        return fact.attribute not in ROWS or ROWS[fact.attribute].quantise(fact.value) == fact.value is not None
+
+    right = [of for of in blocks if all(map(is_right, of.facts))]
+    judged = fleet_model()
+    merge(judged, right, judged=True)  # all but values is looked at
+    assert picture(judged) == picture(merged(right))
+
+
+@settings(max_examples=60, deadline=None)
+@given(any_blocks, any_blocks, st.randoms(use_true_random=False))
+def test_who_forgets_what_waits_and_hears_it_again_knows_the_same(
+    first: list[Block], then: list[Block], rng: random.Random
+) -> None:
+    model = fleet_model()
+    merge(model, first, now_s=10.0)
+    forgotten: list[Block] = []
+    while waiting := list(model.arrivals.waiting.values()):  # without what they created, others may wait in turn
+        assert {fault.guid for fault in expire(model, 10_000.0)} == {b.guid for b in waiting}
+        forgotten += waiting
+    again = [*forgotten, *then]
+    rng.shuffle(again)
+    merge(model, again, now_s=10_000.0)
+    others = [b for b in first if b not in forgotten]
+    assert picture(model) == picture(merged(others, again))
+
+
+@settings(deadline=None)
+@given(
+    sound_blocks(),
+    st.randoms(use_true_random=False),
+    st.sets(st.integers(0, 2), max_size=2),
+    st.floats(0, 1),
+    st.floats(0, 1),
+)
+def test_a_model_answers_as_a_list_of_blocks(
+    blocks: list[Block], rng: random.Random, banned: set[int], one_s: float, other_s: float
+) -> None:
+    """Sound blocks all go in; histories, slices of them and latest values are those of the list, without the banned."""
+    rng.shuffle(blocks)
+    model = fleet_model()
+    outcomes = [merge(model, [each]) for each in blocks]
+    told = [change.block for outcome in outcomes for change in outcome.changes]
+    assert not any(outcome.faults for outcome in outcomes)
+    assert sorted(b.guid for b in told if b.is_item) == sorted(b.guid for b in blocks if b.is_item)
+    assert not model.arrivals.waiting
+    listed = sorted(
+        (*b.key, position, fact.subject, fact.attribute)
+        for b in chain(model.blocks(), model.statuses())
+        for position, fact in enumerate(b.facts)
+    )
+    version = model.version
+    ban(model, banned)
+    assert model.banned.keys() == banned
+    assert model.version == version + len(banned)
+    for uid in range(model.n_uids):
+        for attribute in (one.uid for one in TBOX.attributes if one.uid != BANNED_FROM):
+            history = list(model.history(uid, attribute))
+            said = [(*o.block.key, o.position) for o in history]
+            assert said == [each[:5] for each in listed if each[5:] == (uid, attribute) and each[1] not in banned]
+            assert model.latest(uid, attribute) == (history[-1] if history else None)
+            by_then = [o for o in history if o.time_s <= one_s]
+            assert model.latest(uid, attribute, at_s=one_s) == (by_then[-1] if by_then else None)
+            part = model.history(uid, attribute, since_s=one_s, until_s=other_s)
+            assert list(part) == [o for o in history if one_s <= o.time_s <= other_s]
+            assert (len(part), list(reversed(part))) == (len(list(part)), list(part)[::-1])
+    for origin in range(N_ORIGINS):
+        items = [b for b in model.blocks() if b.origin == origin and b.time_s >= one_s and model.is_seen(b)]
+        assert list(model.since(origin, one_s)) == items

@@ -1,0 +1,201 @@
+"""Axioms of an ontology, and the tables by which conclusions are drawn from them.
+
+``Axioms`` are as stated: definitions of classes, and relations between attributes that link instances.
+``CompiledAxioms`` are their consequences for every world model of that ontology. A condition such as "some part of it
+is a Sonar" is one more bit of a mask, so that classes follow from classes by masks alone. ``superclasses`` completes
+the hierarchy before the first fact comes, by the rules of OWL 2 EL for subclasses, intersections and existential
+restrictions (Baader, Brandt, Lutz, Pushing the EL envelope, 2005). The rules of OWL 2 RL, which owlrl has, cannot: they
+do not put a class below an intersection.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from worldmodel.ontology.fields import Value
+
+
+@dataclass(frozen=True, slots=True)
+class ValueCondition:
+    """A condition on the values of one attribute: one is an instance of class ``filler``, or is ``value``."""
+
+    attribute: int
+    filler: int | None = None
+    value: Value | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Definition:
+    """Classes and conditions that the instances of a class meet.
+
+    ``is_sufficient``: an instance that meets them is of the class.
+    """
+
+    class_uid: int
+    classes: tuple[int, ...]
+    conditions: tuple[ValueCondition, ...]
+    is_sufficient: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Axioms:
+    """The axioms of an ontology beyond hierarchy and disjointness, all uids.
+
+    Attributes:
+        definitions: of classes, by equivalence or by necessary conditions.
+        inverses: pairs of attributes, each the other way round.
+        transitive: attributes that lead on.
+        sub_attributes: pairs of an attribute and one above it.
+    """
+
+    definitions: tuple[Definition, ...] = ()
+    inverses: tuple[tuple[int, int], ...] = ()
+    transitive: tuple[int, ...] = ()
+    sub_attributes: tuple[tuple[int, int], ...] = ()
+
+
+NO_AXIOMS = Axioms()
+
+
+class CompiledAxioms:
+    """The axioms compiled. All masks have bit c for class c, and behind these a bit for each condition.
+
+    Attributes:
+        n_classes: the number of classes.
+        conditions: those of sufficient definitions; ``bit_of`` has their bits.
+        superclasses: of each class all classes and conditions of its instances, itself included.
+        entailed: for each attribute the links that follow from one: (attribute, whether reversed), itself first.
+        sources: for each attribute the attributes from whose links one follows, in the same form.
+        transitive: attributes that lead on, inverses included.
+        derived: attributes that may have links which nobody told.
+        heeded: attributes of which a value may lead to a conclusion.
+    """
+
+    def __init__(self, told: Sequence[int], ends: Sequence[tuple[int, int | None]], axioms: Axioms) -> None:
+        """Compile axioms.
+
+        Args:
+            told: of each class the mask of itself and its stated superclasses.
+            ends: of each attribute its domain and, of a link, its range.
+            axioms: to compile.
+        """
+        self.n_classes = len(told)
+        self.entailed = _entailments(len(ends), axioms)
+        self.sources = tuple(
+            tuple((a, flipped) for a, links in enumerate(self.entailed) for b, flipped in links if b == uid)
+            for uid in range(len(ends))
+        )
+        inverse = {*axioms.inverses, *((b, a) for a, b in axioms.inverses)}
+        self.transitive = frozenset({*axioms.transitive, *(b for a, b in inverse if a in axioms.transitive)})
+        sufficient = [each for each in axioms.definitions if each.is_sufficient]
+        self.conditions = tuple(dict.fromkeys(condition for each in sufficient for condition in each.conditions))
+        self._of_links = [condition for condition in self.conditions if condition.filler is not None]
+        self._bits = {condition: 1 << self.n_classes + k for k, condition in enumerate(self.conditions)}
+        self._sufficient = [
+            (sum(1 << c for c in set(each.classes)) | sum(map(self.bit_of, each.conditions)), each.class_uid)
+            for each in sufficient
+        ]
+        self._closed: dict[int, int] = {}
+        self.superclasses = self._saturated(told, ends, axioms.definitions)
+        linked = {a for pair in (*axioms.inverses, *axioms.sub_attributes) for a in pair} | self.transitive
+        self.derived = frozenset(a for a in linked if len(self.sources[a]) > 1 or a in self.transitive)
+        conditional = linked.union(condition.attribute for condition in self.conditions)
+        self.heeded = frozenset(source for a in conditional for source, _ in self.sources[a])
+
+    @property
+    def is_needed(self) -> bool:
+        """True if facts may lead to conclusions."""
+        return bool(self._sufficient or self.heeded)
+
+    def bit_of(self, condition: ValueCondition) -> int:
+        """Return the mask of a condition of a sufficient definition."""
+        return self._bits[condition]
+
+    def closed(self, mask: int) -> int:
+        """Return all classes and conditions of an instance of those in ``mask``, which has all above its classes."""
+        closure = self._closed.get(mask)
+        if closure is None:
+            closure = self._closed[mask] = self._close(mask, self.superclasses)
+        return closure
+
+    def _close(self, mask: int, superclasses: Sequence[int]) -> int:
+        before = -1
+        while before != mask:
+            before = mask
+            for needed, class_uid in self._sufficient:
+                if not needed & ~mask:
+                    mask |= superclasses[class_uid]
+        return mask
+
+    def _saturated(
+        self, told: Sequence[int], ends: Sequence[tuple[int, int | None]], definitions: Sequence[Definition]
+    ) -> tuple[int, ...]:
+        """Return ``superclasses``: all that follows from definitions, applied until nothing new does."""
+        masks = list(told)
+        asked: list[set[ValueCondition]] = [set() for _ in masks]
+        for each in definitions:
+            masks[each.class_uid] |= sum(1 << c for c in set(each.classes))
+            asked[each.class_uid].update(each.conditions)
+        before: list[tuple[int, int]] = []
+        while before != (now := [(mask, len(conditions)) for mask, conditions in zip(masks, asked, strict=True)]):
+            before = now
+            for uid in range(len(masks)):
+                for above in _bits_of(masks[uid], len(masks)):
+                    masks[uid] |= masks[above]
+                    asked[uid] |= asked[above]
+                for condition in tuple(asked[uid]):
+                    asked[uid] |= self._led_on(condition, asked)
+                    masks[uid] |= masks[ends[condition.attribute][0]] | self._met_by(condition, masks, ends)
+                masks[uid] = self._close(masks[uid], masks)
+        return tuple(masks)
+
+    def _met_by(self, asked: ValueCondition, masks: Sequence[int], ends: Sequence[tuple[int, int | None]]) -> int:
+        """Return the conditions that an instance meets since it meets ``asked``."""
+        if asked.filler is None:
+            return self._bits.get(asked, 0)
+        range_class = ends[asked.attribute][1]
+        filler = masks[asked.filler] | (0 if range_class is None else masks[range_class])
+        met = [
+            c
+            for c in self._of_links
+            if (c.attribute, False) in self.entailed[asked.attribute] and filler >> (c.filler or 0) & 1
+        ]
+        return sum(map(self.bit_of, met))
+
+    def _led_on(self, asked: ValueCondition, all_asked: Sequence[set[ValueCondition]]) -> set[ValueCondition]:
+        """Return the conditions that follow from ``asked`` by attributes that lead on."""
+        if asked.filler is None:
+            return set()
+        return {
+            ValueCondition(a, condition.filler)
+            for a, flipped in self.entailed[asked.attribute]
+            if a in self.transitive and not flipped
+            for condition in all_asked[asked.filler]
+            if condition.filler is not None and (a, False) in self.entailed[condition.attribute]
+        }
+
+
+Entailed = tuple[tuple[int, bool], ...]
+"""Attributes of the links that follow from a link, each with whether it is reversed."""
+
+
+def _entailments(n_attributes: int, axioms: Axioms) -> tuple[Entailed, ...]:
+    """Return the links that follow from a link of each attribute by inverses and attributes above it, itself first."""
+    steps: list[set[tuple[int, bool]]] = [set() for _ in range(n_attributes)]
+    for a, b in axioms.inverses:
+        steps[a].add((b, True))
+        steps[b].add((a, True))
+    for below, above in axioms.sub_attributes:
+        steps[below].add((above, False))
+    entailed = []
+    for uid in range(n_attributes):
+        reached = [(uid, False)]
+        for a, flipped in reached:  # grows while it is read
+            for b, turned in sorted(steps[a]):
+                if (link := (b, flipped != turned)) not in reached:
+                    reached.append(link)
+        entailed.append(tuple(reached))
+    return tuple(entailed)
+
+
+def _bits_of(mask: int, n: int) -> list[int]:
+    return [bit for bit in range(n) if mask >> bit & 1]
