@@ -37,11 +37,11 @@ if TYPE_CHECKING:
         attracted,
         distance_m,
     )
+    from remoras.beliefs import Known
     from remoras.database import VehicleData
     from remoras.errors import RemorasError
     from remoras.face import Run, compare, exchange_study, load, network, open, run, scenarios, stepping, sweep
     from remoras.faults import Condition
-    from remoras.known import Known
     from remoras.mission import Finding, FleetView, Milestone, Mission, Truth, VehicleView
     from remoras.motion import Motion
     from remoras.organisation import Group
@@ -105,7 +105,7 @@ _HOMES = {
     "remoras.recorder": ("TIME", "VEHICLE", "Column", "Recorder", "Table"),
     "remoras.sensor": ("SELF", "Observation", "Pose", "Sensor", "SensorSettings"),
     "remoras.strategy": ("Declaration", "Move", "Negotiator", "Situation", "Statement", "Strategy"),
-    "remoras.known": ("Known",),
+    "remoras.beliefs": ("Known",),
     "remoras.work": ("DivisibleJob", "Job", "Outlook", "Work"),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}

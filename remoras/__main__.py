@@ -4,7 +4,7 @@ import gc
 import os
 
 from remoras.interruption import heed
-from remoras.plugin_folders import drop_current_folder
+from remoras.plugins import drop_current_folder
 
 NO_PYDANTIC_PLUGINS = "PYDANTIC_DISABLE_PLUGINS"
 """Variable of the environment by which pydantic does not ask every package that is installed for plug-ins of it."""

@@ -1,4 +1,4 @@
-"""What a vehicle believes, as facts an HTN planner can look up.
+"""Beliefs of a vehicle: facts by name, as missions and plug-ins ask for them.
 
 A key is ``(attribute, instance)`` by name, for example ``("hasMission", "Operational")``. Its value is
 the latest in the vehicle's world model; links are given by the name of their target, symbols by their text.
@@ -10,7 +10,7 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple, Protocol, cast
 
 from exchange.arithmetic import distance
 from remoras.sensor import SELF, Observation
@@ -30,6 +30,48 @@ from worldmodel import (
 )
 from worldmodel.facts import Observation as Latest
 from worldmodel.snapshot import stored_as_text
+
+
+class Known(Protocol):
+    """What a vehicle knows, to be looked up by ``(attribute, instance)``; ``Beliefs`` is one."""
+
+    def get(self, key: Key, default: Any = None, /) -> Any:
+        """The latest value of a fact, or ``default`` if it is not known."""
+        ...
+
+    def values(self, key: Key) -> Set[Any]:
+        """Every value of a fact that was ever told, but for what banned vehicles said."""
+        ...
+
+    def instances(self, of_class: str, /) -> tuple[str, ...]:
+        """The names of all that is known to be of a class, told or concluded."""
+        ...
+
+    @property
+    def n_told(self) -> int:
+        """It grows whenever what ``values`` gives changes: what was worked out of these sets holds until then."""
+        ...
+
+
+@dataclass(frozen=True)
+class _Nothing:
+    def get(self, key: Key, default: Any = None, /) -> Any:
+        return default
+
+    def values(self, key: Key) -> Set[Any]:
+        return frozenset()
+
+    def instances(self, of_class: str, /) -> tuple[str, ...]:
+        return ()
+
+    @property
+    def n_told(self) -> int:
+        return 0
+
+
+NOTHING_KNOWN: Known = _Nothing()
+"""What is known before the mission."""
+
 
 Key = tuple[str, str]
 Point = tuple[float, float]

@@ -36,10 +36,9 @@ from typing import Any, ClassVar, Protocol, Self
 
 from remoras.activities import Activity, ActivitySet, Objective
 from remoras.behaviours import Behaviour
-from remoras.beliefs import Beliefs, Key
+from remoras.beliefs import Beliefs, Key, Known
 from remoras.database import VehicleData
 from remoras.htn import Domain, FactsLike, Task
-from remoras.known import Known
 from remoras.motion import Motion
 from remoras.organisation import Group, Organisation
 from remoras.picture import Picture

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 from exchange.arithmetic import length
 from exchange.peering.peers import PeerLinks
-from remoras.known import NOTHING_KNOWN, Known
+from remoras.beliefs import NOTHING_KNOWN, Known
 from remoras.work import Point, Work
 
 

@@ -15,9 +15,8 @@ from types import MappingProxyType
 from typing import NamedTuple, Protocol
 
 from exchange.arithmetic import distance
-from remoras.beliefs import Key
+from remoras.beliefs import Key, Known
 from remoras.database import AUVDatabase, VehicleData
-from remoras.known import Known
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
 
 Point = tuple[float, float]

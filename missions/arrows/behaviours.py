@@ -18,8 +18,8 @@ from missions.arrows.detectors import ANOMALY, SAME_M, shown_of, unidentified
 from missions.arrows.scenario import UNKNOWN, ArrowsScenario
 from missions.arrows.seafloor import summed
 from remoras.behaviours import ADVANCING, DONE, DUE, IDLE, Approach, Behaviour, Perception, Reference, distance_m
+from remoras.beliefs import Known
 from remoras.database import VehicleData
-from remoras.known import Known
 from remoras.motion import Motion
 from remoras.picture import Picture
 from remoras.sensor import Observation

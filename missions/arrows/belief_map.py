@@ -28,7 +28,7 @@ import numpy.typing as npt
 from exchange.arithmetic import LN2
 from missions.arrows.scenario import SITES
 from missions.arrows.seafloor import N_DETECTORS, Array, CellGrid, contact_of, summed, swept_of
-from remoras.known import Known
+from remoras.beliefs import Known
 
 Counts = npt.NDArray[np.int64]
 SMALLEST = 1e-250

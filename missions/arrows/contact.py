@@ -33,7 +33,7 @@ from missions.arrows.detectors import ANOMALY, unidentified
 from missions.arrows.scenario import ArrowsScenario
 from missions.arrows.seafloor import Array
 from missions.scenarios.deployment import deployment_of
-from remoras.known import Known
+from remoras.beliefs import Known
 from remoras.picture import Peers
 from remoras.work import Point
 

@@ -22,8 +22,8 @@ from missions.arrows.seafloor import (
     contact_code,
     swept_code,
 )
+from remoras.beliefs import Known
 from remoras.database import VehicleData
-from remoras.known import Known
 from remoras.recorder import TIME, VEHICLE, Column, Table
 from remoras.sensor import SELF, Observation, Pose, Sensor, SensorSettings
 from remoras.work import Point

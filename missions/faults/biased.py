@@ -15,7 +15,7 @@ from pydantic_core import PydanticCustomError
 from missions.errors import ConfigurationFault
 from missions.files import shown
 from missions.scenarios.faults import FaultOfSensors
-from missions.scenarios.ontologies import words_of
+from missions.scenarios.knowledge import words_of
 from missions.scenarios.tables import PointM, Raw, is_number, one_of
 from remoras.sensor import Observation
 from worldmodel import OntologyError, TBox

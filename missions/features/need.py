@@ -19,7 +19,7 @@ from missions.errors import ConfigurationFault
 from missions.feature import Feature, Joining
 from missions.files import shown
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
-from missions.scenarios.ontologies import TABLE, TEXTS, words_of
+from missions.scenarios.knowledge import TABLE, TEXTS, words_of
 from missions.scenarios.tables import (
     NotNegative,
     Positive,

@@ -39,8 +39,8 @@ from remoras.behaviours import (
     attracted,
     distance_m,
 )
+from remoras.beliefs import Known
 from remoras.database import VehicleData
-from remoras.known import Known
 from remoras.motion import Motion
 from remoras.picture import Picture
 from remoras.work import Point

@@ -36,9 +36,8 @@ from remoras.behaviours import (
     attracted,
     distance_m,
 )
-from remoras.beliefs import Key
+from remoras.beliefs import Key, Known
 from remoras.database import VehicleData
-from remoras.known import Known
 from remoras.mission import VehicleView
 from remoras.motion import Motion
 from remoras.organisation import Group

@@ -11,9 +11,8 @@ from functools import cached_property
 from exchange.arithmetic import distance
 from missions.mapping.ground import Ground, Way, ground_of
 from missions.mapping.sensors import mapping_speed_mps, swath_m
-from remoras.beliefs import Key
+from remoras.beliefs import Key, Known
 from remoras.database import AUVDatabase, VehicleData
-from remoras.known import Known
 from remoras.organisation import Group
 from remoras.work import Outlook, Point
 

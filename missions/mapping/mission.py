@@ -82,11 +82,10 @@ from missions.scenarios.parts import database_of, groups_of
 from missions.scenarios.tables import Raw, entries, names_of, one_of, outside_faults, point_of, table_of
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
 from remoras.behaviours import Behaviour, Homing
-from remoras.beliefs import Beliefs, Key
+from remoras.beliefs import Beliefs, Key, Known
 from remoras.database import VehicleData
 from remoras.errors import PlanningError
 from remoras.htn import Domain, FactsLike, Task
-from remoras.known import Known
 from remoras.mission import Finding, Mission
 from remoras.motion import Motion
 from remoras.organisation import Group, Organisation

@@ -19,10 +19,9 @@ from missions.meeting.meeting import MEET, Meeting
 from missions.meeting.orders import entrusted, expected_of
 from remoras.activities import Objective
 from remoras.behaviours import IDLE, Behaviour, Perception, Reference, awaited
-from remoras.beliefs import Beliefs
+from remoras.beliefs import Beliefs, Known
 from remoras.database import VehicleData
 from remoras.htn import ANY, Domain, Expected, FactsLike, Method, Operator, Task
-from remoras.known import Known
 from remoras.mission import ALLOCATE_ROLES, ASSIGN_OBJECTIVE, DISSOLVE_GROUP, FORM_GROUP, GIVE_MISSION, PURSUE, Finding
 from remoras.motion import Motion
 from remoras.nesting import supervised_by

@@ -22,7 +22,7 @@ from missions.minehunting.imagery import (
     Imagery,
 )
 from remoras.behaviours import Behaviour, Perception, Reference
-from remoras.known import Known
+from remoras.beliefs import Known
 from remoras.motion import Motion
 from remoras.picture import Picture
 from remoras.sensor import Observation

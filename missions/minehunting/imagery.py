@@ -18,8 +18,8 @@ from exchange.acoustics import loss
 from exchange.arithmetic import TAU, distance, normal_quantile, sincos
 from missions.meeting.staying import AnyonesJob, Stay
 from remoras.behaviours import DONE, IDLE, Behaviour, Perception, Reference, distance_m
+from remoras.beliefs import Known
 from remoras.database import VehicleData
-from remoras.known import Known
 from remoras.motion import Motion
 from remoras.picture import Picture
 from remoras.recorder import TIME, VEHICLE, Column, Table

@@ -23,8 +23,7 @@ from missions.runs.assembly import (
     vehicle_anew,
     vehicle_of,
 )
-from missions.runs.sensors import recorder_of_mission, sensors_of
-from missions.runs.setup import Setup
+from missions.runs.setup import Setup, recorder_of_mission, sensors_of
 from missions.runs.setup import resolved as setup_of
 from missions.scenarios.faults import kind_named
 from missions.scenarios.loading import scenario_from

@@ -27,8 +27,8 @@ from missions.pandora.scenario import Flow, PandoraSettings
 from missions.pandora.sensors import CameraSettings, LogSettings
 from missions.pandora.sequential import Cusum
 from missions.pandora.structure import PlannedPart
+from remoras.beliefs import Known
 from remoras.database import VehicleData
-from remoras.known import Known
 from remoras.motion import Motion
 from remoras.picture import Picture
 from remoras.sensor import Fact, Observation

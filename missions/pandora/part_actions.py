@@ -12,8 +12,8 @@ from missions.pandora.scenario import Flow, PandoraSettings
 from missions.pandora.sensors import CameraSettings, WrenchSettings
 from missions.pandora.structure import PlannedPart
 from remoras.behaviours import Approach, Behaviour, Perception, Reference, attracted, distance_m
+from remoras.beliefs import Known
 from remoras.database import VehicleData
-from remoras.known import Known
 from remoras.motion import Motion
 from remoras.picture import Picture
 from remoras.sensor import SELF, Fact, Observation

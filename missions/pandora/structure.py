@@ -16,9 +16,8 @@ from exchange.acoustics import loss
 from exchange.arithmetic import TAU, distance, length, sincos
 from missions.pandora.scenario import ANY_VALVE, KINDS, PandoraScenario, UpsetTable, ValveTable, job_of
 from missions.pandora.sensors import ArmSettings, CameraSettings, Structure, TruePart, WrenchSettings
-from remoras.beliefs import Key
+from remoras.beliefs import Key, Known
 from remoras.database import VehicleData
-from remoras.known import Known
 from remoras.work import Outlook, Point
 
 TOOLS = "arm", "wrench"

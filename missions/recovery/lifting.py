@@ -19,8 +19,8 @@ from exchange.arithmetic import distance, sincos
 from missions.meeting.helping import Help
 from missions.meeting.staying import DONE_BY, THERE_M, AnyonesJob, SiteSurvey, Stay
 from remoras.behaviours import DONE, IDLE, STANDING, Behaviour, Perception, Reference, distance_m
+from remoras.beliefs import Known
 from remoras.database import VehicleData
-from remoras.known import Known
 from remoras.motion import Motion
 from remoras.picture import Picture
 from remoras.sensor import Observation, Pose, Sensor, SensorSettings

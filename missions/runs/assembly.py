@@ -11,11 +11,10 @@ from exchange.acoustics.channel import BroadcastChannel, Channel
 from exchange.manager import ExchangeManager, Options
 from exchange.wire.codec import renewed
 from missions.feature import Joining
-from missions.runs.sensors import recorder_of_mission, sensors_of
-from missions.runs.setup import Setup
+from missions.runs.setup import Setup, recorder_of_mission, sensors_of
 from missions.runs.worlds import world_model
 from missions.scenarios.parts import groups_of
-from missions.scenarios.values import value_rule_of
+from missions.scenarios.policy import value_rule_of
 from remoras.beliefs import Beliefs
 from remoras.database import AUVDatabase, VehicleData
 from remoras.events import Part, carrier_for, clocks_of, recorder_for

@@ -16,8 +16,8 @@ from dataclasses import dataclass, field
 
 from exchange.arithmetic import distance
 from missions.runs.setup import Setup
+from remoras.beliefs import NOTHING_KNOWN
 from remoras.database import VehicleData
-from remoras.known import NOTHING_KNOWN
 from remoras.work import HOME_MARGIN, Job, Outlook, jobs_left
 
 

@@ -1,4 +1,4 @@
-"""Setup: all that follows from a scenario, resolved once; a run only connects it."""
+"""Setup of runs: all that follows from a scenario, resolved once."""
 
 from __future__ import annotations
 
@@ -11,30 +11,38 @@ from exchange.acoustics.modems import Modem
 from exchange.policies import AckPolicy
 from exchange.schedule import TdmaSchedule
 from exchange.wire.codec import Codec, Framing, Widths
+from missions.errors import ConfigurationError, ConfigurationFault
 from missions.feature import Feature
 from missions.metric import Metric
 from missions.runs.metrics import metrics_of, own_metrics
-from missions.runs.needs import needs_of_all, priorities, subjects_of
-from missions.runs.refusals import refuse_malformed, refuse_undivided
-from missions.runs.sensors import recorder_of_mission, sensors_of
-from missions.scenarios.deployment import deployment_of, scenario_sound_speed_mps
+from missions.scenarios.deployment import deployment_of, guard_s, scenario_sound_speed_mps
 from missions.scenarios.equipment import common_equipment
-from missions.scenarios.extending import used_in
-from missions.scenarios.guard import guard_s
-from missions.scenarios.ontologies import sources_of
+from missions.scenarios.extending import features, used_in
+from missions.scenarios.knowledge import sources_of
 from missions.scenarios.parts import database_of, groups_of, mission_class, strategy_of
 from missions.scenarios.policy import key_of, policy_of
-from missions.scenarios.scenario import Scenario, StrategyTable
-from remoras.database import AUVDatabase
+from missions.scenarios.scenario import BY_GROUPS, HELD, Scenario, StrategyTable
+from remoras.authority import CONSULTING
+from remoras.database import AUVDatabase, VehicleData
 from remoras.errors import PluginError
 from remoras.executive.satisfaction import DecisionConstants
 from remoras.mission import Mission
+from remoras.nesting import Defect, specification_faults
+from remoras.organisation import Group
+from remoras.plugins import answer, faults_of
+from remoras.recorder import Recorder, Table
+from remoras.run_log import DELIVERIES, UNSAID
+from remoras.sensor import Sensor
 from remoras.social.agreement import Agreement, agree
-from remoras.social.needs import Subjects
-from remoras.social.succession import ROLE_ATTRIBUTES
+from remoras.social.leadership import ROLE_ATTRIBUTES
+from remoras.social.needs import Path, Subjects
+from remoras.social.negotiation import negotiated_attributes
+from remoras.social.reports import SENSORS_WORK
+from remoras.social.requests import FORMATION_ATTRIBUTES
 from remoras.strategy import Declaration, Strategy
 from remoras.work import Point
 from worldmodel import (
+    InformationNeed,
     Instance,
     NeedsIndex,
     PropertyValue,
@@ -44,6 +52,165 @@ from worldmodel import (
     reaching,
     read_tbox,
 )
+
+
+def sensors_of(data: VehicleData) -> dict[str, Sensor]:
+    """The sensors of a vehicle by name, made anew.
+
+    Raises:
+        PluginError: one cannot be made, or lacks a part of the seam.
+    """
+    made: dict[str, Sensor] = {}
+    for settings in data.sensors:
+        where = f"sensor {settings.name} of {data.name}"
+        try:
+            sensor = settings.make(data)
+        except Exception as error:  # it may be somebody else's class
+            raise PluginError(f"{where}: make(data) raised {type(error).__name__}: {error}") from error
+        faults = list(faults_of(sensor, Sensor, ("table", "sense")))
+        if not faults and not isinstance(sensor.table, Table | None):
+            faults = [f"table is {type(sensor.table).__name__}; expected a remoras.Table, or None if it writes none"]
+        if faults:
+            raise PluginError(f"{where}: {'; '.join(faults)}")
+        made[settings.name] = sensor
+    return made
+
+
+def recorder_of_mission(mission: Mission, sensors: Sequence[Mapping[str, Sensor]]) -> Recorder:
+    """A recorder with the tables of the mission and of the sensors of each vehicle, which may have two packets on their
+    way."""
+    tables = [sensor.table for of_one in sensors for sensor in of_one.values() if sensor.table is not None]
+    return Recorder([*mission.tables, *tables, DELIVERIES, UNSAID], 2 * len(sensors))
+
+
+def refuse_malformed(scenario: Scenario, agreement: Agreement) -> None:
+    """Refuse an organisation that is not well formed from the start: a group without a head would wait for ever.
+
+    Raises:
+        ConfigurationError: with all that does not hold.
+    """
+    founding = agreement.organisation
+    faults = [
+        ConfigurationFault(f"group.{group}.role.{of_group.head_role}", "", "nobody came to play it before the mission")
+        for group, of_group in founding.groups.items()
+        if not founding.heads(group)
+    ]
+    headless = {fault.key for fault in faults}
+    faults += [
+        ConfigurationFault(defect.key, defect.given, f"no founding gives it what it demands: {defect.allowed}")
+        for defect in specification_faults(founding)
+        if defect.key.rpartition(".")[0] not in headless and defect.defect is not Defect.SUBGROUPS  # some come at sea
+    ]
+    if faults:
+        raise ConfigurationError(scenario.scenario.name, faults)
+
+
+def refuse_undivided(scenario: Scenario, strategy: Strategy, agreement: Agreement, database: AUVDatabase) -> None:
+    """Where vehicles divide jobs among themselves, those without the social layer would leave theirs undone.
+
+    Args:
+        scenario: the whole input.
+        strategy: that divides jobs.
+        agreement: of the fleet; database: of its vehicles.
+
+    Raises:
+        ConfigurationError: with the jobs that nobody would do.
+    """
+    if strategy.declaration.authorities.isdisjoint(CONSULTING):
+        return
+    remedy = "set social_layer = true for one of them, or name a strategy whose heads give out jobs, such as central"
+    faults = []
+    for name, group in agreement.organisation.groups.items():
+        for role in group.roles:
+            able = database.able_to_play(name, role.name) if role.job is not None else ()
+            if able and not any(data.social_layer for data in able):
+                names = ", ".join(data.name for data in able)
+                why = f"under {strategy.name} vehicles with the social layer divide jobs, {names} has none: {remedy}"
+                faults.append(ConfigurationFault(f"group.{name}.role.{role.name}.job", f'"{role.job}"', why))
+    if faults:
+        raise ConfigurationError(scenario.scenario.name, faults)
+
+
+SOCIAL_ATTRIBUTES = ("available", "headedBy", "headTerm", SENSORS_WORK)
+"""What vehicles say of themselves whatever the strategy."""
+
+
+def priorities(scenario: Scenario, strategy: Strategy, mission: Mission, tbox: TBox) -> dict[int, int]:
+    """Priority of every attribute that is exchanged, by uid.
+
+    What the strategy says, who leads and who takes jobs is needed most if it is not listed. An attribute that the
+    mission has no use for in this scenario is left out.
+    """
+    known = {attribute.name for attribute in tbox.attributes}
+    listed = {name: priority for name, priority in scenario.communication.needs.items() if name in known}
+    formation = [name for name in FORMATION_ATTRIBUTES if name in known]
+    ordered = [name for feature in features().values() for name in feature.states if name in known]
+    stated = (*negotiated_attributes(strategy, mission.jobs, tbox), *SOCIAL_ATTRIBUTES, *formation, *ordered)
+    strategic = dict.fromkeys(stated, max(listed.values(), default=1))
+    return {tbox.attribute_named(name).uid: priority for name, priority in {**strategic, **listed}.items()}
+
+
+def needs_of_all(tbox: TBox, urgency: Mapping[int, int], n_nodes: int) -> NeedsIndex:
+    """Every vehicle needs every attribute that is exchanged, of every instance of its domain.
+
+    Args:
+        urgency: priority of each of them, by uid.
+    """
+    needs = tuple(
+        InformationNeed(uid, priority, class_uid=tbox.attributes[uid].domain) for uid, priority in urgency.items()
+    )
+    return NeedsIndex(tbox, dict.fromkeys(range(n_nodes), needs))
+
+
+def subjects_of(
+    scenario: Scenario,
+    mission: Mission,
+    tbox: TBox,
+    instances: Sequence[Instance],
+    database: AUVDatabase,
+    agreement: Agreement,
+) -> Subjects | None:
+    """What the instances of a scenario are; None if every vehicle needs everything.
+
+    Raises:
+        PluginError: the mission's ``groups_of`` raises, or answers with something else than groups of the scenario.
+    """  # fmt: skip
+    if scenario.communication.needs_follow != BY_GROUPS:
+        return None
+    groups = agreement.groups
+    uid = {instance.name: instance.uid for instance in instances}
+    paths = {group.path(role.name): (group.name, role.name) for group in groups for role in group.roles}
+    own = {name: _of_job(name, mission, groups) for _, name in mission.instances}
+    for_all = {name for feature in features().values() for name in feature.for_all}
+    return Subjects(
+        database.names,
+        {uid[group.name]: group.name for group in groups},
+        {uid[path]: role for path, role in paths.items()},
+        {uid[name]: found for name, found in own.items() if found},
+        frozenset((uid[job.done[1]], tbox.attribute_named(job.done[0]).uid) for job in mission.jobs.values()),
+        [(superior, name) for superior, inferiors in agreement.meets_after.items() for name in inferiors],
+        frozenset(group.name for group in scenario.group if group.information == HELD),
+        agreement.at_sea,
+        frozenset(attribute.uid for attribute in tbox.attributes if attribute.name in for_all),
+    )
+
+
+def _of_job(name: str, mission: Mission, groups: Sequence[Group]) -> Collection[Path]:
+    """Roles whose job an instance is about, or the groups that the mission names for it."""
+    names = [group.name for group in groups]
+
+    def is_expected(answered: object) -> bool:
+        return answered is None or (isinstance(answered, Collection) and set(answered) <= set(names))
+
+    expected = f"groups of the scenario ({', '.join(names)}), or None"
+    answered = answer(
+        f"mission {type(mission).__name__}", "groups_of", expected, is_expected, lambda: mission.groups_of(name)
+    )
+    if answered is not None:
+        return [(group, "") for group in answered]
+    jobs = {job.name for job in mission.jobs.values() if name in (job.name, job.done[1])}
+    return [(group.name, role.name) for group in groups for role in group.roles if role.job in jobs]
+
 
 REACH_SHARE = 1.1
 """Places can be said this much farther from the origin than the border of the world: vehicles may be carried off."""

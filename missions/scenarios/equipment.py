@@ -14,9 +14,9 @@ from typing import NamedTuple
 from exchange.acoustics.modems import Modem
 from missions.errors import ConfigurationFault
 from missions.scenarios.abilities import Gear, sensor_tables
+from missions.scenarios.knowledge import words_of
 from missions.scenarios.modem import TABLE as MODEMS
 from missions.scenarios.modem import modem_in
-from missions.scenarios.ontologies import words_of
 from missions.scenarios.parts import sensor_kind
 from missions.scenarios.scenario import Scenario
 from missions.scenarios.tables import Raw, entries, one_of, table_of

@@ -20,19 +20,17 @@ from missions.files import MOST_LEVELS, SCENARIO, TOO_DEEP, LimitError, parsed, 
 from missions.scenarios.abilities import with_abilities
 from missions.scenarios.channel import leave_aside, with_link_file_found
 from missions.scenarios.checks import cross_faults, job_faults
-from missions.scenarios.copies import with_copies
+from missions.scenarios.copies import with_copies, with_starts_apart
+from missions.scenarios.deployment import guard_faults
 from missions.scenarios.equipment import gear_of
-from missions.scenarios.guard import guard_faults
+from missions.scenarios.knowledge import KEY as ONTOLOGIES
+from missions.scenarios.knowledge import with_ontologies
 from missions.scenarios.modem import with_modem_read
 from missions.scenarios.named import METRICS, with_kinds_found, with_metrics_found
-from missions.scenarios.ontologies import KEY as ONTOLOGIES
-from missions.scenarios.ontologies import with_ontologies
-from missions.scenarios.organisation import specified
-from missions.scenarios.organisation_file import ORGANISATION, with_organisation
+from missions.scenarios.organisation import ORGANISATION, specified, with_organisation
 from missions.scenarios.parts import mission_class, sensor_kind, sensor_settings
 from missions.scenarios.policy import with_key_found
 from missions.scenarios.scenario import Scenario
-from missions.scenarios.starts import with_starts_apart
 from missions.scenarios.tables import Raw, entries, table_of
 from remoras.errors import PluginError
 from remoras.mission import Mission

@@ -1,6 +1,6 @@
 """Plug-ins that a user names: ``package.module:object``, or ``file.py:object`` wherever the file is.
 
-A file is imported as a module of its name, from a folder of plug-ins (``remoras/plugin_folders.py``); worker
+A file is imported as a module of its name, from a folder of plug-ins (``remoras/plugins.py``); worker
 processes know it, too. So results call ``mine.py:Mine`` what scenarios call it, ``mine:Mine``, wherever the file is.
 """
 
@@ -17,8 +17,7 @@ from missions.files import is_file, is_named, shown
 from missions.metric import Metric, faults_of_metric
 from missions.scenarios.tables import Raw, list_of, table_of
 from remoras.errors import PluginError
-from remoras.plugin_folders import asked_for, look_in
-from remoras.plugins import named_object, refuse_unshipped
+from remoras.plugins import asked_for, look_in, named_object, refuse_unshipped
 
 METRICS = "scenario.metrics"
 """Key of a scenario that names metrics of one's own."""

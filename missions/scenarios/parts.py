@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from missions.metric import Metric
 from missions.scenarios.modem import modem_named
-from missions.scenarios.organisation_checks import ancestry, excluded
+from missions.scenarios.organisation import ancestry, excluded
 from missions.scenarios.scenario import GroupTable, Scenario, VehicleTable
 from remoras.database import AUVDatabase, VehicleData
 from remoras.errors import PluginError

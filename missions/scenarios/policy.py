@@ -1,4 +1,4 @@
-"""The exchange policy that a scenario names, a shipped one or one of somebody's own, and the key of its packets."""
+"""Communication of a scenario: acknowledgement policy and value rule."""
 
 from __future__ import annotations
 
@@ -8,13 +8,60 @@ from typing import Any
 
 from exchange.errors import ExchangeError
 from exchange.policies import POLICIES, AckPolicy, checked_policy, header_bits
+from exchange.queueing.limits import Deadline, Goby
+from exchange.values import ADDITIVE, Age, ValueRule
 from exchange.wire.sealing import Seal, key_in
 from missions.errors import ConfigurationFault
 from missions.scenarios.modem import LEAST_BYTES, modem_in
 from missions.scenarios.tables import Raw, entries, table_of
 from remoras.errors import PluginError
-from remoras.plugins import named_object
+from remoras.plugins import faults_of, named_object
 from worldmodel import suggestion
+
+VALUE_RULES: dict[str, ValueRule] = {rule.name: rule for rule in (ADDITIVE, Goby(), Age(), Deadline())}
+"""The rules that are shipped, by name."""
+
+
+def value_rule_of(name: str) -> ValueRule:
+    """The value rule of that name.
+
+    Args:
+        name: of a shipped rule, or package.module:object; a class is called without arguments.
+
+    Raises:
+        PluginError: there is none, or it lacks a part of the seam.
+
+    >>> value_rule_of("goby").name
+    'goby'
+    """
+    if ":" not in name:
+        if name not in VALUE_RULES:
+            raise PluginError(f"allowed: {', '.join(VALUE_RULES)}{suggestion(name, VALUE_RULES)}")
+        return VALUE_RULES[name]
+    found = named_object(name)
+    rule = found() if isinstance(found, type) else found
+    faults = list(faults_of(rule, ValueRule, ("name", "place", "value")))
+    if faults:
+        raise PluginError("; ".join(faults))
+    made: ValueRule = rule
+    return made
+
+
+def value_faults(raw: Raw) -> Iterator[ConfigurationFault]:
+    """The value rule must be there.
+
+    Args:
+        raw: the tables as TOML has them.
+    """
+    name = table_of(raw, "communication").get("value")
+    if isinstance(name, str):
+        try:
+            value_rule_of(name)
+        except PluginError as error:
+            yield ConfigurationFault("communication.value", f'"{name}"', str(error))
+        except Exception as error:  # it is somebody else's class: anything may be wrong with it
+            allowed = f"it cannot be made without arguments: {type(error).__name__}: {error}"
+            yield ConfigurationFault("communication.value", f'"{name}"', allowed)
 
 
 def policy_of(name: str) -> AckPolicy:

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from missions.runs.root import is_reference, texts
-from remoras.plugin_folders import asked_for
+from remoras.plugins import asked_for
 
 MAKE_RUNS = ("worldmodel", "exchange", "remoras", "missions")
 """Those of which runs are made."""

@@ -21,7 +21,7 @@ from queue import SimpleQueue
 from threading import Lock, Thread
 from typing import Any, ParamSpec, TypeVar
 
-from remoras.plugin_folders import look_in, plugin_folders, safe_path
+from remoras.plugins import look_in, plugin_folders, safe_path
 
 START_ATTEMPTS = 3
 SERVER_DIED = 255

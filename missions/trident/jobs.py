@@ -8,10 +8,9 @@ from typing import Any, Self, cast
 from exchange.arithmetic import distance
 from missions.trident.services import FAILED, EffectorSettings, FinderSettings, SurveyorSettings
 from missions.trident.site import SeabedBlock
-from remoras.beliefs import Key
+from remoras.beliefs import Key, Known
 from remoras.database import VehicleData
 from remoras.htn import FactsLike
-from remoras.known import Known
 from remoras.work import Outlook, Point
 
 SHARE_USED = 0.8

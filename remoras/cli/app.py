@@ -21,8 +21,7 @@ from typer.core import TyperCommand
 from missions.errors import LONGEST_VALUE, cut
 from remoras.cli.commands import MAKERS, OrderedGroup, PlainCommand
 from remoras.interruption import SAID, Terminated
-from remoras.plugin_folders import look_in
-from remoras.plugins import NO_PLUGINS
+from remoras.plugins import NO_PLUGINS, look_in
 
 OK, FAILED, USAGE = 0, 1, 2
 USERS_FAULTS = (

@@ -134,7 +134,7 @@ def _validate_organisation(file: str, as_json: bool) -> bool:
     """Check an organisation file alone; False if the file is none."""
     from missions.document import Document
     from missions.files import text_of
-    from missions.scenarios.organisation_file import checked, is_organisation
+    from missions.scenarios.organisation import checked, is_organisation
     from missions.scenarios.tables import entries, names_of
 
     document = Document.of_text(text_of(Path(file)), file)

@@ -12,11 +12,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from remoras.activities import Objective
-from remoras.beliefs import Key
+from remoras.beliefs import NOTHING_KNOWN, Key
 from remoras.database import AUVDatabase
 from remoras.errors import PlanningError
 from remoras.htn import NoPlan, Plan, Task, plan
-from remoras.known import NOTHING_KNOWN
 from remoras.mission import ALLOCATE_ROLES, ASSIGN_OBJECTIVE, GIVE_MISSION, SocialPart
 from remoras.nesting import meets_after, supervisors_of
 from remoras.organisation import Group, Organisation

@@ -29,11 +29,10 @@ from dataclasses import replace
 
 from remoras.authority import NOBODY, Act, Request, may_assign
 from remoras.organisation import Group, Organisation, Outcome
-from remoras.social.leadership import Age, Claimed
-from remoras.social.requests import DatedRequest
-from remoras.social.role_holders import is_limited, let_in, renew, settle, yielding_to
-from remoras.social.succession import (
+from remoras.social.leadership import (
+    Age,
     Claim,
+    Claimed,
     excluded_by_leading,
     next_term,
     playing,
@@ -42,6 +41,8 @@ from remoras.social.succession import (
     successor,
     yielding_above,
 )  # fmt: skip
+from remoras.social.requests import DatedRequest
+from remoras.social.role_holders import is_limited, let_in, renew, settle, yielding_to
 from remoras.social.view import NEVER, UNCHANGED, Formation, Isolated, Now, View
 
 MAY_COME = frozenset(

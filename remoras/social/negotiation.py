@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from remoras.authority import Rules
 from remoras.beliefs import Beliefs, Fact
 from remoras.organisation import Group, Organisation
-from remoras.social.succession import LEFT_ROLE, ROLE_ATTRIBUTES
+from remoras.social.leadership import LEFT_ROLE, ROLE_ATTRIBUTES
 from remoras.strategy import (
     JOB_DONE,
     Heard,

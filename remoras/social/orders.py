@@ -1,22 +1,137 @@
-"""Orders: what the steps of a head's plans come to, as facts ready to be recorded, and what the head awaits of them.
+"""Orders of group leaders: who receives which part of a plan, and members for a formed group.
+
+A block goes in whole or not at all. Cut anywhere, a large plan would begin for nobody before its last fragment is
+heard. So each vehicle that is given work has a part of its own, with all that it needs to begin: its roles, and what
+their holders pursue on their own. Then comes what concerns all, such as where to meet, and last what the holders of
+new roles pursue together.
 
 What was proposed in a round, or counts already, is not said twice.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+import math
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from remoras.activities import Objective
 from remoras.beliefs import Beliefs, Fact
+from remoras.mission import SocialPart
 from remoras.organisation import Group, RoleAssignment
-from remoras.social.recruiting import nearness, recruits
+from remoras.social.leadership import PLAYS_ROLE, is_able_to_lead
 from remoras.social.requests import DISSOLVED, FORMATION, FORMED_UNDER, OBJECTIVE_PREFIX
-from remoras.social.succession import is_able_to_lead
 from remoras.strategy import Strategy, adapt_roles
-from remoras.work import Work
-from worldmodel import Change
+from remoras.work import Outlook, Work
+from worldmodel import Change, PropertyValue
+
+
+def by_receiver(
+    facts: Sequence[Fact],
+    beliefs: Beliefs,
+    role_named: Callable[[PropertyValue], tuple[str, str] | None],
+    is_individual: Callable[[Objective], bool],
+) -> list[list[Fact]]:
+    """The same facts in parts, those of single vehicles first, in the order in which these are given roles.
+
+    An individual objective is in the part of each vehicle that is given its role.
+
+    Args:
+        facts: that a plan comes down to.
+        beliefs: of the vehicle, for names.
+        role_named: attribute and role of an organisational fact; None for any other fact.
+        is_individual: True for objectives that a vehicle pursues without others.
+    """
+    named = [(fact, role_named(PropertyValue(*fact)) or ("", "")) for fact in facts]
+    players: dict[str, list[str]] = {}  # by role
+    parts: dict[str, list[Fact]] = {}
+    for (subject, *_), (attribute, role) in named:
+        if attribute == PLAYS_ROLE:
+            players.setdefault(role, []).append(beliefs.name(subject))
+            parts.setdefault(beliefs.name(subject), [])
+    shared: list[Fact] = []
+    together: list[Fact] = []
+    for fact, (attribute, role) in named:
+        if attribute == PLAYS_ROLE:
+            parts[beliefs.name(fact[0])].append(fact)
+        elif role not in players or not attribute.startswith(OBJECTIVE_PREFIX):
+            shared.append(fact)
+        elif is_individual(_objective(role, attribute, beliefs.name(fact[2]))):
+            for name in players[role]:
+                parts[name].append(fact)
+        else:
+            together.append(fact)
+    return [part for part in (*parts.values(), shared, together) if part]
+
+
+def _objective(path: str, attribute: str, argument: str) -> Objective:
+    group, role = path.split(".")
+    return Objective(group, role, attribute.removeprefix(OBJECTIVE_PREFIX), argument)
+
+
+def aims(
+    facts: Iterable[tuple[str, str, object]],
+    objectives: Iterable[Objective],
+    founding: Collection[Objective],
+    beliefs: Beliefs,
+    mission: SocialPart,
+) -> list[Fact]:
+    """Individual objectives of the roles given in ``facts``: whoever gets such a role may not have heard of them.
+
+    Args:
+        facts: stated of vehicles, by names.
+        objectives: that count.
+        founding: those agreed before the dive, of which everybody knows.
+        beliefs: of the vehicle.
+        mission: says which objectives a vehicle pursues without others.
+    """
+    roles = [value for _, attribute, value in facts if attribute == PLAYS_ROLE]
+    if not roles:
+        return []
+    return [
+        beliefs.fact(f"{objective.group}.{objective.role}", OBJECTIVE_PREFIX + objective.name, objective.argument)
+        for objective in objectives
+        if objective not in founding
+        and f"{objective.group}.{objective.role}" in roles
+        and mission.is_individual(objective)
+    ]
+
+
+def nearness(work: Work, vehicle: str) -> tuple[float, int]:
+    """How soon a vehicle would have done the first of the open jobs, to be compared: the lesser is nearer.
+
+    Args:
+        work: of the group that has the jobs.
+        vehicle: member or not.
+    """
+    data, here = work.database[vehicle], Outlook(work.now_s, work.position_m(vehicle))
+    thens = [work.after(here, data, role) for role in work.open if work.affords(here, data, role)]
+    return min((then.free_s for then in thens if then is not None), default=math.inf), data.node
+
+
+def recruits(work: Work) -> list[RoleAssignment]:
+    """Members of the forming group that are to come into a group formed at sea, where it lacks holders of roles.
+
+    These are its founding roles without a job, but for that of the head, up to the fewest holders that each demands:
+    the nearest vehicles that are able to.
+
+    Args:
+        work: of the group.
+    """
+    group, organisation = work.group, work.organisation
+    if group.formed_by is None:
+        return []
+    assignments: list[RoleAssignment] = []
+    taken = set(work.members)
+    for role in group.roles:
+        if not role.founding or role.head or role.job is not None:
+            continue
+        free = set(organisation.members(group.formed_by)).difference(taken, work.unavailable)
+        able = [name for name in free if work.database[name].can_play(group.name, role.name)]
+        chosen = sorted(able, key=lambda name: nearness(work, name))[: max(0, role.minimum - len(work.holders(role)))]
+        assignments += [work.assignment(role, name) for name in chosen]
+        taken.update(chosen)
+    return assignments
+
 
 LAST_FORMATION = 255
 """The ontology numbers formations up to this one."""

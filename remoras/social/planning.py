@@ -1,4 +1,4 @@
-"""Planning: the missions of the groups that a vehicle leads become roles and objectives, by HTN.
+"""Planning of missions: facts that the planner reads, plans, and their renewal.
 
 A plan is carried out as the tree that it is (``remoras.htn.execution``): its steps allocate roles, give missions and
 assign objectives, and a step that assigns one runs until its effects hold. When a role falls vacant for which a step is
@@ -15,12 +15,73 @@ from typing import Any
 
 from remoras.activities import Objective
 from remoras.beliefs import Beliefs, Fact, Key
+from remoras.database import AUVDatabase
 from remoras.htn import Domain, Execution, FactsLike, NoPlan, Plan, Task, plan
 from remoras.mission import ALLOCATE_ROLES, ASSIGN_OBJECTIVE, DISSOLVE_GROUP, FORM_GROUP, GIVE_MISSION
 from remoras.organisation import Group, Organisation, RoleAssignment
+from remoras.social.gatherings import Gatherings
 from remoras.social.orders import Orders
+from remoras.social.view import View
 from remoras.strategy import Strategy
 from remoras.work import Work, precedence
+
+
+@dataclass(frozen=True, slots=True)
+class OwnFacts:
+    """Beliefs of one vehicle, and what its social layer knows beside them; see ``SocialPart.social_domain``.
+
+    Attributes:
+        beliefs: of the vehicle.
+        database: static data of all vehicles.
+        present: who plays what and is there.
+        view: missions that groups were given at sea, and formations of groups.
+        gatherings: which meetings count; is_cut_off: whether the vehicle hears nobody.
+        planner: of the missions that the vehicle plans.
+        objectives: of roles, by group, role and name.
+    """
+
+    beliefs: Beliefs
+    database: AUVDatabase
+    present: Organisation
+    view: View
+    gatherings: Gatherings
+    is_cut_off: bool
+    planner: MissionPlanner
+    objectives: Mapping[tuple[str, str, str], Objective]
+
+    def get(self, key: Key, default: Any = None, /) -> Any:
+        """The value of a fact, or ``default`` if it is not known."""
+        kind, about = key
+        match kind:
+            case "members":
+                return self.present.members(*about.split("."))
+            case "lost":
+                return self.planner.lost.get(about, default)
+            case "allocated":
+                return about in self.planner.allocated or default
+            case "objective":
+                group, role, name = about.split(".")
+                objective = self.objectives.get((group, role, name))
+                return default if objective is None else objective.argument
+            case "hasMission":
+                return missions_of(self.present.groups.values(), self.view.missions).get(about, (default,))[-1]
+            case "given":
+                group, _, mission = about.partition(".")
+                missions = missions_of(self.present.groups.values(), self.view.missions)
+                return mission in missions.get(group, ()) or default
+            case "formed":
+                return about in self.present.groups
+            case "formation":
+                return self.view.formation(about) or default
+            case "data":
+                return self.database[about]
+            case "instances":
+                return self.beliefs.instances(about)
+            case "isA":
+                return self.beliefs.is_a(*about.rsplit(".", 1)) or default
+        if self.gatherings.is_undone(key, self.is_cut_off):
+            return default
+        return self.beliefs.get(key, default)
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +91,7 @@ class Deliberation:
     Attributes:
         facts: that it decided on.
         impossible: missions for which there is no plan.
-        parts: the same facts by the vehicles that they concern, see ``remoras.social.receivers``.
+        parts: the same facts by the vehicles that they concern, see ``remoras.social.orders``.
     """
 
     facts: list[Fact]

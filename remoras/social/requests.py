@@ -8,8 +8,7 @@ from typing import NamedTuple
 from remoras.authority import Act, Request
 from remoras.beliefs import Beliefs
 from remoras.organisation import Group
-from remoras.social.leadership import Age
-from remoras.social.succession import HEAD_TERM, HEADED_BY, PLAYS_ROLE, ROLE_ATTRIBUTES
+from remoras.social.leadership import HEAD_TERM, HEADED_BY, PLAYS_ROLE, ROLE_ATTRIBUTES, Age
 from worldmodel import Block, PropertyValue
 
 OBJECTIVE_PREFIX = "objective"

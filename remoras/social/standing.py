@@ -18,12 +18,7 @@ from remoras.beliefs import Beliefs, Fact
 from remoras.organisation import Organisation, Outcome, RoleAssignment
 from remoras.social.availability import AVAILABLE
 from remoras.social.consultation import claims, come_back, consult, give_missions
-from remoras.social.membership import AWAY_FRAMES, DOUBT, NO_CHANGES, Changes, Lease, Membership, acted_on
-from remoras.social.patience import Patience, with_work
-from remoras.social.receivers import by_receiver
-from remoras.social.reports import SENSORS_WORK, Reports, takes_sensors
-from remoras.social.requests import DatedRequest, Requests
-from remoras.social.succession import (
+from remoras.social.leadership import (
     HEAD_TERM,
     HEADED_BY,
     LEFT_ROLE,
@@ -32,6 +27,11 @@ from remoras.social.succession import (
     ROLE_ATTRIBUTES,
     stepping_down,
 )  # fmt: skip
+from remoras.social.membership import AWAY_FRAMES, DOUBT, NO_CHANGES, Changes, Lease, Membership, acted_on
+from remoras.social.orders import by_receiver
+from remoras.social.patience import Patience, with_work
+from remoras.social.reports import SENSORS_WORK, Reports, takes_sensors
+from remoras.social.requests import DatedRequest, Requests
 from remoras.social.view import Now, View
 from worldmodel import Block, Change
 

@@ -15,9 +15,8 @@ from remoras.authority import NOBODY, Act, Request, Rules, Ruling
 from remoras.beliefs import Key
 from remoras.organisation import Group, Organisation, Outcome, RoleAssignment, RoleKey
 from remoras.social.availability import Availability
-from remoras.social.leadership import AGREED_BEFORE, Age, Leadership
+from remoras.social.leadership import AGREED_BEFORE, Age, Claim, Leadership
 from remoras.social.requests import HAS_MISSION, DatedRequest
-from remoras.social.succession import Claim
 
 UNCHANGED = frozenset({Outcome.ROLE_ALREADY_HANDLED, Outcome.ROLE_NOT_HANDLED})
 """Outcomes of what is so already: neither a change nor a refusal."""

@@ -6,7 +6,7 @@ from pathlib import Path
 from exchange.errors import ExchangeError
 from missions.errors import MissionsError
 from remoras.errors import RemorasError
-from remoras.plugin_folders import drop_current_folder, look_in
+from remoras.plugins import drop_current_folder, look_in
 from remoras.testing import KINDS, conforms
 
 

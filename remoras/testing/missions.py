@@ -32,7 +32,7 @@ from remoras.errors import PluginError
 from remoras.fleet import Fleet
 from remoras.htn import NoPlan, Task, plan
 from remoras.mission import FleetView, Milestone, Mission
-from remoras.plugin_folders import plugin_folders
+from remoras.plugins import plugin_folders
 from remoras.recorder import TABLES
 from remoras.social.pursuit import Pursuit
 from remoras.testing.behaviours import check as check_behaviour
@@ -287,7 +287,7 @@ def check_free_of_hashes(scenario: Scenario) -> None:
         file.write_text(tomli_w.dumps(tables), encoding="utf-8")
         program = (
             f"import sys; sys.path[:0] = {sys.path!r}\n"
-            f"from remoras.plugin_folders import look_in\nlook_in({plugin_folders()!r})\n"
+            f"from remoras.plugins import look_in\nlook_in({plugin_folders()!r})\n"
             f"from remoras.testing.missions import mission_digest\nprint(mission_digest({str(file)!r}))"
         )
         started = [

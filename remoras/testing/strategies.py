@@ -24,8 +24,7 @@ from remoras.authority import CONSULTING, Act, Authority, Request, Rules, may_as
 from remoras.deciding import InTime
 from remoras.errors import StrategyError
 from remoras.organisation import Outcome
-from remoras.plugin_folders import plugin_folders
-from remoras.plugins import named_object
+from remoras.plugins import named_object, plugin_folders
 from remoras.strategies import configured, parameters
 from remoras.strategy import (
     INFLUENCE_SIGNAL,
@@ -383,7 +382,7 @@ def check_deterministic(*references: str) -> None:
     """
     program = (
         f"import sys; sys.path[:0] = {sys.path!r}\n"
-        f"from remoras.plugin_folders import look_in\nlook_in({plugin_folders()!r})\n"
+        f"from remoras.plugins import look_in\nlook_in({plugin_folders()!r})\n"
         f"from remoras.testing.strategies import strategy_digest\n"
         f"print(*[strategy_digest(reference) for reference in {references!r}])"
     )

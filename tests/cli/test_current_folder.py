@@ -9,9 +9,8 @@ import pytest
 
 from missions.files import shipped
 from missions.scenarios.named import importable
-from remoras import plugin_folders
-from remoras.plugin_folders import PluginFolders
-from remoras.plugins import named_object
+from remoras import plugins
+from remoras.plugins import PluginFolders, named_object
 
 OPTIONAL = (
     "bottleneck", "cython", "envwrap", "fsspec", "networkx", "numexpr", "org", "orjson", "pytz", "scikits", "sksparse",
@@ -67,7 +66,7 @@ def test_a_finder_serves_names_that_are_asked_for_and_what_came_from_its_folder(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     finder = PluginFolders()
-    monkeypatch.setattr(plugin_folders, "_finder", finder)
+    monkeypatch.setattr(plugins, "_finder", finder)
     monkeypatch.setattr(sys, "meta_path", [*sys.meta_path])
     for name in ("planted_part", "planted_other"):
         (tmp_path / f"{name}.py").write_text("value = 1\n", encoding="utf-8")

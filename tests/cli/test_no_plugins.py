@@ -12,7 +12,7 @@ from invoked import refused, remoras
 
 from missions.figure import Figure
 from missions.files import shipped, shipped_studies
-from remoras import plugin_folders
+from remoras import plugins
 from remoras.cli import main
 from remoras.cli.commands import HOMES
 from remoras.errors import PluginError
@@ -104,13 +104,13 @@ def test_plug_ins_are_looked_for_in_the_current_folder_unless_that_is_forbidden(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, options: list[str], is_looked_in: bool
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(plugin_folders, "_finder", plugin_folders.PluginFolders())
+    monkeypatch.setattr(plugins, "_finder", plugins.PluginFolders())
     monkeypatch.setattr(sys, "meta_path", [*sys.meta_path])
     monkeypatch.setattr(sys, "argv", ["remoras", "validate", "mapping-rendezvous", *options])
     with pytest.raises(SystemExit) as ended:
         main()
     assert not ended.value.code
-    assert (str(tmp_path) in plugin_folders.plugin_folders()) is is_looked_in
+    assert (str(tmp_path) in plugins.plugin_folders()) is is_looked_in
     assert str(tmp_path) not in sys.path
 
 

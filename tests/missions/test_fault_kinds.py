@@ -14,7 +14,7 @@ from sampling import sampled
 from missions.errors import ConfigurationError
 from missions.fault import kinds
 from missions.runs.assembly import faults_in
-from missions.runs.rebuilt import lives_of
+from missions.runs.known import lives_of
 from missions.runs.run import Run, run
 from missions.runs.setup import resolved
 from missions.scenarios import load

@@ -13,7 +13,7 @@ from exchange.acoustics.models import LinkFileError
 from exchange.acoustics.network import shipped
 from missions.errors import OutputError
 from missions.graphs import cutting, heard_among, is_connected
-from missions.runs.connectivity import CONNECTED, CONNECTIVITY, CUTTING, windows
+from missions.runs.fleet_metrics import CONNECTED, CONNECTIVITY, CUTTING, windows
 
 nx = pytest.importorskip("networkx")
 LOST = [{"vehicle": "AUV02", "kind": "lost", "at_s": 120.0}]
@@ -163,7 +163,7 @@ def test_windows_are_of_two_slots_each_and_whole() -> None:
 def test_a_lost_vehicle_is_apart_and_without_losses_all_is_one(run: remoras.Run) -> None:
     calm = remoras.run("mapping-rendezvous", per=0.0, set={"scenario.duration_s": 400.0})
     assert (calm.metric(CONNECTED), calm.metric(CUTTING)) == (1.0, 0.0)
-    struck = run.metric("missions.runs.connectivity:CONNECTED")
+    struck = run.metric("missions.runs.fleet_metrics:CONNECTED")
     assert struck is not None
     assert 0.1 < struck < 0.4  # AUV02 is lost after 120 of 400 s, so that it is at most connected before
     assert (run.metric(CUTTING) or 0.0) > 0.0

@@ -11,7 +11,7 @@ from exchange.arithmetic import length
 from remoras.attraction import GuidanceConstants
 from remoras.avoidance import Bounds, Neighbour
 from remoras.behaviours import Reference
-from remoras.functional import detour
+from remoras.functional import guidance
 from remoras.functional.guidance import Guidance
 from remoras.motion import Motion
 
@@ -47,7 +47,7 @@ def test_it_goes_round_those_who_stand_in_its_way() -> None:
 
 
 def test_without_a_detour_it_stands_there_for_good(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(detour, "STUCK_S", math.inf)
+    monkeypatch.setattr(guidance, "STUCK_S", math.inf)
     motion, _ = sails((60.0, 60.0), POCKET_M)
     assert off_m(motion, (60.0, 60.0)) > 75.0
 
@@ -55,7 +55,7 @@ def test_without_a_detour_it_stands_there_for_good(monkeypatch: pytest.MonkeyPat
 @pytest.mark.parametrize(("to_go_m", "left_mps", "turns"), [(21.0, 0.0, True), (19.0, 0.0, False), (21.0, 0.2, False)])
 def test_it_begins_where_nothing_is_left_of_a_long_way(to_go_m: float, left_mps: float, turns: bool) -> None:
     """Who is nearly there waits: somebody stands where it heads for."""
-    way, goal = detour.Detour(SEPARATION_M), (1.0, 0.0)
+    way, goal = guidance.Detour(SEPARATION_M), (1.0, 0.0)
     for _ in range(20):
         assert way.turned(goal) is goal
         way.note(goal, (left_mps, 0.0), to_go_m, 1.0)
@@ -63,7 +63,7 @@ def test_it_begins_where_nothing_is_left_of_a_long_way(to_go_m: float, left_mps:
 
 
 def test_each_detour_is_another_and_between_them_it_heads_for_its_target() -> None:
-    way, found = detour.Detour(SEPARATION_M), []
+    way, found = guidance.Detour(SEPARATION_M), []
     for _ in range(92):
         way.note((1.0, 0.0), (0.0, 0.0), 100.0, 1.0)
         found.append(way.turned((1.0, 0.0)))

@@ -13,8 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
-from remoras.social.leadership import AGREED_BEFORE, Age, Claimed, Leadership
-from remoras.social.succession import Claim
+from remoras.social.leadership import AGREED_BEFORE, Age, Claim, Claimed, Leadership
 
 GROUP = "Operational"
 

@@ -12,7 +12,7 @@ from missions.scenarios import load
 from remoras.activities import Objective
 from remoras.beliefs import Beliefs, Fact
 from remoras.mission import SocialPart
-from remoras.social.receivers import aims, by_receiver
+from remoras.social.orders import aims, by_receiver
 from remoras.social.requests import Requests
 from worldmodel import Instance, WorldModel, core_ontology_paths, read_tbox
 

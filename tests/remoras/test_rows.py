@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from missions.runs.arrays import TYPES, column_array, numbers_array
+from missions.runs.tables import TYPES, column_array, numbers_array
 from remoras.recorder import BLOCK, CHANGING, MANY, MOST_TEXTS, Floats, Recorder, Rows, Texts
 
 VALUES = st.one_of(

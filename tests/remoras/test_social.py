@@ -23,8 +23,8 @@ from remoras.fleet import Fleet
 from remoras.organisation import Organisation, Outcome, RoleAssignment
 from remoras.social.gatherings import Gatherings
 from remoras.social.layer import SocialLayer
+from remoras.social.leadership import HEAD_TERM, HEADED_BY
 from remoras.social.role_holders import holders_after
-from remoras.social.succession import HEAD_TERM, HEADED_BY
 from remoras.social.view import Instruction
 from remoras.vehicle import Vehicle
 from worldmodel import Block, merge

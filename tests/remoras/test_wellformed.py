@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
+from remoras.nesting import Defect, Malformed, specification_faults
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification, Subgroups
-from remoras.wellformed import Defect, Malformed, specification_faults
 
 FLEET = Group("Fleet", (RoleSpecification("Tactician", 1, 2, founding=True),), subgroups=(Subgroups("Team", 1, 1),))
 TEAM = Group(

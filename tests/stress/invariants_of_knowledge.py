@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable
 from itertools import chain, pairwise
 
-from stress.invariants import EVENT, TICK, Invariant, Scene
 from stress.reference_record import Breach, Flaw
 from stress.schedules import AWAY, DAMAGE, FOR_GOOD
 
+from remoras.nesting import Defect, specification_faults
 from remoras.organisation import Organisation
 from remoras.recorder import ORGANISATION
 from remoras.vehicle import Vehicle
-from remoras.wellformed import Defect, specification_faults
+from stress.invariants import EVENT, TICK, Invariant, Scene
 
 MANY = 3
 """Flaws that a message names."""

@@ -10,7 +10,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass, fields
 from typing import Any
 
-from stress.invariants import EVENT, TICK, Heard, Invariant, Scene
 from stress.schedules import AWAY, WORK
 
 from exchange.packets import ItemUid
@@ -26,6 +25,7 @@ from remoras.faults import OVER
 from remoras.recorder import PACKETS
 from remoras.separation import SAME_DEPTH_M
 from remoras.vehicle import Vehicle
+from stress.invariants import EVENT, TICK, Heard, Invariant, Scene
 
 # Ending -------------------------------------------------------------------------------------------
 

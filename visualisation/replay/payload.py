@@ -9,7 +9,7 @@ from typing import Any, Protocol
 from missions.errors import ConfigurationError
 from missions.figure import Place, RunResults, Tiles
 from missions.files import tables_of
-from missions.structure import group_nodes
+from missions.graphs import group_nodes
 from visualisation.output import DrawingError
 from visualisation.replay import tables as of_run
 from visualisation.replay.columns import Columns

@@ -13,7 +13,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.patches import Rectangle
 
 from missions.figure import VehicleLook
-from missions.structure import GroupNode
+from missions.graphs import GroupNode
 from visualisation import style
 from visualisation.runs.views import View
 

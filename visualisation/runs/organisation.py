@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from missions.figure import RunResults
-from missions.structure import GroupNode
+from missions.graphs import GroupNode
 from visualisation import style, words
 from visualisation.page import Box, DrawnPage
 from visualisation.runs import boxes, captions, reading

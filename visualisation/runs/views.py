@@ -9,7 +9,7 @@ from itertools import accumulate, pairwise
 from typing import Any, NamedTuple
 
 from missions.figure import RunResults
-from missions.structure import GroupNode, RoleKey, group_nodes
+from missions.graphs import GroupNode, RoleKey, group_nodes
 from visualisation.outages import Outage, outages, outside
 from visualisation.output import DrawingError, unknown
 from visualisation.runs import reading

@@ -13,8 +13,7 @@ from sample_vehicles import AUV
 from remoras.authority import Act, Authority, Request, Rules, may_assign
 from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, Outcome, RoleAssignment, RoleSpecification
-from remoras.social.leadership import Age, Claimed, Leadership
-from remoras.social.succession import Claim, next_term, read_claim, stepping_down, successor
+from remoras.social.leadership import Age, Claim, Claimed, Leadership, next_term, read_claim, stepping_down, successor
 from remoras.testing.sample_worlds import Visit
 from remoras.work import Job
 

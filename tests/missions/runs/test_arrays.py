@@ -12,8 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from missions.errors import OutputError
-from missions.runs.arrays import TYPES, column_array, constant_array, numbers_array
-from missions.runs.tables import DIGITS, STEPS, WHOLE, arrow_table
+from missions.runs.tables import DIGITS, STEPS, TYPES, WHOLE, arrow_table, column_array, constant_array, numbers_array
 from remoras.recorder import KINDS, TRAJECTORIES, Column, Rows, Table
 
 TEXT = st.text(max_size=4)

@@ -14,8 +14,7 @@ from missions.mapping import MappingMission
 from missions.runs.assembly import actual, assemble, channel_of
 from missions.runs.metrics import CORE_METRICS
 from missions.runs.run import run
-from missions.runs.sensors import sensors_of
-from missions.runs.setup import Setup, resolved
+from missions.runs.setup import Setup, resolved, sensors_of
 from missions.runs.summary import summary
 from missions.scenarios import Scenario, load, parts
 from remoras.errors import PluginError

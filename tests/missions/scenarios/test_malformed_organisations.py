@@ -15,8 +15,7 @@ from missions.document import Document
 from missions.errors import ConfigurationError
 from missions.scenarios import shipped
 from missions.scenarios.loading import scenario_from
-from missions.scenarios.organisation import TABLES
-from missions.scenarios.organisation_file import checked
+from missions.scenarios.organisation import TABLES, checked
 
 TEAMS = shipped()["mapping-nine-teams"]
 GROUPS = tomllib.loads((TEAMS.parent / "organisations" / "three-teams.toml").read_text(encoding="utf-8"))
