@@ -145,7 +145,7 @@ class _Layout:
     def __init__(self, codec: Codec, attribute: int) -> None:
         fragments, facts = codec.fragments, codec.fragments.facts
         self._kind: Attribute = facts.attribute(attribute)
-        self._time, self._n_origins = fragments.time, fragments.n_origins
+        self._time, self._n_nodes = fragments.time, fragments.n_nodes
         self._n_instances, self._n_values = facts.n_instances, facts.count(attribute)
         values = [field.size_bits for field in self._kind.fields] or [facts.value_bits(attribute)]
         names = ["origins", "epochs", "sequences", "times_s", "subjects", *["values"] * len(values)]
@@ -179,7 +179,7 @@ class _Layout:
         """The table that has these whole numbers; raises PeerFault for one that means nothing."""
         origins, epochs, sequences, times, subjects, *rest = columns
         for name, column, n_values in (
-            ("origin", origins, self._n_origins),
+            ("origin", origins, self._n_nodes),
             ("instance", subjects, self._n_instances),
             *([] if self._kind.fields else [(self._kind.name, rest[0], self._n_values)]),
         ):

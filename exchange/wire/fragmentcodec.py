@@ -55,7 +55,7 @@ class FragmentCodec:
 
     Args:
         facts: encodes and decodes facts.
-        n_origins: who may have recorded what fragments tell: all nodes.
+        n_nodes: size of the fleet; any node may have recorded what fragments tell.
         n_items: how many items one vehicle is expected to tell in one epoch.
         duration_s: latest expected time of an observation.
         time_resolution_s: step of these times.
@@ -65,15 +65,15 @@ class FragmentCodec:
     def __init__(
         self,
         facts: FactCodec,
-        n_origins: int,
+        n_nodes: int,
         n_items: int,
         duration_s: float,
         time_resolution_s: float,
         recent_s: float,
     ) -> None:
         self.facts = facts
-        self.n_origins = n_origins
-        self.origin_bits = width(n_origins)
+        self.n_nodes = n_nodes
+        self.origin_bits = width(n_nodes)
         self.sequence_bits = width(n_items)
         self.time = Field(0.0, duration_s, time_resolution_s, "s")
         self._time_bits = self.time.size_bits
@@ -172,8 +172,8 @@ class FragmentCodec:
         if is_own:
             bits, size_bits = OWN_BITS
         else:
-            if not 0 <= fragment.origin < self.n_origins:
-                raise ConfigurationError(f"origin {fragment.origin} is not one of {self.n_origins} nodes")
+            if not 0 <= fragment.origin < self.n_nodes:
+                raise ConfigurationError(f"origin {fragment.origin} is not one of {self.n_nodes} nodes")
             life, life_bits = fragment.origin << EPOCH_BITS | fragment.epoch, self.origin_bits + EPOCH_BITS
             if fragment.epoch >= LONG_EPOCH:
                 life, life_bits = self.encode_life(fragment.origin, fragment.epoch)
@@ -245,8 +245,8 @@ class FragmentCodec:
         """Origin and epoch that come next; raises PeerFault if there is no such node."""
         word = reader.take(self.origin_bits + EPOCH_BITS)
         origin, epoch = word >> EPOCH_BITS, word & LONG_EPOCH
-        if origin >= self.n_origins:
-            raise PeerFault(f"origin {origin} is not one of {self.n_origins} nodes")
+        if origin >= self.n_nodes:
+            raise PeerFault(f"origin {origin} is not one of {self.n_nodes} nodes")
         if epoch == LONG_EPOCH:  # as ``codes.natural`` has it
             epoch += codes.read_rest(reader.take)
             if epoch >= EPOCHS:
