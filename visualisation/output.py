@@ -90,8 +90,6 @@ def run_key(results: RunResults) -> str:
 
 FORMATS = ("png", "svg", "pdf")
 """Formats of figures."""
-MOVING = "gif"
-"""Format of a figure that moves."""
 LEAST_WIDTH_IN, MOST_WIDTH_IN = 3.0, 20.0
 """Widths of figures."""
 

@@ -23,7 +23,7 @@ if sys.platform != "win32":
     import fcntl
 
 SUMMARY, MANIFEST, REPLAY = "summary.json", "manifest.json", "replay.html"
-FIGURES = (".png", ".svg", ".pdf", ".gif", ".csv")
+FIGURES = (".png", ".svg", ".pdf", ".csv")
 """Endings of figures and their numbers; one with a caption, a text file of its name, is of the run beside it."""
 AT_WORKING_FOLDER, EXCHANGE = -100, 2
 """Arguments of the system call ``renameat2``."""

@@ -253,7 +253,6 @@ class Format(StrEnum):
     PNG = "png"
     SVG = "svg"
     PDF = "pdf"
-    GIF = "gif"
 
 
 FigureFolder = Annotated[

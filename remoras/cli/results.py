@@ -37,8 +37,8 @@ def plot(
         Format,
         typer.Option(
             "--format",
-            metavar="png|svg|pdf|gif",
-            help="File format; gif has the trajectories of a run as an animation.",
+            metavar="png|svg|pdf",
+            help="File format.",
         ),
     ] = Format.PNG,
     out: Annotated[

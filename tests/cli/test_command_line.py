@@ -485,7 +485,7 @@ def test_the_organisation_is_drawn_at_a_time_in_a_view(results: Path, swept: Pat
         "plot", results, "organisation", "--viewer", "AUV1"
     )
     assert "is about the figure organisation" in refused("plot", results, "roles", "--at", "5")
-    assert "is about the figure organisation" in refused("plot", results, "--viewer", "AUV01", "--format", "gif")
+    assert "is about the figure organisation" in refused("plot", results, "--viewer", "AUV01", "roles")
     assert "the organisation of a single run" in refused("plot", swept, "--at", "5")
 
 

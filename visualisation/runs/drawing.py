@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING
 from missions.figure import Declared, Figure, Layer, Mark, Place, RunResults
 from visualisation.output import (
     KINDS,
-    MOVING,
     SWEEP_KINDS,
     DrawingError,
     Drawn,
@@ -118,7 +117,7 @@ def draw_run_figures(
         results: of one run.
         kinds: names in ``KINDS``, or of figures among ``figures``.
         folder: made if it is not there.
-        format: png, svg, pdf; or gif for the trajectories, which move then.
+        format: png, svg or pdf.
         figures: what the mission of the run declares.
         places: what the map of the tracks shows.
         width_in: of all figures; what suits each if left out.
@@ -134,10 +133,8 @@ def draw_run_figures(
     own = _own(figures)
     _check_kinds(kinds, own)
     check_width(width_in)
-    if moment != ANY and (format == MOVING or (kinds and ORGANISATION not in kinds)):
+    if moment != ANY and kinds and ORGANISATION not in kinds:
         raise DrawingError(f"{moment}: is about the figure {ORGANISATION}; name that too")
-    if format == MOVING:
-        return _moving(results, kinds, folder, places, width_in)
     check_format(format)
     asked = list(dict.fromkeys(kinds)) or [*KINDS, *own]
     missing = {kind: reason for kind in asked if (reason := _lacking(results, kind, own))}
@@ -155,21 +152,6 @@ def draw_run_figures(
             contents.append((f"{kind}.txt", f"{drawn.caption}\n".encode()))
             notes += drawn.notes
     return Drawn(write_folder(folder, contents), notes)
-
-
-def _moving(
-    results: RunResults, kinds: Sequence[str], folder: Path, places: Sequence[Place], width_in: float | None
-) -> Drawn:
-    """Write the tracks as an animation for slides, with the caption that its conditions are in."""
-    others = [kind for kind in kinds if kind != "trajectories"]
-    if others:
-        raise DrawingError(f"{others[0]}: a gif is for what moves, which are the trajectories; take png, svg or pdf")
-    if reason := _lacking(results, "trajectories", {}):
-        raise DrawingError(f"trajectories: {reason}")
-    from visualisation.runs import moving
-
-    film, caption = moving.film(results, places, width_in)
-    return Drawn(write_folder(folder, [(f"trajectories.{MOVING}", film), (f"trajectories.{MOVING}.txt", caption)]), [])
 
 
 def _own(figures: Sequence[Declared]) -> dict[str, Figure]:

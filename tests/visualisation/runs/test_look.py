@@ -67,9 +67,9 @@ def test_a_colour_is_a_vehicle_in_all_figures(runs: dict[str, Results], kind: st
 
 
 def test_files_say_what_run_they_show(tmp_path: Path, runs: dict[str, Results]) -> None:
-    """Version, seed and key: as chunks of text, as Dublin Core, in the info of the document, as a comment."""
+    """Version, seed and key: as chunks of text, as Dublin Core, in the info of the document."""
     run = runs["two vehicles"]
-    for format in ("png", "svg", "pdf", "gif"):
+    for format in ("png", "svg", "pdf"):
         draw_run_figures(run, ["trajectories"], tmp_path, format)
     png = Image.open(tmp_path / "trajectories.png")
     assert (png.text["seed"], png.text["scenario"]) == ("77", "fiction")  # type: ignore[attr-defined]
@@ -79,33 +79,3 @@ def test_files_say_what_run_they_show(tmp_path: Path, runs: dict[str, Results]) 
     svg = (tmp_path / "trajectories.svg").read_text(encoding="utf-8")
     assert f"run {key}; seed 77" in svg
     assert f"run {key}; seed 77".encode() in (tmp_path / "trajectories.pdf").read_bytes()
-    film = Image.open(tmp_path / "trajectories.gif")
-    assert f"run {key}; seed 77".encode() in film.info["comment"]
-
-
-def test_a_gif_shows_the_run_from_start_to_end(tmp_path: Path, runs: dict[str, Results]) -> None:
-    """A slide of 640 by 360 pixels, of 12 s or so, small enough to send, in the colours of the vehicles."""
-    draw_run_figures(runs["two vehicles"], [], tmp_path, "gif", places=FICTIONS["two vehicles"].places)
-    path = tmp_path / "trajectories.gif"
-    film = Image.open(path)
-    assert film.size == (640, 360)
-    assert film.n_frames > 100  # type: ignore[attr-defined]
-    assert path.stat().st_size < 1_000_000
-    first = film.convert("RGB").tobytes()
-    film.seek(film.n_frames - 1)  # type: ignore[attr-defined]
-    last = film.convert("RGB")
-    assert last.tobytes() != first
-    shown = {f"#{r:02X}{g:02X}{b:02X}" for _, (r, g, b) in last.getcolors(1 << 20) or ()}  # type: ignore[misc]
-    assert {style.vehicle_look(0).colour, style.vehicle_look(1).colour} <= shown
-
-
-@pytest.mark.parametrize("name", ["at once", "sixteen vehicles"])
-def test_a_gif_is_made_of_any_run(tmp_path: Path, runs: dict[str, Results], name: str) -> None:
-    draw_run_figures(runs[name], ["trajectories"], tmp_path, "gif", places=FICTIONS[name].places)
-    assert Image.open(tmp_path / "trajectories.gif").size == (640, 360)
-
-
-def test_only_tracks_move(tmp_path: Path, runs: dict[str, Results]) -> None:
-    with pytest.raises(DrawingError, match="roles: a gif is for what moves, which are the trajectories"):
-        draw_run_figures(runs["two vehicles"], ["roles"], tmp_path / "out", "gif")
-    assert not (tmp_path / "out").exists()
