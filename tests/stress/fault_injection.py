@@ -7,6 +7,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from stress.invariants import Heard, Scene
 from stress.reference_record import Aired, Life
 from stress.schedules import LINKS, PACKETS, Schedule, StressFault, befalls
 
@@ -23,7 +24,6 @@ from remoras.sensor import Observation
 from remoras.strategy import Declaration
 from remoras.vehicle import Vehicle
 from remoras.work import Job, share_left
-from stress.invariants import Heard, Scene
 from worldmodel import Change, PropertyValue, WorldModel
 from worldmodel.facts import Guid
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from itertools import chain, pairwise
 
+from stress.invariants import EVENT, TICK, Invariant, Scene
 from stress.reference_record import Breach, Flaw
 from stress.schedules import AWAY, DAMAGE, FOR_GOOD
 
@@ -12,7 +13,6 @@ from remoras.nesting import Defect, specification_faults
 from remoras.organisation import Organisation
 from remoras.recorder import ORGANISATION
 from remoras.vehicle import Vehicle
-from stress.invariants import EVENT, TICK, Invariant, Scene
 
 MANY = 3
 """Flaws that a message names."""

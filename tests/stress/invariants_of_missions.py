@@ -7,12 +7,12 @@ from collections.abc import Iterable
 from itertools import product
 from typing import Any, cast
 
+from stress.invariants import TICK, Invariant, Scene
 from stress.schedules import AWAY
 
 from exchange.arithmetic import length
 from missions.mapping.scenario import MappingScenario
 from missions.mapping.sensors import LIMIT_TOLERANCE, Cell, SwathSettings
-from stress.invariants import TICK, Invariant, Scene
 
 ROUNDING = 1e-6
 

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, fields
 from typing import Any
 
+from stress.invariants import EVENT, TICK, Heard, Invariant, Scene
 from stress.schedules import AWAY, WORK
 
 from exchange.packets import ItemUid
@@ -25,7 +26,6 @@ from remoras.faults import OVER
 from remoras.recorder import PACKETS
 from remoras.separation import SAME_DEPTH_M
 from remoras.vehicle import Vehicle
-from stress.invariants import EVENT, TICK, Heard, Invariant, Scene
 
 # Ending -------------------------------------------------------------------------------------------
 

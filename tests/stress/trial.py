@@ -9,7 +9,11 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 
+from stress import invariants_of_knowledge as knowledge
+from stress import invariants_of_missions as missions
+from stress import invariants_of_runs as runs
 from stress.fault_injection import FaultyChannel, Wrapping, forged_statement, forger, is_found_out
+from stress.invariants import END, EVENT, TICK, Heard, Invariant, Scene
 from stress.schedules import DECLARED, FOR_GOOD, Schedule, StressFault, loaded
 
 from exchange.acoustics.channel import Channel
@@ -20,10 +24,6 @@ from missions.runs.run import result_of, run, settled_of
 from missions.runs.setup import Setup, resolved
 from missions.runs.summary import summary
 from remoras.collecting import rare_collections
-from stress import invariants_of_knowledge as knowledge
-from stress import invariants_of_missions as missions
-from stress import invariants_of_runs as runs
-from stress.invariants import END, EVENT, TICK, Heard, Invariant, Scene
 
 INVARIANTS: tuple[type[Invariant], ...] = (
     runs.NoException, knowledge.TrueBeliefs, knowledge.Recorded, knowledge.WholeBlocks, knowledge.Remembered,
