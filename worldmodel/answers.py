@@ -7,9 +7,9 @@ from worldmodel.facts import Block, Instance, Lacking, Observation, PropertyValu
 from worldmodel.history import History
 from worldmodel.holdings import StoredItems
 from worldmodel.index import EMPTY, observation_of, observed_at_s
+from worldmodel.inference import Inference
 from worldmodel.ontology.fields import Value
 from worldmodel.ontology.tbox import TYPE_UID, TBox, ValueKind
-from worldmodel.reasoning import Inference
 from worldmodel.subscriptions import Subscription, Subscriptions
 
 

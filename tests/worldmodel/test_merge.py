@@ -1,7 +1,5 @@
 """The merge laws of notes/worldmodel.md, section 6, over blocks that wait, clash and use GUIDs twice."""
 
-import sys
-from collections.abc import Callable
 from itertools import permutations
 from pathlib import Path
 
@@ -24,6 +22,7 @@ from small_fleet import (
     WRECK,
     WRECKS,
     block,
+    calls_of,
     codes,
     first_uid_of,
     fleet_model,
@@ -119,22 +118,6 @@ def smaller(than: Block, model: WorldModel) -> Block:
     """A block with the GUID of another, and a smaller digest, about nothing but the echo."""
     candidates = (block(than.origin, than.sequence, 0, (ECHO, LOCATION, (float(x), 0.0))) for x in range(1000))
     return next(one for one in candidates if model.content(one) < model.content(than))
-
-
-def calls_of(action: Callable[[], object]) -> int:
-    """How many calls of functions, of Python and of C, an action makes."""
-    counted = 0
-
-    def count(frame: object, event: str, argument: object) -> None:
-        nonlocal counted
-        counted += event in ("call", "c_call")
-
-    sys.setprofile(count)
-    try:
-        action()
-    finally:
-        sys.setprofile(None)
-    return counted
 
 
 @pytest.mark.parametrize("is_other", [False, True])

@@ -49,17 +49,8 @@ def again(model: WorldModel) -> WorldModel:
 
 def test_a_row_says_by_name_what_a_vehicle_knows() -> None:
     model = fleet_model(owner=2)
-    model.record(
-        [
-            (BAY, AREA_DONE, ASV_0),
-            (ECHO, LOCATION, (3.26, 4.0)),
-            (ECHO, CLASSIFICATION, 1),
-            (AUV_0, BATTERY, 0.333),
-            (SURVEY, COMPLETED, True),
-            (ECHO, TYPE_UID, WRECK),
-        ],
-        12.34,
-    )
+    said = [(BAY, AREA_DONE, ASV_0), (ECHO, LOCATION, (3.26, 4.0)), (ECHO, CLASSIFICATION, 1), (AUV_0, BATTERY, 0.333)]
+    model.record([*said, (SURVEY, COMPLETED, True), (ECHO, TYPE_UID, WRECK)], 12.34)
     merge(model, [block(0, 3, 20, (first_uid_of(0), LENGTH, 2.0))], now_s=7.0)
     rows = list(rows_of({"asv-0": model}))
     assert rows == [row for row in rows if row.vehicle == "asv-0"]
@@ -75,19 +66,8 @@ def test_a_row_says_by_name_what_a_vehicle_knows() -> None:
     assert [row[2:] for row in rows if row.kind == "waiting"] == [
         (first_uid_of(0), 0, 0, 3, 0, 2.0, 7.0, "", "length", "2.0", ""),
     ]
-    assert [row[2:] for row in rows if row.kind == "common"][BAY] == (
-        BAY,
-        -1,
-        0,
-        BAY,
-        0,
-        0.0,
-        0.0,
-        "bay",
-        "type",
-        "Area",
-        "",
-    )
+    common = [row[2:] for row in rows if row.kind == "common"]
+    assert common[BAY] == (BAY, -1, 0, BAY, 0, 0.0, 0.0, "bay", "type", "Area", "")
 
 
 def test_rows_that_make_no_world_model_are_refused() -> None:

@@ -36,30 +36,6 @@ def test_values_are_rounded_to_their_grid() -> None:
     assert TBOX.attributes[POSITION].encode((-10000, 10000)) == (0, 40000)
 
 
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [
-        ("position", 1.0),
-        ("position", (1.0,)),
-        ("batteryFraction", (1.0, 2.0)),
-        ("batteryFraction", True),
-        ("missionCompleted", 1),
-        ("classification", 1.0),
-        ("areaDone", True),
-        ("type", "AUV"),
-    ],
-)
-def test_values_of_another_kind(name: str, value: object) -> None:
-    with pytest.raises(TypeError, match="is not"):
-        TBOX.attribute_named(name).quantise(value)  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize(("name", "value"), [("classification", 4), ("areaDone", -1), ("position", (0.0, 1e5))])
-def test_values_out_of_range(name: str, value: object) -> None:
-    with pytest.raises(ValueError, match=r"outside|below"):
-        TBOX.attribute_named(name).quantise(value)  # type: ignore[arg-type]
-
-
 def test_hierarchy_and_disjointness() -> None:
     vehicle, thing = class_uid("Vehicle"), class_uid("Thing")
     assert TBOX.is_a(AUV, vehicle)

@@ -62,12 +62,14 @@ class CompiledAxioms:
     Attributes:
         n_classes: the number of classes.
         conditions: those of sufficient definitions; ``bit_of`` has their bits.
+        of_links: the conditions that are about links.
         superclasses: of each class all classes and conditions of its instances, itself included.
         entailed: for each attribute the links that follow from one: (attribute, whether reversed), itself first.
         sources: for each attribute the attributes from whose links one follows, in the same form.
         transitive: attributes that lead on, inverses included.
         derived: attributes that may have links which nobody told.
         heeded: attributes of which a value may lead to a conclusion.
+        is_needed: whether facts may lead to conclusions.
     """
 
     def __init__(self, told: Sequence[int], ends: Sequence[tuple[int, int | None]], axioms: Axioms) -> None:
@@ -88,7 +90,7 @@ class CompiledAxioms:
         self.transitive = frozenset({*axioms.transitive, *(b for a, b in inverse if a in axioms.transitive)})
         sufficient = [each for each in axioms.definitions if each.is_sufficient]
         self.conditions = tuple(dict.fromkeys(condition for each in sufficient for condition in each.conditions))
-        self._of_links = [condition for condition in self.conditions if condition.filler is not None]
+        self.of_links = tuple(condition for condition in self.conditions if condition.filler is not None)
         self._bits = {condition: 1 << self.n_classes + k for k, condition in enumerate(self.conditions)}
         self._sufficient = [
             (sum(1 << c for c in set(each.classes)) | sum(map(self.bit_of, each.conditions)), each.class_uid)
@@ -100,11 +102,7 @@ class CompiledAxioms:
         self.derived = frozenset(a for a in linked if len(self.sources[a]) > 1 or a in self.transitive)
         conditional = linked.union(condition.attribute for condition in self.conditions)
         self.heeded = frozenset(source for a in conditional for source, _ in self.sources[a])
-
-    @property
-    def is_needed(self) -> bool:
-        """True if facts may lead to conclusions."""
-        return bool(self._sufficient or self.heeded)
+        self.is_needed = bool(sufficient or self.heeded)
 
     def bit_of(self, condition: ValueCondition) -> int:
         """Return the mask of a condition of a sufficient definition."""
@@ -156,7 +154,7 @@ class CompiledAxioms:
         filler = masks[asked.filler] | (0 if range_class is None else masks[range_class])
         met = [
             c
-            for c in self._of_links
+            for c in self.of_links
             if (c.attribute, False) in self.entailed[asked.attribute] and filler >> (c.filler or 0) & 1
         ]
         return sum(map(self.bit_of, met))

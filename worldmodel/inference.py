@@ -16,10 +16,12 @@ from typing import NamedTuple, Protocol
 
 from worldmodel.errors import FactError
 from worldmodel.facts import Instance, PropertyValue
-from worldmodel.links import Links, Slot
-from worldmodel.ontology.axioms import ValueCondition
+from worldmodel.ontology.axioms import CompiledAxioms, ValueCondition
 from worldmodel.ontology.fields import Value
 from worldmodel.ontology.tbox import TYPE_UID, TBox, ValueKind
+
+Slot = tuple[int, int]
+"""(subject, attribute)."""
 
 
 class FactSource(Protocol):
@@ -71,10 +73,7 @@ class Inference:
         """
         self.rules = tbox.rules
         self.version = 0
-        self._n_looked_at = 0
-        self._tbox = tbox
         self._seen = seen
-        self._has_rules = self.rules.is_needed
         self._common: dict[Slot, tuple[Value, ...]] = {}
         self.touched = touched
         for fact in common_facts:
@@ -86,18 +85,17 @@ class Inference:
                 self._common[slot] = (*self._common.get(slot, ()), fact.value)
             elif fact.attribute in self.rules.heeded:
                 self.touched.add(slot)
-        of_rules = {TYPE_UID, *self.rules.heeded} if self._has_rules else set()
+        of_rules = {TYPE_UID, *self.rules.heeded} if self.rules.is_needed else set()
         self.heeded = frozenset({*of_rules, *(attribute for _, attribute in self._common)})
         self.touched.update(self._common)
         self._banned: Collection[int] = seen.banned
-        self._graph = Links(self.rules)
+        self._graph = _Links(self.rules)
         self._base = {instance.uid: self.rules.closed(tbox.ancestor_mask(instance.class_uid)) for instance in instances}
         self._met: dict[int, int] = {}  # conditions that are met by links
         self._classes: dict[int, int] = {}
         self._links = {a.uid for a in tbox.attributes if a.kind is ValueKind.LINK}
-        self._of_links = [condition for condition in self.rules.conditions if condition.filler is not None]
         self._bits_on: dict[int, int] = {}  # attribute -> conditions on its links
-        for condition in self._of_links:
+        for condition in self.rules.of_links:
             bits = self._bits_on.get(condition.attribute, 0)
             self._bits_on[condition.attribute] = bits | self.rules.bit_of(condition)
         self._of_values: dict[int, list[ValueCondition]] = {}
@@ -109,7 +107,7 @@ class Inference:
 
     def classes(self, uid: int) -> int:
         """Return the classes that an instance is seen to be of, told and concluded, bit c for class c."""
-        if not self._has_rules:
+        if not self.rules.is_needed:
             return self._seen.told_classes(uid)
         self.settle()
         return self._classes_of(uid) & (1 << self.rules.n_classes) - 1
@@ -137,11 +135,6 @@ class Inference:
         """Return the attributes of which there may be links that are not the latest value of a slot."""
         return self.rules.derived | {attribute for _, attribute in self._common}
 
-    @property
-    def steps(self) -> int:
-        """How many instances and links were looked at, for those who measure."""
-        return self._n_looked_at + self._graph.steps
-
     # Changes -------------------------------------------------------------------------------------
 
     def settle(self) -> Concluded:
@@ -166,7 +159,6 @@ class Inference:
     def _look_at(self, slot: Slot, doubted: dict[int, int], grown: set[int]) -> None:
         """Read one slot; note whose conditions are in doubt by what it said, and who gained something."""
         subject, attribute = slot
-        self._n_looked_at += 1
         if attribute in self._links:
             graph, old, new = self._graph, self._graph.told(slot), self.told_links(subject, attribute)
             for target in (linked for linked in old if linked not in new):
@@ -207,7 +199,6 @@ class Inference:
         front = list(doubted)
         while front:
             uid = front.pop()
-            self._n_looked_at += 1
             old = self._classes_of(uid)
             before.setdefault(uid, old)
             self._met[uid] = self._met.get(uid, 0) & ~doubted[uid]
@@ -221,11 +212,10 @@ class Inference:
         """Work out the classes of those in ``front``, and of all that rest on what they gain."""
         while front:
             uid = front.pop()
-            self._n_looked_at += 1
             old = self._classes_of(uid)
             before.setdefault(uid, old)
             met = self._met.get(uid, 0)
-            for condition in self._of_links:
+            for condition in self.rules.of_links:
                 bit = self.rules.bit_of(condition)
                 if not (old | met) & bit and self._meets(uid, condition):
                     met |= bit
@@ -240,7 +230,7 @@ class Inference:
 
     def _resting_on(self, uid: int, classes: int) -> Iterator[tuple[int, int]]:
         """Yield the instances that meet a condition by linking to this one if it is of ``classes``, and its bit."""
-        for condition in self._of_links:
+        for condition in self.rules.of_links:
             if condition.filler is not None and classes >> condition.filler & 1:
                 bit = self.rules.bit_of(condition)
                 for resting in self._graph.reached(uid, condition.attribute, backward=True):
@@ -255,6 +245,80 @@ class Inference:
             gained.update((uid, c) for c in range(n) if now & ~old & 1 << c)
             lost.update((uid, c) for c in range(n) if old & ~now & 1 << c)
         return Concluded(frozenset(gained), frozenset(lost))
+
+
+class _Links:
+    """Told links, from both ends; those that follow from them are walked when asked."""
+
+    def __init__(self, rules: CompiledAxioms) -> None:
+        """Hold no link; ``rules`` have the links that follow from others."""
+        self._rules = rules
+        self._targets: dict[Slot, tuple[int, ...]] = {}
+        self._linking: dict[Slot, dict[int, None]] = {}  # (target, attribute) -> subjects
+        self._leading = [
+            [(leading, flipped) for leading, flipped in sources if leading in rules.transitive]
+            for sources in rules.sources
+        ]
+
+    def told(self, slot: Slot) -> tuple[int, ...]:
+        """Return the targets that were told last."""
+        return self._targets.get(slot, ())
+
+    def add(self, subject: int, attribute: int, target: int) -> None:
+        """Add a told link."""
+        self._targets[subject, attribute] = (*self.told((subject, attribute)), target)
+        self._linking.setdefault((target, attribute), {})[subject] = None
+
+    def take(self, subject: int, attribute: int, target: int) -> None:
+        """Take a told link away."""
+        slot = (subject, attribute)
+        self._targets[slot] = tuple(linked for linked in self._targets[slot] if linked != target)
+        del self._linking[target, attribute][subject]
+
+    def reached(self, uid: int, attribute: int, backward: bool = False) -> Iterator[int]:
+        """Yield what the links of an attribute lead to, or come from if ``backward``; some more than once."""
+        yield from self._step(uid, attribute, backward)
+        for leading, flipped in self._leading[attribute]:
+            yield from self._walk(uid, leading, backward != flipped)
+
+    def _walk(self, uid: int, attribute: int, backward: bool) -> Iterator[int]:
+        """Yield all that an attribute that leads on reaches."""
+        reached: set[int] = set()
+        front = [uid]
+        while front:
+            for instance in self._step(front.pop(), attribute, backward):
+                if instance not in reached:
+                    reached.add(instance)
+                    front.append(instance)
+                    yield instance
+
+    def _step(self, uid: int, attribute: int, backward: bool) -> Iterator[int]:
+        for source, flipped in self._rules.sources[attribute]:
+            links = self._linking if backward != flipped else self._targets
+            yield from tuple(links.get((uid, source), ()))
+
+    def concerned(
+        self, subject: int, attribute: int, target: int, conditional: Iterable[int]
+    ) -> Iterator[tuple[int, int]]:
+        """Yield the instances of whose links a told one is a part, each with the attribute of those; it is still there.
+
+        Args:
+            subject, attribute, target: the told link.
+            conditional: the attributes that count.
+        """
+        entailed = self._rules.entailed[attribute]
+        for asked in conditional:
+            for flipped in (False, True):
+                if (asked, flipped) in entailed:
+                    yield target if flipped else subject, asked
+            for leading, turned in self._leading[asked]:
+                for flipped in (False, True):
+                    if (leading, flipped) in entailed:
+                        # the end of the link from which the condition is asked, and all from which one gets there
+                        end = target if flipped != turned else subject
+                        yield end, asked
+                        for uid in self._walk(end, leading, not turned):
+                            yield uid, asked
 
 
 _NOTHING = Concluded(frozenset(), frozenset())
