@@ -569,25 +569,22 @@ class Run:
         knowledge.write_knowledge(self._results, form, Path(out), force, *about)
         return Path(out)
 
-    def query(
-        self, sparql: str, *, vehicle: str | None = None, at_s: float | None = None, engine: str = "rdflib"
-    ) -> DataFrame:
+    def query(self, sparql: str, *, vehicle: str | None = None, at_s: float | None = None) -> DataFrame:
         """Ask in SPARQL what a vehicle knew, or all in turn; see ``worldmodel.rdf.sparql.query``.
 
         Args:
             sparql: a SELECT or ASK query.
             vehicle, at_s: whom to ask, else all; as of which time, else as of the end of the run.
-            engine: rdflib; or oxigraph, of the extra ``sparql``, which is fast where much is known.
 
         Raises:
             OutputError: no such vehicle or time, or an older version recorded the run.
-            QueryError: the query cannot be read, or the engine is not known or not installed.
+            QueryError: the query cannot be read.
         """
         import pandas as pd
 
         from missions.runs.knowledge import query
 
-        columns, rows = query(self._results, sparql, vehicle, at_s, engine)
+        columns, rows = query(self._results, sparql, vehicle, at_s)
         return pd.DataFrame(rows, columns=list(columns))
 
     def save(self, folder: str | Path, force: bool = False) -> Path:

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 from missions.errors import OutputError
 from missions.files import drafted
 from worldmodel import Knowledge
-from worldmodel.rdf.sparql import Engine, engine_of
 from worldmodel.rdf.sparql import query as ask
 from worldmodel.rdf.writing import RdfFormat, canonical_items, written
 
@@ -42,7 +41,6 @@ def query(
     sparql: str,
     vehicle: str | None = None,
     at_s: float | None = None,
-    engine: str = Engine.RDFLIB,
     most_rows: int | None = None,
 ) -> tuple[Sequence[str], list[tuple[Any, ...]]]:
     """Ask what vehicles knew.
@@ -52,7 +50,6 @@ def query(
         sparql: a SELECT or ASK query.
         vehicle: the one to ask; if None, all are asked in turn, and the first column says which a row is from.
         at_s: a time of the run; its end if None.
-        engine: what answers, rdflib or oxigraph.
         most_rows: at which it stops; None for all.
 
     Returns:
@@ -60,10 +57,10 @@ def query(
 
     Raises:
         OutputError: there is no such vehicle or time, or an older version wrote the results.
-        QueryError: the query cannot be read, or the engine is not known or not installed.
+        QueryError: the query cannot be read.
     """
     known = knowledge(results, vehicle, at_s)
-    return ask(known if vehicle is None else known[vehicle], sparql, engine_of(engine), most_rows)
+    return ask(known if vehicle is None else known[vehicle], sparql, most_rows)
 
 
 def write_knowledge(

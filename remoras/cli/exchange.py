@@ -248,9 +248,6 @@ def sea(
             autocompletion=completion.sea,
         ),
     ] = "mapping-rendezvous",
-    describe: Annotated[
-        bool, typer.Option("--describe", help="Tell what was measured, or how far modems carry; so it does unasked.")
-    ] = True,
     modem: Annotated[
         str | None, typer.Option(metavar="NAMES", help="Modem profiles, commas between; the scenario's if left out.")
     ] = None,

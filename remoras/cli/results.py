@@ -170,9 +170,6 @@ def query(
     sparql: Annotated[str, typer.Argument(metavar="SPARQL", help="A SELECT or ASK query, or a file FILE.rq.")],
     vehicle: Vehicle = None,
     at: At = None,
-    engine: Annotated[
-        str, typer.Option(metavar="rdflib|oxigraph", help="What answers; oxigraph is fast where much is known.")
-    ] = "rdflib",
     limit: Annotated[int, typer.Option(min=1, metavar="N", help="Most rows that are shown.")] = 100_000,
     timeout_s: Annotated[
         float, typer.Option(min=0.001, metavar="SECONDS", help="Longest time that it may take.")
@@ -190,7 +187,7 @@ def query(
     results = Results.read(folder)
     text = text_of(Path(sparql)) if sparql.endswith(".rq") else sparql
     with time_limit(timeout_s, functools.partial(give_up, as_json=as_json)):
-        columns, rows = ask(results, text, vehicle, at, engine, limit + 1)
+        columns, rows = ask(results, text, vehicle, at, limit + 1)
     if len(rows) > limit:
         del rows[limit:]
         print(f"remoras: only the first {limit} rows are shown; --limit N shows more", file=sys.stderr)

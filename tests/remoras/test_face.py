@@ -10,7 +10,6 @@ import remoras
 from missions.errors import ConfigurationError, OutputError
 from remoras.strategies.central import Central
 from visualisation.output import DrawingError
-from worldmodel import QueryError
 
 SHORT = {"scenario.duration_s": 60.0}
 
@@ -122,8 +121,6 @@ def test_what_vehicles_knew_can_be_asked(short: remoras.Run) -> None:
     assert list(before.itertuples(index=False, name=None)) == [(False,)]
     with pytest.raises(OutputError, match=r"no vehicle 'AUV1'; there are .* did you mean 'AUV01'"):
         short.query("ASK {}", vehicle="AUV1")
-    with pytest.raises(QueryError, match="engine 'oxygraph' is unknown; allowed: rdflib, oxigraph; did you mean"):
-        short.query("ASK {}", engine="oxygraph")
 
 
 def test_what_vehicles_knew_is_written(short: remoras.Run, tmp_path: Path) -> None:

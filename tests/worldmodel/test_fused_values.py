@@ -3,8 +3,8 @@
 import pytest
 from small_fleet import BATTERY, CLASSIFICATION, ECHO, LOCATION, TBOX, ban, block, fleet_model
 
-from worldmodel import QueryError, WorldModel, fused, merge
-from worldmodel.rdf.sparql import Engine, query
+from worldmodel import WorldModel, fused, merge
+from worldmodel.rdf.sparql import query
 
 ASKED = (
     "SELECT ?value ?sigma ?t WHERE { GRAPH run:fused { run:instance-%d sit:hasPropertyValue ?e . ?e sit:ofAttribute %s"
@@ -70,11 +70,6 @@ def test_the_history_and_the_graphs_of_origins_are_as_they_were() -> None:
     """No query that does not name the graph sees an estimate."""
     model = three_looks()
     count = "SELECT (COUNT(?f) AS ?n) WHERE { ?f a sit:PropertyValue }"
-    assert query(model, count)[1] == query(model, count, Engine.OXIGRAPH)[1] == [(3,)]
+    assert query(model, count)[1] == [(3,)]
     graphs = query(model, "SELECT DISTINCT ?by WHERE { GRAPH ?by { ?f a sit:PropertyValue } } ORDER BY ?by")[1]
     assert graphs == [("auv-0",), ("auv-1",), ("asv-0",)]
-
-
-def test_the_other_engine_says_that_it_does_not_fuse() -> None:
-    with pytest.raises(QueryError, match="oxigraph: the query names run:fused; allowed: with rdflib"):
-        query(three_looks(), PLACE, Engine.OXIGRAPH)

@@ -29,7 +29,7 @@ from worldmodel import (
 )
 from worldmodel.rdf.conclusions import CONCLUSIONS
 from worldmodel.rdf.patterns import Abox
-from worldmodel.rdf.sparql import Engine, query
+from worldmodel.rdf.sparql import query
 from worldmodel.rdf.view import as_dataset
 from worldmodel.rdf.writing import RdfFormat, canonical_items, written
 
@@ -229,15 +229,14 @@ def test_conclusions_are_answered_and_written_in_a_graph_of_their_own(tbox: TBox
     record(model, 3, "type", tbox.class_named("Sonar").uid, 1.0)
     record(model, 1, "meets", 0, 2.0)
     prefix = "PREFIX ex: <https://example.org/gear#> "
-    for engine in Engine:
-        surveyors = "SELECT ?v { ?v a ex:Surveyor }"
-        assert query(model, prefix + surveyors, engine)[1] == [("v0",)]
-        whole = query(model, prefix + "SELECT ?p { ?p ex:partOf ?v } ORDER BY ?p", engine)[1]
-        assert whole == [("g3",), ("g4",)]
-        follows = query(model, prefix + "SELECT ?s ?o { GRAPH run:conclusions { ?s ex:meets ?o } }", engine)[1]
-        assert follows == [("v0", "v1")]  # that v1 met v0 was told
-        told = query(model, prefix + "SELECT ?o { GRAPH run:conclusions { ?s ex:hasPart ?o } }", engine)[1]
-        assert told == []
+    surveyors = "SELECT ?v { ?v a ex:Surveyor }"
+    assert query(model, prefix + surveyors)[1] == [("v0",)]
+    whole = query(model, prefix + "SELECT ?p { ?p ex:partOf ?v } ORDER BY ?p")[1]
+    assert whole == [("g3",), ("g4",)]
+    follows = query(model, prefix + "SELECT ?s ?o { GRAPH run:conclusions { ?s ex:meets ?o } }")[1]
+    assert follows == [("v0", "v1")]  # that v1 met v0 was told
+    told = query(model, prefix + "SELECT ?o { GRAPH run:conclusions { ?s ex:hasPart ?o } }")[1]
+    assert told == []
     data = Dataset().parse(data=written({"v0": Knowledge(model)}, RdfFormat.TRIG), format="trig")
     assert set(data.graph(CONCLUSIONS)) == set(Abox(Knowledge(model)).conclusions.triples())
     assert set(data.graph(CONCLUSIONS)) == set(as_dataset(model).graph(CONCLUSIONS))

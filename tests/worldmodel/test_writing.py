@@ -5,6 +5,7 @@ import pyoxigraph
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from oxigraph import term_of
 from rdflib import OWL, RDF, RDFS, Dataset, Graph, Literal, URIRef
 from rdflib.compare import to_canonical_graph
 from rdflib.graph import DATASET_DEFAULT_GRAPH_ID
@@ -31,7 +32,6 @@ from small_fleet import (
 from worldmodel import STATUS, Block, Instance, Knowledge, PropertyValue, Reception, WorldModel, merge
 from worldmodel.ontology import graph_of
 from worldmodel.ontology.compiler import SIT
-from worldmodel.rdf.sparql import _term
 from worldmodel.rdf.terms import RUN, instance_iri
 from worldmodel.rdf.view import as_dataset, as_graph
 from worldmodel.rdf.writing import RdfFormat, canonical_items, knowledge_iri, written
@@ -62,11 +62,11 @@ def quads_by_rdflib(text: str, form: RdfFormat) -> set[Quad]:
 
 def quads_by_oxigraph(text: str, form: RdfFormat) -> set[Quad]:
     quads = pyoxigraph.parse(text.encode(), format=OF_OXIGRAPH[form.value])
-    return {(_term(q.subject), _term(q.predicate), _term(q.object), graph_name(q.graph_name)) for q in quads}
+    return {(term_of(q.subject), term_of(q.predicate), term_of(q.object), graph_name(q.graph_name)) for q in quads}
 
 
 def graph_name(term: object) -> Node | None:
-    return None if isinstance(term, pyoxigraph.DefaultGraph) else _term(term)
+    return None if isinstance(term, pyoxigraph.DefaultGraph) else term_of(term)
 
 
 def own_triples(known: Knowledge) -> set[tuple[Node, ...]]:

@@ -4,8 +4,8 @@
 Nothing in ``worldmodel`` itself imports this package, so a fleet runs without it.
 """
 
-from worldmodel.rdf.sparql import Engine, query
+from worldmodel.rdf.sparql import query
 from worldmodel.rdf.view import as_dataset, as_graph
 from worldmodel.rdf.writing import RdfFormat, canonical_items, written
 
-__all__ = ["Engine", "RdfFormat", "as_dataset", "as_graph", "canonical_items", "query", "written"]
+__all__ = ["RdfFormat", "as_dataset", "as_graph", "canonical_items", "query", "written"]

@@ -1,20 +1,16 @@
 """World models asked in SPARQL.
 
-rdflib answers over the world model itself and copies nothing. Oxigraph (the extra ``sparql``) answers over a
-snapshot, which is made when it is first asked and kept until the world model changes, and joins several times as
-fast. Both give the same rows; only where the query does not order them may they come in another order.
+rdflib answers over the world model itself and copies nothing.
 """
 
 import re
 from collections.abc import Mapping
 from decimal import Decimal
-from enum import StrEnum
 from functools import lru_cache
 from itertools import islice
 from typing import Any
-from weakref import WeakKeyDictionary
 
-from rdflib import BNode, Literal, URIRef
+from rdflib import Literal, URIRef
 from rdflib.plugins.sparql import prepareQuery
 from rdflib.plugins.sparql.evaluate import evalQuery
 from rdflib.plugins.sparql.sparql import Query
@@ -24,38 +20,22 @@ from worldmodel.errors import QueryError, suggestion
 from worldmodel.knowledge import Knowledge
 from worldmodel.ontology import graph_of
 from worldmodel.ontology.tbox import TBox
-from worldmodel.rdf.terms import RUN, instance_uid
+from worldmodel.rdf.terms import instance_uid
 from worldmodel.rdf.view import as_dataset, as_graph
-from worldmodel.rdf.writing import RdfFormat, prefixes_of, written
+from worldmodel.rdf.writing import prefixes_of
 from worldmodel.store import Store
 
 QueryValue = str | float | bool | None
 """A value of a query's answer."""
 Row = dict[str, Node]
 _GRAPH = re.compile(r"\bGRAPH\b", re.IGNORECASE)
-_FUSED = re.compile(rf"run:fused\b|<{RUN.fused}>")
 _GROUP_BY = re.compile(r"\bGROUP\s+BY\b", re.IGNORECASE)
 _UNKNOWN_PREFIX = re.compile(r"Unknown namespace prefix : (\S*)")
-
-
-class Engine(StrEnum):
-    """What can answer a query."""
-
-    RDFLIB = "rdflib"
-    OXIGRAPH = "oxigraph"
-
-
-def engine_of(name: str) -> Engine:
-    """The engine of that name; raises QueryError if there is none."""
-    if name not in {*Engine}:
-        raise QueryError(f"engine {name!r} is unknown; allowed: {', '.join(Engine)}{suggestion(name, Engine)}")
-    return Engine(name)
 
 
 def query(
     known: Store | Knowledge | Mapping[str, Store | Knowledge],
     sparql: str,
-    engine: Engine = Engine.RDFLIB,
     most_rows: int | None = None,
 ) -> tuple[tuple[str, ...], list[tuple[QueryValue, ...]]]:
     """Ask what one vehicle knows, or each of several, in SPARQL.
@@ -71,7 +51,6 @@ def query(
     Args:
         known: a world model, with or without receptions, or several by the names of their vehicles.
         sparql: a SELECT or ASK query.
-        engine: what answers.
         most_rows: at which it stops; None for all.
 
     Returns:
@@ -80,16 +59,15 @@ def query(
         points as ``POINT (3.5 4.0)``; None stands for what is not bound.
 
     Raises:
-        QueryError: the text is no such query, it names a variable ``?vehicle`` for several models, or the engine is
-            not installed.
+        QueryError: the text is no such query, or it names a variable ``?vehicle`` for several models.
     """
     if not isinstance(known, Mapping):
-        return _answer(_knowledge(known), sparql, engine, most_rows)
+        return _answer(_knowledge(known), sparql, most_rows)
     columns: tuple[str, ...] = ()
     rows: list[tuple[QueryValue, ...]] = []
     for vehicle, knowledge in known.items():
         left = None if most_rows is None else most_rows - len(rows)
-        columns, answer = _answer(_knowledge(knowledge), sparql, engine, left)
+        columns, answer = _answer(_knowledge(knowledge), sparql, left)
         if "vehicle" in columns:
             raise QueryError(
                 "the variable ?vehicle is taken: the column 'vehicle' says whose world model a row is from; "
@@ -104,11 +82,11 @@ def _knowledge(known: Store | Knowledge) -> Knowledge:
 
 
 def _answer(
-    known: Knowledge, sparql: str, engine: Engine, most_rows: int | None
+    known: Knowledge, sparql: str, most_rows: int | None
 ) -> tuple[tuple[str, ...], list[tuple[QueryValue, ...]]]:
     tbox = known.model.tbox
     prepared = _prepared(tbox, sparql)
-    columns, rows = (_by_oxigraph if engine is Engine.OXIGRAPH else _by_rdflib)(known, prepared, sparql, most_rows)
+    columns, rows = _rows(known, prepared, sparql, most_rows)
     shown = _Shown(known.model)
     return columns, [tuple(shown.value(row.get(name)) for name in columns) for row in rows]
 
@@ -151,9 +129,7 @@ def _fault(error: Exception, prefixes: Mapping[str, str]) -> QueryError:
     )
 
 
-def _by_rdflib(
-    known: Knowledge, prepared: Query, sparql: str, most_rows: int | None
-) -> tuple[tuple[str, ...], list[Row]]:
+def _rows(known: Knowledge, prepared: Query, sparql: str, most_rows: int | None) -> tuple[tuple[str, ...], list[Row]]:
     try:
         # rdflib's data set costs a little more than its graph
         result = evalQuery(as_dataset(known) if _GRAPH.search(sparql) else as_graph(known), prepared, {})
@@ -166,70 +142,6 @@ def _by_rdflib(
         return columns, [] if rows == [{}] and _GROUP_BY.search(sparql) else rows
     except Exception as error:  # rdflib's evaluator raises whatever a query leads it to
         raise _fault(error, prefixes_of(known.model.tbox)) from error
-
-
-# Oxigraph ----------------------------------------------------------------------------------------
-
-_SNAPSHOTS: WeakKeyDictionary[Store, tuple[int, int, Any]] = WeakKeyDictionary()
-
-
-def _by_oxigraph(
-    known: Knowledge, prepared: Query, sparql: str, most_rows: int | None
-) -> tuple[tuple[str, ...], list[Row]]:
-    if _FUSED.search(sparql):
-        raise QueryError("oxigraph: the query names run:fused; allowed: with rdflib, which fuses when it is asked")
-    try:
-        import pyoxigraph
-    except ImportError:
-        raise QueryError(
-            "oxigraph: pyoxigraph is not installed; install with: python -m pip install pyoxigraph; or take rdflib"
-        ) from None
-    prefixes = prefixes_of(known.model.tbox)
-    try:
-        result = _snapshot(known).query(sparql, prefixes=prefixes, use_default_graph_as_union=True)
-        if isinstance(result, pyoxigraph.QueryBoolean):
-            return ("answer",), [{"answer": Literal(bool(result))}]
-        columns = tuple(variable.value for variable in result.variables)
-        return columns, [_row(columns, solution) for solution in islice(result, most_rows)]
-    except (ValueError, SyntaxError, OSError) as error:
-        raise _fault(error, prefixes) from error
-
-
-def _row(columns: tuple[str, ...], solution: Any) -> Row:
-    return {name: _term(solution[name]) for name in columns if solution[name] is not None}
-
-
-def _term(term: Any) -> Node:
-    """A term of Oxigraph as one of rdflib."""
-    kind = type(term).__name__
-    if kind == "NamedNode":
-        return URIRef(term.value)
-    if kind == "BlankNode":
-        return BNode(term.value)
-    if term.language:
-        return Literal(term.value, lang=term.language)
-    datatype = term.datatype.value
-    return Literal(term.value, datatype=None if datatype.endswith("#string") else datatype)
-
-
-def _snapshot(known: Knowledge) -> Any:
-    """The world model in Oxigraph, made anew when it has changed."""
-    import pyoxigraph
-
-    version, n_received, store = _SNAPSHOTS.get(known.model, (-1, -1, None))
-    if (version, n_received) != (known.model.version, len(known.receptions)):
-        store = pyoxigraph.Store()
-        store.bulk_load(_ontology(known.model.tbox), format=pyoxigraph.RdfFormat.N_TRIPLES)
-        text = written({"": known}, RdfFormat.TRIG, header=False).encode()
-        store.bulk_load(text, format=pyoxigraph.RdfFormat.TRIG)
-        _SNAPSHOTS[known.model] = (known.model.version, len(known.receptions), store)
-    return store
-
-
-@lru_cache(maxsize=8)
-def _ontology(tbox: TBox) -> bytes:
-    text: bytes = graph_of(tbox).serialize(format="nt", encoding="utf-8")
-    return text
 
 
 class _Shown:
