@@ -1,8 +1,7 @@
 """A limit of time for queries: what is asked may be of any length, and so may its answer.
 
-An alarm of the system interrupts Python, a regular expression that it searches too. It does not interrupt Oxigraph, and
-there is none on Windows or in another thread than the first: there ``give_up``, which may end the process, is called a
-little later.
+An alarm of the system interrupts Python, a regular expression that it searches too. There is none on Windows or in
+another thread than the first: there ``give_up``, which may end the process, is called a little later.
 """
 
 from __future__ import annotations
