@@ -188,9 +188,6 @@ def fault_of(detail: Mapping[str, Any], root: type[BaseModel], raw: Mapping[str,
     given = shown(detail.get("input"))
     if kind == "extra_forbidden":
         table = _table_at(location[:-1], root, raw)
-        gone: Mapping[str, str] = getattr(table, "GONE", {})
-        if location[-1] in gone:
-            return ConfigurationFault(key, given, f"is no key any more; {gone[location[-1]]}")
         known = [] if table is None else list(table.model_fields)
         hint = suggestion(str(location[-1]), known)
         return ConfigurationFault(key, given, f"unknown key, allowed here: {', '.join(known)}{hint}")

@@ -6,8 +6,7 @@ Units are in the names of the keys. A mission may extend these tables: it subcla
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, ClassVar, Final, Literal
+from typing import Any, Final, Literal
 
 from pydantic import ConfigDict, Field, field_validator
 
@@ -82,10 +81,6 @@ class StrategyTable(Section):
 
 class DecisionTable(Section):
     """The table ``[decision]``."""
-
-    GONE: ClassVar[Mapping[str, str]] = {
-        "hysteresis": "weight_continuing alone keeps a vehicle at what it performs: remove the key"
-    }
 
     period_s: Positive = Field(2.0, description="time between two decisions of the executive layer")
     weight_continuing: NotNegative = Field(0.1, description="weight of the motivation to continue")

@@ -29,13 +29,7 @@ Raw = Mapping[str, Any]
 
 
 class Section(BaseModel):
-    """A TOML table: frozen, and no key that is not listed here.
-
-    Attributes:
-        GONE: keys that it had once, and what replaces each.
-    """
-
-    GONE: ClassVar[Mapping[str, str]] = {}
+    """A TOML table: frozen, and no key that is not listed here."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
 
