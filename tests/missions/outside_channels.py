@@ -1,6 +1,7 @@
 """Channel models that somebody brings: a sound one, and such as go wrong in a scenario."""
 
 from collections.abc import Iterator, Mapping
+from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 from pydantic import Field
@@ -47,88 +48,25 @@ class Mud(ChannelModel):
 
 
 MODEL = Mud
-
-
-class Late(BernoulliChannel):
-    """Goes wrong in the middle of a run."""
-
-    def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
-        """Links that fail later."""
-        return _Late()
-
-
-class _Late:
-    def p_loss(self, packet: Transmission, receiver: int, range_m: float) -> float:
-        return 0.0 if packet.slot < 5 else 1.5
-
-
-class Wordy(BernoulliChannel):
-    """Answers with a text."""
-
-    def link_model(self, deployment: Deployment, seed: int) -> Any:
-        """Links that speak."""
-        return _Wordy()
-
-
-class _Wordy:
-    def p_loss(self, packet: Transmission, receiver: int, range_m: float) -> Any:
-        return "few"
-
-
-class Nothing(BernoulliChannel):
-    """Makes no links."""
-
-    def link_model(self, deployment: Deployment, seed: int) -> Any:
-        """Nothing."""
-
-
-class Failing(BernoulliChannel):
-    """Raises."""
-
-    def link_model(self, deployment: Deployment, seed: int) -> Any:
-        """Raises."""
-        raise KeyError("sea")
-
-
-class WrongMean(BernoulliChannel):
-    """Says what cannot be."""
-
-    def mean_per(self, deployment: Deployment) -> float:
-        """Percent."""
-        return 20.0
-
-
-class Standing(BernoulliChannel):
-    """Its sound does not move."""
-
-    def sound_speed_mps(self, deployment: Deployment) -> float:
-        """Nothing."""
-        return 0.0
-
-
-class Telling(BernoulliChannel):
-    """Tells of a speed in words."""
-
-    def sound_speed_mps(self, deployment: Deployment) -> Any:
-        """A text."""
-        return "1500 m/s"
-
-
-class Misfitting(BernoulliChannel):
-    """Tells what does not fit in a form of its own."""
-
-    def misfits(self, deployment: Deployment) -> Iterator[Any]:
-        """A text."""
-        yield "too deep"
-
-
-class Grumbling(BernoulliChannel):
-    """Its own checks fail."""
-
-    @classmethod
-    def faults(cls, given: Mapping[str, Any]) -> Iterator[SettingFault]:
-        """Raises."""
-        raise KeyError("per")
-
-
 NO_CLASS = Bernoulli(0.1)
+
+
+def wrong(**methods: Any) -> Any:
+    """A channel model with these methods in the place of sound ones."""
+    return type(BernoulliChannel)("Wrong", (BernoulliChannel,), {"__module__": __name__, **methods})
+
+
+def raising(*_: Any) -> Any:
+    """Raises."""
+    raise KeyError("sea")
+
+
+Late = wrong(link_model=lambda *_: SimpleNamespace(p_loss=lambda packet, *_: 0.0 if packet.slot < 5 else 1.5))
+Wordy = wrong(link_model=lambda *_: SimpleNamespace(p_loss=lambda *_: "few"))
+Nothing = wrong(link_model=lambda *_: None)
+Failing = wrong(link_model=raising)
+WrongMean = wrong(mean_per=lambda *_: 20.0)
+Standing = wrong(sound_speed_mps=lambda *_: 0.0)
+Telling = wrong(sound_speed_mps=lambda *_: "1500 m/s")
+Misfitting = wrong(misfits=lambda *_: iter(["too deep"]))
+Grumbling = wrong(faults=classmethod(raising))

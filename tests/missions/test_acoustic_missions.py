@@ -14,7 +14,6 @@ from missions.runs.run import run
 from missions.runs.setup import resolved
 from missions.runs.summary import summary
 from missions.scenarios import Scenario, load
-from missions.scenarios.channel import deployment_in
 from missions.scenarios.deployment import deployment_of
 
 OWN = '[channel]\nname = "bernoulli"\nper = 0.2\n'
@@ -48,12 +47,6 @@ def test_the_water_decides_delays_and_guards():
     assert channel_of(warm, 1).sound_speed_mps > 1530.0
 
 
-def test_other_channels_keep_the_speed_of_the_world_and_ranges_on_the_chart():
-    channel = channel_of(resolved(load("mapping-rendezvous", [("--channel", "channel.name=bernoulli")])), 1)
-    assert (channel.sound_speed_mps, channel.depths_m) == (1500.0, ())
-    assert not channel.carries_beyond_range
-
-
 def test_on_the_channel_acoustic_the_declared_range_cuts_nothing_off():
     """Vehicles within 900 m, declared range 300 m: short packets are heard all the same, on other channels not."""
     small = ("", "communication.range_m=300")
@@ -66,74 +59,26 @@ def test_on_the_channel_acoustic_the_declared_range_cuts_nothing_off():
     assert ratio["perfect"] < ratio["acoustic"]
 
 
-def test_a_fainter_modem_loses_more():
-    """At 160 dB nothing is lost within this area, at 115 dB the more."""
-    delivery = []
-    for level_db in (115, 120, 160):
-        overrides = [("", "channel.name=acoustic"), ("", f"channel.source_level_db={level_db}"), SHORT]
-        delivery.append(summary(run(load("mapping-rendezvous", overrides), seed=3))["delivery_ratio"])
-    assert delivery[0] < delivery[1] < delivery[2] == 1.0
-
-
-def test_a_run_repeats_itself():
-    overrides = [("", "channel.name=acoustic"), ("", "channel.source_level_db=120"), SHORT]
-    one, other = (run(load("mapping-rendezvous", overrides), seed=3) for _ in range(2))
-    assert one.recorder.packets == other.recorder.packets
-
-
 @pytest.mark.parametrize(
     ("channel", "settings", "key", "says"),
     [
-        (
-            '[channel]\nname = "acoustic"\n',
-            ["communication.modem=s2c-18-34"],
-            "channel.source_level_db",
-            "profile s2c-18-34 has no source_level_db; set channel.source_level_db",
-        ),
-        (
-            '[channel]\nname = "acoustic"\nsource_level_db = 170\nacoustic_power_w = 1.0\n',
-            [],
-            "channel.acoustic_power_w",
-            "leave one of them out",
-        ),
+        ('[channel]\nname = "acoustic"\n', ["communication.modem=s2c-18-34"], "channel.source_level_db",
+         "profile s2c-18-34 has no source_level_db; set channel.source_level_db"),
+        ('[channel]\nname = "acoustic"\nsource_level_db = 170\nacoustic_power_w = 1.0\n', [],
+         "channel.acoustic_power_w", "leave one of them out"),
         ('[channel]\nname = "acoustic"\nspreading = 3\n', [], "channel.spreading", "less than or equal to 2"),
-        ('[channel]\nname = "acoustic"\nfading = "slow"\n', [], "channel.fading", "'none', 'bit', 'frame' or 'packet'"),
-        (
-            '[channel]\nname = "acoustic"\nper = 0.2\n',
-            [],
-            "channel.per",
-            "not used by the acoustic channel, only by bernoulli and matrix",
-        ),
+        ('[channel]\nname = "acoustic"\nfading = "slow"\n', [], "channel.fading",
+         "'none', 'bit', 'frame' or 'packet'"),
+        ('[channel]\nname = "acoustic"\nper = 0.2\n', [], "channel.per",
+         "not used by the acoustic channel, only by bernoulli and matrix"),
         ('[channel]\nname = "acoustic"\nwind = 3\n', [], "channel.wind", "did you mean 'wind_mps'"),
     ],
-)
+)  # fmt: skip
 def test_a_fault_is_one_clear_message(tmp_path: Path, channel: str, settings: list[str], key: str, says: str):
     fault = fault_of(tmp_path, channel, *settings)
     assert fault.key == key
     assert says in fault.allowed
     assert fault.line is not None
-
-
-def test_a_deployment_is_the_same_before_and_after_the_check(tmp_path: Path):
-    scenario = loaded(tmp_path, '[channel]\nname = "acoustic"\n')
-    assert deployment_in(json.loads(scenario.model_dump_json())) == deployment_of(scenario)
-
-
-@pytest.mark.parametrize(
-    "table",
-    [
-        {"communication": {"modem": "none"}},
-        {"communication": {"range_m": "far"}},
-        {"vehicle": [{"name": "A", "slot": 0}, {"name": "B", "slot": 0}]},
-        {"vehicle": [{"name": "A", "slot": 0}]},
-        {"vehicle": 3},
-        {"scenario": {}},
-    ],
-)
-def test_there_is_no_deployment_of_what_is_malformed(tmp_path: Path, table: dict[str, object]):
-    raw = json.loads(loaded(tmp_path, OWN).model_dump_json())
-    assert deployment_in(raw) is not None
-    assert deployment_in(raw | table) is None
 
 
 # trace --------------------------------------------------------------------------------------------
@@ -179,18 +124,6 @@ def test_results_say_which_file_it_was(tmp_path: Path):
         run(again, seed=1)
 
 
-def test_results_can_be_read_when_their_trace_is_gone_and_run_again_they_say_so(tmp_path: Path):
-    file = tmp_path / "rel.csv"
-    file.write_text("time_s,sender,receiver,per\n0,Boat,Diver,0.1\n0,Diver,Boat,0.3\n")
-    text = '[channel]\nname = "trace"\nfile = "rel.csv"\nrepeat = true\n'
-    write_results(run(loaded(tmp_path, text, "scenario.duration_s=30"), seed=1), tmp_path / "out")
-    file.unlink()
-    results = Results.read(tmp_path / "out")
-    assert results.scenario.channel.name == "trace"
-    with pytest.raises(ConfigurationError, match=r"channel\.file.*cannot be read: No such file"):
-        run(results.scenario, seed=1)
-
-
 @pytest.mark.parametrize(
     ("channel", "says"),
     [
@@ -232,33 +165,3 @@ def test_in_a_site_links_differ_by_more_than_their_range() -> None:
     assert max(rough.values()) > 0.3
     apart = {frozenset(link): abs(share - rough[link[::-1]]) for link, share in rough.items()}
     assert max(apart.values()) > 0.15
-
-
-def test_a_site_that_is_off_changes_nothing() -> None:
-    off = ("--set", "channel.site={time_h=2.0}")
-    one, other = (run(load("mapping-rendezvous", [*FAINT, SHORT, *more]), 5) for more in ([off], []))
-    assert one.recorder.packets == other.recorder.packets != []
-    assert "site" not in load("mapping-rendezvous", FAINT).channel.model_dump()
-    assert "site" not in load("mapping-rendezvous").channel.model_dump()
-
-
-@pytest.mark.parametrize(
-    ("setting", "says"),
-    [
-        ("channel.site.spread_db=-1", r"channel\.site\.spread_db\) = -1: .*greater than or equal to 0"),
-        (
-            "channel.site.spread=6",
-            r"channel\.site\.spread\) = 6: unknown key, .*did you mean 'spread_db'",
-        ),
-        ("channel.site.distance_m=0", r"channel\.site\.distance_m\) = 0: .*greater than or equal to 1"),
-    ],
-)
-def test_a_site_that_cannot_be_is_refused_in_one_line(setting: str, says: str) -> None:
-    with pytest.raises(ConfigurationError, match=says) as refused:
-        load("mapping-rendezvous", [*FAINT, ("--set", setting)])
-    assert len(str(refused.value).splitlines()) == 1
-
-
-def test_a_site_is_for_the_channel_acoustic_alone() -> None:
-    with pytest.raises(ConfigurationError, match=r"channel\.site.*only by acoustic"):
-        load("mapping-rendezvous", [("--set", "channel.site.spread_db=6")])

@@ -1,10 +1,7 @@
 """Clocks of vehicles: what they show, what slots make of it, and how a fleet keeps together."""
 
-from itertools import pairwise
-
 import pytest
 
-from exchange.peering.offsets import Offsets
 from missions.errors import ConfigurationError
 from missions.features.clocks import OwnClock, RecorderByClock
 from missions.runs.assembly import assemble
@@ -52,20 +49,6 @@ def test_rows_of_a_vehicle_get_the_true_time() -> None:
     assert whole.items == [("u", "A", 9.0, 7.0, "s", "a", "v", "kept", "")]  # what it observed, it observed at 9 s
 
 
-def test_clocks_without_error_change_nothing() -> None:
-    plain, with_clocks = run(), run("communication.clocks.offset_s=0")
-    assert plain.recorder.packets == with_clocks.recorder.packets
-    assert plain.recorder.knowledge == with_clocks.recorder.knowledge
-    assert plain.recorder.items == with_clocks.recorder.items
-
-
-def test_a_tenth_of_a_second_costs_no_packet() -> None:
-    fleet = run("vehicle.AUV01.clock.offset_s=0.1")
-    assert heard(fleet) == 3 * len(fleet.recorder.packets) > 0
-    assert fleet.recorder.refused == []
-    assert fleet.n_false_beliefs == 0
-
-
 def test_slots_that_are_too_short_for_the_clocks_let_packets_collide_and_the_guard_prevents_it() -> None:
     # 1 s is more than the guard of 0.67 s, so packets of AUV01 run into those of the slot before
     fleet = run("vehicle.AUV01.clock.offset_s=1.0")
@@ -85,40 +68,6 @@ def test_discipline_keeps_a_drifting_fleet_together() -> None:
     # in the 7 s of a frame clocks part by 4000 ppm, 28 ms; the median looks back 5 frames and half is taken at once
     assert spread_s[1] < 0.2
     assert kept.n_false_beliefs == 0
-
-
-def test_one_clock_that_is_wrong_comes_to_the_others() -> None:
-    mine, other = Offsets(4), Offsets(4)
-    for _ in range(5):
-        for peer in (1, 2, 3):
-            mine.note(peer, 1.0)  # all others are behind
-        for peer, lead_s in ((1, 0.0), (2, 0.0), (3, -1.0)):  # one of three is ahead
-            other.note(peer, lead_s)
-    assert mine.correction_s() == -0.5
-    assert other.correction_s() == 0.0
-
-
-@pytest.mark.parametrize("by_s", [-30.0, -2.0, 2.0, 30.0])
-def test_a_vehicle_whose_clock_jumps_goes_on_deciding_every_period(by_s: float) -> None:
-    """With a clock set back by 30 s it decided nothing for 30 s; set forward, twice as often as it should."""
-    fleet = run("vehicle.AUV01.clock.drift_ppm=0.001", until_s=100.0)
-    vehicle = next(vehicle for vehicle in fleet.vehicles if vehicle.name == "AUV01")
-    decided_s = []
-    think = vehicle.think
-
-    def noted(now_s: float, dt_s: float) -> None:
-        if dt_s > 0.0:  # in its rhythm
-            decided_s.append(fleet.now_s)
-        think(now_s, dt_s)
-
-    vehicle.think = noted
-    fleet.clocks[vehicle.data.node].set_by(by_s)
-    fleet.traffic.await_slot(vehicle.data.node)
-    while fleet.now_s < 160.0:
-        fleet.step()
-    apart_s = [after - before for before, after in pairwise([100.0, *decided_s])]
-    assert max(apart_s) == 2.0
-    assert 29 <= len(decided_s) <= 32
 
 
 def test_a_guard_below_what_range_and_clocks_need_is_refused() -> None:

@@ -2,6 +2,7 @@
 
 import json
 import random
+from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ from typer.testing import CliRunner
 
 from missions.comparison.baseline import compare
 from missions.comparison.ranking import Contender, column_ranks, mean_ranks, ranks
-from missions.comparison.rows import Comparison, Rank, write_csv
+from missions.comparison.rows import Comparison, Rank
 from missions.comparison.treatments import Treatment
 from missions.errors import OutputError
 from missions.metric import Better
@@ -56,10 +57,13 @@ def raised(task: RunTask) -> FinishedRun:
     return FinishedRun({**line, "status": "failed", "summary": summary, "error": "ValueError: oops"}, {})
 
 
-def results(tmp_path: Path, n_censored: int = 0, repeats: int = 8) -> SweepResults:
-    plan = SweepPlan(load_study(str(written(tmp_path, study_text(repeats=repeats, per="[0.1]")))))
+def results(
+    tmp_path: Path, made: Callable[[RunTask], FinishedRun] = made_up, repeats: int = 8, **options: Any
+) -> SweepResults:
+    """A sweep over ack and mps-ack whose runs are made up."""
+    plan = SweepPlan(load_study(str(written(tmp_path, study_text(repeats=repeats, per="[0.1]", **options)))))
     log = SweepFolder(tmp_path / "out", plan)
-    log.append([made_up(task, task.repeat >= n_censored) for task in plan.missing({})])
+    log.append([made(task) for task in plan.missing({})])
     log.close()
     return SweepResults.read(tmp_path / "out")
 
@@ -104,14 +108,9 @@ def test_pairs_are_compared_run_by_run(tmp_path: Path) -> None:
     assert (own.diff_to_baseline, own.p_holm, own.mean, own.median) == (None, None, 135.0, 135.0)
 
 
-def test_the_baseline_can_be_named(tmp_path: Path) -> None:
-    rows = compare(results(tmp_path), ["mission_time_s"], "mps-ack")
-    assert row_of(rows, "ack").diff_to_baseline == pytest.approx(5.5)
-
-
 def test_censored_runs_stay_in(tmp_path: Path) -> None:
     """Two of eight were watched for 500 s: (2 * 500 + 120 + ... + 170) / 8 = 233.75 s."""
-    found = results(tmp_path, n_censored=2)
+    found = results(tmp_path, lambda task: made_up(task, task.repeat >= 2))
     row = row_of(compare(found, ["mission_time_s", "completed"]), "ack")
     assert (row.n, row.n_completed, row.success_rate) == (8, 6, 0.75)
     assert row.mean == row.restricted_mean_time_s == pytest.approx(233.75)
@@ -138,29 +137,18 @@ def test_runs_that_failed_count_against_success_and_with_their_duration(tmp_path
     assert row_of(rows, "ack", "n_bytes").n_reached is None
 
 
-def test_a_treatment_of_which_all_runs_failed_has_a_row(tmp_path: Path) -> None:
-    plan = SweepPlan(load_study(str(written(tmp_path, study_text(repeats=2, per="[0.1]")))))
-    log = SweepFolder(tmp_path / "out", plan)
-    log.append([raised(task) for task in plan.missing({})])
-    log.close()
-    row = row_of(compare(SweepResults.read(tmp_path / "out"), ["mission_time_s"]), "ack")
-    assert (row.n, row.mean, row.success_rate) == (2, 20.0, 0.0)
-
-
 def test_of_a_censored_metric_no_run_is_left_out(tmp_path: Path) -> None:
     """Mapped in 9 s, or not within the duration of 20 s with every other repeat: restricted mean (4 * 9 + 4 * 20) / 8.
 
     Differences are taken of restricted values: with mps-ack all need 9 s, so the mean is -(4 * 0 + 4 * 11) / 8 s.
     """
-    plan = SweepPlan(load_study(str(written(tmp_path, study_text(repeats=8, per="[0.1]")))))
-    log = SweepFolder(tmp_path / "out", plan)
-    runs = [made_up(task) for task in plan.missing({})]
-    for run, task in zip(runs, plan.missing({}), strict=True):
-        late = task.repeat % 2 == 0 and task.scenario.communication.policy == "ack"
+
+    def made(task: RunTask) -> FinishedRun:
+        run, late = made_up(task), task.repeat % 2 == 0 and task.scenario.communication.policy == "ack"
         run.line["summary"]["time_to_95_s"] = None if late else 9.0
-    log.append(runs)
-    log.close()
-    rows = compare(SweepResults.read(tmp_path / "out"), ["time_to_95_s"])
+        return run
+
+    rows = compare(results(tmp_path, made), ["time_to_95_s"])
     slow, quick = row_of(rows, "ack", "time_to_95_s"), row_of(rows, "mps-ack", "time_to_95_s")
     assert (slow.n, slow.n_reached, slow.mean) == (8, 4, 14.5)
     assert (quick.n, quick.n_reached, quick.mean, quick.diff_to_baseline) == (8, 8, 9.0, -5.5)
@@ -173,15 +161,14 @@ def test_of_a_censored_metric_no_run_is_left_out(tmp_path: Path) -> None:
 
 def test_where_a_metric_does_not_apply_a_run_is_left_out(tmp_path: Path) -> None:
     """Nothing was lost in half of the runs, so there is nothing to recover from; one of the others never recovered."""
-    plan = SweepPlan(load_study(str(written(tmp_path, study_text(repeats=4, per="[0.1]")))))
-    log = SweepFolder(tmp_path / "out", plan)
-    runs = [made_up(task) for task in plan.missing({})]
-    for run in runs:
-        if run.line["repeat"] < 2:
+
+    def made(task: RunTask) -> FinishedRun:
+        run = made_up(task)
+        if task.repeat < 2:
             run.line["summary"]["recovery_time_s"] = None if run.line["repeat"] else 4.0
-    log.append(runs)
-    log.close()
-    row = row_of(compare(SweepResults.read(tmp_path / "out"), ["recovery_time_s"]), "ack", "recovery_time_s")
+        return run
+
+    row = row_of(compare(results(tmp_path, made, repeats=4), ["recovery_time_s"]), "ack", "recovery_time_s")
     assert (row.n, row.n_reached, row.mean) == (2, 1, (4.0 + 20.0) / 2)
 
 
@@ -197,19 +184,6 @@ def test_success_ranks_before_the_metric_and_unequal_work_is_told() -> None:
     assert [found[name].rank for name in "cba"] == [1, 2, 3]
     assert [found[name].unequal_success for name in "cba"] == [False, False, True]
     assert not found["a"].among_best
-
-
-def test_the_table_says_where_success_differs(tmp_path: Path) -> None:
-    plan = SweepPlan(load_study(str(written(tmp_path, study_text(repeats=8, per="[0.1]")))))
-    log = SweepFolder(tmp_path / "out", plan)
-    log.append([made_up(task, task.scenario.communication.policy == "ack") for task in plan.missing({})])
-    log.close()
-    text = CliRunner().invoke(app, ["compare", str(tmp_path / "out"), "--metric", "mission_time_s"]).stdout
-    assert "do not rank by this: remoras with mps-ack at per 0.1" in text
-
-
-def test_a_metric_without_values_has_no_row(tmp_path: Path) -> None:
-    assert compare(results(tmp_path), ["mean_latency_s"]) == []
 
 
 def test_ranks_come_with_their_distance_to_the_best(tmp_path: Path) -> None:
@@ -240,37 +214,12 @@ def test_all_pairs_of_a_column_share_one_error() -> None:
     assert alone.p_to_best < 0.05 < amid.p_to_best
 
 
-def test_equal_means_share_their_ranks() -> None:
-    found = ranked({"a": [1.0, 2.0], "b": [2.0, 1.0], "c": [0.0, 0.0], "d": [9.0, 9.0]})
-    assert [found[name].rank for name in "abcd"] == [2.5, 2.5, 1, 4]
-
-
-def test_the_highest_rate_is_the_best() -> None:
-    found = ranked({"a": [0.0, 1.0], "b": [1.0, 1.0]}, better=Better.HIGHER)
-    assert [(found[name].rank, found[name].mean) for name in "ab"] == [(2, 0.5), (1, 1.0)]
-
-
-def test_one_run_tells_nothing_from_the_best() -> None:
-    found = ranked({"a": [1.0], "b": [2.0]})
-    assert (found["b"].p_to_best, found["b"].among_best) == (None, True)
-
-
-def test_who_lacks_a_condition_has_no_mean_rank() -> None:
-    both = [*ranked({"a": [1.0], "b": [2.0]}).values(), *ranked({"a": [1.0]}, per=0.2).values()]
-    assert mean_ranks(both) == {("a", "ack"): 1.0, ("b", "ack"): None}
-
-
 @given(st.lists(st.lists(st.integers(0, 5), min_size=3, max_size=3), min_size=1, max_size=6))
 def test_ranks_add_up_and_the_best_is_marked(columns: list[list[int]]) -> None:
     """Ranks of k strategies add up to k (k + 1) / 2 whatever the ties."""
     found = ranked({str(number): [float(x) for x in own] for number, own in enumerate(columns)}).values()
     assert sum(rank.rank for rank in found) == len(columns) * (len(columns) + 1) / 2
     assert min(found, key=lambda rank: rank.rank).among_best
-
-
-def test_no_rows_make_a_table_without_rows(tmp_path: Path) -> None:
-    write_csv([], tmp_path / "rows.csv")
-    assert (tmp_path / "rows.csv").read_text().startswith("scenario,strategy,policy,channel,per,settings,unforeseen,")
 
 
 @pytest.mark.parametrize(("metrics", "baseline"), [(["mission_time"], None), ([], "remora")])

@@ -2,7 +2,6 @@
 
 import pytest
 
-from missions.errors import ConfigurationError
 from missions.runs.assembly import assemble
 from missions.runs.run import run
 from missions.runs.setup import resolved
@@ -44,10 +43,3 @@ def test_what_an_action_concludes_is_recorded_and_told() -> None:
     assert (said[4], said[6], said[7]) == ("valve A1", "turned", "told")
     heard = {row[1] for row in done.recorder.knowledge if row[2] == said[0] and row[4] == "received"}
     assert len(heard) == 2
-
-
-def test_the_keys_of_a_drain_are_checked() -> None:
-    with pytest.raises(ConfigurationError, match=r"fault.1.drain_w\)?: missing: the power that the vehicle loses"):
-        scenario(fault="[{vehicle='AUV01', kind='drains', at_s=50.0}]")
-    with pytest.raises(ConfigurationError, match=r"fault.1.drain_w\)? = 3.0: not used by kind lost"):
-        scenario(fault="[{vehicle='AUV01', kind='lost', at_s=50.0, drain_w=3.0}]")

@@ -2,7 +2,6 @@
 
 import json
 from collections.abc import Sequence
-from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -54,12 +53,6 @@ def test_what_is_damaged_at_one_share_is_damaged_alike_at_every_higher_one(slot:
         assert less in (data, more)
 
 
-def test_the_share_is_that_of_arrivals() -> None:
-    """30 000 arrivals; within four standard errors."""
-    n = sum(found != bytes(8) for slot in range(10_000) for found in damaged(slot, bytes(8), 0.2))
-    assert abs(n / 30_000 - 0.2) <= 4.0 * (0.2 * 0.8 / 30_000) ** 0.5
-
-
 # The refusal --------------------------------------------------------------------------------------
 
 
@@ -70,27 +63,6 @@ def test_damage_that_nothing_finds_is_refused_in_one_line() -> None:
     assert len(said.splitlines()) == 1
     for part in ("damage.share", "0.3", "communication.crc_bits", "communication.key_file", "damage.unchecked = true"):
         assert part in said
-
-
-def test_a_file_is_told_with_its_line(tmp_path: Path) -> None:
-    text = Path("missions/mapping/rendezvous.toml").read_text(encoding="utf-8")
-    (tmp_path / "mine.toml").write_text(text + "\n[damage]\nshare = 0.1\n", encoding="utf-8")
-    line = text.count("\n") + 3
-    with pytest.raises(ConfigurationError, match=rf"mine\.toml:{line}: damage\.share = 0\.1: packets have neither"):
-        load(str(tmp_path / "mine.toml"))
-
-
-@pytest.mark.parametrize("more", [["communication.crc_bits=8"], ["damage.unchecked=true"], ["damage.share=0.0"]])
-def test_who_protects_packets_or_means_it_is_taken(more: list[str]) -> None:
-    given = [one for one in (SHARE, *more) if not (one == SHARE and "damage.share=0.0" in more)]
-    load("mapping-rendezvous", [("--set", one) for one in given])
-
-
-def test_a_key_is_protection(tmp_path: Path) -> None:
-    path = tmp_path / "fleet.key"
-    path.write_text("00112233445566778899aabbccddeeff")
-    path.chmod(0o600)
-    load("mapping-rendezvous", [("--set", SHARE), ("--set", f"communication.key_file='{path}'")])
 
 
 # In a mission -------------------------------------------------------------------------------------

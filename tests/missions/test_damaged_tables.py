@@ -7,9 +7,7 @@ from pathlib import Path
 import pytest
 from sweeping import Serial, outcome, study_text, written
 
-from missions.disk import DIGESTS
 from missions.errors import OutputError
-from missions.runs import tables
 from missions.sweeps.driver import sweep
 from missions.sweeps.folder import PARTS, TABLES, SweepFolder, SweepResults
 from missions.sweeps.plan import SweepPlan
@@ -68,29 +66,6 @@ def test_the_same_sweep_makes_a_damaged_table_anew(
     assert (status.done, status.remaining) == (4, 0)
     assert outcome(folder) == outcome(sound / "out")
     assert not SweepResults.read(folder).damaged
-
-
-def test_a_sound_sweep_makes_no_run_again(sound: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Serial, "submit", lambda *_: pytest.fail("a run is made again"))
-    before = outcome(sound / "out")
-    sweep(load_study(str(sound / "study.toml")), sound / "out", executor=Serial())
-    assert outcome(sound / "out") == before
-
-
-@pytest.mark.parametrize("damage", [cut, replace_by_a_folder])
-def test_a_folder_of_an_older_version_has_no_digests_and_is_read_instead(
-    tmp_path: Path, sound: Path, damage: Callable[[Path], None]
-) -> None:
-    folder = tmp_path / "out"
-    shutil.copytree(sound / "out", folder)
-    (folder / TABLES / DIGESTS).unlink()
-    assert tables.damaged_tables(folder / TABLES) == []
-    damage(folder / TABLES / "roles.parquet")
-    assert tables.damaged_tables(folder / TABLES) == ["roles.parquet"]
-    with pytest.raises(OutputError, match=r"roles\.parquet: "):
-        SweepResults.read(folder).table("roles")
-    sweep(load_study(str(sound / "study.toml")), folder, executor=Serial())
-    assert outcome(folder) == outcome(sound / "out")
 
 
 def test_a_part_that_cannot_be_read_is_made_again(tmp_path: Path, sound: Path) -> None:

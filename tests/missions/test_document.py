@@ -7,9 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from missions.document import Document, line_of, lines_of, location_of
+from missions.document import Document
 from missions.errors import ConfigurationError, ConfigurationFault
-from missions.files import file_or_name, toml_value
+from missions.files import toml_value
 
 TEXT = """\
 title = "t"
@@ -155,26 +155,6 @@ def test_a_file_that_is_not_there_is_named_with_what_is_allowed(name: str) -> No
         Document.read(name, {"quick": Path("quick.toml")}, "study")
 
 
-def test_a_shipped_name_is_read_and_a_file_of_that_name_with_its_ending(tmp_path: Path) -> None:
-    shipped, own = tmp_path / "a.toml", tmp_path / "quick.toml"
-    shipped.write_text("n = 1")
-    own.write_text("n = 2")
-    assert Document.read("quick", {"quick": shipped}, "study").raw == {"n": 1}
-    assert Document.read(str(own), {str(own): shipped}, "study").raw == {"n": 2}
-
-
-def test_kinds_of_faults_can_be_passed_over(tmp_path: Path) -> None:
-    found = document(tmp_path, TEXT.replace("slot = 1", "slots = 1"))
-    with pytest.raises(ValidationError) as caught:
-        Root.model_validate(found.raw)
-    faults = found.faults_of(caught.value, Root, passed_over=["extra_forbidden"])
-    assert [fault.key for fault in faults] == ["vehicle.AUV01.slot"]
-
-
-def test_the_nearest_name_is_proposed() -> None:
-    assert file_or_name("quik", ["quick"]) == "a TOML file or one of quick; did you mean 'quick'?"
-
-
 PLAIN = st.text("abc_", min_size=1, max_size=4)
 TABLES = st.recursive(
     st.integers(0, 9) | st.booleans() | st.floats() | st.text(st.characters(codec="ascii", exclude_categories=["Cc"])),
@@ -202,12 +182,6 @@ def test_a_value_is_read_back_from_its_line_of_toml(value: object) -> None:
     assert same(tomllib.loads(f"value = {text}")["value"], value)
 
 
-@given(st.lists(st.sampled_from(["a", "b", "c"]), min_size=1, max_size=8, unique=True))
-def test_lines_of_a_flat_file_are_counted(names: list[str]) -> None:
-    lines = lines_of("".join(f"{name} = 1\n" for name in names))
-    assert [line_of(location_of(name, dict.fromkeys(names, 1)), lines) for name in names] == [*range(1, len(names) + 1)]
-
-
 # What is no file of its kind -----------------------------------------------------------------------
 
 
@@ -217,26 +191,6 @@ def message(path: Path, content: bytes, what: str = "scenario") -> str:
         Document.read(str(path), {}, what)
     assert len(caught.value.faults) == 1
     return str(caught.value)
-
-
-@pytest.mark.parametrize(
-    "text",
-    ["a = " + "[" * 5000 + "]" * 5000, "a = " + "{b = " * 5000 + "1" + "}" * 5000, "[" + ".".join(["a"] * 5000) + "]",
-     "a" + ".a" * 100 + " = 1", "a = " + "[" * 41 + "]" * 41],
-    ids=["lists", "tables", "header", "key", "one level too many"],
-)  # fmt: skip
-def test_tables_nested_too_deep_are_one_fault(tmp_path: Path, text: str) -> None:
-    assert "more than 40 levels deep" in message(tmp_path / "deep.toml", text.encode())
-
-
-def test_what_is_not_that_deep_is_read(tmp_path: Path) -> None:
-    (tmp_path / "own.toml").write_text("a = " + "[" * 38 + "]" * 38, encoding="utf-8")
-    assert Document.read(str(tmp_path / "own.toml"), {}, "scenario").raw
-
-
-@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-16-be", "utf-32"])
-def test_a_file_of_another_encoding_is_named(tmp_path: Path, encoding: str) -> None:
-    assert "it is UTF-16" in message(tmp_path / "own.toml", "[scenario]\nname = 'a'\n".encode(encoding))
 
 
 def test_a_file_of_the_other_kind_is_one_hint(tmp_path: Path) -> None:

@@ -36,13 +36,6 @@ def test_every_factor_is_balanced_and_what_is_mixed_is_said(n_factors: int, halv
         assert abs(product) == (len(design.runs) if other in design.aliases(one) else 0)
 
 
-def test_a_full_design_mixes_nothing() -> None:
-    design = designed("abc", 0)
-    assert design.resolution is None
-    assert not any(design.aliases(term) for term in design.terms)
-    assert len(set(map(tuple, (run.items() for run in design.runs)))) == 8
-
-
 def test_too_many_halvings_are_refused() -> None:
     assert [most_halvings(n) for n in range(2, 9)] == [0, 1, 1, 2, 3, 4, 4]
     for n in range(2, 8):
@@ -108,9 +101,3 @@ def test_what_is_no_design_is_refused_in_one_line(
     with pytest.raises(ConfigurationError, match=says) as caught:
         load_study(str(study(tmp_path, levels, halvings, more)))
     assert len(str(caught.value).splitlines()) == len(caught.value.faults)
-
-
-def test_the_shipped_study_mixes_no_two_factors() -> None:
-    loaded = load_study("strategy-factors")
-    assert loaded.n_runs == 128
-    assert designed(tuple(loaded.file.factors), loaded.design.halvings).resolution == 5

@@ -1,20 +1,14 @@
-"""Each kind of fault is one file: who takes it away loses it, and nothing else; one from outside needs none."""
+"""Kinds of faults from outside: what befalls, what is refused; and the numbers of the shipped ones."""
 
-import json
 import math
-import os
-import subprocess
 import sys
-import tempfile
 from pathlib import Path
 
 import pytest
-from sampling import sampled
 
 from missions.errors import ConfigurationError
 from missions.fault import kinds
 from missions.runs.assembly import faults_in
-from missions.runs.known import lives_of
 from missions.runs.run import Run, run
 from missions.runs.setup import resolved
 from missions.scenarios import load
@@ -22,98 +16,6 @@ from missions.scenarios.faults import kind_named
 from missions.scenarios.scenario import Scenario
 
 ROOT = Path(__file__).parents[2]
-WITHOUT = """
-import hashlib, json, pkgutil, sys, tempfile
-from pathlib import Path
-left_out, use = sys.argv[1:]
-sound = pkgutil.iter_modules
-pkgutil.iter_modules = lambda path: [one for one in sound(path) if one.name != left_out]
-if left_out:
-    sys.modules["missions.faults." + left_out] = None  # whoever imports it fails
-from typer.testing import CliRunner
-import remoras
-from missions.errors import ConfigurationError
-from missions.fault import kinds
-from missions.scenarios import load
-from remoras.cli import app
-
-other = "mute" if left_out != "mute" else "deaf"
-given = {"scenario.duration_s": 120.0, "channel.per": 0.3}
-done = remoras.run("mapping-rendezvous", seed=3, set={**given, "fault": [
-    {"kind": other, "vehicle": "any", "at_s": [10, 40]}, {"kind": other, "vehicle": "AUV00", "rate_per_h": 90.0}]})
-rows = {name: done.table(name).to_dict("records") for name in sorted(done.tables)}
-found = json.dumps([rows, done.summary], default=str, sort_keys=True)
-with tempfile.TemporaryDirectory() as folder:
-    done.save(Path(folder) / "run")
-    ask = lambda *words: CliRunner().invoke(app, words, env={"COLUMNS": "200"})
-    plotted = ask("plot", str(Path(folder) / "run"), "trajectories")
-    validated, listed, explained = ask("validate", "mapping-rendezvous"), ask("list"), ask("explain", "fault")
-refused = ""
-try:
-    load("mapping-rendezvous", [("--set", f"fault=[{use}]")])
-except ConfigurationError as error:
-    refused = str(error)
-print(json.dumps({
-    "digest": hashlib.sha256(found.encode()).hexdigest(), "refused": refused, "kinds": list(kinds()),
-    "codes": [one.exit_code for one in (plotted, validated, listed, explained)], "explained": explained.output,
-}))
-"""
-USES = {
-    "lost": "",
-    "mute": "",
-    "deaf": "",
-    "slow": ", factor=0.3",
-    "sensor": "",
-    "joins": "",
-    "biased": ", attribute='location', offset=[1.0, 2.0]",
-    "restarts": ", until_s=90",
-    "drains": ", drain_w=20",
-}
-"""What a fault of each kind has to say beside its kind, vehicle and time."""
-
-
-def without(kind: str, of: str) -> dict[str, object]:
-    """What a program does without the file of a kind."""
-    # a process of its own: kinds are looked for once
-    use = f"{{kind='{of}', vehicle='AUV01', at_s=30{USES[of]}}}"
-    command = [sys.executable, "-c", WITHOUT, kind, use]
-    with (
-        tempfile.TemporaryDirectory() as kept
-    ):  # files are all there, so what others have kept would be taken for its own
-        env = {**os.environ, "XDG_CACHE_HOME": kept}
-        made = subprocess.run(command, cwd=ROOT, env=env, capture_output=True, text=True, check=False, timeout=500)
-    assert made.returncode == 0, made.stderr
-    found: dict[str, object] = json.loads(made.stdout)
-    return found
-
-
-@pytest.fixture(scope="module")
-def whole() -> dict[str, object]:
-    """What it does with all of them."""
-    return without("", "lost")
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("kind", sampled(USES, "restarts", "drains"))
-def test_a_kind_can_be_taken_away(kind: str, whole: dict[str, object]) -> None:
-    """All else works as before; a scenario that uses it is refused in a line that names it."""
-    found = without(kind, kind)
-    assert found["kinds"] == [one for one in USES if one != kind]
-    assert found["codes"] == [0, 0, 0, 0]
-    assert f"{kind}: " not in str(found["explained"])
-    if kind != "mute":
-        assert found["digest"] == whole["digest"]
-    (first, *others) = str(found["refused"]).splitlines()
-    assert f'fault.1.kind) = "{kind}": allowed: ' in first
-    assert all("unknown key" in line for line in others)
-
-
-def test_with_all_files_there_nothing_is_refused(whole: dict[str, object]) -> None:
-    assert (whole["refused"], whole["kinds"], whole["broken"]) == ("", list(USES), None)
-
-
-def test_every_kind_is_tried() -> None:
-    assert list(USES) == list(kinds())
 
 
 def test_kinds_that_are_shipped_have_numbers_of_their_own() -> None:
@@ -125,102 +27,45 @@ def test_kinds_that_are_shipped_have_numbers_of_their_own() -> None:
 
 MINE = """
 from pydantic import Field
-from remoras import Absence, Condition, DeclaredFault
-
+from remoras import Condition, DeclaredFault
 
 class Fouled(DeclaredFault):
     TEXT = "weed is in its propeller"
     weed_w: float = Field(gt=0.0, description="power that the weed takes, W")
+    leaves = lambda self, data: Condition(speed_factor=0.5)
+    detail = lambda self, data, how_long: f"{self.weed_w:g} W, {how_long}"
+    begin = lambda self, vehicle: vehicle.functional.loads_w.append(self.weed_w)
+    end = lambda self, vehicle, host: vehicle.functional.loads_w.remove(self.weed_w)
 
-    def leaves(self, data):
-        return Condition(speed_factor=0.5)
+class Mute(DeclaredFault):
+    TEXT = "says nothing"
+    leaves = lambda self, data: Condition(is_mute=True)
 
-    def detail(self, data, how_long):
-        return f"{self.weed_w:g} W, {how_long}"
+class Numbered(Mute):
+    NUMBER = 0
 
-    def begin(self, vehicle):
-        vehicle.functional.loads_w.append(self.weed_w)
+class Wrong(Mute):
+    leaves = lambda self, data: 0.5
 
-    def end(self, vehicle, host):
-        vehicle.functional.loads_w.remove(self.weed_w)
+class Odd(Mute):
+    leaves = lambda self: Condition()
 
-
-class Sleeps(DeclaredFault):
-    TEXT = "it is off, and begins anew with what it knew"
-    ABSENCE = Absence.PAUSE
-
-    def leaves(self, data):
-        return Condition(is_running=False)
-
-    def begin(self, vehicle):
-        pass
-
-    def end(self, vehicle, host):
-        host.restart(vehicle, True)
-
+class Strict(Mute):
     @classmethod
-    def began_anew(cls, detail):
-        return True
-
+    def checks(cls, key, table, raw, mission, before): raise RuntimeError("not today")
 
 class Silent(DeclaredFault):
     TEXT = "does nothing"
 
+class Endless(Silent):
+    begin = lambda self, vehicle: None
+
+class Raises(Silent):
+    def begin(self, vehicle): raise RuntimeError("not today")
+    def end(self, vehicle, host): pass
 
 class Nameless(DeclaredFault):
-    def leaves(self, data):
-        return Condition(is_mute=True)
-
-
-class Endless(DeclaredFault):
-    TEXT = "never lets go"
-
-    def begin(self, vehicle):
-        vehicle.functional.loads_w.append(1.0)
-
-
-class Wrong(DeclaredFault):
-    TEXT = "leaves no condition"
-
-    def leaves(self, data):
-        return 0.5
-
-
-class Odd(DeclaredFault):
-    TEXT = "leaves cannot be called so"
-
-    def leaves(self):
-        return Condition()
-
-
-class Numbered(DeclaredFault):
-    TEXT = "has the number of another"
-    NUMBER = 0
-
-    def leaves(self, data):
-        return Condition(is_mute=True)
-
-
-class Strict(DeclaredFault):
-    TEXT = "its checks raise"
-
-    def leaves(self, data):
-        return Condition(is_mute=True)
-
-    @classmethod
-    def checks(cls, key, table, raw, mission, before):
-        raise RuntimeError("not today")
-
-
-class Raises(DeclaredFault):
-    TEXT = "its begin raises"
-
-    def begin(self, vehicle):
-        raise RuntimeError("not today")
-
-    def end(self, vehicle, host):
-        pass
-
+    leaves = lambda self, data: Condition(is_mute=True)
 
 class Leaves:
     pass
@@ -288,13 +133,6 @@ def test_a_kind_from_outside_shifts_no_draw_of_another() -> None:
     assert alone == beside != []
 
 
-@pytest.mark.usefixtures("mine")
-def test_a_vehicle_that_begins_anew_after_a_kind_from_outside_has_a_life_more() -> None:
-    done = run(scenario("kind='own_kinds:Sleeps', at_s=100, until_s=150"), 1)
-    faults = [dict(zip(("time_s", "vehicle", "kind", "detail"), row, strict=True)) for row in done.recorder.faults]
-    assert [(life.from_s, life.remembers) for life in lives_of(faults, "AUV01")] == [(0.0, False), (150.0, True)]
-
-
 def test_a_kind_is_named_by_its_file_from_the_folder_of_the_scenario(mine: Path) -> None:
     text = (ROOT / "missions" / "mapping" / "rendezvous.toml").read_text(encoding="utf-8")
     table = '\n[[fault]]\nkind = "own_kinds.py:Fouled"\nvehicle = "AUV01"\nat_s = 9\nweed_w = 1\n'
@@ -320,14 +158,11 @@ def test_a_kind_is_named_by_its_file_from_the_folder_of_the_scenario(mine: Path)
         ("kind='own_kinds:Fouled', at_s=9", "weed_w", "missing"),
         ("kind='own_kinds:Fouled', at_s=9, weed_w=0", "weed_w", "greater than 0"),
         ("kind='own_kinds:Fouled', at_s=9, weed_w=1, wed_w=1", "wed_w", "did you mean 'weed_w'?"),
-        (
-            "kind='own_kinds:Fouled', at_s=9, weed_w=1, factor=0.5",
-            "factor",
-            "not used by kind own_kinds:Fouled, only by slow",
-        ),
+        ("kind='own_kinds:Fouled', at_s=9, weed_w=1, factor=0.5", "factor",
+         "not used by kind own_kinds:Fouled, only by slow"),
         ("kind='own_kinds:Fouled', at_s=9, weed_w=1, until_s=5", "until_s", "must be above at_s = 9"),
     ],
-)
+)  # fmt: skip
 def test_a_kind_from_outside_that_cannot_be_is_refused_in_a_line(table: str, key: str, says: str) -> None:
     with pytest.raises(ConfigurationError) as caught:
         scenario(table)

@@ -42,13 +42,6 @@ def test_who_is_without_energy_drifts_too() -> None:
     assert way_m(done, 200.0, 300.0) == pytest.approx((30.0, -20.0))
 
 
-def test_who_restarts_has_drifted_and_goes_on_from_there() -> None:
-    done = flown(*CURRENT, OFF)
-    assert way_m(done, 100.0, 199.0) == pytest.approx((0.3 * 99.0, -0.2 * 99.0))
-    east_m, north_m = way_m(done, 199.0, 202.0)
-    assert abs(east_m) + abs(north_m) < 3 * (2.5 + 0.5)
-
-
 @pytest.mark.parametrize("keys", [(*CURRENT, "current.lost_stay=true"), ("scenario.duration_s=300.0",)])
 def test_it_stays_at_anchor_and_in_water_that_stands(keys: tuple[str, ...]) -> None:
     assert way_m(flown(*keys, LOST), 150.0, 250.0) == (0.0, 0.0)

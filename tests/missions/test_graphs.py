@@ -1,7 +1,5 @@
 """Graphs of runs: equal to what the tables say, and what follows from them."""
 
-import subprocess
-import sys
 from collections import Counter
 from collections.abc import Mapping
 from typing import Any
@@ -9,13 +7,11 @@ from typing import Any
 import pytest
 
 import remoras
-from exchange.acoustics.models import LinkFileError
-from exchange.acoustics.network import shipped
 from missions.errors import OutputError
 from missions.graphs import cutting, heard_among, is_connected
-from missions.runs.fleet_metrics import CONNECTED, CONNECTIVITY, CUTTING, windows
+from missions.runs.fleet_metrics import CONNECTED, CUTTING
 
-nx = pytest.importorskip("networkx")
+pytest.importorskip("networkx")
 LOST = [{"vehicle": "AUV02", "kind": "lost", "at_s": 120.0}]
 
 
@@ -77,29 +73,6 @@ def test_who_heard_whom_is_counted_from_the_packets(run: remoras.Run) -> None:
     assert graph.graph["units"] == {"heard_bits": "bit", "heard_fraction": "1", "sent_bits": "bit"}
 
 
-def test_plans_are_trees_as_the_table_has_them(run: remoras.Run) -> None:
-    rows = run.table("plans")
-    for at_s in (60.0, 400.0):
-        graph = run.graph("plan", at_s=at_s)
-        plan = ["vehicle", "group", "role", "objective", "argument", "node"]
-        newest = rows[rows.time_s <= at_s].groupby(plan, sort=False).last()
-        assert len(graph) == len(newest)
-        assert Counter(nx.get_node_attributes(graph, "status").values()) == Counter(newest.status)
-        assert graph.number_of_edges() == int((newest.parent >= 0).sum())
-        assert nx.is_forest(graph)
-    assert set(nx.get_node_attributes(run.graph("plan", viewer="ASV00"), "vehicle").values()) == {"ASV00"}
-
-
-def test_jobs_have_who_is_able_and_what_comes_before() -> None:
-    run = remoras.run("trident-intervention", set={"scenario.duration_s": 5.0})
-    graph, mission = run.graph("jobs"), run._mission
-    before = {(one, two) for one, two, edge in graph.edges(data=True) if edge["kind"] == "before"}
-    assert before == {(needed, job.name) for job in mission.jobs.values() for needed in job.needs} != set()
-    able = Counter(two for _, two, edge in graph.edges(data=True) if edge["kind"] == "able")
-    assert set(able) == set(mission.jobs)
-    assert nx.is_directed_acyclic_graph(graph)
-
-
 def test_what_is_not_there_is_refused_in_a_line(run: remoras.Run) -> None:
     for asked, told in (
         ({"name": "herd"}, "graph 'herd': allowed are .*did you mean 'heard'"),
@@ -112,17 +85,6 @@ def test_what_is_not_there_is_refused_in_a_line(run: remoras.Run) -> None:
     ):
         with pytest.raises(OutputError, match=told):
             run.graph(**asked)  # type: ignore[arg-type]
-
-
-def test_a_network_is_its_links() -> None:
-    for name, network in shipped().items():
-        if network.node:
-            graph = remoras.network(name)
-            assert {(one, two): edge["per"] for one, two, edge in graph.edges(data=True)} == network.per
-            assert [graph.nodes[node.name].get("depth_m") for node in network.node] == [n.depth_m for n in network.node]
-        else:
-            with pytest.raises(LinkFileError, match="losses over range, and no links"):
-                remoras.network(name)
 
 
 def packet(slot: int, sender: str, *receivers: str, lost_by: tuple[str, ...] = ()) -> Mapping[str, Any]:
@@ -151,15 +113,6 @@ def test_who_alone_ties_the_fleet_is_named() -> None:
     assert not is_connected(one_way)
 
 
-def test_windows_are_of_two_slots_each_and_whole() -> None:
-    found = list(windows(["A", "B", "C"], [*line(0), *line(6)[:4], *line(12), packet(18, "A", "B")]))
-    assert [window.from_s for window in found] == [0.0, 18.0, 36.0]
-    assert [window.is_connected for window in found] == [True, True, True]
-    silent = [row for row in line(6) if row["sender"] == "A"]
-    apart = list(windows(["A", "B", "C"], [*line(0), *silent, *line(12)]))
-    assert [(window.is_connected, window.n_components) for window in apart] == [(True, 1), (False, 3), (True, 1)]
-
-
 def test_a_lost_vehicle_is_apart_and_without_losses_all_is_one(run: remoras.Run) -> None:
     calm = remoras.run("mapping-rendezvous", per=0.0, set={"scenario.duration_s": 400.0})
     assert (calm.metric(CONNECTED), calm.metric(CUTTING)) == (1.0, 0.0)
@@ -167,23 +120,3 @@ def test_a_lost_vehicle_is_apart_and_without_losses_all_is_one(run: remoras.Run)
     assert struck is not None
     assert 0.1 < struck < 0.4  # AUV02 is lost after 120 of 400 s, so that it is at most connected before
     assert (run.metric(CUTTING) or 0.0) > 0.0
-
-
-def test_the_figure_says_the_share(run: remoras.Run) -> None:
-    figure = run.plot(CONNECTIVITY, width_in=3.5)
-    share = run.metric(CONNECTED)
-    assert f"In {share:.0%} of" in figure.caption
-    assert "In 100% of" not in figure.caption
-
-
-def test_a_run_loads_no_graphs() -> None:
-    program = (
-        "import missions.graphs, remoras, networkx as nx\n"
-        "def refused(*_, **__): raise AssertionError('a graph was made')\n"
-        "nx.Graph.__init__ = nx.DiGraph.__init__ = refused\n"
-        "run = remoras.run('mapping-rendezvous', set={'scenario.duration_s': 20.0}); run.summary\n"
-        "try: run.graph('heard')\n"
-        "except AssertionError: print('not before it is asked for')\n"
-    )
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
-    assert done.stdout.strip() == "not before it is asked for", done.stderr

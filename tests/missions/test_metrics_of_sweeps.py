@@ -1,9 +1,7 @@
 """Metrics of a sweep follow from their declarations: which a study may name, and which value is the better one."""
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -12,7 +10,7 @@ from sweeping import study_text, written
 from missions.comparison import compare, ranks
 from missions.errors import ConfigurationError, OutputError
 from missions.metric import Better, Metric, collected
-from missions.runs.metrics import CORE_METRICS, metrics_of
+from missions.runs.metrics import CORE_METRICS
 from missions.runs.summary import identity
 from missions.sweeps import SweepResults, load_study
 from missions.sweeps.folder import SweepFolder
@@ -134,39 +132,10 @@ def test_missions_that_mean_different_things_by_one_name_are_studied_apart(
         load_study(str(written(tmp_path, text)))
 
 
-@pytest.mark.parametrize("better", [None, "up", "higher"])
-def test_a_metric_without_direction_is_refused_by_name(better: Any) -> None:
-    with pytest.raises(ConfigurationError, match=r"own.mission:M: metric depth_m, better.*allowed: Better.HIGHER, "):
-        collected("own.mission:M", [metric("n_dives"), metric("depth_m", better)])
-
-
-def test_what_is_no_metric_is_refused_by_name() -> None:
-    lacking: Any = SimpleNamespace(name="depth_m", unit="m")
-    with pytest.raises(ConfigurationError, match="metric depth_m, it: is a SimpleNamespace"):
-        collected("own.mission:M", [lacking])
-
-
 @pytest.mark.parametrize("name", ["seed", "wall_s", "key", "milestones"])
 def test_a_metric_with_the_name_of_another_field_is_refused(name: str) -> None:
     with pytest.raises(ConfigurationError, match=f"metric {name}: a field that results have already"):
         collected("own.mission:M", [*CORE_METRICS, metric(name)])
-
-
-def test_two_metrics_of_one_name_are_refused() -> None:
-    with pytest.raises(ConfigurationError, match="metric n_bytes: declared twice"):
-        collected("own.mission:M", [*CORE_METRICS, metric("n_bytes")])
-
-
-def test_the_shipped_metrics_have_directions_and_labels(tmp_path: Path) -> None:
-    study = load_study(str(written(tmp_path, WITHOUT_METRICS)))
-    found = metrics_of(study.configurations[0].scenario)
-    assert list(found) == list(study.metrics)
-    assert all(one.label for one in found.values())
-    neither = {name for name, one in found.items() if one.better is Better.NEITHER}
-    assert neither == {
-        "given_up_s", "left_when_given_up",  # early is good with the work done, bad without
-        "n_refused_acts",  # many are good where many are forged
-    }  # fmt: skip
 
 
 def test_a_metric_of_which_no_value_is_better_is_compared_and_not_ranked(
@@ -179,24 +148,3 @@ def test_a_metric_of_which_no_value_is_better_is_compared_and_not_ranked(
         OutputError, match=r"'heading_rad': cannot be ranked, neither .*; allowed are .*mission_time_s, "
     ):
         ranks(results, "heading_rad")
-
-
-def test_another_declaration_of_a_metric_is_no_other_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    declare(monkeypatch, metric("depth_m"))
-    swept(tmp_path)
-    declare(monkeypatch, metric("depth_m", Better.LOWER), metric("other_m"))
-    SweepFolder(tmp_path / "out", SweepPlan(load_study(str(written(tmp_path, WITHOUT_METRICS))))).close()
-    results = SweepResults.read(tmp_path / "out")
-    assert results.metrics["depth_m"].better is Better.LOWER
-    assert len(results.lines) == 6
-
-
-@pytest.mark.parametrize("entry", [{"name": "depth_m"}, {"name": "d", "unit": "m", "label": "d", "better": "up"}, 3])
-def test_a_declaration_that_lacks_something_is_named_with_what_it_needs(tmp_path: Path, entry: Any) -> None:
-    results = swept(tmp_path)
-    path = results.folder / "study.json"
-    record = json.loads(path.read_text(encoding="utf-8"))
-    path.write_text(json.dumps({**record, "metrics": [entry]}), encoding="utf-8")
-    with pytest.raises(OutputError, match=r"study.json: not the declaration .* it needs .* better: higher, lower, n"):
-        compare(SweepResults.read(results.folder))
-    assert SweepResults.read(results.folder).status().done == 6

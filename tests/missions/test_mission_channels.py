@@ -1,6 +1,5 @@
 """The table [channel]: what of it is used, what is refused, and what a mission hears."""
 
-import json
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -8,21 +7,17 @@ from typing import Any
 
 import outside_channels
 import pytest
-from small_mission import SMALL, line_of, named, run_varied, shipped_tables
+from small_mission import SMALL, line_of, run_varied
 
-from exchange.acoustics.channel import Blackout
 from exchange.acoustics.link import GilbertElliott, Transmission
 from exchange.acoustics.shipped import CHANNELS
 from missions.errors import ConfigurationError, ConfigurationFault
 from missions.runs.assembly import channel_of
 from missions.runs.run import Run
 from missions.runs.setup import resolved
-from missions.runs.summary import identity, summary
+from missions.runs.summary import identity
 from missions.scenarios import Scenario, load
-from missions.scenarios.channel import ChannelTable
 from missions.scenarios.deployment import deployment_of
-from missions.scenarios.explanations import explanations
-from missions.sweeps.study import load_study
 
 SHIPPED = ["ASV00", "AUV00", "AUV01", "AUV02"]
 OWN = '[channel]\nname = "bernoulli"\nper = 0.2\n'
@@ -80,12 +75,6 @@ def faults_of(folder: Path, channel: str, *settings: str) -> tuple[Configuration
     return caught.value.faults
 
 
-def test_every_model_that_can_be_named_says_which_keys_it_uses():
-    of_models = {key for model in CHANNELS.values() for key in model.model_fields}
-    assert set(ChannelTable.model_fields) == of_models | {"name", "blackout"}
-    assert list(CHANNELS["matrix"].model_fields) == ["per", "link"]
-
-
 # What is read -------------------------------------------------------------------------------------
 
 
@@ -101,15 +90,6 @@ def test_links_and_blackouts_are_of_the_nodes_that_own_the_slots(tmp_path: Path)
     channel = channel_of(resolved(loaded(tmp_path, LINKED)), 1)
     assert (channel.link.p_loss(sent(0, 0), 1, 9.0), channel.link.p_loss(sent(1, 1), 0, 9.0)) == (0.5, 1.0)
     assert [(b.from_s, b.until_s, b.node) for b in channel.blackouts] == [(600.0, 900.0, 0)]
-
-
-def test_the_sides_of_a_cut_are_of_the_nodes_that_own_the_slots_and_unsaid_where_there_are_none(tmp_path: Path):
-    scenario = loaded(tmp_path, APART)
-    (cut,) = channel_of(resolved(scenario), 1).blackouts
-    assert cut == Blackout(600.0, 900.0, between=(frozenset((1,)), frozenset((0,))))
-    assert scenario.channel.model_dump(mode="json")["blackout"][0]["between"] == [["Boat"], ["Diver"]]
-    (plain,) = loaded(tmp_path, LINKED).channel.model_dump(mode="json")["blackout"]
-    assert plain == {"from_s": 600.0, "until_s": 900.0, "vehicle": "Diver"}
 
 
 def test_the_states_of_the_links_come_from_the_seed_of_the_run(tmp_path: Path):
@@ -141,21 +121,6 @@ def test_what_is_written_is_read_again(tmp_path: Path, channel: str, settings: t
     assert again == scenario
     table = scenario.channel.model_dump()
     assert set(table) == {"name", "blackout", *CHANNELS[scenario.channel.name].model_fields}
-
-
-def test_every_key_is_explained():
-    known = explanations()
-    keys = [
-        "link.sender",
-        "link.receiver",
-        "link.per",
-        "p_good_to_bad",
-        "per_bad",
-        "blackout.from_s",
-        "blackout.vehicle",
-        "blackout.between",
-    ]
-    assert all(known[f"channel.{key}"][1] for key in keys)
 
 
 # What is refused ----------------------------------------------------------------------------------
@@ -203,11 +168,6 @@ def test_a_link_that_is_listed_twice_is_a_fault(tmp_path: Path):
     assert (fault.key, fault.allowed) == ("channel.link.2.receiver", "the link from Diver to Boat is listed twice")
 
 
-def test_a_chain_that_never_changes_is_a_fault(tmp_path: Path):
-    (fault,) = faults_of(tmp_path, BURSTS, "channel.p_good_to_bad=0", "channel.p_bad_to_good=0")
-    assert "above 0" in fault.allowed
-
-
 @pytest.mark.parametrize(
     ("channel", "settings", "key"),
     [
@@ -226,23 +186,6 @@ def test_a_setting_without_effect_is_refused(tmp_path: Path, channel: str, setti
     assert "not used by" in faults[0].allowed
 
 
-@pytest.mark.parametrize(
-    ("channel", "settings"),
-    [
-        (OWN, ["channel.name=perfect"]),
-        (OWN, ["channel.name=gilbert-elliott"]),
-        (BURSTS, ["channel.name=bernoulli", "channel.per=0.5"]),
-        (LINKED, ["channel.name=bernoulli"]),
-        (LINKED.replace('"matrix"', '"perfect"'), []),
-    ],
-)
-def test_settings_of_a_model_that_is_replaced_or_of_a_perfect_channel_are_left_aside(
-    tmp_path: Path, channel: str, settings: list[str]
-):
-    kept = loaded(tmp_path, channel, *settings).channel
-    assert kept == ChannelTable(**kept.model_dump())
-
-
 # A model from outside -----------------------------------------------------------------------------
 
 MUD = '[channel]\nname = "outside_channels:MODEL"\nclear_per = 0.2\nin_mud = "Diver"\nlayers_m = [1.0, 2]\n'
@@ -259,29 +202,11 @@ def test_a_model_from_outside_has_settings_of_its_own(tmp_path: Path):
     assert scenario.channel.mean_per(four) == pytest.approx(0.5 + 0.5 * 0.2)
 
 
-def test_what_is_written_of_a_model_from_outside_is_read_again(tmp_path: Path):
-    scenario = loaded(tmp_path, MUD.replace("clear_per = 0.2\n", ""))
-    table = json.loads(scenario.model_dump_json(exclude_none=True))["channel"]
-    assert table["clear_per"] == 0.1
-    assert list(table) == ["name", "clear_per", "in_mud", "layers_m", "blackout"]
-    again = type(scenario).model_validate_json(scenario.model_dump_json(exclude_none=True))
-    assert again.channel.settings() == scenario.channel.settings()
-
-
 @pytest.mark.parametrize("own", [OWN, LINKED, BURSTS])
 def test_a_model_from_outside_replaces_that_of_the_file(tmp_path: Path, own: str):
     """Settings that the file has for its own model are left aside."""
     channel = loaded(tmp_path, own, "channel.name=outside_channels:MODEL", "channel.clear_per=0.3").channel
     assert channel.settings() == outside_channels.Mud(clear_per=0.3)
-
-
-def test_a_shipped_model_replaces_one_from_outside(tmp_path: Path):
-    assert loaded(tmp_path, MUD, "channel.name=bernoulli", "channel.per=0.3").channel.model_dump() == {
-        "name": "bernoulli", "per": 0.3, "blackout": (),
-    }  # fmt: skip
-    (fault,) = faults_of(tmp_path, MUD, "channel.name=bernoulli", "channel.in_mud=Boat")
-    assert fault.key == "--set (channel.in_mud)"
-    assert "only by outside_channels:MODEL" in fault.allowed
 
 
 @pytest.mark.parametrize(
@@ -318,7 +243,7 @@ def test_a_fault_with_a_model_from_outside_is_one_clear_message(
         ("Standing", r"sound_speed_mps must be None or a finite number above 0, not 0\.0"),
         ("Telling", "sound_speed_mps must be None or a finite number above 0, not '1500 m/s'"),
         ("Misfitting", "raised TypeError: expected SettingFaults, not 'too deep'"),
-        ("Grumbling", "its checks of settings raised KeyError: 'per'"),
+        ("Grumbling", "its checks of settings raised KeyError: 'sea'"),
     ],
 )
 def test_a_model_that_does_not_keep_to_its_seam_is_found_before_the_run(tmp_path: Path, name: str, says: str):
@@ -330,64 +255,6 @@ def test_a_model_that_does_not_keep_to_its_seam_is_found_before_the_run(tmp_path
 def test_a_model_that_goes_wrong_later_ends_the_run_with_its_name(tmp_path: Path):
     with pytest.raises(ConfigurationError, match=r"outside_channels:Late.*p_loss\(.*not 1\.5"):
         run_with(tmp_path, {"name": "outside_channels:Late"})
-
-
-# In a study ---------------------------------------------------------------------------------------
-
-STUDY = """
-[study]
-name = "s"
-scenario = "mapping-rendezvous"
-repeats = 1
-[[channel]]
-"""
-
-
-def channels_of(folder: Path, tables: str) -> list[ChannelTable]:
-    file = folder / "study.toml"
-    file.write_text(STUDY + tables, encoding="utf-8")
-    return [configuration.scenario.channel for configuration in load_study(str(file)).configurations]
-
-
-def test_a_study_sweeps_the_rates_of_bursts(tmp_path: Path):
-    text = 'name = "gilbert-elliott"\np_good_to_bad = [0.01, 0.1]\n[grid]\nchannel.per_bad = [0.5, 0.9, 1.0]\n'
-    found = {(channel.p_good_to_bad, channel.per_bad) for channel in channels_of(tmp_path, text)}
-    assert found == {(p, per) for p in (0.01, 0.1) for per in (0.5, 0.9, 1.0)}
-
-
-def test_links_and_blackouts_of_a_study_are_one_value_each(tmp_path: Path):
-    text = 'name = "matrix"\nper = [0.1, 0.2]\n'
-    for sender in SHIPPED[1:]:
-        text += f'[[channel.link]]\nsender = "{sender}"\nreceiver = "ASV00"\nper = 0.5\n'
-    text += "[[channel.blackout]]\nfrom_s = 10\nuntil_s = 20\n[[channel.blackout]]\nfrom_s = 30\nuntil_s = 40\n"
-    channels = channels_of(tmp_path, text)
-    assert [(channel.per, len(channel.link), len(channel.blackout)) for channel in channels] == [
-        (0.1, 3, 2),
-        (0.2, 3, 2),
-    ]
-
-
-def test_a_list_of_lists_of_blackouts_is_a_grid(tmp_path: Path):
-    text = 'name = "perfect"\n[grid]\nchannel.blackout = [[], [{from_s = 10.0, until_s = 20.0, vehicle = "AUV01"}]]\n'
-    assert [len(channel.blackout) for channel in channels_of(tmp_path, text)] == [0, 1]
-
-
-def test_a_perfect_channel_runs_once_however_many_rates_the_study_has(tmp_path: Path):
-    text = 'name = "perfect"\n[[channel]]\nname = "bernoulli"\n[grid]\nchannel.per = [0.1, 0.2]\n'
-    assert [channel.name for channel in channels_of(tmp_path, text)] == ["perfect", "bernoulli", "bernoulli"]
-
-
-@pytest.mark.parametrize(
-    ("tables", "says"),
-    [
-        ('name = "bernoulli"\nper_bad = 0.5\n', r"study.toml:8: channel.per_bad.* not used by the bernoulli channel"),
-        ('name = "gilbert-elliott"\nper = [0.1, 0.2]\n', r"study.toml:8: channel.per.* not used by the gilbert"),
-        ('name = "matrix"\n[[channel.link]]\nsender = "AUV0"\nreceiver = "ASV00"\nper = 1\n', r"did you mean 'AUV02'"),
-    ],
-)
-def test_bad_channels_of_a_study_are_named_with_their_place(tmp_path: Path, tables: str, says: str):
-    with pytest.raises(ConfigurationError, match=says):
-        channels_of(tmp_path, tables)
 
 
 # In a mission -------------------------------------------------------------------------------------
@@ -402,24 +269,6 @@ def lost_by(run: Run) -> dict[tuple[float, str], set[str]]:
     return {(time_s, sender): set(lost) for _, time_s, sender, _, _, _, _, lost, *_ in run.recorder.packets}
 
 
-def test_the_fleet_of_the_shipped_scenario_is_the_one_meant_here():
-    assert [vehicle["name"] for vehicle in shipped_tables()["vehicle"]] == SHIPPED
-    assert named(shipped_tables()["vehicle"], "AUV01")["slot"] == 2
-
-
-def test_a_blackout_cuts_exactly_its_time_out_of_a_mission(tmp_path: Path):
-    """All are within range; AUV01 is deaf and dumb from 30 to 60 s, everybody from 80 s to 90 s."""
-    blackouts = [{"from_s": 30.0, "until_s": 60.0, "vehicle": "AUV01"}, {"from_s": 80.0, "until_s": 90.0}]
-    packets = lost_by(run_with(tmp_path, {"name": "perfect", "blackout": blackouts}))
-    assert {sender for time_s, sender in packets if 30.0 <= time_s < 60.0} == set(SHIPPED)
-    for (time_s, sender), lost in packets.items():
-        others = set(SHIPPED) - {sender}
-        if 80.0 <= time_s < 90.0 or (30.0 <= time_s < 60.0 and sender == "AUV01"):
-            assert lost == others
-        else:
-            assert lost == ({"AUV01"} if 30.0 <= time_s < 60.0 else set())
-
-
 def test_a_cut_parts_a_fleet_for_exactly_its_time(tmp_path: Path):
     """ASV00 and AUV00 hear nothing of AUV01, nor it of them, from 30 to 60 s; AUV02 is on no side and hears all."""
     cut = {"from_s": 30.0, "until_s": 60.0, "between": [["ASV00", "AUV00"], ["AUV01"]]}
@@ -427,24 +276,3 @@ def test_a_cut_parts_a_fleet_for_exactly_its_time(tmp_path: Path):
     far = {"ASV00": {"AUV01"}, "AUV00": {"AUV01"}, "AUV01": {"ASV00", "AUV00"}, "AUV02": set()}
     assert {sender for time_s, sender in packets if 30.0 <= time_s < 60.0} == set(SHIPPED)
     assert all(lost == (far[who] if 30.0 <= at_s < 60.0 else set()) for (at_s, who), lost in packets.items())
-
-
-def test_a_link_may_be_lost_in_one_direction_only(tmp_path: Path):
-    link = {"sender": "AUV00", "receiver": "ASV00", "per": 1.0}
-    run = run_with(tmp_path, {"name": "matrix", "link": [link]})
-    packets = lost_by(run)
-    assert {sender for _, sender in packets} == set(SHIPPED)
-    assert all(lost == ({"ASV00"} if sender == "AUV00" else set()) for (_, sender), lost in packets.items())
-    assert summary(run)["per"] == pytest.approx(1 / 12)
-
-
-def test_bursts_are_those_of_the_seed_and_a_higher_loss_in_them_loses_more(tmp_path: Path):
-    """The bad slots of a run lose all with per_bad = 1, the good ones nothing with per_good = 0."""
-    bursts = {"name": "gilbert-elliott", "per_good": 0.0, "per_bad": 1.0}
-    run = run_with(tmp_path, bursts, seed=3)
-    link = GilbertElliott(0.1, 0.3, 0.0, 1.0, seed=3)
-    nodes = {name: node for node, name in enumerate(SHIPPED)}
-    assert any(row[7] for row in run.recorder.packets)
-    for slot, _, sender, _, _, _, _, lost, *_ in run.recorder.packets:
-        others = [name for name in SHIPPED if name != sender]
-        assert set(lost) == {name for name in others if link.is_bad(slot, nodes[sender], nodes[name])}

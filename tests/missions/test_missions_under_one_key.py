@@ -1,6 +1,5 @@
 """Missions under one key: no nonce comes twice, no packet of one opens in another, and the tables are those without."""
 
-from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -10,14 +9,14 @@ from exchange.acoustics.channel import Arrival
 from exchange.drivers import AT_ONCE, Ether
 from exchange.errors import PeerFault
 from missions.errors import ConfigurationError
-from missions.nodes import NodeLog, NodePlan, VehicleNode, alone, play, read_log
+from missions.nodes import NodeLog, NodePlan, VehicleNode, alone, read_log
 from missions.runs.assembly import assemble, channel_of
 from missions.runs.setup import Setup, resolved
 from missions.scenarios import Scenario, load
 from remoras.fleet import Fleet
 
-KEY = "00112233445566778899aabbccddeeff"
 NAMES = ("ASV00", "AUV00")
+KEY = "00112233445566778899aabbccddeeff"
 RESTART = "fault=[{kind='restarts', vehicle='AUV01', at_s=60, until_s=90, memory='lost'}]"
 CLOCKS = "communication.clocks={offset_s=0.1, drift_ppm=50.0}"
 
@@ -115,29 +114,12 @@ def test_no_table_depends_on_the_bytes_of_packets(key_file: Path) -> None:
     assert repr(tables[0]) == repr(tables[1])
 
 
-def test_without_a_key_nothing_of_it_is_made(monkeypatch: pytest.MonkeyPatch) -> None:
-    def never(*args: object) -> None:
-        raise AssertionError
-
-    monkeypatch.setattr(import_module("missions.runs.assembly"), "renewed", never)
-    monkeypatch.setattr(import_module("missions.nodes.alone"), "renewed", never)
-    monkeypatch.setattr("exchange.wire.sealing.secrets.token_bytes", never)
-    plain = load("mapping-rendezvous", [("--set", "scenario.duration_s=30")])
-    assemble(resolved(plain), 1).run()
-    assert alone(NodePlan.of(plain, "AUV00", 1, None, 10.0)).salt is None
-
-
 @pytest.mark.parametrize("mode", [0o644, 0o640, 0o604, 0o660])
 def test_a_key_file_that_others_may_use_is_refused_with_its_remedy(key_file: Path, mode: int) -> None:
     key_file.chmod(mode)
     with pytest.raises(ConfigurationError, match=f"open to others .mode {mode:03o}.: chmod 600 .*fleet.key") as raised:
         scenario(key_file)
     assert KEY not in str(raised.value)
-
-
-def test_a_folder_is_no_key_file(tmp_path: Path) -> None:
-    with pytest.raises(ConfigurationError, match="cannot be read: Is a directory"):
-        scenario(tmp_path)
 
 
 # Vehicles in processes of their own ---------------------------------------------------------------
@@ -157,13 +139,6 @@ def dive(given: list[NodePlan], out: Path) -> list[VehicleNode]:
     for node in nodes:
         node.run()
     return nodes
-
-
-def test_processes_know_the_same_and_their_logs_repeat_them(key_file: Path, tmp_path: Path) -> None:
-    nodes = dive(plans(key_file), tmp_path / "one")
-    assert len({node.outcome().state_hash for node in nodes}) == 1
-    assert [node.outcome().packets_refused for node in nodes] == [0, 0]
-    assert [play(read_log(tmp_path / "one" / f"{name}.jsonl")).difference for name in NAMES] == ["", ""]
 
 
 def test_two_dives_share_no_nonce_and_nothing_of_the_first_is_taken_in_the_second(

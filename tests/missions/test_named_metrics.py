@@ -11,7 +11,7 @@ import pytest
 from sweeping import Serial, environment, study_text, written
 
 import remoras
-from missions.errors import ConfigurationError, MissionsError, OutputError, StudyChangedError
+from missions.errors import ConfigurationError, OutputError, StudyChangedError
 from missions.sweeps import load_study
 from missions.sweeps.driver import sweep
 from missions.sweeps.folder import SweepResults
@@ -81,24 +81,6 @@ def test_a_metric_gives_the_same_in_memory_of_a_folder_and_in_the_summary(own: P
     assert run.metric(named) == read.metric(named) == run.summary["last_s"] == read.summary["last_s"] == 4020.0
 
 
-def test_results_can_be_read_where_the_file_of_a_metric_is_not(own: Path, tmp_path: Path) -> None:
-    run = remoras.run("mapping-rendezvous", set={**FACTS, "scenario.metrics": [f"{own}:HANDED"]})
-    manifest = run.save(tmp_path / "run") / "manifest.json"
-    manifest.write_text(manifest.read_text(encoding="utf-8").replace(own.stem, "nowhere_at_all"), encoding="utf-8")
-    read = remoras.open(tmp_path / "run")
-    assert isinstance(read, remoras.Run)
-    assert read.scenario.scenario.metrics == ()
-    assert read.summary["n_assigned"] == run.summary["n_assigned"]
-
-
-def test_a_metric_leaves_the_run_as_it_is(own: Path) -> None:
-    """Nor is a run taken for one that may draw unseen: what is asked when it is over draws nothing in it."""
-    without = remoras.run("mapping-rendezvous", set=FACTS).summary
-    with_own = dict(remoras.run("mapping-rendezvous", set={**FACTS, "scenario.metrics": [f"{own}:HANDED"]}).summary)
-    assert with_own.pop("n_assigned") > 0
-    assert {**with_own, "run_id": ""} == {**without, "run_id": ""}
-
-
 # In a sweep --------------------------------------------------------------------------------------
 
 
@@ -121,25 +103,6 @@ def test_a_finished_sweep_is_asked_of_its_kept_tables(own: Path, tmp_path: Path)
     found = remoras.compare(tmp_path / "out", f"{own}:HANDED", f"{own}:LAST", "n_bytes")
     assert found.set_index("metric")["n"].to_dict() == {"n_assigned": 1, "last_s": 1, "n_bytes": 2}
     assert found.set_index("metric")["mean"]["last_s"] == 4020.0
-
-
-def test_a_metric_that_the_study_has_may_be_named_again(own: Path, tmp_path: Path) -> None:
-    made(study_of(tmp_path, f"{own}:HANDED"), tmp_path / "out")
-    assert remoras.compare(tmp_path / "out", f"{own}:HANDED")["n"].to_list() == [2]
-
-
-def test_a_metric_may_be_named_twice_and_two_of_one_name_may_not(own: Path, tmp_path: Path) -> None:
-    results = made(study_of(tmp_path, "n_bytes"), tmp_path / "out")
-    named = f"{own}:HANDED"
-    once, _ = results.naming([named, named])
-    again, names = once.naming([named, f"{own.stem}:HANDED", "n_bytes"])
-    assert names == ("n_assigned", "n_assigned", "n_bytes")
-    assert again.metrics == once.metrics
-    other = remoras.Metric("n_assigned", "", remoras.Better.HIGHER, "other", lambda run: 1)
-    with pytest.raises(OutputError, match="n_assigned: there is another field of that name"):
-        once.naming([other])
-    with pytest.raises(OutputError, match="n_assigned: there is another field of that name"):
-        results.naming([named, other])
 
 
 def test_a_sweep_without_tables_says_what_to_do(own: Path, tmp_path: Path) -> None:
@@ -182,28 +145,6 @@ def test_a_study_refuses_what_is_no_metric_in_one_line(own: Path, tmp_path: Path
     assert WRONG[name] in line
 
 
-@pytest.mark.parametrize("name", WRONG)
-def test_a_scenario_refuses_it_too(own: Path, name: str) -> None:
-    with pytest.raises(ConfigurationError) as raised:
-        remoras.run("mapping-rendezvous", set={**FACTS, "scenario.metrics": [f"{own}:{name}"]})
-    (line,) = str(raised.value).splitlines()
-    assert f"{own.stem}:{name}" in line
-    assert WRONG[name] in line
-
-
-@pytest.mark.parametrize(
-    ("given", "said"),
-    [
-        ("nowhere.py:HANDED", r"study.metrics = \"nowhere.py:HANDED\": no such file: .*nowhere.py"),
-        ("nowhere.py", "names a file and no object in it; allowed: nowhere.py:OBJECT"),
-        ("no.such.module:HANDED", "package.module:object that can be imported"),
-    ],
-)
-def test_a_file_that_is_not_there_is_told(tmp_path: Path, given: str, said: str) -> None:
-    with pytest.raises(ConfigurationError, match=said):
-        load_study(str(study_of(tmp_path, given)))
-
-
 @pytest.mark.parametrize(("name", "said"), [("RAISES", "raised ZeroDivisionError"), ("TEXT", "it gave str")])
 def test_a_metric_that_fails_is_named_with_its_run(own: Path, tmp_path: Path, name: str, said: str) -> None:
     made(study_of(tmp_path, "n_bytes"), tmp_path / "out")
@@ -211,38 +152,3 @@ def test_a_metric_that_fails_is_named_with_its_run(own: Path, tmp_path: Path, na
         remoras.compare(tmp_path / "out", f"{own}:{name}")
     with pytest.raises(PluginError, match=said):
         remoras.run("mapping-rendezvous", set={**FACTS, "scenario.metrics": [f"{own}:{name}"]}).summary  # noqa: B018
-
-
-@pytest.mark.parametrize("name", ["TAKEN", "RAISES", "TIMES", "NOWHERE"])
-def test_nothing_but_errors_of_ours_leaves_a_comparison(own: Path, tmp_path: Path, name: str) -> None:
-    made(study_of(tmp_path, "n_bytes"), tmp_path / "out")
-    with pytest.raises((MissionsError, PluginError), match=name):
-        remoras.compare(tmp_path / "out", f"{own}:{name}")
-
-
-# Figures ---------------------------------------------------------------------------------------------
-
-
-def test_a_figure_and_a_metric_of_two_authors_work_together(own: Path, tmp_path: Path) -> None:
-    other = tmp_path / f"figures_of_mine_{next(COUNTER)}.py"
-    other.write_text(OWN, encoding="utf-8")
-    run = remoras.run("mapping-rendezvous", set={**FACTS, "scenario.metrics": [f"{own}:HANDED"]})
-    read = remoras.open(run.save(tmp_path / "run"))
-    assert isinstance(read, remoras.Run)
-    for one in (run, read):
-        drawn: Any = one.plot(f"{other}:TIMES")
-        assert drawn.caption.startswith("Times. Drawn by somebody else.")
-
-
-@pytest.mark.parametrize(
-    ("name", "said"),
-    [
-        ("HANDED", "it is a Metric; expected a remoras.Figure, Layer or Mark"),
-        ("draw", "it is a function; expected"),
-        ("NOWHERE", "has no attribute 'NOWHERE'"),
-    ],
-)
-def test_what_is_no_figure_is_refused_by_name(own: Path, name: str, said: str) -> None:
-    run = remoras.run("mapping-rendezvous", set=FACTS)
-    with pytest.raises(PluginError, match=rf"figure '.*{name}': .*{said}"):
-        run.plot(f"{own}:{name}")

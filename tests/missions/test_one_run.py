@@ -1,6 +1,5 @@
 """n counts what was drawn: repeats of a run in which nothing was are one run, made once and tested against nothing."""
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -8,14 +7,12 @@ import pytest
 from sweeping import Serial, study_text, written
 from typer.testing import CliRunner
 
-from exchange.acoustics import loss
 from missions.comparison.baseline import compare
 from missions.comparison.ranking import ranks
 from missions.comparison.treatments import RunOutcome, is_one_run
-from missions.runs.root import Root
 from missions.runs.run import run
 from missions.scenarios import load
-from missions.sweeps.driver import estimate, sweep
+from missions.sweeps.driver import sweep
 from missions.sweeps.folder import SweepResults
 from missions.sweeps.study import load_study
 from remoras.cli import app
@@ -25,14 +22,6 @@ SHORT = ("scenario.duration_s=60",)
 
 def drawn(*settings: str) -> bool | None:
     return run(load("mapping-rendezvous", [("--set", one) for one in (*SHORT, *settings)])).drawn
-
-
-def test_a_draw_leaves_its_mark_and_is_the_same() -> None:
-    root = Root(7)
-    assert not root.is_drawn_from
-    assert loss.uniform(root, 0, 1, 2, 3) == loss.uniform(7, 0, 1, 2, 3)
-    assert root.is_drawn_from
-    assert json.dumps({"seed": root}) == '{"seed": 7}'
 
 
 @pytest.mark.parametrize(
@@ -49,30 +38,6 @@ def test_a_draw_leaves_its_mark_and_is_the_same() -> None:
 )
 def test_a_run_knows_whether_anything_was_drawn_in_it(settings: tuple[str, ...], expected: bool) -> None:
     assert drawn(*settings) is expected
-
-
-@pytest.mark.parametrize(
-    ("when", "expected"),
-    [("at_s = 30.0", False), ("at_s = [10.0, 50.0]", True), ("rate_per_h = 0.001", True)],
-)
-def test_a_fault_counts_as_drawn_if_it_is(tmp_path: Path, when: str, expected: bool) -> None:
-    path = tmp_path / "one.toml"
-    base = CliRunner().invoke(app, ["new", "scenario", "--example"]).stdout
-    del base
-    from missions.files import SCENARIO, shipped
-
-    text = Path(shipped()["mapping-rendezvous"]).read_text(encoding="utf-8")
-    path.write_text(f'{text}\n[[fault]]\nvehicle = "AUV01"\nkind = "deaf"\n{when}\n', encoding="utf-8")
-    assert SCENARIO
-    assert run(load(str(path), [("--set", one) for one in SHORT])).drawn is expected
-
-
-def test_two_seeds_of_a_run_without_draws_end_alike() -> None:
-    """What the mark says, held against what it means."""
-    one, other = (run(load("mapping-rendezvous", [("--set", SHORT[0])]), seed) for seed in (1, 2))
-    assert one.drawn is False
-    assert one.recorder.trajectories == other.recorder.trajectories
-    assert one.recorder.packets == other.recorder.packets
 
 
 def swept(tmp_path: Path, repeats: int = 9) -> SweepResults:
@@ -99,12 +64,6 @@ def test_a_run_without_draws_is_made_once_and_compared_without_chance(tmp_path: 
     assert all(rank.deterministic for rank in of_column)
     text = CliRunner().invoke(app, ["compare", str(tmp_path / "out"), "--metric", "n_bytes"]).stdout
     assert "deterministic, n = 1" in text
-
-
-def test_a_dry_run_says_what_is_made_once(tmp_path: Path) -> None:
-    study = load_study(str(written(tmp_path, study_text(repeats=9, per="[0.0, 0.4]"))))
-    guess = estimate(study, 1)
-    assert (guess.planned, guess.deterministic) == (20, 2)
 
 
 def outcome(seed: int, drawn: Any, **more: Any) -> RunOutcome:

@@ -4,9 +4,8 @@ import re
 
 import outside_policies
 import pytest
-from typer.testing import CliRunner
 
-from exchange.study.study import ExchangeStudy, run
+from exchange.study.study import ExchangeStudy
 from missions.errors import ConfigurationError
 from missions.scenarios.loading import load
 from missions.scenarios.policy import policy_of
@@ -28,30 +27,6 @@ def test_a_mission_runs_under_a_policy_from_outside() -> None:
     assert len(packets) > 40
     assert max(packet[5] for packet in packets if packet[0] // 4 % 2 == 0) == 3
     assert max(packet[5] for packet in packets if packet[0] // 4 % 2 == 1) == 0
-
-
-@pytest.mark.slow
-def test_a_study_takes_a_policy_from_outside_beside_shipped_ones() -> None:
-    """Fewer acknowledgements, later ends: its origin knows later than under ACK-repeat, from the same losses."""
-    study = ExchangeStudy(nodes=3, per=(0.3,), policies=("ack-repeat", outside_policies.SPARSE), trials=200)
-    shipped, sparse = run(study)
-    assert [row.policy for row in (shipped, sparse)] == ["ack-repeat", "sparse-repeat"]
-    assert (sparse.acknowledgement, sparse.repeats, sparse.header_bits) == ("sparse", True, 2)
-    assert sparse.false_beliefs == 0
-    assert sparse.source_acked_slots is not None
-    assert shipped.source_acked_slots is not None
-    assert sparse.source_acked_slots.mean > shipped.source_acked_slots.mean
-
-
-@pytest.mark.slow
-def test_the_command_takes_a_policy_from_outside() -> None:
-    import remoras.cli.exchange  # noqa: F401  # gives the command its name
-    from remoras.cli.app import app
-
-    arguments = ["exchange-study", "--policies", f"ack,{SPARSE}", "--nodes", "3", "--per", "0.3", "--trials", "5"]
-    done = CliRunner().invoke(app, arguments)
-    assert done.exit_code == 0, done.output
-    assert "sparse-repeat" in done.output
 
 
 @pytest.mark.parametrize(

@@ -25,14 +25,6 @@ def test_all_configurations_of_a_repeat_share_their_seed(tmp_path: Path) -> None
     assert len({task.seed for task in tasks}) == 4
 
 
-def test_a_key_depends_on_configuration_and_seed_alone(tmp_path: Path) -> None:
-    keys = {task.key for task in plan_of(tmp_path, study_text()).missing({})}
-    longer = {task.key for task in plan_of(tmp_path, study_text(repeats=6)).missing({})}
-    other_loss = {task.key for task in plan_of(tmp_path, study_text(per="[0.2, 0.3]")).missing({})}
-    assert keys < longer
-    assert not keys & other_loss
-
-
 def test_the_replay_command_names_everything(tmp_path: Path) -> None:
     task = next(plan_of(tmp_path, study_text()).missing({}))
     assert task.replay == (
@@ -72,10 +64,6 @@ def test_runs_that_never_got_there_count_in_a_rule_with_their_duration(tmp_path:
     schedule = plan_of(tmp_path, study_text(per="[0.1]", extra=rule)).schedule
     summaries = {schedule.key(0, repeat): {"time_to_95_s": None} for repeat in range(3)}
     assert schedule.repeats(0, summaries) == 3
-
-
-def test_failed_runs_count_as_repeats() -> None:
-    assert repeats_needed(RULE, [None] * 10) == 10
 
 
 @given(st.lists(st.floats(0.0, 20.0), min_size=10, max_size=10))

@@ -41,12 +41,3 @@ def test_a_key_changes_nothing_but_bytes_and_is_written_nowhere(tmp_path: Path) 
 def test_what_cannot_protect_is_refused_in_one_line(setting: str, why: str) -> None:
     with pytest.raises(ConfigurationError, match=why):
         scenario(setting)
-
-
-def test_a_key_is_looked_for_beside_its_scenario(tmp_path: Path) -> None:
-    (tmp_path / "fleet.key").write_text(KEY)
-    (tmp_path / "fleet.key").chmod(0o600)
-    whole = manifest(run(scenario()))["scenario"]
-    file = tmp_path / "mine.toml"
-    file.write_text(whole.replace("[communication]", '[communication]\nkey_file = "fleet.key"'))
-    assert load(str(file)).communication.key_file == str(tmp_path / "fleet.key")

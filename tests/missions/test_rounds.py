@@ -6,10 +6,8 @@ import random
 
 import pytest
 
-from missions.benchmark.running import Contest
-from missions.benchmark.suite import suite_named
 from missions.mapping.rounds import rounds
-from missions.rounds import MOST_JOBS, Rounder, Rounds, least_time_s, shortest_m
+from missions.rounds import MOST_JOBS, Rounder, Rounds, least_time_s
 from missions.runs.assembly import actual
 from missions.runs.run import run
 from missions.runs.setup import resolved
@@ -79,17 +77,6 @@ def test_the_search_is_as_good_as_all_divisions_and_orders(part: int) -> None:
         assert least_time_s(found) == pytest.approx(by_brute_force(found), rel=1e-12)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("n_vehicles", [1, 2, 3])
-def test_it_is_with_eight_jobs_too(n_vehicles: int) -> None:
-    found = drawn(random.Random(8), 8, n_vehicles)
-    assert least_time_s(found) == pytest.approx(by_brute_force(found), rel=1e-12)
-
-
-def test_a_job_between_two_others_is_crossed_for_nothing() -> None:
-    assert shortest_m([[0.0, 0.0, 90.0], [0.0, 0.0, 0.0], [90.0, 0.0, 0.0]])[0, 2] == 0.0
-
-
 def test_more_vehicles_less_work_and_greater_speeds_take_no_more_time() -> None:
     draws = random.Random(5)
     for _ in range(20):
@@ -113,16 +100,3 @@ def test_the_bound_of_a_ground_is_below_what_an_oracle_takes_and_not_far(ground:
     least_s, taken_s = least_time_s(rounds(setup.scenario, fleet)), run(setup.scenario, 3).end_s
     assert 0.7 * taken_s < least_s <= taken_s
     assert least_time_s(rounds(setup.scenario, fleet, meets=False)) <= least_s
-
-
-@pytest.mark.slow
-def test_a_vehicle_that_is_lost_late_need_not_come_to_the_meeting() -> None:
-    suite = suite_named("fathom-1")
-    contest = Contest.of(suite, ["oracle"], 1)
-    bounds = {}
-    for at_s in (600.0, 1600.0):
-        scenario = contest.study.configurations[0].scenario
-        fault = load("mapping-patches", [("", f'fault=[{{vehicle="any", kind="lost", at_s={at_s}}}]')]).fault
-        bounds[at_s] = contest._bounds.bound_s(0, scenario.model_copy(update={"fault": fault}), 1)
-    least_s = contest._bounds.bound_s(0, contest.study.configurations[0].scenario, 1)
-    assert bounds[1600.0] < bounds[600.0] == least_s

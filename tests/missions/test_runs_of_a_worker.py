@@ -1,15 +1,10 @@
 """A worker makes many runs of a scenario from one setup: each is the run that it would be alone."""
 
-import sys
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
-from small_mission import SMALL
 
-from missions.document import Document
 from missions.scenarios import Scenario, load
-from missions.scenarios.loading import scenario_from
 from missions.sweeps import worker
 from missions.sweeps.plan import RunTask
 from missions.sweeps.worker import run_task
@@ -64,61 +59,3 @@ def test_runs_that_share_a_setup_are_those_made_alone(name: str, duration_s: flo
     assert [result(task(copy, seed)) for copy, seed in zip(copies, seeds, strict=True)] == expected
     assert worker._first.cache_info().hits == 2
     assert expected[0] == expected[2] != expected[1]
-
-
-def test_many_runs_are_resolved_once(monkeypatch: pytest.MonkeyPatch):
-    made: list[float] = []
-    resolved = worker.resolved
-
-    def counted(scenario: Scenario) -> object:
-        made.append(scenario.channel.per)  # type: ignore[attr-defined]
-        return resolved(scenario)
-
-    monkeypatch.setattr(worker, "resolved", counted)
-    settings = [[("--set", "scenario.duration_s=10"), ("--set", f"channel.per={per}")] for per in (0.1, 0.2)]
-    scenarios = [load("mapping-rendezvous", each) for each in settings]
-    for seed in range(4):
-        for scenario in scenarios:
-            result(task(scenario, seed))
-    assert made == [0.1, 0.2]
-
-
-def test_a_number_and_a_truth_value_that_are_equal_are_two_scenarios(monkeypatch: pytest.MonkeyPatch):
-    scenario = load("mapping-rendezvous", [("--set", "scenario.duration_s=10")])
-    others = [
-        scenario.model_copy(update={"strategy": scenario.strategy.model_copy(update={"parameters": {"x": value}})})
-        for value in (1, 1.0, True)
-    ]
-    assert len({worker._Common.of(other).content for other in others}) == 3
-
-
-COUNTING = """
-from missions.mapping import MappingMission
-
-class Counting(MappingMission):
-    n_worlds, all_numbers = 0, []
-
-    def world(self, seed):
-        self.n_worlds += 1
-        self.all_numbers.append(self.n_worlds)
-        return super().world(seed)
-"""
-
-
-def test_a_mission_of_a_users_own_is_made_for_each_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    (tmp_path / "counting_mission.py").write_text(COUNTING)
-    monkeypatch.syspath_prepend(tmp_path)
-    text = SMALL.replace("missions.mapping:MappingMission", "counting_mission:Counting").replace("1200.0", "20.0")
-    scenario = scenario_from(Document.of_text(text, "pond.toml"))
-    numbers: list[int] = sys.modules["counting_mission"].Counting.all_numbers
-
-    def of_two_runs() -> list[int]:
-        numbers.clear()
-        for seed in (1, 2):
-            result(task(scenario, seed))
-        return numbers
-
-    assert of_two_runs().count(1) == 2
-    worker._first.cache_clear()
-    monkeypatch.setattr(worker, "references", lambda _: frozenset())  # taken for one of ours it is shared
-    assert of_two_runs().count(1) == 1

@@ -6,18 +6,14 @@ from pathlib import Path
 from statistics import median
 
 import pytest
-from cli.invoked import remoras
 from small_mission import SMALL, line_of
 
 from missions.errors import ConfigurationError, ConfigurationFault
-from missions.features.current import GuidanceInCurrent
-from missions.features.navigation import Adrift
 from missions.mapping import MappingMission
 from missions.runs.run import Run
 from missions.runs.run import run as run_scenario
 from missions.runs.summary import summary
 from missions.scenarios import load
-from remoras.current import through_water
 
 
 def finished(*settings: str, seed: int = 1) -> Run:
@@ -43,41 +39,6 @@ def test_a_current_as_fast_as_a_vehicle_is_refused_with_line_and_what_is_allowed
     assert fault.allowed.endswith("allowed: less than 1.5 m/s, its survey_speed_mps")
     [fault] = faults_of(tmp_path, "[uncertainty]\nspeed_spread = 0.1\n[current]\neast_mps = 1.4\n")
     assert fault.allowed.endswith("less than 1.35 m/s, its survey_speed_mps less the uncertainty.speed_spread of 0.1")
-
-
-@pytest.mark.parametrize(
-    ("given", "says"),
-    [
-        ("east_mps = 9.0", "less than or equal to 5"),
-        ("shear_depth_m = 0.0", "greater than 0"),
-        ("tide_period_h = -1.0", "greater than 0"),
-        ("tide_phase = 1.5", "less than or equal to 1"),
-        ("west_mps = 1.0", "did you mean 'east_mps'"),
-        ('north_mps = "strong"', "number"),
-    ],
-)
-def test_currents_that_are_none_are_refused(tmp_path: Path, given: str, says: str) -> None:
-    faults = faults_of(tmp_path, f"[current]\n{given}\n")
-    assert any(says in fault.allowed for fault in faults)
-    assert all(fault.line == 2 for fault in faults)
-
-
-def test_water_that_stands_changes_nothing() -> None:
-    short = "scenario.duration_s=300"
-    plain = finished(short)
-    still = finished(short, "current.east_mps=0.0", "current.tide_period_h=12.42", "current.shear_depth_m=50.0")
-    assert still.recorder.trajectories == plain.recorder.trajectories
-    assert finished(short, "current.east_mps=0.1").recorder.trajectories != plain.recorder.trajectories
-
-
-@pytest.mark.slow
-def test_the_mission_completes_in_a_current_and_takes_more_energy() -> None:
-    """0.5 m/s to the north; rows of the survey lie east and west, and are passed at the same speed over ground."""
-    against = finished("current.north_mps=0.5")
-    found = summary(against)
-    assert found["completed"]
-    assert found["conflicts"] == 0
-    assert found["energy_j"] > summary(finished())["energy_j"]
 
 
 def over_ground_mps(run: Run) -> dict[str, float]:
@@ -107,28 +68,6 @@ def test_no_cell_is_covered_faster_over_ground_than_the_sensor_may(current: tupl
     assert max(fastest_mps.values()) <= 2.0 + 1e-5
 
 
-@pytest.mark.slow
-def test_without_speed_over_ground_rows_against_the_current_take_for_good(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The survey speed is hardly more than the current, so that the way made good is next to none."""
-    settings = ("scenario.duration_s=4000", *IN_A_CURRENT)
-    assert summary(finished(*settings))["completed"]
-    monkeypatch.setattr(
-        GuidanceInCurrent,
-        "_through_water",
-        lambda self, course, speed_mps: (through_water(course, speed_mps, self.flow_mps), speed_mps),
-    )
-    assert summary(finished(*settings))["coverage_fraction"] < 0.9
-
-
-def test_a_vehicle_that_makes_no_way_says_so_and_blames_no_sensor() -> None:
-    """All are as fast as the current but for a hair: nobody gets to an area, and all sensors work."""
-    fast = [f"vehicle.{n}.{kind}_speed_mps=1.3" for n in ("AUV00", "AUV01", "AUV02") for kind in ("transit", "survey")]
-    run = finished("uncertainty.speed_spread=0", "scenario.duration_s=900", "current.north_mps=-1.2999", *fast)
-    cannot = {row[1] for row in run.recorder.faults if row[2] == "cannot"}
-    assert cannot == {"AUV00", "AUV01", "AUV02"}
-    assert not [row for row in run.recorder.items if row[5] == "sensorsWork"]
-
-
 def test_water_carries_vehicles_where_its_table_says() -> None:
     """East is where x grows, north where y does: what is made good over ground less what heading and speed make."""
     run = finished("scenario.duration_s=60", "current.east_mps=0.3", "current.north_mps=-0.2")
@@ -139,17 +78,6 @@ def test_water_carries_vehicles_where_its_table_says() -> None:
         east_mps, north_mps = (x_m - from_x_m) / dt_s, (y_m - from_y_m) / dt_s
         drifts_mps.append((east_mps - speed_mps * math.cos(heading_rad), north_mps - speed_mps * math.sin(heading_rad)))
     assert [median(part) for part in zip(*drifts_mps, strict=True)] == pytest.approx([0.3, -0.2], abs=1e-3)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["AUV00", "AUV01", "AUV02"])
-def test_another_one_does_what_a_vehicle_does_not_get_to(name: str) -> None:
-    """Whichever it is that is hardly faster than the water."""
-    slow = [f"vehicle.{name}.{kind}_speed_mps=1.3" for kind in ("transit", "survey")]
-    run = finished("uncertainty.speed_spread=0", "scenario.duration_s=4000", "current.north_mps=-1.2999", *slow)
-    assert {row[1] for row in run.recorder.faults if row[2] == "cannot"} == {name}
-    assert name not in {row[1] for row in run.recorder.rows("coverage")}
-    assert summary(run)["coverage_fraction"] == 1.0
 
 
 # Navigation ---------------------------------------------------------------------------------------
@@ -181,11 +109,6 @@ def covered(run: Run) -> set[str]:
     return {f"{area}{float(index)}" for area, index in (cells[row[2], row[3]] for row in run.recorder.rows("coverage"))}
 
 
-def without_fixes(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nobody asks how exactly it has to know its place."""
-    monkeypatch.setattr(Adrift, "ask", lambda self, guides: None)
-
-
 LONG = ("navigation.drift=0.02", "scenario.duration_s=4000")
 
 
@@ -208,24 +131,6 @@ def test_vehicles_that_err_learn_where_they_are_in_time() -> None:
     assert mapped <= deep
 
 
-@pytest.mark.thorough
-def test_without_fixes_the_mission_does_not_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    without_fixes(monkeypatch)
-    run = finished(*LONG)
-    assert not run.completed
-    assert summary(run)["n_fixes"] == 0
-    assert believed(run) <= covered(run)
-
-
-@pytest.mark.slow
-def test_who_claims_all_below_the_place_it_believes_in_claims_too_much(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Without the bound cells count as mapped that nobody covered."""
-    without_fixes(monkeypatch)
-    monkeypatch.setattr(Adrift, "posed", lambda self, pose: pose._replace(error_m=self.navigation.error_m))
-    run = finished(*LONG)
-    assert len(believed(run) - covered(run)) > 15
-
-
 def test_near_a_beacon_nobody_has_to_go_up_to_meet() -> None:
     with_beacon = finished("navigation.drift=0.01", "scenario.duration_s=3000", RALLY)
     late = [error_m for time_s, error_m in errors_m(with_beacon, "AUV01") if time_s > with_beacon.end_s - 60.0]
@@ -233,32 +138,6 @@ def test_near_a_beacon_nobody_has_to_go_up_to_meet() -> None:
     assert late
     assert max(late) < 5.0  # a position is told as of the tick before, up to 2.57 m ago
     assert max(error_m for _, error_m in errors_m(with_beacon, "ASV00")) < 5.0  # it is at the surface
-
-
-@pytest.mark.slow
-def test_less_drift_is_not_slower() -> None:
-    """Means over three seeds."""
-    drifts = (0.002, 0.01, 0.03)
-    means_s = [sum(finished(f"navigation.drift={drift}", seed=seed).end_s for seed in (1, 2, 3)) for drift in drifts]
-    assert means_s == sorted(means_s)
-
-
-@pytest.mark.slow
-def test_where_nothing_can_be_known_the_fleet_gives_up() -> None:
-    """A swath of 2 m leaves nothing of its half beside the metre within which a point counts as reached."""
-    areas = [f"area.{name}.corners_m={_square(*at_m)}" for name, at_m in SQUARES.items()]
-    sensors = [f"vehicle.AUV0{n}.sensor=[{{swath_m=2.0,speed_limit_mps=2.0}}]" for n in range(3)]
-    run = finished("navigation.drift=0.2", "world.cell_m=2", *areas, *sensors)
-    assert not run.completed
-    assert run.reason.startswith("together after")
-    assert {row[2] for row in run.recorder.faults} >= {"cannot"}
-
-
-SQUARES = {"middle": (100, 100), "left": (150, 100), "right": (100, 150)}
-
-
-def _square(x_m: int, y_m: int) -> list[list[int]]:
-    return [[x_m, y_m], [x_m, y_m + 20], [x_m + 20, y_m + 20], [x_m + 20, y_m]]
 
 
 def test_rows_overlap_where_cells_leave_no_room_for_error() -> None:
@@ -312,14 +191,3 @@ def test_draws_of_the_sea_are_those_of_the_seed_whatever_the_strategy() -> None:
     one, same, other = finished(*settings), finished(*settings), finished(*settings, seed=2)
     assert one.recorder.trajectories == same.recorder.trajectories
     assert one.recorder.trajectories != other.recorder.trajectories
-
-
-def test_a_study_varies_the_sea(tmp_path: Path) -> None:
-    """Two values of each of three keys: eight configurations."""
-    keys = ("current.north_mps", "navigation.drift", "uncertainty.p_miss")
-    grid = "\n".join(f'"{key}" = [0.0, 0.1]' for key in keys)
-    about = 'name = "sea"\nscenario = "mapping-rendezvous"\nstrategies = ["remoras"]\nrepeats = 1\nseed = 1'
-    (tmp_path / "sea.toml").write_text(f"[study]\n{about}\n\n[grid]\n{grid}\n", encoding="utf-8")
-    said = remoras("validate", tmp_path / "sea.toml")
-    assert said.exit_code == 0, said.output
-    assert "8 configurations" in said.output

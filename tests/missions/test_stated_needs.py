@@ -1,15 +1,11 @@
 """Needs that vehicles state, and vehicles that keep silent: from the scenario to what the others get to know."""
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
 
-import remoras
 from missions.errors import ConfigurationError
-from missions.features.need import NeedsInForce
-from missions.mapping.mission import MappingMission
 from missions.runs.assembly import assemble
 from missions.runs.run import run
 from missions.runs.setup import resolved
@@ -71,17 +67,6 @@ def test_a_need_agreed_before_the_mission_costs_no_bit_and_one_taken_back_ends(t
     assert 0 < cells(ending, 0) == cells(ending, 0, BEGINS_S + 10.0)
 
 
-@pytest.mark.parametrize("memory", ["kept", "lost"])
-def test_a_need_survives_a_restart_of_who_has_it_and_of_who_tells(tmp_path: Path, memory: str) -> None:
-    """AUV01 restarts after ASV00 has stated its need: it knows of it by its store, or hears of it anew."""
-    fault = f'\n[[fault]]\nvehicle = "AUV01"\nkind = "restarts"\nat_s = 130.0\nuntil_s = 135.0\nmemory = "{memory}"\n'
-    needed = NEED + f"from_s = {BEGINS_S}" + fault
-    fleet = fleet_of(scenario(tmp_path, needed, listed=["mappedCell"]))
-    needs = fleet.vehicles[2].radio.needs
-    assert isinstance(needs, NeedsInForce)
-    assert [(node, one.priority) for node, one in needs.stated] == [(0, 5)]
-
-
 def test_a_need_told_once_is_said_once_though_packets_are_lost(tmp_path: Path) -> None:
     """At PER 0.5, what is acknowledged is repeated; the cause taken out, what is not acknowledged is not."""
 
@@ -93,26 +78,6 @@ def test_a_need_told_once_is_said_once_though_packets_are_lost(tmp_path: Path) -
 
     assert most_said("acknowledged = false") == 1
     assert most_said("acknowledged = true") > 1
-
-
-def test_what_was_said_once_for_one_need_goes_to_a_later_one(tmp_path: Path) -> None:
-    """AUV01 needs cells said once; ASV00, which needs them later, has as many as if nobody had needed them before."""
-    later = NEED + f"from_s = {BEGINS_S}\n"
-    first = NEED.replace("ASV00", "AUV01") + f"acknowledged = false\nuntil_s = {BEGINS_S - 10.0}\n"
-    alone, behind = (
-        fleet_of(scenario(tmp_path, tables, "channel.per=0.3", listed=["mappedCell"]))
-        for tables in (later, first + later)
-    )
-    let_go = {row[4] for row in behind.recorder.rows("deliveries") if row[3] == "expired"}
-    assert "said once" in let_go
-    assert cells(behind, 0, BEGINS_S) == cells(alone, 0, BEGINS_S) > 0
-
-
-def test_what_is_older_than_the_time_to_live_expires_with_its_reason(tmp_path: Path) -> None:
-    fleet = fleet_of(scenario(tmp_path, NEED + "ttl_s = 15.0", "channel.per=0.8", listed=["mappedCell"]))
-    expired = [row for row in fleet.recorder.rows("deliveries") if row[4] == "time to live"]
-    assert expired
-    assert all(row[3] == "expired" and row[5] > 15.0 for row in expired)
 
 
 def test_the_summary_counts_what_expired_only_where_a_need_lets_it(tmp_path: Path) -> None:
@@ -131,45 +96,14 @@ def test_the_summary_counts_what_expired_only_where_a_need_lets_it(tmp_path: Pat
         (NEED + "ttl_s = 0.0", "need.1.ttl_s = 0.0: must be above 0: leave it out for no limit"),
         (NEED + "ttl_s = 10.0\nblackout_s = 20.0", "need.1.blackout_s = 20.0: must be below ttl_s = 10, else values"),
         (NEED + "queue_limit = 0", "need.1.queue_limit = 0: must be 1 or more: leave it out for no limit"),
-        (
-            NEED.replace("mappedCell", "position") + "ttl_s = 60.0",
-            "need.1.ttl_s = 60.0: limits nothing, for communication.needs",
-        ),
+        (NEED.replace("mappedCell", "position") + "ttl_s = 60.0",
+         "need.1.ttl_s = 60.0: limits nothing, for communication.needs"),
         (NEED + "from_s = 90.0\nuntil_s = 80.0", "need.1.until_s = 80.0: must be above from_s = 90"),
     ],
-)
+)  # fmt: skip
 def test_what_cannot_be_is_refused_in_a_line(tmp_path: Path, tables: str, message: str) -> None:
     with pytest.raises(ConfigurationError) as refused:
         scenario(tmp_path, tables)
     lines = str(refused.value).splitlines()
     assert any("scenario.toml" in line for line in lines)
     assert any(message in line for line in lines), lines
-
-
-def test_a_need_of_what_all_need_stands_when_its_scenario_is_read_again(tmp_path: Path) -> None:
-    """A manifest states terms that were left out: they limit nothing, and are no fault."""
-    made = remoras.run(scenario(tmp_path, NEED.replace("mappedCell", "position")))
-    made.save(tmp_path / "run")
-    kept = json.loads((tmp_path / "run" / "manifest.json").read_text(encoding="utf-8"))
-    (tmp_path / "again.toml").write_text(kept["scenario"], encoding="utf-8")
-    assert load(str(tmp_path / "again.toml")).need[0].blackout_s == 0.0
-
-
-def test_a_text_in_the_place_of_a_list_is_one_fault() -> None:
-    with pytest.raises(ConfigurationError) as refused:
-        load("mapping-rendezvous", [("--set", "communication.on_demand='position'")])
-    assert len(refused.value.faults) == 1
-
-
-@pytest.mark.parametrize("key", ["clocks.offset_s", "clocks.drift_ppm", "clocks.apart_s", "guard_s"])
-def test_times_beyond_all_sense_are_refused(key: str) -> None:
-    with pytest.raises(ConfigurationError, match=rf"communication.{key}\) = 1e\+300: input should be less than"):
-        load("mapping-rendezvous", [("--set", f"communication.{key}=1e300")])
-
-
-def test_a_scenario_without_needs_has_no_words_for_them() -> None:
-    shipped = load("mapping-rendezvous")
-    setup = resolved(shipped)
-    assert not any(one.name == "InformationNeed" for one in setup.tbox.classes)
-    assert isinstance(setup.mission, MappingMission)
-    assert "need" not in shipped.model_dump(mode="json")

@@ -52,18 +52,8 @@ def test_a_parameter_is_set_and_the_others_keep_their_defaults() -> None:
 @pytest.mark.parametrize(
     ("strategy", "setting", "given", "says"),
     [
-        (
-            "central",
-            "queu=3",
-            "3",
-            f"{OF_CENTRAL}; did you mean 'queue'",
-        ),
-        (
-            "central",
-            "bundle=3",
-            "3",
-            f"{OF_CENTRAL}$",
-        ),
+        ("central", "queu=3", "3", f"{OF_CENTRAL}; did you mean 'queue'"),
+        ("central", "bundle=3", "3", f"{OF_CENTRAL}$"),
         ("oracle", "queue=3", "3", "oracle has no parameters"),
         ("central", "queue=0", "0", "greater than or equal to 1"),
         ("central", "queue=65", "65", "less than or equal to 64"),
@@ -76,7 +66,7 @@ def test_a_parameter_is_set_and_the_others_keep_their_defaults() -> None:
         ("fixed-partition", "margin=inf", "Infinity", "less than or equal to 100"),
         ("fixed-partition", "margin=nan", "NaN", "greater than or equal to 0|less than"),
     ],
-)
+)  # fmt: skip
 def test_a_wrong_parameter_is_one_fault(strategy: str, setting: str, given: str, says: str) -> None:
     (fault,) = faults_of(f"strategy.name={strategy}", f"strategy.parameters.{setting}")
     assert fault.key == f"--set (strategy.parameters.{setting.partition('=')[0]})"
@@ -84,17 +74,8 @@ def test_a_wrong_parameter_is_one_fault(strategy: str, setting: str, given: str,
     assert re.search(says, fault.allowed)
 
 
-def test_two_wrong_parameters_are_two_faults() -> None:
-    wrong = ("strategy.parameters.queue=0", "strategy.parameters.acknowledge_rounds=0")
-    assert len(faults_of("strategy.name=central", *wrong)) == 2
-
-
 def test_of_an_object_that_is_no_strategy_it_is_said_what_is_missing() -> None:
     (fault,) = faults_of(f"strategy.name={__name__}:SPEECHLESS")
     assert fault.key == "--set (strategy.name)"
     assert fault.given == f'"{__name__}:SPEECHLESS"'
     assert fault.allowed == "a strategy: lacks declaration, negotiator of remoras.strategy.Strategy"
-
-
-def test_parameters_of_an_object_that_is_no_strategy_are_not_looked_at() -> None:
-    assert len(faults_of(f"strategy.name={__name__}:SPEECHLESS", "strategy.parameters.queue=3")) == 1

@@ -7,16 +7,6 @@ import pytest
 from missions.errors import ConfigurationError
 from missions.sweeps.study import load_study
 
-FOUR = """[study]
-name = "bad"
-scenario = "mapping-rendezvous"
-strategies = ["remora", "cbba"]
-repeats = 0
-metrics = ["speed"]
-[channel]
-name = "bernoulli"
-per = "x"
-"""
 MANY = """[study]
 scenario = "mapping-rendezvous"
 repeats = 2
@@ -58,21 +48,12 @@ def faults(tmp_path: Path, text: str) -> list[str]:
     return [f"{line} {key}" for line, key in told]
 
 
-def test_a_study_with_four_faults_names_four(tmp_path: Path) -> None:
-    assert faults(tmp_path, FOUR) == ["4 study.strategies", "5 study.repeats", "6 study.metrics", "9 channel.per"]
-
-
 def test_faults_of_every_table_are_told(tmp_path: Path) -> None:
     assert faults(tmp_path, MANY) == [
         "1 study.name", "4 study.strategies", "6 study.samples", "8 latin.decision.weight_external",
         "9 stopping.maximum", "9 stopping.half_width", "10 stopping.metric", "11 unforeseen.1.name",
         "12 unforeseen.1.nme",
     ]  # fmt: skip
-
-
-def test_the_rest_of_a_table_is_looked_at(tmp_path: Path) -> None:
-    text = FOUR + '[grid]\nmission.goal = []\ndecision.weight_external = [0.1, "b"]\n'
-    assert faults(tmp_path, text)[-2:] == ["11 grid.mission.goal", "12 grid.decision.weight_external"]
 
 
 @pytest.mark.parametrize(
@@ -93,17 +74,3 @@ def test_one_fault_is_told_as_one(tmp_path: Path, was: str, now: str, told: str)
     assert was in ONE
     found = faults(tmp_path, ONE.replace(was, now, 1))
     assert found == [told]
-
-
-def test_a_key_that_is_misspelt_is_missing_too(tmp_path: Path) -> None:
-    assert faults(tmp_path, ONE.replace("scenario =", "scenari =")) == ["2 study.scenario", "3 study.scenari"]
-
-
-def test_a_scenario_at_fault_is_told_after_the_study(tmp_path: Path) -> None:
-    (tmp_path / "own.toml").write_text('[scenario]\nname = "own"\n', encoding="utf-8")
-    text = ONE.replace("mapping-rendezvous", "own.toml")
-    file = tmp_path / "study.toml"
-    file.write_text(text, encoding="utf-8")
-    with pytest.raises(ConfigurationError, match=r"own\.toml"):
-        load_study(str(file))
-    assert faults(tmp_path, text.replace("repeats = 2", "repeats = 0")) == ["7 study.repeats"]

@@ -32,19 +32,6 @@ def test_the_design_is_the_product_of_its_parts(tmp_path: Path) -> None:
     assert all(c.scenario.scenario.duration_s == 20 for c in study.configurations)
 
 
-def test_settings_that_come_to_the_same_are_run_once(tmp_path: Path) -> None:
-    """1.0 and 1 are the same speed, whatever the file calls them."""
-    assert len(loaded(tmp_path, BASE + "[grid]\nscenario.tick_s = [1, 1.0]\n").configurations) == 1
-
-
-def test_vehicle_counts_come_from_scenarios(tmp_path: Path) -> None:
-    source = Path("missions/mapping/rendezvous.toml").read_text(encoding="utf-8")
-    extra = source[source.rindex("[[vehicle]]") :].replace('"AUV02"', '"AUV03"').replace("slot = 3", "slot = 4")
-    (tmp_path / "five.toml").write_text(source + extra, encoding="utf-8")
-    text = BASE.replace('"mapping-rendezvous"', '["mapping-rendezvous", "five.toml"]')
-    assert [len(c.scenario.vehicle) for c in loaded(tmp_path, text).configurations] == [4, 5]
-
-
 def test_a_latin_hypercube_meets_every_stratum_once_and_is_the_same_again(tmp_path: Path) -> None:
     text = BASE + 'sampling = "latin"\nsamples = 8\n[latin]\nchannel.per = [0.0, 0.8]\nmission.patience_s = [20, 100]\n'
     first, second = loaded(tmp_path, text), loaded(tmp_path, text)
@@ -109,13 +96,6 @@ def test_bad_input_is_named_with_its_place(tmp_path: Path, change: tuple[str, st
     assert expected in str(caught.value)
 
 
-def test_all_faults_come_at_once(tmp_path: Path) -> None:
-    text = study_text().replace('"mps-ack"', '"x"').replace("[0.1, 0.4]", "[0.1, 1.4]").replace('"remoras"]', '"y"]')
-    with pytest.raises(ConfigurationError) as caught:
-        loaded(tmp_path, text)
-    assert {fault.key for fault in caught.value.faults} == {"study.strategies", "study.policies", "channel.per"}
-
-
 def test_of_several_tables_the_one_at_fault_is_named(tmp_path: Path) -> None:
     second = '[[channel]]\nname = "bernoulli"\nper = [1.5]\n\n[set]'
     with pytest.raises(ConfigurationError, match=r"study.toml:17: channel.2.per = 1.5"):
@@ -125,23 +105,11 @@ def test_of_several_tables_the_one_at_fault_is_named(tmp_path: Path) -> None:
         loaded(tmp_path, BASE + points)
 
 
-def test_keys_may_be_written_in_tables_of_their_own_or_in_quotes(tmp_path: Path) -> None:
-    nested, quoted = "[set.scenario]\nduration_s = -1", '[set]\n"scenario.duration_s" = -1'
-    for text in (nested, quoted):
-        with pytest.raises(ConfigurationError, match=r"study.toml:8: set.scenario.duration_s = -1"):
-            loaded(tmp_path, BASE + "\n" + text)
-
-
 def test_a_single_channel_needs_no_list(tmp_path: Path) -> None:
     text = study_text().replace("[[channel]]", "[channel]")
     assert loaded(tmp_path, text).configurations == loaded(tmp_path, study_text()).configurations
     with pytest.raises(ConfigurationError, match=r"study.toml:13: channel.per = 1.4"):
         loaded(tmp_path, text.replace("[0.1, 0.4]", "[0.1, 1.4]"))
-
-
-def test_a_missing_study_is_named(tmp_path: Path) -> None:
-    with pytest.raises(ConfigurationError, match="no-such-study"):
-        load_study("no-such-study")
 
 
 @pytest.mark.slow

@@ -1,14 +1,11 @@
 """The folder of a sweep: nothing lost, nothing doubled, whatever the end of the file looks like."""
 
-import json
-import os
 from pathlib import Path
 
 import pytest
-from sweeping import outcome, study_text, written
+from sweeping import study_text, written
 
 from missions.errors import OutputError, StudyChangedError
-from missions.sweeps.code import code_digests
 from missions.sweeps.folder import SweepFolder, SweepResults
 from missions.sweeps.ledger import LEDGER
 from missions.sweeps.plan import SweepPlan
@@ -51,14 +48,6 @@ def test_status_leaves_a_torn_tail_alone(tmp_path: Path) -> None:
     (folder / LEDGER).write_bytes(content)
     assert SweepResults.read(folder).status().remaining == 6
     assert (folder / LEDGER).read_bytes() == content
-
-
-def test_a_run_is_logged_once(tmp_path: Path) -> None:
-    folder, plan = finished_log(tmp_path)
-    log = SweepFolder(folder, plan)
-    log.append(run_chunk(Needed.like_here(), list(plan.missing({}))[:3]))
-    log.close()
-    assert len((folder / LEDGER).read_text().splitlines()) == 3
 
 
 def test_a_broken_line_in_the_middle_is_named(tmp_path: Path) -> None:
@@ -109,54 +98,11 @@ def test_a_strategy_whose_file_has_changed_is_refused(tmp_path: Path, monkeypatc
         SweepFolder(tmp_path / "out", plan)
 
 
-def test_the_files_of_all_plug_ins_of_a_scenario_are_recorded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Wherever the reference stands; the program's own modules and texts that only look like one are left out."""
-    monkeypatch.syspath_prepend(tmp_path)
-    for name in ("own_channel_here", "own_sensor_here", "own_policy_here"):
-        (tmp_path / f"{name}.py").write_text(f"# {name}")
-    resolved = {
-        "scenario": {"title": "Note:this", "mission": "missions.mapping.mission:MappingRendezvous"},
-        "channel": {"name": "own_channel_here:Ping"},
-        "communication": {"policy": "own_policy_here:VARIANTS.short"},
-        "vehicle": [{"name": "AUV00", "sensor": [{"type": "own_sensor_here:Sonar"}]}, {"name": "12:30"}],
-        "mission": {"plugins": ["own_sensor_here:Other"], "site": "https://example.org", "count": 3},
-    }
-    found = code_digests([resolved, resolved])
-    assert list(found) == ["own_channel_here.py", "own_policy_here.py", "own_sensor_here.py"]
-    assert len(set(found.values())) == 3
-    (tmp_path / "own_channel_here.py").write_text("# changed")
-    again = code_digests([resolved])
-    assert [name for name in found if found[name] != again[name]] == ["own_channel_here.py"]
-
-
 def test_the_folder_of_a_run_is_not_taken_for_a_sweep(tmp_path: Path) -> None:
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "summary.json").write_text("{}")
     with pytest.raises(OutputError, match="holds the results of a single run"):
         SweepFolder(tmp_path / "out", plan_of(tmp_path))
-
-
-def test_a_changed_study_is_refused_and_the_change_shown(tmp_path: Path) -> None:
-    folder, _ = finished_log(tmp_path)
-    changed = plan_of(tmp_path, study_text(repeats=1))
-    with pytest.raises(StudyChangedError, match=r"\n  study.repeats: was 2, now 1"):
-        SweepFolder(folder, changed)
-    assert len(SweepResults.read(folder).lines) == 3
-
-
-def test_a_changed_scenario_is_refused_and_the_change_shown(tmp_path: Path) -> None:
-    scenario = Path("missions/mapping/rendezvous.toml").read_text(encoding="utf-8")
-    (tmp_path / "own.toml").write_text(scenario, encoding="utf-8")
-    text = study_text(repeats=2).replace("mapping-rendezvous", "own.toml")
-    SweepFolder(tmp_path / "out", plan_of(tmp_path, text)).close()
-    (tmp_path / "own.toml").write_text(scenario.replace("patience_s = 60.0", "patience_s = 61.0"), encoding="utf-8")
-    with pytest.raises(StudyChangedError, match=r"mission.patience_s: was 60.0, now 61.0"):
-        SweepFolder(tmp_path / "out", plan_of(tmp_path, text))
-
-
-def test_comments_and_order_are_no_change(tmp_path: Path) -> None:
-    folder, _ = finished_log(tmp_path)
-    SweepFolder(folder, plan_of(tmp_path, "# about losses\n" + study_text(repeats=2))).close()
 
 
 def test_starting_anew_sets_the_old_runs_aside(tmp_path: Path) -> None:
@@ -174,43 +120,3 @@ def test_two_sweeps_do_not_write_one_folder(tmp_path: Path) -> None:
     with pytest.raises(OutputError, match="another sweep is writing"):
         SweepFolder(tmp_path / "out", plan)
     log.close()
-
-
-def test_a_full_disk_is_named_and_leaves_the_ledger_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    folder, plan = finished_log(tmp_path)
-    log, before = SweepFolder(folder, plan), (folder / LEDGER).read_bytes()
-    more = run_chunk(Needed.like_here(), list(plan.missing(log.summaries))[:1])
-    full = OSError(28, "No space left on device")
-    write = os.write
-
-    def half(file: int, content: bytes) -> int:
-        if len(content) < 20:
-            raise full
-        return write(file, content[: len(content) // 2])  # type: ignore[no-any-return]
-
-    monkeypatch.setattr("missions.sweeps.ledger.os.write", half)
-    with pytest.raises(OutputError, match="No space left on device"):
-        log.append(more)
-    monkeypatch.undo()
-    assert (folder / LEDGER).read_bytes() == before
-    log.append(more)
-    assert len(log.lines) == 4
-    log.close()
-
-
-def test_the_run_table_has_the_columns_of_the_contract(tmp_path: Path) -> None:
-    folder, _ = finished_log(tmp_path)
-    runs = SweepResults.read(folder).runs()
-    names = list(runs.columns)
-    assert names[:2] == ["key", "repeat"]
-    assert {"channel.per", "strategy.name", "scenario.duration_s", "milestones", "mission_time_s"} < set(names)
-    assert names[-5:] == ["wall_s", "cpu_s", "host", "worker", "finished_at"]
-    assert list(runs.key) == sorted(runs.key)
-    assert outcome(folder)[1]["trajectories.parquet"]
-
-
-def test_the_ledger_is_read_by_anything(tmp_path: Path) -> None:
-    folder, _ = finished_log(tmp_path)
-    lines = [json.loads(line) for line in (folder / LEDGER).read_text().splitlines()]
-    assert {line["status"] for line in lines} == {"done"}
-    assert all(line["summary"]["false_beliefs"] == 0 for line in lines)

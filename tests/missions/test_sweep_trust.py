@@ -1,20 +1,17 @@
 """What the runs of a sweep are worth: which code made them, whether lines are theirs, and that they can be repeated."""
 
 import json
-import shutil
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
-from sweeping import HERE, ROOT, Serial, environment, outcome, study_text, written
+from sweeping import HERE, Serial, environment, study_text, written
 from typer.testing import CliRunner
 
 from missions.errors import OutputError, StudyChangedError
 from missions.sweeps import code
-from missions.sweeps.driver import Limits, PartlyDoneError, sweep
-from missions.sweeps.folder import STUDY, TABLES, SweepResults
+from missions.sweeps.driver import Limits, sweep
+from missions.sweeps.folder import STUDY, SweepResults
 from missions.sweeps.ledger import LEDGER
 from missions.sweeps.study import Study, load_study
 from missions.sweeps.worker import verify
@@ -50,31 +47,6 @@ def test_every_source_that_makes_runs_has_a_digest() -> None:
     assert not any(name.startswith(("remoras/cli", "visualisation", "tests")) for name in found)
 
 
-@pytest.mark.slow
-def test_a_study_is_refused_after_one_line_of_the_motion_has_changed(tmp_path: Path) -> None:
-    """And goes on if that is accepted: rows of both kinds are told apart."""
-    for package in ("worldmodel", "exchange", "remoras", "missions", "visualisation"):
-        shutil.copytree(ROOT / package, tmp_path / package, ignore=shutil.ignore_patterns("__pycache__"))
-    study = written(tmp_path, study_text(repeats=1, per="[0.1]"))
-
-    def called(*options: str) -> "subprocess.CompletedProcess[str]":
-        program = [sys.executable, "-c", "from remoras.cli import main; main()", "sweep", str(study), "--out", "out"]
-        path = {**environment(), "PYTHONPATH": str(tmp_path)}
-        return subprocess.run([*program, *options], cwd=tmp_path, env=path, capture_output=True, text=True, check=False)
-
-    assert called("--jobs", "1").returncode == 0
-    source = tmp_path / "remoras" / "motion.py"
-    source.write_text(source.read_text() + "\n# one line more\n")
-    study.write_text(study_text(repeats=2, per="[0.1]"))
-    refused = called("--jobs", "1")
-    assert refused.returncode == 2
-    assert "code.remoras/motion.py: was" in refused.stderr
-    assert "--accept-code" in refused.stderr
-    assert called("--jobs", "1", "--accept-code").returncode == 0
-    assert SweepResults.read(tmp_path / "out").runs().groupby("repeat").code.nunique().tolist() == [1, 1]
-    assert SweepResults.read(tmp_path / "out").runs().code.nunique() == 2
-
-
 def test_what_a_plug_in_imports_from_its_project_counts_and_nothing_else(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -93,25 +65,6 @@ def test_what_a_plug_in_imports_from_its_project_counts_and_nothing_else(
     (project / "notes.py").write_text("# changed\n")
     again = code.code_digests([scenario])
     assert [name for name in found if found[name] != again[name]] == ["my_project/deeper.py"]
-
-
-def test_the_sources_of_a_plug_in_are_read_once_for_all_runs_of_a_process(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A project may have hundreds: to read them again with every run took longer than the run."""
-    (tmp_path / "own_and_read_once.py").write_text("from remoras.strategies.cbba import STRATEGY\n")
-    monkeypatch.syspath_prepend(tmp_path)
-    study, n_read = tiny(tmp_path, "own_and_read_once:STRATEGY", repeats=3), 0
-    imports = code._with_imports
-
-    def counted(file: Path, top: Path) -> set[Path]:
-        nonlocal n_read
-        n_read += 1
-        return imports(file, top)
-
-    monkeypatch.setattr(code, "_with_imports", counted)
-    assert sweep(study, tmp_path / "out", executor=Serial()).done == 12
-    assert n_read == 2, "once for the folder, once for the runs"
 
 
 def test_code_that_changed_is_refused_by_name(tmp_path: Path, folder: Path) -> None:
@@ -156,31 +109,6 @@ def test_a_line_that_is_not_of_a_run_of_the_study_is_told_and_not_counted(
             count()
     ledger.write_text("\n".join(lines) + "\n")
     assert SweepResults.read(folder).status().done == len(lines)
-
-
-def test_lines_of_older_versions_have_no_checksum_and_count(folder: Path) -> None:
-    ledger = folder / LEDGER
-    lines = [resealed(json.loads(line)) for line in ledger.read_text().splitlines()]
-    ledger.write_text("\n".join(lines) + "\n")
-    assert SweepResults.read(folder).status().done == len(lines)
-
-
-def test_lost_tables_are_made_again(tmp_path: Path, folder: Path) -> None:
-    before, ledger = outcome(folder), (folder / LEDGER).read_bytes()
-    shutil.rmtree(folder / TABLES)
-    sweep(tiny(tmp_path), folder)
-    assert outcome(folder) == before
-    assert (folder / LEDGER).read_bytes() == ledger
-
-
-def test_tables_made_again_of_a_run_that_ends_otherwise_now_are_refused(tmp_path: Path, folder: Path) -> None:
-    ledger = folder / LEDGER
-    lines = [json.loads(line) for line in ledger.read_text().splitlines()]
-    lines[0]["summary"]["n_bytes"] += 1
-    ledger.write_text("".join(resealed(line) + "\n" for line in lines))
-    shutil.rmtree(folder / TABLES)
-    with pytest.raises(PartlyDoneError, match=f"{lines[0]['key']} was made again.*ends otherwise now"):
-        sweep(tiny(tmp_path), folder)
 
 
 def test_verification_names_what_ends_otherwise(tmp_path: Path, folder: Path) -> None:

@@ -11,7 +11,7 @@ from sweeping import study_text, written
 from missions.comparison import compare, ranks
 from missions.errors import ConfigurationError
 from missions.runs.run import run
-from missions.scenarios import load, shipped
+from missions.scenarios import load
 from missions.sweeps import SweepResults, load_study, sweep
 from missions.sweeps.folder import RUNS
 from missions.sweeps.plan import SweepPlan
@@ -51,6 +51,9 @@ def test_its_name_is_a_column_of_runs_and_of_comparisons_and_a_condition_of_rank
         (SPREAD.replace("unforeseen.set", "unforeseen.sets"), "unknown key, allowed here: name, set, fault"),
         (NOTHING + SPREAD.replace("0.3", "0.0"), 'runs alike with it and with "nothing"'),
         (SPREAD + "[grid]\nuncertainty.speed_spread = [0.1]\n", "is set by grid.uncertainty.speed_spread too"),
+        (LOST.replace('"any"', '"AUV09"'), 'study.toml:20: unforeseen.one lost.fault.1.vehicle = "AUV09": allowed: '),
+        (LOST.replace('"lost"\nat', '"sunk"\nat'), 'study.toml:21: unforeseen.one lost.fault.1.kind = "sunk": '),
+        (LOST.replace("at_s", "at"), "study.toml:22: unforeseen.one lost.fault.1.at = [3.0, 15.0]: unknown key"),
         (LOST + '[grid]\n"fault.1.at_s" = [1.0]\n', "grid.fault.1.at_s: [[unforeseen.fault]] sets all faults"),
     ],
 )
@@ -58,25 +61,6 @@ def test_bad_entries_are_named_with_their_place(tmp_path: Path, extra: str, expe
     with pytest.raises(ConfigurationError) as caught:
         load_study(str(written(tmp_path, study_text(extra=extra))))
     assert expected in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("extra", "expected"),
-    [
-        ('[grid]\n"fault.1.at_s" = [1.0, 2.0]\n', "study.toml:18: grid.fault.1.at_s = 1.0"),
-        (
-            '[[unforeseen]]\nname = "late"\n[unforeseen.set]\nfault.kind = "lost"\n',
-            "study.toml:20: unforeseen.late.set",
-        ),
-    ],
-)
-def test_an_axis_of_faults_without_a_fault_is_refused(tmp_path: Path, extra: str, expected: str) -> None:
-    with pytest.raises(ConfigurationError) as caught:
-        load_study(str(written(tmp_path, study_text(extra=extra))))
-    assert expected in str(caught.value)
-    assert "mapping-rendezvous has no [[fault]]; allowed: one in the scenario, or [[unforeseen.fault]]" in str(
-        caught.value
-    )
 
 
 def test_faults_are_drawn_per_run_and_can_be_replayed(tmp_path: Path) -> None:
@@ -91,26 +75,3 @@ def test_faults_are_drawn_per_run_and_can_be_replayed(tmp_path: Path) -> None:
     words = shlex.split(task.replay)
     overrides = [("--set", value) for option, value in itertools.pairwise(words) if option == "--set"]
     assert load(words[2], overrides) == task.scenario
-
-
-@pytest.mark.parametrize(
-    ("change", "expected"),
-    [
-        (('"any"', '"AUV09"'), 'study.toml:20: unforeseen.one lost.fault.1.vehicle = "AUV09": allowed: '),
-        (('"lost"\nat', '"sunk"\nat'), 'study.toml:21: unforeseen.one lost.fault.1.kind = "sunk": '),
-        (("at_s", "at"), "study.toml:22: unforeseen.one lost.fault.1.at = [3.0, 15.0]: unknown key"),
-    ],
-)
-def test_bad_faults_are_named_with_their_place(tmp_path: Path, change: tuple[str, str], expected: str) -> None:
-    with pytest.raises(ConfigurationError) as caught:
-        load_study(str(written(tmp_path, study_text(extra=LOST.replace(*change)))))
-    assert expected in str(caught.value)
-
-
-def test_a_fault_of_the_scenario_is_an_axis_by_its_number(tmp_path: Path) -> None:
-    source = shipped()["mapping-rendezvous"].read_text(encoding="utf-8")
-    own = source + '\n[[fault]]\nvehicle = "AUV01"\nkind = "lost"\nat_s = 5.0\n'
-    (tmp_path / "own.toml").write_text(own, encoding="utf-8")
-    text = study_text(per="[0.1]", extra='[grid]\n"fault.1.at_s" = [3.0, 7.0]\n')
-    study = load_study(str(written(tmp_path, text.replace("mapping-rendezvous", "own.toml"))))
-    assert {one.scenario.fault[0].at_s for one in study.configurations} == {3.0, 7.0}

@@ -5,12 +5,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-import tomli_w
-from small_mission import SMALL, Raw, named, run_varied, shipped_tables
+from small_mission import SMALL, Raw, named, run_varied
 
 from exchange.acoustics.modems import modems
 from exchange.policies import POLICIES
-from missions.errors import ConfigurationError
 from missions.runs.run import Run
 from missions.runs.run import run as run_scenario
 from missions.scenarios import load
@@ -66,66 +64,12 @@ def test_two_to_eight_vehicles_complete(tmp_path: Path, n_auvs: int):
 
 
 @pytest.mark.slow
-def test_sixteen_vehicles_complete(tmp_path: Path):
-    """The assignments of sixteen no longer fit one packet."""
-    run = run_varied(tmp_path, with_auvs(15), "channel.per=0.2")
-    is_sound(run)
-    assert run.completed, run.reason
-
-
-@pytest.mark.slow
-def test_names_are_only_names(tmp_path: Path):
-    """Spaces, accents, quotes, commas: the run is the same in all but the names."""
-
-    def rename(raw: Raw) -> None:
-        for vehicle, name in zip(raw["vehicle"], ["Élan, 1", 'the "Ray"', "a&b", "x y;z"], strict=True):
-            vehicle["name"] = name
-
-    renamed, usual = run_varied(tmp_path, rename, "channel.per=0.3"), run_varied(tmp_path, id, "channel.per=0.3")
-    is_sound(renamed)
-    assert [m.time_s for m in renamed.milestones] == [m.time_s for m in usual.milestones]
-    assert [row[2:5] for row in renamed.recorder.trajectories] == [row[2:5] for row in usual.recorder.trajectories]
-
-
-@pytest.mark.slow
-def test_the_order_of_the_tables_does_not_matter(tmp_path: Path):
-    """Slots decide who is who in the frame, not the place in the file."""
-    turned, usual = run_varied(tmp_path, lambda raw: raw["vehicle"].reverse()), run_varied(tmp_path, id)
-    assert turned.milestones == usual.milestones
-    assert turned.recorder.packets == usual.recorder.packets
-
-
-@pytest.mark.slow
-def test_other_slots_are_fine(tmp_path: Path):
-    def vary(raw: Raw) -> None:
-        for vehicle, slot in zip(raw["vehicle"], (2, 0, 3, 1), strict=True):
-            vehicle["slot"] = slot
-
-    run = run_varied(tmp_path, vary)
-    is_sound(run)
-    assert run.completed, run.reason
-    assert [row[2] for row in run.recorder.packets[:4]] == ["AUV00", "AUV02", "ASV00", "AUV01"]
-
-
-@pytest.mark.slow
 def test_a_vehicle_without_a_sensor_maps_nothing_and_gets_no_area(tmp_path: Path):
     run = run_varied(tmp_path, lambda raw: named(raw["vehicle"], "AUV01").pop("sensor"))
     is_sound(run)
     assert run.completed, run.reason
     assert "AUV01" not in {row[1] for row in run.recorder.rows("coverage")}
     assert "AUV01" not in names_at(run, "mapping_done")
-
-
-@pytest.mark.slow
-def test_performers_without_a_social_layer_do_what_they_are_told(tmp_path: Path):
-    def vary(raw: Raw) -> None:
-        for vehicle in raw["vehicle"][2:]:
-            vehicle["social_layer"] = False
-
-    run = run_varied(tmp_path, vary)
-    is_sound(run)
-    assert run.completed, run.reason
-    assert sorted(names_at(run, "mapping_done")) == ["AUV01", "AUV02"]
 
 
 # Areas --------------------------------------------------------------------------------------------
@@ -181,13 +125,6 @@ def test_areas_of_any_shape_and_number(tmp_path: Path, shape: str):
         assert names_at(run, "gathered") == ["Operational", "Coordination"]
 
 
-def test_ten_areas_for_three_vehicles_are_all_mapped(tmp_path: Path):
-    """Ten squares of 4 by 4 cells; nobody is left waiting for long, so nobody gives up."""
-    run = run_varied(tmp_path, with_areas(SHAPES["as many as a fleet cannot share"]))
-    assert len(names_at(run, "mapping_done")) == 10
-    assert coverage(run, 160) == 1.0
-
-
 def test_coverage_of_a_triangle_is_of_its_own_cells(tmp_path: Path):
     """No cell outside the area is ever counted as mapped: cell (x, y) has its centre below the slope x + y = 500 m."""
     run = run_varied(tmp_path, with_areas(SHAPES["triangle"]))
@@ -196,41 +133,6 @@ def test_coverage_of_a_triangle_is_of_its_own_cells(tmp_path: Path):
 
 
 # Seas and modems ----------------------------------------------------------------------------------
-
-
-def larger(times: float) -> Callable[[Raw], None]:
-    """Everything that is a length is so many times as long."""
-
-    def vary(raw: Raw) -> None:
-        for axis in ("x_m", "y_m"):
-            raw["world"][axis] = [times * border for border in raw["world"][axis]]
-        raw["world"]["cell_m"] *= times
-        raw["communication"]["range_m"] *= times
-        raw["scenario"]["duration_s"] *= max(1.0, times)
-        for area in raw["area"]:
-            area["corners_m"] = [[times * x, times * y] for x, y in area["corners_m"]]
-        for rally in raw["rally_point"]:
-            rally["position_m"] = [times * place for place in rally["position_m"]]
-        for vehicle in raw["vehicle"]:
-            vehicle["energy_j"] *= max(1.0, times)
-            if "sensor" in vehicle:
-                vehicle["sensor"]["swath_m"] *= times
-
-    return vary
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("times", [0.3, 2.0, 8.0])
-def test_worlds_of_other_sizes(tmp_path: Path, times: float):
-    run = run_varied(tmp_path, larger(times))
-    is_sound(run)
-    assert run.completed, run.reason
-
-
-def test_a_world_larger_than_positions_can_be_told_is_refused(tmp_path: Path):
-    """A position is told within 100 km; 150 times the usual 800 m is 120 km."""
-    with pytest.raises(Exception, match=r"world\.x_m.*120000.*allowed"):
-        run_varied(tmp_path, larger(150.0))
 
 
 @pytest.mark.slow
@@ -288,33 +190,6 @@ def test_a_fleet_out_of_earshot_says_that_consultation_never_ended(tmp_path: Pat
     assert any("AUV02" in row[7] for row in run.recorder.packets)
 
 
-def test_what_is_not_exchanged_is_not_known(tmp_path: Path):
-    """Nobody needs mapped cells: they stay with the vehicle that mapped them."""
-    run = run_varied(tmp_path, lambda raw: raw["communication"]["needs"].pop("mappedCell"), "scenario.duration_s=200")
-    is_sound(run)
-    kinds = {row[0]: row[7] for row in run.recorder.rows("items") if row[5] == "mappedCell"}
-    assert run.recorder.rows("coverage")
-    assert set(kinds.values()) == {"kept"}
-    assert not [row for row in run.recorder.knowledge if row[2] in kinds]
-
-
-def test_a_mission_without_its_needs_is_refused(tmp_path: Path):
-    with pytest.raises(ConfigurationError, match="missing: playsRole, hasMission"):
-        run_varied(tmp_path, lambda raw: raw["communication"]["needs"].clear())
-
-
-def test_a_swath_as_wide_as_the_area_maps_all_of_it(tmp_path: Path):
-    """One row through the middle, at survey speed, sees 125 m to both sides."""
-
-    def vary(raw: Raw) -> None:
-        for vehicle in raw["vehicle"]:
-            if "sensor" in vehicle:
-                vehicle["sensor"]["swath_m"] = 250.0
-
-    run = run_varied(tmp_path, vary)
-    assert coverage(run, 300) > 0.95
-
-
 def test_a_tactician_that_goes_home_is_succeeded(tmp_path: Path):
     """With 100 kJ AUV00 goes home long before the end; AUV01 and AUV02 are alike, so the name decides."""
 
@@ -325,14 +200,6 @@ def test_a_tactician_that_goes_home_is_succeeded(tmp_path: Path):
     assert run.completed, run.reason
     took = {(row[1], row[3]) for row in run.recorder.roles if row[0] > 0.0 and row[4] == "assigned"}
     assert {("AUV01", "Tactician"), ("AUV01", "Coordinator")} <= took
-
-
-def test_an_objective_that_is_none_is_refused(tmp_path: Path):
-    def vary(raw: Raw) -> None:
-        raw["mission"]["importance"]["Exploringg"] = raw["mission"]["importance"].pop("Exploring")
-
-    with pytest.raises(ConfigurationError, match="Exploringg is none; Exploring is missing"):
-        run_varied(tmp_path, vary)
 
 
 def test_the_dead_hear_nothing_and_lie_still(tmp_path: Path):
@@ -349,22 +216,3 @@ def test_the_dead_hear_nothing_and_lie_still(tmp_path: Path):
     track = [row for row in run.recorder.trajectories if row[1] == "ASV00" and row[0] > died_s]
     assert {row[5] for row in track} == {0.0}
     assert {row[6] for row in track} == {2.0e4}
-
-
-@pytest.mark.parametrize("energy_j", [3_000.0, 20_000.0, 120_000.0])
-def test_a_fleet_that_went_home_with_empty_batteries_has_not_completed(tmp_path: Path, energy_j: float):
-    """The survey of an area takes 1700 s at 40 W and more: 68 kJ without the way there, the wait and the way home."""
-
-    def vary(raw: Raw) -> None:
-        for vehicle in raw["vehicle"]:
-            vehicle["energy_j"] = energy_j
-
-    run = run_varied(tmp_path, vary, "scenario.duration_s=3000")
-    assert coverage(run, 300) < 0.5
-    assert not run.completed
-
-
-def test_the_shipped_tables_are_those_of_the_shipped_scenario(tmp_path: Path):
-    file = tmp_path / "same.toml"
-    file.write_text(tomli_w.dumps(shipped_tables()), encoding="utf-8")
-    assert load(str(file)) == load("mapping-rendezvous")

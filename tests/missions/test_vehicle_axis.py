@@ -31,13 +31,6 @@ def test_the_size_is_an_ordinary_setting_of_ledger_table_and_comparison(tmp_path
     assert [row.settings["fleet.size"] for row in compare(results, ["n_bytes"])] == ["4", "8", "16"]
 
 
-def test_repeats_of_all_sizes_have_the_same_seeds(tmp_path: Path) -> None:
-    study = load_study(str(written(tmp_path, axis_text("[4, 8]"))))
-    sweep(study, tmp_path / "out", jobs=1)
-    runs = SweepResults.read(tmp_path / "out").runs()
-    assert runs.groupby("repeat").seed.nunique().tolist() == [1, 1]
-
-
 @pytest.mark.parametrize(
     ("vehicles", "says"),
     [
@@ -53,14 +46,3 @@ def test_what_is_wrong_with_an_axis_names_it(tmp_path: Path, vehicles: str, says
     with pytest.raises(ConfigurationError) as caught:
         load_study(str(written(tmp_path, axis_text(vehicles))))
     assert says in str(caught.value)
-
-
-def test_a_scenario_that_says_not_what_to_copy_is_named_by_the_axis(tmp_path: Path) -> None:
-    source = Path("missions/mapping/rendezvous.toml").read_text(encoding="utf-8")
-    (tmp_path / "plain.toml").write_text(source.replace('copies_of = "AUV02"', ""), encoding="utf-8")
-    text = axis_text("[8]").replace('"mapping-rendezvous"', '"plain.toml"')
-    with pytest.raises(ConfigurationError, match=r"fleet.copies_of: missing: which vehicle the 4 to add"):
-        load_study(str(written(tmp_path, text)))
-
-
-# Benchmarks ---------------------------------------------------------------------------------------

@@ -12,7 +12,6 @@ from missions.errors import ConfigurationError
 from missions.mapping import MappingMission
 from missions.runs.run import run
 from missions.scenarios import load, shipped
-from remoras.behaviours import attracted
 from worldmodel import TBox, core_ontology_paths, reaching, read_tbox
 
 TBOX = read_tbox(*core_ontology_paths(), *MappingMission.vocabulary)
@@ -51,11 +50,6 @@ def test_a_world_is_100_km_from_the_origin_at_most(tmp_path: Path) -> None:
         load(str(wide(tmp_path, 100_001.0)))
 
 
-def test_worlds_that_places_reach_keep_their_ontology() -> None:
-    """So packets of all scenarios that there were have as many bits as before."""
-    assert reaching(TBOX, 9_900.0) is TBOX
-
-
 @given(st.floats(10_001.0, 110_000.0))
 def test_places_reach_as_far_as_the_world_and_what_could_be_said_before_still_can(reach_m: float) -> None:
     wider: TBox = reaching(TBOX, reach_m)
@@ -68,11 +62,3 @@ def test_places_reach_as_far_as_the_world_and_what_could_be_said_before_still_ca
                     assert new.quantise(value) == value
     east, north = wider.attribute_named("position").fields
     assert (east.quantise(reach_m), north.quantise(-reach_m)) == pytest.approx((reach_m, -reach_m), abs=0.25)
-
-
-@given(st.floats(0.0, 1e6), st.floats(0.0, 1e6))
-def test_what_is_nearer_attracts_more_and_nothing_is_too_far(one_m: float, other_m: float) -> None:
-    """Usual importances are 0.6 of work and 0.3 of the meeting."""
-    near, far = sorted((one_m, other_m))
-    assert attracted(near).stimulus >= attracted(far).stimulus
-    assert 0.6 * attracted(far).stimulus > 0.3
