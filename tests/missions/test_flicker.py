@@ -1,6 +1,8 @@
-"""Nobody changes its mind back within 30 s where nothing new was heard: counted by hand, and in runs."""
+"""Nobody changes its mind back within 30 s where nothing new was heard: in runs."""
 
-from collections.abc import Iterable, Iterator
+from collections import defaultdict
+from collections.abc import Iterable
+from itertools import groupby
 
 import pytest
 
@@ -8,35 +10,18 @@ from missions.runs.run import run
 from missions.scenarios import load
 
 BACK_S = 30.0
-Guidance = frozenset[tuple[str, str]]
-"""Name and role of each activity that guides; one at most, or none."""
-
-
-def changes(rows: Iterable[tuple[float, str, str, str, str, float]]) -> dict[str, list[tuple[float, Guidance]]]:
-    """By vehicle, when guidance became what, by the rows of the table ``activities``."""
-    found: dict[str, dict[float, Guidance]] = {}
-    for time_s, vehicle, kind, name, role, _ in rows:
-        of = found.setdefault(vehicle, {})
-        of[time_s] = of.get(time_s, frozenset()) | (frozenset({(name, role)}) if kind == "guidance" else frozenset())
-    return {
-        vehicle: [(time_s, guidance) for time_s, guidance, before in _pairs(of) if guidance != before]
-        for vehicle, of in found.items()
-    }
-
-
-def _pairs(of: dict[float, Guidance]) -> Iterator[tuple[float, Guidance, Guidance | None]]:
-    before: Guidance | None = None
-    for time_s, guidance in of.items():
-        yield time_s, guidance, before
-        before = guidance
 
 
 def undone(rows: Iterable[tuple[float, str, str, str, str, float]]) -> tuple[int, int]:
     """How many changes of guidance were undone, and of how many; what a vehicle begins with is no change."""
+    guidance: dict[str, dict[float, set[tuple[str, str]]]] = defaultdict(lambda: defaultdict(set))
+    for time_s, vehicle, kind, name, role, _ in rows:
+        guidance[vehicle][time_s] |= {(name, role)} if kind == "guidance" else set()
     n_undone = n_changes = 0
-    for of in changes(rows).values():
-        n_changes += len(of) - 1
-        for (_, first), (left_s, _), (back_s, third) in zip(of, of[1:], of[2:], strict=False):
+    for of in guidance.values():
+        begun = [(next(alike)[0], what) for what, alike in groupby(of.items(), lambda one: one[1])]
+        n_changes += len(begun) - 1
+        for (_, first), (left_s, _), (back_s, third) in zip(begun, begun[1:], begun[2:], strict=False):
             n_undone += first == third and back_s - left_s <= BACK_S
     return n_undone, n_changes
 

@@ -3,11 +3,9 @@
 import json
 from pathlib import Path
 
-import pytest
 from sweeping import study_text, written
 
 from missions.comparison.baseline import compare
-from missions.errors import ConfigurationError
 from missions.sweeps.driver import sweep
 from missions.sweeps.folder import SweepResults
 from missions.sweeps.ledger import LEDGER
@@ -29,20 +27,3 @@ def test_the_size_is_an_ordinary_setting_of_ledger_table_and_comparison(tmp_path
     results = SweepResults.read(tmp_path / "out")
     assert sorted(results.runs()["n_vehicles"]) == sorted(results.runs()["fleet.size"]) == [4, 4, 8, 8, 16, 16]
     assert [row.settings["fleet.size"] for row in compare(results, ["n_bytes"])] == ["4", "8", "16"]
-
-
-@pytest.mark.parametrize(
-    ("vehicles", "says"),
-    [
-        ("[3, 8]", "study.toml:9: study.vehicles = 3: allowed: 4, the vehicles that are listed, to 64"),
-        ("[4, 65]", "study.toml:9: study.vehicles = 65"),
-        ("[8, 8]", "study.vehicles = [8, 8]: a value is listed twice"),
-        ("[]", "study.vehicles = []"),
-        ('["many"]', 'study.vehicles.1 = "many"'),
-        ("8", "study.vehicles = 8"),
-    ],
-)
-def test_what_is_wrong_with_an_axis_names_it(tmp_path: Path, vehicles: str, says: str) -> None:
-    with pytest.raises(ConfigurationError) as caught:
-        load_study(str(written(tmp_path, axis_text(vehicles))))
-    assert says in str(caught.value)
