@@ -82,12 +82,7 @@ class Crossing:
 
 
 def traveller(
-    number: int,
-    start_m: Point,
-    goal_m: Point,
-    speed_mps: float = 2.0,
-    current: Current | None = None,
-    **changes: Any,
+    number: int, start_m: Point, goal_m: Point, speed_mps: float = 2.0, current: Current | None = None, **changes: Any
 ) -> Traveller:
     """A vehicle that starts on its course."""
     data = auv(f"AUV{number:02d}", start_m=start_m, transit_speed_mps=speed_mps, energy_j=1e9, **changes)

@@ -6,14 +6,11 @@ from itertools import product
 from types import MappingProxyType
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from samples import auv, database
 
-from remoras.database import AUVDatabase, VehicleData
+from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
 from remoras.strategies.allocation import Engagement, Expectations, helped, planned, revised
-from remoras.strategies.search import Search
 from remoras.testing.sample_worlds import Visit
 from remoras.work import Outlook, Work
 
@@ -110,89 +107,3 @@ def test_who_is_idle_helps_where_there_is_room_and_it_saves_enough(maximum: int,
     of = work(vehicles, group(maximum), ("AUV00", "Role0"))
     found = list(helped(of, [vehicles["AUV01"]], {"Role0": 480.0}, 0.0, least_s))
     assert found == ([RoleAssignment("Team", "Role0", "AUV01")] if helps else [])
-
-
-class Counted(Visit):
-    """A visit that counts how often it is asked for what it takes."""
-
-    n_asked = 0
-
-    def after(self, outlook: Outlook, data: VehicleData) -> Outlook | None:
-        Counted.n_asked += 1
-        return super().after(outlook, data)
-
-
-def test_of_vehicles_that_are_alike_one_is_asked_how_long_a_job_is() -> None:
-    """80 jobs and 80 vehicles take all paths that one search may look at before it could exchange any.
-
-    Each vehicle is asked from its start, 80 x 80 = 6400 times; when the k-th job goes out, at most k - 1 vehicles hold
-    one and are asked how they go on from it, 80 x 79 / 2 = 3160 times in all; once for the length of each job, 80; and
-    each vehicle for its own jobs in the end, 80. To ask each vehicle for each length would be 6400 more.
-    """
-    size = 80
-    roles = tuple(RoleSpecification(f"Role{n}", 1, 1, job=f"job {n}") for n in range(size))
-    of = Group("Team", (RoleSpecification("Hand", 1, founding=True), *roles))
-    names = tuple(role.name for role in of.roles)
-    vehicles = database(*(auv(f"AUV{n:02d}", node=n, playable_roles=names) for n in range(size)))
-    jobs = {role.job or "": Counted(role.job or "", (37.0 * n % 101, 53.0 * n % 97)) for n, role in enumerate(roles)}
-    played = [RoleAssignment("Team", "Hand", name) for name in vehicles]
-    jobs_of_all = Work(of, Organisation.of([of], played), vehicles, jobs)
-    starts = {name: Outlook(0.0, (11.0 * n % 103, 29.0 * n % 89)) for n, name in enumerate(vehicles)}
-    Counted.n_asked = 0
-    planned(jobs_of_all, roles, jobs_of_all.workers, starts)
-    assert 6400 < Counted.n_asked <= 6400 + 3160 + 80 + 80
-
-
-class Forgetful(dict[tuple[int, int], list[int]]):
-    """Keeps nothing."""
-
-    def __setitem__(self, key: tuple[int, int], value: list[int]) -> None:
-        """Let it go."""
-
-
-@given(
-    places_m=st.lists(st.tuples(st.integers(-4, 4), st.integers(-4, 4)), min_size=1, max_size=9),
-    starts=st.lists(st.tuples(st.integers(0, 3), st.integers(-4, 4)), min_size=1, max_size=7),
-    stays_s=st.lists(st.sampled_from([50.0, 100.0, 400.0]), min_size=9, max_size=9),
-    apart=st.booleans(),
-)
-def test_exchanges_that_cannot_help_are_left_out_and_nothing_else(
-    places_m: list[tuple[int, int]], starts: list[tuple[int, int]], stays_s: list[float], apart: bool
-) -> None:
-    """On a grid many vehicles end at the same time: then an exchange that fails may help later."""
-    names = [f"AUV{n:02}" for n in range(len(starts))]
-    roles = [
-        RoleSpecification(
-            f"Role{n}", 1, 1, job=f"job {n}", incompatible=frozenset({("Team", "Role0")} if apart and n == 1 else ())
-        )
-        for n in range(len(places_m))
-    ]
-    of = Group("Team", (RoleSpecification("Hand", 1, founding=True), *roles))
-    playable = ("Hand", *(role.name for role in roles))
-    vehicles = database(*(auv(name, node=n, playable_roles=playable) for n, name in enumerate(names)))
-    jobs = {f"job {n}": Visit(f"job {n}", (100.0 * x, 100.0 * y), stays_s[n]) for n, (x, y) in enumerate(places_m)}
-    known = Work(of, Organisation.of([of], [RoleAssignment("Team", "Hand", name) for name in vehicles]), vehicles, jobs)
-    free = {name: Outlook(50.0 * at, (100.0 * x, 0.0)) for name, (at, x) in zip(names, starts, strict=True)}
-    remembering, forgetting = (Search(known, known.roles, known.workers, free) for _ in range(2))
-    forgetting._barren = Forgetful()
-    assert remembering.found() == forgetting.found()
-    assert remembering._n_paths == forgetting._n_paths
-
-
-def test_a_large_fleet_looks_at_few_exchanges(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of 40 vehicles most have no part in what a job moved elsewhere changes; without the memory all are tried."""
-    vehicles = fleet(tuple(f"AUV{n:02}" for n in range(40)))
-    of, starts = work(vehicles, group()), outlooks(vehicles)
-    n_tried, tried = [], Search._end_s
-
-    def counted(search: Search, vehicle: int, jobs: int) -> float:
-        n_tried[-1] += 1
-        return tried(search, vehicle, jobs)
-
-    monkeypatch.setattr(Search, "_end_s", counted)
-    for barren in (Forgetful(), {}):
-        search = Search(of, of.roles, of.workers, starts)
-        search._barren = barren
-        n_tried.append(0)
-        search.found()
-    assert n_tried[1] < 0.5 * n_tried[0]

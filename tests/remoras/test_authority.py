@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from samples import auv, database
 
-from remoras.authority import Act, Authority, Request, Rules, Ruling, may_assign
+from remoras.authority import Act, Authority, Request, Rules, may_assign
 from remoras.organisation import Group, Organisation, Outcome, RoleAssignment, RoleSpecification
 
 HQ = Group(
@@ -96,7 +96,6 @@ def test_in_a_group_formed_at_sea(asked: Request, outcome: Outcome) -> None:
         (ask("AUV01", Act.ASSIGN, "Scribe", "AUV04"), Outcome.SUCCESS),  # who is plain does as the head tells it
         (ask("AUV01", Act.RELEASE, "Performer", "AUV02"), Outcome.SUCCESS),
         (ask("AUV02", Act.RELEASE, "Performer", "AUV02"), Outcome.SUCCESS),  # everybody may leave
-        (ask("AUV04", Act.RELEASE, "Performer", "AUV04"), Outcome.SUCCESS),
         (ask("AUV01", Act.OBJECTIVE, "Performer"), Outcome.SUCCESS),
         (Request("AUV00", Act.MISSION, "Team", argument="Dig"), Outcome.SUCCESS),  # it is no member of the group
         (Request("AUV01", Act.MISSION, "Team", argument="Dig"), Outcome.SUCCESS),
@@ -111,7 +110,6 @@ def test_in_a_group_formed_at_sea(asked: Request, outcome: Outcome) -> None:
         (Request("AUV01", Act.DISSOLVE, "Divers"), Outcome.NOT_GROUP),  # it is not there
         # member
         (ask("AUV00", Act.ASSIGN, assignee="AUV02"), Outcome.OUTSIDE),
-        (ask("AUV05", Act.RELEASE, "Performer", "AUV02"), Outcome.OUTSIDE),
         (ask("AUV00", Act.OBJECTIVE, "Performer"), Outcome.OUTSIDE),
         (ask("AUV05", Act.SUCCEED, "Coordinator", "AUV05"), Outcome.OUTSIDE),
         # social layer
@@ -180,21 +178,6 @@ def test_whoever_takes_a_role_says_what_it_is_for_and_takes_it_from_the_absent()
     assert may_assign(released, digging, TAKING, absent={"AUV02"}) is Outcome.SUCCESS
 
 
-def test_room_is_made_by_the_absent_alone() -> None:
-    digging, _ = ORGANISATION.assign("AUV02", "Team", "Digger")
-    asked = ask("AUV01", Act.ASSIGN, assignee="AUV03")
-    assert may_assign(asked, digging, RULES) is Outcome.NO_ROOM
-    assert may_assign(asked, digging, RULES, absent={"AUV02"}) is Outcome.SUCCESS
-    again = ask("AUV01", Act.ASSIGN, assignee="AUV02")
-    assert may_assign(again, digging, RULES) is Outcome.SUCCESS  # it has it already
-
-
-def test_who_takes_no_jobs_is_given_none() -> None:
-    job, other = ask("AUV01", Act.ASSIGN, assignee="AUV02"), ask("AUV01", Act.ASSIGN, "Scribe", "AUV02")
-    assert may_assign(job, ORGANISATION, RULES, unavailable={"AUV02"}) is Outcome.UNAVAILABLE
-    assert may_assign(other, ORGANISATION, RULES, unavailable={"AUV02"}) is Outcome.SUCCESS
-
-
 def test_it_counts_who_led_when_the_request_was_made() -> None:
     asked = ask("AUV02", Act.ASSIGN, "Scribe", "AUV02")
     assert may_assign(asked, ORGANISATION, RULES, lambda vehicle, group: vehicle == "AUV02") is Outcome.SUCCESS
@@ -229,16 +212,6 @@ def test_nobody_without_the_social_layer_or_from_outside_changes_anything_of_oth
         assert ORGANISATION.is_member(asked.assignee, asked.group)
 
 
-def test_a_ruling_says_in_a_word_what_happened() -> None:
-    words = {
-        Ruling(TAKE, Outcome.SUCCESS).event,
-        Ruling(ask("AUV02", Act.RELEASE, assignee="AUV02"), Outcome.SUCCESS).event,
-        Ruling(ask("AUV01", Act.OBJECTIVE), Outcome.SUCCESS).event,
-        Ruling(TAKE, Outcome.NO_ROOM).event,
-    }
-    assert words == {"assigned", "left", "given", "refused"}
-
-
 # What the specification says of roles --------------------------------------------------------------
 
 
@@ -267,13 +240,3 @@ def test_nobody_is_given_a_role_that_excludes_one_that_it_plays() -> None:
     assert may_assign(asked, ORGANISATION, RULES) is Outcome.SUCCESS
     assert may_assign(asked, organisation, RULES) is Outcome.EXCLUDED
     assert may_assign(ask("AUV01", Act.ASSIGN, "Digger", "AUV01"), organisation, RULES) is Outcome.SUCCESS
-
-
-def test_a_role_of_another_group_is_another_role() -> None:
-    """AUV05 is able to play the Scribe of the Archive alone, AUV02 every Scribe."""
-    archive = Group("Archive", (RoleSpecification("Scribe"),))
-    fleet = database(auv("AUV02", playable_roles=("Scribe",)), auv("AUV05", playable_roles=("Archive.Scribe",)))
-    assert [data.name for data in fleet.able_to_play("Team", "Scribe")] == ["AUV02"]
-    assert [data.name for data in fleet.able_to_play("Archive", "Scribe")] == ["AUV02", "AUV05"]
-    assert Rules(fleet).is_able("AUV05", "Archive", archive.roles[0])
-    assert not Rules(fleet).is_able("AUV05", "Team", archive.roles[0])

@@ -12,11 +12,9 @@ from remoras.behaviours import (
     Homing,
     LeadingFollowers,
     Perception,
-    Planning,
     Positioning,
     Reference,
     Supervision,
-    Working,
 )
 from remoras.motion import Motion
 from remoras.picture import Picture
@@ -100,8 +98,7 @@ def test_a_leader_waits_for_who_falls_behind() -> None:
 
 
 @pytest.mark.parametrize(
-    ("offset", "place"),
-    [((0.0, 15.0), (85.0, 0.0)), ((0.0, -15.0), (115.0, 0.0)), ((-15.0, 0.0), (100.0, -15.0))],
+    ("offset", "place"), [((0.0, 15.0), (85.0, 0.0)), ((0.0, -15.0), (115.0, 0.0)), ((-15.0, 0.0), (100.0, -15.0))]
 )
 def test_places_in_the_formation_turn_with_the_leader(offset: tuple[float, float], place: tuple[float, float]) -> None:
     """The leader goes north: to its left is west."""
@@ -119,33 +116,7 @@ def test_places_in_the_formation_turn_with_the_leader(offset: tuple[float, float
     assert in_place.speed_mps == 0.0
 
 
-def test_a_formation_is_taken_when_the_group_is_together() -> None:
-    positioning, picture = Positioning(("AUV00",), "Operational", (0.0, 15.0), AUV), Picture()
-    note_position(picture.peers, "AUV00", (0.0, 0.0))
-    note_position(picture.peers, "AUV00", (10.0, 0.0))
-    assert positioning.perceive(at(0.0), picture, False) == IDLE
-    assert positioning.reference(at(0.0), picture) is None
-
-
-def test_a_heading_comes_from_two_different_positions() -> None:
-    picture = Picture()
-    note_position(picture.peers, "AUV00", (0.0, 0.0))
-    note_position(picture.peers, "AUV00", (0.0, 0.0))
-    assert picture.peers.headings == {}
-    note_position(picture.peers, "AUV00", (-5.0, 0.0))
-    assert picture.peers.headings == {"AUV00": (-1.0, 0.0)}
-    note_position(picture.peers, "AUV00", (-5.0, 0.0))
-    assert picture.peers.headings == {"AUV00": (-1.0, 0.0)}
-
-
 # Supervising --------------------------------------------------------------------------------------
-
-
-def test_planning_is_due_while_there_is_something_to_plan() -> None:
-    planning, picture = Planning(), Picture()
-    assert planning.perceive(at(0.0), picture, False) == IDLE
-    picture.groups.planning_due = True
-    assert planning.perceive(at(0.0), picture, False) == DUE
 
 
 def test_a_supervisor_is_content_while_news_come() -> None:
@@ -157,16 +128,3 @@ def test_a_supervisor_is_content_while_news_come() -> None:
     assert supervision.perceive(at(0.0), picture, False) == Perception(1.0, 0.75)
     picture.body.now_s = 300.0
     assert supervision.perceive(at(0.0), picture, True) == STANDING
-
-
-# Working ------------------------------------------------------------------------------------------
-
-
-def test_work_advances_while_it_yields() -> None:
-    working, picture = Working(60.0), Picture()
-    assert working.perceive(at(0.0), picture, True) == DUE  # still on the way to where there is work
-    picture.body.now_s, picture.body.last_yield_s = 160.0, 100.0
-    assert working.perceive(at(0.0), picture, True) == ADVANCING
-    assert working.perceive(at(0.0), picture, False) == DUE
-    picture.body.now_s = 160.1
-    assert working.perceive(at(0.0), picture, True) == STANDING

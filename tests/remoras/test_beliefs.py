@@ -4,7 +4,7 @@ import pytest
 
 from remoras.beliefs import Beliefs
 from remoras.sensor import SELF, Observation
-from worldmodel import FactError, Instance, UnknownNameError, WorldModel, core_ontology_paths, merge, read_tbox
+from worldmodel import Instance, UnknownNameError, WorldModel, core_ontology_paths, merge, read_tbox
 
 TBOX = read_tbox(*core_ontology_paths())
 NAMED = [("AUV", "AUV00"), ("AUV", "AUV01"), ("Group", "Operational"), ("Job", "middle"), ("Mission", "AreaMapping")]
@@ -14,25 +14,6 @@ INSTANCES = tuple(Instance(uid, TBOX.class_named(kind).uid, name) for uid, (kind
 def beliefs(owner: int = 0, n_found: int = 0) -> Beliefs:
     model = WorldModel(TBOX, owner, INSTANCES, n_origins=2, run_time_instances_per_origin=n_found)
     return Beliefs(model)
-
-
-def test_what_nobody_has_said_is_the_default() -> None:
-    held = beliefs()
-    assert held.get(("hasMission", "Operational")) is None
-    assert held.get(("hasMission", "Operational"), "none yet") == "none yet"
-
-
-def test_links_are_given_by_name() -> None:
-    held = beliefs()
-    held.model.record([held.fact("Operational", "hasMission", "AreaMapping")], 1.0)
-    assert held.get(("hasMission", "Operational")) == "AreaMapping"
-
-
-def test_numbers_are_given_as_the_wire_has_them() -> None:
-    """The battery is kept to a hundredth."""
-    held = beliefs()
-    held.model.record([held.fact("AUV01", "batteryFraction", 0.504)], 1.0)
-    assert held.get(("batteryFraction", "AUV01")) == 0.5
 
 
 def test_the_latest_observation_is_believed_in_whatever_order_it_comes() -> None:
@@ -46,23 +27,6 @@ def test_the_latest_observation_is_believed_in_whatever_order_it_comes() -> None
         for block in order:
             merge(held.model, [block])
         assert held.get(("jobDone", "middle")) == "AUV00"
-
-
-def test_keys_name_what_is_now_believed_otherwise() -> None:
-    author, held = beliefs(owner=1), beliefs()
-    old = author.model.record([author.fact("middle", "jobDone", "AUV01")], 1.0).block
-    new = author.model.record(
-        [author.fact("middle", "jobDone", "AUV00"), author.fact("AUV01", "batteryFraction", 0.5)], 2.0
-    ).block
-    assert held.keys_of(merge(held.model, [new]).changes) == {("jobDone", "middle"), ("batteryFraction", "AUV01")}
-    assert held.keys_of(merge(held.model, [old]).changes) == set()  # old news change no belief
-
-
-def test_names_and_uids() -> None:
-    held = beliefs()
-    assert [held.name(uid) for uid in range(5)] == [name for _, name in NAMED]
-    assert [held.uid(name) for _, name in NAMED] == list(range(5))
-    assert held.name(99) == "instance 99"
 
 
 def test_a_name_that_does_not_exist_is_a_mistake_of_the_programmer() -> None:
@@ -90,19 +54,6 @@ def test_what_is_found_becomes_an_instance_that_others_hear_of_by_name() -> None
     later = finder.model.record([finder.fact("ObjectOfInterest-7", "classification", "pipeline")], 2.0)
     assert finder.keys_of([later]) == {("classification", "ObjectOfInterest-7")}
     assert finder.by_name(later.block.facts[0]) == ("ObjectOfInterest-7", "classification", "pipeline")
-
-
-def test_no_more_is_found_than_names_are_kept_for() -> None:
-    held = beliefs(n_found=1)
-    held.model.record(held.facts_of(WRECK), 1.0)
-    with pytest.raises(FactError, match="created its 1 instances"):
-        held.facts_of(WRECK)
-
-
-def test_an_unknown_symbol_is_refused_with_those_that_are_allowed() -> None:
-    held = beliefs(n_found=1)
-    with pytest.raises(FactError, match="classification is 'rock'; allowed: unknown, wreck"):
-        held.facts_of(Observation(((SELF, "classification", "rock"),), found="ObjectOfInterest"))
 
 
 @pytest.mark.parametrize("name", ["ObjectOfInterest-6", "AUV-0", "Job-99"])

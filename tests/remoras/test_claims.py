@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from samples import auv, database
 
 from remoras.strategies.claims import Claims, RoleClaim
-from remoras.strategies.contract_net import EARLIEST, Sayings
+from remoras.strategies.contract_net import Sayings
 
 FLEET = database(*(auv(f"AUV{n:02d}", playable_roles=("Scout", "Sweeper")) for n in range(3)), auv("AUV03"))
 ROLES = ("Scout", "Sweeper")
@@ -34,22 +34,6 @@ def content(claims: Claims) -> tuple[object, ...]:
     return latest, [claims.winner(role) for role in ROLES], beaten
 
 
-@given(news, news)
-def test_it_does_not_matter_who_was_heard_first(one: list[News], other: list[News]) -> None:
-    assert content(table(one, other)) == content(table(other, one))
-
-
-@given(news, news, news)
-def test_it_does_not_matter_what_was_heard_together(a: list[News], b: list[News], c: list[News]) -> None:
-    """Joining a table to another is hearing what it keeps: no more than the latest of each."""
-
-    def kept(*heard: list[News]) -> list[News]:
-        claims = table(*heard)
-        return [(r, v, claim) for r in ROLES for v in FLEET if (claim := claims.of(r, v)) is not None]
-
-    assert content(table(kept(a, b), c)) == content(table(a, kept(b, c))) == content(table(a, b, c))
-
-
 @given(news)
 def test_hearing_it_again_is_no_news(heard: list[News]) -> None:
     once = table(heard)
@@ -73,14 +57,6 @@ def test_the_strongest_wins_and_of_equals_the_lower_node() -> None:
     assert not claims.beats("Scout", "AUV02", 5)
     assert claims.beats("Scout", "AUV00", 5)
     assert claims.winner("Sweeper") is None
-
-
-def test_strength_0_withdraws_and_an_older_claim_does_not_come_back() -> None:
-    claims = table(
-        [("Scout", "AUV00", RoleClaim(1, 5)), ("Scout", "AUV00", RoleClaim(2, 0)), ("Scout", "AUV00", RoleClaim(1, 9))]
-    )
-    assert claims.winner("Scout") is None
-    assert claims.of("Scout", "AUV00") == RoleClaim(2, 0)
 
 
 def test_claims_of_those_who_have_left_or_cannot_play_the_role_do_not_count() -> None:
@@ -109,9 +85,3 @@ def test_who_holds_a_role_since_when_does_not_depend_on_what_was_heard_first(
     shuffled = list(heard)
     random.shuffle(shuffled)
     assert sayings(shuffled).claim() == sayings(heard).claim()
-
-
-def test_a_holding_begins_with_the_first_word_after_the_last_withdrawal() -> None:
-    assert sayings([(True, 7), (True, 1)]).claim() == RoleClaim(2, EARLIEST - 1)
-    assert sayings([(True, 7), (True, 1), (False, 3)]).claim() == RoleClaim(3, EARLIEST - 7)
-    assert sayings([(True, 1), (False, 3)]).claim().strength == 0

@@ -1,6 +1,5 @@
 """The event queue: one order, whatever order events are put in."""
 
-import math
 from typing import NamedTuple
 
 import pytest
@@ -36,14 +35,6 @@ def test_by_time_then_priority_then_order_of_arrival(scheduled: list[tuple[float
     assert drained(clock, 100.0) == [(scheduled[number][0], number) for number in expected]
 
 
-def test_the_next_time_is_that_of_the_earliest() -> None:
-    clock: Clock[Note] = Clock()
-    assert clock.next_s == math.inf
-    for number, time_s in enumerate((7.1, 3.5)):
-        clock.schedule(time_s, Priority.SLOT, Note(number, object()))
-    assert clock.next_s == 3.5
-
-
 @given(events, TIMES)
 def test_what_is_not_due_stays(scheduled: list[tuple[float, Priority]], until_s: float) -> None:
     """Before the motion of a time come all events before it, and at it faults and what is heard."""
@@ -60,34 +51,8 @@ def test_what_is_not_due_stays(scheduled: list[tuple[float, Priority]], until_s:
     assert len(first) + len(drained(clock, 100.0)) == len(scheduled)
 
 
-def test_at_one_time_what_arrives_is_heard_before_anybody_decides_or_speaks() -> None:
-    assert sorted(Priority) == [Priority.FAULT, Priority.ARRIVAL, Priority.MOTION, Priority.CONSULTATION, Priority.SLOT]
-
-
-def test_events_made_on_the_way_are_taken_in() -> None:
-    clock: Clock[Note] = Clock()
-    clock.schedule(1.0, Priority.SLOT, Note(0, None))
-    clock.schedule(3.0, Priority.SLOT, Note(1, None))
-    heard = []
-    while (event := clock.next_before(10.0)) is not None:
-        heard.append((clock.now_s, event.number))
-        if event.number == 0:
-            clock.schedule(clock.now_s, Priority.ARRIVAL, Note(2, None))
-            clock.schedule(2.0, Priority.ARRIVAL, Note(3, None))
-    assert heard == [(1.0, 0), (1.0, 2), (2.0, 3), (3.0, 1)]
-
-
 def test_the_past_is_over() -> None:
     clock: Clock[Note] = Clock()
     clock.now_s = 5.0
     with pytest.raises(ValueError, match=r"cannot schedule at 4\.9 s, it is 5\.0 s"):
         clock.schedule(4.9, Priority.SLOT, Note(0, None))
-
-
-def test_what_is_scheduled_is_held() -> None:
-    """An event that nobody else refers to still comes: no weak references."""
-    clock: Clock[Note] = Clock()
-    clock.schedule(1.0, Priority.ARRIVAL, Note(0, [1, 2, 3]))
-    event = clock.next_before(2.0)
-    assert event is not None
-    assert event.payload == [1, 2, 3]

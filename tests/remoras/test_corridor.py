@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import crossings
 import pytest
-from crossings import Traveller, travel, traveller
+from crossings import Traveller, traveller
 
 from remoras.attraction import GuidanceConstants, Pulls
 from remoras.behaviours import Approach, distance_m
@@ -28,26 +28,6 @@ def corridor(width_m: float, monkeypatch: pytest.MonkeyPatch) -> tuple[Traveller
     monkeypatch.setattr(crossings, "BOUNDS_M", (-END_M, -width_m / 2.0, END_M, width_m / 2.0))
     one = traveller(0, (-100.0, 0.0), (100.0, 0.0), turn_rate_radps=math.pi)
     return one, traveller(1, (100.0, 0.0), (-100.0, 0.0), turn_rate_radps=math.pi)
-
-
-@pytest.mark.parametrize("width_m", [40.0, 20.0, 14.0, 10.0, 8.0, 6.0])
-def test_where_there_is_room_they_pass_within_the_walls(width_m: float, monkeypatch: pytest.MonkeyPatch) -> None:
-    """6 m are just enough: 5 m and the tenth of it that is kept in addition."""
-    fleet = corridor(width_m, monkeypatch)
-    farthest_m = 0.0
-    for one in fleet:
-        move = one.functional.act
-
-        def act(dt_s: float, neighbours: object, one: Traveller = one, move: object = move) -> None:
-            nonlocal farthest_m
-            move(dt_s, neighbours)  # type: ignore[operator]
-            farthest_m = max(farthest_m, abs(one.functional.motion.y_m))
-
-        one.functional.act = act  # type: ignore[assignment, method-assign]
-    found = travel(fleet)
-    assert (found.n_arrived, found.n_conflicts) == (2, 0)
-    assert found.longest_time <= 1.25
-    assert farthest_m <= width_m / 2.0 + 0.01
 
 
 class Talkative:
@@ -120,13 +100,6 @@ def test_in_one_too_narrow_the_less_satisfied_one_passes(
     assert arrived == fleet[first].data.name
     assert math.copysign(1.0, other.x_m) == math.copysign(1.0, fleet[first].goal_m[0])  # it never got by
     assert closest_m >= 5.0
-
-
-def test_without_repulsion_they_stand_nose_to_nose(monkeypatch: pytest.MonkeyPatch) -> None:
-    fleet = corridor(4.0, monkeypatch)
-    closest_m, arrived = meet(fleet, [-60.0, 0.0], GuidanceConstants(repulsion=0.0), 1200)
-    assert (closest_m >= 5.0, arrived) == (True, "")
-    assert all(abs(one.functional.motion.x_m) < 10.0 for one in fleet)
 
 
 @pytest.mark.parametrize("passes_on", [True, False])

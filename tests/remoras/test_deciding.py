@@ -1,6 +1,5 @@
 """Strategies that hang or write files are stopped, named, and the run goes on; others are not touched."""
 
-import signal
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -13,12 +12,10 @@ from missions.runs.run import Run, run_of
 from missions.runs.setup import resolved
 from missions.runs.summary import summary
 from missions.scenarios import load
-from remoras.deciding import DecidedTooLate, InTime
 from remoras.errors import PluginError
 from remoras.organisation import Group
 from remoras.strategies.cbba import Bidder, Cbba
 from remoras.strategy import Move, Situation
-from remoras.testing.strategies import check_states_within_the_group
 
 SETTINGS = [("--set", "scenario.duration_s=300.0"), ("--set", "channel.per=0.4")]
 LIMIT = ("--set", "watch.cpu_s=0.2")
@@ -85,24 +82,11 @@ def test_one_that_hangs_falls_silent_and_is_named(turns: Callable[[], Any]) -> N
     assert "AUV01" not in senders
 
 
-def test_a_setup_is_used_again_without_what_fell_silent_before() -> None:
-    setup = resolved(load("mapping-patches", [*SETTINGS, LIMIT]), TurnsStrategy(hang))
-    assert rows_of(run_of(setup, 3)) == rows_of(run_of(setup, 3))
-
-
 def test_one_that_is_in_time_gives_the_same_bytes_watched_and_not() -> None:
     limited, free = flown(Cbba(), LIMIT), flown(Cbba())
     assert limited.recorder.rows("silenced") == []
     assert {name: rows for name, rows in rows_of(limited).items() if name != "silenced"} == rows_of(free)
     assert "n_silenced" not in summary(free)
-
-
-def test_the_watch_of_an_answer_ends_with_it() -> None:
-    assert InTime(Cbba(), 0.2).decided("form", lambda: 3) == 3
-    began_s = time.thread_time()
-    while time.thread_time() - began_s < 0.3:
-        pass
-    assert signal.getitimer(signal.ITIMER_PROF) == (0.0, 0.0)
 
 
 def test_a_file_that_a_decision_opens_to_write_is_named_and_not_written(tmp_path: Path) -> None:
@@ -112,17 +96,3 @@ def test_a_file_that_a_decision_opens_to_write_is_named_and_not_written(tmp_path
     assert not file.exists()
     file.write_text("between decisions anybody may write")
     assert flown(TurnsStrategy(file.read_text), LIMIT).recorder.rows("silenced") == []
-
-
-def test_what_a_decision_does_in_spite_of_the_refusal_is_named(tmp_path: Path) -> None:
-    def tries() -> None:
-        with suppress(OSError):
-            (tmp_path / "folder").mkdir()
-
-    with pytest.raises(PluginError, match=r"negotiate called os\.mkdir; allowed: to read"):
-        flown(TurnsStrategy(tries), LIMIT)
-
-
-def test_conformance_names_who_hangs() -> None:
-    with pytest.raises(DecidedTooLate, match="strategy turns: negotiate took more than 1 s of CPU time"):
-        check_states_within_the_group(TurnsStrategy(hang, "AUV00"))

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from itertools import combinations as subsets
 from random import Random
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from samples import activity_set
@@ -39,19 +38,6 @@ def test_mapping_goes_with_exploring_and_falls_with_it() -> None:
     assert best(sets, 0.9, 0.6, 0.6, 0.1) == (0, 3)  # 0.5 on average against 0.43
 
 
-def test_nothing_motivated_is_nothing_chosen() -> None:
-    assert best([HOMING, MAPPING], 0.0, 0.0) == ()
-    assert best([]) == ()
-    assert best([MAPPING], 1.0) == ()
-
-
-def test_a_set_is_taken_whole() -> None:
-    """A set that works on its way is not done in part where another one works."""
-    towing, listening = one(("Towing", G), ("Pulling", P)), one(("Listening", P))
-    assert best([towing, listening, SENDING], 0.5, 0.6, 0.1) == (0, 2)
-    assert best([towing, listening, SENDING], 0.5, 0.9, 0.1) == (1, 2)
-
-
 def test_what_has_no_effect_stands_in_nobody_s_way() -> None:
     """Both name navigation, which changes nothing of what the vehicle does: they go together."""
     locating = activity_set(("Listening", P), ("Global", N), sensors=())
@@ -74,26 +60,12 @@ def test_the_mean_is_over_activities_and_not_over_sets() -> None:
     assert best([other, around], 0.5, 0.4) == (0,)
 
 
-def test_of_equals_the_first_is_chosen() -> None:
-    assert best([HOMING, ZIGZAG], 0.5, 0.5) == (0,)
-    assert best([HOMING, one(("Listening", P)), one(("Towing", G), ("Pulling", P))], 0.5, 0.5, 0.5) == (0, 1)
-
-
 def test_what_is_vital_is_taken_by_order_and_not_by_weight() -> None:
     evading, homing = one(("Evading", G), vital=True), one(("ReturningHome", G), vital=True)
     sets = [HOMING, SENDING, evading, homing]
     assert best(sets, 1e9, 0.5, 1e-9, 1e-6) == (1, 2)
     assert best(sets, 1e9, 0.5, 0.0, 1e-6) == (1, 3)
     assert best(sets, 1e9, 0.5, 0.0, 0.0) == (0, 1)
-
-
-def test_what_needs_is_not_performed_without_the_whole_chain() -> None:
-    """Mapping needs exploring, and exploring a fix: where nothing gives one, neither is done."""
-    fixing, exploring = one(("Fixing", N)), one(("ZigzagExploring", G), needs="Fixing")
-    blocking = one(("Sleeping", N))
-    assert best([fixing, exploring, MAPPING], 0.5, 0.5, 0.5) == (0, 1, 2)
-    assert best([fixing, exploring, MAPPING], 0.0, 0.5, 0.5) == ()
-    assert best([fixing, exploring, MAPPING, blocking], 0.1, 0.5, 0.5, 0.9) == (3,)
 
 
 # Against every subset -----------------------------------------------------------------------------
@@ -160,25 +132,6 @@ def test_a_decision_stands_only_as_long_as_a_search_finds_it(sets: list[Activity
         motivations = [max(0.0, of + data.draw(st.integers(-3, 3)) / 32) if of else of for of in motivations]
 
 
-def test_a_decision_is_not_searched_for_while_little_moves_the_vehicle(monkeypatch: pytest.MonkeyPatch) -> None:
-    """0.6 against 0.3: alone each may move by less than 0.15."""
-    searches = []
-    searched = Choice.searched
-    monkeypatch.setattr(Choice, "searched", lambda self, of: searches.append(of) or searched(self, of))
-    choice = Choice([HOMING, ZIGZAG])
-    assert [choice.best([0.3, of]) for of in (0.6, 0.5, 0.46, 0.44, 0.32, 0.28)] == 5 * [(1,)] + [(0,)]
-    assert searches == [[0.3, 0.6], [0.3, 0.44], [0.3, 0.32], [0.3, 0.28]]
-
-
-def test_twelve_sets_of_any_types_are_searched_exactly() -> None:
-    """Larger choices than examples are drawn for; seed 5."""
-    draw = Random(5)
-    for _ in range(40):
-        sets = [one(*((f"A{n}", t) for t in draw.sample(TYPES, draw.randint(1, 3)))) for n in range(12)]
-        motivations = [draw.randint(0, 64) / 64 for _ in sets]
-        assert Choice(sets).best(motivations) == by_definition(sets, motivations)
-
-
 @given(drawn_sets(), st.data())
 def test_what_is_performed_has_the_best_mean_of_all(sets: list[ActivitySet], data: st.DataObject) -> None:
     """The mean with each set is that of a best combination with it; what is performed and not vital has the highest."""
@@ -192,3 +145,12 @@ def test_what_is_performed_has_the_best_mean_of_all(sets: list[ActivitySet], dat
             assert means[index] == max(known)
         else:
             assert means[index] is None
+
+
+def test_twelve_sets_of_any_types_are_searched_exactly() -> None:
+    """Larger choices than examples are drawn for; seed 5."""
+    draw = Random(5)
+    for _ in range(40):
+        sets = [one(*((f"A{n}", t) for t in draw.sample(TYPES, draw.randint(1, 3)))) for n in range(12)]
+        motivations = [draw.randint(0, 64) / 64 for _ in sets]
+        assert Choice(sets).best(motivations) == by_definition(sets, motivations)

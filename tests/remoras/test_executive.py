@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from samples import activity_set
 
 from remoras.activities import ActivityKind, ActivitySet, ActivityType
-from remoras.attraction import NO_PULLS, Pulls
+from remoras.attraction import Pulls
 from remoras.behaviours import ADVANCING, DUE, IDLE, STANDING, Perception
 from remoras.executive.layer import ExecutiveLayer
 from remoras.executive.satisfaction import DecisionConstants
@@ -37,12 +37,7 @@ MAPPING = activity_set(
     needs="ZigzagExploring",
     sensors=("swath",),
 )
-EVADING = activity_set(
-    ("Evading", ActivityType.GUIDANCE),
-    importance=4.0,
-    role=None,
-    kind=ActivityKind.VITAL,
-)
+EVADING = activity_set(("Evading", ActivityType.GUIDANCE), importance=4.0, role=None, kind=ActivityKind.VITAL)
 LISTENING = activity_set(("Listening", ActivityType.PRODUCTIVE), importance=0.2, role="Performer", sensors=("sonar",))
 
 
@@ -54,21 +49,6 @@ def layer(*sets: ActivitySet, constants: DecisionConstants = CONSTANTS) -> Execu
 
 def chosen(executive: ExecutiveLayer) -> set[str]:
     return {executive.sets[index].name for index in executive.decision.chosen}
-
-
-def test_what_matters_more_is_done() -> None:
-    executive = layer(EXPLORING, HOMING, MAPPING)
-    executive.decide([ADVANCING, DUE, DUE], 0.0, 1.0)
-    assert chosen(executive) == {"ZigzagExploring", "Mapping"}
-
-
-def test_a_vital_need_comes_before_everything() -> None:
-    executive = layer(EXPLORING, HOMING, MAPPING, EVADING)
-    executive.decide([ADVANCING, DUE, DUE, IDLE], 0.0, 1.0)
-    executive.decide([ADVANCING, DUE, DUE, Perception(0.5)], 1.0, 1.0)
-    assert chosen(executive) == {"Evading"}
-    executive.decide([ADVANCING, DUE, DUE, IDLE], 2.0, 1.0)
-    assert chosen(executive) == {"ZigzagExploring", "Mapping"}
 
 
 weights = st.floats(0.0, 1e6)
@@ -103,13 +83,6 @@ def test_equal_activities_whose_stimuli_tremble_do_not_take_turns(
     assert len(turns(noise, satisfaction, weight_continuing=0.2 + 1e-9)) == 1
 
 
-def test_who_is_dissatisfied_takes_turns() -> None:
-    """Nothing keeps it at what it does not get on with; 0 and -128 are worth half the weight and none of it."""
-    noise = [(0.05 * (-1) ** number, 0.0) for number in range(10)]
-    assert turns(noise, -128.0, weight_continuing=0.2) == {(0,), (1,)}
-    assert turns(noise, 0.0, weight_continuing=0.2) == {(0,)}
-
-
 def turns(noise: Sequence[tuple[float, float]], satisfaction: float, weight_continuing: float) -> set[tuple[int, ...]]:
     """What a vehicle chooses of two equal activities whose stimuli tremble by ``noise``."""
     one = activity_set(("One", ActivityType.GUIDANCE), importance=1.0, role="Cartographer")
@@ -130,11 +103,6 @@ def test_a_chain_of_needs_is_worth_as_much_as_what_it_hangs_on() -> None:
     executive = layer(MAPPING, exploring, fix, constants=CONSTANTS)
     executive.decide([DUE, DUE, Perception(0.25)], 0.0, 0.0)
     assert executive.motivations == pytest.approx(3 * [0.15])
-
-
-def test_nothing_to_do_is_an_empty_decision() -> None:
-    executive = layer(EXPLORING, HOMING)
-    assert executive.decide([IDLE, IDLE], 0.0, 1.0).chosen == ()
 
 
 # Calls --------------------------------------------------------------------------------------------
@@ -171,14 +139,6 @@ def test_the_loudest_of_several_callers_counts() -> None:
     assert executive.motivations[1] == pytest.approx(0.3 + 0.5)
 
 
-def test_who_is_content_again_no_longer_calls() -> None:
-    executive = layer(EXPLORING, HOMING)
-    executive.hear(PERFORMER, "AUV00", "Coordinator", -128, 0.0)
-    executive.hear(PERFORMER, "AUV00", "Coordinator", 20, 1.0)
-    executive.decide([DUE, DUE], 1.0, 0.0)
-    assert executive.motivations[1] == pytest.approx(0.3)
-
-
 @given(st.lists(st.tuples(st.sampled_from(ROLES), st.sampled_from(["AUV01", "AUV02"]), st.integers(-128, 127))))
 def test_individual_and_vital_activities_do_not_hear_calls(calls: list[tuple[tuple[str, str], str, int]]) -> None:
     quiet, called = layer(EXPLORING, MAPPING, EVADING, HOMING), layer(EXPLORING, MAPPING, EVADING, HOMING)
@@ -191,22 +151,6 @@ def test_individual_and_vital_activities_do_not_hear_calls(calls: list[tuple[tup
     assert called.motivations[3] >= quiet.motivations[3]
 
 
-def test_a_call_to_a_role_that_is_not_played_is_not_heard() -> None:
-    executive = layer(HOMING)
-    executive.hear(("Coordination", "Tactician"), "ASV00", "MissionAdministrator", -128, 0.0)
-    executive.decide([DUE], 0.0, 0.0)
-    assert executive.motivations == pytest.approx([0.3])
-
-
-def test_calls_to_a_role_end_with_the_role() -> None:
-    executive = layer(HOMING)
-    executive.hear(PERFORMER, "AUV00", "Coordinator", -128, 0.0)
-    executive.adopt((), (CARTOGRAPHER,))
-    executive.adopt((HOMING,), ROLES)
-    executive.decide([DUE], 0.0, 0.0)
-    assert executive.motivations == pytest.approx([0.3])
-
-
 # Satisfaction -------------------------------------------------------------------------------------
 
 
@@ -217,20 +161,6 @@ def test_satisfaction_is_kept_per_role() -> None:
         executive.decide([ADVANCING, DUE], float(second), 1.0)
     assert executive.satisfaction == {CARTOGRAPHER: 10.0, PERFORMER: 0.0}
     assert executive.signals() == [(CARTOGRAPHER, 10), (PERFORMER, 0)]
-
-
-def test_satisfaction_follows_what_is_perceived_whatever_is_chosen() -> None:
-    """A supervisor that plans for a moment does not lose its content while news come."""
-    executive = layer(EXPLORING, HOMING)
-    executive.decide([DUE, Perception(0.1, 1.0)], 0.0, 1.0)
-    assert chosen(executive) == {"ZigzagExploring"}
-    assert executive.satisfaction[PERFORMER] == 1.0
-
-
-def test_a_decision_at_once_takes_no_time() -> None:
-    executive = layer(EXPLORING, HOMING)
-    executive.decide([ADVANCING, DUE], 0.0, 0.0)
-    assert executive.satisfaction[CARTOGRAPHER] == 0.0
 
 
 @pytest.mark.parametrize(
@@ -265,25 +195,6 @@ def test_new_activities_keep_what_goes_on() -> None:
     assert executive.satisfaction == {PERFORMER: 0.0}
 
 
-@given(st.floats(0.0, 3.0), st.integers(0, 2))
-def test_an_activity_without_effect_changes_nothing(importance: float, place: int) -> None:
-    """It takes no place in the decision, whatever its type and importance, and does not dilute the mean."""
-    for one in (ActivityType.ORGANISATIONAL, ActivityType.NAVIGATION, ActivityType.CONTROL, ActivityType.PRODUCTIVE):
-        idle = activity_set(("Idling", one), importance=min(1.0, importance), role="Performer")
-        without, with_it = (
-            layer(EXPLORING, HOMING),
-            layer(*[EXPLORING, HOMING][:place], idle, *[EXPLORING, HOMING][place:]),
-        )
-        for number, signal in enumerate((-128, 0, 127, -60)):
-            for executive in (without, with_it):
-                executive.hear(PERFORMER, "AUV00", "Coordinator", signal, float(number))
-            without.decide([Perception(0.4, 0.2), DUE], float(number), 1.0)
-            both = [Perception(0.4, 0.2), DUE]
-            with_it.decide([*both[:place], DUE, *both[place:]], float(number), 1.0)
-            assert chosen(with_it) == chosen(without)
-            assert with_it.satisfaction == without.satisfaction
-
-
 def test_a_call_waits_for_who_is_content_with_work_that_is_left() -> None:
     """At 127 and with all of it left the loudest call is not heeded; with half the stimulus, 0.5 of it is."""
     executive = layer(EXPLORING, HOMING)
@@ -305,41 +216,7 @@ def test_a_call_that_an_answer_would_not_settle_is_not_heeded() -> None:
     assert executive.calls(0.0) == {"AUV00": 1.0}
 
 
-def test_continuing_keeps_a_vehicle_from_wavering() -> None:
-    """Two equal aims: what has been begun goes on, by 0.2 (P + 128) / 255."""
-    other = activity_set(("Positioning", ActivityType.GUIDANCE), importance=0.3, role="Performer")
-    executive = layer(other, HOMING)
-    executive.decide([IDLE, DUE], 0.0, 1.0)
-    executive.decide([DUE, DUE], 1.0, 1.0)
-    assert chosen(executive) == {"Homing"}
-    assert executive.motivations == pytest.approx([0.3, 0.3 + 0.2 * 128 / 255])
-
-
 # Decisions ----------------------------------------------------------------------------------------
-
-perceptions_drawn = st.lists(
-    st.builds(
-        Perception,
-        st.floats(0.0, 1.0),
-        st.sampled_from([None, ADVANCING.advance, STANDING.advance]),
-        concludes=st.just(()),
-    ),
-    min_size=5,
-    max_size=5,
-)
-
-
-@given(st.lists(st.tuples(perceptions_drawn, st.integers(-128, 127)), max_size=10))
-def test_every_decision_holds_at_most_one_activity_of_each_type(story: list[tuple[list[Perception], int]]) -> None:
-    executive = layer(EXPLORING, HOMING, MAPPING, EVADING, LISTENING)
-    for number, (perceptions, call) in enumerate(story):
-        executive.hear(PERFORMER, "AUV00", "Coordinator", call, float(number))
-        decision = executive.decide(perceptions, float(number), 1.0)
-        types = [activity.type for index in decision.chosen for activity in executive.sets[index].effective]
-        assert len(types) == len(set(types))
-        assert {one for one in ActivityType if decision.has(one)} == set(types)
-        assert all(perceptions[index].stimulus > 0.0 for index in decision.chosen)
-        assert "Mapping" not in chosen(executive) or "ZigzagExploring" in chosen(executive)
 
 
 def test_a_role_drives_by_guiding_working_or_planning() -> None:
@@ -348,13 +225,6 @@ def test_a_role_drives_by_guiding_working_or_planning() -> None:
     executive.decide([DUE, DUE], 0.0, 1.0)
     assert chosen(executive) == {"ZigzagExploring", "Sending"}
     assert executive.decision.driving == {CARTOGRAPHER}
-
-
-def test_a_decision_that_stands_is_the_same_object() -> None:
-    """Those who watch for changes compare by identity."""
-    executive = layer(EXPLORING, HOMING)
-    first = executive.decide([ADVANCING, DUE], 0.0, 1.0)
-    assert executive.decide([ADVANCING, DUE], 1.0, 1.0) is first
 
 
 # Calls of holders of jobs -------------------------------------------------------------------------
@@ -413,14 +283,6 @@ def test_who_waits_itself_answers_louder_calls_alone(own: float, heard: int, emi
     assert (executive.motivations[1] > 0.2) == is_answered
 
 
-def test_other_calls_do_not_move_to_help() -> None:
-    """What ends the wait of a holder of a job is named by ``ends``; ``answers`` is for the others."""
-    executive = worker(HOMING, HELPING)
-    executive.hear(PERFORMER, "AUV01", "Coordinator", -128, 0.0)
-    executive.decide([DUE, helping(1.0)._replace(answers=0.0)], 0.0, 0.0)
-    assert executive.motivations == pytest.approx([2.3, 0.2])
-
-
 # Calls for room -----------------------------------------------------------------------------------
 
 
@@ -449,14 +311,6 @@ def test_a_call_of_an_equal_pulls_at_guidance_and_moves_no_activity() -> None:
     assert executive.pulls(0.0) == Pulls(0.0, {}, {"AUV02": 100 / 128}, {"AUV03": 99 / 128}, True)
 
 
-def test_where_signals_have_no_weight_nobody_gives_way() -> None:
-    executive = ExecutiveLayer(replace(CONSTANTS, weight_external=0.0), "AUV01", (), {PERFORMER: {PERFORMER}})
-    executive.adopt([HOMING], [PERFORMER])
-    executive.hear(PERFORMER, "AUV02", "Performer", -100, 0.0)
-    executive.decide([DUE], 0.0, 0.0)
-    assert executive.pulls(0.0) == Pulls(is_among_equals=True)
-
-
 # What pulls at guidance ---------------------------------------------------------------------------
 
 
@@ -479,12 +333,3 @@ def test_an_equal_repels_as_long_as_it_is_remembered_and_no_other_role_does() ->
     for now_s in (0.0, 60.0):
         assert executive.pulls(now_s) == Pulls(0.25, {}, {"AUV01": 0.75})
     assert executive.pulls(60.1).equals == {}
-
-
-def test_without_guidance_or_signals_nothing_pulls() -> None:
-    executive = layer(HOMING, LISTENING)
-    executive.decide([DUE, IDLE], 0.0, 0.0)
-    assert executive.pulls(0.0) == NO_PULLS
-    executive.hear(PERFORMER, "AUV01", "Performer", -96, 0.0)
-    executive.decide([IDLE, DUE], 0.0, 0.0)
-    assert executive.pulls(0.0) == NO_PULLS

@@ -9,7 +9,6 @@ import pytest
 import remoras
 from missions.errors import ConfigurationError, OutputError
 from remoras.strategies.central import Central
-from visualisation.output import DrawingError
 
 SHORT = {"scenario.duration_s": 60.0}
 
@@ -19,24 +18,12 @@ def short() -> remoras.Run:
     return remoras.run("mapping-rendezvous", per=0.4, seed=3, set=SHORT)
 
 
-def test_every_promised_name_is_there() -> None:
-    assert [name for name in remoras.__all__ if getattr(remoras, name, None) is None] == []
-    assert set(remoras.__all__) <= set(dir(remoras))
-    with pytest.raises(AttributeError, match="no attribute 'walk'"):
-        _ = remoras.walk  # type: ignore[attr-defined]
-
-
 def test_importing_it_loads_nothing_heavy() -> None:
     program = (
         "import sys, remoras; heavy = {'mesa', 'numpy', 'pandas', 'pyarrow', 'rdflib', 'matplotlib', 'pydantic'};"
         "print(*sorted(heavy & sys.modules.keys()))"
     )
     assert subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout == "\n"
-
-
-def test_a_run_says_what_it_is_in_a_line(short: remoras.Run) -> None:
-    assert repr(short) == "<Run of mapping-rendezvous, seed 3: not completed: " + short.summary["reason"] + ", 60.0 s>"
-    assert len(repr(short)) < 200
 
 
 def test_options_are_those_of_the_command_line(short: remoras.Run) -> None:
@@ -78,12 +65,6 @@ def test_a_strategy_may_be_an_object() -> None:
     assert by_object.table("packets").equals(by_name.table("packets"))
 
 
-def test_a_loaded_scenario_takes_no_options() -> None:
-    loaded = remoras.load("mapping-rendezvous", set=SHORT)
-    with pytest.raises(TypeError, match="give them to load"):
-        remoras.run(loaded, per=0.5)
-
-
 def test_wrong_arguments_are_told_with_what_is_allowed() -> None:
     with pytest.raises(TypeError, match=r"seed is 1\.5; allowed: a whole number, 0 or more"):
         remoras.run("mapping-rendezvous", seed=1.5, set=SHORT)  # type: ignore[arg-type]
@@ -104,15 +85,6 @@ def test_faults_name_the_argument() -> None:
         remoras.load("mapping-rendezvouz")
 
 
-def test_a_run_is_drawn_from_memory(short: remoras.Run) -> None:
-    figure = short.plot("trajectories")
-    assert figure._repr_png_()[:4] == b"\x89PNG"  # type: ignore[attr-defined]
-    assert "seed" in figure.caption  # type: ignore[attr-defined]
-    assert short.plot("coverage").axes  # a figure of the mission
-    with pytest.raises(DrawingError, match="known"):
-        short.plot("trajectory")
-
-
 def test_what_vehicles_knew_can_be_asked(short: remoras.Run) -> None:
     found = short.query("SELECT ?role WHERE { ?vehicle0 rm:playsRole ?role }")
     assert list(found.columns) == ["vehicle", "role"]
@@ -121,15 +93,6 @@ def test_what_vehicles_knew_can_be_asked(short: remoras.Run) -> None:
     assert list(before.itertuples(index=False, name=None)) == [(False,)]
     with pytest.raises(OutputError, match=r"no vehicle 'AUV1'; there are .* did you mean 'AUV01'"):
         short.query("ASK {}", vehicle="AUV1")
-
-
-def test_what_vehicles_knew_is_written(short: remoras.Run, tmp_path: Path) -> None:
-    found = short.export("nt", tmp_path / "items.nt", vehicle="AUV01", at_s=50.0, items=True)
-    assert found.read_text(encoding="utf-8").startswith("<https://w3id.org/remoras/run/fact-")
-    with pytest.raises(OutputError, match="is written as nt, and the format is ttl"):
-        short.export("ttl", tmp_path / "items.ttl", items=True)
-    with pytest.raises(OutputError, match="are about what vehicles knew; formats: ttl, trig, jsonld, nt; not csv"):
-        short.export("csv", tmp_path / "tables", vehicle="AUV01")
 
 
 def test_the_exchange_study_is_a_data_frame() -> None:
@@ -154,22 +117,3 @@ def test_a_sweep_is_made_opened_and_compared(tmp_path: Path) -> None:
     figure = made.plot("differences")
     assert figure._repr_png_()[:4] == b"\x89PNG"  # type: ignore[attr-defined]
     assert "n = 2 runs per point, master seed" in figure.caption  # type: ignore[attr-defined]
-
-
-@pytest.mark.slow
-def test_a_notebook_shows_what_it_promises() -> None:
-    """Cells as a user types them: a frame as a table, a figure as a picture, a run in a line."""
-    nbclient = pytest.importorskip("nbclient")
-    nbformat = pytest.importorskip("nbformat")
-    cells = [
-        "import remoras\nshort = {'scenario.duration_s': 30.0}\n"
-        "run = remoras.run('mapping-rendezvous', per=0.6, seed=3, set=short)\nrun",
-        "run.table('roles').head()",
-        "run.plot('trajectories')",
-    ]
-    notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(cell) for cell in cells])
-    nbclient.NotebookClient(notebook, timeout=120, kernel_name="python3").execute()
-    line, table, picture = (cell["outputs"][-1]["data"] for cell in notebook.cells)
-    assert line["text/plain"].startswith("<Run of mapping-rendezvous, seed 3")
-    assert "<table" in table["text/html"]
-    assert len(picture["image/png"]) > 10_000

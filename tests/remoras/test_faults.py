@@ -9,9 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from samples import GROUPS, LEADER, WORKER, auv, database
 
-from exchange.acoustics import loss
 from missions.fault import kinds
-from missions.runs.assembly import assemble, faults_in
+from missions.runs.assembly import assemble
 from missions.runs.run import Run, run
 from missions.runs.setup import resolved
 from missions.scenarios import load
@@ -73,27 +72,11 @@ def at_rate(rate_per_h: float, until_s: float = math.inf) -> DeclaredFault:
 # What is drawn ------------------------------------------------------------------------------------
 
 
-def test_a_named_vehicle_at_a_time_needs_no_draw() -> None:
-    (fault,) = draw(at("lost", "AUV01", 900.0))
-    assert (fault.vehicle, fault.from_s, fault.until_s) == ("AUV01", 900.0, math.inf)
-
-
-def test_the_head_is_who_was_agreed_to_lead() -> None:
-    assert draw(at("lost", "head of Operational", 900.0))[0].vehicle == "AUV00"
-
-
 def test_any_is_drawn_evenly_among_those_able_to_work() -> None:
     """Of 600 draws each of three is expected 200 times; 5 standard deviations are 5 sqrt(600 * 2/9) = 58."""
     whom = [draw(at("lost", ANY, 900.0), seed=seed)[0].vehicle for seed in range(600)]
     assert set(whom) == ABLE
     assert all(abs(whom.count(name) - 200) <= 58 for name in ABLE)
-
-
-def test_any_dead_sensor_is_one_of_a_vehicle_that_has_it() -> None:
-    fault = declared("sensor", ANY, (900.0, 900.0))
-    found = {draw(fault, seed=seed)[0] for seed in range(50)}
-    assert {one.vehicle for one in found} == {"AUV00", "AUV01"}
-    assert {one.leaves.dead_sensors for one in found} == {frozenset(one.name for one in FLEET["AUV00"].sensors)}
 
 
 @given(st.integers(0, 1000), st.sampled_from(KINDS[:4]))
@@ -115,18 +98,6 @@ def test_a_rate_is_drawn_exponentially_and_what_comes_too_late_does_not_happen()
     assert abs(happened / 2000 - (1.0 - 1.0 / math.e)) < 0.054
 
 
-@given(st.integers(0, 1000), st.floats(0.1, 10.0), st.floats(1.0, 10.0))
-def test_a_higher_rate_never_comes_later(seed: int, rate_per_h: float, more: float) -> None:
-    seldom, often = draw(at_rate(rate_per_h), seed=seed), draw(at_rate(more * rate_per_h), seed=seed)
-    assert len(seldom) <= len(often)
-    assert all(a.from_s >= b.from_s for a, b in zip(seldom, often, strict=False))
-
-
-@given(st.integers(0, 200))
-def test_a_rate_that_comes_after_the_fault_were_over_brings_none(seed: int) -> None:
-    assert all(fault.from_s < 600.0 for fault in draw(at_rate(4.0, until_s=600.0), seed=seed))
-
-
 def test_a_vehicle_that_joins_after_the_mission_is_never_there() -> None:
     (fault,) = draw(at("joins", "AUV01", DURATION_S + 1.0))
     assert (fault.from_s, fault.until_s) == (0.0, DURATION_S + 1.0)
@@ -137,13 +108,6 @@ def test_a_fault_that_is_added_shifts_no_draw_of_another(
     faults: list[DeclaredFault], added: DeclaredFault, seed: int
 ) -> None:
     assert set(draw(*faults, seed=seed)) <= set(draw(*faults, added, seed=seed))
-
-
-@given(st.sampled_from(KINDS), st.sampled_from(KINDS), st.integers(0, 100))
-def test_one_of_another_kind_shifts_none_wherever_it_stands(kind: str, added: str, seed: int) -> None:
-    mine = at(kind, ANY, 0.0, 3000.0)
-    if kind is not added:
-        assert set(draw(mine, seed=seed)) <= set(draw(at(added, ANY, 0.0, 3000.0), mine, seed=seed))
 
 
 @given(st.integers(0, 100))
@@ -169,21 +133,6 @@ def test_a_seed_draws_the_same_in_every_version() -> None:
     assert found == [("AUV01", 111), ("AUV02", 2034), ("AUV00", 2632)]
 
 
-def test_loss_rate_and_strategy_shift_no_draw() -> None:
-    given = 'fault=[{kind="lost",vehicle="any",at_s=[0,3000]},{kind="slow",vehicle="any",rate_per_h=2}]'
-    schedules = {
-        faults_in(resolved(load("mapping-rendezvous", [("--set", one) for one in (given, *others)])), seed=7)
-        for others in ((), ("channel.per=0.6",), ("strategy.name=central",), ("uncertainty.speed_spread=0.3",))
-    }
-    assert len(schedules) == 1
-
-
-def test_draws_of_faults_are_a_stream_of_their_own() -> None:
-    """A draw of speeds and one of losses with the same numbers are others."""
-    numbers = {loss.uniform(1, trial, 0, 0, 0) for trial in (0, loss.SPEEDS, loss.FAULTS)}
-    assert len(numbers) == 3
-
-
 # What is left of a vehicle ------------------------------------------------------------------------
 
 
@@ -200,12 +149,6 @@ def test_faults_of_one_vehicle_add_up() -> None:
     assert found.speed_factor == pytest.approx(0.2)
     assert found.dead_sensors == {"swath", "sonar"}
     assert condition_under([]) == SOUND
-
-
-@pytest.mark.parametrize("until_s", [500.0, math.inf])
-def test_a_lost_vehicle_is_lost_for_good_only_without_an_end(until_s: float) -> None:
-    found = condition_under([befalling("lost", "A", 100.0, until_s=None if math.isinf(until_s) else until_s)])
-    assert (found.is_alive, found.lost_for_good) == (False, math.isinf(until_s))
 
 
 @pytest.mark.parametrize(
@@ -265,38 +208,6 @@ def test_a_lost_vehicle_does_nothing_until_it_is_back() -> None:
     assert [row for row in known if FROM_S < row[0] < UNTIL_S] == []
 
 
-def test_a_fleet_without_faults_does_all_that_meanwhile() -> None:
-    """Else the other tests would prove nothing."""
-    finished = run_with()
-    assert finished.recorder.faults == []
-    assert len({row[:2] for row in track(finished, FROM_S, UNTIL_S)}) > 100
-    assert mapped(finished, FROM_S, UNTIL_S) > 0
-    assert max(row[3] for row in track(finished, FROM_S, UNTIL_S)) > 1.5
-
-
-def test_a_vehicle_decides_once_a_period_after_it_is_back() -> None:
-    """It does not make up for the decisions of the 200 s in which it was away: every 2 s, 100 in the 200 s after."""
-    fleet = assemble(resolved(load("mapping-rendezvous", [("--set", f"fault=[{LOST}]")])), seed=1)
-    vehicle = fleet.vehicles[2]
-    thoughts: list[float] = []
-    think = vehicle.think
-
-    def counted(now_s: float, dt_s: float) -> None:
-        if dt_s > 0.0:
-            thoughts.append(now_s)
-        think(now_s, dt_s)
-
-    vehicle.think = counted
-    while fleet.now_s < END_S:
-        fleet.step()
-    fleet.close()
-    assert [time_s for time_s in thoughts if UNTIL_S <= time_s < END_S] == [500.0 + 2.0 * n for n in range(100)]
-    assert [time_s for time_s in thoughts if FROM_S <= time_s < UNTIL_S] == []
-
-
-LOST = f'{{kind="lost",vehicle="AUV01",at_s={FROM_S},until_s={UNTIL_S}}}'
-
-
 def test_a_mute_vehicle_is_not_heard_but_hears_and_pays_for_its_packets() -> None:
     finished = during("mute")
     others = ["ASV00", "AUV00", "AUV02"]
@@ -318,24 +229,6 @@ def test_a_deaf_vehicle_hears_nobody_but_is_heard() -> None:
     received = [row for row in finished.recorder.knowledge if row[1] == "AUV01" and row[4] == "received"]
     assert [row for row in received if FROM_S < row[0] < UNTIL_S] == []
     assert all("AUV01" in one[1] for one in packets(finished, UNTIL_S, END_S) if one[0] != "AUV01")
-
-
-def test_a_packet_under_way_when_the_deafness_begins_is_not_heard() -> None:
-    """At 463 bit/s a head alone takes longer than 0.2 s."""
-    usual = next(row for row in run_with().recorder.packets if row[2] == "AUV00" and row[1] > 70.0)
-    finished = run_with(f'kind="deaf",vehicle="AUV01",at_s={usual[1] + 0.2}')
-    found = next(row for row in finished.recorder.packets if row[1] == usual[1])
-    assert "AUV01" in usual[6]
-    assert "AUV01" in found[7]
-
-
-def test_a_slow_vehicle_gets_its_share_of_every_speed() -> None:
-    """Greatest speed 2.57 m/s, survey 1.54 m/s; a change takes 2.57 / 2 / 0.5 = 3 s."""
-    finished, usual = during("slow", ",factor=0.25"), run_with()
-    speeds = [row[3] for row in track(finished, FROM_S + 5.0, UNTIL_S - 1.0)]
-    assert max(speeds) == pytest.approx(0.25 * max(row[3] for row in track(usual, FROM_S + 5.0, UNTIL_S - 1.0)))
-    assert track(finished, 0.0, FROM_S - 1.0) == track(usual, 0.0, FROM_S - 1.0)
-    assert max(row[3] for row in track(finished, UNTIL_S + 5.0, END_S)) == pytest.approx(1.54)
 
 
 def test_a_slow_vehicle_keeps_the_reserve_of_the_speed_that_is_left() -> None:
@@ -387,34 +280,6 @@ def test_a_lost_vehicle_floats_up_and_one_that_has_not_joined_is_no_obstacle(kin
     assert nearest_m >= 5.0 if evades else nearest_m < 2.0  # its way is across the very place, 2.57 m a tick
 
 
-@pytest.mark.parametrize(
-    ("kind", "alive", "in_contact"),
-    [
-        ("lost", False, False),
-        ("mute", True, False),
-        ("deaf", True, False),
-        ("slow", True, True),
-        ("sensor", True, True),
-    ],
-)
-def test_a_truth_sees_what_the_faults_have_left(kind: str, alive: bool, in_contact: bool) -> None:
-    table = f'{{kind="{kind}",vehicle="AUV01",at_s={FROM_S},until_s={UNTIL_S}}}'
-    fleet = assemble(resolved(load("mapping-rendezvous", [("--set", f"fault=[{table}]")])), seed=1)
-    seen = fleet.view.vehicles[2]
-    found = []
-    for time_s in (FROM_S - 1.0, FROM_S, UNTIL_S):
-        while fleet.now_s < time_s:
-            fleet.step()
-        found.append((seen.is_alive, seen.is_in_contact, seen.will_return, seen.sensing))
-    fleet.close()
-    sound = True, True, False, ("mapping",)
-    assert found == [
-        sound,
-        (alive, in_contact, not in_contact, ("mapping",) if alive and kind != "sensor" else ()),
-        sound,
-    ]
-
-
 def test_the_table_says_when_each_begins_and_is_over() -> None:
     finished = run_with(
         'kind="slow",vehicle="AUV02",at_s=100,until_s=200.5',
@@ -429,31 +294,9 @@ def test_the_table_says_when_each_begins_and_is_over() -> None:
     ]
 
 
-def test_faults_of_a_kind_that_overlap_end_one_by_one() -> None:
-    finished = run_with(
-        'kind="mute",vehicle="AUV01",at_s=100,until_s=200', 'kind="mute",vehicle="AUV01",at_s=150,until_s=300'
-    )
-    own = {len(receivers) for sender, receivers, _ in packets(finished, 100.0, 300.0) if sender == "AUV01"}
-    assert own == {0}
-    assert all(len(one[1]) == 3 for one in packets(finished, 300.0, END_S) if one[0] == "AUV01")
-
-
 def test_a_run_goes_on_while_a_vehicle_may_come_back_and_ends_when_none_will() -> None:
     names = ("ASV00", "AUV00", "AUV01", "AUV02")
     away = [f'kind="lost",vehicle="{name}",at_s=10,until_s=20' for name in names]
     assert run_with(*away).recorder.trajectories[-1][0] == END_S
     lost = [f'kind="lost",vehicle="{name}",at_s=10' for name in names]
     assert run_with(*lost).recorder.trajectories[-1][0] == 10.0
-
-
-def test_a_run_with_faults_is_a_function_of_scenario_and_seed() -> None:
-    tables = 'kind="lost",vehicle="any",at_s=[100,400]', 'kind="mute",vehicle="any",rate_per_h=20'
-    runs = [run_with(*tables, seed=3, settings=["channel.per=0.4"]).recorder for _ in range(2)]
-    assert runs[0].faults
-    assert all(runs[0].rows(name) == runs[1].rows(name) for name in runs[0].tables)
-
-
-def test_a_fault_that_never_comes_changes_no_row() -> None:
-    late = run_with('kind="lost",vehicle="AUV01",rate_per_h=1e-9').recorder
-    usual = run_with().recorder
-    assert all(late.rows(name) == usual.rows(name) for name in usual.tables)

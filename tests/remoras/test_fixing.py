@@ -13,7 +13,6 @@ from remoras.activities import Activity, ActivityType
 from remoras.avoidance import Neighbour
 from remoras.behaviours import DUE, Behaviour, Perception, Reference
 from remoras.database import VehicleData
-from remoras.errors import PluginError
 from remoras.functional.layer import FunctionalLayer
 from remoras.functional.vital import VITAL_SETS
 from remoras.motion import Motion
@@ -76,15 +75,6 @@ class Voyage:
         return self.performed == (FIX,)
 
 
-def test_a_mission_cannot_override_the_need_of_who_errs() -> None:
-    """Who knows its place has no such need, and a mission may call an activity so."""
-    own = [activity_set((FIXING.name, ActivityType.GUIDANCE))]
-    with pytest.raises(PluginError, match=f"'{FIXING.name}' is the name of an activity of the vehicle itself"):
-        Voyage().layer.prepare(own)
-    sets = FunctionalLayer(auv(), East(), None, {}, BOUNDS_M, Picture()).prepare(own)
-    assert [of.name for of in sets].count(FIXING.name) == 1
-
-
 @given(st.lists(st.tuples(st.floats(0.0, 400.0), st.floats(0.0, 60.0)), max_size=30), st.floats(0.0, 0.2))
 def test_no_error_is_greater_than_its_bound(ways: list[tuple[float, float]], drift: float) -> None:
     """Ways under water in any directions, each ended by a fix of any length; the first is as far off as the bound."""
@@ -111,39 +101,6 @@ def test_a_vehicle_goes_up_once_it_may_be_too_far_off_and_goes_on_where_it_stopp
     assert abs(voyage.layer.motion.x_m - x_m) < 3.0  # it had to brake
     assert voyage.navigation.uncertainty_m == pytest.approx(0.088 * 10.0, abs=0.2)
     assert voyage.layer.picture.body.uncertainty_m == voyage.navigation.uncertainty_m
-
-
-def test_no_other_stay_leaves_more_time_for_work() -> None:
-    """Time per metre of bound that is gained, for stays around that of the theorem: it is least there."""
-
-    def per_metre_s(stay_s: float) -> float:
-        return (80.0 + stay_s) / (1.0 - math.exp(-stay_s / 10.0))
-
-    best_s = takes_s(NavigationConstants(0.02), 20.0) - 80.0
-    assert all(per_metre_s(best_s) < per_metre_s(best_s + off_s) for off_s in (-8.0, -2.0, 2.0, 8.0))
-
-
-def test_a_beacon_is_passed_where_that_is_sooner() -> None:
-    """From (500, 0) the rim of one at (560, 0) is 30 m off, 12 s; 40 s up. It is under water all the time."""
-    voyage = Voyage(Beacon((560.0, 0.0), 30.0))
-    voyage.go_on(lambda: voyage.is_fixing)
-    took_s = voyage.go_on(lambda: not voyage.is_fixing)
-    assert voyage.layer.depth_m == 20.0
-    assert took_s < 60.0
-    assert voyage.navigation.uncertainty_m < 3.0
-    far = Voyage(Beacon((500.0, 400.0), 30.0))
-    far.go_on(lambda: far.is_fixing)
-    far.go_on(lambda: far.layer.depth_m < 1.0, 60.0)
-    assert far.layer.depth_m < 1.0
-
-
-def test_a_beacon_that_is_silent_where_it_should_be_heard_is_not_waited_for() -> None:
-    """Its carrier was heard there, but is mute now."""
-    voyage = Voyage(Beacon(lambda: None, 30.0, "ASV00"))
-    voyage.layer.picture.peers.positions_m["ASV00"] = (560.0, 0.0)
-    voyage.go_on(lambda: voyage.is_fixing)
-    voyage.go_on(lambda: voyage.layer.depth_m < 1.0, 200.0)
-    assert voyage.layer.depth_m < 1.0
 
 
 def test_a_vehicle_that_goes_up_claims_all_above_it_and_waits_while_somebody_is_there() -> None:

@@ -4,39 +4,11 @@ import itertools
 
 from hypothesis import given
 from hypothesis import strategies as st
-from samples import GROUPS, LEADER, WORKER, auv, database
+from samples import auv, database
 
 from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
 from remoras.strategies.founding import founded
-
-
-def test_founding_roles_go_to_those_with_the_most_energy() -> None:
-    fleet = database(
-        auv("AUV00", playable_roles=LEADER, energy_j=1.0e6),
-        auv("AUV01", playable_roles=LEADER, energy_j=2.0e6),
-        auv("AUV02", playable_roles=WORKER),
-        auv("AUV03", playable_roles=WORKER),
-    )
-    formed = founded(fleet, GROUPS)
-    assert formed.members("Coordination", "Tactician") == ("AUV01",)
-    assert formed.members("Operational", "Coordinator") == ("AUV01",)  # played by the Tactician
-    assert formed.members("Operational", "Performer") == ("AUV02", "AUV03")  # as many as are able
-    assert formed.members("Operational", "Cartographer") == ()  # allocated during the mission
-
-
-def test_of_equals_the_lower_node_founds() -> None:
-    fleet = database(*(auv(name, playable_roles=LEADER) for name in ("AUV02", "AUV00", "AUV01")))
-    assert founded(fleet, GROUPS).members("Coordination") == ("AUV00",)
-
-
-def test_a_head_has_the_social_layer() -> None:
-    """REMORAS IV.B: at least one vehicle per group must have it, and it is the one that leads."""
-    fleet = database(auv("AUV00", playable_roles=LEADER, social_layer=False), auv("AUV01", playable_roles=WORKER))
-    formed = founded(fleet, GROUPS)
-    assert formed.members("Coordination", "Tactician") == ("AUV00",)
-    assert formed.heads("Operational") == ()
-
 
 # One assignment over all roles ----------------------------------------------------------------------
 
@@ -119,39 +91,6 @@ def test_whenever_all_founding_roles_can_be_filled_they_are(
         assert fleet[one.vehicle].can_play(one.group, one.role)
 
 
-def test_who_alone_can_lead_the_group_below_is_chosen_above() -> None:
-    """By energy alone AUV01 would be the Tactician, who is not able to be the Coordinator: nobody would lead."""
-    fleet = database(
-        auv("AUV00", playable_roles=("Tactician", "Coordinator")),
-        auv("AUV01", playable_roles=("Tactician", "Performer"), energy_j=9.0e6),
-    )
-    formed = founded(fleet, GROUPS)
-    assert formed.heads("Operational") == ("AUV00",)
-    assert formed.members("Operational", "Performer") == ("AUV01",)
-
-
-def test_nobody_has_two_roles_of_a_group_that_two_could_have() -> None:
-    group = Group(
-        "Team", (RoleSpecification("Hand", 1, 1, founding=True), RoleSpecification("Eye", 1, 1, founding=True))
-    )
-    fleet = database(auv("AUV00", playable_roles=("Hand", "Eye")), auv("AUV01", playable_roles=("Hand",)))
-    formed = founded(fleet, (group,))
-    assert formed.members("Team", "Hand") == ("AUV01",)
-    assert formed.members("Team", "Eye") == ("AUV00",)
-
-
-def test_incompatible_roles_are_both_held_where_one_after_the_other_would_leave_one_open() -> None:
-    """AUV00 comes first for both roles, and AUV01 is able to hold the Hand alone."""
-    apart = [frozenset({("Team", name)}) for name in ("Eye", "Hand")]
-    roles = [
-        RoleSpecification(n, 1, 1, founding=True, incompatible=a) for n, a in zip(("Hand", "Eye"), apart, strict=True)
-    ]
-    both = ("Hand", "Eye")
-    fleet = database(auv("AUV00", playable_roles=both, energy_j=9.0e6), auv("AUV01", playable_roles=("Hand",)))
-    formed = founded(fleet, (Group("Team", tuple(roles)),))
-    assert [formed.members("Team", name) for name in both] == [("AUV01",), ("AUV00",)]
-
-
 def test_teams_within_one_group_share_the_vehicles() -> None:
     """Each team has a Tactician of its own as its head, and the other vehicles in turns."""
     fleet_group = Group("Fleet", (RoleSpecification("Tactician", 1, 3, founding=True),))
@@ -166,10 +105,3 @@ def test_teams_within_one_group_share_the_vehicles() -> None:
     assert len({name for team in teams for name in formed.heads(team.name)}) == 3
     for name in (f"AUV{n:02d}" for n in range(8)):
         assert sum(formed.is_member(name, team.name) for team in teams) == 1
-
-
-def test_a_vehicle_for_which_there_is_no_role_is_a_reserve() -> None:
-    fleet = database(
-        auv("AUV00", playable_roles=LEADER), auv("AUV01", playable_roles=WORKER), auv("AUV02", playable_roles=())
-    )
-    assert founded(fleet, GROUPS).roles_of("AUV02") == ()

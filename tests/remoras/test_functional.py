@@ -10,7 +10,7 @@ from samples import activity_set, auv
 from missions.features.current import in_current
 from remoras.activities import Activity, ActivitySet, ActivityType
 from remoras.avoidance import Neighbour
-from remoras.behaviours import DUE, IDLE, Behaviour, Homing, Perception, Reference, Standing
+from remoras.behaviours import DUE, Behaviour, Homing, Perception, Reference, Standing
 from remoras.current import Current
 from remoras.database import VehicleData
 from remoras.errors import PluginError
@@ -25,22 +25,16 @@ from remoras.sensor import Observation, Pose
 BOUNDS_M = (-100.0, -100.0, 800.0, 800.0)
 N_VITAL = len(VITAL_SETS)
 HOMING = activity_set(("Homing", ActivityType.GUIDANCE))
-LEAVING = activity_set(("Leaving", ActivityType.GUIDANCE))
 WORKING = activity_set(("Working", ActivityType.PRODUCTIVE), sensors=("depth",))
 LISTENING = activity_set(("Listening", ActivityType.PRODUCTIVE), sensors=("sound", "depth"))
 DEPTHS = Table("depths", (TIME, VEHICLE, Column("depth_m", "float", "m")))
 
 
 class Shore:
-    """A mission: homing, leaving and something to be done, on a sea floor that falls off to the east."""
+    """A mission: homing and something to be done, on a sea floor that falls off to the east."""
 
     def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
-        match activity.name:
-            case "Homing":
-                return Homing((100.0, 0.0), 5.0, "Operational", data)
-            case "Leaving":
-                return Homing((-100.0, 0.0), 5.0, "Operational", data)
-        return Standing()
+        return Homing((100.0, 0.0), 5.0, "Operational", data) if activity.name == "Homing" else Standing()
 
     def world(self, seed: int) -> Callable[[float], float]:
         return lambda x_m: 0.1 * x_m
@@ -82,10 +76,6 @@ def perceived(functional: FunctionalLayer, *performed: int) -> list[Perception]:
     return functional.perceive([N_VITAL + number for number in performed])[N_VITAL:]
 
 
-def test_a_vehicle_starts_where_its_data_say() -> None:
-    assert layer(start_m=(12.0, 34.0)).motion.position_m == (12.0, 34.0)
-
-
 def test_without_guidance_it_stays() -> None:
     functional = layer(WORKING)
     perform(functional, 0)
@@ -103,15 +93,6 @@ def test_guidance_moves_it() -> None:
     assert functional.motion.position_m == (7.0, 0.0)
 
 
-def test_what_is_no_longer_decided_is_no_longer_done() -> None:
-    functional = layer(HOMING)
-    perform(functional, 0)
-    functional.act(1.0)
-    perform(functional)
-    functional.act(1.0)
-    assert functional.motion.speed_mps == 0.0
-
-
 def test_what_is_under_way_goes_on_when_activities_are_chosen_anew() -> None:
     """Homing has come nearer: it knows so although an objective was added before it."""
     functional = layer(HOMING)
@@ -123,15 +104,6 @@ def test_what_is_under_way_goes_on_when_activities_are_chosen_anew() -> None:
     functional.act(1.0)
     functional.picture.body.now_s = 1.0
     assert perceived(functional, 1)[1] == Perception(1.0, 0.5)  # 1 m/s of 2 after two seconds of 0.5 m/s^2
-
-
-def test_perceptions_come_in_the_order_of_the_sets() -> None:
-    functional = layer(WORKING, HOMING)
-    perform(functional, 1)
-    assert perceived(functional, 1) == [DUE, DUE]  # the first look at the way knows no advance yet
-    functional.act(1.0)
-    functional.picture.body.now_s = 1.0
-    assert perceived(functional, 1) == [DUE, Perception(1.0, 0.25)]  # 0.5 m/s of 2
 
 
 def test_no_behaviour_drives_a_vehicle_faster_than_it_is() -> None:
@@ -159,13 +131,6 @@ def test_a_sensor_is_asked_only_while_an_activity_switches_it_on() -> None:
     assert functional.sense(2.0, ()) == []
 
 
-def test_several_sensors_are_asked_in_the_order_of_the_vehicle() -> None:
-    functional = layer(LISTENING)
-    perform(functional, 0)
-    assert [sensed.sensor for sensed in functional.sense(2.0, ())] == ["depth", "sound"]
-    assert [sensed.sensor for sensed in functional.sense(3.0, ())] == ["depth"]
-
-
 def test_a_yield_is_noted() -> None:
     functional = layer(LISTENING, sensors={"sound": Hydrophone(), "depth": Hydrophone()})
     perform(functional, 0)
@@ -174,21 +139,6 @@ def test_a_yield_is_noted() -> None:
     functional.sense(2.0, ())
     functional.sense(3.0, ())
     assert functional.picture.body.last_yield_s == 2.0
-
-
-def test_a_sensor_sees_where_the_vehicle_is_and_how_it_moves() -> None:
-    seen = []
-
-    class Witness(DepthSounder):
-        def sense(self, pose: Pose, world: Any, now_s: float) -> Sequence[Observation]:
-            seen.append(pose)
-            return []
-
-    functional = layer(HOMING, WORKING, sensors={"depth": Witness()}, depth_m=20.0)
-    perform(functional, 0, 1)
-    functional.act(1.0)
-    functional.sense(1.0, ())
-    assert seen == [Pose(0.5, 0.0, 20.0, 0.0, 0.5)]
 
 
 # What others write --------------------------------------------------------------------------------
@@ -307,22 +257,12 @@ def test_a_wrong_observation_is_one_clear_message(answer: Any, says: str) -> Non
         functional.sense(0.0, ())
 
 
-def test_a_sensor_that_the_vehicle_does_not_have_cannot_be_switched_on() -> None:
-    with pytest.raises(PluginError, match="Listening switches on the sensor 'sound', but AUV00 has: depth"):
-        layer(LISTENING, sensors={"depth": DepthSounder()})
-
-
 @pytest.mark.parametrize("name", sorted(VITAL_NAMES))
 def test_a_mission_cannot_override_what_is_vital(name: str) -> None:
     with pytest.raises(PluginError, match=f"'{name}' is the name of an activity of the vehicle itself"):
         layer(activity_set(("Working", ActivityType.PRODUCTIVE), (name, ActivityType.GUIDANCE)))
     with pytest.raises(PluginError, match=r"importance is 5\.0; allowed: 0 to 1"):
         layer(activity_set(("Working", ActivityType.PRODUCTIVE), importance=5.0))
-
-
-def test_a_mission_is_not_asked_for_what_is_vital() -> None:
-    functional = layer(mission=Answering(AssertionError("asked")))
-    assert functional.perceive(()) == [DUE, IDLE, IDLE]
 
 
 # Integrity ----------------------------------------------------------------------------------------
@@ -375,13 +315,6 @@ def test_keeping_clear_has_the_last_word_on_guidance() -> None:
     before = alone.motion.heading_rad
     alone.act(1.0, [Neighbour(0.0, 50.0, 2.0, 0.0)])  # side by side, 50 m off
     assert (alone.motion.heading_rad, alone.motion.speed_mps) == (before, 1.0)
-
-
-def test_who_has_nothing_to_do_makes_way() -> None:
-    functional = layer()
-    for _ in range(5):
-        functional.act(1.0, [Neighbour(8.0, 0.0, -1.0, 0.0)])
-    assert functional.motion.x_m < 0.0
 
 
 def test_a_low_battery_calls_home() -> None:

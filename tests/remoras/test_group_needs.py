@@ -7,7 +7,6 @@ import pytest
 from missions.mapping import MappingMission
 from missions.runs.setup import Setup, resolved
 from missions.scenarios import load
-from remoras.errors import PluginError
 from remoras.organisation import Organisation
 from remoras.social.needs import GroupNeeds
 from worldmodel import PropertyValue, Value
@@ -67,19 +66,6 @@ def test_a_fact_is_needed_by_those_whose_group_it_concerns(
     assert who(needs(), subject, attribute, value) == expected
 
 
-def test_who_leads_the_supervisors_is_known_to_all_whom_they_give_missions() -> None:
-    everybody = word(*NODES)
-    assert who(needs(), "Coordination", "headedBy", "AUV00") == everybody
-    assert who(needs(), "AUV00", "playsRole", "Coordination.MissionAdministrator") == everybody
-
-
-def test_what_concerns_no_group_concerns_everybody() -> None:
-    assert who(needs(), "Supervision", "missionCompleted", True) == 0  # it is not listed, so it is not exchanged
-    asked = needs()
-    asked.renew(moved(("AUV01", "North", "NorthPerformer", False)))
-    assert who(asked, "AUV01", "position", (0.0, 0.0)) == word(*NODES)  # a reserve: any head may want it
-
-
 def test_who_joins_a_group_needs_what_it_knows_and_who_leaves_hears_who_plays_what() -> None:
     asked = needs()
     assert asked.renew(moved(("AUV03", "North", "NorthPerformer", True)))
@@ -87,13 +73,6 @@ def test_who_joins_a_group_needs_what_it_knows_and_who_leaves_hears_who_plays_wh
     assert asked.renew(moved(("AUV01", "North", "NorthPerformer", False)))
     assert who(asked, "north west", "mappedCell", 3.0) == word("AUV00")
     assert who(asked, "AUV00", "leftRole", "North.NorthWest") == word("AUV00", "AUV01", "AUV03", *HEAD)
-
-
-def test_an_organisation_in_which_the_same_need_the_same_makes_no_difference() -> None:
-    asked = needs()
-    assert not asked.renew(
-        moved(("AUV01", "North", "NorthPerformer", False), ("AUV01", "North", "NorthPerformer", True))
-    )
 
 
 def test_a_head_holds_what_its_group_knows_with_those_who_do_the_job() -> None:
@@ -126,11 +105,6 @@ def test_a_mission_may_name_the_groups_of_an_instance(monkeypatch: pytest.Monkey
     asked = shared(("North", "East"), monkeypatch)
     assert who(asked, "north west", "mappedCell", 3.0) == word(*NORTH, *EAST)
     assert who(asked, "north east", "mappedCell", 3.0) == word(*NORTH)
-
-
-def test_a_mission_that_names_no_group_of_the_scenario_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    with pytest.raises(PluginError, match=r"mission Sharing: groups_of.*North, East, South"):
-        shared(("Nowhere",), monkeypatch)
 
 
 def test_what_concerns_a_group_formed_at_sea_concerns_those_who_may_come_into_it() -> None:

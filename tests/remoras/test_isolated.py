@@ -56,13 +56,3 @@ def test_a_head_that_was_cut_off_tells_what_it_gave_alone_and_once(fleet: Fleet)
     once_more = hear_again(head, frame + 2, "AUV02")
     assert once_more is not None
     assert once_more.passed_on == []
-
-
-def test_a_member_that_led_itself_alone_tells_nothing_that_the_others_would_refuse(fleet: Fleet) -> None:
-    member = next(vehicle for vehicle in fleet.vehicles if vehicle.name == "AUV01")
-    frame = cut_off(member)
-    say_alone(member, frame, EXPLORE_LEFT)
-    assert "left" in [one.argument for one in member.social.objectives.values()]
-    came_back = hear_again(member, frame + 1, "AUV00", "AUV02")
-    assert came_back is not None
-    assert came_back.passed_on == []

@@ -4,7 +4,6 @@ No claim counts against a head that is there: one that is not excused, has led b
 """
 
 from collections.abc import Collection
-from itertools import permutations
 from random import Random
 from typing import Any
 
@@ -81,17 +80,6 @@ def test_a_claim_counts_from_its_own_age_and_ends_the_reign_before(hearer: Heare
     assert not hearer.known.is_claim(age(9.0))
 
 
-def test_of_claims_only_a_greater_one_counts(hearer: Hearer) -> None:
-    """B claims under term 2; C under 1 later, in vain; D under 2 with a lower node, which wins."""
-    hearer.claim("C", Claim(1, -2), 20.0, "AB")
-    hearer.claim("B", Claim(2, -5), 10.0, "AC")
-    hearer.claim("D", Claim(2, -3), 30.0, "AB")
-    assert [hearer.known.led(name, GROUP, age(25.0)) for name in "ABCD"] == [False, True, False, False]
-    assert [hearer.known.led(name, GROUP, age(30.0)) for name in "ABCD"] == [False, False, False, True]
-    hearer.claim("C", Claim(1, -1), 40.0, "ABD")  # lesser to the greatest: not greater
-    assert [hearer.known.led(name, GROUP, age(50.0)) for name in "CD"] == [False, True]
-
-
 def test_who_leaves_leads_no_more_from_that_age_on(hearer: Hearer) -> None:
     hearer.change("A", False, 10.0)
     assert hearer.known.led("A", GROUP, age(9.0))
@@ -101,29 +89,6 @@ def test_who_leaves_leads_no_more_from_that_age_on(hearer: Hearer) -> None:
     assert hearer.known.since("A", GROUP, age(20.0)) == age(20.0)
     hearer.change("A", False, 20.0)  # of the same age: begun last counts
     assert hearer.known.led("A", GROUP, age(20.0))
-
-
-def test_who_has_led_has_led_before(hearer: Hearer) -> None:
-    """At the very age of a claim its vehicle has not led yet; afterwards it has, whoever leads by then."""
-    hearer.claim("B", Claim(1, -1), 10.0, "AC")
-    hearer.change("C", True, 5.0)
-    assert [hearer.known.has_led("B", GROUP, age(time_s)) for time_s in (9.0, 10.0, 11.0)] == [False, False, True]
-    assert [hearer.known.has_led("C", GROUP, age(time_s)) for time_s in (5.0, 6.0)] == [False, True]
-    assert hearer.known.has_led("A", GROUP, age(20.0))
-    assert not hearer.known.has_led("B", "Other", age(20.0))
-
-
-def test_a_group_that_is_formed_anew_forgets(hearer: Hearer) -> None:
-    hearer.claim("B", Claim(1, -1), 10.0)
-    hearer.change("A", True, 10.0, group="Other")
-    hearer.change("A", False, 12.0)
-    hearer.begin("C", 20.0)
-    assert [hearer.known.led(name, GROUP, age(20.0)) for name in "ABC"] == [False, False, True]
-    assert not hearer.known.is_claim(age(10.0))
-    assert not hearer.known.has_led("B", GROUP, age(30.0))
-    assert hearer.known.led("A", "Other", age(30.0))
-    hearer.begin(None, 40.0)
-    assert not hearer.known.led("C", GROUP, age(50.0))
 
 
 # Which claims count -------------------------------------------------------------------------------
@@ -139,26 +104,6 @@ def test_nobody_takes_the_lead_from_a_head_that_is_there(hearer: Hearer, term: i
     assert hearer.claim("B", Claim(term, -1), 10.0, "")
     assert (hearer.heads(9.0), hearer.heads(20.0)) == ("A", "B")
     assert hearer.known.leading[GROUP].vehicle == "B"
-
-
-@pytest.mark.parametrize("claim", [Claim(1, -2), Claim(2, -4)], ids=["same term, lower node", "one above"])
-def test_nor_from_one_that_has_claimed_in_its_place(hearer: Hearer, claim: Claim) -> None:
-    """B leads in the place of A, which is lost; C hears it and claims all the same."""
-    hearer.claim("B", Claim(1, -3), 10.0)
-    assert not hearer.claim("C", claim, 11.0, "A")
-    assert hearer.heads(20.0) == "B"
-    assert hearer.claim("C", claim, 11.0, "AB")
-    assert hearer.heads(20.0) == "C"
-
-
-@pytest.mark.parametrize(("lower_first", "head"), [(True, "B"), (False, "C")])
-def test_of_two_that_claim_in_one_vacancy_the_earlier_leads_where_both_are_there(
-    hearer: Hearer, lower_first: bool, head: str
-) -> None:
-    """The later one may not have heard of the earlier; whoever hears both goes by their age."""
-    hearer.claim("B", Claim(1, -1), 10.0 if lower_first else 12.0)
-    hearer.claim("C", Claim(1, -2), 12.0 if lower_first else 10.0)
-    assert hearer.heads(20.0) == head
 
 
 def test_a_head_that_claims_again_voids_what_was_claimed_in_its_absence(hearer: Hearer) -> None:
@@ -178,66 +123,6 @@ def test_who_has_left_or_assented_claims_like_anybody_else(hearer: Hearer) -> No
     assert hearer.heads(25.0) == "B"
     assert hearer.claim("A", Claim(2, 0), 20.0, "B")
     assert (hearer.heads(15.0), hearer.heads(25.0)) == ("B", "A")
-
-
-def test_a_claim_counts_once_the_head_has_left(hearer: Hearer) -> None:
-    assert not hearer.claim("B", Claim(1, -1), 10.0, "")
-    hearer.change("A", False, 12.0)
-    assert hearer.known.leading[GROUP].vehicle == "B"
-
-
-def test_a_claim_that_once_counted_waits_again_if_its_head_turns_out_to_have_been_there(
-    hearer: Hearer,
-) -> None:
-    """B was taken to have led all the while; that it had assented to another is heard later. Then C is missed."""
-    hearer.claim("B", Claim(1, -1), 10.0)
-    hearer.claim("C", Claim(2, -2), 20.0, "B")
-    assert hearer.claim("B", Claim(3, -1), 30.0, "")
-    hearer.change("B", False, 25.0)
-    assert hearer.known.leading[GROUP].vehicle == "C"
-    hearer.known = hearer.known.miss({"C"})
-    assert hearer.known.leading[GROUP].vehicle == "B"
-
-
-@pytest.mark.parametrize("order", list(permutations(range(3))))
-def test_an_assent_to_who_has_assented_says_nothing(hearer: Hearer, order: tuple[int, ...]) -> None:
-    """A was away, leads again, and B has assented to it; then A begins anew and hears the old claim of B first."""
-    words = [
-        lambda: hearer.claim("B", Claim(1, -1), 10.0),
-        lambda: hearer.change("B", False, 20.0, to="A"),
-        lambda: hearer.change("A", False, 30.0, to="B"),
-    ]
-    hearer.claim("A", Claim(1, 0), 12.0, "")
-    for word in order:
-        words[word]()
-    assert hearer.heads(40.0) == "A"
-    hearer.claim("B", Claim(2, -1), 50.0)
-    hearer.change("A", False, 60.0, to="B")
-    assert hearer.heads(70.0) == "B", "B has claimed since it assented"
-
-
-@pytest.mark.parametrize("order", list(permutations(range(3))))
-def test_an_assent_to_a_claim_that_was_answered_says_nothing(hearer: Hearer, order: tuple[int, ...]) -> None:
-    """B claims while A is there, and A claims again; then A begins anew and hears the claim of B first."""
-    words = [
-        lambda: hearer.claim("B", Claim(1, -1), 10.0, ""),
-        lambda: hearer.claim("A", Claim(2, 0), 12.0, ""),
-        lambda: hearer.change("A", False, 30.0, to="B"),
-    ]
-    for word in order:
-        words[word]()
-    assert hearer.heads(40.0) == "A"
-    hearer.claim("B", Claim(3, -1), 50.0)
-    hearer.change("A", False, 60.0, to="B")
-    assert hearer.heads(70.0) == "B"
-
-
-def test_who_has_left_leads_no_longer_by_an_old_claim_however_great(hearer: Hearer) -> None:
-    hearer.claim("B", Claim(40, -1), 10.0)
-    hearer.change("B", False, 20.0)
-    hearer.claim("C", Claim(2, -2), 30.0)
-    assert (hearer.heads(15.0), hearer.heads(25.0), hearer.heads(35.0)) == ("B", "", "C")
-    assert hearer.known.leading[GROUP].vehicle == "C"
 
 
 def test_a_claim_by_the_lead_of_another_group_counts_as_long_as_that_does(hearer: Hearer) -> None:

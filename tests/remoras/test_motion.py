@@ -91,39 +91,3 @@ def test_from_rest_to_full_speed() -> None:
     for _ in range(4):
         advance(motion, AUV, (1000.0, 0.0), 2.0, 1.0)
     assert motion == Motion(5.0, 0.0, 0.0, 2.0, 347.5, 5.0)
-
-
-def test_a_quarter_turn_takes_as_long_as_its_rate_says() -> None:
-    """pi / 2 at 0.5 rad/s: 3.14 s, so four steps of a second."""
-    motion = Motion(0.0, 0.0)
-    steps = 0
-    while not math.isclose(motion.heading_rad, math.pi / 2.0, abs_tol=1e-3):
-        advance(motion, AUV, (motion.x_m, motion.y_m + 1e6), 1.0, 1.0)
-        steps += 1
-    assert steps == 4
-
-
-def test_the_shorter_way_round() -> None:
-    motion = Motion(0.0, 0.0, heading_rad=math.radians(170.0))
-    advance(motion, auv(turn_rate_radps=math.radians(15.0)), (-100.0, -100.0 * math.tan(math.radians(10.0))), 1.0, 1.0)
-    assert motion.heading_rad == pytest.approx(math.radians(-175.0))
-
-
-def test_without_a_reference_it_slows_down_straight_on() -> None:
-    motion = Motion(0.0, 0.0, heading_rad=0.5, speed_mps=1.25)
-    for expected_mps in (0.75, 0.25, 0.0, 0.0):
-        advance(motion, AUV, motion.position_m, 0.0, 1.0)
-        assert motion.speed_mps == pytest.approx(expected_mps)
-        assert motion.heading_rad == 0.5
-    assert motion.distance_m == pytest.approx(1.0)
-
-
-@given(st.floats(-100.0, 100.0))
-def test_wrapped_is_the_same_direction(angle: float) -> None:
-    assert -math.pi < wrapped(angle) <= math.pi
-    assert math.cos(wrapped(angle)) == pytest.approx(math.cos(angle), abs=1e-9)
-    assert math.sin(wrapped(angle)) == pytest.approx(math.sin(angle), abs=1e-9)
-
-
-def test_velocity_points_where_the_vehicle_heads() -> None:
-    assert Motion(0.0, 0.0, math.pi / 2.0, 2.0).velocity_mps == pytest.approx((0.0, 2.0))

@@ -43,12 +43,6 @@ def test_near_a_beacon_it_shrinks_to_1_over_e_in_fix_s_and_grows_another_way_the
     assert navigation.error_m == pytest.approx((2.0, 10.0 / math.e))
 
 
-def test_at_the_surface_there_is_no_error() -> None:
-    surfaced = adrift(depth_m=0.0)
-    surfaced.go((0.0, 0.0), 1e6, 1.0)
-    assert surfaced.error_m == (0.0, 0.0)
-
-
 class Shore:
     """A mission that goes to one place."""
 
@@ -71,8 +65,3 @@ def test_a_vehicle_goes_where_it_takes_its_goal_to_be() -> None:
     assert motion.distance_m == pytest.approx(300.0, abs=15.0)
     assert motion.y_m == pytest.approx(-6.0, abs=2.0)
     assert (believed.heading_rad, believed.speed_mps) == (motion.heading_rad, motion.speed_mps)
-
-
-def test_without_an_error_what_is_believed_is_what_is() -> None:
-    functional = FunctionalLayer(auv(), Shore(), None, {}, BOUNDS_M, Picture())
-    assert functional.believed is functional.motion

@@ -15,24 +15,12 @@ from remoras.strategies.cbba import Cbba
 from remoras.strategies.central import Central
 from remoras.strategies.contract_net import ContractNet
 from remoras.strategies.remoras import Remoras
-from remoras.strategies.rendezvous_sync import RendezvousSync
 from remoras.strategies.status_broadcast import StatusBroadcast
 from remoras.strategy import Heard, Move, Situation, Strategy
-from remoras.testing.sample_worlds import (
-    KINDS_OF_JOBS,
-    ROUND_S,
-    Lost,
-    Team,
-    Visit,
-    never,
-    ordered_visits,
-    surveys,
-    visits,
-)
+from remoras.testing.sample_worlds import KINDS_OF_JOBS, ROUND_S, Lost, Team, never, ordered_visits, surveys
 from remoras.work import Job, Point, Work
 
 SHIPPED = strategies()
-ALLOCATING = ("cbba", "central", "contract-net", "rendezvous-sync", "status-broadcast")
 TALKED_OVER = 2
 """Frames after which two at the same job have heard of each other, when nothing is lost."""
 
@@ -67,21 +55,6 @@ def stated(move: Move) -> list[tuple[str, str, object]]:
     return [fact for statement in move.statements for fact in statement.facts]
 
 
-def test_a_contract_does_not_go_to_a_bidder_that_cannot_play_the_role() -> None:
-    fleet = database(auv("AUV00", playable_roles=("Head",)), auv("AUV01", playable_roles=("Hand", "Left")))
-    organisation = ContractNet().form(fleet, [PAIR])
-    work = Work(PAIR, organisation, fleet, JOBS)
-    head = ContractNet().negotiator("AUV00", PAIR)
-    opened = stated(head.negotiate(situation(1, work)))
-    ends_s = ROUND_S * (1 + ContractNet().bidding_rounds)
-    assert set(opened) == {(f"Pair.{role}", "auctionEnds", ends_s) for role in ABLE}
-    bids = [Heard("AUV01", 15.0, (("Pair.Right", "bid", 1),)), Heard("AUV01", 15.0, (("Pair.Left", "bid", 900),))]
-    head.negotiate(situation(2, work, *bids))
-    awarded = stated(head.negotiate(situation(4, work)))
-    assert ("AUV01", "playsRole", "Pair.Left") in awarded
-    assert ("AUV01", "playsRole", "Pair.Right") not in awarded
-
-
 def test_what_is_not_accepted_is_taken_back_in_time() -> None:
     fleet = database(auv("AUV00", playable_roles=("Head",)), auv("AUV01", playable_roles=("Hand", "Left")))
     work = Work(PAIR, ContractNet().form(fleet, [PAIR]), fleet, JOBS)
@@ -114,21 +87,6 @@ def test_a_job_that_changes_hands_is_left_and_taken_in_one_block() -> None:
     assert moved == [(("AUV01", "leftRole", role), ("AUV02", "playsRole", role))]
 
 
-def test_whoever_has_no_job_says_so_and_is_not_waited_for() -> None:
-    """AUV01 was at the left one, left it without a word, or began anew; AUV02 hears all its packets."""
-    told, watching = (StatusBroadcast().negotiator(name, PAIR) for name in ("AUV01", "AUV02"))
-    free = two_hands(StatusBroadcast())
-    state = told._state(free)
-    assert [fact for one in state for fact in one.facts] == [("AUV01", "worksOn", "Pair.Hand")]
-    at_left = Heard("AUV01", 1.0, (("AUV01", "worksOn", "Pair.Left"), ("AUV01", "worksSince", 1.0)))
-    watching._hear(at_left, free)
-    assert watching._at["AUV01"].role == "Left"
-    watching._hear(Heard("AUV01", 1.0, (("Pair.Right", "knownDone", True),)), free)
-    assert "AUV01" in watching._at, "a part of the state that says nothing of it"
-    watching._hear(Heard("AUV01", 9.0, state[-1].facts), free)
-    assert watching._at == {}
-
-
 def test_a_job_planned_for_another_that_never_claims_it_is_claimed_after_two_repeats() -> None:
     """AUV01 does the left one, and expects AUV02, which it does not hear, to do the right one."""
     bidder = Cbba().negotiator("AUV01", PAIR)
@@ -137,34 +95,6 @@ def test_a_job_planned_for_another_that_never_claims_it_is_claimed_after_two_rep
     said = [{fact[:2] for fact in stated(bidder.negotiate(situation(number, work)))} for number in rounds]
     first = next(number for number, facts in zip(rounds, said, strict=True) if ("Pair.Right", "claim") in facts)
     assert first == 1 + 2 * Cbba().repeat_rounds
-
-
-def test_who_is_away_is_expected_until_its_leg_should_be_over() -> None:
-    """A visit takes 100 m at 2 m/s and 60 s, and the way from there to the meeting 100 s; all that times 1.3."""
-    fleet = database(*(auv(f"AUV0{n}", playable_roles=(role, *ABLE)) for n, role in enumerate(("Head", "Hand"))))
-    organisation, _ = RendezvousSync().form(fleet, [PAIR]).assign("AUV01", "Pair", "Left")
-    jobs = {name: Visit(name, (100.0, 0.0)) for name in JOBS}
-    work = Work(PAIR, organisation, fleet, jobs, positions_m={"AUV00": (300.0, 0.0)})
-    head = RendezvousSync().negotiator("AUV00", PAIR)
-    until_s = ROUND_S + 1.3 * 210.0
-    times_s = (ROUND_S, until_s - 0.1, until_s + 0.1)
-    moves = [head.negotiate(Situation(now_s, 1, work, (300.0, 0.0), (), {})) for now_s in times_s]
-    assert ["AUV01" in move.expected for move in moves] == [True, True, False]
-
-
-@pytest.mark.parametrize("is_able", [True, False])
-def test_a_queued_job_is_offered_only_to_who_is_able_to_do_it(is_able: bool) -> None:
-    """AUV01 has both jobs and takes days; AUV02 would have done the right one, to which it turns last, earlier."""
-    slow = auv("AUV01", playable_roles=("Hand", *ABLE), transit_speed_mps=0.0005)
-    idle = auv("AUV02", playable_roles=("Hand", *(ABLE if is_able else ABLE[:1])))
-    fleet = database(TWO_HANDS["AUV00"], slow, idle)
-    organisation = ContractNet().form(fleet, [PAIR])
-    for role in ABLE:
-        organisation, _ = organisation.assign("AUV01", "Pair", role)
-    given = Heard("AUV00", ROUND_S, tuple(("AUV01", "playsRole", f"Pair.{role}") for role in ABLE))
-    hand = ContractNet().negotiator("AUV01", PAIR)
-    said = [what for _, what, _ in stated(hand.negotiate(situation(1, Work(PAIR, organisation, fleet, JOBS), given)))]
-    assert ("auctionEnds" in said) is is_able
 
 
 @pytest.mark.parametrize("is_heard", [True, False])
@@ -285,24 +215,3 @@ def test_a_job_that_each_expects_another_to_do_is_done() -> None:
     team = Team(Cbba(), starts_m, ordered_visits([(1.0, 0.0), (0.0, 0.0)]), lambda number, *_: number <= 100)
     team.run(200)
     assert team.done
-
-
-def test_in_silence_cbba_does_everything_twice() -> None:
-    """The script can break what the test of conflicts proves: two who never hear each other do all the work each.
-
-    They bid for their own gain: with a plan for all each would leave a part to the other, until its lease has run out.
-    """
-    team = Team(
-        Cbba(plans_for_all=False), [(0.0, 0.0), (10.0, 0.0)], surveys([(0.0, 0.0), (0.0, 200.0)]), lambda *_: True
-    )
-    team.run(600)
-    assert team.finished == {"job 0": 2, "job 1": 2}
-
-
-def test_without_a_word_jobs_that_need_each_other_are_done_by_one() -> None:
-    """The fixed partition gives the chain 0, 1, 2 to one vehicle and what stands alone to the other."""
-    jobs = ordered_visits([(0.0, 50.0), (0.0, 100.0), (0.0, 150.0)]) + visits([(0.0, -50.0)] * 4)[3:]
-    team = Team(SHIPPED["fixed-partition"], [(0.0, 0.0), (10.0, 0.0)], jobs, never)
-    team.run(100)
-    assert sorted(len(member.finished) for member in team.members.values()) == [1, 3]
-    assert not team.too_early

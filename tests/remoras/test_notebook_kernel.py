@@ -1,10 +1,9 @@
-"""A notebook of ten cells in a real kernel, and the page of a run that goes on in one of them, in a real browser."""
+"""A run that goes on in a cell of a notebook, in a real kernel: its page in a real browser."""
 
 import base64
 import json
 import struct
 import zlib
-from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -13,25 +12,13 @@ import pytest
 from browsing import Window
 
 import remoras
-from missions.errors import OutputError
 from visualisation.output import DrawingError
 
 pytestmark = pytest.mark.slow
 
-CELLS = (
-    "import remoras\nremoras.scenarios()",
-    "scenario = remoras.load('mapping-rendezvous', per=0.6, set='scenario.duration_s=900')\nscenario",
-    "run = remoras.run(scenario, seed=3)\nrun",
-    "run.summary",
-    "run.milestones",
-    "run.table('roles').head()",
-    "run.known('AUV02', at_s=50)",
-    "run.plot('trajectories')",
-    "run.graph('heard')",
-    "steps = remoras.stepping('mapping-rendezvous', per=0.6, seed=3, set='scenario.duration_s=900')\nsteps.watch()",
-)
-LONGEST = 400
-"""Characters of what is shown without a card, a picture or a page."""
+CELL = """import remoras
+steps = remoras.stepping("mapping-rendezvous", per=0.6, seed=3, set="scenario.duration_s=900")
+steps.watch(speed=600)"""
 RENDER = """(cells) => {
   for (const [name, text] of cells) {
     let cell = document.getElementById(`out-${name}`);
@@ -47,67 +34,22 @@ RENDER = """(cells) => {
 """What JupyterLab does with HTML outputs of a cell: scripts in them are executed each time."""
 
 
-class Kernel:
-    """A kernel, and what each cell showed in it: (type of the message, content)."""
-
-    def __init__(self, client: Any) -> None:
-        self.client = client
-
-    def shown(self, code: str) -> list[tuple[str, dict[str, Any]]]:
-        found: list[tuple[str, dict[str, Any]]] = []
-
-        def note(message: dict[str, Any]) -> None:
-            assert message["msg_type"] != "error", message["content"]
-            if "data" in message["content"]:
-                found.append((message["msg_type"], message["content"]))
-
-        self.client.execute_interactive(code, output_hook=note, timeout=120)
-        return found
-
-    def completions(self, code: str) -> list[str]:
-        """Names that Tab offers behind a dot."""
-        matches = self.client.complete(code, reply=True, timeout=60)["content"]["matches"]
-        return [match.rpartition(".")[2] for match in matches]
-
-
-@pytest.fixture(scope="module")
-def kernel(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Kernel]:
+def shown(code: str, folder: Path) -> list[tuple[str, dict[str, Any]]]:
+    """What a cell shows in a kernel: (type of the message, content)."""
     manager = pytest.importorskip("jupyter_client.manager")
     pytest.importorskip("ipykernel")
-    started, client = manager.start_new_kernel(cwd=str(tmp_path_factory.mktemp("notebook")))
-    yield Kernel(client)
+    started, client = manager.start_new_kernel(cwd=str(folder))
+    found: list[tuple[str, dict[str, Any]]] = []
+
+    def note(message: dict[str, Any]) -> None:
+        assert message["msg_type"] != "error", message["content"]
+        if "data" in message["content"]:
+            found.append((message["msg_type"], message["content"]))
+
+    client.execute_interactive(code, output_hook=note, timeout=120)
     client.stop_channels()
     started.shutdown_kernel(now=True)
-
-
-@pytest.fixture(scope="module")
-def cells(kernel: Kernel) -> list[list[tuple[str, dict[str, Any]]]]:
-    assert len(CELLS) == 10
-    return [kernel.shown(code) for code in CELLS]
-
-
-def test_what_each_cell_shows_is_short_or_more_than_text(cells: list[list[tuple[str, dict[str, Any]]]]) -> None:
-    for code, outputs in zip(CELLS, cells, strict=True):
-        assert outputs, code
-        for _, content in outputs:
-            rich = {"text/html", "image/png"} & set(content["data"])
-            assert rich or len(content["data"]["text/plain"]) <= LONGEST, code
-
-
-def test_tab_offers_own_names_only(cells: list[Any], kernel: Kernel) -> None:
-    assert cells
-    for code, value in (("remoras.", remoras), ("scenario.", remoras.Scenario), ("run.", remoras.Run)):
-        offered = [
-            name.rpartition(".")[2]
-            for name in kernel.client.complete(code, reply=True, timeout=60)["content"]["matches"]
-        ]
-        assert len(offered) >= 8, code
-        assert not {name for name in offered if name.startswith("_")}
-        if value is remoras:
-            assert set(offered) == set(remoras.__all__)
-        else:
-            foreign = {n for kind in value.__mro__ if kind.__module__.startswith("pydantic") for n in vars(kind)}
-            assert not foreign & set(offered)
+    return found
 
 
 def blocks(outputs: list[tuple[str, dict[str, Any]]]) -> list[dict[str, Any]]:
@@ -122,10 +64,8 @@ def blocks(outputs: list[tuple[str, dict[str, Any]]]) -> list[dict[str, Any]]:
     return found
 
 
-def test_the_page_in_a_cell_follows_the_run(
-    cells: list[list[tuple[str, dict[str, Any]]]], kernel: Kernel, chrome: Any
-) -> None:
-    all_outputs = kernel.shown(CELLS[-1].replace("watch()", "watch(speed=600)"))
+def test_the_page_in_a_cell_follows_the_run(tmp_path: Path, chrome: Any) -> None:
+    all_outputs = shown(CELL, tmp_path)
     outputs = [(kind, content) for kind, content in all_outputs if content.get("transient")]
     pages = [content["transient"]["display_id"] for _, content in outputs]
     assert len(set(pages)) == 2
@@ -158,24 +98,6 @@ def test_the_page_in_a_cell_follows_the_run(
     assert [url for url in window.requests if not url.startswith(("about:", "data:", "blob:"))] == []
 
 
-def test_a_cell_that_is_interrupted_keeps_the_page_and_the_run_goes_on(kernel: Kernel) -> None:
-    """The interruption comes from the cell itself, as the button of the notebook sends it to the process."""
-    code = (
-        "import os, signal, threading, remoras\n"
-        "steps = remoras.stepping('mapping-rendezvous', per=0.6, seed=3, set='scenario.duration_s=300')\n"
-        "timer = threading.Timer(1.0, os.kill, (os.getpid(), signal.SIGINT))\n"
-        "timer.start()\n"
-        "try:\n    steps.watch(speed=50)\nexcept KeyboardInterrupt:\n    print('stopped')\n"
-        "whole = remoras.run('mapping-rendezvous', per=0.6, seed=3, set='scenario.duration_s=300')\n"
-        "after = steps.run()\n"
-        "(after.summary == whole.summary, after.table('trajectories').equals(whole.table('trajectories')))"
-    )
-    outputs = kernel.shown(code)
-    assert outputs[-1][1]["data"]["text/plain"] == "(True, True)"
-    ends_s = [block["header"]["end_s"] for block in blocks(outputs)]
-    assert 20 <= ends_s[-1] <= 100  # a second at 50 s a second
-
-
 def test_without_a_notebook_it_says_what_to_do() -> None:
     steps = remoras.stepping("mapping-rendezvous", set="scenario.duration_s=5")
     with pytest.raises(DrawingError, match=r"^watch: this is no notebook; call run\(\)"):
@@ -183,19 +105,3 @@ def test_without_a_notebook_it_says_what_to_do() -> None:
     with pytest.raises(ValueError, match="speed is 0; allowed: above 0"):
         steps.watch(speed=0)
     assert steps.run().summary["mission_time_s"] == 5.0
-
-
-def test_nothing_follows_from_a_step_that_was_interrupted(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    steps = remoras.stepping("mapping-rendezvous", set="scenario.duration_s=5")
-    next(steps)
-    underway = steps._underway
-
-    def step() -> None:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(underway, "step", step)
-    with pytest.raises(KeyboardInterrupt):
-        next(steps)
-    monkeypatch.undo()
-    with pytest.raises(OutputError, match="interrupted within a step"):
-        steps.run()

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from samples import auv, database
 
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
-from remoras.social.patience import LATE, Patience, owners, patience_with, with_work
+from remoras.social.patience import LATE, Patience, owners, patience_with
 from remoras.testing.sample_worlds import visits
 from remoras.work import Outlook, Point, Work
 
@@ -47,12 +47,6 @@ def test_whose_a_job_is_does_not_depend_on_who_holds_what(
     assert set(found) == {f"Role{n}" for n in range(len(places_m))}
 
 
-def test_jobs_go_to_who_is_done_first_the_longest_first() -> None:
-    """Three places far apart for three vehicles at one place: each has one; of six, two."""
-    far_m = [(0.0, 300.0), (260.0, -150.0), (-260.0, -150.0)]
-    assert sorted(owners(work_of(far_m)).values()) == [A, B, C]
-
-
 def patience(
     work: Work,
     me: str = A,
@@ -77,12 +71,6 @@ def test_the_others_have_until_they_should_have_come_and_some_time_more() -> Non
     assert found.barred == {(A, "Role0"), (C, "Role0")}
 
 
-def test_who_has_nothing_to_do_and_is_at_the_meeting_is_waited_for_no_longer() -> None:
-    work = work_of([(0.0, 300.0)], ("Role0", A), positions_m={B: RALLY_M, C: RALLY_M})
-    assert patience(work).theirs_until_s == 400.0
-    assert patience(work).barred == {(B, "Role0"), (C, "Role0")}
-
-
 @pytest.mark.parametrize("order", list(permutations(NAMES)))
 def test_each_job_is_left_to_one_whoever_looks(order: tuple[str, ...]) -> None:
     """Who is cut off may have heard of other roles: a job of which nobody has heard is still nobody else's."""
@@ -104,13 +92,3 @@ def test_a_job_is_whose_the_messages_of_the_strategy_have_made_it() -> None:
     assert {name for name, role in found if role == "Role0"} == set(NAMES) - {other}
     assert {name for name, role in found if role == "Role1"} == set(NAMES) - {before["Role1"]}
     assert {name for name, role in found if role == "Role2"} == {A, B}
-
-
-def test_the_absent_keep_their_roles_but_lead_no_longer() -> None:
-    organisation = work_of([(0.0, 300.0)], ("Role0", C)).organisation
-    alone = organisation.without(frozenset((A, C)))
-    alone, _ = alone.assign(B, "Team", "Head")
-    together = with_work(alone, organisation, frozenset((A, C)))
-    assert together.heads("Team") == (B,)
-    assert together.members("Team", "Role0") == (C,)
-    assert set(together.members("Team")) == {B, C}

@@ -127,26 +127,6 @@ class Head:
 LEFT, RIGHT = ((f"Operational.{role}", "objectiveRendezVous", "buoy") for role in ("LeftWinger", "RightWinger"))
 
 
-def test_a_mission_is_planned_once() -> None:
-    head = Head()
-    assert not head.planner.due
-    head.planner.take_on(["Operational"])
-    assert head.planner.due
-    assert head.plan() == [LEFT, RIGHT]
-    assert not head.planner.due
-    assert head.planner.has_planned("Operational")
-    head.planner.take_on(["Operational"])
-    assert not head.planner.due
-
-
-def test_what_was_planned_before_the_mission_is_not_due() -> None:
-    head = Head(Operational=Plan((), frozenset({("jobDone", "left")})))
-    head.planner.take_on(["Operational"])
-    assert not head.planner.due
-    head.planner.reconsider({("jobDone", "left")}, ["Operational"], head.beliefs)
-    assert head.planner.due
-
-
 @pytest.mark.parametrize(
     ("key", "due"),
     [
@@ -162,16 +142,6 @@ def test_a_plan_is_made_anew_when_a_fact_changes_that_it_rests_on(key: tuple[str
     head.plan()
     head.planner.reconsider({key}, ["Operational"], head.beliefs)
     assert bool(head.planner.due) is due
-
-
-def test_who_left_has_to_be_replaced_where_the_mission_was_planned() -> None:
-    head = Head()
-    head.planner.plan_again(["Operational"])
-    assert not head.planner.due
-    head.planner.take_on(["Operational"])
-    head.plan()
-    head.planner.plan_again(["Operational"])
-    assert head.planner.due
 
 
 def test_what_was_proposed_or_counts_is_not_said_again() -> None:
@@ -227,31 +197,6 @@ def test_a_job_given_out_is_waited_for_until_its_vehicle_speaks_of_it() -> None:
     assert head.planner.orders.waits_for({"AUV01"}, ())
     head.planner.orders.note(worker.model.record([worker.fact("right", "knownDone", False)], 2.0))
     assert not head.planner.orders.waits_for({"AUV01"}, ())
-
-
-def test_a_job_that_has_gone_to_another_is_not_waited_for() -> None:
-    head = Head()
-    head.planner.take_on(["Operational"])
-    head.plan(done=frozenset({"left"}))
-    assert head.planner.orders.waits_for({"AUV01"}, ())
-    head.planner.end_round([RoleAssignment("Operational", "RightWinger", "AUV01")], head.beliefs)
-    assert not head.planner.orders.waits_for({"AUV01"}, ())
-
-
-def test_a_mission_is_given_to_who_does_not_have_it() -> None:
-    head = Head()
-    head.planner.take_on(["Operational"])
-    assert head.plan("Delegate") == [("Operational", "hasMission", "Sweep")]
-
-
-def test_an_impossible_mission_is_told_and_not_planned_again() -> None:
-    head = Head()
-    head.planner.take_on(["Operational"])
-    work = works(MEMBERS, FLEET, JOBS, frozenset(), {})
-    deliberation = head.planner.plan(head.beliefs, {"Operational": ("Impossible",)}, work, ())
-    assert [str(one.task) for one in deliberation.impossible] == ["Impossible(Operational)"]
-    assert deliberation.facts == []
-    assert not head.planner.due
 
 
 def test_a_further_mission_is_carried_out_beside_the_one_that_a_group_has() -> None:

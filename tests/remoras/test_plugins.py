@@ -1,13 +1,11 @@
 """Plug-ins: how one is found by name, and what is said of one that lacks a part of its seam."""
 
 import functools
-import math
 from typing import Any, ClassVar, Protocol
 
 import pytest
 
 from remoras.errors import PluginError
-from remoras.mission import Mission
 from remoras.plugins import answer, broken_promise, faults_of, named_object
 
 
@@ -67,21 +65,6 @@ def test_what_is_missing_is_named_at_once_with_the_seam() -> None:
     assert list(faults_of(nameless(), Gauge, COMPULSORY)) == [f"lacks name {LACKS}"]
 
 
-def test_a_subclass_of_the_seam_that_leaves_an_abstract_part_out_lacks_it() -> None:
-    """Its attributes are there, inherited, and do nothing."""
-
-    class Half(Mission):
-        """Only its tables."""
-
-        Scenario = object
-        group_missions = ()
-
-    (fault,) = faults_of(Half, Mission, ("truth", "Scenario"))
-    assert fault.startswith("lacks ")
-    assert "truth" in fault
-    assert "Scenario" not in fault
-
-
 @pytest.mark.parametrize(
     ("read", "says"),
     [
@@ -100,28 +83,7 @@ def test_a_part_that_cannot_be_called_as_the_seam_says_is_told_with_both_signatu
         assert says in fault
 
 
-def test_a_class_method_is_held_against_the_seam_too() -> None:
-    wrong = type("Wrong", (Good,), {"make": classmethod(lambda cls: cls())})
-    (fault,) = faults_of(wrong, Gauge, COMPULSORY)
-    assert "cannot be called as make(serial)" in fault
-
-
-def test_a_plain_function_in_a_module_or_namespace_is_called_without_self() -> None:
-    class Static(Good):
-        """A part that needs no object."""
-
-        read = staticmethod(lambda depth_m, now_s: depth_m)  # type: ignore[assignment]
-
-    assert list(faults_of(Static, Gauge, COMPULSORY)) == []
-    assert list(faults_of(Static(), Gauge, COMPULSORY)) == []
-
-
 # By name ------------------------------------------------------------------------------------------
-
-
-def test_an_object_is_found_by_its_name() -> None:
-    assert named_object("math:pi") == math.pi
-    assert named_object(f"{__name__}:Good") is Good
 
 
 @pytest.mark.parametrize("reference", ["", ":", "math", "math:", ":pi", "math.pi"])
@@ -144,21 +106,7 @@ def test_a_name_that_leads_nowhere_says_why(reference: str, says: str) -> None:
     assert says in str(caught.value)
 
 
-def test_a_module_that_fails_to_load_is_a_fault_of_its_own(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "half_written.py").write_text("def it(:\n", encoding="utf-8")
-    (tmp_path / "raising.py").write_text("1 / 0\n", encoding="utf-8")
-    monkeypatch.syspath_prepend(str(tmp_path))
-    with pytest.raises(PluginError, match="SyntaxError"):
-        named_object("half_written:it")
-    with pytest.raises(PluginError, match="ZeroDivisionError"):
-        named_object("raising:it")
-
-
 # At run time --------------------------------------------------------------------------------------
-
-
-def test_what_a_part_gives_back_is_passed_on() -> None:
-    assert answer("gauge deep", "read", "a number", lambda given: isinstance(given, float), lambda: 5.0) == 5.0
 
 
 def test_a_part_that_raises_or_returns_something_else_is_told_with_what_was_expected() -> None:

@@ -13,7 +13,6 @@ from missions.runs.setup import resolved
 from missions.scenarios import load
 from remoras.fleet import Fleet
 from remoras.radio import Signalling
-from remoras.recorder import Recorder
 from remoras.vehicle import Vehicle
 from worldmodel import TYPE_UID, Block, merge
 
@@ -50,11 +49,6 @@ def exchange(fleet: Fleet, frame: int, deaf: tuple[str, ...] = ()) -> None:
                 peer.radio.hear(sent.data, arrives_s)
 
 
-def rows(recorder: Recorder) -> list[tuple[str, str, str]]:
-    """Vehicle, item and event of every step of an item."""
-    return [(row[1], row[2], row[4]) for row in recorder.knowledge]
-
-
 def test_a_role_given_out_is_unheard_until_its_player_is_known_to_hold_it(fleet: Fleet) -> None:
     giver = named(fleet, "AUV00")
     peers = giver.functional.picture.peers
@@ -65,18 +59,6 @@ def test_a_role_given_out_is_unheard_until_its_player_is_known_to_hold_it(fleet:
     exchange(fleet, 1)
     exchange(fleet, 2)
     assert "AUV01" not in peers.unheard
-
-
-def test_an_item_walks_from_observed_to_acknowledged(fleet: Fleet) -> None:
-    giver = named(fleet, "AUV00")
-    tell(giver, GIVEN, 0.0)
-    for frame in range(3):
-        exchange(fleet, frame)
-    events = rows(fleet.recorder)
-    (item,) = {item for _, item, _ in events}
-    assert events[0] == ("AUV00", item, "observed")
-    assert {name for name, _, event in events if event == "received"} == {"ASV00", "AUV01", "AUV02"}
-    assert ("AUV00", item, "acknowledged") in events
 
 
 def test_what_a_peer_says_of_a_job_is_news(fleet: Fleet) -> None:
@@ -91,17 +73,6 @@ def test_what_a_peer_says_of_a_job_is_news(fleet: Fleet) -> None:
     exchange(fleet, 2)
     assert news.last_news_s == news.heard_s["AUV01"]
     assert speaker.functional.picture.peers.last_news_s < 0.0  # its own work is no news to it
-
-
-def test_positions_are_noted_whoever_says_them(fleet: Fleet) -> None:
-    vehicle = named(fleet, "AUV00")
-    model, beliefs = vehicle.beliefs.model, vehicle.beliefs
-    for now_s, x_m in ((1.0, 0.0), (2.0, -5.0)):
-        vehicle.radio.note([model.record([beliefs.fact("AUV00", "position", (x_m, 0.0))], now_s)])
-    vehicle.radio.note([model.record([beliefs.fact("AUV00", "position", (99.0, 0.0))], 0.5)])  # older news
-    peers = vehicle.functional.picture.peers
-    assert peers.positions_m == {"AUV00": (-5.0, 0.0)}
-    assert peers.headings["AUV00"] == (-1.0, 0.0)
 
 
 def test_a_packet_that_makes_no_sense_is_an_event(fleet: Fleet) -> None:
@@ -123,19 +94,6 @@ def test_signals_name_the_roles_that_they_address(fleet: Fleet) -> None:
     assert heard.emitter == "AUV01"
     assert heard.signals == ((Signalling("Operational", "Performer", influences), -40),)
     assert fleet.recorder.satisfaction == [(schedule.start_s(node), "AUV01", "Operational", "Performer", -40)]
-
-
-def test_a_stranger_is_told_of_once_and_each_of_its_packets_is_bad(fleet: Fleet) -> None:
-    """A fleet whose missions are longer has wider times."""
-    longer = resolved(load("mapping-rendezvous", [("--set", "scenario.duration_s=30000")]))
-    schedule, listener, node = fleet.schedule, named(fleet, "AUV00"), named(fleet, "AUV01").data.node
-    for frame in range(5):
-        slot = 4 * frame + node
-        data = longer.codec.encode(node, [0] * 4, [], frame=frame)
-        listener.radio.hear(data, 0.5 * (schedule.start_s(slot) + schedule.start_s(slot + 1)))
-    kinds = [row[2] for row in fleet.recorder.faults]
-    assert kinds == ["bad packet", "another definition", *["bad packet"] * 4]  # already the first byte differs
-    assert fleet.recorder.faults[1][3].startswith("AUV01: ")
 
 
 @pytest.fixture
@@ -174,14 +132,6 @@ def test_what_a_block_waits_for_is_an_event_and_so_is_that_it_was_dropped(finder
     assert row[:3] == (35.0, "AUV00", "dropped block: waited too long")
     assert not listener.beliefs.model.arrivals.waiting
     assert listener.beliefs.model.digest().get((node, 0)) is None
-
-
-def test_a_vehicle_sees_what_it_lacks_once_a_frame(finders: Fleet) -> None:
-    listener = named(finders, "AUV00")
-    told_of_what_nobody_announced(finders, listener)
-    for frame in (1, 2):
-        listener.consult(frame * finders.schedule.frame_s)
-    assert [row[2] for row in finders.recorder.faults] == ["lacking"]
 
 
 def test_what_no_packet_carries_is_kept_to_itself(fleet: Fleet) -> None:

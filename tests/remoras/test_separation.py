@@ -1,7 +1,6 @@
 """Who is near whom: cells against pairs, layers, and conflicts as rows."""
 
 import itertools
-import math
 import random
 from dataclasses import dataclass
 from types import SimpleNamespace
@@ -12,7 +11,7 @@ from samples import auv
 
 from remoras.avoidance import Neighbour
 from remoras.motion import Motion
-from remoras.separation import SAME_DEPTH_M, SONAR_M, Separation, in_layers
+from remoras.separation import SAME_DEPTH_M, SONAR_M, Separation
 
 
 @dataclass
@@ -56,11 +55,6 @@ def test_cells_find_what_pairs_find_in_the_order_of_the_nodes(seed: int) -> None
     assert found == expected
 
 
-def test_layers_join_where_depths_come_step_by_step() -> None:
-    assert in_layers([0.0, 20.0, 24.0, 28.0]) == []
-    assert in_layers([23.0, 0.0, 20.0, 26.0]) == [[0, 2, 3]]  # 20 and 26 pass freely, 23 is in the way of both
-
-
 def test_a_pair_that_comes_too_near_is_a_row_once_until_it_has_parted() -> None:
     near, far = at(0, 0.0, 0.0), at(1, 10.0, 0.0)
     fleet = [near, far, at(2, 0.0, 1.0, depth_m=40.0)]
@@ -71,23 +65,3 @@ def test_a_pair_that_comes_too_near_is_a_row_once_until_it_has_parted() -> None:
         far.functional.motion.x_m = x_m
         rows += watch.conflicts(float(now_s))
     assert rows == [(1.0, "AUV00", "conflict", "AUV01"), (4.0, "AUV00", "conflict", "AUV01")]
-
-
-def test_exactly_the_separation_is_no_conflict() -> None:
-    watch = Separation([at(0, 0.1, 0.0), at(1, 5.1 - 1e-9, 0.0)], 5.0)
-    watch.look()
-    assert watch.conflicts(0.0) == []
-
-
-def test_one_without_power_is_out_of_the_way() -> None:
-    fleet = [at(0, 0.0, 0.0), at(1, 1.0, 0.0)]
-    fleet[1].is_alive = False
-    watch = Separation(fleet, 5.0)
-    assert watch.look() == {}
-    assert watch.conflicts(0.0) == []
-
-
-def test_two_vehicles_far_apart_share_no_cell() -> None:
-    assert Separation([at(0, 0.0, 0.0), at(1, SONAR_M + 0.1, 0.0)], 5.0).look() == {}
-    assert len(Separation([at(0, -1.0, -1.0), at(1, 1.0, 1.0)], 5.0).look()) == 2
-    assert math.isclose(Separation([at(0, 0.0, 0.0), at(1, 3.0, 4.0)], 5.0).look()[0][0].dx_m, 3.0)

@@ -6,7 +6,6 @@ and AUV02 are Performers.
 """
 
 from collections.abc import Iterator
-from dataclasses import replace
 from itertools import chain, permutations
 from random import Random
 from typing import Any
@@ -20,9 +19,8 @@ from missions.runs.setup import resolved
 from missions.scenarios import load
 from remoras.activities import Objective
 from remoras.fleet import Fleet
-from remoras.organisation import Organisation, Outcome, RoleAssignment
+from remoras.organisation import RoleAssignment
 from remoras.social.gatherings import Gatherings
-from remoras.social.layer import SocialLayer
 from remoras.social.leadership import HEAD_TERM, HEADED_BY
 from remoras.social.role_holders import holders_after
 from remoras.social.view import Instruction
@@ -49,13 +47,6 @@ def say(vehicle: Vehicle, *facts: Said, now_s: float = 1.0) -> Block:
     change = vehicle.beliefs.model.record([vehicle.beliefs.fact(*fact) for fact in facts], now_s)
     vehicle.social.consider([change])
     return change.block
-
-
-def moved(vehicle: Vehicle) -> tuple[list[RoleAssignment], list[RoleAssignment]]:
-    """Roles that a vehicle itself took in the last round, and that it left."""
-    view = vehicle.social.standing.view
-    taken, left = ([role for role in roles if role.vehicle == vehicle.name] for roles in (view.assigned, view.left))
-    return taken, left
 
 
 def hear(vehicle: Vehicle, *blocks: Block) -> None:
@@ -94,34 +85,7 @@ def test_the_modules_of_the_paper(fleet: Fleet) -> None:
     assert social.objectives_of("AUV01") == ()
 
 
-def test_who_leads(fleet: Fleet) -> None:
-    led = {
-        vehicle.name: [group for group in vehicle.social.organisation.groups if vehicle.social.leads(group)]
-        for vehicle in fleet.vehicles
-    }
-    assert led == {"ASV00": ["Coordination"], "AUV00": ["Operational"], "AUV01": [], "AUV02": []}
-
-
 # Consultation -------------------------------------------------------------------------------------
-
-
-def test_an_assignment_counts_from_the_end_of_the_round(fleet: Fleet) -> None:
-    issuer, heard = named(fleet, "AUV00"), named(fleet, "AUV01")
-    block = say(issuer, LEFT)
-    hear(heard, block)
-    for vehicle in (issuer, heard):
-        assert vehicle.social.standing.is_due
-        assert not vehicle.social.organisation.plays("AUV01", "Operational", "LeftWinger")
-    result = heard.social.consult()
-    assert moved(heard) == ([RoleAssignment("Operational", "LeftWinger", "AUV01")], [])
-    assert result.activities_due
-    assert heard.social.organisation.plays("AUV01", "Operational", "LeftWinger")
-    # who issued it waits for the same moment, and it is not its own role
-    issuer.social.consult()
-    assert moved(issuer) == ([], [])
-    assert issuer.social.organisation.plays("AUV01", "Operational", "LeftWinger")
-    # who has not heard it does not know
-    assert not named(fleet, "AUV02").social.organisation.plays("AUV01", "Operational", "LeftWinger")
 
 
 @pytest.mark.parametrize("work", [True, False])
@@ -134,39 +98,6 @@ def test_who_says_that_its_sensors_are_dead_is_given_no_area(fleet: Fleet, work:
     assert plays == [work, True]
 
 
-@pytest.mark.parametrize(("is_available", "has_heard"), [(True, False), (False, True), (False, False)])
-def test_a_job_is_taken_back_from_who_takes_none_and_has_not_heard_of_it(
-    fleet: Fleet, is_available: bool, has_heard: bool
-) -> None:
-    """AUV01 may have been deaf when it was given the job; what it has heard of it does first, though it is cut off."""
-    head = named(fleet, "AUV00")
-    say(head, LEFT)
-    head.social.consult()
-    hear(head, say(named(fleet, "AUV01"), ("AUV01", "available", is_available), now_s=2.0))
-    head.social.consult()
-    head.social._picture.peers.unheard = {} if has_heard else {"AUV01": {"Operational.LeftWinger"}}
-    stated = head.social.negotiate(3.0, head.functional.motion, {})
-    left = head.beliefs.fact("AUV01", "leftRole", "Operational.LeftWinger")
-    assert (([left], True) in stated) == (not is_available and not has_heard)
-
-
-def test_a_round_is_over_once(fleet: Fleet) -> None:
-    heard = named(fleet, "AUV01")
-    hear(heard, say(named(fleet, "AUV00"), LEFT))
-    heard.social.consult()
-    assert not heard.social.standing.is_due
-    heard.social.consult()
-    assert moved(heard) == ([], [])
-
-
-def test_what_was_heard_twice_counts_once(fleet: Fleet) -> None:
-    heard = named(fleet, "AUV01")
-    block = say(named(fleet, "AUV00"), LEFT)
-    hear(heard, block, block)
-    result = heard.social.consult()
-    assert [ruling.event for ruling in result.rulings] == ["assigned"]
-
-
 def test_who_is_no_member_may_still_give_a_group_its_mission(fleet: Fleet) -> None:
     """REMORAS IV.B: an AUV can plan a mission for a group of which it is not a member."""
     heard = named(fleet, "AUV00")
@@ -174,45 +105,6 @@ def test_who_is_no_member_may_still_give_a_group_its_mission(fleet: Fleet) -> No
     hear(heard, say(named(fleet, "ASV00"), ("Operational", "hasMission", "AreaMapping")))
     assert heard.social.missions == {"Coordination": ("Supervision",), "Operational": ("AreaMapping",)}
     assert heard.social.planner.due
-
-
-def test_a_mission_is_planned_by_who_leads_the_group(fleet: Fleet) -> None:
-    heard = named(fleet, "AUV01")
-    hear(heard, say(named(fleet, "ASV00"), ("Operational", "hasMission", "AreaMapping")))
-    assert heard.social.missions["Operational"] == ("AreaMapping",)
-    assert not heard.social.planner.due
-
-
-def test_more_holders_than_a_role_allows_are_refused(fleet: Fleet) -> None:
-    """Both are assigned in one round: what was said earlier counts, at every vehicle alike."""
-    first = say(named(fleet, "AUV00"), LEFT, now_s=1.0)
-    second = say(named(fleet, "AUV00"), ("AUV02", "playsRole", "Operational.LeftWinger"), now_s=2.0)
-    for name, order in (("AUV01", (first, second)), ("ASV00", (second, first))):
-        vehicle = named(fleet, name)
-        hear(vehicle, *order)
-        result = vehicle.social.consult()
-        refused = [one for one in result.rulings if one.event == "refused"]
-        assert [(one.asked.assignee, one.outcome) for one in refused] == [("AUV02", Outcome.NO_ROOM)]
-        assert vehicle.social.organisation.members("Operational", "LeftWinger") == ("AUV01",)
-
-
-@settings(max_examples=60)
-@given(st.lists(st.tuples(st.sampled_from(["AUV00", "AUV01", "AUV02"]), st.booleans()), max_size=6), st.randoms())
-def test_who_holds_a_role_does_not_depend_on_what_was_heard_first(words: list[tuple[str, bool]], draws: Random) -> None:
-    """A head gives a role with room for one, and takes it; each block is heard in a round of its own."""
-    fleet = assemble(SETUP, seed=1)
-    issuer, one, other = named(fleet, "AUV00"), named(fleet, "ASV00"), named(fleet, "AUV02")
-    blocks = [
-        say(issuer, (name, "playsRole" if gives else "leftRole", LEFT[2]), now_s=1.0 + number)
-        for number, (name, gives) in enumerate(words)
-    ]
-    for vehicle, order in ((one, blocks), (other, draws.sample(blocks, len(blocks)))):
-        for block in order:
-            hear(vehicle, block)
-            vehicle.social.consult()
-    holders = one.social.organisation.members("Operational", "LeftWinger")
-    assert other.social.organisation.members("Operational", "LeftWinger") == holders
-    fleet.close()
 
 
 def miss(vehicle: Vehicle, *names: str) -> None:
@@ -323,36 +215,6 @@ def test_an_assignment_finds_room_or_waits(name: str) -> None:
     assert holders_after(words, 1) == (set(holders), waiting)
 
 
-def test_who_waited_for_room_gets_it_when_the_holder_leaves(fleet: Fleet) -> None:
-    issuer, heard = named(fleet, "AUV00"), named(fleet, "ASV00")
-    for number, fact in enumerate(
-        (
-            LEFT,
-            ("AUV02", *LEFT[1:]),
-            ("AUV01", "leftRole", LEFT[2]),
-            ("AUV00", *LEFT[1:]),
-            ("AUV00", "leftRole", LEFT[2]),
-        )
-    ):
-        hear(heard, say(issuer, fact, now_s=1.0 + number))
-        heard.social.consult()
-        holder = ("AUV01", "AUV01", "AUV02", "AUV00", "AUV02")[number]
-        assert heard.social.organisation.members("Operational", "LeftWinger") == (holder,)
-
-
-def test_a_refusal_that_stays_one_is_told_once(fleet: Fleet) -> None:
-    """Who speaks is outside of the group; it may come in, so its word is asked again whenever roles change."""
-    heard, head = named(fleet, "ASV00"), named(fleet, "AUV00")
-    refused = []
-    for number, (issuer, fact) in enumerate(
-        ((named(fleet, "AUV01"), ("AUV02", "playsRole", "Coordination.Tactician")), (head, LEFT))
-    ):
-        hear(heard, say(issuer, fact, now_s=1.0 + number))
-        refused.append([one.outcome for one in heard.social.consult().rulings if one.event == "refused"])
-    assert heard.social.organisation.members("Operational", "LeftWinger") == ("AUV01",)
-    assert refused == [[Outcome.OUTSIDE], []]
-
-
 def test_in_one_round_the_order_of_hearing_does_not_matter(fleet: Fleet) -> None:
     issuer = named(fleet, "AUV00")
     blocks = (
@@ -375,182 +237,7 @@ def test_in_one_round_the_order_of_hearing_does_not_matter(fleet: Fleet) -> None
     assert objectives == (Objective("Operational", "LeftWinger", "Exploring", "left"),)
 
 
-def test_leaving_a_role_ends_its_objectives(fleet: Fleet) -> None:
-    issuer, heard = named(fleet, "AUV00"), named(fleet, "AUV01")
-    hear(heard, say(issuer, LEFT, EXPLORE_LEFT))
-    heard.social.consult()
-    assert [one.name for one in heard.social.objectives_of("AUV01")] == ["Exploring"]
-    hear(heard, say(issuer, ("AUV01", "leftRole", "Operational.LeftWinger"), now_s=9.0))
-    heard.social.consult()
-    assert moved(heard) == ([], [RoleAssignment("Operational", "LeftWinger", "AUV01")])
-    assert heard.social.objectives_of("AUV01") == ()
-
-
-# Planning -----------------------------------------------------------------------------------------
-
-
-def planned(fleet: Fleet) -> tuple[SocialLayer, list[Said]]:
-    """AUV00 has been given its group's mission and has planned it: its social layer, and what it says."""
-    coordinator = named(fleet, "AUV00")
-    hear(coordinator, say(named(fleet, "ASV00"), ("Operational", "hasMission", "AreaMapping")))
-    beliefs = coordinator.beliefs
-    deliberation = coordinator.social.plan_missions()
-    assert deliberation.impossible == []
-    said = [
-        (beliefs.name(subject), beliefs.model.tbox.attributes[attribute].name, beliefs.name(value))
-        for subject, attribute, value in deliberation.facts
-    ]
-    return coordinator.social, said
-
-
-def test_the_mission_becomes_roles_and_objectives(fleet: Fleet) -> None:
-    social, said = planned(fleet)
-    assert {fact for fact in said if fact[1] == "playsRole"} == {
-        ("AUV00", "playsRole", "Operational.Cartographer"),
-        ("AUV01", "playsRole", "Operational.Cartographer"),
-        ("AUV02", "playsRole", "Operational.Cartographer"),
-        ("AUV00", "playsRole", "Operational.Midfield"),
-        ("AUV01", "playsRole", "Operational.LeftWinger"),
-        ("AUV02", "playsRole", "Operational.RightWinger"),
-    }
-    assert {fact[::2] for fact in said if fact[1] == "objectiveExploring"} == {
-        ("Operational.LeftWinger", "left"),
-        ("Operational.Midfield", "middle"),
-        ("Operational.RightWinger", "right"),
-    }
-    assert not social.planner.due
-    assert social.planner.has_planned("Operational")
-    assert all(social.organisation.is_member(one.vehicle, one.group) for one in social.planner.orders.issued)
-
-
-def test_what_was_planned_is_not_said_again(fleet: Fleet) -> None:
-    social, said = planned(fleet)
-    coordinator = named(fleet, "AUV00")
-    say(coordinator, *said)
-    social.consult()
-    say(coordinator, ("middle", "areaDone", "AUV00"), now_s=500.0)
-    assert social.planner.due  # the plan rests on it
-    deliberation = social.plan_missions()
-    assert deliberation.facts == []
-
-
-def test_planning_is_due_again_when_a_fact_changes_that_the_plan_rests_on(fleet: Fleet) -> None:
-    social, _ = planned(fleet)
-    coordinator = named(fleet, "AUV00")
-    for fact, due in [(("AUV01", "playsRole", "Operational.Performer"), False), (("left", "areaDone", "AUV01"), True)]:
-        say(coordinator, fact, now_s=100.0)
-        assert bool(social.planner.due) is due
-
-
-def test_activities_are_chosen_anew_when_a_fact_changes_that_they_rest_on(fleet: Fleet) -> None:
-    vehicle = named(fleet, "AUV01")
-    hear(vehicle, say(named(fleet, "AUV00"), LEFT, EXPLORE_LEFT))
-    vehicle.social.consult()
-    vehicle.social.activity_sets((0.0, 0.0))
-    done = {name: vehicle.beliefs.model.record([vehicle.beliefs.fact(name, "areaDone", "AUV01")], 9.0) for name in
-            ("right", "left")}  # fmt: skip
-    assert not vehicle.social.consider([done["right"]]).activities_due
-    assert vehicle.social.consider([done["left"]]).activities_due
-    assert "ZigzagExploring" not in {one.name for one in vehicle.social.activity_sets((0.0, 0.0))}
-
-
-def test_activities_under_way_are_kept(fleet: Fleet) -> None:
-    """A survey planned from the start goes on as planned, wherever the vehicle is when it is asked again."""
-    vehicle = named(fleet, "AUV01")
-    hear(vehicle, say(named(fleet, "AUV00"), LEFT, EXPLORE_LEFT))
-    vehicle.social.consult()
-    first = vehicle.social.activity_sets((0.0, 0.0))
-    assert vehicle.social.activity_sets((700.0, 700.0)) == first
-
-
-@pytest.mark.parametrize("is_turned", [False, True])
-def test_who_has_fallen_silent_is_listed_in_an_order_that_is_always_the_same(fleet: Fleet, is_turned: bool) -> None:
-    """Plans name them; an organisation has its roles in a set, whose order is that of a process."""
-    social, _ = planned(fleet)
-    standing, frame_s = social.standing, SETUP.schedule.frame_s
-    roles = sorted(social.organisation.assignments, reverse=is_turned)
-    turned: Any = Organisation(social.organisation.groups, tuple(roles))  # type: ignore[arg-type]
-    standing.view = replace(standing.view, organisation=turned)
-    standing._take_over(standing.view)
-    for frame in range(1, 100):
-        social._picture.peers.heard_s["ASV00"] = frame * frame_s
-        social.look_around(frame * frame_s)
-    assert social.planner.lost["Operational.Performer"] == ("AUV01", "AUV02")
-
-
-# Late news ----------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("order", [(0, 1), (1, 0)])
-def test_the_later_word_counts_in_whatever_round_it_is_heard(fleet: Fleet, order: tuple[int, int]) -> None:
-    """AUV00 lets AUV01 explore the left area, then the middle one; AUV01 hears of it in two rounds."""
-    issuer, holder = named(fleet, "AUV00"), named(fleet, "AUV01")
-    said = [
-        say(issuer, LEFT, EXPLORE_LEFT, now_s=2.0),
-        say(issuer, ("Operational.LeftWinger", "objectiveExploring", "middle"), now_s=3.0),
-    ]
-    for index in order:
-        hear(holder, said[index])
-        holder.social.consult()
-    explored = [o.argument for o in holder.social.objectives_of("AUV01") if o.name == "Exploring"]
-    assert explored == [holder.beliefs.get(("objectiveExploring", "Operational.LeftWinger"))] == ["middle"]
-
-
-def test_a_role_that_was_left_is_not_taken_up_by_old_news(fleet: Fleet) -> None:
-    issuer, holder = named(fleet, "AUV00"), named(fleet, "AUV01")
-    plays = say(issuer, LEFT, now_s=2.0)
-    leaves = say(issuer, ("AUV01", "leftRole", "Operational.LeftWinger"), now_s=3.0)
-    for block in (leaves, plays):
-        hear(holder, block)
-        holder.social.consult()
-    assert not holder.social.organisation.plays("AUV01", "Operational", "LeftWinger")
-
-
-def test_planning_again_before_the_round_ends_says_nothing_twice(fleet: Fleet) -> None:
-    head = named(fleet, "AUV00")
-    say(head, ("Operational", "hasMission", "AreaMapping"))
-    assert len(head.social.plan_missions().facts) == 16
-    say(head, ("left", "areaDone", "AUV01"))  # the plan rests on it
-    assert head.social.planner.due
-    again = head.social.plan_missions().facts
-    assert again == []
-
-
 # Meeting ------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("order", list(permutations(range(3))))
-def test_who_supervises_others_meets_after_them(fleet: Fleet, order: tuple[int, ...]) -> None:
-    """An early meeting of the Coordination group counts until the Operational group has met, in any order."""
-    administrator, coordinator = named(fleet, "ASV00"), named(fleet, "AUV00")
-    early = say(administrator, ("Coordination", "gatheredAt", "coordination rally"), now_s=10.0)
-    assert administrator.functional.picture.groups.gathered == {"Coordination"}
-    between = say(coordinator, ("Operational", "gatheredAt", "operational rally"), now_s=20.0)
-    hear(administrator, between)
-    assert administrator.functional.picture.groups.gathered == {"Operational"}
-    late = say(administrator, ("Coordination", "gatheredAt", "coordination rally"), now_s=30.0)
-    performer = named(fleet, "AUV01")
-    hear(performer, *([early, between, late][n] for n in order))
-    assert performer.functional.picture.groups.gathered == {"Coordination", "Operational"}
-
-
-def test_what_is_left_is_the_same_with_positions_and_without(fleet: Fleet) -> None:
-    """What is kept for questions without positions is not kept beyond a fact that one with positions has seen first."""
-    heard = named(fleet, "AUV01")
-    assert "left" not in heard.social._work()["Operational"].done
-    hear(heard, say(named(fleet, "AUV02"), ("left", "areaDone", "AUV02")))
-    for positions_m in ({}, None):
-        assert "left" in heard.social._work(positions_m)["Operational"].done
-
-
-def test_a_head_that_waits_for_work_to_be_done_has_still_to_give_it_out(fleet: Fleet) -> None:
-    """So it does not count its wait for the others as overdue, in whatever round it is asked."""
-    _, said = planned(fleet)
-    coordinator = named(fleet, "AUV00")
-    say(coordinator, *said)
-    for now_s in (10.0, 20.0, 30.0):
-        coordinator.consult(now_s)
-        assert coordinator.social.gives_out("Operational")
 
 
 def test_a_meeting_that_was_concluded_alone_counts_only_while_the_vehicle_is_cut_off(fleet: Fleet) -> None:

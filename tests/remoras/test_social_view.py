@@ -11,7 +11,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from samples import auv, database
 
-from remoras.activities import Objective
 from remoras.authority import Act, Authority, Request, Rules
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
 from remoras.social.consultation import come_back, consult, give_missions
@@ -127,36 +126,3 @@ def test_what_is_heard_again_in_another_round_changes_nothing(
     twice = consult(once, stated, [], now)
     for part in ("organisation", "leadership", "newest", "missions", "formations"):
         assert getattr(twice, part) == getattr(once, part), part
-
-
-# What does depend on it ---------------------------------------------------------------------------
-#
-# Whether a statement is granted is asked when it is heard, by who is a member and who led as is known by then. What
-# follows from the grants (who led when, who holds a job, which formation there is) is a function of them; the grants
-# are not. These are the two ways in which vehicles that have heard the same may differ.
-
-
-def folded(*rounds: DatedRequest) -> tuple[View, dict[tuple[str, str, str], Objective]]:
-    """Each heard in a round of its own, and the objectives that came of it; AUV00 is missed."""
-    view, objectives = founded(), dict[tuple[str, str, str], Objective]()
-    for stated in rounds:
-        view = consult(view, [stated], [], Now(frozenset({"AUV00"})))
-        objectives |= view.objectives
-    return view, objectives
-
-
-def test_an_objective_that_counts_is_not_taken_back_by_a_claim_heard_later() -> None:
-    """AUV01 leads since 1 s, AUV00 gives an objective at 2 s: who hears of the claim first refuses that."""
-    claim = dated(0, Request("AUV01", Act.SUCCEED, "Team", "Head", "AUV01"), 1)
-    aim = dated(1, Request("AUV00", Act.OBJECTIVE, "Team", "Digger", objective="Go", argument="a"))
-    (one, refused), (other, obeyed) = folded(claim, aim), folded(aim, claim)
-    assert one.organisation == other.organisation
-    assert (list(refused), [aim.argument for aim in obeyed.values()]) == ([], ["a"])
-
-
-def test_who_left_its_last_role_comes_in_again_where_that_is_heard_later() -> None:
-    """AUV02 leaves at 1 s, and is no member when AUV00 gives it the same role at 2 s."""
-    leaves = dated(0, Request("AUV02", Act.RELEASE, "Team", "Mate", "AUV02"))
-    comes = dated(1, Request("AUV00", Act.ASSIGN, "Team", "Mate", "AUV02"))
-    mates = [view.organisation.members("Team", "Mate") for view, _ in (folded(leaves, comes), folded(comes, leaves))]
-    assert mates == [("AUV01",), ("AUV01", "AUV02")]

@@ -16,7 +16,7 @@ from remoras.activities import Objective
 from remoras.database import VehicleData
 from remoras.faults import Condition, Fault, condition_under
 from remoras.organisation import Group, RoleSpecification
-from remoras.truth import reachable_by_jobs, reachable_fraction, within_reach
+from remoras.truth import reachable_by_jobs, within_reach
 from remoras.view import ReadOnlyVehicle
 
 DEAD = Condition(dead_sensors=frozenset({"mapping"}))
@@ -61,20 +61,6 @@ def test_who_is_left_needs_role_and_sensor_and_what_comes_before_must_be_within_
 def test_the_check_value_of_the_text() -> None:
     """Two of four jobs are done, and somebody is able to do one of the others: 0.5 + 0.5 x 1/2."""
     assert reachable_by_jobs(0.5, JOBS, [TEAM], fleet(vehicle(SENSING, "Rc")), ("a", "b")) == 0.75
-
-
-def test_without_open_jobs_what_is_missing_is_within_reach_of_whoever_is_left() -> None:
-    assert reachable_by_jobs(0.4, {}, [], fleet(vehicle(BLIND)), ()) == 1.0
-    assert reachable_by_jobs(0.4, {}, [], fleet(vehicle(None)), ()) == 0.4
-
-
-def test_a_truth_that_does_not_say_it_has_it_by_the_jobs_that_vehicles_have_finished() -> None:
-    truth: Any = SimpleNamespace(goal_fraction=0.5)
-    gone = vehicle(None, finished=("a", "b"))
-    assert reachable_fraction(truth, JOBS, [TEAM], fleet(gone, vehicle(SENSING, "Rc"))) == 0.75
-    assert reachable_fraction(truth, JOBS, [TEAM], fleet(gone)) == 0.5
-    own: Any = SimpleNamespace(goal_fraction=0.5, reachable_fraction=lambda fleet: 0.6)
-    assert reachable_fraction(own, JOBS, [TEAM], fleet(gone)) == 0.6
 
 
 @given(

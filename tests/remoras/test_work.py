@@ -6,7 +6,7 @@ from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecif
 from remoras.strategies.chains import chained, chains
 from remoras.strategies.fixed_partition import FixedPartition
 from remoras.testing.sample_worlds import Visit
-from remoras.work import Outlook, Work, precedence, works
+from remoras.work import Outlook, Work
 
 ROLES = ("Dock", "Load", "Leave", "Look")
 JOBS = {
@@ -42,55 +42,12 @@ def names(roles: object) -> list[str]:
     return [role.name for role in roles]  # type: ignore[attr-defined]
 
 
-def test_a_job_is_open_once_all_that_it_needs_is_done() -> None:
-    assert names(work().open) == ["Dock", "Look"]
-    assert names(work(done=("dock",)).open) == ["Load", "Look"]
-    assert names(work(done=("load",)).open) == ["Dock", "Look"]  # what was done out of order opens nothing early
-    assert names(work(done=("dock", "load")).open) == ["Leave", "Look"]
-    assert names(work().unfinished) == ["Dock", "Leave", "Load", "Look"]  # by the names of their jobs
-
-
-def test_what_is_held_is_not_vacant() -> None:
-    held = work(("Dock", "AUV01"), ("Load", "AUV02"))
-    assert names(held.vacant) == ["Look"]
-    assert names(held.held_by("AUV01")) == ["Dock"]
-    assert names(held.held_by("AUV02")) == ["Load"]  # whoever gave it knew more
-    assert work(("Dock", "AUV01"), done=("dock",)).held_by("AUV01") == []
-
-
-def test_workers_play_a_role_and_have_what_its_job_takes() -> None:
-    assert [data.name for data in work().workers] == ["AUV01", "AUV02"]
-    look = work().roles[3]
-    assert not work().able(FLEET["AUV01"], look)
-    assert work().able(FLEET["AUV02"], look)
-    assert not work().able(FLEET["AUV00"], work().roles[0])
-    assert work().after(Outlook(0.0, (0.0, 0.0)), FLEET["AUV00"], work().roles[0]) is None
-
-
 def test_jobs_are_done_nearest_first() -> None:
     """50 s to (100, 0) at 2 m/s and 60 s there, then 100 s to (-100, 0) and 60 s there: 270 s."""
     far = work().after_all(Outlook(0.0, (0.0, 0.0)), FLEET["AUV02"], [work().roles[3], work().roles[0]])
     near = work().after_all(Outlook(0.0, (50.0, 0.0)), FLEET["AUV02"], [work().roles[3], work().roles[0]])
     assert far == Outlook(270.0, (-100.0, 0.0))  # of two equally near the first by the name of its job
     assert near == Outlook(245.0, (-100.0, 0.0))
-
-
-def test_what_somebody_reports_opens_what_needs_it() -> None:
-    before = work()
-    assert names(before.knowing({"dock"}).open) == ["Load", "Look"]
-    assert before.knowing(()) is before
-
-
-def test_each_group_has_its_work() -> None:
-    made = works(work().organisation, FLEET, JOBS, frozenset({"dock"}), {"AUV01": (1.0, 2.0)})
-    assert list(made) == ["Team"]
-    assert names(made["Team"].open) == ["Load", "Look"]
-    assert made["Team"].position_m("AUV01") == (1.0, 2.0)
-    assert made["Team"].position_m("AUV02") == FLEET["AUV02"].start_m
-
-
-def test_an_allocation_rests_on_jobs_that_others_need() -> None:
-    assert precedence(GROUP, JOBS) == {("jobDone", "dock"), ("jobDone", "load")}
 
 
 def test_jobs_that_need_each_other_are_a_chain() -> None:
@@ -115,11 +72,6 @@ def test_what_follows_in_a_chain_is_left_to_who_began_it() -> None:
     organisation = Organisation.of([GROUP], [a for a in begun.organisation.assignments if a.role != "Dock"])
     orphaned = Work(GROUP, organisation, FLEET, JOBS, frozenset({"dock"}))
     assert names(chained(orphaned).vacant) == ["Load"]
-
-
-def test_without_precedence_there_are_no_chains() -> None:
-    free = Work(GROUP, work().organisation, FLEET, {name: Visit(name, (0.0, 0.0)) for name in JOBS})
-    assert chained(free) is free
 
 
 def test_who_goes_ends_what_is_left_of_a_wait() -> None:

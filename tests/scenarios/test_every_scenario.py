@@ -20,8 +20,7 @@ CASES = [(name, policy) for name in shipped() if name not in (DAY, SEARCH) for p
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("name", "policy"),
-    sampled(CASES, *[one for one in CASES if one[1] == MOST or one[0].startswith("mapping-r")]),
+    ("name", "policy"), sampled(CASES, *[one for one in CASES if one[1] == MOST or one[0].startswith("mapping-r")])
 )
 def test_it_completes_over_a_lossy_channel(name: str, policy: str) -> None:
     loaded = load(name, [("--per", "channel.per=0.3"), ("--policy", f"communication.policy={policy}")])
@@ -61,22 +60,3 @@ def test_strategies_and_loss_do_not_touch_each_others_draws() -> None:
         rows = run(loaded, seed=3).recorder.packets
         lost.append({row[0]: row[7] for row in rows})
     assert lost[0] == lost[1]
-
-
-def test_a_role_with_a_maximum_is_allocated_to_no_more() -> None:
-    """The check of the scenario, which asks for a place for every vehicle that may map, is passed by."""
-    loaded = load("mapping-patches", [("--set", "scenario.duration_s=600")])
-    (group,) = (group for group in loaded.group if group.name == "Operational")
-    role = next(role for role in group.role if role.name == "Cartographer").model_copy(update={"maximum": 2})
-    roles = tuple(role if one.name == role.name else one for one in group.role)
-    groups = tuple(one.model_copy(update={"role": roles}) if one is group else one for one in loaded.group)
-    finished = run(loaded.model_copy(update={"group": groups}))
-    cartographers = {row[1] for row in finished.recorder.roles if row[3] == "Cartographer"}
-    assert len(cartographers) == 2
-
-
-def test_a_mission_is_complete_once() -> None:
-    """All start within the arrival radius of both rally points, so the mission is complete at the end of a frame."""
-    together = [("--set", f"vehicle.{name}.start_m=[475, 475]") for name in ("ASV00", "AUV00", "AUV01", "AUV02")]
-    finished = run(load("mapping-rendezvous", [*together, ("--set", "mission.arrival_radius_m=100")]))
-    assert [m.name for m in finished.milestones].count("mission_complete") == 1

@@ -5,14 +5,10 @@ operational group forms it once something is found. AUV00 is that head; AUV01 an
 """
 
 import random
-import tomllib
-from pathlib import Path
 from typing import Any
 
 import pytest
-import tomli_w
 
-import missions.mapping
 from missions.errors import ConfigurationError
 from missions.runs.assembly import assemble
 from missions.runs.run import Run, run
@@ -20,12 +16,10 @@ from missions.runs.setup import resolved
 from missions.scenarios import load
 from remoras.fleet import Fleet
 from remoras.organisation import Organisation
-from remoras.strategies import strategies
 from remoras.vehicle import Vehicle
 from worldmodel import Block, merge
 
 GROUP, FORMER = "Inspectors", "Operational"
-FORMING = [name for name, one in strategies().items() if one.declaration.communicates]
 
 
 def inspected(*settings: str, strategy: str = "remoras", per: float = 0.0, seed: int = 1) -> Run:
@@ -71,60 +65,6 @@ def test_a_group_is_formed_for_what_is_found_and_dissolved_when_that_is_inspecte
     members = {row[2] for row in finished.recorder.organisation if row[3] == GROUP and row[5] == "assigned"}
     assert n_formed >= 1
     assert members <= {"AUV00", "AUV01", "AUV02"}
-
-
-@pytest.mark.slow
-def test_where_nothing_is_found_there_is_no_group_and_the_mission_is_that_without_one() -> None:
-    nothing = inspected("finds.number=0")
-    assert all(
-        row[3] != GROUP or row[4] for row in nothing.recorder.organisation
-    )  # objectives of its roles, and no more
-    assert formations(nothing, "AUV00") == []
-    usual = run(load("mapping-rendezvous"), seed=1)
-    assert (nothing.completed, nothing.end_s) == (True, usual.end_s)
-
-
-def test_a_group_is_formed_anew_for_another_find() -> None:
-    """AUV00, AUV01 and AUV02 in turn find something far apart in time: each time the group is another."""
-    for seed in range(1, 20):
-        again = inspected("finds.number=3", "finds.shortest_stay_s=5", "finds.longest_stay_s=10",
-                          "mission.importance.Inspecting=0.9", seed=seed)  # fmt: skip
-        events = formations(again, "ASV00")
-        if len(events) >= 4:
-            break
-    assert [event for event, _ in events[:4]] == ["formed", "dissolved", "formed", "dissolved"]
-    assert again.completed
-    assert n_inspected(again) == 3
-    rows = [row for row in again.recorder.items if row[5] == "formation"]
-    assert [float(row[6]) for row in rows] == [float(n) for n in range(1, len(rows) + 1)]
-
-
-# Losses ------------------------------------------------------------------------------------------
-
-
-def with_fault(tmp_path: Path, vehicle: str, at_s: float, strategy: str, per: float) -> Run:
-    raw = tomllib.loads(Path(missions.mapping.__file__).with_name("inspection.toml").read_text(encoding="utf-8"))
-    raw["fault"] = [{"kind": "lost", "vehicle": vehicle, "at_s": at_s}]
-    raw["strategy"], raw["channel"]["per"] = {"name": strategy}, per
-    file = tmp_path / "lossy.toml"
-    file.write_text(tomli_w.dumps(raw), encoding="utf-8")
-    return run(load(str(file)), seed=1)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("strategy", "per"), [("remoras", 0.0), ("central", 0.4)])
-@pytest.mark.parametrize("lost", ["AUV00", "AUV01", "AUV02"])
-def test_with_the_forming_head_or_a_member_lost_all_is_inspected_and_nobody_is_left_in_a_group(
-    lost: str, strategy: str, per: float, tmp_path: Path
-) -> None:
-    """AUV00 forms the group at about 370 s under AUV01: so these are the former, the head and a bystander."""
-    finished = with_fault(tmp_path, lost, 450.0, strategy, per)
-    assert finished.completed, finished.reason
-    assert n_inspected(finished) >= 3  # what the lost one alone had found is lost with it
-    alive = [name for name in ("AUV00", "AUV01", "AUV02") if name != lost]
-    heads = {row[6] for row in finished.recorder.organisation if row[1] in alive and row[5] == "dissolved"}
-    assert heads, "nobody dissolved it"
-    assert lost not in heads
 
 
 # Who may -----------------------------------------------------------------------------------------
@@ -238,22 +178,6 @@ def test_formed_dissolved_and_formed_again_come_to_the_same_in_any_order() -> No
         assert view_after(order, drawn.choice([1, 2, 7])) == expected, order
 
 
-def test_of_two_that_form_it_under_one_number_the_lower_node_wins() -> None:
-    """AUV01 claims to lead the operational group at the time at which AUV00 forms the other one: both lead it once."""
-    claim = ((FORMER, "headedBy", "AUV01"), (FORMER, "headTerm", 1))
-    for order in ([0, 1, 2], [2, 1, 0], [1, 2, 0], [1, 0, 2]):
-        by, others = fleet(), fleet()
-        blocks = [said(by, "AUV00", 1.0, *form("AUV02", 1)), said(by, "AUV01", 2.0, *claim)]
-        blocks.append(said(by, "AUV01", 3.0, *form("AUV01", 1)))
-        vehicle = named(others, "AUV02")
-        for index in order:
-            vehicle._consider(merge(vehicle.beliefs.model, [blocks[index]]).changes, 5.0)
-            vehicle._take_effect(5.0)
-        assert vehicle.social.organisation.heads(GROUP) == ("AUV02",), order
-        by.close()
-        others.close()
-
-
 # Bad input ---------------------------------------------------------------------------------------
 
 
@@ -271,8 +195,3 @@ def test_a_group_that_nobody_can_form_is_refused(setting: str, key: str, allowed
         load("mapping-inspection", [("--set", setting)])
     assert key in str(refused.value)
     assert allowed in str(refused.value)
-
-
-def test_nobody_leads_a_group_before_it_is_formed(tmp_path: Path) -> None:
-    with pytest.raises(ConfigurationError, match="nobody leads a group before it is formed at sea"):
-        with_fault(tmp_path, f"head of {GROUP}", 100.0, "remoras", 0.0)

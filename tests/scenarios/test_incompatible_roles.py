@@ -42,21 +42,6 @@ def test_the_head_does_no_job_that_excludes_leading(strategy: str) -> None:
     assert played_together(finished, "Coordinator", *JOBS) == set()
 
 
-def test_without_the_key_it_does() -> None:
-    assert played_together(made("scenario.duration_s=60"), "Coordinator", *JOBS) == {"AUV00"}
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("strategy", ["remoras", "central", "remoras-planned"])
-def test_two_jobs_that_exclude_each_other_go_to_two_vehicles(strategy: str) -> None:
-    """Thirteen jobs for three vehicles: without the key one vehicle holds several of them."""
-    key = 'group.Operational.role.Middle1.incompatible=["Middle2","Middle3","Left1"]'
-    finished = made(key, strategy=strategy, scenario="mapping-patches")
-    assert finished.completed, finished.reason
-    assert played_together(finished, "Middle1", "Middle2", "Middle3", "Left1") == set()
-    assert not [row for row in finished.recorder.organisation if row[5] == "refused"]
-
-
 def test_who_succeeds_leaves_what_excludes_leading() -> None:
     """The first Performer becomes the Coordinator and is a Performer no longer."""
     lost = 'fault=[{kind="lost",vehicle="AUV00",at_s=400.0}]'

@@ -1,14 +1,11 @@
 """What a group knows of its jobs is replicated, or held by its head: what that saves, and costs without the head."""
 
-from pathlib import Path
-
 import pytest
 
-from missions.errors import ConfigurationError
 from missions.runs.metrics import bits_of
 from missions.runs.results import MemoryResults
 from missions.runs.run import Run, run
-from missions.scenarios import load, shipped
+from missions.scenarios import load
 from remoras.contents import Content
 
 GROUP = "group.Operational.information"
@@ -66,30 +63,3 @@ def test_the_new_head_gathers_anew_what_the_others_know(without_its_head: Run) -
     assert of_others <= set(received_s)
     assert sum(received_s[item] >= leads_s for item in of_others) > 0.9 * len(of_others)
     assert made.completed
-
-
-def test_what_the_lost_head_alone_knew_is_done_again(without_its_head: Run) -> None:
-    def done_again(made: Run) -> int:
-        rows = made.recorder.rows("coverage")
-        return len(rows) - len({row[2:4] for row in rows})
-
-    assert done_again(without_its_head) > done_again(finished(LOST))
-
-
-def test_a_head_can_hold_it_only_where_needs_follow_from_groups(tmp_path: Path) -> None:
-    """The file says where: one line is put behind that of the group's rally point."""
-    lines = shipped()["mapping-patches"].read_text(encoding="utf-8").splitlines()
-    number = lines.index('name = "Operational"') + 1
-    lines.insert(number, 'information = "held by head"')
-    path = tmp_path / "held.toml"
-    path.write_text("\n".join(lines), encoding="utf-8")
-    with pytest.raises(ConfigurationError) as caught:
-        load(str(path))
-    (fault,) = caught.value.faults
-    assert (fault.key, fault.given, fault.line) == (GROUP, '"held by head"', number + 1)
-    assert 'set communication.needs_follow = "groups"' in fault.allowed
-
-
-def test_a_word_that_is_neither_is_refused() -> None:
-    with pytest.raises(ConfigurationError, match=r"group\.Operational\.information.*replicated.*held by head"):
-        load("mapping-patches", [("--set", f"{GROUP}=secret")])

@@ -6,7 +6,6 @@ from functools import cache
 import pytest
 from sampling import sampled
 
-from exchange.peering.relaying import Relaying
 from missions.runs.run import run
 from missions.runs.summary import summary
 from missions.scenarios import load
@@ -56,26 +55,3 @@ def test_nobody_is_taken_for_absent_since_others_tell_whom_they_hear(monkeypatch
     assert sailed("plan-and-dispatch", 1, *settings)[1] == 0
     monkeypatch.setattr(Peers, "note_word", lambda self, name, spoke_s: None)
     assert sailed("plan-and-dispatch", 1, *settings)[1] > 0
-
-
-def said_again(seed: int) -> tuple[float, float | None]:
-    """Share of items said of which their sender has said them before, and when all was told after the mission (s)."""
-    nodes = [f'channel.nodes.{name}="{node}"' for name, node in (NODES | {"ASV00": "21"}).items()]
-    options = ("strategy.name=plan-and-dispatch", "channel.name=network", *nodes, "scenario.settle_s=1000")
-    finished = run(load("mapping-patches", [("--set", option) for option in options]), seed)
-    column = {name: at for at, name in enumerate(finished.recorder.tables["packets"].column_names)}
-    packets = finished.recorder.rows("packets")
-    said = [(packet[column["sender"]], uid) for packet in packets for uid in packet[column["item_uids"]]]
-    settled = finished.settled
-    return 1.0 - len({*said}) / len(said), settled.time_s if settled is not None and settled.complete else None
-
-
-def test_who_hardly_reaches_a_peer_leaves_it_to_a_relay(monkeypatch: pytest.MonkeyPatch) -> None:
-    """It would go on for ever, since nobody tells it that the relay has delivered."""
-    share, told_s = said_again(1)
-    assert share < 0.70
-    assert told_s is not None
-    monkeypatch.setattr(Relaying, "resting", lambda self, items, frame, now_s: 0)
-    share, told_s = said_again(1)
-    assert share > 0.80
-    assert told_s is None

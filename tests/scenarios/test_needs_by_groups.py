@@ -3,15 +3,13 @@
 import statistics
 
 import pytest
-from sampling import sampled
 
 from missions.runs.knowledge import query as ask
-from missions.runs.metrics import bits_of, n_bits
+from missions.runs.metrics import bits_of
 from missions.runs.results import MemoryResults
 from missions.runs.run import Run, run
 from missions.scenarios import load
 from remoras.contents import Content
-from remoras.strategies import strategies
 
 TEAMS = {"North": ("AUV00", "AUV01"), "East": ("AUV02", "AUV03"), "South": ("AUV04", "AUV05")}
 LOSS = ("channel.per=0.4",)
@@ -56,10 +54,6 @@ def test_the_world_model_of_a_team_has_no_cells_of_another(by_groups: Run) -> No
     assert cells_known(by_groups) == {(name, team) for team, names in TEAMS.items() for name in names}
 
 
-def test_where_all_have_the_same_needs_it_has_them_all(for_all: Run) -> None:
-    assert cells_known(for_all) == {(name, team) for name in for_all.setup.database for team in TEAMS}
-
-
 @pytest.mark.parametrize("policy", ["ack", "ack-repeat"])
 def test_no_packet_carries_what_nobody_in_need_of_it_could_lack(policy: str) -> None:
     """Cells ride in packets of the own team alone, and only until all of it are known to hold them."""
@@ -91,34 +85,6 @@ def test_fewer_bytes_and_sooner_news_at_the_same_mission_time(by_groups: Run, fo
     assert by_groups.completed
     assert abs(by_groups.end_s - for_all.end_s) < 60.0
     assert by_groups.n_false_beliefs == 0
-
-
-def test_the_head_of_all_knows_what_is_done_but_not_the_cells(by_groups: Run) -> None:
-    known = {row[1:] for row in facts_known(by_groups) if row[0] == "ASV00"}
-    assert {area for area, attribute in known if attribute == "areaDone"} == set(by_groups.mission.jobs)
-    assert {group for group, attribute in known if attribute == "gatheredAt"} >= set(TEAMS)
-    assert "mappedCell" not in {attribute for _, attribute in known}
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "strategy", sampled(sorted(set(strategies()) - {"fixed-partition", "oracle"}), "remoras", "contract-net")
-)
-def test_every_strategy_completes_the_mission_as_soon_with_fewer_bytes(strategy: str) -> None:
-    """Measured: the same second, 34 to 40 % fewer bytes; rendezvous-sync speaks at meetings alone."""
-    by_groups, for_all = (finished(*LOSS, f"strategy.name={strategy}", *more, seed=2) for more in ((), (FOR_ALL,)))
-    assert by_groups.completed
-    assert abs(by_groups.end_s - for_all.end_s) < 30.0
-    assert n_bits(by_groups) < (1.05 if strategy == "rendezvous-sync" else 0.75) * n_bits(for_all)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("lost", sampled(["ASV00", "AUV00", "AUV01"], "AUV00"))
-def test_whoever_is_lost_the_others_complete_it(lost: str) -> None:
-    fault = f'fault=[{{kind="lost", vehicle="{lost}", at_s=600.0}}]'
-    by_groups, for_all = (finished(*LOSS, fault, *more, seed=3) for more in ((), (FOR_ALL,)))
-    assert by_groups.completed
-    assert abs(by_groups.end_s - for_all.end_s) < 60.0
 
 
 def test_a_new_head_takes_up_what_it_had_set_aside() -> None:

@@ -11,8 +11,6 @@ from missions.runs.summary import summary
 from missions.scenarios import load, shipped
 
 TEAMS = ("West", "Middle", "East")
-PLAIN = "AUV07"
-"""It has no social layer."""
 
 
 @pytest.fixture(scope="module")
@@ -39,14 +37,6 @@ def test_both_organisations_map_everything_and_meet(name: str) -> None:
     assert report["false_beliefs"] == 0
 
 
-def test_every_team_has_its_own_vehicles_and_roles_of_the_same_names(in_teams: Run) -> None:
-    founded = members(in_teams)
-    assert [len(founded[team]) for team in TEAMS] == [3, 3, 2]
-    assert set.union(*(founded[team] for team in TEAMS)) == {f"AUV{n:02d}" for n in range(8)}
-    names = {tuple(role.name for role in in_teams.setup.agreement.organisation.groups[team].roles) for team in TEAMS}
-    assert len(names) == 1
-
-
 def test_the_plan_of_a_team_stays_in_the_team(in_teams: Run) -> None:
     founded = members(in_teams)
     for _, vehicle, group, role, event in in_teams.recorder.roles:
@@ -63,26 +53,6 @@ def test_the_fleet_meets_after_its_teams(in_teams: Run) -> None:
     met_s = gathered_s(in_teams)
     assert set(met_s) == {"Fleet", *TEAMS}
     assert met_s["Fleet"] == max(met_s.values())
-
-
-def test_a_vehicle_without_the_social_layer_leads_nobody_and_gives_out_nothing(in_teams: Run) -> None:
-    organisation = in_teams.setup.agreement.organisation
-    assert any(organisation.is_member(PLAIN, team) for team in TEAMS)
-    assert not any(PLAIN in organisation.heads(group) for group in organisation.groups)
-    assert not [row for row in in_teams.recorder.organisation if row[5] == "refused"]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("lost", ["AUV00", "ASV00"])
-def test_the_teams_complete_though_a_head_is_lost_at_sea(lost: str) -> None:
-    """A Performer takes the place of the head of its team, and of the Tactician that it was; nobody else leaves."""
-    fault = f'fault=[{{kind="lost",vehicle="{lost}",at_s=400.0}}]'
-    finished = run(load("mapping-nine-teams", [("--set", fault)]), seed=1)
-    report = summary(finished)
-    assert report["completed"], report["reason"]
-    assert report["coverage_fraction"] == 1.0
-    left = {(row[1], row[2], row[3]) for row in finished.recorder.roles if row[4] == "left" and row[3] == "Tactician"}
-    assert {vehicle for vehicle, _, _ in left} <= {"AUV00", *(("AUV00", "AUV01", "AUV02") if lost == "ASV00" else ())}
 
 
 LEADS = {"west": "Chief", "middle": "Aide"}

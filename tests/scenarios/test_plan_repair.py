@@ -7,7 +7,6 @@ without a yield it gives up, leaves its role, and the head lets somebody else go
 
 import tomllib
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,25 +16,44 @@ import tomli_w
 import missions.mapping
 from missions.runs.run import Run, run
 from missions.scenarios import load
-from remoras.htn import Execution, Node, NoPlan, Plan, Task, plan
-from remoras.htn.plans import ROOT
+from remoras.htn import Task, plan
+from remoras.organisation import Group
 from remoras.recorder import PLANS
 from remoras.social.planning import MissionPlanner
+from remoras.strategies.allocation import all_jobs
+from remoras.strategies.founding import common_roles
+from remoras.strategies.remoras import STRATEGY as REMORAS
+from remoras.strategy import Declaration
+from remoras.work import Work
 
-DIES_S = 2300.0
+
+class WhenAsked:
+    """Nobody negotiates: what the plan of the group's head does not ask for is not allocated."""
+
+    name = "when-asked"
+    declaration = Declaration("", {"playsRole": "its roles", "leftRole": "that it leaves one"}, planned_before=False)
+    form = staticmethod(REMORAS.form)
+
+    def adapt(self, work: Work) -> Any:
+        return all_jobs(work) + common_roles(work)
+
+    def negotiator(self, me: str, group: Group) -> None:
+        return None
 
 
-def broken(folder: Path, strategy: str, *settings: str, until_s: float | None = None) -> Run:
-    """A run in which the sensor of AUV02 dies, for good or until a time."""
+WHEN_ASKED = WhenAsked()
+
+
+def broken(folder: Path) -> Run:
+    """A run in which the sensor of AUV02 dies, under a strategy that allocates when it is asked."""
     shipped = Path(missions.mapping.__file__).with_name("rendezvous.toml").read_text(encoding="utf-8")
     raw = tomllib.loads(shipped)
-    fault = {"kind": "sensor", "vehicle": "AUV02", "at_s": DIES_S}
-    raw["fault"] = [fault if until_s is None else {**fault, "until_s": until_s}]
-    raw["strategy"] = {"name": strategy}
+    raw["fault"] = [{"kind": "sensor", "vehicle": "AUV02", "at_s": 2300.0}]
+    raw["strategy"] = {"name": f"{__name__}:WHEN_ASKED"}
     file = folder / "broken.toml"
     file.write_text(tomli_w.dumps(raw), encoding="utf-8")
     common = ("channel.per=0", "scenario.duration_s=7000", "vehicle.AUV02.survey_speed_mps=0.9")
-    return run(load(str(file), [("--set", setting) for setting in (*common, *settings)]))
+    return run(load(str(file), [("--set", setting) for setting in common]))
 
 
 def plans(finished: Run, vehicle: str, role: str = "") -> list[dict[str, Any]]:
@@ -62,7 +80,7 @@ def planned(monkeypatch: pytest.MonkeyPatch) -> dict[str, list[Task]]:
 
 
 def test_only_the_branch_that_failed_is_planned_anew(tmp_path: Path, planned: dict[str, list[Task]]) -> None:
-    finished = broken(tmp_path, "repairing:WHEN_ASKED")
+    finished = broken(tmp_path)
     assert finished.completed
     [(given_up_s, _, _, detail)] = [row for row in finished.recorder.faults if row[2] == "cannot"]
     role = detail.split(":")[0]
@@ -86,60 +104,6 @@ def test_only_the_branch_that_failed_is_planned_anew(tmp_path: Path, planned: di
 def test_without_repair_the_mission_fails(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The cause taken away: the same failure, and the head does not look for another way."""
     monkeypatch.setattr(MissionPlanner, "_mend", lambda self, group, vacant, known: True)
-    finished = broken(tmp_path, "repairing:WHEN_ASKED")
+    finished = broken(tmp_path)
     assert not finished.completed
     assert [row for row in finished.recorder.faults if row[2] == "cannot"]
-
-
-@pytest.mark.slow
-def test_a_vehicle_goes_another_way_before_it_gives_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The sensor works again after 900 s: with a second way AUV02 finishes itself, without repair it gives up."""
-    mission = "scenario.mission=repairing:OnceMore"
-    mended = broken(tmp_path, "repairing:WHEN_ASKED", mission, until_s=DIES_S + 900.0)
-    assert mended.completed
-    kinds = {row[2] for row in mended.recorder.faults if row[1] == "AUV02"}
-    assert "failed step" in kinds
-    assert "cannot" not in kinds
-    [failed] = [row for row in mended.recorder.faults if row[2] == "failed step"]
-    role = failed[3].split(" of ")[1].split(":")[0]
-    steps = {row["task"]: row["status"] for row in plans(mended, "AUV02", role) if row["objective"] == "Exploring"}
-    assert (steps["ZigzagExploring"], steps["BeginningAgain"]) == ("failed", "done")
-    monkeypatch.setattr(Execution, "fail", lambda self, place, facts: False)
-    given_up = broken(tmp_path, "repairing:WHEN_ASKED", mission, until_s=DIES_S + 900.0)
-    assert "cannot" in {row[2] for row in given_up.recorder.faults if row[1] == "AUV02"}
-
-
-def test_where_nothing_fails_no_branch_is_planned(tmp_path: Path, planned: dict[str, list[Task]]) -> None:
-    """The same mission with a sensor that works: plans for wholes, and no other."""
-    finished = run(load("mapping-rendezvous", [("--set", "channel.per=0")]))
-    assert finished.completed
-    assert planned["whole"]
-    assert planned["branch"] == [task for task in planned["branch"] if task.name.startswith("Pursue")]
-    assert not [row for row in finished.recorder.plans if "failed" in row]
-
-
-def turned_round(found: Plan | NoPlan) -> Plan | NoPlan:
-    """The same tree, with the tasks below each task in the opposite order."""
-    if isinstance(found, NoPlan):
-        return found
-    nodes: list[Node] = []
-    left = [(place, ROOT) for place, node in enumerate(found.nodes) if node.parent == ROOT]
-    while left:
-        place, parent = left.pop()
-        nodes.append(found.nodes[place]._replace(parent=parent))
-        left += [(child, len(nodes) - 1) for child in found.children[place]]
-    return replace(found, nodes=tuple(nodes))
-
-
-def test_the_steps_of_a_plan_in_another_order_are_not_carried_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Turned round, roles are to have objectives before they are allocated: these steps wait, and nobody explores.
-
-    Nor is anything given anew: when all have met in vain, the head would do that beside the plan.
-    """
-    monkeypatch.setattr("missions.mapping.mission.given_anew", lambda *args: [])
-    monkeypatch.setattr("remoras.social.planning.plan", lambda *args, **options: turned_round(plan(*args, **options)))
-    finished = run(load("mapping-rendezvous", [("--set", "channel.per=0"), ("--set", "scenario.duration_s=2500")]))
-    assert not finished.completed
-    exploring = "AssignObjective(Operational, LeftWinger, Exploring, left)"
-    assert {row["status"] for row in plans(finished, "AUV00") if row["task"] == exploring} <= {"waiting", "dropped"}
-    assert not [row for row in finished.recorder.activities if row[3] == "ZigzagExploring"]

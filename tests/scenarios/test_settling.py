@@ -1,22 +1,17 @@
 """After the mission the exchange may go on: then all vehicles that hear each other know the same, byte for byte."""
 
-from pathlib import Path
 from typing import Any
 
 import pytest
 from sampling import sampled
 
-from missions.errors import ConfigurationError
 from missions.runs.assembly import assemble
-from missions.runs.knowledge import write_knowledge
-from missions.runs.known import Memory
-from missions.runs.results import MemoryResults, Results, write_results
+from missions.runs.results import MemoryResults
 from missions.runs.run import run, settled_of
 from missions.runs.setup import resolved
 from missions.scenarios import Scenario, load
 from remoras.fleet import Fleet
 from remoras.settling import Settled
-from worldmodel.rdf.writing import RdfFormat
 
 POLICIES = ("ack", "ack-repeat", "m-ack", "mps-ack-repeat", "adaptive")
 CUT = "scenario.duration_s=900"
@@ -57,20 +52,6 @@ def test_after_a_mission_at_high_loss_all_vehicles_know_the_same(policy: str, se
     assert not any(list(vehicle.beliefs.model.private_blocks()) for vehicle in fleet.vehicles)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("policy", POLICIES)
-def test_so_it_is_where_the_mission_is_ended_in_its_midst(policy: str) -> None:
-    setting = f"communication.policy={policy!r}"
-    fleet, settled = ended(1, CUT, setting)
-    assert settled is None
-    assert len(knowledge(fleet)[0]) > 1  # else there would be nothing to settle
-    fleet, settled = ended(1, CUT, SETTLED, setting)
-    assert settled is not None
-    assert settled.complete
-    assert 0.0 < settled.time_s < 900.0
-    assert len(knowledge(fleet)[0]) == 1
-
-
 def test_it_ends_when_its_time_is_over() -> None:
     fleet, settled = ended(1, CUT, "scenario.settle_s=5")
     assert settled == Settled(5.0, False)
@@ -82,22 +63,6 @@ def test_a_deaf_vehicle_keeps_it_from_ending_and_the_others_know_the_same() -> N
     assert settled == Settled(900.0, False)
     others = {v.beliefs.model.state_hash() for v in fleet.vehicles if v.name != "AUV02"}
     assert len(others) == 1
-
-
-def test_who_only_seems_to_be_away_is_waited_for() -> None:
-    """AUV02 has not heard ASV00 for long when the mission ends, and would tell it fourteen items that it lacks."""
-    silence = "channel.blackout=[{from_s=150, until_s=300, vehicle='ASV00'}]"
-    cut = ("scenario.duration_s=300", SETTLED, "communication.crc_bits=32", "channel.source_level_db=120.0", silence)
-    setup = resolved(load("arrows-archaeology", [("--set", one) for one in cut]))
-    fleet = assemble(setup, 53)
-    fleet.run()
-    teller, lacking = fleet.vehicles[2].radio.manager, fleet.vehicles[0].radio.manager
-    assert not any(vehicle.radio.manager.n_open for vehicle in fleet.vehicles)
-    assert sum(node == 0 and not lacking.holds(uid) for node, uid in teller.postponed()) == 14
-    settled = settled_of(setup, fleet)
-    assert settled is not None
-    assert settled.complete
-    assert len(knowledge(fleet)[0]) == 1
 
 
 def test_what_somebody_has_given_up_is_waited_for() -> None:
@@ -137,41 +102,17 @@ def test_the_mission_knows_nothing_of_it() -> None:
     assert all(row["time_s"] >= 900.0 for row in rows)
 
 
-def test_what_was_known_then_can_be_asked(tmp_path: Path) -> None:
-    """Of written results, at the end of the settling, as the live fleet knew it."""
-    loaded = scenario(CUT, SETTLED)
-    write_results(run(loaded, 1), tmp_path / "run")
-    results = Results.read(tmp_path / "run")
-    fleet, settled = ended(1, CUT, SETTLED)
+def test_who_only_seems_to_be_away_is_waited_for() -> None:
+    """AUV02 has not heard ASV00 for long when the mission ends, and would tell it fourteen items that it lacks."""
+    silence = "channel.blackout=[{from_s=150, until_s=300, vehicle='ASV00'}]"
+    cut = ("scenario.duration_s=300", SETTLED, "communication.crc_bits=32", "channel.source_level_db=120.0", silence)
+    setup = resolved(load("arrows-archaeology", [("--set", one) for one in cut]))
+    fleet = assemble(setup, 53)
+    fleet.run()
+    teller, lacking = fleet.vehicles[2].radio.manager, fleet.vehicles[0].radio.manager
+    assert not any(vehicle.radio.manager.n_open for vehicle in fleet.vehicles)
+    assert sum(node == 0 and not lacking.holds(uid) for node, uid in teller.postponed()) == 14
+    settled = settled_of(setup, fleet)
     assert settled is not None
-    at_s = results.summary["mission_time_s"] + results.summary["settling_s"]
-    memory = Memory(results, resolved(loaded))
-    for vehicle in fleet.vehicles:
-        model, known = vehicle.beliefs.model, memory.known(vehicle.name, at_s).model
-        assert known.state_hash() == model.state_hash()
-        assert list(known.statuses()) == list(model.statuses())
-
-
-def test_what_they_hold_is_written_alike_byte_for_byte(tmp_path: Path) -> None:
-    """As ``remoras export --format nt --items --vehicle`` writes it, by default as of the end of the settling."""
-    write_results(run(scenario(CUT, SETTLED), 1), tmp_path / "run")
-    results = Results.read(tmp_path / "run")
-    written = set()
-    for name in results.scenario.vehicle:
-        out = tmp_path / f"{name.name}.nt"
-        write_knowledge(results, RdfFormat.N_TRIPLES, out, vehicle=name.name, items=True)
-        written.add(out.read_bytes())
-    (content,) = written
-    assert content.count(b"mappedCell") > 100
-
-
-def test_a_scenario_that_does_not_ask_for_it_has_no_trace_of_it() -> None:
-    finished = run(scenario(CUT), 1)
-    assert finished.settled is None
-    assert "settling" not in finished.recorder.tables
-    assert "settle_s" not in finished.scenario.model_dump()["scenario"]
-
-
-def test_a_negative_time_is_refused() -> None:
-    with pytest.raises(ConfigurationError, match=r"scenario\.settle_s"):
-        scenario("scenario.settle_s=-1")
+    assert settled.complete
+    assert len(knowledge(fleet)[0]) == 1

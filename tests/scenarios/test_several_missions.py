@@ -41,11 +41,6 @@ def test_the_planner_makes_a_mission_of_what_is_found(per: float) -> None:
     assert max(row["time_s"] for row in mapping) > since_s  # it is under way beside
 
 
-@pytest.mark.slow
-def test_where_nothing_is_found_there_is_one_mission() -> None:
-    assert given(mapped(0), "AUV00") == ["AreaMapping"]
-
-
 def test_several_missions_are_the_same_in_whatever_order_they_are_heard() -> None:
     settings = [("--set", "scenario.mission='further:Further'"), ("--set", "finds.number=1")]
     by = assemble(resolved(load("mapping-rendezvous", settings)), seed=1)

@@ -25,10 +25,6 @@ def took(finished: Run) -> list[tuple[str, str]]:
     return [(row[1], row[3]) for row in finished.recorder.roles if row[0] > 0.0 and row[4] == "assigned"]
 
 
-def absences(finished: Run) -> set[tuple[str, str]]:
-    return {(row[1], row[2]) for row in finished.recorder.membership if row[3] == "absent"}
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "strategy"),
@@ -50,41 +46,6 @@ def test_a_lost_administrator_is_succeeded_by_the_tactician() -> None:
     finished = with_fault('kind="lost",vehicle="ASV00",at_s=300')
     assert finished.completed, finished.reason
     assert ("AUV00", "MissionAdministrator") in took(finished)
-
-
-@pytest.mark.slow
-def test_absence_is_seen_by_those_who_do_not_hear() -> None:
-    """A deaf vehicle is heard by all and hears nobody; a mute one hears all and is heard by nobody."""
-    others = {"ASV00", "AUV00", "AUV02"}
-    assert absences(with_fault('kind="deaf",vehicle="AUV01",at_s=300')) == {("AUV01", name) for name in others}
-    assert absences(with_fault('kind="mute",vehicle="AUV01",at_s=300')) == {(name, "AUV01") for name in others}
-
-
-@pytest.mark.slow
-def test_a_deaf_vehicle_orders_nobody_about() -> None:
-    """What it gives itself while it is cut off counts for itself alone."""
-    finished = with_fault('kind="deaf",vehicle="AUV00",at_s=300', "central")
-    left = {row[1] for row in finished.recorder.roles if row[4] == "left" and row[3].endswith("Winger")}
-    assert left == set()
-
-
-def test_who_hears_again_is_a_member_again() -> None:
-    finished = with_fault('kind="deaf",vehicle="AUV00",at_s=300,until_s=1200')
-    assert finished.completed, finished.reason
-    assert {row[3] for row in finished.recorder.membership if row[1] == "AUV00"} == {"absent", "present"}
-    assert ("AUV00", "Performer") in took(finished)  # its group has another head by now
-    assert not [m for m in finished.milestones if m.name == "missed_meeting"]
-
-
-def test_who_is_heard_all_the_time_is_never_absent() -> None:
-    assert run(load("mapping-rendezvous")).recorder.membership == []
-
-
-@pytest.mark.slow
-def test_without_a_succession_a_group_waits_for_its_head() -> None:
-    """Load-bearing: what ends the mission above is that somebody succeeds."""
-    scenario = 'kind="lost",vehicle="AUV00",at_s=300', "remoras", 0.0, 1, "group.Operational.succession=[]"
-    assert not with_fault(*scenario).completed
 
 
 class Case(NamedTuple):

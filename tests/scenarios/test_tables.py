@@ -12,7 +12,7 @@ from missions.mapping.survey import Point, zigzag
 from missions.runs.assembly import assemble
 from missions.runs.setup import resolved
 from missions.scenarios import load
-from remoras.activities import Activity, ActivityType, Objective
+from remoras.activities import Activity, Objective
 from remoras.fleet import Fleet
 from remoras.vehicle import Vehicle
 
@@ -181,28 +181,6 @@ def test_table_ii_parameters(fleet: Fleet) -> None:
     assert len(points) == 100
     assert min(points) == (112.5, 112.5)
     assert max(points) == (337.5, 337.5)
-
-
-def test_to_organise_and_to_plan_go_together(fleet: Fleet) -> None:
-    """Section V.B: planning "must be performed in conjunction with an organizational activity"."""
-    for vehicle in fleet.vehicles:
-        for one in vehicle.executive.sets:
-            if one.types >> ActivityType.PLANNING & 1:
-                assert {a.type for a in one.activities} == {ActivityType.ORGANISATIONAL, ActivityType.PLANNING}
-                assert {a.name for a in one.activities} == {"OrganisationalPerformanceOptimiser", "MissionPlanner"}
-    planners = {
-        vehicle.name
-        for vehicle in fleet.vehicles
-        if any(one.types >> ActivityType.PLANNING & 1 for one in vehicle.executive.sets)
-    }
-    assert planners == {"ASV00", "AUV00"}  # those with a group to supervise
-
-
-def test_mapping_is_done_at_the_side_of_exploring(fleet: Fleet) -> None:
-    """Neither goes without the other for long: Mapping alone would map nothing but the way."""
-    for name in ("AUV00", "AUV01", "AUV02"):
-        needs = {one.name: one.needs for one in vehicles(fleet)[name].executive.sets if one.needs is not None}
-        assert needs == {"Mapping": "ZigzagExploring"}
 
 
 def test_after_consultation_the_vehicles_set_out(fleet: Fleet) -> None:
