@@ -110,7 +110,6 @@ def test_in_a_group_formed_at_sea(asked: Request, outcome: Outcome) -> None:
         (Request("AUV01", Act.DISSOLVE, "Divers"), Outcome.NOT_GROUP),  # it is not there
         # member
         (ask("AUV00", Act.ASSIGN, assignee="AUV02"), Outcome.OUTSIDE),
-        (ask("AUV00", Act.OBJECTIVE, "Performer"), Outcome.OUTSIDE),
         (ask("AUV05", Act.SUCCEED, "Coordinator", "AUV05"), Outcome.OUTSIDE),
         # social layer
         (ask("AUV04", Act.ASSIGN, assignee="AUV02"), Outcome.NO_SOCIAL_LAYER),
@@ -128,7 +127,6 @@ def test_in_a_group_formed_at_sea(asked: Request, outcome: Outcome) -> None:
         (ask("AUV02", Act.CREATE, "Scribe", "AUV02", "Divers"), Outcome.NO_AUTHORITY),
         (ask("AUV00", Act.CREATE, "Scribe", "AUV02", "Divers"), Outcome.NO_AUTHORITY),  # it leads another group
         (ask("AUV04", Act.CREATE, "Scribe", "AUV02", "Divers"), Outcome.NO_SOCIAL_LAYER),
-        (Request("AUV02", Act.DISSOLVE, "Team"), Outcome.NO_AUTHORITY),
         (Request("AUV01", Act.DISSOLVE, "Team"), Outcome.NO_AUTHORITY),  # what was founded before the mission stays
         # assignee
         (ask("AUV01", Act.ASSIGN, assignee="AUV05"), Outcome.NOT_OF_GROUP),

@@ -38,19 +38,6 @@ def test_the_course_is_made_good_at_full_speed(course: float, towards: float, fl
     assert ground[0] * unit[0] + ground[1] * unit[1] > 0.0
 
 
-@pytest.mark.parametrize("current", [ACROSS, TIDE, SHEARED])
-def test_the_track_over_ground_is_straight(current: Current) -> None:
-    """Once it has speed: it starts at rest, and is carried off by less than a second's worth each second until then."""
-    one = traveller(0, (-300.0, 0.0), (300.0, 0.0), current=current)
-    strayed_m = []
-    for now_s in range(250):
-        one.functional.picture.body.now_s = float(now_s)
-        one.functional.act(1.0)
-        strayed_m.append(abs(one.functional.motion.y_m))
-    assert max(strayed_m) < 4.0
-    assert max(strayed_m[150:]) < 1.5
-
-
 def test_who_is_to_stay_stays() -> None:
     """It heads into the current at its speed, and pays for it: 0.6 m/s cost 15 * 0.6^3 = 3.24 W beside 40 W."""
     one = traveller(0, (0.0, 0.0), (0.0, 0.0), current=ACROSS)

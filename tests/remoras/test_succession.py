@@ -77,10 +77,6 @@ class Talk:
         """Who leads a group in the views of the living."""
         return {head for name in self.alive for head in self._vehicles[name].social.present.heads(group)}
 
-    def close(self) -> None:
-        """It is over."""
-        self._fleet.close()
-
 
 TERMS = (1, 2, 3, 40, 64, 100, 255)
 
@@ -109,4 +105,3 @@ def test_whatever_was_claimed_all_come_to_one_head(draws: Random, n_rounds: int,
     assert len(talk.views()) == 1
     if any(name.startswith("AUV") for name in talk.alive):
         assert len(talk.heads("Operational")) == 1
-    talk.close()
