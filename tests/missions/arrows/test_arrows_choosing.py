@@ -1,8 +1,6 @@
 """Elementary behaviours: what is chosen, what is left to others, and how far a leash lets a vehicle go."""
 
 import math
-import random
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -11,17 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from searching import Facts, mission
 
-import missions.arrows.choosing as choosing_module
 from missions.arrows.behaviours import HELD_S, Held
 from missions.arrows.choosing import Choosing, Leg, Return, Trail, goes_on, lawnmower_track
 from missions.arrows.contact import Find, Hearers, Leash, Reach, contact_range_m
-from missions.arrows.seafloor import contact_code
-from remoras.activities import Activity, ActivityType
-from remoras.motion import Motion
-from remoras.picture import Peers, Picture
+from remoras.picture import Peers
 
 SEA = mission()
-SEARCHING = Activity("Searching", ActivityType.GUIDANCE, ("search area",))
 REACH = Reach((600.0, -60.0), 400.0, 600.0, 120.0)
 CHOOSING = Choosing({0: 60.0}, {0: 60.0}, 1.5, 1.0, 150.0)
 
@@ -151,77 +144,6 @@ def test_what_is_found_late_is_told_while_there_is_time() -> None:
     assert turns(0.0, Return(500.0, 500.0)) == [1600, 1500]
 
 
-@pytest.mark.parametrize(("silent_s", "comes"), [(100.0, False), (250.0, False), (700.0, True)])
-def test_it_does_not_come_back_where_it_expects_to_be_heard_sooner_anyway(silent_s: float, comes: bool) -> None:
-    """At 108 dB it is 280 s from contact, and has found six hulls."""
-    of, now_s = mission("channel.source_level_db=108"), 1500.0
-    searching = of.behaviour_for(SEARCHING, of._database["AUV01"])
-    facts, cells = Facts({}), range(312, 348, 6)
-    looks = [(look, detector, cell) for look in range(2) for detector in (0, 1) for cell in cells]
-    facts.told["contact", "AUV01"] = {contact_code(*look) for look in looks}
-    for cell in cells:
-        facts.add(f"hull {cell}", of.grid.centre_m(cell))
-    picture = Picture(frame_s=6.0, facts=facts)
-    picture.body.now_s = now_s
-    picture.peers.heard_s = {"AUV03": now_s - silent_s}
-    searching.perceive(Motion(180.0, 380.0), picture, True)
-    reference = searching.reference(Motion(180.0, 380.0), picture)
-    assert reference is not None
-    assert (reference.target_m == of.reach.point_m) is comes
-
-
-def test_contact_is_where_expected_sites_are_nearest_unless_a_head_decides() -> None:
-    of = mission()
-    weights = of.chart().sites(of.prior)
-
-    def mean_way_m(at_m: tuple[float, float]) -> float:
-        return float(weights @ np.hypot(of.grid.x_m - at_m[0], of.grid.y_m - at_m[1]) / weights.sum())
-
-    best_m = min(mean_way_m(of.grid.centre_m(cell)) for cell in range(of.grid.n_cells))
-    assert mean_way_m(of.reach.point_m) == pytest.approx(best_m)
-    assert mission("mission.search=central").reach.point_m == (600.0, -60.0)
-
-
-def test_what_was_found_is_left_to_who_identifies_it() -> None:
-    chart, cell = SEA.chart(), 200
-    chart.add("contact", [contact_code(0, 0, cell)])
-    track = Trail(CHOOSING, SEA.grid)
-    assert CHOOSING.information(chart, (), track, 0.0)[0][cell] > 0.0
-    leaving = replace(CHOOSING, leaves_finds=True).information(chart, (), track, 0.0)[0]
-    assert leaving[cell] == 0.0
-    assert (leaving[:cell] > 0.0).all()
-    assert mission().identifiers == ("AUV03",)
-
-
-def told_by(n_legs: int, seed: int, monkeypatch: pytest.MonkeyPatch) -> float:
-    """Sites found per second over eight legs on a map with hills at random, where looks find nothing."""
-    monkeypatch.setattr(choosing_module, "N_LEGS", n_legs)
-    rng, chart = random.Random(seed), SEA.chart()
-    hills = np.zeros(chart.grid.n_cells)
-    for _ in range(6):
-        x_m, y_m = rng.uniform(0.0, 1200.0), rng.uniform(0.0, 800.0)
-        hills += np.exp(-((chart.grid.x_m - x_m) ** 2 + (chart.grid.y_m - y_m) ** 2) / 90.0**2)
-    chart.prior = np.vstack([np.zeros_like(hills), *(0.02 * hills + 1e-5 for _ in SEA.prior[1:])])
-    chart.prior[0] = 1.0 - chart.prior[1:].sum(axis=0)
-    chart.add("contact", ())
-    at_m, now_s, sites, track = (600.0, 0.0), 0.0, 0.0, Trail(replace(CHOOSING, again_s={0: math.inf}), chart.grid)
-    for _ in range(8):
-        leg = CHOOSING.choose(chart, (), track, at_m, None, now_s)
-        assert leg is not None
-        for part in range(41):
-            share = part / 40.0
-            track.note(
-                (at_m[0] + share * (leg.target_m[0] - at_m[0]), at_m[1] + share * (leg.target_m[1] - at_m[1])), 0.0
-            )
-        at_m, now_s, sites = leg.target_m, now_s + leg.takes_s, sites + leg.sites
-    return sites / now_s
-
-
-def test_a_route_tells_more_than_one_target_after_the_other(monkeypatch: pytest.MonkeyPatch) -> None:
-    ratios = [told_by(3, seed, monkeypatch) / told_by(1, seed, monkeypatch) for seed in range(4)]
-    assert sum(ratios) / len(ratios) > 1.05
-
-
 def test_who_is_back_stays_until_it_hears_somebody_or_has_waited() -> None:
     leash = Leash(REACH)
     leash.update((600.0, 0.0), 0.0, 0.0)
@@ -258,13 +180,3 @@ def test_lanes_leave_nothing_out(width_m: float, height_m: float, apart_m: float
     assert across[0] <= apart_m / 2.0 + 1e-6
     assert edges[-1] - across[-1] <= apart_m / 2.0 + 1e-6
     assert all(after - before <= apart_m + 1e-6 for before, after in pairwise(across))
-
-
-@pytest.mark.parametrize("search", ["elementary", "lawnmower", "central"])
-def test_each_search_is_carried_out_by_a_behaviour(search: str) -> None:
-    of = mission(f"mission.search={search}")
-    data = of._database[of.searchers[0]]
-    behaviour = of.behaviour_for(SEARCHING, data)
-    assert (
-        type(behaviour).__name__ == {"elementary": "Searching", "lawnmower": "Sweeping", "central": "Obeying"}[search]
-    )

@@ -1,18 +1,18 @@
-"""Runs: what telling, inference and contact are there for, by what goes when they are taken away."""
+"""Runs of the search, and tables that cannot be."""
 
 import math
-import re
 from pathlib import Path
 
 import pytest
-from searching import SCENARIO, SILENCE, Facts, mission, run, run_of, text
+from searching import SILENCE, Facts, mission, run, text
 
 from missions.arrows.detectors import shown_code
 from missions.arrows.metrics import METRICS
 from missions.arrows.mission import ArrowsMission
-from missions.arrows.scenario import SITES
 from missions.arrows.seafloor import contact_code
+from missions.errors import ConfigurationError
 from missions.runs.run import Run
+from missions.scenarios import load
 from remoras.activities import Activity, ActivityType
 from remoras.behaviours import Behaviour
 from remoras.motion import Motion
@@ -42,73 +42,12 @@ def test_sites_are_found_identified_and_pictured_and_all_come_home() -> None:
     assert of.recorder.trajectories[-1][0] < 1200.0 + 900.0
 
 
-def test_one_seed_gives_the_same_rows() -> None:
-    other = run_of(SCENARIO)
-    for table in ("items", "contacts", "trajectories", "maps", "identified"):
-        assert run().recorder.rows(table) == other.recorder.rows(table)
-
-
-@pytest.mark.slow
-def test_who_searches_by_itself_tells_where_and_keeps_clear_of_what_others_hold() -> None:
-    targets = [vehicle for vehicle, _, _ in said(run(), "searchTarget")]
-    assert set(targets) == {"AUV01", "AUV02"}
-    central = [vehicle for vehicle, _, _ in said(run("mission.search=central"), "searchTarget")]
-    assert set(central) == {"ASV00"}
-    assert said(run("mission.search=lawnmower"), "searchTarget") == []
-
-
 def test_in_silence_each_searches_and_comes_home_and_the_maps_stay_apart() -> None:
     silent = run(*SILENCE)
     assert metric(silent, "found_fraction") > 0.0
     assert last_apart_bits(silent) > 5.0 * last_apart_bits(run())
     at_m = {row[1]: (row[2], row[3]) for row in silent.recorder.trajectories[-4:]}
     assert all(math.dist(place_m, (600.0, -60.0)) <= 60.0 for place_m in at_m.values())
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("search", ["elementary", "lawnmower"])
-def test_who_is_not_told_of_anomalies_identifies_none(search: str) -> None:
-    """The camera is on a vehicle that finds nothing itself: without telling, a search is as if all were alone."""
-    found = {metric(run(f"mission.search={search}", *SILENCE), "identified_fraction")}
-    assert found == {0.0}
-
-
-def test_anomalies_that_are_kept_to_oneself_are_identified_by_nobody(tmp_path: Path) -> None:
-    file = tmp_path / "mute.toml"
-    file.write_text(text().replace("\nlocation = 40\ncontact = 40", ""), encoding="utf-8")
-    assert metric(run_of(str(file)), "identified_fraction") == 0.0
-    assert metric(run(), "identified_fraction") > 0.0
-
-
-def test_without_the_definitions_nothing_is_concluded_to_be_a_site(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The class of what is identified follows from the vocabulary; pictures are taken of what follows to be a site."""
-    (words,) = ArrowsMission.vocabulary
-    plain = words.read_text(encoding="utf-8").split("\n")
-    kept, is_definition = [], False
-    for line in plain:
-        is_definition = is_definition or line.strip().startswith("owl:equivalentClass")
-        if is_definition:
-            if line.rstrip().endswith(" ."):
-                kept[-1] = kept[-1].rstrip().removesuffix(";") + "."
-                is_definition = False
-            continue
-        kept.append(line)
-    target = tmp_path / "plain.ttl"
-    target.write_text("\n".join(kept), encoding="utf-8")
-    monkeypatch.setattr(ArrowsMission, "vocabulary", (target,))
-    of = run_of(SCENARIO)
-    assert any(kind in SITES for _, _, kind in said(of, "identity"))
-    assert said(of, "picturedBy") == []
-
-
-@pytest.mark.slow
-def test_who_comes_back_where_it_has_much_to_tell_has_more_of_it_identified() -> None:
-    """One run; the page has the mean over 20."""
-    faint = "channel.source_level_db=108"
-    held, free = (run(faint, f"mission.contact={one}", search_s=2400.0) for one in ("true", "false"))
-    assert metric(held, "identified_fraction") > metric(free, "identified_fraction") > 0.0
 
 
 def test_where_all_is_heard_a_leash_holds_nobody() -> None:
@@ -168,65 +107,59 @@ def test_a_camera_goes_first_where_a_site_is_most_likely() -> None:
     assert reference.target_m == of.grid.centre_m(cells["hull"])
 
 
-def test_a_lost_searcher_leaves_its_part_to_the_other(tmp_path: Path) -> None:
-    """The other goes where the lost one would have gone: under a leash it needs no word for that."""
-    file = tmp_path / "lost.toml"
-    file.write_text(text() + '\n[[fault]]\nkind = "lost"\nvehicle = "AUV01"\nat_s = 300.0\n', encoding="utf-8")
-    of = run_of(str(file))
-    way = [(row[2], row[3]) for row in of.recorder.trajectories if row[1] == "AUV02"]
-    with_it = [(row[2], row[3]) for row in run().recorder.trajectories if row[1] == "AUV02"]
-    assert way != with_it
-    assert metric(of, "found_fraction") > 0.0
+def says(tmp_path: Path, old: str, new: str) -> str:
+    assert old in text()
+    file = tmp_path / "sea.toml"
+    file.write_text(text().replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(ConfigurationError) as caught:
+        load(str(file))
+    found = [line for line in str(caught.value).splitlines() if line.strip()]
+    assert len(found) == 1, found
+    return found[0]
 
 
-def tables(text_: str, name: str) -> list[str]:
-    """The tables of a list, each with its text."""
-    return [f"[[{name}]]{part.split('[[')[0]}" for part in text_.split(f"[[{name}]]")[1:]]
+ROW = "[" + ", ".join(["0.0016666667"] * 30) + "]"
+EVEN = "[" + ", ".join([ROW] * 20) + "]"
 
 
-def test_the_order_of_tables_makes_no_difference(tmp_path: Path) -> None:
-    shuffled = text()
-    for name in ("kind", "historic_find"):
-        listed = [one.split("\n# ")[0].rstrip() + "\n\n" for one in tables(shuffled, name)]
-        for one in listed:
-            assert one.rstrip() in shuffled
-            shuffled = shuffled.replace(one.rstrip() + "\n", "", 1)
-        shuffled += "\n" + "".join(reversed(listed))
-    file = tmp_path / "shuffled.toml"
-    file.write_text(shuffled, encoding="utf-8")
-    assert run_of(str(file)).recorder.trajectories == run().recorder.trajectories
-
-
-def test_a_shift_of_the_whole_world_shifts_the_search(tmp_path: Path) -> None:
-    """Nothing is found sooner or later because the origin of the chart is elsewhere."""
-    shifted = re.sub(
-        r"^(position_m|start_m) = \[(.*), (.*)\]",
-        lambda of: f"{of[1]} = [{float(of[2]) + 1024.0}, {float(of[3]) - 2048.0}]",
-        text(),
-        flags=re.MULTILINE,
-    )
-    for old, new in (
-        ("x_m = [-100.0, 1300.0]", "x_m = [924.0, 2324.0]"),
-        ("y_m = [-200.0, 900.0]", "y_m = [-2248.0, -1148.0]"),
-        ("x_m = [0.0, 1200.0]", "x_m = [1024.0, 2224.0]"),
-        ("y_m = [0.0, 800.0]", "y_m = [-2048.0, -1248.0]"),
-    ):
-        assert old in shifted
-        shifted = shifted.replace(old, new)
-    file = tmp_path / "shifted.toml"
-    file.write_text(shifted, encoding="utf-8")
-    found = [[row[:5] for row in of.recorder.rows("contacts")] for of in (run(), run_of(str(file)))]
-    assert found[0] == found[1]
-
-
-@pytest.mark.slow
-def test_by_itself_it_finds_sites_sooner_than_along_lanes() -> None:
-    """Mean over 5 seeds, shipped channel: the prior is used, and lanes do not know it."""
-    seeds = range(1, 6)
-    by = {
-        search: sum(
-            metric(run(f"mission.search={search}", seed=seed, search_s=2400.0), "mean_found_s") for seed in seeds
-        )
-        for search in ("elementary", "lawnmower")
-    }
-    assert by["elementary"] < 0.95 * by["lawnmower"]
+@pytest.mark.parametrize(
+    ("old", "new", "expected"),
+    [
+        ("x_m = [0.0, 1200.0]", "x_m = [0.0, 1400.0]", "search.x_m = [0, 1400]: within world.x_m = [-100, 1300]"),
+        ("x_m = [0.0, 1200.0]", "x_m = [1200.0, 0.0]", "search.x_m = [1200, 0]: the lower border first"),
+        ("cell_m = 40.0", "cell_m = 10.0", "search.cell_m = 10: 120 x 80 cells; at most 4096"),
+        (
+            "expected = 4.0",
+            "expected = 4.0\nmap = [[0.5, 0.5]]",
+            "kind.amphorae.map = 1 rows of 2: 20 rows of 30 numbers",
+        ),
+        (
+            "expected = 4.0",
+            f"expected = 4.0\nmap = {EVEN.replace('67]', '67, 0.1]')}",
+            "kind.amphorae.map = 20 rows of 31",
+        ),
+        (
+            "expected = 4.0",
+            f"expected = 4.0\nmap = {EVEN.replace('0.0016666667', '0.002')}",
+            "kind.amphorae.map = sums to 1.2: shares of all cells sum to 1",
+        ),
+        (
+            "expected = 4.0",
+            f"expected = 4.0\nmap = {EVEN.replace('0.0016666667', 'nan', 1)}",
+            "kind.amphorae.map.1.1 = nan",
+        ),
+        (
+            "expected = 4.0",
+            f"expected = 4.0\nmap = {EVEN.replace('0.0016666667', '-0.1', 1)}",
+            "kind.amphorae.map.1.1 = -0.1: a number from 0 on",
+        ),
+        ("expected = 4.0", "expected = 400.0", "things in one cell: at most 1 of all kinds together"),
+        ("rock = 0.5", "rock = 1.5", "detector.acoustic.p_detect.rock"),
+        ("position_m = [240.0", "position_m = [-2400.0", "historic_find"),
+    ],
+)
+def test_what_cannot_be_is_refused(tmp_path: Path, old: str, new: str, expected: str) -> None:
+    if old.startswith("position_m"):
+        old = next(line for line in text().splitlines() if line.startswith("position_m"))
+        new = "position_m = [-2400.0, 100.0]"
+    assert expected in says(tmp_path, old, new)

@@ -1,17 +1,28 @@
-"""Scores, their intervals, and cards."""
+"""Suites, scores, cards, and the split by which strategies are judged."""
 
+import hashlib
 import json
-import random
+import tomllib
 from pathlib import Path
 
 import pytest
+import tomli_w
 
 from missions.benchmark.card import card_of, card_text, figures, read_card, read_strategies, verify_card
+from missions.benchmark.judging import judging_of, split_to_judge
 from missions.benchmark.running import Contest
-from missions.benchmark.scoring import CellRun, Scored, against, bootstrap
+from missions.benchmark.scoring import CellRun, Scored, against
 from missions.benchmark.suite import Cell, Suite, suite_named
-from missions.benchmark.tables import ScoreTable
-from missions.errors import OutputError
+from missions.errors import ConfigurationError, OutputError
+from missions.files import shipped
+from missions.mapping.drawn_ground import CELLS, MAPPERS, PIECES, drawn_ground
+from missions.mapping.rounds import rounds
+from missions.rounds import least_time_s
+from missions.runs.assembly import actual
+from missions.runs.setup import resolved
+from missions.scenarios import load
+from missions.scenarios.deployment import deployment_of
+from remoras.errors import PluginError
 from remoras.strategies import strategies
 
 SHORT = """
@@ -92,28 +103,9 @@ def test_a_run_in_which_nothing_is_drawn_stands_for_all_repeats(suite: Suite, tm
     assert len({run.efficiency for run in runs}) == 1
 
 
-def test_a_strategy_against_itself_differs_by_nothing() -> None:
-    found = strategy_of([0.2, 0.4], [0.9, 0.7])
-    assert against(found, found) == (0.0, (0.0, 0.0))
-
-
 def test_differences_are_of_the_repeats_that_both_have() -> None:
     mean, _ = against(strategy_of([0.5, 0.6, 0.1]), strategy_of([0.4, 0.4]))
     assert mean == pytest.approx(0.15)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("n", [2, 10])
-def test_the_interval_covers_the_mean_as_often_as_it_says(n: int) -> None:
-    """Values of forty cells with means that differ; 300 samples, so 95 % are 0.90 to 1 at four errors of 1.3 %. Drawn
-    from all values alike it would cover nearly always, and of two values without their factor 83 %."""
-    draws, covered, n_samples = random.Random(1), 0, 300
-    means = [0.3 + 0.01 * cell for cell in range(40)]
-    for _ in range(n_samples):
-        found = bootstrap([[draws.gauss(mean, 0.05) for _ in range(n)] for mean in means])
-        assert found is not None
-        covered += found[0] <= sum(means) / len(means) <= found[1]
-    assert 0.90 <= covered / n_samples < 0.99
 
 
 @pytest.mark.slow
@@ -171,16 +163,11 @@ def altered(card: dict[str, object], path: Path, how: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("how", "said"),
-    [
-        ("suite", "suite = short with digest 000000000000; allowed: short with digest"),
-        ("score", "cbba.score = 0.99: allowed: .* the card was altered"),
-        ("run", "cbba.score = .* the card was altered"),
-        ("code", "cbba.code = abc; allowed: "),
-        ("runs", "no card of a benchmark"),
-    ],
-)
+@pytest.mark.parametrize(("how", "said"), [
+    ("suite", "suite = short with digest 000000000000; allowed: short with digest"),
+    ("score", "cbba.score = 0.99: allowed: .* the card was altered"), ("run", "cbba.score = .* the card was altered"),
+    ("code", "cbba.code = abc; allowed: "), ("runs", "no card of a benchmark"),
+])  # fmt: skip
 def test_a_card_that_was_altered_is_refused(
     how: str, said: str, suite: Suite, contest: Contest, made: Path, tmp_path: Path
 ) -> None:
@@ -188,21 +175,6 @@ def test_a_card_that_was_altered_is_refused(
     altered(card_of(contest, contest.scored(made)), path, how)
     with pytest.raises(OutputError, match=said):
         list(verify_card(path, suite, 1))
-
-
-@pytest.mark.slow
-def test_runs_that_were_altered_with_all_that_follows_from_them_end_otherwise_when_repeated(
-    suite: Suite, contest: Contest, made: Path, tmp_path: Path
-) -> None:
-    card = card_of(contest, contest.scored(made))
-    for runs in card["strategies"][0]["runs"]:
-        for run in runs:
-            run[3], run[4] = 2000.0, True
-    card["strategies"][0].update(figures(read_strategies(card)[0], suite))
-    path = tmp_path / "card.json"
-    path.write_text(card_text(card), encoding="utf-8")
-    found = dict(verify_card(path, suite, 8))
-    assert sum("time_s: was 2000.0, now 7200.0" in text for text in found.values()) == 4
 
 
 def test_the_card_of_the_shipped_strategies_is_one_of_the_suite() -> None:
@@ -213,13 +185,196 @@ def test_the_card_of_the_shipped_strategies_is_one_of_the_suite() -> None:
     assert max(run.efficiency for run in runs) <= 1.0
 
 
+SEEDS_OF_FATHOM_1 = "d82117fed81a13fc3a2b480da550abe4df262d1818a23f5812df4cbcb80a7de7"
+SUITE = """
+[suite]
+name = "short"
+grounds = ["mapping-patches"]
+bound = "missions.mapping.rounds:rounds"
+limit_s = 7200.0
+repeats = 2
+
+[set]
+scenario.duration_s = 40.0
+uncertainty.speed_spread = 0.0
+
+[[network]]
+name = "alike"
+set."channel.per" = 0.42
+
+[[network]]
+name = "measured"
+set."channel.name" = "network"
+
+[[unforeseen]]
+name = "nothing"
+"""
+SEEDS = "11\n12\n13\n"
+
+
+def suite_in(folder: Path, seeds: str = SEEDS) -> tuple[Suite, Path]:
+    """A suite with a split to be judged by, and the file of its seeds."""
+    (folder / "short.toml").write_text(SUITE, encoding="utf-8")
+    (folder / "test").mkdir()
+    (folder / "test" / "short.toml").write_text(
+        'ground = "mapping-patches"\ngenerator = "missions.mapping.drawn_ground:drawn_ground"\n'
+        f'seeds_sha256 = "{hashlib.sha256(seeds.encode()).hexdigest()}"\n',
+        encoding="utf-8",
+    )
+    (folder / "seeds.txt").write_text(seeds, encoding="utf-8")
+    return suite_named(str(folder / "short.toml")), folder / "seeds.txt"
+
+
+def test_the_seeds_by_which_fathom_1_is_judged_are_settled() -> None:
+    """Another digest means another list: who has tuned on one is judged by the next version's."""
+    assert judging_of(suite_named("fathom-1")).seeds_sha256 == SEEDS_OF_FATHOM_1
+
+
 @pytest.mark.slow
-def test_tables_have_the_best_first_and_escape_what_papers_cannot_have(contest: Contest, made: Path) -> None:
-    scored = contest.scored(made)
-    table = ScoreTable(card_of(contest, scored), scored)
-    names = [row[0] for row in table.rows()]
-    assert names == [strategy.name for strategy in sorted(scored, key=lambda found: (-found.score, found.name))]
-    assert r"0.0 \%" in table.latex()
-    assert next(table.shapes()) == ("strategy", "measured minus alike [95 %]")
-    assert contest.suite.digest in table.bibtex()
-    assert "+0.000 [+0.000, +0.000]" in table.markdown()
+def test_drawn_grounds_are_scenarios_that_differ_in_areas_room_and_fleet(tmp_path: Path) -> None:
+    tables = tomllib.loads(shipped()["mapping-patches"].read_text(encoding="utf-8"))
+    found, n_mappers, n_pieces = [], set(), set()
+    for seed in range(12):
+        drawn = drawn_ground(tables, seed)
+        assert drawn == drawn_ground(tables, seed)
+        found.append(drawn["area"])
+        path = tmp_path / f"{seed}.toml"
+        path.write_text(tomli_w.dumps(drawn), encoding="utf-8")
+        setup = resolved(load(str(path)))
+        boxes = [(*area["corners_m"][0], *area["corners_m"][2]) for area in drawn["area"]]
+        width_m, height_m = (max(box[2 + axis] for box in boxes) - min(box[axis] for box in boxes) for axis in (0, 1))
+        pieces_m2 = sum((right - left) * (upper - lower) for left, lower, right, upper in boxes)
+        assert pieces_m2 == width_m * height_m  # no piece overlaps another or lies apart, or the scenario is refused
+        assert 0.9 * CELLS[0] <= pieces_m2 / 25.0**2 <= 1.1 * CELLS[1]
+        n_mappers.add(len(setup.database) - 1)
+        n_pieces.add(len(boxes))
+    assert n_mappers == set(MAPPERS)
+    assert min(n_pieces) >= PIECES[0]
+    assert max(n_pieces) <= PIECES[1]
+    assert len(n_pieces) > 3
+    assert all(one != other for at, one in enumerate(found) for other in found[:at])
+    assert tables == tomllib.loads(shipped()["mapping-patches"].read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="module")
+def judged(tmp_path_factory: pytest.TempPathFactory) -> tuple[Contest, Path]:
+    folder = tmp_path_factory.mktemp("judged")
+    judged = Contest.of(split_to_judge(*suite_in(folder), folder / "grounds"), ["cbba", "remoras"])
+    judged.make(folder / "runs", 1)
+    return judged, folder
+
+
+@pytest.mark.slow
+def test_each_repeat_is_on_another_ground_with_its_own_bound(judged: tuple[Contest, Path]) -> None:
+    made, folder = judged
+    cells = {strategy.name: strategy.cells for strategy in made.scored(folder / "runs")}
+    assert [cell.label for cell in made.suite.cells] == ["drawn, alike, nothing", "drawn, measured, nothing"]
+    for strategy in cells.values():
+        for runs in strategy.values():
+            assert [run.repeat for run in runs] == [0, 1, 2]
+            for run, path in zip(runs, sorted((folder / "grounds").iterdir()), strict=True):
+                setup = resolved(load(str(path), [("set", "uncertainty.speed_spread=0.0")]))
+                fleet = tuple(actual(setup, data, run.seed) for data in setup.database.values())
+                assert run.bound_s == pytest.approx(least_time_s(rounds(setup.scenario, fleet)), abs=1e-3)
+            assert len({run.bound_s for run in runs}) == 3
+
+
+@pytest.mark.parametrize(("seeds", "named"), [
+    ("11\n12\n14\n", r"--seeds .*: sha256 = [0-9a-f]{12}; allowed: [0-9a-f]{12}, the seeds of short"),
+    (None, "--split test: --seeds FILE is missing; the seeds of short have the sha256 [0-9a-f]{12} and are"),
+])  # fmt: skip
+def test_without_the_seeds_one_line_says_what_is_allowed(tmp_path: Path, seeds: str | None, named: str) -> None:
+    suite, path = suite_in(tmp_path)
+    if seeds is not None:
+        path.write_text(seeds, encoding="utf-8")
+    with pytest.raises(OutputError, match=named):
+        split_to_judge(suite, None if seeds is None else path, tmp_path / "grounds")
+
+
+@pytest.mark.parametrize("line", ["twelve", "-1", "1.5", str(2**62)])
+def test_a_seed_that_is_none_is_named_with_its_line(tmp_path: Path, line: str) -> None:
+    suite, path = suite_in(tmp_path, f"11\n{line}\n")
+    with pytest.raises(OutputError, match=r"seeds\.txt:2: .*; allowed: a whole number below 2\^62"):
+        split_to_judge(suite, path, tmp_path / "grounds")
+
+
+def test_a_suite_without_such_a_split_says_so(tmp_path: Path) -> None:
+    (tmp_path / "short.toml").write_text(SUITE, encoding="utf-8")
+    with pytest.raises(OutputError, match=r"--split test: short has none: .* is missing; allowed: dev"):
+        split_to_judge(suite_named(str(tmp_path / "short.toml")), None, tmp_path)
+
+
+FATHOM_1 = "ea2aba0115e7405defc96f77238edc3bba40158ff1673c4883bfa99a3ad432f0"
+
+
+def test_the_cases_of_a_suite_never_change() -> None:
+    """Another digest means other cases: they are those of another suite, fathom-2."""
+    assert suite_named("fathom-1").digest == FATHOM_1
+
+
+@pytest.mark.slow
+def test_it_has_forty_cells_and_the_networks_lose_as_much() -> None:
+    suite = suite_named("fathom-1")
+    study = suite.study(["remoras"])
+    assert len(suite.cells) == len(study.configurations) == 40
+    assert study.n_runs == 400
+    for configuration in study.configurations:
+        channel = configuration.scenario.channel
+        assert channel.mean_per(deployment_of(configuration.scenario)) == pytest.approx(0.42, abs=1e-4)
+
+
+TEXT = """
+[suite]
+name = "mine"
+grounds = ["mapping-patches"]
+bound = "missions.mapping.rounds:rounds"
+limit_s = 7200.0
+repeats = 2
+
+[[network]]
+name = "alike"
+set."channel.per" = 0.4
+
+[[network]]
+name = "worse"
+set."channel.per" = 0.6
+
+[[unforeseen]]
+name = "nothing"
+"""
+
+
+@pytest.mark.parametrize(("was", "now", "said"), [
+    ('"mapping-patches"', '"mapping-patch"', "suite.grounds.*a shipped scenario.*mapping-patches"),
+    ('"worse"', '"alike"', "network.2.name.*give each its own"), ("repeats = 2", "repeats = 0", "suite.repeats = 0"),
+    ("limit_s = 7200.0", "limit = 7200.0", "suite.limit"),
+])  # fmt: skip
+def test_a_file_that_is_wrong_is_told_by_key(was: str, now: str, said: str, tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text(TEXT.replace(was, now), encoding="utf-8")
+    with pytest.raises(ConfigurationError, match=said):
+        suite_named(str(path))
+
+
+@pytest.mark.parametrize(
+    ("was", "now", "said"),
+    [
+        ("0.6", "1.6", "channel.per = 1.6"),
+        ("0.6", "0.4", "two cases of this suite run alike"),
+        ('set."channel.per" = 0.6', 'set."channel.name" = "network"\nset."channel.network" = "lost.csv"', "lost.csv"),
+    ],
+)
+def test_a_network_that_cannot_be_is_told_before_a_run(was: str, now: str, said: str, tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text(TEXT.replace(was, now), encoding="utf-8")
+    with pytest.raises(ConfigurationError, match=said):
+        suite_named(str(path)).study(["remoras"])
+
+
+def test_what_cannot_be_asked_for_is_told() -> None:
+    suite = suite_named("fathom-1")
+    with pytest.raises(OutputError, match="--repeats 11: allowed: 1 to 10"):
+        Contest.of(suite, ["remoras"], 11)
+    with pytest.raises(PluginError, match=r'--strategy "remora".*did you mean'):
+        Contest.of(suite, ["remora"])
+    assert Contest.of(suite, ["remoras", "cbba", "remoras"], 1).strategies == ("remoras", "cbba")

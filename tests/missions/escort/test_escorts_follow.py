@@ -1,13 +1,9 @@
 """Altruism bears the mission of escorts: vehicles leave work of their own. Without its cause it does nothing."""
 
-import math
-import statistics
-
 import pytest
 from escorting import flown
 
 from missions.runs.run import Run
-from missions.statistics import t_half_width
 
 OFF = "decision.weight_external=0.0"
 PLAIN = tuple(f"line.line {number}.escorted=false" for number in (2, 5, 7, 10))
@@ -16,16 +12,6 @@ SHORT = "scenario.duration_s=900.0"
 
 def tracks(of: Run) -> list[tuple[object, ...]]:
     return list(of.recorder.trajectories)
-
-
-@pytest.mark.slow
-def test_missions_are_shorter_where_calls_are_answered() -> None:
-    """Eight pairs: all complete with altruism; without it they take longer, the interval of the mean clear of 5 %."""
-    pairs = [(flown(seed), flown(seed, OFF)) for seed in range(1, 9)]
-    assert all(there.completed for there, _ in pairs)
-    longer = [without.end_s - there.end_s for there, without in pairs]
-    least = statistics.fmean(longer) - t_half_width(longer)
-    assert least >= 0.05 * statistics.fmean(there.end_s for there, _ in pairs)
 
 
 def test_following_is_performed_and_calls_move_to_it_alone() -> None:
@@ -48,29 +34,6 @@ def test_without_its_cause_altruism_does_nothing(cause: tuple[str, ...]) -> None
     """Where no line takes an escort nobody waits for one; where waiting makes none dissatisfied none calls."""
     assert tracks(flown(1, SHORT, *cause)) == tracks(flown(1, SHORT, *cause, OFF))
     assert tracks(flown(1, SHORT)) != tracks(flown(1, SHORT, OFF))
-
-
-@pytest.mark.parametrize("seed", [1, 2])
-def test_whoever_surveys_an_escorted_line_is_followed_all_along(seed: int) -> None:
-    """Looked at in the tracks: whenever a vehicle is at a mark for the first time on its way, another one is near."""
-    done = flown(seed)
-    lines = {line.name: line for line in done.scenario.line if line.escorted}
-    assert {row[2] for row in done.recorder.rows("escorting") if row[3] == "surveyed"} == lines.keys()
-    at_m: dict[float, dict[str, tuple[float, float]]] = {}
-    for row in done.recorder.trajectories:
-        at_m.setdefault(row[0], {})[row[1]] = (row[2], row[3])
-    within_m = done.scenario.mission.within_m
-    for line in lines.values():
-        length_m = math.dist(line.from_m, line.to_m)
-        for share in (along_m / length_m for along_m in range(0, int(length_m), 15)):
-            mark_m = tuple(a + share * (b - a) for a, b in zip(line.from_m, line.to_m, strict=True))
-            near_m = [
-                min(math.dist(here_m, other_m) for other, other_m in places.items() if other != name)
-                for places in at_m.values()
-                for name, here_m in places.items()
-                if math.dist(here_m, mark_m) <= 4.0
-            ]
-            assert min(near_m) <= within_m
 
 
 def test_nobody_takes_a_line_for_surveyed_that_is_not() -> None:

@@ -1,4 +1,4 @@
-"""A reef with a passage: ways lead through it, walls keep vehicles out of it, and without one nothing is added."""
+"""A reef with a passage: ways, walls, and rows that go back."""
 
 import math
 
@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from missions.features.passage import MOUTH_M, ReefPassage
+from missions.runs.run import Run
 from remoras.avoidance import FASTEST_MPS, RECOVERY_S
 
 PASSAGE = ReefPassage(-42.5, 42.5, 10.0, 0.5)
@@ -62,3 +63,32 @@ def test_nobody_is_ever_in_the_reef(keys: tuple[str, ...]) -> None:
     through = [row for row in done.recorder.trajectories if -42.0 < row[2] < 42.0]
     assert len({row[1] for row in through}) == 6
     assert max(abs(row[3]) for row in through) <= 0.8
+
+
+KEPT, OFF = "guidance.keeps_calls=true", "decision.weight_external=0.0"
+LONG, SHORT = "scenario.duration_s=2000.0", "scenario.duration_s=500.0"
+
+
+def tracks(of: Run) -> list[tuple[object, ...]]:
+    return list(of.recorder.trajectories)
+
+
+@pytest.mark.slow
+def test_rows_that_meet_go_back_only_where_calls_are_passed_on() -> None:
+    ended_s = [ferried(seed, LONG).end_s for seed in (2, 4, 5)]
+    kept_s = [ferried(seed, LONG, KEPT).end_s for seed in (2, 4, 5)]
+    assert sum(kept_s) >= 1.2 * sum(ended_s)
+    assert all(ferried(seed, LONG).completed for seed in (2, 4, 5))
+
+
+@pytest.mark.slow
+def test_who_is_not_dissatisfied_asks_for_no_room() -> None:
+    """Then signals without weight are worth as much as any."""
+    content = "decision.tedium_per_s=0.0", "decision.dismay_per_s=0.0"
+    assert tracks(ferried(1, SHORT, *content)) == tracks(ferried(1, SHORT, *content, OFF))
+
+
+@pytest.mark.slow
+def test_vehicles_keep_clear_while_rows_go_back() -> None:
+    for seed in (1, 2, 4, 5):
+        assert not [row for row in ferried(seed, LONG).recorder.rows("faults") if row[2] == "conflict"]

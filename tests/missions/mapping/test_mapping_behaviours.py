@@ -14,7 +14,7 @@ from missions.mapping.survey import zigzag
 from missions.runs.setup import resolved
 from missions.scenarios import load
 from remoras.activities import Objective
-from remoras.behaviours import ADVANCING, CAPTURE_M, DONE, Perception, Reference
+from remoras.behaviours import ADVANCING, CAPTURE_M, DONE, Reference
 from remoras.htn import Task
 from remoras.motion import Motion
 from remoras.picture import Picture
@@ -60,25 +60,6 @@ def test_transit_to_the_first_point_then_as_fast_as_the_sensor_maps() -> None:
     assert zigzagging.perceive(at(118.25, 112.5), picture, True).advance == pytest.approx(0.5)
 
 
-def test_where_it_begins_is_chosen_by_where_it_is_until_it_goes_there() -> None:
-    zigzagging, picture = exploring()
-    begins_m = []
-    for place in (at(0.0), at(500.0, 500.0)):
-        zigzagging.perceive(place, picture, False)
-        begins_m.append(zigzagging.reference(place, picture).target_m)
-    assert begins_m == [(112.5, 112.5), (337.5, 337.5)]
-
-
-def test_of_areas_not_begun_the_nearest_attracts_most() -> None:
-    """2.5 km from its first point an area attracts four fifths as much; what has been begun attracts from wherever."""
-    zigzagging, picture = exploring()
-    far = zigzagging.perceive(at(112.5, 112.5 - 2_500.0), picture, False).stimulus
-    assert far == pytest.approx(0.8)
-    zigzagging.perceive(at(112.5, 112.5), picture, False)
-    zigzagging.reference(at(112.5, 112.5), picture)
-    assert zigzagging.perceive(at(112.5, 112.5 - 10_000.0), picture, True).stimulus == 1.0
-
-
 # What is left -------------------------------------------------------------------------------------
 
 
@@ -99,22 +80,6 @@ def test_work_left_is_that_of_the_area_of_which_most_is_left() -> None:
     facts.cells |= set(map(float, ALL))
     assert work.stimulus(facts) == 0.0
     assert mapping.perceive(at(0.0), Picture(facts=facts), False).stimulus == 0.0
-
-
-def test_an_area_that_is_known_to_be_mapped_is_done_without_going_there() -> None:
-    zigzagging, picture = exploring(Facts(ALL))
-    assert zigzagging.perceive(at(0.0), picture, False) == Perception(0.0, done=True)
-    assert zigzagging.reference(at(0.0), picture) is None
-
-
-def test_a_hand_over_begins_where_the_other_stopped() -> None:
-    """The lower half is mapped, and two cells of the sixth row: 48 are left, and no other is mapped again."""
-    mapped = {*range(50), 50, 51}
-    one = Surveyor(mapper(), Facts(sorted(mapped)))
-    survey(one)
-    assert one.last == DONE
-    assert one.covered >= set(ALL) - mapped
-    assert len(one.covered & mapped) <= 0.03 * 100
 
 
 def test_rows_that_others_map_meanwhile_are_skipped_and_a_row_ends_where_news_of_it_begin() -> None:
@@ -161,15 +126,10 @@ def test_two_at_one_area_meet_in_the_middle() -> None:
     assert both_s < 0.6 * alone_s
 
 
-@pytest.mark.parametrize(
-    ("name", "positions_m", "before"),
-    [
-        ("AUV00", {}, ()),
-        ("AUV01", {}, ("AUV00",)),
-        ("AUV00", {"AUV01": (99.0, 50.0)}, ("AUV01",)),
-        ("AUV01", {"AUV00": (0.0, -50.0), "AUV01": (100.0, 50.0)}, ()),
-    ],
-)
+@pytest.mark.parametrize(("name", "positions_m", "before"), [
+    ("AUV00", {}, ()), ("AUV01", {}, ("AUV00",)), ("AUV00", {"AUV01": (99.0, 50.0)}, ("AUV01",)),
+    ("AUV01", {"AUV00": (0.0, -50.0), "AUV01": (100.0, 50.0)}, ()),
+])  # fmt: skip
 def test_who_is_at_an_area_is_there_before_others_else_who_is_listed(
     name: str, positions_m: dict[str, Point], before: tuple[str, ...]
 ) -> None:
@@ -193,13 +153,6 @@ def test_a_dead_sensor_is_noticed_within_two_rows() -> None:
     assert one.last.failed
     assert one.last.stimulus == 0.0
     assert failed_s <= 1.05 * (475.0 / 1.25 + 159.1 / 2.0)
-
-
-def test_a_row_passed_while_the_sensor_is_off_is_no_evidence() -> None:
-    one = Surveyor(mapper(), Facts(), dead=True)
-    one.picture.body.sensors_on = ()
-    survey(one, until_s=1500.0)
-    assert not one.last.failed
 
 
 def test_cells_that_stay_unknown_are_tried_once_more_and_then_given_up() -> None:

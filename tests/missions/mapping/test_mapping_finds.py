@@ -9,9 +9,7 @@ import pytest
 from small_mission import SMALL, line_of
 from surveying import mapper
 
-from missions.document import Document
 from missions.errors import ConfigurationError
-from missions.mapping import MappingMission
 from missions.mapping.detections import (
     NO_WAY_S,
     PATIENCE_S,
@@ -19,15 +17,12 @@ from missions.mapping.detections import (
     InspectionJob,
     find_names,
     seabed_with_finds,
-    weight_in_cells,
 )
 from missions.mapping.scenario import FindsTable
 from missions.mapping.sensors import Seabed, SeabedFeature, Stays, SwathSensor
-from missions.runs.results import manifest
 from missions.runs.run import Run, run
 from missions.runs.summary import summary
 from missions.scenarios import load
-from missions.scenarios.loading import scenario_from
 from missions.scenarios.scenario import Scenario
 from remoras.motion import Motion, advance
 from remoras.picture import Picture
@@ -60,12 +55,6 @@ class Facts:
 def with_finds(number: int = 2, *more: str) -> Scenario:
     settings = (f"finds.number={number}", "finds.longest_stay_s=200", *more)
     return load("mapping-rendezvous", [("--set", one) for one in settings])
-
-
-def without_need(scenario: Scenario, name: str) -> Scenario:
-    """The same, but nobody tells this attribute."""
-    needs = {key: value for key, value in scenario.communication.needs.items() if key != name}
-    return scenario.model_copy(update={"communication": scenario.communication.model_copy(update={"needs": needs})})
 
 
 def milestones(done: Run, name: str) -> list[tuple[float, str]]:
@@ -104,22 +93,6 @@ def test_each_feature_lies_in_a_cell_of_its_own_and_more_leave_the_first_as_they
         assert FINDS.shortest_stay_s <= feature.stay_s <= FINDS.longest_stay_s
 
 
-def test_seeds_spread_features_and_stays_evenly() -> None:
-    """Mean stay of 60..600 s: 330 s; its standard error over 900 draws is 540 / sqrt(12 * 900) = 5.2 s."""
-    features = [f for seed in range(300) for f in seabed_with_finds(SEABED, FINDS, seed).features.items()]
-    assert sum(f.stay_s for _, f in features) / len(features) == pytest.approx(330.0, abs=4.0 * 5.2)
-    assert {cell for cell, _ in features} == set(SEABED.cells)
-
-
-def test_strategy_loss_and_faults_change_no_feature() -> None:
-    fault = 'fault=[{kind="lost",vehicle="AUV01",at_s=300}]'
-    scenarios = [with_finds(3), *(with_finds(3, one) for one in ("strategy.name=cbba", "channel.per=0.7", fault))]
-    worlds = [MappingMission.from_scenario(scenario).world(7) for scenario in scenarios]
-    assert all(world == worlds[0] for world in worlds)
-    assert worlds[0].features
-    assert worlds[0] != MappingMission.from_scenario(scenarios[0]).world(8)
-
-
 # Job ---------------------------------------------------------------------------------------------
 
 
@@ -136,11 +109,6 @@ def test_the_job_is_known_once_somebody_has_said_where_and_takes_the_way_and_the
     assert done.share_left == 0.0
     assert job.after(Outlook(0.0, (0.0, 0.0)), replace(data, sensors=())) is None
     assert job.is_able(mapper(swath_m=0.5))  # however narrow, it is a mapping sensor
-
-
-def test_a_find_counts_for_as_many_cells_as_are_mapped_in_its_mean_stay() -> None:
-    """A swath of 25 m at 1.25 m/s maps a cell of 25 m in 20 s; (60 + 600) / 2 / 20 = 16.5."""
-    assert weight_in_cells(FINDS, 25.0, [mapper(survey_speed_mps=1.5)]) == pytest.approx(16.5)
 
 
 # On site -----------------------------------------------------------------------------------------
@@ -242,44 +210,6 @@ def test_what_is_found_is_inspected_before_the_group_meets(strategy: str, per: f
         assert sorted(vehicle for _, vehicle in found) == sorted(vehicle for _, vehicle in inspected)
 
 
-@pytest.mark.slow
-def test_news_of_a_find_lets_another_vehicle_inspect_it_and_without_them_the_mission_ends_otherwise() -> None:
-    """In five of the seeds 1 to 7 somebody else than its finder is free first."""
-    scenario = with_finds(6, "strategy.name=cbba")
-    told, untold = run(scenario, 2), run(without_need(scenario, "foundAt"), 2)
-    by_finder = {vehicle for _, vehicle in milestones(told, "found")}
-    counts = [sorted(vehicle for _, vehicle in milestones(told, name)) for name in ("found", "inspected")]
-    assert by_finder
-    assert counts[0] != counts[1], "some find is inspected by another vehicle than its finder"
-    assert told.completed
-    assert untold.end_s != told.end_s
-    assert [m for m in untold.milestones if m.name == "inspected"] != [
-        m for m in told.milestones if m.name == "inspected"
-    ]
-
-
-def test_without_finds_nothing_of_them_shows() -> None:
-    short = ("scenario.duration_s=300", "channel.per=0.3")
-    plain = run(load("mapping-rendezvous", [("--set", one) for one in short]))
-    none = run(load("mapping-rendezvous", [("--set", one) for one in (*short, "finds.number=0")]))
-    assert plain.recorder.tables.keys() == none.recorder.tables.keys()
-    assert all(plain.recorder.rows(name) == list(none.recorder.rows(name)) for name in plain.recorder.tables)
-    assert "finds_inspected_fraction" not in summary(none)
-    assert not any("Inspector" in role.name for group in none.scenario.group for role in group.role)
-
-
-def test_the_manifest_repeats_a_run_with_finds() -> None:
-    done = run(with_finds(2, "scenario.duration_s=600"))
-    again = run(scenario_from(Document.of_text(manifest(done)["scenario"], "manifest"), []))
-    assert again.scenario == done.scenario
-    assert [m.name for m in done.milestones if m.name == "found"]
-    assert all(again.recorder.rows(name) == list(done.recorder.rows(name)) for name in done.recorder.tables)
-    roles = [role for group in done.scenario.group for role in group.role if role.job in find_names(2)]
-    assert [(role.name, role.maximum) for role in roles] == [("Inspector1", 1), ("Inspector2", 1)]
-    able = [vehicle.name for vehicle in done.scenario.vehicle if "Inspector1" in vehicle.playable_roles]
-    assert able == ["AUV00", "AUV01", "AUV02"]
-
-
 # Bad input ---------------------------------------------------------------------------------------
 
 POND = f"{SMALL}\n[finds]\nnumber = 2\n"
@@ -288,17 +218,13 @@ POND = f"{SMALL}\n[finds]\nnumber = 2\n"
 COARSE = POND.replace("cell_m = 10.0", "cell_m = 100.0").replace("number = 2", "number = 9")
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        (POND.replace("number = 2", "number = -1"), "finds.number = -1"),
-        (POND.replace("number = 2", "number = 65"), "finds.number = 65"),
-        (COARSE, "finds.number = 9: allowed: 0 to"),
-        (f"{POND}close_radius_m = 10.5\n", "finds.close_radius_m = 10.5: allowed: 2 to world.cell_m = 10"),
-        (f"{POND}longest_stay_s = 50.0\n", "finds.longest_stay_s = 50.0: allowed: shortest_stay_s = 60"),
-        (f"{POND}radius_m = 5.0\n", "finds.radius_m = 5.0: unknown key"),
-    ],
-)
+@pytest.mark.parametrize(("text", "said"), [
+    (POND.replace("number = 2", "number = -1"), "finds.number = -1"),
+    (POND.replace("number = 2", "number = 65"), "finds.number = 65"), (COARSE, "finds.number = 9: allowed: 0 to"),
+    (f"{POND}close_radius_m = 10.5\n", "finds.close_radius_m = 10.5: allowed: 2 to world.cell_m = 10"),
+    (f"{POND}longest_stay_s = 50.0\n", "finds.longest_stay_s = 50.0: allowed: shortest_stay_s = 60"),
+    (f"{POND}radius_m = 5.0\n", "finds.radius_m = 5.0: unknown key"),
+])  # fmt: skip
 def test_tables_that_cannot_be_are_refused_with_their_line(tmp_path: Any, text: str, said: str) -> None:
     file = tmp_path / "pond.toml"
     file.write_text(text, encoding="utf-8")

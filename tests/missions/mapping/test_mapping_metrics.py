@@ -1,17 +1,22 @@
-"""Metrics of mapping, each against rows written by hand: what was mapped, how soon, how often twice, by whom."""
+"""Metrics and figures of mapping, from rows written by hand."""
 
 from collections.abc import Iterable
 from types import SimpleNamespace
 from typing import Any
 
+import pyarrow as pa
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure as Sheet
 
 from missions.mapping.metrics import (
-    METRICS,
-    area_roles,
     coverage_fraction,
+    draw_coverage,
+    draw_mapped_cells,
+    draw_objects,
     duplicate_fraction,
     given_up_s,
     least_mapped_fraction,
@@ -20,8 +25,7 @@ from missions.mapping.metrics import (
 )
 from missions.mapping.sensors import COVERAGE
 from missions.mapping.truth import GOAL
-from missions.metric import NOT_APPLICABLE, Better
-from missions.scenarios import load
+from missions.metric import NOT_APPLICABLE
 from remoras.mission import Milestone
 from remoras.recorder import Recorder
 
@@ -57,17 +61,6 @@ def test_a_share_of_the_goal_is_reached_when_the_truth_first_says_so() -> None:
     assert time_to_s(0.5)(run([])) is None
 
 
-def test_a_cell_that_two_have_mapped_is_covered_once_and_duplicated_once() -> None:
-    """Three cells of 20 in four rows: one row of the four is work done again."""
-    done = run([(1.0, "A", 0), (2.0, "A", 1), (3.0, "B", 1), (4.0, "B", 2)])
-    assert coverage_fraction(done) == 3 / 20
-    assert duplicate_fraction(done) == 1 / 4
-
-
-def test_where_nothing_is_to_be_mapped_nothing_is_divided_by_nothing() -> None:
-    assert (coverage_fraction(run([], n_cells=0)), duplicate_fraction(run([]))) == (0.0, 0.0)
-
-
 @given(st.lists(st.tuples(st.sampled_from("AB"), st.integers(0, 19)), unique=True))
 def test_cells_and_rows_add_up(rows: list[tuple[str, int]]) -> None:
     """n rows of c cells: coverage c/20 and duplicates 1 - c/n, from the definitions."""
@@ -92,17 +85,6 @@ def test_only_vehicles_that_were_given_an_area_count() -> None:
     assert least_mapped_fraction(mapping([("A", "Left")], [])) is None
 
 
-@given(st.lists(st.tuples(st.sampled_from("ABC"), st.integers(0, 9)), min_size=1))
-def test_the_worst_of_n_does_at_most_an_equal_share(coverage: list[tuple[str, int]]) -> None:
-    found = least_mapped_fraction(mapping([("A", "Left"), ("B", "Right"), ("C", "Left")], coverage))
-    assert found is not None
-    assert 0.0 <= found <= 1 / 3
-
-
-def test_areas_are_explored_by_the_roles_that_name_them() -> None:
-    assert {role for _, role in area_roles(load("mapping-rendezvous"))} == {"LeftWinger", "Midfield", "RightWinger"}
-
-
 # Giving up ----------------------------------------------------------------------------------------
 
 
@@ -123,18 +105,74 @@ def test_without_anybody_who_gives_up_nothing_is_said() -> None:
     assert (given_up_s(done), left_when_given_up(done)) == (NOT_APPLICABLE, NOT_APPLICABLE)
 
 
-# The declaration ----------------------------------------------------------------------------------
+ROWS = [(10.0, "A", 0, 0), (20.0, "B", 0, 0), (30.0, "B", 1, 0), (40.0, "A", 2, 1)]
+"""B maps again what A has mapped: time (s), vehicle, column and row of the cell."""
 
 
-def test_each_is_ranked_in_its_own_direction() -> None:
-    """More mapped is better, sooner is better, twice is worse, an idle vehicle is worse."""
-    assert {metric.name: metric.better for metric in METRICS} == {
-        "coverage_fraction": Better.HIGHER,
-        "believed_fraction": Better.HIGHER,
-        **{f"time_to_{share}_s": Better.LOWER for share in (50, 80, 95, 100)},
-        "duplicate_fraction": Better.LOWER,
-        "finds_inspected_fraction": Better.HIGHER,
-        "least_mapped_fraction": Better.HIGHER,
-        "given_up_s": Better.NEITHER,
-        "left_when_given_up": Better.NEITHER,
-    }
+class Style:
+    """As the package that draws hands it in; the colours are those of this test."""
+
+    black, grey = "#000000", "#666666"
+
+    @property
+    def looks(self) -> dict[str, SimpleNamespace]:
+        return {name: SimpleNamespace(colour=colour, line="-") for name, colour in (("A", "red"), ("B", "blue"))}
+
+    def tint(self, colour: str, strength: float) -> tuple[float, float, float]:
+        return {"red": (1.0, 0.8, 0.8), "blue": (0.8, 0.8, 1.0)}.get(colour, (0.8, 0.8, 0.8))
+
+    def axis(self, label: str, unit: str = "") -> str:
+        return f"{label} in {unit}"
+
+    def time(self, time_s: float) -> str:
+        return f"{time_s} s"
+
+
+def results(rows: list[tuple[Any, ...]] = ROWS) -> Any:
+    names = ["time_s", "vehicle", "cell_x", "cell_y"]
+    table = pa.table({name: [row[at] for row in rows] for at, name in enumerate(names)})
+    return SimpleNamespace(
+        summary={"mission_time_s": 100.0, "coverage_fraction": 0.75 if rows else 0.0},
+        manifest={"scenario": "[world]\ncell_m = 25.0"},
+        table=lambda name: {"coverage": table}[name],
+    )
+
+
+@pytest.fixture
+def axes() -> Axes:
+    return Sheet().subplots()
+
+
+def test_the_steps_end_at_the_share_of_the_summary(axes: Axes) -> None:
+    draw_coverage(axes, results(), Style())
+    steps = {line.get_label(): list(line.get_ydata()) for line in axes.get_lines()}
+    assert steps["fleet"] == pytest.approx([0, 25, 50, 75, 75])  # three of four cells
+    assert steps["A"] == pytest.approx([0, 25, 50, 50])
+    assert steps["B"] == pytest.approx([0, 25, 25])
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("time in s", "mapped in %")
+
+
+def test_mapped_cells_are_squares_in_the_tint_of_who_came_first(axes: Axes) -> None:
+    assert draw_mapped_cells(axes, results(), Style()).startswith("Cells are shaded in the colour")
+    (cells,) = [one for one in axes.collections if isinstance(one, PolyCollection)]
+    boxes = [path.get_extents().extents.tolist() for path in cells.get_paths()]
+    assert boxes == [[0, 0, 25, 25], [25, 0, 50, 25], [50, 25, 75, 50]]
+    red, blue = (1.0, 0.8, 0.8), (0.8, 0.8, 1.0)
+    assert [tuple(colour[:3]) for colour in cells.get_facecolors()] == [red, blue, red]
+    assert axes.get_legend_handles_labels()[1] == ["mapped cells"]
+
+
+def test_objects_stand_where_they_lie_and_a_cross_where_each_was_seen(axes: Axes) -> None:
+    sightings = pa.table({"x_m": [11.0, 9.0, 41.0], "y_m": [20.0, 21.0, 52.0]})
+    objects = "[[object]]\nposition_m = [10.0, 20.0]\nclassification = 'wreck'\n"
+    tables = {"sightings": sightings}
+    seen = SimpleNamespace(manifest={"scenario": objects}, has=tables.__contains__, table=tables.__getitem__)
+    assert draw_objects(axes, seen, Style()).endswith("n = 3 sightings.")
+    drawn = [one.get_offsets().tolist() for one in axes.collections]
+    assert drawn == [[[11.0, 20.0], [9.0, 21.0], [41.0, 52.0]], [], [[10.0, 20.0]]]
+    assert [one.get_text() for one in axes.texts] == ["wreck"]
+    assert axes.get_legend_handles_labels()[1] == ["seen there", "object"]
+    blind = SimpleNamespace(manifest=seen.manifest, has=lambda name: False)
+    assert draw_objects(Sheet().subplots(), blind, Style()).endswith("n = 0 sightings.")
+    none = SimpleNamespace(manifest={"scenario": ""})
+    assert draw_objects(Sheet().subplots(), none, Style()) == ""

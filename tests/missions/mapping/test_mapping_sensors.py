@@ -1,9 +1,25 @@
-"""The seabed in cells, and the sensor that maps it."""
+"""The seabed in cells, the sensor that maps it, and objects that are classified."""
+
+import math
+from collections import Counter
+from functools import lru_cache
+from typing import Any
 
 import pytest
 from sample_vehicles import AUV, WITHOUT_SENSOR
 
-from missions.mapping.sensors import Seabed, SwathSensor, mapping_speed_mps, swath_m
+import remoras
+from missions.mapping.sensors import (
+    CLASSES,
+    Classifier,
+    ClassifierSettings,
+    Seabed,
+    SeaObject,
+    SwathSensor,
+    mapping_speed_mps,
+    swath_m,
+)
+from missions.runs.known import KnownAt
 from remoras.sensor import Observation, Pose
 
 SQUARE = [(0.0, 0.0), (100.0, 0.0), (100.0, 100.0), (0.0, 100.0)]
@@ -73,25 +89,109 @@ def test_a_vehicle_that_is_faster_than_its_data_maps_faster() -> None:
     assert cells(AUV.faster(1.1).sensors[0].make(AUV.faster(1.1)), 12.5, 12.5, 1.37) == [(0, 0)]
 
 
-def test_a_swath_maps_the_rows_that_it_sweeps() -> None:
-    """Along y = 12.5 in steps of 1.3 m: the four cells of the lowest row, and no other."""
-    sensor = SwathSensor(25.0, 1.3, "AUV00")
-    for number in range(78):
-        cells(sensor, 1.3 * number, 12.5, 1.3)
-    assert sensor.mapped == {(0, 0), (1, 0), (2, 0), (3, 0)}
+VEHICLES = ("ASV00", "AUV00", "AUV01", "AUV02")
+LIES_M = {"steamer": (350.0, 200.0), "barge": (200.0, 350.0), "outfall": (340.0, 340.0), "mound": (480.0, 230.0)}
+OFF_M = 12.0
+BIAS = {
+    "kind": "biased", "vehicle": "AUV02", "sensor": "classifier", "attribute": "location", "offset": [OFF_M, 0.0],
+    "at_s": 0.0,
+}  # fmt: skip
+BAN = {"issuer": "AUV00", "vehicle": "AUV02", "at_s": 600.0}
+SETTLED_S = 120.0
+"""17 TDMA frames of 7.09 s: an item that is repeated each frame is missed by one of three with 3 * 0.4^17 < 1e-6."""
 
 
-def test_the_borders_of_a_slanted_area() -> None:
-    """Of a triangle with legs of 100 m in cells of 25 m, the cells with column + row < 3 have their centre inside
-    for certain; those on the long side are shared out one way or the other."""
-    triangle = Seabed.of_areas(25.0, {"triangle": [(0.0, 0.0), (100.0, 0.0), (0.0, 100.0)]})
-    inside = {(column, row) for column in range(4) for row in range(4) if column + row < 3}
-    assert inside <= set(triangle.cells)
-    assert all(column + row <= 3 for column, row in triangle.cells)
-    assert triangle.cells[0, 0] == ("triangle", 0)
+@lru_cache
+def finished(biased: bool = False, banned: bool = False) -> remoras.Run:
+    chosen: dict[str, Any] = {"fault": [BIAS]} if biased else {}
+    return remoras.run(
+        "mapping-objects", per=0.4, seed=3, set=chosen | ({"ban": [{**BAN, "until_s": 1600.0}]} if banned else {})
+    )
 
 
-@pytest.mark.parametrize("x_m", [-1000.0, -0.5, 0.0, 99.5, 1000.0])
-def test_cells_below_zero_are_counted_downwards(x_m: float) -> None:
-    shifted = Seabed.of_areas(25.0, {"field": [(x + 1000.0 * round(x_m / 1000.0), y) for x, y in SQUARE]})
-    assert len(shifted.cells) == 16
+def seen_at(known: KnownAt, name: str, within_m: float = 20.0) -> str | None:
+    """The instance that the vehicle takes for an object of the scenario; None if it knows of none there."""
+    found = []
+    for belief in known.beliefs:
+        if belief.attribute == "location":
+            at_m = known.fused(belief.subject, "location").value
+            found.append((math.dist(at_m, LIES_M[name]), belief.subject))
+    way_m, subject = min(found, default=(math.inf, None))
+    return subject if way_m <= within_m else None
+
+
+def test_what_two_vehicles_classified_is_fused_alike_on_all() -> None:
+    run = finished()
+    end_s = run.summary["mission_time_s"]
+    fused = {}
+    for vehicle in VEHICLES:
+        known = run.known(vehicle, end_s)
+        subject = seen_at(known, "steamer")
+        fused[vehicle] = subject, known.fused(subject, "classification"), known.fused(subject, "location")
+    assert len({repr(one) for one in fused.values()}) == 1
+    subject, kind, place = fused["ASV00"]  # which has no such sensor
+    assert kind.origins == place.origins == ("AUV00", "AUV01")
+    assert kind.value == "wreck"
+    assert math.dist(place.value, LIES_M["steamer"]) < 3.1 * 2.0 * math.sqrt(2.0)
+    looks = run.known("ASV00", end_s).history(subject, "classification")
+    # A look gives 0.8 to the class that it names, 0.2 / 3 to each of the three others; n sigmas of 2 m: 2 / sqrt(n).
+    weights = {
+        name: math.prod(0.8 if look.value == name else 0.2 / 3 for look in looks)
+        for name in ("unknown", "wreck", "pipeline", "anomaly")
+    }
+    assert len(looks) > 2
+    assert kind.uncertainty == pytest.approx(weights["wreck"] / sum(weights.values()))
+    assert place.uncertainty == pytest.approx(2.0 / math.sqrt(len(looks)))
+    alone = [one for one in run.known("ASV00", end_s).history(subject, "classification") if one.origin == "AUV00"]
+    assert alone[-1].uncertainty == 0.8  # one source alone is less sure, and says another place
+    said_m = [one for one in run.known("ASV00", end_s).history(subject, "location") if one.origin == "AUV00"]
+    assert said_m[-1].value != f"POINT ({place.value[0]} {place.value[1]})"
+
+
+@pytest.mark.slow
+def test_a_bias_misleads_and_a_ban_corrects_until_it_is_taken_back() -> None:
+    """The mean of an offset of 12 m and one of none is 6 m off; with the offset left out nothing is."""
+    run = finished(biased=True, banned=True)
+    sound = finished(biased=True)
+    for vehicle in VEHICLES:
+        before, during, after = (run.known(vehicle, at_s) for at_s in (599.0, 1599.0, 1600.0 + SETTLED_S))
+        assert (before.banned, during.banned, after.banned) == ({}, {"AUV02": 0.0}, {})
+        assert "AUV02" in before.fused(seen_at(before, "barge"), "location").origins
+        subject = seen_at(during, "outfall")
+        truth_m = LIES_M["outfall"][0]
+        misled, corrected = after.fused(subject, "location"), during.fused(subject, "location")
+        assert "AUV02" not in corrected.origins
+        assert "AUV02" in misled.origins
+        share = 1.0 / len(misled.origins)
+        assert misled.value[0] - truth_m > OFF_M * share - 2.0 * 3.1  # of each look 3.1 sigmas at most
+        assert misled.value[0] - corrected.value[0] > 2.0
+    at_s = 599.0
+    assert list(run.known("ASV00", at_s).beliefs) == list(sound.known("ASV00", at_s).beliefs)
+
+
+# The sensor ------------------------------------------------------------------------------------------
+
+
+def looks(settings: ClassifierSettings, seed: int, n: int, node: int = 1) -> list[Observation]:
+    sensor = Classifier(settings, node)
+    world = Seabed(25.0, {}, objects=(SeaObject("it", (10.0, 0.0), "wreck"),), seed=seed)
+    pose = Pose(0.0, 0.0, 20.0, 0.0, 1.0)
+    return [one for k in range(n) for one in sensor.sense(pose, world, settings.every_s * k)]
+
+
+def test_a_look_is_as_often_right_as_it_says() -> None:
+    """Of 200 looks 140 are right, within four times sqrt(200 * 0.7 * 0.3) = 6.5; wrong ones are even."""
+    found = Counter(one.row[1] for one in looks(ClassifierSettings(p_right=0.7), 5, 200))
+    assert abs(found["wreck"] - 140) < 26
+    assert set(found) == set(CLASSES)
+    others = [found[name] for name in CLASSES if name != "wreck"]
+    assert max(others) - min(others) < 4 * math.sqrt(2 * 30)  # 30 of each on average
+
+
+def test_draws_are_keyed() -> None:
+    settings = ClassifierSettings()
+    assert looks(settings, 5, 9) == looks(settings, 5, 9)
+    assert looks(settings, 5, 9) != looks(settings, 6, 9)
+    assert looks(settings, 5, 9) != looks(settings, 5, 9, node=2)
+    fine = looks(ClassifierSettings(every_s=1.0), 5, 9)
+    assert [one.row for one in fine] == [one.row for one in looks(settings, 5, 9)]

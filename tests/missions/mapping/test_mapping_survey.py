@@ -1,15 +1,18 @@
-"""Zigzag surveys: the grid of the REMORAS paper, and areas of any convex shape."""
+"""Surveys: ways over an area and over what is left of it, and the job that one is."""
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 
-import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from sample_vehicles import AUV, WITHOUT_SENSOR
 
-from missions.mapping.sensors import Seabed
-from missions.mapping.survey import Point, contains, length_m, rows, zigzag
+from missions.mapping.ground import Ground, Survey, ground_of
+from missions.mapping.jobs import SurveyJob
+from missions.mapping.survey import Point, contains, length_m, rows, to_and_fro, zigzag
+from remoras.work import Outlook
 
 MIDFIELD = [(100.0, 100.0), (100.0, 350.0), (350.0, 350.0), (350.0, 100.0)]
 
@@ -26,11 +29,6 @@ def test_the_grid_of_table_ii() -> None:
     assert {math.dist(a, b) for a, b in pairwise(waypoints)} == {225.0, 25.0}
 
 
-def test_the_length_of_the_survey() -> None:
-    """Ten rows of 225 m and nine steps of 25 m: 2475 m."""
-    assert length_m(zigzag(MIDFIELD, 25.0, (0.0, 0.0))) == 2475.0
-
-
 @pytest.mark.parametrize(
     ("start", "first"),
     [((0.0, 0.0), (112.5, 112.5)), ((500.0, 0.0), (337.5, 112.5)), ((0.0, 500.0), (112.5, 337.5)),
@@ -38,11 +36,6 @@ def test_the_length_of_the_survey() -> None:
 )  # fmt: skip
 def test_it_begins_at_the_corner_nearest_to_the_vehicle(start: Point, first: Point) -> None:
     assert zigzag(MIDFIELD, 25.0, start)[0] == first
-
-
-def test_rows_run_along_the_longer_side() -> None:
-    assert rows([(0, 0), (10, 0), (10, 100), (0, 100)], 10.0) == [((5.0, 5.0), (5.0, 95.0))]
-    assert rows([(0, 0), (100, 0), (100, 10), (0, 10)], 10.0) == [((5.0, 5.0), (95.0, 5.0))]
 
 
 def test_a_width_that_is_no_multiple_of_the_swath_is_shared_out() -> None:
@@ -60,27 +53,6 @@ def convex_polygons(draw: st.DrawFn) -> list[Point]:
     across, along = draw(st.floats(20.0, 120.0)), draw(st.floats(20.0, 120.0))
     x, y = draw(st.floats(-500.0, 500.0)), draw(st.floats(-500.0, 500.0))
     return [(x + across * math.cos(math.radians(a)), y + along * math.sin(math.radians(a))) for a in angles]
-
-
-def to_lines_m(a: np.ndarray, b: np.ndarray, points: np.ndarray, ends: bool) -> np.ndarray:
-    """Distance of every point from the nearest of the lines a-b: as far as they go, or without ``ends``."""
-    way = b - a
-    length = np.maximum((way**2).sum(axis=1), 1e-12)
-    along = ((points[:, None] - a) * way).sum(axis=2) / length
-    along = along if not ends else np.clip(along, 0.0, 1.0)
-    return np.linalg.norm(a + along[..., None] * way - points[:, None], axis=2).min(axis=1)
-
-
-@given(convex_polygons(), st.floats(8.0, 40.0), st.tuples(st.floats(-600, 600), st.floats(-600, 600)))
-def test_a_survey_sweeps_every_cell_that_its_inset_allows(corners: list[Point], swath_m: float, start: Point) -> None:
-    """Rows are at most a swath s apart, so every cell has one within s/2 beside it. Around a cell s/sqrt(2) from the
-    border the row at s/2 goes on inside the area for sqrt(s^2/2 - s^2/4) = s/2 to both sides, which is just the
-    inset. So every such cell is passed at s/2 or less."""
-    seabed = Seabed.of_areas(swath_m / 2.0, {"area": corners})
-    centres = (np.array(list(seabed.cells)).reshape(-1, 2) + 0.5) * seabed.cell_m
-    border, way = np.array(corners), np.array(zigzag(corners, swath_m, start))
-    deep = centres[to_lines_m(border, np.roll(border, -1, axis=0), centres, False) >= swath_m / math.sqrt(2.0) + 1e-6]
-    assert np.all(to_lines_m(way[::2], way[1::2], deep, True) <= swath_m / 2.0 + 1e-6)
 
 
 @given(convex_polygons(), st.floats(5.0, 40.0), st.tuples(st.floats(-600, 600), st.floats(-600, 600)))
@@ -107,3 +79,134 @@ def test_inside_is_on_one_side_of_every_side(corners: list[Point], x: float, y: 
     ]
     assume(all(abs(turn) > 1e-6 for turn in turns))  # not on the border itself
     assert contains(corners, (x, y)) == all(turn > 0.0 for turn in turns)
+
+
+SWATHS_M = st.sampled_from([10.0, 25.0, 30.0, 60.0])
+
+
+@st.composite
+def grounds(draw: st.DrawFn) -> Ground:
+    """Corners on an ellipse, in order: always convex."""
+    angles = sorted(draw(st.lists(st.integers(0, 359), min_size=3, max_size=7, unique=True)))
+    across, along = draw(st.floats(40.0, 120.0)), draw(st.floats(40.0, 120.0))
+    corners = tuple((across * math.cos(math.radians(a)), along * math.sin(math.radians(a))) for a in angles)
+    return ground_of(corners, draw(st.sampled_from([8.0, 15.0, 25.0])))
+
+
+def some(ground: Ground, draw: st.DataObject) -> int:
+    return draw.draw(st.integers(0, ground.work)) if ground.work else 0
+
+
+def run_m(survey: Survey, left: int) -> list[tuple[Point, Point]]:
+    """Rows that the vehicle runs if it plans anew at the end of each, without news."""
+    at_m, found = (0.0, 0.0), []
+    while ways := survey.ways(left):
+        way = min(ways, key=lambda way: math.dist(way.first_m, at_m) + way.length_m)
+        found.append(way.ends_m)
+        left &= ~survey.rows[way.row].cells
+        at_m = way.ends_m[1]
+    return found
+
+
+def to_line_m(begin: Point, end: Point, point: Point) -> float:
+    """Distance of a point from a line that ends."""
+    dx, dy = end[0] - begin[0], end[1] - begin[1]
+    length2 = dx * dx + dy * dy
+    part = ((point[0] - begin[0]) * dx + (point[1] - begin[1]) * dy) / length2 if length2 else 0.0
+    part = min(1.0, max(0.0, part))
+    return math.dist(point, (begin[0] + part * dx, begin[1] + part * dy))
+
+
+@given(grounds(), SWATHS_M, st.data())
+def test_the_rows_cover_all_that_is_left_and_can_be_reached(
+    ground: Ground, swath_m: float, draw: st.DataObject
+) -> None:
+    survey, left = ground.survey(swath_m), some(ground, draw)
+    lines = run_m(survey, left)
+    wanted = [index for index in range(len(ground.cells)) if left & survey.reach & 1 << index]
+    assert bool(lines) == bool(wanted)
+    for index in wanted:
+        centre_m = ground.centre_m(index)
+        assert min(to_line_m(*line, centre_m) for line in lines) <= swath_m / 2.0 + 1e-5
+
+
+@given(grounds(), SWATHS_M)
+def test_an_untouched_area_is_run_to_and_fro_from_each_end(ground: Ground, swath_m: float) -> None:
+    survey = ground.survey(swath_m)
+    lines = [row.ends_m for row in survey.rows]
+    if survey.reach and all(row.cells for row in survey.rows):
+        for way in survey.ways(ground.work):
+            points = to_and_fro(lines, way.first_m)
+            assert (way.first_m, way.last_m) == (points[0], points[-1])
+            assert way.length_m == pytest.approx(length_m(points))
+
+
+@given(grounds(), SWATHS_M, st.data(), st.tuples(st.floats(-300, 300), st.floats(-300, 300)))
+def test_where_less_is_left_a_vehicle_is_done_no_later(
+    ground: Ground, swath_m: float, draw: st.DataObject, at_m: Point
+) -> None:
+    """From the same place at the same speed: whoever runs the longer way has passed all that is left of the shorter."""
+    survey, more = ground.survey(swath_m), some(ground, draw)
+    less = more & draw.draw(st.integers(0, max(1, ground.work)))
+
+    def way_m(left: int) -> float:
+        return min((math.dist(way.first_m, at_m) + way.length_m for way in survey.ways(left)), default=0.0)
+
+    assert way_m(less) <= way_m(more) + 1e-6
+
+
+@pytest.mark.parametrize("wide_and_high_m", [(400.0, 100.0), (100.0, 400.0)])
+def test_a_row_lies_at_one_coordinate_across_and_reaches_along_the_longer_side(
+    wide_and_high_m: tuple[float, float],
+) -> None:
+    wide_m, high_m = wide_and_high_m
+    survey = ground_of(((0.0, 0.0), (wide_m, 0.0), (wide_m, high_m), (0.0, high_m)), 25.0).survey(25.0)
+    assert [[survey.across_m(end_m) for end_m in row.ends_m] for row in survey.rows] == [
+        [level_m] * 2 for level_m in (12.5, 37.5, 62.5, 87.5)
+    ]
+    assert [[survey.along_m(end_m) for end_m in row.ends_m] for row in survey.rows] == [[12.5, 387.5]] * 4
+
+
+SQUARE = SurveyJob("square", ((100.0, 100.0), (100.0, 350.0), (350.0, 350.0), (350.0, 100.0)))
+
+
+def test_the_time_that_a_survey_takes() -> None:
+    """159.1 m to (112.5, 112.5) at 2 m/s, then 2475 m at 1.25 m/s: 79.55 + 1980 s; ten rows end at (112.5, 337.5)."""
+    then = SQUARE.after(Outlook(100.0, (0.0, 0.0)), AUV)
+    assert then is not None
+    assert then.free_s == pytest.approx(100.0 + 112.5 * math.sqrt(2.0) / 2.0 + 2475.0 / 1.25)
+    assert then.position_m == pytest.approx((112.5, 337.5))
+
+
+def test_who_has_no_sensor_is_not_able() -> None:
+    assert SQUARE.is_able(AUV)
+    assert not SQUARE.is_able(WITHOUT_SENSOR)
+    assert SQUARE.after(Outlook(0.0, (0.0, 0.0)), WITHOUT_SENSOR) is None
+
+
+def test_who_does_not_stand_the_depth_is_not_able() -> None:
+    """The vehicle stands 100 m."""
+    deep, too_deep = replace(SQUARE, depth_m=100.0), replace(SQUARE, depth_m=100.5)
+    assert deep.is_able(AUV)
+    assert deep.after(Outlook(0.0, (0.0, 0.0)), AUV) == SQUARE.after(Outlook(0.0, (0.0, 0.0)), AUV)
+    assert not too_deep.is_able(AUV)
+    assert too_deep.after(Outlook(0.0, (0.0, 0.0)), AUV) is None
+
+
+@given(st.tuples(st.floats(-500, 1000), st.floats(-500, 1000)), st.floats(0.0, 1e4))
+def test_a_survey_takes_its_own_time_and_the_way_to_it_wherever_it_begins(
+    place_m: tuple[float, float], s: float
+) -> None:
+    """2475 m at 1.25 m/s, and the way to the nearest of the square's four ends at 2 m/s."""
+    then = SQUARE.after(Outlook(s, place_m), AUV)
+    assert then is not None
+    way_m = min(math.dist(place_m, (x, y)) for x in (112.5, 337.5) for y in (112.5, 337.5))
+    assert then.free_s - s == pytest.approx(way_m / 2.0 + 1980.0)
+
+
+@given(st.floats(0.9, 1.1))
+def test_a_vehicle_that_is_faster_by_a_share_is_done_sooner_by_that_share(factor: float) -> None:
+    usual, faster = (SQUARE.after(Outlook(0.0, (0.0, 0.0)), data) for data in (AUV, AUV.faster(factor)))
+    assert usual is not None
+    assert faster is not None
+    assert faster.free_s == pytest.approx(usual.free_s / factor)

@@ -10,8 +10,6 @@ from sample_vehicles import AUV
 from missions.mapping.sensors import COVERAGE, Seabed, SeabedFeature, SwathSettings
 from missions.mapping.truth import GOAL, MappingTruth
 from missions.meeting import Meeting
-from missions.runs.run import run
-from missions.scenarios import load
 from remoras.activities import Objective
 from remoras.database import VehicleData
 from remoras.mission import FleetView, Milestone
@@ -124,17 +122,6 @@ def test_consultation_ends_when_what_was_given_out_counts_where_it_was_meant_to(
     assert names(watching) == ["consultation_done"]
 
 
-def test_who_finishes_an_area_has_not_stopped() -> None:
-    watching, fleet = truth(), Fleet()
-    fleet.b.performed = ("ZigzagExploring", "Mapping")
-    watching.observe(fleet, 1.0)
-    fleet.b.performed, fleet.b.finished = ("Homing",), (EXPLORING,)
-    watching.observe(fleet, 9.0)
-    watching.observe(fleet, 10.0)
-    watching.close(fleet, 10.0)
-    assert watching.milestones[1:] == [Milestone(9.0, "mapping_done", "B")]
-
-
 def test_who_turns_away_has_stopped_unless_it_turns_back() -> None:
     watching, fleet = truth(), Fleet()
     for time_s, performed in enumerate([("ZigzagExploring",), ("Homing",), ("ZigzagExploring",), ("Homing",)], 1):
@@ -178,12 +165,6 @@ def test_nobody_waits_for_the_dead_unless_somebody_is_free_to_take_the_place() -
     assert watching.close(fleet, 1.0) == "not together after 1 s: Team (without Hand)"
     spare.able = ()
     assert watching.observe(fleet, 2.0)
-
-
-def test_a_fleet_of_which_nobody_is_left_has_not_met() -> None:
-    watching, fleet = truth(), Fleet()
-    fleet.a.is_alive = fleet.b.is_alive = False
-    assert not watching.observe(fleet, 1.0)
 
 
 def test_whom_a_head_that_waited_to_the_deadline_met_without_is_said() -> None:
@@ -280,35 +261,6 @@ def test_a_head_that_does_not_take_its_group_for_gathered_is_given_the_time() ->
         assert watching.is_over is is_over
 
 
-def test_who_will_be_back_is_given_the_time_too() -> None:
-    """A vehicle that is deaf, or has yet to join, may do the rest; the 60 s of patience begin when it is back."""
-    watching, fleet = truth(seabed=BANK, goal=0.8), Fleet()
-    fleet.a.position_m, fleet.a.met = JETTY_M, True
-    fleet.b.is_in_contact, fleet.b.will_return = False, True
-    for now_s in (10.0, 500.0):
-        watching.observe(fleet, now_s)
-        assert not watching.is_over
-    fleet.b.will_return = False
-    watching.observe(fleet, 510.0)
-    assert not watching.is_over
-    watching.observe(fleet, 571.0)
-    assert watching.is_over
-
-
-def test_who_goes_on_with_the_work_is_given_the_time() -> None:
-    watching, fleet = truth(seabed=BANK, goal=1.0), Fleet()
-    sweep(watching, fleet, 212.5, 237.5, 262.5)
-    fleet.a.position_m = fleet.b.position_m = JETTY_M
-    watching.observe(fleet, 10.0)
-    fleet.b.performed = ("ZigzagExploring",)
-    watching.observe(fleet, 100.0)
-    assert not watching.is_over
-    sweep(watching, fleet, 287.5, from_s=110.0)
-    fleet.b.performed, fleet.b.position_m = ("Homing",), JETTY_M
-    assert watching.observe(fleet, 200.0)
-    assert names(watching)[-1] == "mission_complete"
-
-
 def test_what_no_survivor_can_map_counts_and_is_out_of_reach() -> None:
     """B alone is able: when it is lost, half of the goal is reached, and no more is within reach."""
     watching, fleet = truth(seabed=BANK, able=("B",)), Fleet()
@@ -318,40 +270,6 @@ def test_what_no_survivor_can_map_counts_and_is_out_of_reach() -> None:
     watching.observe(fleet, 9.0)
     assert (watching.goal_fraction, watching.reachable_fraction(fleet)) == (pytest.approx(0.5), pytest.approx(0.5))
     assert watching.close(fleet, 9.0).startswith("no vehicle left that is able to map: 50 % open; ")
-
-
-def test_what_another_survivor_can_map_is_within_reach() -> None:
-    watching, fleet = truth(seabed=BANK, able=("A", "B")), Fleet(Seen("A", data=MAPPING))
-    sweep(watching, fleet, 212.5, 237.5)
-    fleet.b.is_alive = False
-    watching.observe(fleet, 9.0)
-    assert (watching.goal_fraction, watching.reachable_fraction(fleet)) == (pytest.approx(0.5), pytest.approx(1.0))
-    fleet.a.data = replace(AUV, sensors=())  # its sensor is dead for good
-    assert watching.reachable_fraction(fleet) == pytest.approx(0.5)
-
-
-def test_a_cell_that_two_vehicles_map_counts_once() -> None:
-    """A passes what B has mapped, 2 of 4 cells, and maps a third one: three are done, the fourth is within reach."""
-    watching, fleet = truth(seabed=BANK, able=("A", "B")), Fleet(Seen("A", data=MAPPING))
-    sweep(watching, fleet, 212.5, 237.5)
-    fleet.a.sensing, fleet.b.sensing = ("mapping",), ()
-    for now_s, x_m in ((10.0, 212.5), (11.0, 237.5), (12.0, 262.5)):
-        fleet.a.position_m = (x_m, 12.5)
-        watching.observe(fleet, now_s)
-    assert (watching.goal_fraction, watching.reachable_fraction(fleet)) == (pytest.approx(0.75), pytest.approx(1.0))
-
-
-def test_areas_out_of_reach_are_named_where_others_are_not() -> None:
-    bank = [(200.0, 0.0), (250.0, 0.0), (250.0, 25.0), (200.0, 25.0)]
-    reef = [(250.0, 0.0), (300.0, 0.0), (300.0, 25.0), (250.0, 25.0)]
-    seabed = Seabed.of_areas(25.0, {"bank": bank, "reef": reef})
-    meeting = Meeting({"Team": TEAM}, {"jetty": JETTY_M}, 15.0, 20.0, 60.0, 900.0, {})
-    swaths_m = {"bank": {"A": 25.0}, "reef": {"B": 25.0}}
-    watching, fleet = MappingTruth(meeting, seabed, swaths_m, 1.0, Recorder([COVERAGE, GOAL])), Fleet()
-    fleet.a.data, fleet.b.is_alive = MAPPING, False
-    watching.observe(fleet, 1.0)
-    assert watching.reachable_fraction(fleet) == pytest.approx(0.5)
-    assert watching.close(fleet, 1.0).startswith("no vehicle left that is able to map reef: 100 % open; ")
 
 
 def test_finds_count_all_whoever_is_left() -> None:
@@ -382,24 +300,6 @@ def test_it_is_over_once_nobody_left_can_do_more_and_who_lives_has_come_home() -
     fleet.a.position_m = JETTY_M
     assert not watching.observe(fleet, 12.0)
     assert watching.is_over
-
-
-def test_the_share_is_recorded_when_it_changes() -> None:
-    recorder = Recorder([COVERAGE, GOAL])
-    watching = MappingTruth(Meeting({"Team": TEAM}, {"jetty": JETTY_M}, 15.0, 20.0, 60.0, 900.0, {}), BANK,
-                            {"bank": {"B": 25.0}}, 0.5, recorder)  # fmt: skip
-    sweep(watching, Fleet(), 212.5, 220.0, 237.5, 262.5)
-    assert [(time_s, round(share, 6)) for time_s, share in recorder.rows("goal")] == [(1.0, 0.5), (3.0, 1.0)]
-    assert [row[2] for row in recorder.rows("coverage")] == [8, 9, 10]
-
-
-def test_a_fleet_that_is_gone_has_not_reached_what_it_left() -> None:
-    names = ("ASV00", "AUV00", "AUV01", "AUV02")  # 1 kJ is for less than half a minute, so nobody gets to an area
-    overrides = [("--set", f"vehicle.{name}.energy_j=1e3") for name in names]
-    finished = run(load("mapping-rendezvous", overrides))
-    assert not finished.completed
-    assert finished.goal_fraction == pytest.approx(0.0, abs=1e-6)
-    assert finished.reason.startswith("no vehicle left that is able to map: 100 % open; ")
 
 
 def test_ground_that_only_who_will_be_back_can_map_is_within_reach() -> None:

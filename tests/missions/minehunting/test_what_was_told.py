@@ -4,43 +4,13 @@ Where the channel has room for all, the same change makes no difference.
 """
 
 import math
-from functools import cache
 
 import pytest
-from hunting import AMPLE, hunted
+from hunting import hunted
 
-from benchmarks.mechanisms import CLASSIFIED, HUNT, MECHANISMS, Mechanism, measured
 from exchange.arithmetic import log
 
 SHORT = "scenario.duration_s=30.0"
-MORE = ("policies", "priorities", "needs by groups")
-
-
-@cache
-def mean_s(name: str, *more: str) -> float:
-    """Mean time until classification of three runs without a mechanism; with all of them if none is named."""
-    of = MECHANISMS[name] if name else Mechanism(HUNT, measure=CLASSIFIED)
-    return math.fsum(measured(of, seed, bool(name), more) for seed in (1, 2, 3)) / 3.0
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "name", ["acknowledgements", *(pytest.param(name, marks=pytest.mark.thorough) for name in MORE)]
-)
-def test_each_part_of_the_exchange_bears_while_the_channel_is_full(name: str) -> None:
-    """Without it contacts are classified at least 5 % later; where all fits, not even a quarter of that."""
-    later_s, later_with_room_s = mean_s(name) - mean_s(""), mean_s(name, AMPLE) - mean_s("", AMPLE)
-    assert later_s > 0.05 * mean_s("")
-    assert abs(later_with_room_s) < 0.05 * mean_s("", AMPLE)
-    assert abs(later_with_room_s) < 0.25 * later_s
-
-
-@pytest.mark.slow
-def test_strips_that_come_before_what_they_rest_on_wait_for_it() -> None:
-    """Thrown away they are lost, since they were acknowledged; without loss nothing comes before what it rests on."""
-    name, lossless = "dependencies between blocks", "channel.per=0.0"
-    assert mean_s(name) > 1.03 * mean_s("")
-    assert mean_s(name, lossless) == mean_s("", lossless)
 
 
 @pytest.mark.slow

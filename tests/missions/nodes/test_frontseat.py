@@ -1,35 +1,27 @@
-"""A vehicle's own body, clock and modem: it is where its body is, and not sure of the time it says nothing."""
+"""A vehicle's own body, clock and graph of ROS: it is where its body is, and quiet while unsure of the time."""
 
-import importlib
 import math
-import os
-import pty
-import re
-import select
 import sys
-import threading
 import time
-import tty
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
-from datetime import UTC, datetime
+from collections.abc import Iterator
+from dataclasses import fields, replace
 from pathlib import Path
+from types import ModuleType, SimpleNamespace
+from typing import Any
 
 import pytest
 from typer.testing import CliRunner
 
-from exchange.drivers import AT_ONCE, Driver, Ether, Paced
-from exchange.drivers.nanomodem import Nanomodem
+from exchange.drivers import AT_ONCE, Ether, Paced
 from missions.errors import ConfigurationError
-from missions.nodes import Disciplined, Fix, Frontseat, LoneVehicle, NodePlan, Reading, VehicleNode, alone
+from missions.nodes import Disciplined, Fix, NodePlan, Reading, VehicleNode, alone
 from missions.nodes.frontseat import CRYSTAL, PATIENCE_S
 from missions.nodes.logs import Began, LineKind, NodeLog, gone_on, play, read_log
+from missions.nodes.ros import RosShare
 from missions.scenarios import load
 from remoras.cli import app
-from remoras.testing import channels
 from remoras.work import Point
 
-HOW_TO = Path(__file__).parents[3] / "docs" / "howto" / "node.md"
 SHIP, BOAT = "ASV00", "AUV00"
 
 
@@ -223,225 +215,6 @@ def test_who_is_not_sure_of_the_time_withholds_its_packets() -> None:
     assert (withheld, all_withheld, heard) == (0, sent, 0)
 
 
-# The file of the how-to ------------------------------------------------------------------------------
-
-
-def file_of_the_how_to() -> str:
-    (text,) = re.findall(
-        r"^```python\n(# boat\.py\n.*?)^```$", HOW_TO.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE
-    )
-    return str(text)
-
-
-def serial_pair() -> tuple[int, str, int]:
-    """A pseudo terminal: the end of the stand-in, the name of the other one, and that, kept open."""
-    near, far = pty.openpty()
-    for file in (near, far):
-        tty.setraw(file)
-    return near, os.ttyname(far), far
-
-
-class Water:
-    """Modems that hear each other, with the time that a packet is on the air; two at once destroy each other.
-
-    The first speaks AT commands, the others the protocol of the Nanomodem.
-    """
-
-    def __init__(self, n: int, air_s: float) -> None:
-        self.ends = [serial_pair() for _ in range(n)]
-        self.n_collisions = self.n_carried = 0
-        self._air_s, self._given = air_s, [b""] * n
-        self._on_air: list[tuple[float, int, bytes]] = []  # until when, of whom
-
-    @property
-    def ports(self) -> list[str]:
-        return [port for _, port, _ in self.ends]
-
-    def go_on(self) -> None:
-        """Take what hosts say, and give what is off the air."""
-        now_s = time.monotonic()
-        for place, (near, _, _) in enumerate(self.ends):
-            while select.select([near], [], [], 0.0)[0]:
-                self._given[place] += os.read(near, 4096)
-            taken = self._taken(place)
-            if taken is not None:
-                if self._on_air:
-                    self.n_collisions += 1
-                    self._on_air.clear()
-                    continue
-                self._on_air.append((now_s + self._air_s, place, taken))
-        for until_s, place, data in [one for one in self._on_air if one[0] <= now_s]:
-            self._on_air.remove((until_s, place, data))
-            self.n_carried += 1
-            for other, (near, _, _) in enumerate(self.ends):
-                if other != place:
-                    line = (
-                        b"RECV,%b\n" % data.hex().encode() if other == 0 else b"#B%03d%02d%b" % (place, len(data), data)
-                    )
-                    os.write(near, line)
-
-    def _taken(self, place: int) -> bytes | None:
-        asked = re.compile(rb"AT\*SEND,([0-9a-f]+)\n" if place == 0 else rb"\$B([0-9]{2})", re.DOTALL)
-        head = asked.search(self._given[place])
-        if head is None:
-            return None
-        if place == 0:
-            self._given[0] = self._given[0][head.end() :]
-            return bytes.fromhex(head[1].decode())
-        data = self._given[place][head.end() : head.end() + int(head[1])]
-        if len(data) < int(head[1]):
-            return None
-        self._given[place] = self._given[place][head.end() + int(head[1]) :]
-        return data
-
-
-class Boat:
-    """The control computer and the GPS receiver of a vehicle that goes where it is told."""
-
-    def __init__(self, speed: float, at_m: Point) -> None:
-        self.body, self.gps = serial_pair(), serial_pair()
-        self.track_m: list[Point] = [at_m]
-        self._goal, self._speed, self._rest = (at_m, 0.0), speed, b""
-        self._last_s, self._last_second = time.monotonic(), 0
-
-    def go_on(self) -> None:
-        while select.select([self.body[0]], [], [], 0.0)[0]:
-            *lines, self._rest = (self._rest + os.read(self.body[0], 4096)).split(b"\n")
-            for line in lines:
-                what, *numbers = line.decode().split(",")
-                assert what == "GO"
-                x_m, y_m, speed_mps = map(float, numbers)
-                self._goal = ((x_m, y_m), speed_mps)
-        now_s, utc_s = time.monotonic(), time.time()
-        if now_s - self._last_s >= 0.02:
-            way_m = self._goal[1] * (now_s - self._last_s) * self._speed
-            (x_m, y_m), (to_x, to_y) = self.track_m[-1], self._goal[0]
-            far_m = math.dist((x_m, y_m), (to_x, to_y))
-            share = min(1.0, way_m / far_m) if far_m > 0.0 else 0.0
-            self.track_m.append((x_m + share * (to_x - x_m), y_m + share * (to_y - y_m)))
-            self._last_s = now_s
-            words = (*self.track_m[-1], math.atan2(to_y - y_m, to_x - x_m), self._goal[1], 20.0, 0.9)
-            os.write(self.body[0], ("NAV," + ",".join(map(repr, words)) + "\n").encode())
-        if int(utc_s) != self._last_second:
-            self._last_second = int(utc_s)
-            stamp = datetime.fromtimestamp(self._last_second, UTC).strftime("%H%M%S.00,%d,%m,%Y")
-            os.write(self.gps[0], f"PPS\n$GPZDA,{stamp},00,00\n".encode())
-
-
-class Stand:
-    """Boat and water in a thread."""
-
-    def __init__(self, *parts: Water | Boat) -> None:
-        self._parts, self._ends = parts, threading.Event()
-        self._thread = threading.Thread(target=self._run)
-        self._thread.start()
-
-    def _run(self) -> None:
-        while not self._ends.is_set():
-            for part in self._parts:
-                part.go_on()
-            time.sleep(0.002)
-
-    def close(self) -> None:
-        self._ends.set()
-        self._thread.join()
-        for part in self._parts:
-            for near, _, far in part.ends if isinstance(part, Water) else (part.body, part.gps):
-                os.close(near)
-                os.close(far)
-
-
-@pytest.fixture
-def own_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """Folder of the file of the how-to, from which it can be imported."""
-    monkeypatch.syspath_prepend(tmp_path)
-    yield tmp_path
-    sys.modules.pop("boat", None)
-
-
-def own_parts(folder: Path, ports: Sequence[str]) -> Frontseat:
-    """What the file of the how-to makes, at other ports."""
-    text = file_of_the_how_to()
-    for given, port in zip(("/dev/ttyS1", "/dev/ttyS2", "/dev/ttyUSB0"), ports, strict=True):
-        assert text.count(given) == 1
-        text = text.replace(given, port)
-    (folder / "boat.py").write_text(text, encoding="utf-8")
-    importlib.invalidate_caches()
-    made = importlib.import_module("boat").boat()
-    assert isinstance(made, Frontseat)
-    return made
-
-
-def test_the_file_of_the_how_to_has_at_most_80_lines() -> None:
-    assert len(file_of_the_how_to().splitlines()) <= 80
-
-
-def test_its_modem_keeps_to_the_seam(own_file: Path) -> None:
-    water = Water(2, 0.005)
-    stand = Stand(water)
-    pulse = serial_pair()
-    made = own_parts(own_file, [pulse[1], pulse[1], water.ports[0]])
-    assert made.modem is not None
-
-    def pair() -> tuple[Driver, Driver, Paced]:
-        assert made.modem is not None
-        pace = Paced(time.monotonic())
-        return made.modem(pace), Nanomodem(Path(water.ports[1]), pace), pace
-
-    channels.check_driver(pair, least_bytes=2)
-    stand.close()
-    os.close(pulse[0])
-    os.close(pulse[2])
-
-
-@pytest.mark.slow
-def test_one_real_vehicle_and_three_simulated_ones_are_a_fleet(own_file: Path) -> None:
-    speed, until_s = 20.0, 140.0
-    scenario = load("mapping-rendezvous", [("--set", "communication.modem=nanomodem-v3")])
-    names = [BOAT, *(name for name in scenario.names_by_slot if name != BOAT)][:4]
-    plans = [NodePlan.of(scenario, name, 1, until_s, 100.0) for name in names]
-    plans[0] = replace(plans[0], is_steered=True)
-    own: list[LoneVehicle] = [alone(plan) for plan in plans]
-    start_m = own[0].setup.database[BOAT].start_m
-    water = Water(4, own[0].setup.modem.packet_s(20) / speed)
-    boat = Boat(speed, (start_m[0] + 7.0, start_m[1]))
-    stand = Stand(water, boat)
-    seat = own_parts(own_file, [boat.body[1], boat.gps[1], water.ports[0]])
-    assert seat.clock is not None
-    assert seat.modem is not None
-    time.sleep(1.1)  # for a pulse
-    begins_s = time.time() + 0.5
-    paces = [Paced(time.monotonic() + begins_s - time.time(), speed) for _ in names]
-    paces[0] = Disciplined(seat.clock, begins_s, Paced(0.0, speed))
-    modems = [
-        seat.modem(paces[0]),
-        *(Nanomodem(Path(port), pace) for port, pace in zip(water.ports[1:], paces[1:], strict=True)),
-    ]
-    log = NodeLog(own_file / "dive", plans[0])
-    nodes = [VehicleNode(own[0], modems[0], paces[0], log, body=seat.body)]
-    nodes += [VehicleNode(one, driver, pace) for one, driver, pace in zip(own[1:], modems[1:], paces[1:], strict=True)]
-    threads = [threading.Thread(target=node.run) for node in nodes]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    stand.close()
-    outcomes = [node.outcome() for node in nodes]
-    late_s = [one.late_s for one in outcomes]
-    assert outcomes[0].packets_withheld == 0
-    assert water.n_collisions == 0
-    assert min(outcome.packets_heard for outcome in outcomes) > 20
-    assert len({outcome.state_hash for outcome in outcomes}) == 1
-    way_m = sum(math.dist(a, b) for a, b in zip(boat.track_m, boat.track_m[1:], strict=False))
-    assert way_m > 50.0
-    heard_m = own[1].solo.vehicle.beliefs.get(("position", BOAT))
-    assert min(math.dist(heard_m, at_m) for at_m in boat.track_m) < 5.0
-    assert math.dist(own[0].solo.vehicle.functional.motion.position_m, boat.track_m[-1]) < 10.0
-    assert play(read_log(log.path)).difference == ""
-    refused = [one.packets_refused for one in outcomes]
-    print(f"\n{way_m:.0f} m, {water.n_carried} packets carried, refused {refused}, late {late_s} s")
-
-
 # The command ------------------------------------------------------------------------------------------
 
 
@@ -474,3 +247,165 @@ def test_a_frontseat_that_cannot_be_is_a_line(
     result = CliRunner().invoke(app, ["node", "mapping-rendezvous", BOAT, *given])
     assert result.exit_code == 2, result.output
     assert expected in result.stderr.replace("\n", " ")
+
+
+class Message:
+    """A message of a type: its fields, and no others, each of the kind that it has."""
+
+    def __init__(self, types: Any, name: str) -> None:
+        object.__setattr__(self, "_types", types)
+        for field in fields(types.types[name]):
+            if field.name.startswith("__"):
+                continue
+            kind = field.type if isinstance(field.type, str) else getattr(field.type, "__name__", "")
+            value: Any = 0.0 if "float" in kind.lower() else "" if "str" in kind.lower() else 0
+            of = next((one for one in types.types if one.replace("/", "__") == kind.strip("'\"").split(".")[-1]), None)
+            if of is not None:
+                value = Message(types, of)
+            object.__setattr__(self, field.name, value)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        before = getattr(self, name)  # AttributeError, as rclpy has it, for a field that is not there
+        assert isinstance(value, type(before)), (name, value)  # and so are its assertions
+        object.__setattr__(self, name, value)
+
+
+class Graph(ModuleType):
+    """The stand-in: what was published, and what waits for who subscribed."""
+
+    def __init__(self, types: Any) -> None:
+        super().__init__("rclpy")
+        self.types = types
+        self.published: dict[str, list[Any]] = {}
+        self.waiting: list[Any] = []
+        self.callbacks: dict[str, Any] = {}
+        self.is_up = False
+        self.namespace = ""
+
+    def message(self, name: str) -> Any:
+        return Message(self.types, name)
+
+    def init(self, *, args: list[str], signal_handler_options: str) -> None:
+        assert signal_handler_options == "NO"
+        self.is_up = True
+
+    def create_node(self, node_name: str, *, namespace: str, use_global_arguments: bool) -> Any:
+        self.namespace = namespace
+        return self
+
+    def create_subscription(self, msg_type: Any, topic: str, callback: Any, qos_profile: int) -> None:
+        self.callbacks[topic] = callback
+
+    def create_publisher(self, msg_type: Any, topic: str, qos_profile: int) -> Any:
+        return SimpleNamespace(publish=self.published.setdefault(topic, []).append)
+
+    def spin_once(self, node: Any, *, timeout_sec: float) -> None:
+        assert (node, timeout_sec) == (self, 0.0)
+        if self.waiting:
+            self.callbacks["odometry"](self.waiting.pop(0))
+
+    def get_clock(self) -> Any:
+        stamp = self.message("builtin_interfaces/msg/Time")
+        return SimpleNamespace(now=lambda: SimpleNamespace(to_msg=lambda: stamp))
+
+    def destroy_node(self) -> None:
+        assert self.is_up
+
+    def try_shutdown(self) -> None:
+        self.is_up = False
+
+
+@pytest.fixture
+def graph(monkeypatch: pytest.MonkeyPatch) -> Iterator[Graph]:
+    typesys = pytest.importorskip("rosbags.typesys")
+    found = Graph(typesys.get_typestore(typesys.Stores.ROS2_JAZZY))
+    signals = ModuleType("rclpy.signals")
+    signals.SignalHandlerOptions = SimpleNamespace(NO="NO")  # type: ignore[attr-defined]
+    modules: dict[str, ModuleType] = {"rclpy": found, "rclpy.signals": signals}
+    for package, kind in (("nav_msgs", "Odometry"), ("geometry_msgs", "PoseStamped"), ("std_msgs", "Float64")):
+        module = ModuleType(f"{package}.msg")
+        setattr(module, kind, lambda name=f"{package}/msg/{kind}": found.message(name))
+        modules |= {package: ModuleType(package), f"{package}.msg": module}
+    for name, module in modules.items():
+        monkeypatch.setitem(sys.modules, name, module)
+    yield found
+    assert not found.is_up
+
+
+def odometry(graph: Graph, x_m: float, y_m: float, heading_rad: float = 0.0, depth_m: float = 0.0) -> Any:
+    message = graph.message("nav_msgs/msg/Odometry")
+    at, turned = message.pose.pose.position, message.pose.pose.orientation
+    at.x, at.y, at.z = x_m, y_m, -depth_m
+    turned.z, turned.w = math.sin(heading_rad / 2.0), math.cos(heading_rad / 2.0)
+    message.twist.twist.linear.x, message.twist.twist.linear.y = 0.6, 0.8
+    return message
+
+
+def test_a_vehicle_whose_body_is_in_the_graph_goes_where_that_goes(graph: Graph) -> None:
+    share = RosShare("AUV00", True)
+    assert graph.namespace == "auv00"
+    assert share.fix() is None
+    graph.waiting = [odometry(graph, 1.0, 2.0), odometry(graph, 3.0, -40.0, heading_rad=2.5, depth_m=12.0)]
+    assert share.fix() == pytest.approx((3.0, -40.0, 2.5, 1.0, 12.0, math.nan), nan_ok=True)
+    assert share.fix() is None
+    ship, boat = (NodePlan.of(load("mapping-rendezvous"), name, 3, 120.0, 0.0) for name in ("ASV00", "AUV00"))
+    own = [alone(plan) for plan in (ship, replace(boat, is_steered=True))]
+    ether = Ether(own[0].setup.modem.packet_s)
+    nodes = [VehicleNode(own[0], ether.driver(), AT_ONCE), VehicleNode(own[1], ether.driver(), AT_ONCE, body=share)]
+    at_m = 3.0, -40.0
+    while (node := min(nodes, key=lambda one: one.next_s)).next_s < 110.0:
+        graph.waiting = [odometry(graph, *at_m)]
+        node.step()
+        if graph.published["goal_pose"]:
+            goal, speed = graph.published["goal_pose"][-1], graph.published["goal_speed"][-1]
+            assert goal.header.frame_id == "map"
+            wanted_m = goal.pose.position.x, goal.pose.position.y
+            far_m = math.dist(at_m, wanted_m)
+            share_of_way = min(1.0, speed.data / far_m) if far_m else 0.0
+            at_m = tuple(a + share_of_way * (b - a) for a, b in zip(at_m, wanted_m, strict=True))
+    nodes[1].run()
+    assert math.dist(at_m, (3.0, -40.0)) > 5.0
+    assert graph.published["goal_speed"][-1].data == 0.0  # the mission is over
+    n = len(graph.published["goal_pose"])
+    share.guide((1.0, 1.0), 1.0)  # it has left
+    share.close()
+    assert len(graph.published["goal_pose"]) == n
+    assert share.fix() is None
+
+
+def test_a_simulated_vehicle_is_told(graph: Graph) -> None:
+    command = [
+        "node",
+        "mapping-rendezvous",
+        "AUV00",
+        "--ros",
+        "tell",
+        "--until",
+        "30",
+        "--settle",
+        "0",
+        "--speed",
+        "60",
+    ]
+    done = CliRunner().invoke(app, [*command, "--json"])
+    assert done.exit_code == 0, done.output
+    told = graph.published["odometry"]
+    assert 25 <= len(told) <= 120
+    assert told[-1].child_frame_id == "auv00"
+    assert told[-1].pose.pose.position.z == -load("mapping-rendezvous").vehicle[1].depth_m
+    turned = told[-1].pose.pose.orientation
+    assert turned.z * turned.z + turned.w * turned.w == pytest.approx(1.0)
+    assert graph.callbacks == {}
+
+
+def test_without_ros_it_says_in_a_line_what_to_do() -> None:
+    if "rclpy" in sys.modules or sys.modules.get("rclpy.signals"):
+        pytest.skip("there is a ROS 2 here")
+    with pytest.raises(ConfigurationError, match="--ros: rclpy"):
+        RosShare("AUV00", True)
+    done = CliRunner().invoke(app, ["node", "mapping-rendezvous", "AUV00", "--ros", "body"])
+    assert done.exit_code == 2
+    assert len(done.stderr.splitlines()) == 1
+    assert "/opt/ros/jazzy/setup.bash" in done.stderr
+    done = CliRunner().invoke(app, ["node", "mapping-rendezvous", "AUV00", "--ros", "both"])
+    assert done.exit_code == 2

@@ -1,16 +1,18 @@
-"""Vehicles by themselves: they come to know the same through packets, and their logs repeat them bit by bit."""
+"""Vehicles by themselves come to know the same; their logs repeat them, and they go on from their logs."""
 
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from exchange.drivers import AT_ONCE, Ether
 from exchange.packets import ItemUid
-from missions.errors import ConfigurationError, OutputError
+from missions.errors import ConfigurationError
+from missions.nodes import logs
 from missions.nodes.alone import NodePlan, alone
-from missions.nodes.logs import NodeLog, play, read_log
+from missions.nodes.logs import Began, LineKind, NodeLog, gone_on, play, read_log
 from missions.nodes.node import Mishaps, NodeOutcome, VehicleNode
 from missions.scenarios import load
 
@@ -72,15 +74,6 @@ def test_all_come_to_know_the_same_and_nobody_believes_what_is_false() -> None:
     assert believed > 0
 
 
-def test_losses_are_those_of_a_run_on_bernoulli() -> None:
-    """The share is that of the option, within 4 standard errors of 4000 draws: 4 sqrt(0.4 0.6 / 4000) = 0.031."""
-    drawn = [LOSSY.copies(SEED, slot, 0, 1) for slot in range(4000)]
-    assert abs(drawn.count(0) / 4000 - 0.4) < 0.031
-    assert abs(drawn.count(2) / (4000 - drawn.count(0)) - 0.1) < 4 * (0.09 / 2400) ** 0.5
-    assert [Mishaps(0.2).copies(SEED, slot, 0, 1) for slot in range(4000)].count(0) < drawn.count(0)
-    assert all(LOSSY.copies(SEED, slot, 0, 1) == 0 for slot in range(500) if Mishaps(0.2).copies(SEED, slot, 0, 1) == 0)
-
-
 @pytest.mark.parametrize("vehicle", ["ASV00", "AUV00"])
 def test_a_log_repeats_its_vehicle_bit_by_bit(logged: Path, vehicle: str) -> None:
     log = read_log(logged / f"{vehicle}.jsonl")
@@ -97,35 +90,21 @@ def changed(source: Path, target: Path, change) -> Path:
     return target
 
 
-def test_a_log_that_differs_is_named_at_the_first_packet_that_differs(logged: Path, tmp_path: Path) -> None:
-    sent = 0
-
-    def spoil(number: int, line: dict) -> dict:
-        nonlocal sent
-        sent += line.get("kind") == "sent"
-        if line.get("kind") == "sent" and sent >= 7:
-            return {**line, "data": "00" + line["data"][2:]}
-        return line
-
-    played = play(read_log(changed(logged / "AUV00.jsonl", tmp_path / "x.jsonl", spoil)))
-    assert played.difference.startswith("packet 7: ")
-
-
-def test_a_packet_that_was_not_heard_makes_a_difference(logged: Path, tmp_path: Path) -> None:
-    """Without all that was heard, the acknowledgements in what it says differ."""
-    deaf = changed(
-        logged / "AUV00.jsonl", tmp_path / "x.jsonl", lambda n, line: None if line.get("kind") == "heard" else line
-    )
-    assert play(read_log(deaf)).difference.startswith("packet ")
-
-
-def test_a_state_that_differs_is_told(logged: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("kind", "change", "difference"),
+    [
+        ("sent", lambda line: {**line, "data": "00" + line["data"][2:]}, "packet 1: "),
+        ("heard", lambda line: None, "packet "),  # the acknowledgements in what it says differ
+        ("end", lambda line: {**line, "state_hash": "0"}, "state at 500 s: "),
+    ],
+)
+def test_a_log_that_differs_is_named_where_it_does(
+    logged: Path, tmp_path: Path, kind: str, change: Any, difference: str
+) -> None:
     other = changed(
-        logged / "AUV00.jsonl",
-        tmp_path / "x.jsonl",
-        lambda n, line: line | {"state_hash": "0"} if line.get("kind") == "end" else line,
+        logged / "AUV00.jsonl", tmp_path / "x.jsonl", lambda n, line: change(line) if line.get("kind") == kind else line
     )
-    assert play(read_log(other)).difference.startswith("state at 500 s: ")
+    assert play(read_log(other)).difference.startswith(difference)
 
 
 def test_the_log_of_a_node_that_was_killed_repeats_it_as_far_as_it_goes(logged: Path, tmp_path: Path) -> None:
@@ -156,12 +135,6 @@ def test_a_bad_line_is_named(logged: Path, tmp_path: Path) -> None:
         read_log(bad)
 
 
-def test_a_log_is_not_written_over(tmp_path: Path) -> None:
-    NodeLog(tmp_path, plan_of()).close()
-    with pytest.raises(OutputError, match="is there already; name another folder by --out"):
-        NodeLog(tmp_path, plan_of())
-
-
 def test_one_that_comes_late_neither_speaks_nor_knows_before_and_catches_up(tmp_path: Path) -> None:
     late = replace(plan_of("AUV01"), begins_s=120.0)
     _, outcomes = together([plan_of("AUV00"), late], tmp_path)
@@ -181,13 +154,6 @@ def test_one_that_is_started_again_tells_in_its_next_epoch(epoch: int) -> None:
     assert "AUV00" not in outcomes[0].digest
 
 
-def test_one_alone_goes_on() -> None:
-    _, (outcome,) = together([plan_of("ASV00", settle_s=0.0)])
-    assert outcome.time_s == UNTIL_S
-    assert outcome.packets_heard == 0
-    assert outcome.open > 0  # what nobody has acknowledged
-
-
 def test_one_that_is_lost_by_a_fault_falls_silent(tmp_path: Path) -> None:
     plan = plan_of("AUV00", fault='[{ kind = "lost", vehicle = "AUV00", at_s = 50.0 }]')
     _, (outcome,) = together([plan], tmp_path)
@@ -204,3 +170,134 @@ def test_misfits_are_named_with_what_is_allowed() -> None:
         plan_of(strategy__name="oracle").setup()
     with pytest.raises(ConfigurationError, match="--epoch = 256: 0 to 255"):
         replace(plan_of(), epoch=256).setup()
+
+
+DIVE_SEED, DIVE_UNTIL_S, DIVE_SETTLE_S, AWAY_S = 5, 900.0, 300.0, 30.0
+BEGAN = Began(1_000_000.0, 1.0)
+LOSING = Mishaps(0.3, 0.1)
+N_KILLS, SPEED = 5, 20.0
+LINES_OF_A_LIFE, PATIENCE_S = 10, 60.0
+"""The process is killed when its log has so many lines more, or after so long."""
+
+
+def dive_plan_of(vehicle: str, seed: int = DIVE_SEED) -> NodePlan:
+    return NodePlan.of(load("mapping-rendezvous"), vehicle, seed, DIVE_UNTIL_S, DIVE_SETTLE_S)
+
+
+class Dive:
+    """Two vehicles; the process of the second is ended at times, and begins again a while after."""
+
+    def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.path = folder / "AUV00.jsonl"
+        self._monkeypatch = monkeypatch
+        self._folder = folder
+        plans = [dive_plan_of("ASV00"), dive_plan_of("AUV00")]
+        own = [alone(plan) for plan in plans]
+        self._ether = Ether(own[0].setup.modem.packet_s)
+        self._drivers = [self._ether.driver() for _ in own]
+        self.ship = VehicleNode(own[0], self._drivers[0], AT_ONCE, None, LOSING)
+        self.node = VehicleNode(own[1], self._drivers[1], AT_ONCE, NodeLog(folder, plans[1], BEGAN), LOSING)
+
+    def go(self, until_s: float) -> None:
+        """Let both go on until then."""
+        while (node := min(self.ship, self.node, key=lambda one: one.next_s)).next_s < until_s:
+            node.step()
+
+    def end_and_begin(self, at_s: float) -> set[str]:
+        """End the process of the second, and begin it again; returns what it had held."""
+        self.go(at_s)
+        held = self.held()
+        self._drivers[1].close()
+        away = self.node
+        while self.ship.next_s < at_s + AWAY_S:
+            self.ship.step()
+        self._monkeypatch.setattr(logs.time, "time", lambda: BEGAN.unix_s + at_s + AWAY_S)
+        own, log, _ = gone_on(self.path, dive_plan_of("AUV00"))
+        assert own.solo.vehicle is not away.solo.vehicle
+        self._drivers[1] = self._ether.driver()
+        self.node = VehicleNode(own, self._drivers[1], AT_ONCE, log, LOSING)
+        return held
+
+    def held(self) -> set[str]:
+        """What it holds, by identity and content."""
+        return {f"{guid} {block}" for guid, block in self.node.solo.vehicle.beliefs.model.items()}
+
+    def ended(self) -> tuple[str, str]:
+        """States of both at the end."""
+        self.go(DIVE_UNTIL_S + DIVE_SETTLE_S)
+        return self.ship.run().state_hash, self.node.run().state_hash
+
+
+@pytest.fixture
+def dive(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Dive:
+    """It has not begun."""
+    return Dive(tmp_path, monkeypatch)
+
+
+def mapped_by_life(dive: Dive) -> dict[int, set[tuple[int, float]]]:
+    """Cells that the ship was told of by the other, by the life in which they were told."""
+    node, model = dive.node.solo.vehicle.data.node, dive.ship.solo.vehicle.beliefs.model
+    told: dict[int, set[tuple[int, float]]] = {}
+    for (origin, epoch, _), block in model.items():
+        if origin == node and block is not None:
+            cells = {(fact.subject, fact.value) for fact in block.facts if isinstance(fact.value, float)}
+            told.setdefault(epoch, set()).update(cells)
+    return told
+
+
+def test_it_knows_what_it_knew_and_all_know_the_same_at_the_end(dive: Dive) -> None:
+    times_s = (150.0, 250.0, 400.0, 550.0, 700.0)
+    for at_s in times_s:
+        before = dive.end_and_begin(at_s)
+        assert before
+        assert before <= dive.held()
+    ship, node = dive.ended()
+    assert ship == node
+    mapped = mapped_by_life(dive)
+    assert [*mapped] == [0, 1, 2, 3, 4, 5]
+    n_cells = len(set().union(*mapped.values()))
+    assert n_cells > 20
+    # Nothing is told twice, but for the cell below it: the sensor is on again there, and maps it once more.
+    assert sum(map(len, mapped.values())) - n_cells <= len(times_s)
+    pauses = read_log(dive.path).pauses
+    assert [round(until_s - AWAY_S) for _, until_s in pauses] == [*times_s]
+
+
+def test_its_log_repeats_it_over_all_its_lives(dive: Dive) -> None:
+    for at_s in (150.0, 400.0):
+        dive.end_and_begin(at_s)
+    dive.ended()
+    played = play(read_log(dive.path))
+    assert played.difference == ""
+    assert played.packets_sent > 50
+
+
+def test_a_line_that_was_not_finished_is_written_over(dive: Dive) -> None:
+    dive.go(150.0)
+    with dive.path.open("a", encoding="utf-8") as file:
+        file.write('{"kind": "heard", "time_')
+    dive.end_and_begin(150.0)
+    dive.ended()
+    lines = [json.loads(line) for line in dive.path.read_text(encoding="utf-8").splitlines()]
+    assert [line.get("kind") for line in lines].count(LineKind.BACK) == 1
+
+
+def test_a_log_that_cannot_be_gone_on_with_is_named(dive: Dive, tmp_path: Path) -> None:
+    dive.go(100.0)
+    with pytest.raises(ConfigurationError, match="of another scenario, seed or end"):
+        gone_on(dive.path, dive_plan_of("AUV00", seed=DIVE_SEED + 1))
+    lines = dive.path.read_text(encoding="utf-8").splitlines()
+    sent = next(place for place, line in enumerate(lines) if '"sent"' in line)
+    spoilt = tmp_path / "spoilt.jsonl"
+    spoilt.write_text(
+        "\n".join([*lines[:sent], lines[sent].replace('"data": "', '"data": "00'), *lines[sent + 1 :], ""]),
+        encoding="utf-8",
+    )
+    with pytest.raises(ConfigurationError, match="not repeated by this version: packet 1"):
+        gone_on(spoilt, dive_plan_of("AUV00"))
+    spoilt.write_text("\n".join([lines[0].replace('"began": {', '"other": {'), *lines[1:], ""]), encoding="utf-8")
+    with pytest.raises(ConfigurationError, match="without a start"):
+        gone_on(spoilt, dive_plan_of("AUV00"))
+    dive.ended()
+    with pytest.raises(ConfigurationError, match="complete"):
+        gone_on(dive.path, dive_plan_of("AUV00"))

@@ -1,15 +1,20 @@
-"""What is wrong with a scenario of the structure is told with file, line, key and what is allowed."""
+"""Tables of a structure that cannot be, sequential tests, and the speed that is asked for."""
 
 import re
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
+import numpy as np
 import pytest
 from servicing import raw, written
 
 from missions.errors import ConfigurationError
-from missions.pandora.scenario import with_roles
+from missions.pandora.assessment import SPARE_MPS, ActionMonitor
+from missions.pandora.scenario import PandoraSettings
+from missions.pandora.sequential import Cusum, readings_between_alarms, threshold
 from missions.scenarios import load
+from remoras.database import VehicleData
 
 
 def refusal(folder: Path, tables: dict[str, Any]) -> str:
@@ -84,24 +89,61 @@ def test_a_structure_of_nothing(tmp_path: Path) -> None:
     )
 
 
-def test_roles_are_added_once() -> None:
-    once = with_roles(raw())
-    assert with_roles(once) == once
-    jobs = [role.get("job") for role in once["group"][0]["role"]]
-    assert jobs[2:] == [f"service {part}" for part in ("panel A", "valve A1", "valve A2", "valve A3", "anode NW")]
+def between_alarms(stated: float, n_readings: int) -> float:
+    """Readings for each alarm of one test that sees nothing but noise."""
+    draws = np.random.Generator(np.random.Philox(7)).standard_normal(n_readings)
+    test = Cusum(threshold(stated))
+    return n_readings / sum(test.add(float(z)) is not None for z in draws)
 
 
-def test_a_panel_in_the_place_of_another(tmp_path: Path) -> None:
-    tables = raw()
-    (panel,) = tables["panel"]
-    near = {**panel, "name": "panel Z", "position_m": [panel["position_m"][0], panel["position_m"][1] + 0.25]}
-    said = refusal(tmp_path, {**tables, "panel": [panel, near]})
-    assert "panel.panel Z.position_m" in said
-    assert "0.25 m from panel A; allowed: 0.5 m or more" in said
+def test_where_nothing_is_wrong_it_alarms_at_the_stated_rate() -> None:
+    """400,000 readings bring about 1,000 alarms: their number has a standard deviation of about 3 %."""
+    assert between_alarms(400.0, 400_000) == pytest.approx(400.0, rel=0.12)
 
 
-def test_a_surge_that_begins_after_the_end(tmp_path: Path) -> None:
-    tables = raw()
-    end_s = tables["scenario"]["duration_s"]
-    tables["current"]["surge"] = [{"between_s": [end_s, end_s + 1.0], "lasts_s": 60.0, "east_mps": 0.1}]
-    assert "current.surge.1.between_s" in refusal(tmp_path, tables)
+def test_the_threshold_is_that_of_the_tables() -> None:
+    """Exactly, both sides together alarm once in 168 readings at h = 4 and in 465 at h = 5 (Montgomery, Table 9.3)."""
+    assert readings_between_alarms(4.0) == pytest.approx(168.0, rel=0.02)
+    assert readings_between_alarms(5.0) == pytest.approx(465.0, rel=0.02)
+
+
+def test_the_rate_is_stated_for_each_test_by_the_hour() -> None:
+    """0.01 per hour at a reading every 20 s is one alarm in 18,000 readings."""
+    assert PandoraSettings().alarm_at(20.0) == pytest.approx(threshold(18_000.0))
+
+
+@pytest.mark.parametrize("shift", [2.0, 3.0, -4.0])
+def test_what_is_off_is_found_and_estimated(shift: float) -> None:
+    draws = np.random.Generator(np.random.Philox(8))
+    taken, estimates = [], []
+    for _ in range(200):
+        test = Cusum(threshold(18_000.0))
+        for number in range(1, 1_000):
+            if (off := test.add(float(draws.standard_normal()) + shift)) is not None:
+                taken.append(number)
+                estimates.append(off)
+                break
+    assert len(estimates) == 200
+    # a sum that grows by |shift| - 1/2 a reading, from 0 to h = 8.5 and over it
+    assert np.mean(taken) == pytest.approx((threshold(18_000.0) + 1.0) / (abs(shift) - 0.5), rel=0.15)
+    assert np.mean(estimates) == pytest.approx(shift, rel=0.15)
+
+
+def monitor() -> ActionMonitor:
+    data = SimpleNamespace(name="AUV01", transit_speed_mps=2.0, depth_m=5.0, sensor=lambda kind: None)
+    return ActionMonitor(cast(VehicleData, data), cast(Any, None), cast(Any, None), None)
+
+
+@pytest.mark.parametrize(("known", "asked_mps"), [
+    ({}, 0.4), ({("thrustShare", "AUV01"): 0.5}, 0.8), ({("flow", "AUV01"): (0.3, 0.4)}, 0.5 + SPARE_MPS),
+    ({("flow", "AUV01"): (0.3, 0.4), ("thrustShare", "AUV01"): 0.5}, 2.0 * (0.5 + SPARE_MPS)),
+    ({("flow", "AUV01"): (3.0, 4.0)}, 2.0),
+])  # fmt: skip
+def test_a_place_is_held_with_what_thrusters_and_current_leave(known: dict[Any, Any], asked_mps: float) -> None:
+    assert monitor().hold_speed_mps(known, 0.0, 0.4, 1.0) == pytest.approx(asked_mps)
+
+
+@pytest.mark.parametrize(("thrust_share", "is_overpowered"), [(1.0, False), (0.2, True)])
+def test_a_current_is_too_strong_for_weak_thrusters(thrust_share: float, is_overpowered: bool) -> None:
+    known = {("flow", "AUV01"): (0.3, 0.4), ("thrustShare", "AUV01"): thrust_share}
+    assert monitor().is_overpowered(known, 0.0) is is_overpowered

@@ -6,8 +6,6 @@ import math
 import pytest
 from recovering import events, flown
 
-from missions.meeting.staying import THERE_M
-from missions.recovery.lifting import Lift
 from missions.runs.run import Run
 
 OFF = "decision.weight_external=0.0"
@@ -48,21 +46,6 @@ def test_a_call_moves_to_the_act_that_ends_the_wait_and_to_no_other() -> None:
     """Not to the meeting, which is a collective activity of the role that is called, too."""
     moved = {row[4] for seed in (1, 2, 3) for row in flown(seed, LONG).recorder.decisions if row[9] > 0.0}
     assert moved == {"Helping"}
-
-
-@pytest.mark.slow
-def test_what_is_lifted_had_a_vehicle_at_each_end() -> None:
-    """Looked at in the tracks, for as long as a lift takes."""
-    done = flown(2, LONG)
-    at_m = {(row[0], row[1]): (row[2], row[3]) for row in done.recorder.trajectories}
-    names = sorted({name for _, name in at_m})
-    lifted = events(done, "lifted")
-    assert len(lifted) == 4
-    for name, middle_m in done.mission.world(2).lying_m:
-        ends_m = Lift(name, 60.0, 2, 10.0).ends_m(middle_m)
-        for end_m, back_s in itertools.product(ends_m, range(0, 60, 10)):
-            there = [math.dist(at_m[lifted[name] - back_s, one], end_m) for one in names]
-            assert min(there) <= THERE_M
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3, 185449697741568])

@@ -1,5 +1,6 @@
-"""What is rebuilt of a recorded run is what the vehicles knew: compared with the live fleet at random moments."""
+"""What is rebuilt of a recorded run is what vehicles knew, and hangs together with packets and decisions."""
 
+import math
 import random
 import re
 from collections.abc import Sequence
@@ -9,22 +10,23 @@ from typing import Any
 
 import numpy as np
 import pyarrow.parquet as pq
+import pyoxigraph
 import pytest
 from sampling import sampled
 
 from exchange.acoustics.channel import Arrival, Channel
 from missions.errors import OutputError
 from missions.runs.assembly import assemble, channel_of
-from missions.runs.known import Belief, Memory, fact_of_row
+from missions.runs.knowledge import knowledge, query, write_knowledge
+from missions.runs.known import Belief, Memory
 from missions.runs.results import MemoryResults, Results, write_results
 from missions.runs.run import Run, result_of, run
 from missions.runs.setup import resolved
 from missions.scenarios import Scenario, load
-from remoras.beliefs import Beliefs
 from remoras.fleet import Fleet
-from remoras.sensor import SELF, Observation
 from remoras.strategies import strategies
-from worldmodel import TYPE_UID, Instance, WorldModel, core_ontology_paths, read_tbox
+from worldmodel import TYPE_UID, WorldModel
+from worldmodel.rdf.writing import RdfFormat
 
 MOMENTS = 50
 LOSS = ("channel.per=0.6",)
@@ -144,19 +146,6 @@ def test_values_and_beliefs_are_by_name(folder: Path) -> None:
     assert heard_s[0] <= 120.0
 
 
-def test_numbers_that_can_only_be_whole_have_no_point(folder: Path) -> None:
-    """Cells are numbered, and so are seconds; the share of a battery and places are not whole."""
-    known = Results.read(folder).known("AUV01", 120.0)
-    cells = [one for one in known.beliefs if one.attribute == "mappedCell"]
-    assert cells
-    assert all(one.value.isdecimal() for one in cells)
-    found = known.value(cells[0].subject, "mappedCell")
-    assert (type(found), str(found)) == (int, cells[0].value)
-    battery = next(one.value for one in known.beliefs if one.attribute == "batteryFraction")
-    assert "." in battery
-    assert type(known.value("AUV01", "batteryFraction")) is float
-
-
 def test_who_and_when_are_checked(folder: Path) -> None:
     results = Results.read(folder)
     with pytest.raises(OutputError, match=r"no vehicle 'AUV1'; there are .*; did you mean 'AUV0"):
@@ -170,16 +159,6 @@ def test_who_and_when_are_checked(folder: Path) -> None:
     with pytest.raises(OutputError, match=r"no vehicle 3; there are"):
         results.known(3, 10.0)  # type: ignore[arg-type]
     assert repr(results.known("AUV01", np.int64(10))) == "<Known to AUV01 at 10 s>"
-
-
-def test_what_a_vehicle_has_pruned_is_not_known_any_more() -> None:
-    attributes = ("location", "classification")
-    prune = [f"{{class='ObjectOfInterest',attribute='{name}',older_than_s=10}}" for name in attributes]
-    settings = [("--set", one) for one in (f"worldmodel.prune=[{','.join(prune)}]", "scenario.duration_s=1000")]
-    finished = run(load("mapping-objects", settings), 3)
-    early, late = (MemoryResults(finished).known("AUV01", at_s).model for at_s in (0.0, finished.end_s))
-    assert sum(n for _, n in early.pruned()) == 0
-    assert sum(n for _, n in late.pruned()) > 0
 
 
 def test_an_older_folder_is_read_and_says_that_it_cannot_tell(folder: Path, tmp_path: Path) -> None:
@@ -241,28 +220,10 @@ def test_what_a_vehicle_gave_up_waiting_for_is_not_known_any_more(monkeypatch: p
 
 
 @pytest.mark.slow
-def test_what_is_rebuilt_is_what_was_known(tmp_path: Path) -> None:
-    compare(scenario(*LOSS), 3, tmp_path / "run")
-
-
-@pytest.mark.slow
 def test_so_it_is_with_groups_that_are_formed_and_dissolved_at_sea() -> None:
     settings = ("channel.per=0.4", "finds.number=2", "finds.longest_stay_s=60")
     finished = compare(load("mapping-inspection", [("--set", one) for one in settings]), 3)
     assert {row[5] for row in finished.recorder.organisation} >= {"formed", "dissolved"}
-
-
-@pytest.mark.slow
-def test_under_faults_too() -> None:
-    compare(scenario(*LOSS, *FAULTS), 5)
-
-
-@pytest.mark.slow
-def test_what_was_set_aside_is_known_once_it_is_taken_up() -> None:
-    """A team's second takes the place of its lost head, and so belongs to another group besides."""
-    lost = 'fault=[{kind="lost", vehicle="AUV00", at_s=300.0}]'
-    settings = (*LOSS, lost, "communication.lease_frames=10", "scenario.duration_s=900")
-    compare(load("mapping-three-teams", [("--set", one) for one in settings]), 4)
 
 
 @pytest.mark.slow
@@ -284,9 +245,9 @@ def test_what_was_pruned_before_a_ban_does_not_come_back() -> None:
     assert sum(n for _, n in model.pruned()) > 5
 
 
-def test_nobody_knows_what_came_in_a_packet_that_nobody_could_read() -> None:
+def test_nobody_knows_what_came_in_a_packet_that_nobody_could_read(tmp_path: Path) -> None:
     loaded = scenario(*LOSS, "scenario.duration_s=600")
-    finished = compare(loaded, 4, channel=Garbling(channel_of(resolved(loaded), 4)))
+    finished = compare(loaded, 4, tmp_path / "run", Garbling(channel_of(resolved(loaded), 4)))
     assert sum(row[2] == "bad packet" for row in finished.recorder.faults) > 20
 
 
@@ -318,23 +279,157 @@ def test_a_vehicle_without_energy_learns_no_more(strategy: str) -> None:
     assert [row[1] for row in finished.recorder.faults if row[2] == "energy"]
 
 
-def test_facts_of_what_was_found_are_read_back_by_name() -> None:
-    """Instances that a vehicle created, of which the fleet had no names, as subject and as target of a link."""
-    tbox = read_tbox(*core_ontology_paths())
-    kinds = [("AUV", "AUV00"), ("AUV", "AUV01"), ("Group", "Operational"), ("Job", "left")]
-    instances = [Instance(uid, tbox.class_named(kind).uid, name) for uid, (kind, name) in enumerate(kinds)]
-    of_two = {"n_origins": 2, "run_time_instances_per_origin": 3}
-    finder, reader = (WorldModel(tbox, owner, instances, **of_two) for owner in (1, 0))
-    held = Beliefs(finder)
-    wreck = Observation(
-        ((SELF, "location", (10.0, -20.5)), (SELF, "classification", "wreck")), found="ObjectOfInterest"
+SETTINGS = (
+    "scenario.duration_s=400", "channel.per=0.4", "communication.policy=mps-ack-repeat", "scenario.settle_s=2000",
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
+    folder = tmp_path_factory.mktemp("knowledge") / "run"
+    write_results(run(load("mapping-rendezvous", [("--set", one) for one in SETTINGS]), 7), folder)
+    return Results.read(folder)
+
+
+def test_every_reception_is_of_a_packet_that_brought_it(results: Results) -> None:
+    """Sender and time are those of a packet which the vehicle heard; who repeats is not the origin."""
+    names = [one.name for one in results.scenario.vehicle]
+    nodes = {one.vehicle: one.model.owner for one in (results.known(name, 100.0) for name in names)}
+    packets = {
+        (nodes[row["sender"]], at_s, receiver, uid)
+        for row in results.table("packets").to_pylist()
+        for receiver, at_s in zip(row["receivers"], row["arrivals_s"], strict=True)
+        for uid in (*row["item_uids"], *row["status_uids"])
+    }
+    n_relayed = 0
+    for name in names:
+        known = results.known(name, 400.0)
+        items = [one for one in known.receptions if one.block.is_item]
+        assert {one.block for one in items} == {b for b in known.model.blocks() if b.origin != known.model.owner}
+        for one in items:
+            uid = f"{one.block.origin}-{one.block.sequence}"
+            found = {p for p in packets if p[:3] == (one.sender, one.time_s, name) and p[3].partition(".")[0] == uid}
+            assert found, one
+            n_relayed += one.sender != one.block.origin
+    assert n_relayed > 0
+
+
+def test_time_and_vehicle_say_whose_knowledge_and_when(results: Results) -> None:
+    asked = "SELECT (COUNT(?f) AS ?n) { ?f sit:ofAttribute rm:mappedCell }"
+    counts = [query(results, asked, "AUV01", at_s)[1][0][0] for at_s in (0.0, 200.0, 400.0)]
+    assert counts[0] == 0 < counts[1] < counts[2]
+    columns, rows = query(results, asked)
+    assert columns == ("vehicle", "n")
+    assert [row[0] for row in rows] == list(knowledge(results))
+    late = "SELECT ?f { ?r sit:received ?f ; sit:receivedAt ?at FILTER(?at > 200) }"
+    assert query(results, late, "AUV01", 200.0)[1] == []
+    assert query(results, late, "AUV01", 400.0)[1] != []
+
+
+def test_a_file_of_all_vehicles_has_a_graph_for_each(results: Results, tmp_path: Path) -> None:
+    write_knowledge(results, RdfFormat.TRIG, tmp_path / "all.trig", at_s=75.0)
+    quads = list(pyoxigraph.parse((tmp_path / "all.trig").read_bytes(), format=pyoxigraph.RdfFormat.TRIG))
+    graphs = {quad.graph_name for quad in quads} - {pyoxigraph.DefaultGraph()}
+    labels = {quad.object.value for quad in quads if quad.subject in graphs}
+    assert labels == set(knowledge(results))
+
+
+def test_what_cannot_be_written_or_asked_is_one_line(results: Results, tmp_path: Path) -> None:
+    (tmp_path / "there.ttl").write_text("mine", encoding="utf-8")
+    for about, says in (
+        ({"vehicle": "AUV1"}, "no vehicle 'AUV1'; there are .*; did you mean 'AUV01'"),
+        ({"at_s": 1e6}, "at_s is 1000000.0; allowed: 0 to "),
+        ({"at_s": -1.0}, "at_s is -1.0; allowed: 0 to "),
+        ({"items": True}, "--items: the canonical graph of items is written as nt, and the format is ttl"),
+    ):
+        with pytest.raises(OutputError, match=says) as caught:
+            write_knowledge(results, RdfFormat.TURTLE, tmp_path / "new.ttl", **about)  # type: ignore[arg-type]
+        assert "\n" not in str(caught.value)
+        assert not (tmp_path / "new.ttl").exists()
+    with pytest.raises(OutputError, match=r"there.ttl: exists; name another with --out or add --force"):
+        write_knowledge(results, RdfFormat.TURTLE, tmp_path / "there.ttl")
+    assert (tmp_path / "there.ttl").read_text(encoding="utf-8") == "mine"
+    with pytest.raises(OutputError, match="is a folder; name a file"):
+        write_knowledge(results, RdfFormat.TURTLE, tmp_path)
+    with pytest.raises(OutputError, match="no vehicle"):
+        query(results, "ASK {}", "nobody")
+
+
+LOSSES = ("--set", "channel.per=0.6")
+
+
+@pytest.fixture(scope="module")
+def finished() -> Run:
+    return run(load("mapping-rendezvous", [LOSSES]), 3)
+
+
+def rows(of: Run, table: str) -> list[dict[str, Any]]:
+    names = of.recorder.tables[table].column_names
+    return [dict(zip(names, row, strict=True)) for row in of.recorder.rows(table)]
+
+
+def test_an_item_is_received_with_the_first_packet_that_brings_it(finished: Run) -> None:
+    first_s: dict[tuple[str, str], float] = {}
+    for packet in rows(finished, "packets"):
+        for name, at_s in zip(packet["receivers"], packet["arrivals_s"], strict=True):
+            for uid in packet["item_uids"]:
+                first_s[name, uid] = min(at_s, first_s.get((name, uid), math.inf))
+    knowledge = rows(finished, "knowledge")
+    own = {(row["vehicle"], row["item"]) for row in knowledge if row["event"] == "observed"}
+    end_s = finished.recorder.trajectories[-1][0]
+    expected = {key: at_s for key, at_s in first_s.items() if key not in own and at_s <= end_s}
+    received = {(row["vehicle"], row["item"]): row["time_s"] for row in knowledge if row["event"] == "received"}
+    assert received == expected
+
+
+def test_signals_are_the_satisfactions_of_their_slot(finished: Run) -> None:
+    content = {
+        (row["time_s"], row["vehicle"], f"{row['group']}.{row['role']}"): row["value"]
+        for row in rows(finished, "satisfaction")
+    }
+    addressed = {
+        (f"{group.name}.{role.name}", f"{group.name}.{to}" if to else "")
+        for group in finished.scenario.group
+        for role in group.role
+        for to in role.influences or ("",)
+    }
+    n_signals = 0
+    for packet in rows(finished, "packets"):
+        lists = (packet["signal_roles"], packet["signal_addressed"], packet["signal_values"])
+        for role, to, value in zip(*lists, strict=True):
+            assert content[packet["time_s"], packet["sender"], role] == value
+            assert (role, to) in addressed
+            n_signals += 1
+    assert n_signals > 1000
+
+
+def test_a_decision_leads_back_to_the_signal_behind_it(finished: Run) -> None:
+    """The call was heard before, addressed the role, and was at least as strong as what it moved the vehicle to."""
+    packets = {packet["slot"]: packet for packet in rows(finished, "packets")}
+    weight = finished.scenario.decision.weight_external
+    moved = [row for row in rows(finished, "decisions") if row["external"] > 0.0]
+    assert any(row["chosen"] for row in moved)
+    for row in moved:
+        packet = packets[row["slot"]]
+        assert packet["sender"] == row["source"]
+        arrival_s = dict(zip(packet["receivers"], packet["arrivals_s"], strict=True))[row["vehicle"]]
+        assert arrival_s <= row["time_s"]
+        calls = [
+            -value
+            for to, value in zip(packet["signal_addressed"], packet["signal_values"], strict=True)
+            if to == f"{row['group']}.{row['role']}" and value < 0
+        ]
+        assert 0.0 < row["external"] <= weight * max(calls) / 128
+    assert all((row["source"], row["slot"]) == ("", None) for row in rows(finished, "decisions") if not row["external"])
+
+
+def test_depths_are_those_of_the_scenario_and_of_the_surface_without_power() -> None:
+    weak = run(
+        load("mapping-rendezvous", [("--set", "vehicle.AUV01.energy_j=3000"), ("--set", "scenario.duration_s=60")]), 1
     )
-    facts = finder.record(held.facts_of(wreck), 1.0).block.facts
-    names = [held.as_text(fact) for fact in facts]
-    assert names == [
-        ("ObjectOfInterest-7", "type", "ObjectOfInterest"),  # behind 4 common instances and 3 of vehicle 0
-        ("ObjectOfInterest-7", "location", "POINT (10.0 -20.5)"),
-        ("ObjectOfInterest-7", "classification", "wreck"),
-    ]
-    keys = ("subject", "attribute", "value")
-    assert tuple(fact_of_row(reader, dict(zip(keys, one, strict=True))) for one in names) == facts
+    depths_m = {vehicle.name: vehicle.depth_m for vehicle in weak.scenario.vehicle}
+    empty_s = next(row["time_s"] for row in rows(weak, "faults") if row["kind"] == "energy")
+    assert depths_m["AUV01"] > 0.0
+    for row in rows(weak, "trajectories"):
+        afloat = row["vehicle"] == "AUV01" and row["time_s"] >= empty_s
+        assert row["depth_m"] == (0.0 if afloat else depths_m[row["vehicle"]])

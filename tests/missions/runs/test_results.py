@@ -1,15 +1,11 @@
 """What a run leaves behind: a summary, a manifest and tables with units, whole or not at all, alike every time."""
 
-import hashlib
+import io
 import json
-import os
-import subprocess
-import sys
 import tempfile
 from dataclasses import replace
 from pathlib import Path
 
-import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from hypothesis import given, settings
@@ -19,12 +15,12 @@ from small_mission import SMALL
 from missions.errors import OutputError
 from missions.runs.metrics import quantile
 from missions.runs.results import LIBRARIES, MemoryResults, Results, write_results
-from missions.runs.run import Run
+from missions.runs.run import Run, run
 from missions.runs.run import run as run_scenario
 from missions.runs.summary import summary
-from missions.runs.tables import arrow_table
+from missions.runs.tables import arrow_table, encoded, merge_tables, table_writer, write_part, write_table
 from missions.scenarios import load
-from remoras.recorder import TABLES, TIME, VEHICLE, Column, Recorder, Table
+from remoras.recorder import PACKETS, TABLES, TIME, VEHICLE, Column, Recorder, Table
 
 SUMMARY = """scenario, strategy, policy, channel, per, seed, n_vehicles, completed, reason, mission_time_s,
 goal_fraction, reachable_fraction, distance_m, energy_j, modem_energy_j, n_packets, n_bytes,
@@ -103,13 +99,6 @@ def test_columns_and_units_are_those_promised(folder: Path, table: str):
             assert units[name] == UNITS[suffix]
 
 
-def test_events_of_roles_and_knowledge_are_of_closed_sets(folder: Path):
-    results = Results.read(folder)
-    assert set(results.table("roles")["event"].to_pylist()) <= {"assigned", "active", "inactive", "left"}
-    assert set(results.table("knowledge")["event"].to_pylist()) == {"observed", "received", "acknowledged"}
-    assert all(-128 <= value <= 127 for value in results.table("satisfaction")["value"].to_pylist())
-
-
 @pytest.mark.parametrize("table", COLUMNS)
 def test_rows_are_in_the_order_of_time(folder: Path, table: str):
     """Trajectories are one after another, each in the order of time; facts in the order in which they were recorded."""
@@ -167,16 +156,6 @@ def test_the_figures_of_the_summary_are_those_of_the_tables(folder: Path):
     assert report["coverage_fraction"] == len(mapped) / 50  # ten by five cells
 
 
-def test_latencies_are_from_observation_to_reception(folder: Path):
-    results = Results.read(folder)
-    knowledge = results.table("knowledge").to_pylist()
-    observed_s = {row["item"]: row["time_s"] for row in knowledge if row["event"] == "observed"}
-    latencies_s = sorted(row["time_s"] - observed_s[row["item"]] for row in knowledge if row["event"] == "received")
-    assert latencies_s[0] > 0.0
-    assert results.summary["mean_latency_s"] == pytest.approx(sum(latencies_s) / len(latencies_s), abs=2e-4)
-    assert latencies_s[0] <= results.summary["p95_latency_s"] <= latencies_s[-1]
-
-
 def test_nothing_is_known_before_it_is_observed_nor_acknowledged_before_it_is_received(folder: Path):
     first: dict[tuple[str, str], float] = {}
     for row in Results.read(folder).table("knowledge").to_pylist():
@@ -225,12 +204,6 @@ def test_a_folder_that_lacks_a_table_is_read(folder: Path, tmp_path: Path, table
     assert results.table(other) == Results.read(folder).table(other)
 
 
-def test_a_table_that_this_version_does_not_know_is_read_as_it_is(folder: Path, tmp_path: Path) -> None:
-    more = copy_of(folder, tmp_path / "more")
-    pq.write_table(pa.table({"depth_ft": [3.0]}), more / "soundings.parquet")
-    assert Results.read(more).table("soundings").column_names == ["depth_ft"]
-
-
 def test_a_table_of_an_unknown_schema_is_refused_with_its_columns(folder: Path, tmp_path: Path) -> None:
     """Of a column too many nothing is said: a later version may have added it."""
     other = copy_of(folder, tmp_path / "other")
@@ -246,13 +219,6 @@ def test_a_table_of_an_unknown_schema_is_refused_with_its_columns(folder: Path, 
     assert "run the scenario again" in said
     pq.write_table(packets.append_column("who", packets["sender"]), other / "packets.parquet")
     assert Results.read(other).table("packets").drop_columns(["who"]) == packets
-
-
-def test_a_damaged_table_is_told_with_its_file(folder: Path, tmp_path: Path) -> None:
-    broken = copy_of(folder, tmp_path / "broken")
-    (broken / "roles.parquet").write_bytes(b"no Parquet")
-    with pytest.raises(OutputError, match=r"roles\.parquet: damaged"):
-        Results.read(broken).table("roles")
 
 
 def test_the_nearest_name_of_a_table_is_proposed(folder: Path, finished: Run) -> None:
@@ -282,11 +248,8 @@ def test_results_in_memory_answer_as_those_of_the_same_run_written(folder: Path,
 
 FINITE = st.floats(-1e6, 1e6)
 VALUES = {
-    "float": FINITE,
-    "int": st.integers(-(2**31), 2**31),
-    "str": st.text(),
-    "list": st.lists(st.text(), max_size=3),
-}
+    "float": FINITE, "int": st.integers(-(2**31), 2**31), "str": st.text(), "list": st.lists(st.text(), max_size=3),
+}  # fmt: skip
 OWN = Table(
     "own",
     (TIME, VEHICLE, Column("depth_m", "float", "m"), Column("share", "float", "1"), Column("n", "int"),
@@ -327,24 +290,12 @@ def test_results_are_not_overwritten_unless_asked(finished: Run, tmp_path: Path)
     assert json.loads(json.dumps(summary(finished))).items() <= Results.read(out).summary.items()
 
 
-def test_an_empty_folder_and_folders_that_do_not_exist_yet_are_filled(finished: Run, tmp_path: Path):
-    (tmp_path / "empty").mkdir()
-    for out in (tmp_path / "empty", tmp_path / "a" / "b" / "c"):
-        write_results(finished, out)
-        assert Results.read(out).manifest["seed"] == 1
-
-
 @pytest.mark.parametrize("place", ["file", "file/below"])
 def test_a_file_in_the_way_is_left_alone(finished: Run, tmp_path: Path, place: str):
     (tmp_path / "file").write_bytes(b"precious")
     with pytest.raises(OutputError, match=r"--out .*file"):
         write_results(finished, tmp_path / place, force=True)
     assert everything_in(tmp_path) == {"file": b"precious"}
-
-
-def test_a_name_that_the_system_refuses_is_told(finished: Run, tmp_path: Path):
-    with pytest.raises(OutputError):
-        write_results(finished, tmp_path / ("x" * 300))
 
 
 def test_an_interrupted_write_leaves_nothing(finished: Run, tmp_path: Path):
@@ -368,51 +319,6 @@ def test_a_folder_without_results_says_what_is_missing(folder: Path, tmp_path: P
 
 # Alike every time ---------------------------------------------------------------------------------
 
-OTHER_PYTHONS = [Path(name) for name in os.environ.get("REMORAS_OTHER_PYTHONS", "").split(os.pathsep) if name]
-"""Interpreters, with the package installed, whose tables have to be the same."""
-
-
-def digests(python: Path, hash_seed: str, out: Path) -> dict[str, str]:
-    """The tables of one run in a process of its own, by their content."""
-    program = (
-        "import sys; from pathlib import Path; from missions.runs.results import write_results;"
-        "from missions.runs.run import run;"
-        "from missions.scenarios import load;"
-        "write_results(run(load(sys.argv[1], [('--per', 'channel.per=0.4')]), 11), Path(sys.argv[2]))"
-    )
-    scenario = out.parent / "pond.toml"
-    scenario.write_text(SMALL, encoding="utf-8")
-    environment = {**os.environ, "PYTHONHASHSEED": hash_seed}
-    subprocess.run([python, "-c", program, scenario, out], check=True, env=environment)
-    return {name: hashlib.sha256((out / f"{name}.parquet").read_bytes()).hexdigest() for name in COLUMNS}
-
-
-@pytest.mark.slow
-def test_the_same_seed_gives_the_same_bytes_in_every_process(tmp_path: Path):
-    """Sets and dictionaries are laid out differently under another hash seed; no table may show it."""
-    here = Path(sys.executable)
-    one, other = digests(here, "1", tmp_path / "one"), digests(here, "31337", tmp_path / "other")
-    assert one == other
-
-
-@pytest.mark.skipif(not OTHER_PYTHONS, reason="REMORAS_OTHER_PYTHONS names no second interpreter")
-def test_the_same_seed_gives_the_same_bytes_under_another_python(tmp_path: Path):
-    here = digests(Path(sys.executable), "1", tmp_path / "here")
-    for number, python in enumerate(OTHER_PYTHONS):
-        assert digests(python, "2", tmp_path / f"there{number}") == here
-
-
-def test_another_seed_gives_another_sea(finished: Run, tmp_path: Path):
-    other = small_run(tmp_path, seed=2)
-    lost, lost_now = ([row[7] for row in run.recorder.packets] for run in (finished, other))
-    assert lost != lost_now
-
-
-def test_a_sensor_may_have_no_value_in_a_row() -> None:
-    """Whether the unit of the column is one that is rounded or not."""
-    table = Table("depths", (TIME, VEHICLE, Column("depth_m", "float", "m"), Column("salinity", "float", "PSU")))
-    assert arrow_table(table, [(1.0, "A", None, None)]).to_pylist()[0]["depth_m"] is None
-
 
 def test_a_table_whose_names_are_no_text_is_damaged(folder: Path, tmp_path: Path) -> None:
     broken = copy_of(folder, tmp_path / "broken")
@@ -434,3 +340,131 @@ def test_a_summary_with_other_than_numbers_and_milestones_is_damaged(
     (broken / "summary.json").write_text(json.dumps({**summary, key: value}), encoding="utf-8")
     with pytest.raises(OutputError, match=rf"summary\.json: damaged: {key}"):
         _ = Results.read(broken).summary
+
+
+@pytest.fixture(scope="module")
+def recorder() -> Recorder:
+    return run(load("mapping-rendezvous", [("--set", "scenario.duration_s=60")])).recorder
+
+
+def test_values_come_back_within_half_a_unit(recorder: Recorder) -> None:
+    table = pq.read_table(io.BytesIO(encoded(recorder, "k")["trajectories"])).to_pylist()
+    rows = sorted(recorder.trajectories, key=lambda row: (row[1], row[0]))
+    assert len(table) == len(rows) > 200
+    for packed, row in zip(table, rows, strict=True):
+        assert packed["vehicle"] == row[1]
+        assert packed["x_m"] == pytest.approx(row[2], abs=0.5 / 128)
+        assert packed["heading_rad"] == pytest.approx(row[4], abs=0.5 / 1024)
+        assert packed["energy_j"] == pytest.approx(row[6], abs=0.5)
+        assert packed["time_s"] == pytest.approx(row[0], abs=0.5 / 4096)
+
+
+def test_parts_merge_to_the_same_bytes_in_any_order(tmp_path: Path, recorder: Recorder) -> None:
+    for at_once in (True, False):
+        parts, tables = tmp_path / f"parts{at_once}", tmp_path / f"tables{at_once}"
+        for key in ("b", "a", "c"):
+            write_part(parts, key, encoded(recorder, key))
+            if not at_once:
+                merge_tables(parts, tables, {"a", "b", "c"})
+        if at_once:
+            merge_tables(parts, tables, {"a", "b", "c"})
+        assert not parts.exists()
+    one, two = ((tmp_path / f"tables{at_once}" / "packets.parquet").read_bytes() for at_once in (True, False))
+    assert one == two
+    merged = pq.read_table(tmp_path / "tablesTrue" / "packets.parquet")
+    n_rows = len(recorder.packets)
+    assert merged.column("key").to_pylist() == [key for key in "abc" for _ in range(n_rows)]
+    for number in range(3):
+        of_run = merged.slice(number * n_rows, n_rows).drop_columns(["key"])
+        assert of_run.equals(arrow_table(PACKETS, recorder.packets))
+
+
+@pytest.mark.parametrize(
+    ("most", "groups"),
+    [(1, [40, 60, 50]), (50, [40 + 60, 50]), (150, [40 + 60 + 50]), (1000, [40 + 60 + 50])],
+    ids=["none", "two", "exact", "all"],
+)
+def test_runs_share_row_groups_whole(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, most: int, groups: list[int]
+) -> None:
+    """A group is closed by the run with which it has enough rows; a run without rows stands nowhere."""
+    monkeypatch.setattr("missions.runs.tables.GROUP_ROWS", most)
+    looks = Table("looks", (TIME, VEHICLE))
+    sizes = {"a": 40, "b": 60, "c": 0, "d": 50}
+
+    def part(key: str) -> None:
+        rows = [(float(number), key) for number in range(sizes[key])]
+        content = io.BytesIO()
+        write_table(content, arrow_table(looks, rows, key))
+        write_part(tmp_path / "parts", key, {"looks": content.getvalue()})
+
+    for key in "db":  # the later ones go between those that are there
+        part(key)
+    merge_tables(tmp_path / "parts", tmp_path / "tables", set("db"))
+    for key in "ca":
+        part(key)
+    merge_tables(tmp_path / "parts", tmp_path / "tables", set("abcd"))
+    merged = pq.ParquetFile(tmp_path / "tables" / "looks.parquet")
+    assert [merged.metadata.row_group(n).num_rows for n in range(merged.num_row_groups)] == groups
+    assert merged.read().column("vehicle").to_pylist() == [key for key, size in sizes.items() for _ in range(size)]
+
+
+def test_a_run_that_the_ledger_has_no_longer_is_left_out(tmp_path: Path, recorder: Recorder) -> None:
+    parts, tables = tmp_path / "parts", tmp_path / "tables"
+    for key in "ab":
+        write_part(parts, key, encoded(recorder, key))
+    merge_tables(parts, tables, {"a", "b"})
+    write_part(parts, "c", encoded(recorder, "c"))
+    merge_tables(parts, tables, {"a", "c"})
+    assert set(pq.read_table(tables / "roles.parquet").column("key").to_pylist()) == {"a", "c"}
+
+
+def test_a_table_of_another_version_is_not_mixed_with_new_ones(tmp_path: Path, recorder: Recorder) -> None:
+    """The parts stay, so that nothing is lost."""
+    parts, tables = tmp_path / "parts", tmp_path / "tables"
+    write_part(parts, "a", encoded(recorder, "a"))
+    merge_tables(parts, tables, {"a"})
+    older = pq.read_table(tables / "packets.parquet")
+    older = older.rename_columns([name.replace("_s", "_ms") for name in older.column_names])
+    with table_writer(tables / "packets.parquet", older.schema) as out:
+        out.write_table(older)
+    write_part(parts, "b", encoded(recorder, "b"))
+    with pytest.raises(
+        OutputError, match=r"packets\.parquet: has the columns key, slot, time_ms.*move packets\.parquet"
+    ):
+        merge_tables(parts, tables, {"a", "b"})
+    assert (parts / "b" / "packets.parquet").is_file()
+
+
+def test_a_run_and_a_sweep_keep_the_same_columns_and_values(recorder: Recorder) -> None:
+    files = encoded(recorder, "k")
+    for name, table in recorder.tables.items():
+        of_run, of_sweep = arrow_table(table, recorder.rows(name)), pq.read_table(io.BytesIO(files[name]))
+        assert of_sweep.column_names == ["key", *of_run.column_names]
+        assert of_sweep.drop_columns(["key"]).equals(of_run)
+
+
+def test_what_is_missing_or_not_finite_stays_so() -> None:
+    """A number that is large stays exact; a step of a unit holds beside a null, and in lists; joules are whole."""
+    columns = (Column("depth_m", "float", "m"), Column("beams_m", "floats", "m"), Column("used_j", "float", "J"))
+    echoes = Table("echoes", (TIME, *columns))
+    rows = [(1.00001, None, [1.0031, 2.0], 1.6), (2.0, float("inf"), [], None), (3.0e9, -4.999, [-0.001], float("inf"))]
+    kept = arrow_table(echoes, rows).to_pydict()
+    assert kept["used_j"] == [2, None, None]
+    assert kept["time_s"] == [1.0, 2.0, 3.0e9]
+    assert kept["depth_m"] == [None, float("inf"), -5.0]
+    assert kept["beams_m"] == [[1.0, 2.0], [], [0.0]]  # 0.0031 m is less than half of 1/128 m
+    assert str(kept["beams_m"][2][0]) == "0.0"
+
+
+@pytest.mark.parametrize("row", [(1.0,), (1.0, "A", 2), ("now", "A")])
+def test_a_row_that_does_not_fit_is_refused_with_its_table(row: tuple[object, ...]) -> None:
+    looks = Table("looks", (TIME, VEHICLE))
+    with pytest.raises(OutputError, match=r"table looks: a row does not fit its columns time_s \(float\), vehicle"):
+        arrow_table(looks, [(1.0, "A"), row])
+
+
+def test_an_energy_beyond_all_integers_is_refused() -> None:
+    uses = Table("uses", (TIME, Column("used_j", "float", "J")))
+    with pytest.raises(OutputError, match=r"table uses: a row does not fit its columns time_s \(float\), used_j"):
+        arrow_table(uses, [(1.0, 1.0e19)])

@@ -1,22 +1,17 @@
 """The setup of a run: resolved once, frozen, and shared by any number of runs without a trace."""
 
-import dataclasses
-from collections import Counter
 from pathlib import Path
 from typing import Any
 
 import pytest
 from small_mission import SMALL
 
-import missions.runs.setup as home
 from missions.errors import ConfigurationError
 from missions.mapping import MappingMission
-from missions.runs.assembly import actual, assemble, channel_of
+from missions.runs.assembly import actual, assemble
 from missions.runs.metrics import CORE_METRICS
-from missions.runs.run import run
 from missions.runs.setup import Setup, resolved, sensors_of
-from missions.runs.summary import summary
-from missions.scenarios import Scenario, load, parts
+from missions.scenarios import Scenario, load
 from remoras.errors import PluginError
 from remoras.fleet import Fleet
 from remoras.strategies.central import Central
@@ -44,50 +39,6 @@ def rows_of(fleet: Fleet) -> dict[str, list[Any]]:
 
 
 # Resolved once ------------------------------------------------------------------------------------
-
-
-def test_a_setup_is_frozen(pond: Setup) -> None:
-    for field in dataclasses.fields(pond):
-        with pytest.raises(dataclasses.FrozenInstanceError):
-            setattr(pond, field.name, None)
-
-
-def counted(monkeypatch: pytest.MonkeyPatch, module: Any, name: str, calls: Counter[str]) -> None:
-    function = getattr(module, name)
-
-    def counting(*args: Any) -> Any:
-        calls[f"{name} {args[0]}" if name == "named_object" else name] += 1
-        return function(*args)
-
-    monkeypatch.setattr(module, name, counting)
-
-
-def test_in_one_run_everything_is_resolved_once(scenario: Scenario, monkeypatch: pytest.MonkeyPatch) -> None:
-    calls: Counter[str] = Counter()
-    for name in ("strategy_of", "policy_of", "read_tbox", "mission_class", "database_of", "groups_of", "metrics_of"):
-        counted(monkeypatch, home, name, calls)
-    made: Counter[str] = Counter()
-    from_scenario = MappingMission.from_scenario.__func__  # type: ignore[attr-defined]
-
-    def counting(cls: type[MappingMission], given: Any) -> MappingMission:
-        made["from_scenario"] += 1
-        mission: MappingMission = from_scenario(cls, given)
-        return mission
-
-    monkeypatch.setattr(MappingMission, "from_scenario", classmethod(counting))
-    finished = run(scenario)
-    assert calls == dict.fromkeys(calls, 1)
-    assert len(calls) == 7
-    assert made == {"from_scenario": 1}
-    assert finished.setup.mission is finished.mission
-
-
-def test_in_one_run_no_object_is_looked_up_by_name_twice(scenario: Scenario, monkeypatch: pytest.MonkeyPatch) -> None:
-    calls: Counter[str] = Counter()
-    counted(monkeypatch, parts, "named_object", calls)
-    summary(run(scenario))
-    assert set(calls) == {"named_object missions.mapping:MappingMission"}
-    assert calls.total() == 1
 
 
 def test_runs_of_one_setup_are_alike_and_leave_no_trace_in_it(pond: Setup, scenario: Scenario) -> None:
@@ -133,11 +84,6 @@ def test_a_strategy_given_as_an_object_takes_the_place_of_the_one_named(scenario
     assert scenario.strategy.name == "remoras"
 
 
-def test_a_channel_is_of_the_seed(pond: Setup) -> None:
-    assert channel_of(pond, 5) == channel_of(pond, 5)
-    assert channel_of(pond, 5) != channel_of(pond, 6)
-
-
 def test_a_vehicle_is_as_fast_as_it_really_is_and_believed_to_be_as_its_data_say(pond: Setup) -> None:
     fleet = assemble(pond, 2)
     for vehicle in fleet.vehicles:
@@ -145,14 +91,6 @@ def test_a_vehicle_is_as_fast_as_it_really_is_and_believed_to_be_as_its_data_say
         assert vehicle.data == known
         assert vehicle.functional.data == actual(pond, known, 2) != known
     fleet.close()
-
-
-def test_the_sensors_of_a_vehicle_are_made_anew(pond: Setup) -> None:
-    data = pond.database["Diver"]
-    one, other = sensors_of(data), sensors_of(data)
-    assert list(one) == list(other) == ["mapping"]
-    assert one["mapping"] is not other["mapping"]
-    assert sensors_of(pond.database["Boat"]) == {}
 
 
 def test_a_sensor_that_cannot_be_made_is_named_with_its_vehicle(pond: Setup, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,7 +10,7 @@ from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from missions.fault import kinds
 from missions.files import shipped_abouts
-from missions.scenarios.explanations import explanations, explanations_of
+from missions.scenarios.explanations import explanations_of
 from missions.scenarios.parts import mission_class
 from missions.sweeps.study_file import StudyFile
 
@@ -59,13 +59,3 @@ def test_values_that_are_explained_are_those_that_are_taken() -> None:
         assert len(told) == len(places) or not is_pair, name
         checked += 1
     assert checked >= 8
-
-
-def test_the_place_in_a_formation_is_a_row_and_a_side() -> None:
-    text, _ = explanations()["group.role.position"]
-    assert text == 'list of 2: one of "top", "bottom"; then one of "left", "middle", "right", may be left out'
-
-
-def test_limits_of_the_entries_of_a_list_are_told() -> None:
-    assert explanations()["modem.band_khz"][0] == "list of 2 numbers, each above 0, may be left out"
-    assert explanations()["current.surge.between_s"][0] == "list of 2 numbers, each at least 0"

@@ -1,25 +1,20 @@
-"""The tables ``[[fault]]``: what they mean, how they are set from outside, and what is refused, with its place."""
+"""Tables of faults, bans and rules for world models: what they mean, and what is refused, with its place."""
 
-from datetime import date
-from pathlib import Path
+from typing import Any
 
 import pytest
-import tomli_w
 from small_mission import SMALL, line_of
-from typer.testing import CliRunner
 
 from missions.document import Document
 from missions.errors import ConfigurationError
-from missions.runs.results import manifest
-from missions.runs.run import run
+from missions.runs.assembly import assemble
+from missions.runs.setup import resolved
 from missions.scenarios import load
 from missions.scenarios.faults import DeclaredFault, kind_named
 from missions.scenarios.loading import scenario_from
 from missions.scenarios.scenario import Scenario
-from missions.sweeps.study import load_study
-from remoras.cli import app
+from worldmodel import WorldModel
 
-DATED = {"kind": "lost", "vehicle": "Diver", "at_s": 3, "rate_per_h": date(1979, 5, 27), "factor": date(1979, 5, 27)}
 LOST = 'kind = "lost"\nvehicle = "Diver"\nat_s = 300.0\n'
 JOINS = 'kind = "joins"\nvehicle = "Diver"\nat_s = 300.0\n'
 
@@ -66,18 +61,6 @@ def test_a_table_is_the_fault_that_it_says(table: str, expected: DeclaredFault) 
     assert found == expected
 
 
-def test_a_scenario_without_faults_has_none() -> None:
-    assert read().fault == ()
-
-
-def test_the_manifest_holds_the_faults_as_declared_and_repeats_them() -> None:
-    tables = LOST + "until_s = 400.0\n", 'kind = "mute"\nvehicle = "any"\nat_s = [0, 60]\n'
-    finished = run(read(*tables), seed=2)
-    again = scenario_from(Document.of_text(manifest(finished)["scenario"], "manifest.json"))
-    assert again.fault == read(*tables).fault
-    assert run(again, seed=2).recorder.faults == finished.recorder.faults != []
-
-
 # Set from outside ---------------------------------------------------------------------------------
 
 
@@ -94,28 +77,6 @@ def test_a_fault_set_from_outside_is_refused_by_its_option() -> None:
         load("mapping-rendezvous", [("--set", f"fault=[{lost},{unknown}]")])
     with pytest.raises(ConfigurationError, match=r"'3' is none of 1"):
         load("mapping-rendezvous", [("--set", f"fault=[{lost}]"), ("--set", "fault.3.at_s=1")])
-
-
-def test_a_study_sets_lists_of_faults(tmp_path: Path) -> None:
-    file = tmp_path / "study.toml"
-    file.write_text(
-        '[study]\nname = "s"\nscenario = "mapping-rendezvous"\nrepeats = 1\n[grid]\n'
-        'fault = [[], [{kind = "lost", vehicle = "any", at_s = [0, 3600]}]]\n',
-        encoding="utf-8",
-    )
-    assert [len(one.scenario.fault) for one in load_study(str(file)).configurations] == [0, 1]
-
-
-def test_copies_of_vehicles_may_fail_too() -> None:
-    lost = 'fault=[{kind="lost",vehicle="AUV05",at_s=300}]'
-    assert load("mapping-rendezvous", [("--set", "fleet.size=8"), ("--set", lost)]).fault[0].vehicle == "AUV05"
-
-
-def test_every_key_is_explained() -> None:
-    said = CliRunner().invoke(app, ["explain", "fault"]).output
-    for key in ("kind", "vehicle", "at_s", "rate_per_h", "until_s", "factor", "sensor"):
-        assert f"fault.{key}" in said
-    assert "nobody hears it" in CliRunner().invoke(app, ["explain", "fault.kind"]).output
 
 
 # What is refused ----------------------------------------------------------------------------------
@@ -182,15 +143,12 @@ def test_the_head_of_a_group_that_has_none_is_refused() -> None:
         scenario_from(Document.of_text(text, "pond.toml"))
 
 
-@pytest.mark.parametrize(
-    ("first", "second", "says"),
-    [
-        (LOST, LOST, "lost twice, here and by fault.1"),
-        (LOST + "until_s = 400", LOST.replace("300.0", "[399, 500]"), "lost twice"),
-        (LOST, LOST.replace("at_s = 300.0", "rate_per_h = 0.1"), "lost twice"),
-        (JOINS, JOINS.replace("300.0", "500.0"), "joins twice, here and by fault.1"),
-    ],
-)
+@pytest.mark.parametrize(("first", "second", "says"), [
+    (LOST, LOST, "lost twice, here and by fault.1"),
+    (LOST + "until_s = 400", LOST.replace("300.0", "[399, 500]"), "lost twice"),
+    (LOST, LOST.replace("at_s = 300.0", "rate_per_h = 0.1"), "lost twice"),
+    (JOINS, JOINS.replace("300.0", "500.0"), "joins twice, here and by fault.1"),
+])  # fmt: skip
 def test_a_vehicle_is_not_lost_again_before_it_is_back_and_joins_once(first: str, second: str, says: str) -> None:
     (said,) = refused(first, second)
     assert 'fault.2.vehicle = "Diver"' in said
@@ -211,22 +169,94 @@ def test_no_more_vehicles_are_drawn_than_there_are() -> None:
     assert said.endswith("are Diver")
 
 
-def test_all_that_is_wrong_is_said_at_once() -> None:
-    said = refused(LOST.replace("Diver", "Divr"), LOST + "factor = 0.5", 'kind = "sensor"\nvehicle = "Boat"\nat_s = 3')
-    assert [line.split(": ")[1].split(" =")[0] for line in said] == [
-        "fault.1.vehicle", "fault.2.factor", "fault.3.vehicle"
-    ]  # fmt: skip
+BIAS = 'kind="biased", vehicle="AUV02", at_s=0.0'
 
 
-@pytest.mark.parametrize("junk", [5, "lost", {"kind": "lost"}, [5], [[]], [{}], [DATED]])
-def test_junk_is_a_fault_of_the_file(junk: object) -> None:
-    with pytest.raises(ConfigurationError, match="fault"):
-        scenario_from(Document.of_text(tomli_w.dumps({"fault": junk}) + SMALL, "pond.toml"))
+@pytest.mark.parametrize(
+    ("setting", "says"),
+    [
+        ('ban=[{issuer="AUV0", vehicle="AUV02", at_s=6.0}]', r"ban\.1\.issuer.*allowed: ASV00.*did you mean 'AUV0"),
+        ('ban=[{issuer="AUV00", vehicle="nobody", at_s=6.0}]', r"ban\.1\.vehicle.*allowed: ASV00"),
+        ('ban=[{issuer="AUV00", vehicle="AUV00", at_s=6.0}]', r"ban\.1\.issuer.*of itself does not count"),
+        ('ban=[{issuer="AUV00", vehicle="AUV02", at_s=2e4}]', r"ban\.1\.at_s.*below scenario\.duration_s = 14400"),
+        ('ban=[{issuer="AUV00", vehicle="AUV02", at_s=9.0, until_s=8.0}]', r"ban\.1\.until_s.*above at_s = 9"),
+        ('ban=[{issuer="AUV00", vehicle="AUV02", at_s=9.0, from_s=0.5}]', r"ban\.1\.from_s"),
+        (f"fault=[{{{BIAS}}}]", r"fault\.1\.attribute.*required by kind biased"),
+        (f'fault=[{{{BIAS}, attribute="location"}}]', r"fault\.1\.offset.*required by kind biased"),
+        (
+            f'fault=[{{{BIAS}, attribute="locaton", offset=[1.0, 0.0]}}]',
+            r"fault\.1\.attribute.*did you mean 'location'",
+        ),
+        (f'fault=[{{{BIAS}, attribute="location", offset=1.0}}]', r"fault\.1\.offset.*a point: \[east, north\]"),
+        ('fault=[{kind="lost", vehicle="AUV02", at_s=1.0, offset=1.0}]', r"fault\.1\.offset.*only by biased"),
+        ('object=[{name="x", position_m=[1.0, 2.0], classification="whale"}]', r"classification"),
+    ],
+)
+def test_what_cannot_be_is_one_message(setting: str, says: str) -> None:
+    with pytest.raises(ConfigurationError, match=says):
+        load("mapping-objects", [("--set", setting)])
 
 
-def test_validate_shows_them(tmp_path: Path) -> None:
-    file = tmp_path / "pond.toml"
-    file.write_text(with_faults(LOST + "factor = 0.5"), encoding="utf-8")
-    done = CliRunner().invoke(app, ["validate", str(file)])
-    assert done.exit_code == 2
-    assert "fault.1.factor" in done.output
+@pytest.mark.parametrize("offset", ['"far"', "[1.0, 2.0, 3.0]", "[nan, 0.0]", "[]", "true"])
+def test_what_is_no_offset_is_refused_in_one_line(offset: str) -> None:
+    with pytest.raises(ConfigurationError) as refused:
+        load("mapping-objects", [("--set", f'fault=[{{{BIAS}, attribute="location", offset={offset}}}]')])
+    (line,) = str(refused.value).splitlines()
+    assert "fault.1.offset" in line
+    assert line.endswith("allowed: a number, or [east, north] for a point")
+
+
+RULE = "worldmodel.prune=[{class='Area',attribute='mappedCell',older_than_s=60}]"
+
+
+def models(*settings: str) -> dict[str, WorldModel]:
+    """What the vehicles know after ten minutes in which every third packet is lost."""
+    loaded = load("mapping-rendezvous", [("--set", one) for one in ("channel.per=0.3", *settings)])
+    fleet = assemble(resolved(loaded), 3)
+    while fleet.running and fleet.now_s < 600.0:
+        fleet.step()
+    return {vehicle.name: vehicle.beliefs.model for vehicle in fleet.vehicles}
+
+
+def test_a_fleet_that_prunes_holds_less_and_knows_the_same() -> None:
+    kept, pruned = models(), models(RULE)
+    assert {name: model.state_hash() for name, model in pruned.items()} == {
+        name: model.state_hash() for name, model in kept.items()
+    }
+    for name, model in pruned.items():
+        slots = [(uid, a.uid) for uid in range(model.n_uids) for a in model.tbox.attributes]
+        assert model.digest() == kept[name].digest()
+        assert [model.latest(*slot) for slot in slots] == [kept[name].latest(*slot) for slot in slots]
+    n_kept, n_pruned = (sum(1 for m in of.values() for _ in m.blocks()) for of in (kept, pruned))
+    assert n_pruned < n_kept / 4
+    assert n_kept - n_pruned == sum(count for model in pruned.values() for _, count in model.pruned())
+
+
+def test_how_long_and_how_many_blocks_wait_is_said_to_every_vehicle() -> None:
+    loaded = load("mapping-rendezvous", [("--set", "worldmodel={waiting_s=30.0, waiting_blocks=5}")])
+    for vehicle in assemble(resolved(loaded), 1).vehicles:
+        arrivals = vehicle.beliefs.model.arrivals
+        assert (arrivals.waiting_s, arrivals.waiting_blocks) == (30.0, 5)
+
+
+@pytest.mark.parametrize(
+    ("rule", "reason"),
+    [
+        ({"class": "Vehikel"}, r"prune\.1\.class\) = \"Vehikel\": allowed: Thing.*did you mean 'Vehicle'"),
+        ({"attribute": "position"}, r"prune\.1\.attribute\) = \"position\": allowed: areaDone"),  # a status
+        ({"attribute": "type"}, r"prune\.1\.attribute\) = \"type\""),
+        ({"older_than_s": -1.0}, r"prune\.1\.older_than_s\) = -1"),
+        ({"older": 1.0}, r"prune\.1\.older\) = 1.*unknown key, allowed here: class, attribute"),
+    ],
+)
+def test_rules_that_name_nothing_are_refused(rule: dict[str, Any], reason: str) -> None:
+    given = {"class": "Vehicle", "attribute": "playsRole", "older_than_s": 60.0} | rule
+    text = ", ".join(f"{key} = {value!r}" for key, value in given.items())
+    with pytest.raises(ConfigurationError, match=reason):
+        load("mapping-rendezvous", [("--set", f"worldmodel.prune=[{{{text}}}]")])
+
+
+@pytest.mark.parametrize("setting", ["worldmodel.waiting_s=0", "worldmodel.waiting_blocks=0", "worldmodel.waits=1"])
+def test_bounds_that_cannot_be_are_refused(setting: str) -> None:
+    with pytest.raises(ConfigurationError, match=r"worldmodel\.wait"):
+        load("mapping-rendezvous", [("--set", setting)])

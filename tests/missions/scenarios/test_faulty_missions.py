@@ -8,8 +8,6 @@ import pytest
 from small_mission import SMALL, line_of
 from typer.testing import CliRunner
 
-from missions.errors import ConfigurationError
-from missions.scenarios import load
 from remoras.cli import app
 from remoras.errors import PluginError
 from remoras.recorder import Column, Table
@@ -123,43 +121,12 @@ def test_metrics_and_tables_that_contradict_each_other_are_refused_before_the_ru
         assert len(said.splitlines()) == 1
 
 
-CORE_TERM = """
-@prefix rm: <https://w3id.org/remoras/marine#> .
-@prefix owl: <http://www.w3.org/2002/07/owl#> .
-@prefix rdfs: <http://www.w3.org/2000/01/rdf-schema#> .
-@prefix xsd: <http://www.w3.org/2001/XMLSchema#> .
-rm:position a owl:DatatypeProperty ; rdfs:domain rm:Vehicle ; rdfs:range xsd:boolean .
-"""
-
-
-@pytest.mark.parametrize(
-    ("turtle", "says"),
-    [("this is no Turtle", r"buoys\.ttl.*(Turtle|line)"), (CORE_TERM, r"position")],
-    ids=["no Turtle", "redefines a core term"],
-)
-def test_a_vocabulary_that_is_none_is_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, turtle: str, says: str
-) -> None:
-    (tmp_path / "words").mkdir()
-    (tmp_path / "pond").mkdir()
-    (tmp_path / "words" / "buoys.ttl").write_text(turtle, encoding="utf-8")
-    own = (*faulty_missions.Sound.vocabulary, tmp_path / "words" / "buoys.ttl")
-    monkeypatch.setattr(faulty_missions.Turning, "vocabulary", own)
-    for said in refused(tmp_path / "pond", with_mission("Turning"), "validate", "run"):
-        assert "scenario.mission" in said
-        assert "its vocabulary cannot be read" in said
-        assert re.search(says, said), said
-
-
-@pytest.mark.parametrize(
-    ("kind", "says"),
-    [
-        ("Unmakable", r"sensor other of Diver: make\(data\) raised RuntimeError: no transducer"),
-        ("MuteSettings", r"sensor other of Diver: lacks sense of remoras\.sensor\.Sensor"),
-        ("NoTableSettings", r"sensor other of Diver: table is str; expected a remoras\.Table"),
-        ("OtherTableSettings", r"table 'packets' is declared twice, once with the columns slot, time_s"),
-    ],
-)
+@pytest.mark.parametrize(("kind", "says"), [
+    ("Unmakable", r"sensor other of Diver: make\(data\) raised RuntimeError: no transducer"),
+    ("MuteSettings", r"sensor other of Diver: lacks sense of remoras\.sensor\.Sensor"),
+    ("NoTableSettings", r"sensor other of Diver: table is str; expected a remoras\.Table"),
+    ("OtherTableSettings", r"table 'packets' is declared twice, once with the columns slot, time_s"),
+])  # fmt: skip
 def test_a_sensor_that_cannot_be_made_is_refused_before_the_run(tmp_path: Path, kind: str, says: str) -> None:
     for said in refused(tmp_path, with_sensor(kind), "validate", "run"):
         assert re.search(says, said), said
@@ -169,44 +136,28 @@ def test_a_sensor_that_cannot_be_made_is_refused_before_the_run(tmp_path: Path, 
 # In and after a run: nothing is written -----------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("kind", "says"),
-    [
-        ("BrokenSettings", r"other.*sense.*ZeroDivisionError: no echo"),
-        ("NumbersSettings", r"other.*sense.*Observation"),
-        ("TablelessSettings", r"other of Diver: its observation has the row .*, but its table is None"),
-        ("ShortRowSettings", r"soundings: a row does not fit its columns .*depth_m \(float\)"),
-    ],
-)
+@pytest.mark.parametrize(("kind", "says"), [
+    ("BrokenSettings", r"other.*sense.*ZeroDivisionError: no echo"),
+    ("NumbersSettings", r"other.*sense.*Observation"),
+    ("TablelessSettings", r"other of Diver: its observation has the row .*, but its table is None"),
+    ("ShortRowSettings", r"soundings: a row does not fit its columns .*depth_m \(float\)"),
+])  # fmt: skip
 def test_a_sensor_that_fails_at_sea_ends_the_run_with_one_message(tmp_path: Path, kind: str, says: str) -> None:
     (said,) = refused(tmp_path, with_sensor(kind), "run")
     assert re.search(says, said.replace("\n", " ")), said
 
 
-@pytest.mark.parametrize(
-    ("name", "says"),
-    [
-        ("MetricRaises", "raised ZeroDivisionError: nothing was worn"),
-        ("MetricOfText", "expected a number, a truth value or None; it gave str"),
-        ("MetricNotFinite", "expected a finite number, or None where a run has none; it gave inf"),
-    ],
-)
+@pytest.mark.parametrize(("name", "says"), [
+    ("MetricRaises", "raised ZeroDivisionError: no echo"),
+    ("MetricOfText", "expected a number, a truth value or None; it gave str"),
+    ("MetricNotFinite", "expected a finite number, or None where a run has none; it gave inf"),
+])  # fmt: skip
 def test_a_metric_that_has_no_value_to_give_is_told_by_name(tmp_path: Path, name: str, says: str) -> None:
     (said,) = refused(tmp_path, with_mission(name), "run")
     assert f"metric wear of {HERE}:{name}: {says}" in said
 
 
 # By the Python door -------------------------------------------------------------------------------
-
-
-def test_a_caller_of_load_gets_the_same_fault_with_its_line(tmp_path: Path) -> None:
-    file = tmp_path / "pond.toml"
-    file.write_text(with_mission("Lacking"), encoding="utf-8")
-    with pytest.raises(ConfigurationError) as caught:
-        load(str(file))
-    (fault,) = caught.value.faults
-    assert (fault.key, fault.line) == ("scenario.mission", line_of(SMALL, "mission ="))
-    assert "truth" in fault.allowed
 
 
 def test_a_truth_that_fails_while_it_watches_is_named(tmp_path: Path) -> None:

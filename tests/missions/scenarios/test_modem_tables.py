@@ -1,4 +1,4 @@
-"""Modems of a user's own: a table of a scenario or a file, checked, and kept with the results."""
+"""Modems, sensors and ontologies of a user's own: checked, and kept with the results."""
 
 import json
 import re
@@ -6,22 +6,22 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from typer.testing import CliRunner
+from faulty_missions import SounderSettings
+from small_mission import SMALL, line_of
 
 from exchange.acoustics.modems import modems
 from missions.document import Document
-from missions.errors import ConfigurationError
+from missions.errors import ConfigurationError, ConfigurationFault
 from missions.files import shipped
+from missions.mapping.sensors import SwathSettings
+from missions.runs.knowledge import query
 from missions.runs.results import Results, write_results
 from missions.runs.run import run
 from missions.runs.setup import resolved
-from missions.scenarios import load
+from missions.scenarios import Scenario, load
 from missions.scenarios.loading import scenario_from
 from missions.scenarios.modem import ModemTable, modem_named
-from missions.sweeps.study import load_study
-from remoras.cli import app
+from remoras.database import VehicleData
 
 OWN = """
 [modem.quay]
@@ -32,7 +32,6 @@ range_m = 1500.0
 """
 SCENARIO = shipped()["mapping-rendezvous"].read_text(encoding="utf-8").replace('"nanomodem-v3"', '"quay"')
 CURVE = 'modulation = "table"\nper_at_snr = '
-SHORT = [("--set", "scenario.duration_s=60.0")]
 
 
 def refused(text: str, path: str = "mine.toml") -> str:
@@ -74,51 +73,6 @@ def test_a_file_gives_the_same_scenario_as_its_table(tmp_path: Path) -> None:
     assert beside == scenario_from(Document.of_text(SCENARIO + OWN, "mine.toml"))
 
 
-def test_an_option_names_a_file_of_the_current_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "quay.toml").write_text(OWN, encoding="utf-8")
-    monkeypatch.chdir(tmp_path)
-    found = load("mapping-rendezvous", [("--set", "communication.modem=quay.toml")])
-    assert found.modem == scenario_from(Document.of_text(SCENARIO + OWN, "mine.toml")).modem
-    assert resolved(found).modem.name == "quay"
-
-
-def test_a_run_is_repeated_from_its_folder_when_the_file_is_gone(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    Path("quay.toml").write_text(OWN, encoding="utf-8")
-    first = run(load("mapping-rendezvous", [*SHORT, ("--set", "communication.modem=quay.toml")]), 3)
-    write_results(first, tmp_path / "found")
-    Path("quay.toml").unlink()
-    results = Results.read(tmp_path / "found")
-    again = run(results.scenario, 3)
-    assert again.recorder.rows("packets") == first.recorder.rows("packets") != []
-    assert results.manifest["modem"]["rate_bps"] == 300.0
-
-
-def test_a_study_has_such_a_modem_on_an_axis(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    Path("quay.toml").write_text(OWN, encoding="utf-8")
-    study = '[study]\nname = "s"\nscenario = "mapping-rendezvous"\nrepeats = 2\n[grid]\n'
-    Path("study.toml").write_text(f'{study}communication.modem = ["nanomodem-v3", "quay.toml"]\n', encoding="utf-8")
-    found = [configuration.scenario.communication.modem for configuration in load_study("study.toml").configurations]
-    assert found == ["nanomodem-v3", "quay"]
-
-
-def test_link_budget_tells_of_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    more = 'band_khz = [24.0, 32.0]\nmodulation = "psk"\nsource_level_db = 170.0\n'
-    Path("quay.toml").write_text(OWN + more, encoding="utf-8")
-    done = CliRunner().invoke(app, ["sea", "--modem", "quay.toml", "--ranges", "1000"])
-    assert done.exit_code == 0, done.output
-    assert done.output.splitlines()[1].startswith("quay")
-
-
-def test_scenarios_without_one_do_not_list_any() -> None:
-    """So runs and sweeps of before keep their ids."""
-    assert "modem" not in load("mapping-rendezvous", []).model_dump()
-
-
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [
@@ -155,16 +109,13 @@ def test_the_name_of_a_shipped_profile_is_taken() -> None:
     assert "modem.atm-900: is the name of a shipped profile; give it another" in refused(text)
 
 
-@pytest.mark.parametrize(
-    ("content", "says"),
-    [
-        (OWN.replace("rate_bps = 300.0\n", ""), "quay.toml:2: modem.quay.rate_bps: missing"),
-        (OWN.replace("300.0", "-1.0"), "quay.toml:4: modem.quay.rate_bps = -1.0: input should be greater than 0"),
-        (OWN + "[modem.other]\n", "must hold one table [modem.NAME] and nothing else"),
-        ("payload_bytes = 48\n", "must hold one table [modem.NAME] and nothing else"),
-        ("[modem.quay\n", "quay.toml:1: TOML"),
-    ],
-)
+@pytest.mark.parametrize(("content", "says"), [
+    (OWN.replace("rate_bps = 300.0\n", ""), "quay.toml:2: modem.quay.rate_bps: missing"),
+    (OWN.replace("300.0", "-1.0"), "quay.toml:4: modem.quay.rate_bps = -1.0: input should be greater than 0"),
+    (OWN + "[modem.other]\n", "must hold one table [modem.NAME] and nothing else"),
+    ("payload_bytes = 48\n", "must hold one table [modem.NAME] and nothing else"),
+    ("[modem.quay\n", "quay.toml:1: TOML"),
+])  # fmt: skip
 def test_what_is_wrong_in_a_file_is_told_with_the_line_of_that_file(tmp_path: Path, content: str, says: str) -> None:
     (tmp_path / "quay.toml").write_text(content, encoding="utf-8")
     said = refused(SCENARIO.replace('"quay"', '"quay.toml"'), str(tmp_path / "mine.toml"))
@@ -186,10 +137,178 @@ def test_on_the_acoustic_channel_the_profile_says_band_and_modulation() -> None:
     assert "the profile quay has no source_level_db" in said
 
 
-@given(
-    st.integers(17, 600), st.floats(1.0, 1e5), st.floats(0.0, 10.0), st.integers(0, 4000),
-)  # fmt: skip
-def test_the_time_on_the_air_is_linear_in_size(payload: int, rate_bps: float, head_s: float, size_bits: int) -> None:
-    table = ModemTable(payload_bytes=payload, rate_bps=rate_bps, head_s=head_s, range_m=1.0)
-    found = modem_named("own", {"own": table}).packet_s(size_bits)
-    assert found == pytest.approx(head_s + size_bits / rate_bps, rel=1e-12)
+WORDS = """
+@prefix m: <https://w3id.org/x/mine#> .
+@prefix rm: <https://w3id.org/remoras/marine#> .
+@prefix owl: <http://www.w3.org/2002/07/owl#> .
+@prefix rdfs: <http://www.w3.org/2000/01/rdf-schema#> .
+@prefix xsd: <http://www.w3.org/2001/XMLSchema#> .
+<https://w3id.org/x/mine> a owl:Ontology .
+m:SurveyAUV a owl:Class ; rdfs:subClassOf rm:AUV .
+m:inspected a owl:DatatypeProperty ; rdfs:domain rm:Vehicle ; rdfs:range xsd:boolean .
+"""
+
+
+def scenario_in(folder: Path, ontology: str, more: str = "") -> Path:
+    """The shipped scenario in a folder of its own, with a line for ontology files."""
+    path = folder / "mine.toml"
+    text = shipped()["mapping-rendezvous"].read_text(encoding="utf-8")
+    path.write_text(f"{text}\n[worldmodel]\nontology = {ontology}\n{more}", encoding="utf-8")
+    return path
+
+
+def test_its_words_are_known_and_stay_with_the_run(tmp_path: Path) -> None:
+    (tmp_path / "mine.ttl").write_text(WORDS, encoding="utf-8")
+    settings = [("--set", "scenario.duration_s=30"), ("--set", "communication.needs.inspected=5")]
+    path = scenario_in(tmp_path, '["mine.ttl"]')
+    finished = run(load(str(path), settings), 1)
+    assert finished.setup.tbox.class_named("SurveyAUV").iri == "https://w3id.org/x/mine#SurveyAUV"
+    write_results(finished, tmp_path / "out")
+    (tmp_path / "mine.ttl").write_text("changed since", encoding="utf-8")  # the run is as it was
+    read = Results.read(tmp_path / "out")
+    assert query(read, "SELECT ?x { m:SurveyAUV rdfs:subClassOf ?x }", "AUV01") == (("x",), [("rm:AUV",)])
+    again = tmp_path / "again.toml"
+    again.write_text(json.loads((tmp_path / "out" / "manifest.json").read_text())["scenario"], encoding="utf-8")
+    assert load(str(again)).worldmodel.ontology_text == {"mine.ttl": WORDS}
+    assert load(str(again)).model_dump_json() == finished.scenario.model_dump_json()
+    plain = load("mapping-rendezvous").model_dump(mode="json", exclude_none=True)
+    assert "worldmodel" not in plain  # runs without such files keep their ids
+
+
+def test_names_are_relative_to_the_scenario_and_of_an_option_to_the_working_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "files").mkdir()
+    (tmp_path / "files" / "mine.ttl").write_text(WORDS, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    assert load(str(scenario_in(tmp_path / "files", '["mine.ttl"]'))).worldmodel.ontology_text == {"mine.ttl": WORDS}
+    given = [("--set", 'worldmodel.ontology=["files/mine.ttl"]')]
+    assert load("mapping-rendezvous", given).worldmodel.ontology_text == {"files/mine.ttl": WORDS}
+
+
+@pytest.mark.parametrize(
+    ("ontology", "content", "more", "says"),
+    [
+        ('["none.ttl"]', "", "", r'= "none.ttl": there is no file .*none.ttl; allowed: names of Turtle files'),
+        ('["mine.ttl"]', "m:A a owl:Class", "", r'= "mine.ttl": is not Turtle: .*; allowed: what Turtle 1.1 allows'),
+        ('["mine.ttl"]', WORDS.replace("m:SurveyAUV a", "rm:AUV a"), "", r'= "mine.ttl": rm:AUV: it redefines a term'),
+        ('["mine.ttl"]', WORDS.replace("boolean", "date"), "", r'= "mine.ttl": m:inspected: .*; allowed: '),
+        ("3", "", "", r"worldmodel.ontology = 3: .*"),
+        (
+            "[]",
+            "",
+            'ontology_text = {"x.ttl" = ""}',
+            r'ontology_text = "x.ttl": the text of no file; allowed: names in',
+        ),
+    ],
+)
+def test_a_fault_is_one_line_with_file_and_key(
+    tmp_path: Path, ontology: str, content: str, more: str, says: str
+) -> None:
+    if content:
+        (tmp_path / "mine.ttl").write_text(content, encoding="utf-8")
+    path = scenario_in(tmp_path, ontology, more)
+    with pytest.raises(ConfigurationError, match=says) as caught:
+        load(str(path))
+    (line,) = str(caught.value).splitlines()
+    assert line.startswith(f"{path}:")
+
+
+LISTED = SMALL.replace("[vehicle.sensor]", "[[vehicle.sensor]]")
+SECOND = '\n  [[vehicle.sensor]]\n  name = "deep"\n  type = "faulty_missions:SounderSettings"\n  interval_s = 5.0\n'
+
+
+def loaded(folder: Path, text: str) -> Scenario:
+    file = folder / "pond.toml"
+    file.write_text(text, encoding="utf-8")
+    return load(str(file))
+
+
+def diver(folder: Path, text: str) -> VehicleData:
+    return resolved(loaded(folder, text)).database["Diver"]
+
+
+def fault(folder: Path, text: str) -> ConfigurationFault:
+    with pytest.raises(ConfigurationError) as caught:
+        loaded(folder, text)
+    (found,) = caught.value.faults
+    return found
+
+
+def test_a_single_table_and_a_list_of_one_are_the_same_sensor(tmp_path: Path) -> None:
+    one, listed = loaded(tmp_path, SMALL), loaded(tmp_path, LISTED)
+    assert one == listed
+    (sensor,) = diver(tmp_path, SMALL).sensors
+    assert sensor == SwathSettings(name="mapping", swath_m=10.0, speed_limit_mps=2.0)
+
+
+def test_several_sensors_of_one_vehicle_are_had_by_their_names(tmp_path: Path) -> None:
+    data = diver(tmp_path, LISTED + SECOND)
+    assert [(type(sensor), sensor.name) for sensor in data.sensors] == [
+        (SwathSettings, "mapping"),
+        (SounderSettings, "deep"),
+    ]
+    found = data.sensor(SounderSettings)
+    assert found is not None
+    assert found.interval_s == 5.0
+
+
+def test_two_sensors_of_one_kind_need_names(tmp_path: Path) -> None:
+    """Without them the second would silently take the place of the first."""
+    again = "\n  [[vehicle.sensor]]\n  swath_m = 30.0\n  speed_limit_mps = 2.0\n"
+    found = fault(tmp_path, LISTED + again)
+    assert (found.key, found.given) == ("vehicle.Diver.sensor", '"mapping"')
+    assert "2 sensors of this name" in found.allowed
+    assert "give each its own name" in found.allowed
+    assert found.line is not None
+    named = again.replace("swath_m", 'name = "wide"\n  swath_m')
+    assert [sensor.name for sensor in diver(tmp_path, LISTED + named).sensors] == ["mapping", "wide"]
+
+
+@pytest.mark.parametrize("text", [SMALL, LISTED], ids=["table", "list"])
+@pytest.mark.parametrize(
+    ("old", "new", "key", "given", "says"),
+    [
+        ("swath_m = 10.0", "swath_m = 0.0", "swath_m", "0.0", "greater than or equal to 0.1"),
+        ("swath_m = 10.0", 'swath_m = "ten"', "swath_m", '"ten"', "valid number"),
+        ("swath_m = 10.0", "swath_m = 10.0\n  swathe_m = 1", "swathe_m", "1", "did you mean 'swath_m'"),
+        ("  swath_m = 10.0\n", "", "swath_m", "", "missing"),
+        ("swath_m = 10.0", 'type = "maping"\n  swath_m = 10.0', "type", '"maping"', "mean 'mapping'"),
+        ("swath_m = 10.0", 'type = "os:nothing"\n  swath_m = 10.0', "type", '"os:nothing"', "can be imported"),
+        (
+            "swath_m = 10.0",
+            'type = "os:getcwd"\n  swath_m = 10.0',
+            "type",
+            '"os:getcwd"',
+            "a subclass of remoras.Sensor",
+        ),
+        ("swath_m = 10.0", 'type = "faulty_missions:Bare"\n  swath_m = 1', "type", '"faulty_missions:Bare"', "make"),
+    ],
+)
+def test_a_fault_in_a_sensors_table_is_told_with_its_line(
+    tmp_path: Path, text: str, old: str, new: str, key: str, given: str, says: str
+) -> None:
+    assert old in text
+    wrong = text.replace(old, new, 1)
+    found = fault(tmp_path, wrong)
+    assert found.key.startswith("vehicle.Diver.sensor")
+    assert found.key.endswith(f".{key}")
+    assert found.given == given
+    assert says in found.allowed
+    where = f"{key} =" if given else "[[vehicle.sensor]]" if text is LISTED else "[vehicle.sensor]"
+    assert found.line == line_of(wrong, where)
+
+
+def test_a_fault_in_the_second_table_points_into_it(tmp_path: Path) -> None:
+    wrong = LISTED + SECOND.replace("interval_s = 5.0", "interval = 5.0")
+    found = fault(tmp_path, wrong)
+    assert found.key == "vehicle.Diver.sensor.deep.interval"
+    assert "did you mean 'interval_s'" in found.allowed
+    assert found.line == line_of(wrong, "interval =")
+
+
+@pytest.mark.parametrize("wrong", ["5", '"wide"', "[1]"])
+def test_what_is_no_table_is_a_fault(tmp_path: Path, wrong: str) -> None:
+    text = SMALL[: SMALL.index("  [vehicle.sensor]")] + f"sensor = {wrong}\n"
+    with pytest.raises(ConfigurationError, match=r"vehicle\.Diver\.sensor"):
+        loaded(tmp_path, text)

@@ -1,24 +1,36 @@
-"""Groups from templates and parents, in a file of their own: what they come to, and what is refused, with its place."""
+"""Groups from templates and parents, who is able to play roles by equipment, and junk anywhere."""
 
 from __future__ import annotations
 
-import re
+import copy
+import tomllib
+from datetime import date
 from pathlib import Path
+from typing import Any
 
 import pytest
+import tomli_w
+from hypothesis import given
+from hypothesis import strategies as st
+from pydantic import Field
 from small_mission import SMALL
 
 from missions.document import Document
 from missions.errors import ConfigurationError
-from missions.runs.results import manifest
-from missions.runs.run import run
+from missions.mapping.sensors import SwathSettings
+from missions.runs.setup import resolved
 from missions.runs.setup import resolved as set_up
+from missions.runs.worlds import world_model
 from missions.scenarios import load, shipped
+from missions.scenarios.equipment import capabilities_of
 from missions.scenarios.loading import scenario_from
-from missions.scenarios.organisation import specified
+from missions.scenarios.organisation import TABLES, specified
 from missions.scenarios.parts import database_of, groups_of, mission_class
 from missions.scenarios.scenario import Scenario
+from remoras.beliefs import Beliefs
 from remoras.organisation import Subgroups
+from worldmodel import core_ontology_paths, read_tbox
+from worldmodel.rdf.sparql import query as ask
 
 TEAMS = shipped()["mapping-nine-teams"]
 ORGANISATION = TEAMS.parent / "organisations" / "three-teams.toml"
@@ -105,36 +117,6 @@ def test_templates_extend_templates_and_abstract_roles_are_no_roles() -> None:
     assert two == {**one, "name": "Two", "rally_point": "there"}
 
 
-def test_a_role_may_extend_the_role_of_its_name_in_the_library() -> None:
-    raw = {
-        "role": [{"name": "Hand", "minimum": 2}],
-        "group": [{"name": "G", "role": [{"name": "Hand", "extends": ["Hand"]}]}],
-    }
-    assert specified(raw).raw["group"][0]["role"] == [{"name": "Hand", "minimum": 2}]
-
-
-def test_a_flat_scenario_is_left_as_it_is() -> None:
-    raw = Document.of_text(SMALL, "pond.toml").raw
-    assert specified(raw).raw is raw
-
-
-def test_the_manifest_lists_whole_groups_and_repeats_the_run() -> None:
-    loaded = load("mapping-nine-teams", [("--set", "scenario.duration_s=60")])
-    finished = run(loaded, seed=2)
-    again = scenario_from(Document.of_text(manifest(finished)["scenario"], "manifest.json"))
-    assert again == loaded
-    assert run(again, seed=2).recorder.organisation == finished.recorder.organisation != []
-
-
-def test_the_organisation_is_a_key_that_may_be_set(tmp_path: Path) -> None:
-    file = written(tmp_path)
-    other = ORGANISATION.read_text(encoding="utf-8").replace('name = "East"', 'name = "Eastern"')
-    (tmp_path / "other.toml").write_text(other, encoding="utf-8")
-    loaded = load(str(file), [("--set", "organisation=other.toml"), ("--set", "group.Eastern.succession=[]")])
-    assert [group.name for group in loaded.group] == ["Fleet", "West", "Middle", "Eastern"]
-    assert loaded.group[-1].succession == ()
-
-
 # Who is able --------------------------------------------------------------------------------------
 
 
@@ -178,122 +160,47 @@ def test_a_requirement_holds_up_to_its_limit(requires: str, meets: bool) -> None
     assert "no vehicle meets it: " in str(caught.value)
 
 
-def test_who_lists_a_role_must_meet_its_requirements_too(tmp_path: Path) -> None:
-    listed = 'name = "AUV03"', 'name = "AUV03"\nplayable_roles = ["West.Performer", "South", "Coordinator"]'
-    shallow = ("--set", "vehicle.AUV03.depth_m=10"), ("--set", "vehicle.AUV03.depth_limit_m=10")
-    loaded = load(str(written(tmp_path, of_scenario=(listed,))))
-    assert next(v for v in loaded.vehicle if v.name == "AUV03").playable_roles == (
-        "West.Performer", "West.South", "Middle.South", "East.South",
-        "West.Coordinator", "Middle.Coordinator", "East.Coordinator",
-    )  # fmt: skip
-    again = load(str(written(tmp_path, of_scenario=(listed,))), shallow)  # every one of them requires 20 m
-    assert next(v for v in again.vehicle if v.name == "AUV03").playable_roles == ()
-
-
-def test_a_vehicle_too_many_is_a_reserve(tmp_path: Path) -> None:
-    """With room for two in each team there is nothing for the ninth and the eighth vehicle to found."""
-    file = written(tmp_path, ('name = "Performer"\n  minimum = 1', 'name = "Performer"\n  minimum = 1\n  maximum = 1'))
-    organisation = set_up(load(str(file))).agreement.organisation
-    reserves = [f"AUV{n:02d}" for n in range(8) if not organisation.roles_of(f"AUV{n:02d}")]
-    assert len(reserves) == 2
-
-
 # Bad input ----------------------------------------------------------------------------------------
 
-IN_ORGANISATION = [
-    # (replaced, by, where it points, what is said)
-    (
-        "minimum = 1\nmaximum = 1\nrequires = { sensor",
-        'extends = ["Second"]\nminimum = 1\nmaximum = 1\nrequires = { sensor',
-        'extends = ["Second"]',
-        'role.Surveyor.extends = "Second": allowed: Surveyor, Leader',
-    ),
-    (
-        'extends = ["Leader"]\n  played_by',
-        'extends = ["Leeder"]\n  played_by',
-        'extends = ["Leeder"]',
-        "did you mean 'Leader'?",
-    ),
-    (
-        'template = "Team"\nrally_point = "west',
-        'template = "Taem"\nrally_point = "west',
-        '"Taem"',
-        "group.West.template",
-    ),
-    (
-        "minimum = 1\nmaximum = 1\nrequires = { sensor",
-        "minimum = 2\nmaximum = 1\nrequires = { sensor",
-        "minimum = 2",
-        "role.Surveyor.minimum = 2: allowed: 0 to maximum = 1 (for West.North)",
-    ),
-    (
-        'played_by = "Fleet.Tactician"',
-        'played_by = "Fleet.Tactican"',
-        'played_by = "Fleet.Tactican"',
-        "did you mean 'Fleet.Tactician'?",
-    ),
-    (
-        "maximum = 1\nhead = true",
-        "head = true",
-        'name = "Coordinator"',
-        "Coordinator.maximum: missing; allowed: 1, since a group has one head",
-    ),
-    (
-        'played_by = "Fleet.Tactician"',
-        'played_by = "Fleet.Tactician"\n  incompatible = ["Fleet.Tactician"]',
-        'incompatible = ["Fleet.Tactician"]',
-        "its holder has to play both: West.Coordinator is played by Fleet.Tactician",
-    ),
-    (
-        "requires = { social_layer = true, depth_m = 20.0 }",
-        'requires = { social_layer = true, depth_m = 20.0 }\n  played_by = "West.Coordinator"',
-        'played_by = "West.Coordinator"',
-        "a cycle: Fleet.Tactician is played by West.Coordinator is played by Fleet.Tactician",
-    ),
-    (
-        "requires = { social_layer = true, depth_m = 20.0 }",
-        "requires = { depth_m = 200.0 }",
-        "requires = { depth_m = 200.0 }",
-        "no vehicle meets it: ASV00 has depth_m 0, not 200; AUV00 has depth_m 100, not 200",
-    ),
+IN_ORGANISATION = [  # replaced, by, where it points, what is said
+    ("minimum = 1\nmaximum = 1\nrequires = { sensor",
+     'extends = ["Second"]\nminimum = 1\nmaximum = 1\nrequires = { sensor', 'extends = ["Second"]',
+     'role.Surveyor.extends = "Second": allowed: Surveyor, Leader'),
+    ('extends = ["Leader"]\n  played_by', 'extends = ["Leeder"]\n  played_by', 'extends = ["Leeder"]',
+     "did you mean 'Leader'?"),
+    ('template = "Team"\nrally_point = "west', 'template = "Taem"\nrally_point = "west', '"Taem"',
+     "group.West.template"),
+    ("minimum = 1\nmaximum = 1\nrequires = { sensor", "minimum = 2\nmaximum = 1\nrequires = { sensor", "minimum = 2",
+     "role.Surveyor.minimum = 2: allowed: 0 to maximum = 1 (for West.North)"),
+    ('played_by = "Fleet.Tactician"', 'played_by = "Fleet.Tactican"', 'played_by = "Fleet.Tactican"',
+     "did you mean 'Fleet.Tactician'?"),
+    ("maximum = 1\nhead = true", "head = true", 'name = "Coordinator"',
+     "Coordinator.maximum: missing; allowed: 1, since a group has one head"),
+    ('played_by = "Fleet.Tactician"', 'played_by = "Fleet.Tactician"\n  incompatible = ["Fleet.Tactician"]',
+     'incompatible = ["Fleet.Tactician"]',
+     "its holder has to play both: West.Coordinator is played by Fleet.Tactician"),
+    ("requires = { social_layer = true, depth_m = 20.0 }",
+     'requires = { social_layer = true, depth_m = 20.0 }\n  played_by = "West.Coordinator"',
+     'played_by = "West.Coordinator"',
+     "a cycle: Fleet.Tactician is played by West.Coordinator is played by Fleet.Tactician"),
+    ("requires = { social_layer = true, depth_m = 20.0 }", "requires = { depth_m = 200.0 }",
+     "requires = { depth_m = 200.0 }",
+     "no vehicle meets it: ASV00 has depth_m 0, not 200; AUV00 has depth_m 100, not 200"),
     ('within = "Fleet"', 'within = "Fleat"', 'within = "Fleat"', "did you mean 'Fleet'?"),
-    (
-        'mission = "Supervision"',
-        'mission = "Supervision"\nwithin = "West"',
-        'within = "West"',
-        "a cycle: Fleet is within West is within Fleet",
-    ),
-    (
-        "  minimum = 3\n  maximum = 3\n\n  [[group.role]]",
-        "  minimum = 4\n  maximum = 4\n\n  [[group.role]]",
-        "minimum = 4",
-        "group.Fleet.subgroup.1.minimum = 4: 3 groups of template Team are within Fleet: West, Middle, East",
-    ),
-    (
-        'influences = ["Tactician"]',
-        'influences = ["Tactician"]\n  incompatible = ["Tacticians"]',
-        'incompatible = ["Tacticians"]',
-        "did you mean 'Tactician'?",
-    ),
-    (
-        'influences = ["Coordinator"]',
-        'influences = ["Coordinator"]\n  authority = ["Cartografer"]',
-        'authority = ["Cartografer"]',
-        "did you mean 'Cartographer'?",
-    ),
-    (
-        'rally_point = "east',
-        'rally_pont = "east',
-        'rally_pont = "east',
-        "unknown key, allowed here: name, template, within",
-    ),
-    (
-        'influences = ["Coordinator"]',
-        'influense = ["Coordinator"]',
-        'influense = ["Coordinator"]',
-        "group_template.Team.role.Performer.influense",
-    ),
-]
+    ('mission = "Supervision"', 'mission = "Supervision"\nwithin = "West"', 'within = "West"',
+     "a cycle: Fleet is within West is within Fleet"),
+    ("  minimum = 3\n  maximum = 3\n\n  [[group.role]]", "  minimum = 4\n  maximum = 4\n\n  [[group.role]]",
+     "minimum = 4",
+     "group.Fleet.subgroup.1.minimum = 4: 3 groups of template Team are within Fleet: West, Middle, East"),
+    ('influences = ["Tactician"]', 'influences = ["Tactician"]\n  incompatible = ["Tacticians"]',
+     'incompatible = ["Tacticians"]', "did you mean 'Tactician'?"),
+    ('influences = ["Coordinator"]', 'influences = ["Coordinator"]\n  authority = ["Cartografer"]',
+     'authority = ["Cartografer"]', "did you mean 'Cartographer'?"),
+    ('rally_point = "east', 'rally_pont = "east', 'rally_pont = "east',
+     "unknown key, allowed here: name, template, within"),
+    ('influences = ["Coordinator"]', 'influense = ["Coordinator"]', 'influense = ["Coordinator"]',
+     "group_template.Team.role.Performer.influense"),
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("old", "new", "place", "said"), IN_ORGANISATION)
@@ -320,11 +227,6 @@ def test_cycles_of_parents_are_told_whole(tmp_path: Path) -> None:
     assert "a cycle: Team extends Team" in text
 
 
-def test_a_role_of_a_template_that_extends_itself_is_a_cycle(tmp_path: Path) -> None:
-    file = written(tmp_path, ('name = "Cartographer"', 'name = "Cartographer"\n  extends = ["Cartographer"]'))
-    assert "a cycle: Cartographer extends Cartographer" in "\n".join(faults(file))
-
-
 def test_groups_stand_in_one_of_the_two_files(tmp_path: Path) -> None:
     more = '[[group]]\nname = "Other"\nrally_point = "west rally"\nrole = []\n\n[[vehicle]]\nname = "ASV00"'
     (text,) = faults(written(tmp_path, of_scenario=(('[[vehicle]]\nname = "ASV00"', more),)))
@@ -342,55 +244,188 @@ def test_a_file_that_is_not_there_and_tables_that_are_no_organisation_are_told(t
     assert "vehicle: unknown in an organisation file; allowed: group, group_template, role" in text
 
 
-def test_a_group_without_a_template_of_that_name_says_so() -> None:
-    text = SMALL.replace('name = "Team"\n', 'name = "Team"\ntemplate = "Crew"\n')
-    with pytest.raises(ConfigurationError, match=r'group\.Team\.template = "Crew": allowed: none'):
-        scenario_from(Document.of_text(text, "pond.toml"))
-
-
-def test_nobody_is_left_to_lead_where_two_heads_exclude_each_other(tmp_path: Path) -> None:
-    """Both are led by the one vehicle that is able to: no founding gives both a head."""
-    text = SMALL.replace("[[vehicle]]", OTHER + "[[vehicle]]", 1).replace('"Skipper"]', '"Skipper", "Mate"]')
-    with pytest.raises(ConfigurationError, match="nobody came to play it before the mission"):
-        set_up(scenario_from(Document.of_text(text, "pond.toml")))
-
-
-OTHER = """\
-[[group]]
-name = "Crew"
-rally_point = "jetty"
-mission = "AreaMapping"
-
-  [[group.role]]
-  name = "Mate"
-  minimum = 1
-  maximum = 1
-  head = true
-  founding = true
-  incompatible = ["Team.Skipper"]
-
-"""
-
-
-def test_a_file_without_a_group_and_no_name_of_a_file_are_told_alone(tmp_path: Path) -> None:
-    file = written(tmp_path)
-    (tmp_path / "empty.toml").write_text("", encoding="utf-8")
-    for given, allowed in (('"empty.toml"', "there is no [[group]] in"), ("3", "a text: the name of a TOML file")):
-        text = re.sub("^organisation = .*$", f"organisation = {given}", file.read_text("utf-8"), flags=re.M)
-        (tmp_path / "other.toml").write_text(text, encoding="utf-8")
-        (fault,) = faults(tmp_path / "other.toml")
-        assert fault.startswith(f"{tmp_path / 'other.toml'}:")
-        assert f"organisation = {given}: {allowed}" in fault
-
-
-def test_a_role_is_not_incompatible_with_itself(tmp_path: Path) -> None:
-    for own in ("Cartographer", "West.Cartographer"):
-        new = f'name = "Cartographer"\n  incompatible = ["{own}"]'
-        text = "\n".join(faults(written(tmp_path, ('name = "Cartographer"', new))))
-        assert f'Team.role.Cartographer.incompatible = "{own}": allowed: other roles than itself' in text
-
-
 def test_abstract_is_true_or_false(tmp_path: Path) -> None:
     for name, key in (("Leader", "role.Leader"), ("Cartographer", "group_template.Team.role.Cartographer")):
         (text,) = faults(written(tmp_path, (f'name = "{name}"', f'name = "{name}"\nabstract = "yes"')))
         assert f'{key}.abstract = "yes": true or false' in text
+
+
+SCENARIO = "mapping-inspection"
+ROLES = {"Inspectors.InspectionHead", "Inspectors.InspectionMember"}
+SURVEYORS = "SELECT ?v { ?v a rm:SurveyPlatform } ORDER BY ?v"
+
+
+class Hydrophone(SwathSettings):
+    """A plug-in that says of which class it is."""
+
+    EQUIPMENT = "Sensor"
+    gain_db: float = Field(0.0, description="gain")
+
+
+def inspectors(name: str = SCENARIO, *settings: str) -> set[str]:
+    """The vehicles that are able to play both roles of inspectors; nobody is able to play one of them alone."""
+    found = set()
+    for vehicle in load(name, [("--set", one) for one in settings]).vehicle:
+        able = ROLES & set(vehicle.playable_roles or ())
+        assert able in (set(), ROLES)
+        if able:
+            found.add(vehicle.name)
+    return found
+
+
+def without_sonar(folder: Path, vehicle: str = "AUV01") -> str:
+    """The shipped scenario in which one vehicle has no sensor, and no role that a sensor is needed for."""
+    text = shipped()[SCENARIO].read_text(encoding="utf-8")
+    before, found, after = text.partition(f'name = "{vehicle}"')
+    own, table, rest = after.partition("  [vehicle.sensor]\n  swath_m = 25.0\n  speed_limit_mps = 2.0\n")
+    assert found
+    assert table
+    path = folder / "mine.toml"
+    path.write_text(before + found + own + rest, encoding="utf-8")
+    return str(path)
+
+
+def test_a_sonar_taken_away_takes_the_role_with_it(tmp_path: Path) -> None:
+    assert inspectors() == {"AUV00", "AUV01", "AUV02"}
+    assert inspectors(without_sonar(tmp_path)) == {"AUV00", "AUV02"}
+
+
+@pytest.mark.parametrize(("equipment", "is_able"), [
+    ("MappingSonar", True), ("SideScanSonar", True), ("MultibeamSonar", True), ("ImagingSonar", False),
+    ("Camera", False),
+])  # fmt: skip
+def test_what_the_ontology_says_is_a_mapping_sonar_keeps_the_role(equipment: str, is_able: bool) -> None:
+    assert ("AUV01" in inspectors(SCENARIO, f"vehicle.AUV01.sensor.equipment={equipment}")) is is_able
+
+
+def test_a_plug_in_says_of_which_class_it_is() -> None:
+    assert "AUV01" not in inspectors(SCENARIO, f"vehicle.AUV01.sensor.type={__name__}:Hydrophone")
+    both = (f"vehicle.AUV01.sensor.type={__name__}:Hydrophone", "vehicle.AUV01.sensor.equipment=SideScanSonar")
+    assert "AUV01" in inspectors(SCENARIO, *both)
+
+
+def test_capabilities_follow_from_sensors_and_modems_together() -> None:
+    """After the core ontology: a gateway has an acoustic and a radio modem, intervention needs both parts."""
+    tbox = read_tbox(*core_ontology_paths())
+    assert "CommunicationGateway" not in capabilities_of(tbox, "ASV", ("FSKModem",))
+    assert "CommunicationGateway" in capabilities_of(tbox, "ASV", ("FSKModem", "RadioModem"))
+    assert "InterventionPlatform" not in capabilities_of(tbox, "AUV", ("Manipulator",))
+    assert {"InterventionPlatform", "InspectionPlatform", "Vehicle"} <= capabilities_of(
+        tbox, "AUV", ("Manipulator", "Camera")
+    )
+
+
+def test_equipment_is_common_knowledge(tmp_path: Path) -> None:
+    setup = resolved(load(without_sonar(tmp_path)))
+    for node in (0, 3):
+        model = world_model(setup, node)
+        assert not list(model.blocks())
+        assert ask(model, SURVEYORS)[1] == [("AUV00",), ("AUV02",)]
+        parts = "SELECT ?v ?p { ?v rm:hasPart ?p } ORDER BY ?v ?p"
+        assert ask(model, parts)[1] == ask(model, "SELECT ?v ?p { ?p rm:partOf ?v } ORDER BY ?v ?p")[1]
+        # a modem each, and the sonars of two
+        assert len(ask(model, parts)[1]) == 4 + 2
+        beliefs = Beliefs(model)
+        assert beliefs.linked(("hasPart", "AUV00")) == ("AUV00.mapping", "AUV00.modem")
+        assert beliefs.linked(("partOf", "AUV01.modem")) == ("AUV01",)
+        assert beliefs.is_a("AUV02", "SurveyPlatform")
+        assert not beliefs.is_a("AUV01", "SurveyPlatform")
+        inferred = ask(model, "SELECT ?v { GRAPH run:conclusions { ?v a ?c } } ORDER BY ?v")[1]
+        assert inferred == [("AUV00",), ("AUV02",)]
+
+
+@pytest.mark.parametrize(
+    ("setting", "expected"),
+    [
+        (
+            "group.Inspectors.role.InspectionHead.requires.capability=SurveyPlatfrom",
+            'requires.capability) = "SurveyPlatfrom": allowed: CommunicationGateway, InspectionPlatform, '
+            "InterventionPlatform, NavigationAid, SamplingPlatform, SurveyPlatform; did you mean 'SurveyPlatform'?",
+        ),
+        ("vehicle.AUV01.sensor.equipment=SideScan", "SideScanSonar, Sonar"),
+        ("vehicle.AUV01.sensor.equipment=AUV", 'sensor.equipment) = "AUV": allowed: AcousticModem'),
+    ],
+)
+def test_what_is_wrong_is_said_once(setting: str, expected: str) -> None:
+    with pytest.raises(ConfigurationError) as caught:
+        load(SCENARIO, [("--set", setting)])
+    assert expected in str(caught.value)
+    assert len(str(caught.value).splitlines()) == 1
+
+
+FAULTS = """
+[[fault]]
+kind = "sensor"
+vehicle = "any"
+at_s = [100.0, 200.0]
+until_s = 300.0
+sensor = "mapping"
+
+[[fault]]
+kind = "slow"
+vehicle = "head of Team"
+rate_per_h = 1.0
+factor = 0.5
+
+[[fault]]
+kind = "joins"
+vehicle = "Diver"
+at_s = 10.0
+"""
+POND: dict[str, Any] = tomllib.loads(SMALL.replace("[vehicle.sensor]", "[[vehicle.sensor]]") + FAULTS)
+GROUPS = tomllib.loads((TEAMS.parent / "organisations" / "three-teams.toml").read_text(encoding="utf-8"))
+WHOLE = {**tomllib.loads(TEAMS.read_text(encoding="utf-8")), **GROUPS}
+del WHOLE["organisation"]
+KEYS = ("extends", "within", "template", "incompatible", "authority", "requires", "subgroup", "abstract", "played_by")
+JUNK = st.sampled_from([
+    5, -1.5, True, "text", "", "West.Coordinator", "a.b.c", [], {}, [5], [[]], [{}], [[1, 2]], {"name": 5},
+    [{"name": "A"}], [{"name": 5}], ["A"], ["Performer"], date(1979, 5, 27),
+])  # fmt: skip
+
+
+def places(value: Any, path: tuple[Any, ...] = (), more: tuple[str, ...] = ()) -> list[tuple[Any, ...]]:
+    """Where something stands in the tables, outermost first; tables may get further keys."""
+    inner: Any = dict.fromkeys(more) | value if isinstance(value, dict) else {}
+    inner = dict(enumerate(value)) if isinstance(value, list) else inner
+    found = [path] if path else []
+    return found + [place for key, one in inner.items() for place in places(one, (*path, key), more)]
+
+
+PLACES = [(POND, place) for place in places(POND)]
+PLACES += [(WHOLE, place) for place in places(GROUPS, (), KEYS) if place[0] in TABLES]
+
+
+def replaced(tables: dict[str, Any], place: tuple[Any, ...], by: Any) -> dict[str, Any]:
+    raw = copy.deepcopy(tables)
+    at: Any = raw
+    for part in place[:-1]:
+        at = at[part]
+    at[place[-1]] = by
+    return raw
+
+
+@given(st.sampled_from(PLACES), JUNK)
+def test_junk_anywhere_is_a_fault_or_as_good_as_what_was_there(of: tuple[dict[str, Any], Any], junk: Any) -> None:
+    tables, place = of
+    raw = replaced(tables, place, junk)
+    readings: list[tuple[dict[str, Any], Any]] = [(raw, scenario_from)]
+    if tables is WHOLE:
+        readings.append(({key: raw[key] for key in TABLES}, checked))
+    for given_, reading in readings:
+        said = ""
+        try:
+            reading(Document.of_text(tomli_w.dumps(given_), "pond.toml"))
+        except ConfigurationError as error:
+            said = str(error)
+        assert all(line.startswith("pond.toml") for line in said.splitlines())
+
+
+def test_the_pond_as_tables_is_in_order() -> None:
+    assert scenario_from(Document.of_text(tomli_w.dumps(POND), "pond.toml")).scenario.name == "pond"
+
+
+@pytest.mark.parametrize("roles", [5, "Skipper", {"Skipper": 1}, [5], [["Skipper"]]])
+def test_playable_roles_that_are_no_list_of_names_are_told_by_their_key(roles: Any, tmp_path: Path) -> None:
+    text = tomli_w.dumps(replaced(POND, ("vehicle", 0, "playable_roles"), roles))
+    with pytest.raises(ConfigurationError, match=r"vehicle\.Boat\.playable_roles"):
+        scenario_from(Document.of_text(text, "pond.toml"))

@@ -1,12 +1,20 @@
-"""The choreography: unsound patterns are found when they are loaded, violations by what is said."""
+"""The choreography, tables that cannot be, and figures."""
 
-from typing import Any
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, ClassVar
 
 import pytest
-from intervening import metric, run, said, tables
+import tomli_w
+from intervening import Raw, metric, module, named, run, tables
+from matplotlib.figure import Figure as Sheet
 
+from missions.errors import ConfigurationError, ConfigurationFault
+from missions.runs.results import MemoryResults
+from missions.scenarios import load
 from missions.trident import TridentMission
 from missions.trident.choreography import CHOREOGRAPHY, Monitor, unsound
+from missions.trident.metrics import draw_choreography, draw_services, draw_site, statuses, uses
 from missions.trident.scenario import ChoreographyTable
 from remoras.recorder import Recorder
 
@@ -110,21 +118,6 @@ def test_a_run_without_faults_keeps_to_the_pattern() -> None:
     assert metric(finished, "n_violations") == 0
 
 
-@pytest.mark.parametrize("failing", ["ASV00 console"])
-def test_a_run_that_does_what_the_pattern_forbids_is_found_out(failing: str) -> None:
-    """The AUV chooses by itself, since the console has failed; a pattern by which it may not says so."""
-    told = [f'{{state="{one}",says="surveyedBy",to="{to}"}}' for one, to in (("a", "b"), ("b", "c"))]
-    told.append('{state="c",says="chosen",by="ASV00",to="d"}')
-    states = ",".join(f'{{name="{one}"}}' for one in "abc") + ',{name="d",final=true}'
-    pattern = (f"choreography.state=[{states}]", f"choreography.message=[{','.join(told)}]")
-    finished = run(*pattern, failing=(failing,))
-    (_, chooser, _, chosen) = said(finished, "chosen")[0]
-    assert chooser == "IAUV00"
-    violations = [row for row in finished.recorder.rows(CHOREOGRAPHY.name) if row[-1]]
-    assert violations[0][1:6] == ("IAUV00", "c", "chosen", "recovery", chosen)
-    assert violations[0][-1] == "not allowed in state c; allowed: chosen by ASV00"
-
-
 BY_ROLE = {**PATTERN, "message": [{**PATTERN["message"][0], "by": "Recoverer"}, *PATTERN["message"][1:]]}
 
 
@@ -166,3 +159,189 @@ def test_a_speaker_that_is_neither_vehicle_nor_role_is_refused() -> None:
     assert (fault.key, fault.given) == ("choreography.message.4.by", '"Captain"')
     assert "IAUV00" in fault.allowed
     assert "Recoverer" in fault.allowed
+
+
+def faults(raw: Raw) -> list[ConfigurationFault]:
+    return list(TridentMission.check(raw))
+
+
+def only(raw: Raw) -> tuple[str, str, str]:
+    (fault,) = faults(raw)
+    return fault.key, fault.given, fault.allowed
+
+
+def put(raw: Raw, path: str, value: Any) -> None:
+    """Set a key, or take it away by None; tables of a list are called by name or number."""
+    at: Any = raw
+    *way, key = path.split("/")
+    for part in way:
+        at = at[part] if isinstance(at, dict) else at[int(part)] if part.isdecimal() else named(at, part)
+    if value is None:
+        del at[key]
+    else:
+        at[key] = value
+
+
+HOLD = "allowed: IAUV00 clamp, IAUV00 hover"
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "key", "given", "allowed"),
+    [
+        ("block/east/x_m", [150.0, 300.0], "block.east", "", "overlaps block west; allowed: blocks side by side"),
+        ("block/east/x_m", [380.0, 220.0], "block.east.x_m", "[380.0, 220.0]", "allowed: the smaller border first"),
+        ("block/east/name", "recovery", "block.recovery.name", '"recovery"', "used twice; blocks need names of their"),
+        ("activity/hold/service", "IAUV00 arm", "activity.hold.service", '"IAUV00 arm"', HOLD),
+        ("activity/hold/service", None, "activity.hold.service", "", f"is missing; {HOLD}"),
+        ("vehicle/ASV00/sensor/console/self_test", False, "vehicle.ASV00.sensor.console.self_test", "false", ""),
+        ("choreography/message/0/state", "surveing", "choreography.message.1.state", '"surveing"', ""),
+        ("choreography/message/0/to", "nowhere", "choreography.message.1.to", '"nowhere"', ""),
+        ("choreography/message/0/says", "chossen", "choreography.message.1.says", '"chossen"', ""),
+        ("choreography/message/2/by", "ASV01", "choreography.message.3.by", '"ASV01"', ""),
+        ("choreography/message/3/value", "wreck", "choreography.message.4.value", '"wreck"', ""),
+    ],
+)
+def test_a_key_that_cannot_be_is_told(path: str, value: Any, key: str, given: str, allowed: str) -> None:
+    raw = tables()
+    put(raw, path, value)
+    found = only(raw)
+    assert found[:2] == (key, given)
+    assert allowed in found[2]
+
+
+def test_a_capability_is_a_kind_of_service() -> None:
+    raw = tables()
+    put(raw, "vehicle/IAUV00/sensor/clamp/capability", "Clmping")
+    fault = next(iter(faults(raw)))
+    assert (fault.key, fault.given) == ("vehicle.IAUV00.sensor.clamp.capability", '"Clmping"')
+    assert "Clamping" in fault.allowed
+
+
+@pytest.mark.parametrize("key", ["block", "recovery", "activity", "choreography", "transponder", "vehicle", "mission"])
+@pytest.mark.parametrize("value", [None, 3, "text", [], {}, [3], [{}], {"state": 3}])
+def test_malformed_tables_are_passed_over(key: str, value: Any) -> None:
+    assert all(isinstance(fault, ConfigurationFault) for fault in faults(tables() | {key: value}))
+
+
+def test_blocks_and_the_target_lie_in_the_world() -> None:
+    raw = tables()
+    named(raw["block"], "east")["x_m"] = [220.0, 500.0]
+    raw["recovery"]["target_m"] = [20.0, 900.0]
+    outside = "outside the world, x -50.0 to 450.0, y -50.0 to 350.0"
+    assert [(one.key, one.given, one.allowed) for one in faults(raw)] == [
+        ("block.east.x_m, y_m", "[500.0, 280.0]", outside),
+        ("recovery.target_m", "[20.0, 900.0]", outside),
+    ]
+
+
+def test_a_block_has_not_too_many_tiles() -> None:
+    raw = tables()
+    raw["mission"]["tile_m"] = 4.0  # 40 times 40 tiles; the key itself allows no less than 5
+    assert {one.allowed for one in faults(raw)} == {"more than 1024 tiles; allowed: a greater mission.tile_m"}
+
+
+def test_a_service_that_nobody_offers_is_named() -> None:
+    raw = tables()
+    vehicle = named(raw["vehicle"], "IAUV00")
+    vehicle["sensor"] = [one for one in vehicle["sensor"] if one["name"] not in ("arm", "gripper")]
+    key, given, allowed = only(raw)
+    assert (key, given) == ("activity.handle.requires", '"Manipulation"')
+    assert allowed.startswith("a service that nobody offers; allowed: ")
+    assert "SeabedSurvey" in allowed
+
+
+def test_what_an_activity_requires_may_be_concluded_but_not_from_the_wrong_vehicle() -> None:
+    """Imaging at the surface reacquires nothing."""
+    raw = tables()
+    for name in ("camera", "forward sonar"):
+        one = module(raw, f"IAUV00 {name}")
+        named(raw["vehicle"], "IAUV00")["sensor"].remove(one)
+        named(raw["vehicle"], "ASV00")["sensor"].append(one)
+    found = {one.key for one in faults(raw)}
+    assert found == {"activity.find.requires"}
+
+
+def test_a_dead_end_and_a_state_out_of_reach_are_named() -> None:
+    raw = tables()
+    raw["choreography"]["message"] = [one for one in raw["choreography"]["message"] if one["state"] != "rejected"]
+    beyond = "cannot be reached: no message leads to it from surveying, the first state"
+    beyond_it = [("choreography.state.surveying again", "", beyond), ("choreography.state.exhausted", "", beyond)]
+    assert [(fault.key, fault.given, fault.allowed) for fault in faults(raw)] == [
+        (
+            "choreography.state.rejected",
+            "",
+            "is a dead end: no message leads from it to a final state, which are exhausted, recovered",
+        ),
+        *beyond_it,
+    ]
+    raw = tables()
+    raw["choreography"]["message"] = [one for one in raw["choreography"]["message"] if one["to"] != "rejected"]
+    assert [fault.key for fault in faults(raw)] == ["choreography.state.rejected", *(key for key, _, _ in beyond_it)]
+
+
+def test_a_beacon_stands_or_is_carried(tmp_path: Path) -> None:
+    raw = tables()
+    raw["beacon"][0]["position_m"] = [0.0, 0.0]
+    del raw["beacon"][1]["position_m"]
+    raw["beacon"].append({"name": "ghost", "vehicle": "ASV07", "range_m": 10.0})
+    raw["beacon"].append({"name": "deaf", "vehicle": "ASV00", "sensor": "usb", "range_m": 10.0})
+    file = tmp_path / "own.toml"
+    file.write_text(tomli_w.dumps(raw), encoding="utf-8")
+    with pytest.raises(ConfigurationError) as raised:
+        load(str(file))
+    found = {one.key: one.allowed for one in raised.value.faults}
+    assert found["beacon.positioning"] == "has both position_m and vehicle; allowed: one of them"
+    assert found["beacon.transponder"] == "has neither position_m nor vehicle; allowed: one of them"
+    assert found["beacon.ghost.vehicle"].startswith("allowed: ASV00, IAUV00")
+    assert found["beacon.deaf.sensor"].startswith("allowed: multibeam, usbl, console")
+
+
+class Style:
+    """As the package that draws hands it in."""
+
+    black, grey = "#000000", "#666666"
+    looks: ClassVar[Any] = {
+        name: SimpleNamespace(colour=colour, line="-", marker="o")
+        for name, colour in (("ASV00", "#0000ff"), ("IAUV00", "#ff0000"))
+    }
+
+    def tint(self, colour: str, strength: float) -> tuple[float, float, float]:
+        return (1.0 - strength, 1.0 - strength, 1.0 - strength)
+
+    def axis(self, label: str, unit: str = "") -> str:
+        return f"{label} in {unit}"
+
+    def time(self, time_s: float) -> str:
+        return f"{time_s} s"
+
+
+@pytest.fixture(scope="module")
+def results() -> MemoryResults:
+    return MemoryResults(run(failing=("IAUV00 arm",)))
+
+
+def test_services_show_when_each_worked_and_who_used_it(results: MemoryResults) -> None:
+    said = statuses(results)
+    assert len(said) == 13
+    assert [status for _, status in said["IAUV00 arm"]] == ["available", "failed"]
+    found = {(vehicle, service) for vehicle, service, _, _ in uses(results, said)}
+    assert ("IAUV00", "IAUV00 gripper") in found
+    assert ("IAUV00", "IAUV00 arm") not in found
+    assert all(from_s <= to_s for _, _, from_s, to_s in uses(results, said))
+    axes = Sheet().subplots()
+    assert draw_services(axes, results, Style()).startswith("Grey: the service says")
+    assert [label.get_text() for label in axes.get_yticklabels()] == list(said)
+
+
+def test_the_choreography_has_a_step_for_each_message(results: MemoryResults) -> None:
+    axes = Sheet().subplots()
+    assert draw_choreography(axes, results, Style()).endswith("Violations of the pattern: 0.")
+    marks = [line for line in axes.lines if line.get_marker() == "o"]
+    assert len(marks) == results.table("choreography").num_rows == 5
+
+
+def test_the_map_has_every_tile_once(results: MemoryResults) -> None:
+    axes = Sheet().subplots()
+    draw_site(axes, results, Style())
+    rows = results.table("charted").to_pylist()
+    assert len(axes.patches) == len({(row["column"], row["row"]) for row in rows}) == 128

@@ -1,17 +1,34 @@
-"""Matching: by what the world model concludes, of what services say of themselves."""
+"""Matching of services, modules that perceive, and the site."""
 
+import math
 from typing import Any
 
 import pytest
-from intervening import module, tables
+from intervening import tables
 
 from missions.scenarios.parts import database_of
+from missions.trident.behaviours import survey_lanes
 from missions.trident.conclusions import WithMembers
 from missions.trident.mission import TridentMission
 from missions.trident.scenario import TridentScenario
-from missions.trident.services import CHOOSE, FIND, FIX, HANDLE, HOLD, Matching
+from missions.trident.services import (
+    CHOOSE,
+    FIND,
+    FIX,
+    HANDLE,
+    HOLD,
+    EffectorSettings,
+    FinderSettings,
+    FixerSettings,
+    Matching,
+    ModuleSettings,
+    SurveyorSettings,
+)
+from missions.trident.site import APART_M, RIM_M, Lying, SeabedBlock, Site, lying
 from remoras.beliefs import Beliefs
 from remoras.organisation import Organisation
+from remoras.sensor import Pose
+from tests.sample_vehicles import AUV
 from worldmodel import Instance, WorldModel, core_ontology_paths, read_tbox
 
 TBOX = read_tbox(*core_ontology_paths(), *TridentMission.vocabulary)
@@ -71,17 +88,6 @@ def test_without_inference_only_what_is_called_alike_fits() -> None:
     assert known.block("east", "IAUV00") == ()
 
 
-def test_without_inference_a_service_that_is_called_alike_does_fit() -> None:
-    raw = tables()
-    raw["mission"]["inference"] = False
-    module(raw, "IAUV00 arm")["capability"] = "Manipulation"
-    of = TridentScenario.model_validate(raw)
-    matching, known = Matching.of(of, database_of(of, TridentMission).values()), Known()
-    assert matching.ways(HANDLE, "IAUV00", known.facts, BOTH) == ("IAUV00 arm",)
-    known.say("IAUV00 arm", "serviceStatus", "failed")
-    assert matching.ways(HANDLE, "IAUV00", known.facts, BOTH) == ()
-
-
 def test_a_service_that_says_it_failed_is_not_available_and_is_again_when_it_says_so() -> None:
     known = Known()
     known.say("IAUV00 arm", "serviceStatus", "failed")
@@ -100,17 +106,8 @@ def test_the_choice_and_the_fix_go_over_to_the_other_vehicle() -> None:
     assert known.ways(FIX) == ("IAUV00 ranging",)
 
 
-def test_services_of_who_is_not_there_do_not_count() -> None:
-    assert Known().ways(CHOOSE, there=frozenset({"IAUV00"})) == ("IAUV00 recogniser",)
-
-
-def test_what_has_to_be_on_board_is_of_the_own_vehicle() -> None:
-    assert Known().ways(HOLD, "ASV00") == ()
-
-
 @pytest.mark.parametrize(
-    ("response", "found"),
-    [("fixed", ("IAUV00 arm",)), ("repair", ("IAUV00 arm", "IAUV00 gripper"))],
+    ("response", "found"), [("fixed", ("IAUV00 arm",)), ("repair", ("IAUV00 arm", "IAUV00 gripper"))]
 )
 def test_a_plan_has_the_services_that_it_lists_whatever_they_say(response: str, found: tuple[str, ...]) -> None:
     known = Known(response=response)
@@ -118,8 +115,180 @@ def test_a_plan_has_the_services_that_it_lists_whatever_they_say(response: str, 
     assert known.ways(HANDLE) == found
 
 
-def test_every_service_is_of_the_class_that_its_activity_asks_for() -> None:
-    """What the plan lists is what matching finds, but for what is on the other vehicle or was not thought of."""
-    listed, matched = Known(response="repair"), Known()
-    for activity in (FIX, FIND, HOLD, HANDLE, CHOOSE):
-        assert set(listed.ways(activity)) <= set(matched.ways(activity))
+BLOCK = SeabedBlock("west", 0.0, 0.0, 100.0, 100.0, 20.0)
+TARGET, DECOY = Lying("target", (50.0, 50.0), True), Lying("decoy 1", (90.0, 90.0), False)
+
+
+def site(seed: int = 1, *objects: Lying) -> Site:
+    return Site((BLOCK,), objects or (TARGET,), (0.0, 0.0), 30.0, seed)
+
+
+def pose(x_m: float, y_m: float, speed_mps: float = 0.0, error_m: tuple[float, float] = (0.0, 0.0)) -> Pose:
+    return Pose(x_m, y_m, 20.0, 0.0, speed_mps, error_m)
+
+
+def made(settings: ModuleSettings) -> Any:
+    return settings.make(AUV)
+
+
+def surveyor(**keys: Any) -> Any:
+    of = {"name": "stereo", "capability": "StereoSurvey", "reach_m": 12.0, "speed_limit_mps": 1.0, "sigma_m": 1.0}
+    return made(SurveyorSettings(**{**of, **keys}))
+
+
+def effector(does: str = "handle", tolerance_m: float = 1.0, attempt_s: float = 10.0) -> Any:
+    return made(
+        EffectorSettings(
+            name="arm", capability="ArmManipulation", does=does, tolerance_m=tolerance_m, attempt_s=attempt_s
+        )  # type: ignore[arg-type]
+    )
+
+
+def test_a_survey_claims_tiles_where_the_vehicle_takes_itself_to_be_and_charts_where_it_is() -> None:
+    found = surveyor().sense(pose(10.0, 10.0, 1.0, (40.0, 0.0)), site(), 0.0)
+    assert [one.facts for one in found if one.facts] == [(("west", "chartedTile", 2),)]  # believed at (50, 10)
+    assert [one.row for one in found if one.row] == [(0, 0)]
+
+
+def test_who_is_too_fast_charts_nothing_and_a_tile_is_charted_once() -> None:
+    module = surveyor()
+    assert module.sense(pose(10.0, 10.0, 1.1), site(), 0.0) == []
+    assert len(module.sense(pose(10.0, 10.0, 1.0), site(), 1.0)) == 2  # the claim and the truth
+    assert module.sense(pose(10.0, 10.0, 1.0), site(), 2.0) == []
+
+
+def test_a_survey_shows_the_target_more_like_itself_than_a_decoy_and_with_the_error_that_it_states() -> None:
+    shown: dict[str, list[float]] = {"target": [], "decoy 1": []}
+    off_m = []
+    for seed in range(300):
+        for one in (TARGET, DECOY):
+            here = pose(*one.position_m, 1.0)
+            for seen in surveyor(p_seen=1.0).sense(here, site(seed, TARGET, DECOY), 0.0):
+                if seen.found:
+                    (_, _, place, sigma_m), (_, _, likeness, _) = seen.facts
+                    shown[one.name].append(likeness)
+                    off_m.append((place[0] - one.position_m[0], sigma_m))
+    assert len(shown["target"]) == 300
+    # means 0.70 and 0.45, cut off at 0 and 1, sigma 0.125: the standard error of 300 is 0.007
+    assert sum(shown["target"]) / 300 == pytest.approx(0.70, abs=0.03)
+    assert sum(shown["decoy 1"]) / 300 == pytest.approx(0.45, abs=0.03)
+    assert math.sqrt(sum(x**2 for x, _ in off_m) / len(off_m)) == pytest.approx(1.0, rel=0.1)
+    assert {sigma_m for _, sigma_m in off_m} == {1.0}
+
+
+def test_what_a_look_shows_does_not_depend_on_the_looks_at_others() -> None:
+    alone, both = surveyor(p_seen=1.0), surveyor(p_seen=1.0)
+    both.sense(pose(*DECOY.position_m, 1.0), site(3, TARGET, DECOY), 0.0)
+    here = pose(*TARGET.position_m, 1.0)
+    first = [one for one in alone.sense(here, site(3, TARGET, DECOY), 90.0) if one.found]
+    assert first == [one for one in both.sense(here, site(3, TARGET, DECOY), 90.0) if one.found]
+
+
+def test_each_look_of_a_finder_is_right_as_often_as_it_says_whatever_the_one_before_was() -> None:
+    both = {(first, second): 0 for first in (True, False) for second in (True, False)}
+    for seed in range(400):
+        module = made(FinderSettings(name="camera", capability="OpticalImaging", range_m=8.0, sigma_m=0.5, p_right=0.8))
+        assert module.sense(pose(50.0, 59.0), site(seed), 0.0) == []  # 9 m away
+        (first,) = module.sense(pose(50.0, 55.0), site(seed), 1.0)
+        assert module.sense(pose(50.0, 55.0), site(seed), 5.0) == []
+        (again,) = module.sense(pose(50.0, 55.0), site(seed), 12.0)
+        assert {look.facts[1][1] for look in (first, again)} == {"looksLike"}
+        assert {look.facts[1][3] for look in (first, again)} == {0.8}
+        both[first.facts[1][2] == "target", again.facts[1][2] == "target"] += 1
+    right, wrong = both[True, True] + both[True, False], both[False, True] + both[False, False]
+    assert right / 400 == pytest.approx(0.8, abs=0.06)  # three standard errors of 0.02
+    assert both[True, True] / right == pytest.approx(0.8, abs=0.07)
+    assert both[False, True] / wrong == pytest.approx(0.8, abs=0.14)
+
+
+@pytest.mark.parametrize("off_m", [0.0, 0.5, 1.0, 2.0])
+def test_an_attempt_succeeds_the_less_the_farther_off_it_is(off_m: float) -> None:
+    n = 0
+    for seed in range(400):
+        module = effector()
+        ticks = [module.sense(pose(50.0 + off_m, 50.0), site(seed), float(s)) for s in range(11)]
+        (outcome,) = ticks[-1]
+        assert not any(ticks[:-1])
+        assert outcome.row[:3] == ("arm", "handle", "target")
+        assert outcome.row[3] == pytest.approx(off_m)
+        n += outcome.row[4]
+        assert bool(outcome.facts) == outcome.row[4]
+    share = math.exp(-(off_m**2))  # tolerance 1 m
+    assert n / 400 == pytest.approx(share, abs=3.0 * math.sqrt(share * (1.0 - share) / 400) + 1e-9)
+
+
+def test_an_attempt_takes_a_vehicle_that_stays_at_rest_with_the_module_on() -> None:
+    module = effector()
+    for s in range(8):
+        assert module.sense(pose(50.0, 50.0), site(), float(s)) == []
+    assert module.sense(pose(50.0, 50.0, 0.5), site(), 8.0) == []  # it moved: begin anew
+    assert not any(module.sense(pose(50.0, 50.0), site(), float(s)) for s in range(9, 19))
+    assert module.sense(pose(50.0, 50.0), site(), 19.0)
+    assert module.sense(pose(50.0, 50.0), site(), 40.0) == []  # it was off meanwhile
+    assert not effector().sense(pose(57.0, 50.0), site(), 100.0)  # out of reach
+
+
+def test_what_holds_says_so_of_the_candidate_with_the_place_in_the_vehicles_own_frame() -> None:
+    module = effector("hold", tolerance_m=50.0)
+    ticks = [module.sense(pose(50.0, 50.0, 0.0, (3.0, -2.0)), site(), float(s)) for s in range(11)]
+    ((place, held),) = [one.facts for one in ticks[-1]]
+    assert place[1:] == ("location", (53.0, 48.0), 0.5)
+    assert held[1:] == ("heldBy", AUV.name)
+
+
+def test_a_fix_takes_the_transponder_for_a_while() -> None:
+    module = made(FixerSettings(name="ranging", capability="TransponderRanging", stay_s=5.0))
+    assert not any(module.sense(pose(40.0, 0.0), site(), float(s)) for s in range(10))  # 40 m away, range 30 m
+    ticks = [module.sense(pose(10.0, 0.0), site(), float(s)) for s in range(20, 40)]
+    assert [one[0].facts[0][1:] for one in ticks if one] == [("fixedOn", True)]
+    assert ticks.index(next(one for one in ticks if one)) == 5
+
+
+WEST = SeabedBlock("west", 0.0, 100.0, 100.0, 200.0, 20.0)
+EAST = SeabedBlock("east", 150.0, 100.0, 250.0, 200.0, 20.0)
+
+
+def test_a_block_has_the_tiles_whose_centre_lies_in_it() -> None:
+    assert len(WEST.tiles) == 5 * 5
+    assert all(WEST.west_m < (c + 0.5) * 20.0 < WEST.east_m and 100.0 < (r + 0.5) * 20.0 < 200.0 for c, r in WEST.tiles)
+    assert SeabedBlock("off", 5.0, 5.0, 45.0, 25.0, 20.0).tiles == ((0, 0), (1, 0))  # centres at 10 and 30, and at 10
+    assert WEST.centre_of(0) == (10.0, 110.0)
+
+
+def test_tiles_below_are_those_whose_centre_is_in_reach() -> None:
+    site = Site((WEST, EAST))
+    assert site.below((10.0, 110.0), 19.9) == [(0, 5)]  # the next centres are 20 m away, rows begin at 100 m
+    assert sorted(site.below((10.0, 110.0), 20.0)) == [(0, 5), (0, 6), (1, 5)]
+    assert site.below((125.0, 150.0), 20.0) == []  # between the blocks
+
+
+@pytest.mark.parametrize("reach_m", [8.0, 14.0, 20.0, 60.0])
+@pytest.mark.parametrize("block", [WEST, SeabedBlock("tall", 0.0, 0.0, 40.0, 120.0, 20.0)], ids=lambda one: one.name)
+def test_lanes_pass_every_tile_in_reach(block: SeabedBlock, reach_m: float) -> None:
+    found = list(survey_lanes(block, reach_m))
+    assert frozenset().union(*(lane.tiles for lane in found)) == frozenset(range(len(block.tiles)))
+    for lane in found:
+        (x_m, y_m), (to_x_m, _) = lane.begin_m, lane.end_m
+        for number in lane.tiles:
+            at_m = block.centre_of(number)
+            across_m = abs(at_m[1] - y_m) if to_x_m != x_m else abs(at_m[0] - x_m)
+            assert across_m <= reach_m + 1e-9
+
+
+def test_objects_lie_inside_blocks_and_apart() -> None:
+    for seed in range(50):
+        found = lying((WEST, EAST), None, 2, seed)
+        assert [one.is_target for one in found] == [True, False, False]
+        for one in found:
+            assert any(
+                block.west_m + RIM_M <= one.position_m[0] <= block.east_m - RIM_M
+                and block.south_m + RIM_M <= one.position_m[1] <= block.north_m - RIM_M
+                for block in (WEST, EAST)
+            )
+        gaps = [math.dist(a.position_m, b.position_m) for a in found for b in found if a is not b]
+        assert min(gaps) >= APART_M
+
+
+def test_the_place_of_the_target_may_be_given() -> None:
+    target, *_ = lying((WEST,), (33.0, 144.0), 1, 3)
+    assert target == Lying("target", (33.0, 144.0), True)

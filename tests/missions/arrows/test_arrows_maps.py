@@ -1,0 +1,260 @@
+"""Maps of beliefs: Bayes over cells, what is heard in any order, detectors as stated, and the map that is drawn."""
+
+import math
+import random
+from types import SimpleNamespace
+from typing import Any, ClassVar
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from matplotlib.figure import Figure as Sheet
+from searching import Facts, mission, run
+
+from missions.arrows.belief_map import CONTACT, SWEPT, disagreement, divergence, log2_of, look_information, posterior
+from missions.arrows.detectors import (
+    AcousticSettings,
+    ClassifyingCameraSettings,
+    DetectorSettings,
+    MagneticSettings,
+    shown_of,
+)
+from missions.arrows.metrics import LEVELS, draw_maps, found_at_s, sites_of
+from missions.arrows.seafloor import CellGrid, contact_code, contact_of, swept_code, swept_of
+from missions.arrows.truth import looks_known
+from missions.runs.results import MemoryResults
+from remoras.sensor import Pose
+
+RATES = np.array([[0.1, 0.5, 0.9], [0.02, 0.3, 0.6]])
+"""Of two detectors: for nothing and two kinds."""
+PRIOR = np.array([[0.9], [0.07], [0.03]])
+SHARES = st.lists(st.floats(0.01, 1.0), min_size=3, max_size=3).map(lambda w: np.array([w]).T / sum(w))
+
+
+def counted(looks: list[tuple[int, bool]]) -> tuple[np.ndarray, np.ndarray]:
+    n_yes, n_no = np.zeros((2, 1), dtype=np.int64), np.zeros((2, 1), dtype=np.int64)
+    for detector, answer in looks:
+        (n_yes if answer else n_no)[detector, 0] += 1
+    return n_yes, n_no
+
+
+LOOKS = st.lists(st.tuples(st.integers(0, 1), st.booleans()), max_size=12)
+
+
+@given(SHARES, LOOKS)
+def test_the_map_is_bayes_rule_look_by_look(prior: np.ndarray, looks: list[tuple[int, bool]]) -> None:
+    expected = prior[:, 0].copy()
+    for detector, answer in looks:
+        expected *= RATES[detector] if answer else 1.0 - RATES[detector]
+        expected /= expected.sum()
+    assert posterior(prior, RATES, *counted(looks))[:, 0] == pytest.approx(expected, rel=1e-9)
+
+
+@given(LOOKS, st.randoms())
+def test_the_order_of_looks_changes_no_bit(looks: list[tuple[int, bool]], order: object) -> None:
+    shuffled = list(looks)
+    order.shuffle(shuffled)  # type: ignore[attr-defined]
+    one, other = (posterior(PRIOR, RATES, *counted(of)) for of in (looks, shuffled))
+    assert one.tobytes() == other.tobytes()
+
+
+@given(st.floats(1e-300, 1e300))
+def test_the_logarithm_is_that_of_the_library(x: float) -> None:
+    assert log2_of(np.array([x]))[0] == pytest.approx(math.log2(x), rel=1e-14, abs=1e-15)
+
+
+@given(SHARES)
+def test_a_look_is_worth_what_it_tells_in_the_mean(prior: np.ndarray) -> None:
+    """Mutual information is the mean divergence of the map after the look from the one before."""
+    for detector in (0, 1):
+        expected = 0.0
+        for answer in (True, False):
+            after = posterior(prior, RATES, *counted([(detector, answer)]))
+            rates = RATES[detector] if answer else 1.0 - RATES[detector]
+            expected += float((prior[:, 0] * rates).sum()) * divergence(after, prior)
+        assert look_information(prior, RATES[detector])[0] == pytest.approx(expected, abs=1e-12)
+
+
+@given(SHARES, SHARES)
+def test_disagreement_is_between_none_and_one_bit_a_cell(one: np.ndarray, other: np.ndarray) -> None:
+    assert 0.0 <= disagreement([one, other]) <= 1.0 + 1e-12
+    assert disagreement([one, one.copy()]) == pytest.approx(0.0, abs=1e-12)
+    assert disagreement([one, other]) == pytest.approx(disagreement([other, one]), abs=1e-12)
+
+
+GRID = CellGrid(-10.0, 5.0, 10.0, 7, 9)
+
+
+def test_every_cell_is_in_one_tile() -> None:
+    cells = [cell for tile in range(GRID.n_tiles) for cell in GRID.cells_of(tile, 0xFFFF)]
+    assert sorted(cells) == list(range(GRID.n_cells))
+
+
+@given(st.integers(0, GRID.n_cells - 1))
+def test_a_cell_is_found_by_its_centre_and_by_its_bit(cell: int) -> None:
+    assert GRID.cell_at(GRID.centre_m(cell)) == cell
+    tile, bit = GRID.tile_of(cell)
+    assert list(GRID.cells_of(tile, 1 << bit)) == [cell]
+
+
+@given(st.integers(0, 31), st.integers(0, 1), st.integers(0, 255), st.integers(0, 65535))
+def test_passes_come_out_as_they_went_in(n_pass: int, detector: int, tile: int, mask: int) -> None:
+    assert swept_of(swept_code(n_pass, detector, tile, mask)) == (detector, tile, mask)
+
+
+@given(st.integers(0, 63), st.integers(0, 1), st.integers(0, 4095))
+def test_contacts_come_out_as_they_went_in(n_look: int, detector: int, cell: int) -> None:
+    assert contact_of(contact_code(n_look, detector, cell)) == (detector, cell)
+
+
+@given(st.floats(-20.0, 80.0), st.floats(-5.0, 100.0), st.floats(0.0, 40.0))
+def test_cells_in_range_are_all_those_and_no_others(x_m: float, y_m: float, range_m: float) -> None:
+    near = set(GRID.near((x_m, y_m), range_m))
+    for cell in range(GRID.n_cells):
+        at_m = GRID.centre_m(cell)
+        squared = (at_m[0] - x_m) ** 2 + (at_m[1] - y_m) ** 2
+        if abs(squared - range_m**2) > 1e-6:
+            assert (cell in near) == (squared < range_m**2)
+
+
+def looks(seed: int) -> list[tuple[str, str, int]]:
+    draw = random.Random(seed)
+    swept = [
+        ("swept", "A", swept_code(n, draw.randrange(2), draw.randrange(40), draw.randrange(65536))) for n in range(30)
+    ]
+    return [*swept, *(("contact", "B", contact_code(n, 0, draw.randrange(600))) for n in range(9))]
+
+
+def test_maps_are_the_same_bytes_whatever_the_order_and_the_doubles() -> None:
+    """Vehicles that hear the same looks in another order, in other portions, or twice, have the same map."""
+    told = looks(1)
+    charts = []
+    for order in range(4):
+        draw, chart = random.Random(order), mission().chart()
+        facts = Facts({})
+        shuffled = told + told[: 5 * order]
+        draw.shuffle(shuffled)
+        for attribute, vehicle, code in shuffled:
+            facts.told.setdefault((attribute, vehicle), set()).add(code)
+            facts.n_told += 1
+            if draw.random() < 0.3:
+                chart.update(facts, ("A", "B"))
+        chart.update(facts, ("A", "B"))
+        charts.append(chart.shares.tobytes())
+    assert len(set(charts)) == 1
+    assert charts[0] != mission().chart().shares.tobytes()
+
+
+def test_what_somebody_banned_said_counts_no_more() -> None:
+    facts, chart = Facts({}), mission().chart()
+    for attribute, vehicle, code in looks(2):
+        facts.told.setdefault((attribute, vehicle), set()).add(code)
+    facts.n_told = 1
+    chart.update(facts, ("A", "B"))
+    del facts.told["contact", "B"]
+    facts.n_told = 2
+    chart.update(facts, ("A", "B"))
+    alone = mission().chart()
+    alone.add(SWEPT, facts.told["swept", "A"])
+    assert chart.shares.tobytes() == alone.shares.tobytes()
+    alone.add(CONTACT, [contact_code(0, 0, 7)])
+    assert chart.shares.tobytes() != alone.shares.tobytes()
+
+
+SEA = mission()
+DATA = next(iter(SEA._database.values()))
+N_SEEDS = 60
+
+
+def test_things_lie_as_often_as_the_prior_says() -> None:
+    """Over seeds, of each kind as many as are expected, within 4 standard errors."""
+    counts = [np.bincount([one.kind for one in SEA.world(seed).things.values()], minlength=5) for seed in range(200)]
+    expected = SEA.prior.sum(axis=1)
+    variance = (SEA.prior * (1.0 - SEA.prior)).sum(axis=1)
+    for kind in range(1, 5):
+        mean = float(np.mean([one[kind] for one in counts]))
+        assert abs(mean - expected[kind]) < 4.0 * math.sqrt(variance[kind] / len(counts))
+
+
+def swept(seed: int, *kinds: type[DetectorSettings], times: int = 1) -> np.ndarray:
+    """The map of a vehicle that went along lanes over the whole area, and took in each look so often."""
+    world, chart = SEA.world(seed), SEA.chart()
+    sensors, now_s = [kind().make(DATA) for kind in kinds], 0.0
+    away = Pose(-9000.0, -9000.0, 20.0, 0.0, 1.5)  # from there the last looks are told
+    poses = [Pose(float(x_m), 100.0 * lane + 50.0, 20.0, 0.0, 1.5) for lane in range(8) for x_m in range(0, 1200, 6)]
+    for pose in [*poses, *[away] * 20]:
+        now_s += 4.0
+        for observation in (one for sensor in sensors for one in sensor.sense(pose, world, now_s)):
+            for _, attribute, value, *_ in observation.facts:
+                if attribute in (SWEPT, CONTACT):
+                    chart.add(attribute, [int(value)] * times)
+    return chart.shares
+
+
+def misbelieved(times: int) -> float:
+    """Of classes of beliefs, the greatest difference of mean belief and share of occupied cells, in standard errors."""
+    believed, occupied = [], []
+    for seed in range(N_SEEDS):
+        believed.append(1.0 - swept(seed, AcousticSettings, MagneticSettings, times=times)[0])
+        occupied.append(np.isin(np.arange(SEA.grid.n_cells), list(SEA.world(seed).things)))
+    p, is_occupied = np.concatenate(believed), np.concatenate(occupied)
+    worst = 0.0
+    for low, high in ((0.0, 0.01), (0.01, 0.05), (0.05, 0.2), (0.2, 0.6), (0.6, 0.9), (0.9, 1.0)):
+        chosen = (p >= low) & (p < high)
+        if chosen.sum() < 20:
+            continue
+        error = math.sqrt(float((p[chosen] * (1.0 - p[chosen])).sum()))
+        worst = max(worst, abs(float(is_occupied[chosen].sum() - p[chosen].sum())) / error)
+    return worst
+
+
+@pytest.mark.slow
+def test_of_cells_believed_to_hold_something_so_many_do() -> None:
+    """Calibration over seeds: in each class of beliefs as many cells are occupied as it says, within 4 errors."""
+    assert misbelieved(times=1) < 4.0
+
+
+def test_a_camera_errs_as_often_as_is_stated() -> None:
+    world, camera = SEA.world(3), ClassifyingCameraSettings().make(DATA)
+    thing = next(iter(world.things.values()))
+    pose = Pose(*thing.position_m, 20.0, 0.0, 0.0)
+    shown = []
+    for number in range(2000):
+        (observation,) = camera.sense(pose, world, 10.0 * number)
+        shown += [shown_of(int(value)) for _, attribute, value, *_ in observation.facts if attribute == "shown"]
+    p_right = 1.0 - SEA.scenario.detector.optical.p_false
+    share = sum(one == thing.kind for one in shown) / len(shown)
+    assert abs(share - p_right) < 4.0 * math.sqrt(p_right * (1.0 - p_right) / len(shown))
+
+
+class Style:
+    """As the package that draws hands it in."""
+
+    black, grey = "#000000", "#666666"
+    looks: ClassVar[Any] = {
+        name: SimpleNamespace(colour="#0000ff", line="-", marker="o") for name in ("ASV00", "AUV01", "AUV02", "AUV03")
+    }
+
+    def tint(self, colour: str, strength: float) -> tuple[float, float, float]:
+        return (1.0 - strength, 1.0 - strength, 1.0 - strength)
+
+    def axis(self, label: str, unit: str = "") -> str:
+        return f"{label} in {unit}"
+
+
+def test_the_map_shades_cells_by_all_looks_and_marks_sites_by_whether_they_were_detected() -> None:
+    of, axes = run(), Sheet().subplots()
+    caption = draw_maps(axes, MemoryResults(of), Style())
+    chart, grid = mission().chart(), mission().grid
+    for _, attribute, code in looks_known(of.recorder, mission().crew)[""]:
+        chart.add(attribute, (code,))
+    shares = chart.shares[1:4].sum(axis=0)
+    tones = np.searchsorted(LEVELS, shares, side="right").reshape(grid.n_rows, grid.n_columns)
+    assert (np.asarray(axes.images[0].get_array()) == tones).all()
+    assert len(np.unique(tones)) > 2
+    drawn = {line.get_label(): len(line.get_xdata()) for line in axes.lines}
+    found, sites = found_at_s(of).keys(), sites_of(of)
+    assert (drawn["site, detected"], drawn["site, not detected"]) == (len(sites & found), len(sites - found))
+    assert {"AUV01", "AUV02", "AUV03"} <= drawn.keys()
+    assert f"{len(sites)} there, {len(sites & found)} detected" in caption

@@ -1,0 +1,135 @@
+"""Vehicles of one mission: places in formation, jobs that two chose, and work that keeps them from the meeting."""
+
+import tomllib
+from typing import Any
+
+import pytest
+import tomli_w
+from surveying import mapper
+
+from missions.document import Document
+from missions.files import shipped, text_of
+from missions.mapping.behaviours import positioning, room_of
+from missions.mapping.drawn_ground import drawn_ground
+from missions.mapping.jobs import SurveyJob
+from missions.mapping.tasks import AfterWork, Unfinished
+from missions.runs.results import MemoryResults
+from missions.runs.run import Run, run
+from missions.scenarios.loading import scenario_from
+from remoras.behaviours import Standing
+from remoras.beliefs import Key
+from remoras.motion import Motion
+from remoras.picture import Picture
+from remoras.radio import note_position
+
+GROUP = "Operational"
+
+
+def place_m(turn_rate_radps: float, separation_m: float) -> tuple[float, float]:
+    """Where a left winger goes whose leader is at the origin, with its head to the east, and turns so fast."""
+    leader, own = mapper("AUV00", turn_rate_radps=turn_rate_radps), mapper("AUV01")
+    room_m = room_of((leader, own), separation_m)
+    behaviour = positioning(("top", "left"), ("AUV00",), GROUP, own, 15.0, room_m)
+    picture = Picture()
+    picture.groups.gathered.add(GROUP)
+    note_position(picture.peers, "AUV00", (-10.0, 0.0))
+    note_position(picture.peers, "AUV00", (0.0, 0.0))
+    reference = behaviour.reference(Motion(500.0, 0.0), picture)
+    assert reference is not None
+    return reference.target_m
+
+
+def test_a_place_is_as_far_from_the_leader_as_the_mission_says_where_that_leaves_it_room() -> None:
+    """At 2 m/s and 0.5 rad/s the leader turns on a circle of 4 m: it keeps 1.1 * 5 + 4 = 9.5 m from others."""
+    assert place_m(0.5, 5.0) == (0.0, 15.0)
+
+
+def test_a_place_is_farther_from_a_leader_that_turns_on_a_wide_circle_or_keeps_others_farther_off() -> None:
+    """1.25 (1.1 * 5 + 2 / 0.1) and 1.25 (1.1 * 12 + 2 / 0.5)."""
+    assert place_m(0.1, 5.0) == pytest.approx((0.0, 31.875))
+    assert place_m(0.5, 12.0) == pytest.approx((0.0, 21.5))
+
+
+WEST = SurveyJob("west", ((0.0, 0.0), (0.0, 100.0), (100.0, 100.0), (100.0, 0.0)))
+EAST = SurveyJob("east", ((100.0, 0.0), (100.0, 100.0), (200.0, 100.0), (200.0, 0.0)))
+"""Areas of 16 cells of 25 m each."""
+
+
+class Facts:
+    """What a vehicle knows: values by key; of cells all that were told."""
+
+    def __init__(self) -> None:
+        self.known: dict[Key, Any] = {}
+        self.cells: dict[str, set[float]] = {"west": set(), "east": set()}
+
+    def get(self, key: Key, default: Any = None, /) -> Any:
+        return self.known.get(key, default)
+
+    def values(self, key: Key) -> set[Any]:
+        if key[0] == "mappedCell":
+            return self.cells[key[1]]
+        return {self.known[key]} if key in self.known else set()
+
+    n_told = 0
+
+
+def answers(facts: Facts, goal: float, finds: tuple[str, ...] = ()) -> float:
+    meeting = AfterWork(Standing(), Unfinished([WEST, EAST], goal, finds))
+    return meeting.perceive(Motion(0.0, 0.0), Picture(facts=facts), True).settled
+
+
+@pytest.mark.parametrize(
+    ("n_cells", "goal", "expected"), [(29, 0.9, 1.0), (28, 0.9, 0.0), (31, 1.0, 0.0), (0, 0.0, 1.0)]
+)
+def test_calls_are_answered_from_the_goal_on(n_cells: int, goal: float, expected: float) -> None:
+    """Of 32 cells a goal of 0.9 spares three (28.8 are asked for)."""
+    facts = Facts()
+    facts.cells["west"] = {float(n) for n in range(min(16, n_cells))}
+    facts.cells["east"] = {float(n) for n in range(max(0, n_cells - 16))}
+    assert answers(facts, goal) == expected
+
+
+def test_an_area_that_somebody_has_done_counts_whole() -> None:
+    facts = Facts()
+    facts.known["areaDone", "west"] = "AUV01"
+    assert answers(facts, 0.5) == 1.0
+    assert answers(facts, 0.6) == 0.0
+
+
+def test_a_find_that_waits_is_work() -> None:
+    facts = Facts()
+    facts.known["foundAt", "find 1"] = (0.0, 0.0)
+    assert answers(facts, 0.0, ("find 1",)) == 0.0
+    facts.known["inspectedBy", "find 1"] = "AUV01"
+    assert answers(facts, 0.0, ("find 1",)) == 1.0
+
+
+GROUND = 11
+"""All its jobs have room for two, and the first plans of two vehicles differ: each knows where it is itself by now."""
+
+
+def flown(strategy: str) -> Run:
+    tables = drawn_ground(tomllib.loads(text_of(shipped()["mapping-patches"])), GROUND)
+    settings = ("--set", f"strategy.name='{strategy}'"), ("--set", "uncertainty.speed_spread=0.0")
+    return run(scenario_from(Document.of_text(tomli_w.dumps(tables), "ground.toml"), settings), 1)
+
+
+def first_jobs(finished: Run) -> list[str]:
+    """What each vehicle is at after 60 s."""
+    rows = MemoryResults(finished).table("roles").to_pylist()
+    held: dict[str, str] = {}
+    for row in rows:
+        if row["role"].startswith("Piece") and row["time_s"] <= 60.0 and row["event"] == "assigned":
+            held[row["vehicle"]] = row["role"]
+    return sorted(held.values())
+
+
+@pytest.fixture(scope="module")
+def dispatched_s() -> float:
+    return flown("plan-and-dispatch").milestones[-1].time_s
+
+
+def test_one_of_two_that_chose_the_same_goes_on(dispatched_s: float) -> None:
+    finished = flown("status-broadcast")
+    assert len(set(first_jobs(finished))) == 4
+    assert finished.milestones[-1].time_s < 1.05 * dispatched_s
