@@ -11,7 +11,7 @@ from searching import Facts, mission
 
 from missions.arrows.behaviours import HELD_S, Held
 from missions.arrows.choosing import Choosing, Leg, Return, Trail, goes_on, lawnmower_track
-from missions.arrows.contact import Find, Hearers, Leash, Reach, contact_range_m
+from missions.arrows.contact import Find, Hearers, Leash, Reach
 from remoras.picture import Peers
 
 SEA = mission()
@@ -128,22 +128,6 @@ def test_the_more_it_has_to_tell_the_sooner_it_comes_back(
         assert on(finds, busy_s)
 
 
-def test_what_is_found_late_is_told_while_there_is_time() -> None:
-    """500 s from contact and on the way there, with two sites, where a leg of 100 s finds 0.1."""
-    leg, finds, back = Leg((600.0, 1090.0), 0.1, 100.0), [Find(0.9, 300.0)] * 2, Return(500.0, 0.0)
-
-    def turns(busy_s: float, back: Return = back) -> list[int]:
-        steps = range(3500, 0, -100)
-        return [left_s for left_s in steps if not goes_on(leg, finds, 300.0, back, back, left_s, busy_s)]
-
-    # 1.8 (T - 800) > 1.9 (T - 900) for T < 2700, and nothing to gain up to T = 800
-    assert turns(0.0) == list(range(2600, 800, -100))
-    assert turns(1000.0) == []  # T - 1300 either way: who identifies it has its hands full
-    # 500 s later on its way, 2 * 0.001 * 500 = 1: it loses T - 250, or later T - 350. That leaves a gain of
-    # 0.8 T - 1190 > 0 for T > 1487, and more than 0.9 T - 1360 for T < 1700
-    assert turns(0.0, Return(500.0, 500.0)) == [1600, 1500]
-
-
 def test_who_is_back_stays_until_it_hears_somebody_or_has_waited() -> None:
     leash = Leash(REACH)
     leash.update((600.0, 0.0), 0.0, 0.0)
@@ -159,17 +143,6 @@ def test_who_is_back_stays_until_it_hears_somebody_or_has_waited() -> None:
     assert not leash.has_greeted
     leash.update((600.0, 0.0), 501.0, 502.0)
     assert leash.has_greeted
-
-
-def test_contact_ends_where_the_channel_loses_more() -> None:
-    """On the acoustic channel, the nearer the fainter; on one that knows no range, where it is cut off."""
-    ranges_m = [
-        contact_range_m(mission(f"channel.source_level_db={level}").scenario) for level in (112.0, 114.0, 120.0)
-    ]
-    assert ranges_m == sorted(ranges_m)
-    assert ranges_m[0] < ranges_m[-1] < 1500.0
-    for per in (0.0, 0.4, 0.9):
-        assert contact_range_m(mission("channel.name=bernoulli", f"channel.per={per}").scenario) == 1500.0
 
 
 @given(st.floats(50.0, 900.0), st.floats(50.0, 900.0), st.floats(20.0, 120.0))

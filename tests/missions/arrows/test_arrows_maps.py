@@ -2,14 +2,13 @@
 
 import math
 import random
-from types import SimpleNamespace
-from typing import Any, ClassVar
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.figure import Figure as Sheet
+from plain_style import PlainStyle
 from searching import Facts, mission, run
 
 from missions.arrows.belief_map import CONTACT, SWEPT, disagreement, divergence, log2_of, look_information, posterior
@@ -228,24 +227,12 @@ def test_a_camera_errs_as_often_as_is_stated() -> None:
     assert abs(share - p_right) < 4.0 * math.sqrt(p_right * (1.0 - p_right) / len(shown))
 
 
-class Style:
-    """As the package that draws hands it in."""
-
-    black, grey = "#000000", "#666666"
-    looks: ClassVar[Any] = {
-        name: SimpleNamespace(colour="#0000ff", line="-", marker="o") for name in ("ASV00", "AUV01", "AUV02", "AUV03")
-    }
-
-    def tint(self, colour: str, strength: float) -> tuple[float, float, float]:
-        return (1.0 - strength, 1.0 - strength, 1.0 - strength)
-
-    def axis(self, label: str, unit: str = "") -> str:
-        return f"{label} in {unit}"
+STYLE = PlainStyle(**dict.fromkeys(("ASV00", "AUV01", "AUV02", "AUV03"), "#0000ff"))
 
 
 def test_the_map_shades_cells_by_all_looks_and_marks_sites_by_whether_they_were_detected() -> None:
     of, axes = run(), Sheet().subplots()
-    caption = draw_maps(axes, MemoryResults(of), Style())
+    caption = draw_maps(axes, MemoryResults(of), STYLE)
     chart, grid = mission().chart(), mission().grid
     for _, attribute, code in looks_known(of.recorder, mission().crew)[""]:
         chart.add(attribute, (code,))

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from pettingzoo.test import parallel_api_test
+from short_suite import SHORT
 
 from missions.benchmark.pettingzoo_environment import (
     AGAIN,
@@ -28,36 +29,12 @@ from missions.runs.setup import resolved
 from missions.sweeps.plan import seed_of
 
 ROOT = Path(__file__).resolve().parents[3]
-SUITE = """
-[suite]
-name = "short"
-grounds = ["mapping-patches"]
-bound = "missions.mapping.rounds:rounds"
-limit_s = 7200.0
-repeats = 34
-
-[set]
-scenario.duration_s = {duration_s}
-
-[[network]]
-name = "alike"
-set."channel.per" = {per}
-
-[[unforeseen]]
-name = "speeds"
-set."uncertainty.speed_spread" = 0.3
-
-[[unforeseen]]
-name = "work found"
-set."uncertainty.speed_spread" = 0.0
-set."finds.number" = 4
-"""
-SPEEDS, FINDS = "mapping-patches, alike, speeds", "mapping-patches, alike, work found"
+SPEEDS = "mapping-patches, alike, speeds"
 
 
 def env_of(folder: Path, duration_s: float = 200.0, per: float = 0.42) -> FleetEnv:
     path = folder / "short.toml"
-    path.write_text(SUITE.format(duration_s=duration_s, per=per), encoding="utf-8")
+    path.write_text(SHORT.replace("40.0", f"{duration_s}").replace("0.42", f"{per}"), encoding="utf-8")
     return FleetEnv(str(path))
 
 
@@ -221,7 +198,7 @@ def test_rewards_add_up_to_the_time_in_which_the_goal_was_not_reached(short: Fle
 
 
 @pytest.mark.parametrize(
-    ("options", "named"), [({"cell": "nowhere"}, "cell = 'nowhere'"), ({"repeat": 34}, "repeat = 34")]
+    ("options", "named"), [({"cell": "nowhere"}, "cell = 'nowhere'"), ({"repeat": 2}, "repeat = 2")]
 )
 def test_a_case_that_is_none_is_named(short: FleetEnv, options: Mapping[str, Any], named: str) -> None:
     with pytest.raises(OutputError, match=f"{named}; allowed: "):

@@ -10,14 +10,7 @@ from small_mission import SMALL, line_of
 from surveying import mapper
 
 from missions.errors import ConfigurationError
-from missions.mapping.detections import (
-    NO_WAY_S,
-    PATIENCE_S,
-    Inspecting,
-    InspectionJob,
-    find_names,
-    seabed_with_finds,
-)
+from missions.mapping.detections import NO_WAY_S, PATIENCE_S, Inspecting, InspectionJob, find_names, seabed_with_finds
 from missions.mapping.scenario import FindsTable
 from missions.mapping.sensors import Seabed, SeabedFeature, Stays, SwathSensor
 from missions.runs.run import Run, run

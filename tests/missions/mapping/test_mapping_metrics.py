@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure as Sheet
+from plain_style import PlainStyle
 
 from missions.mapping.metrics import (
     coverage_fraction,
@@ -109,23 +110,7 @@ ROWS = [(10.0, "A", 0, 0), (20.0, "B", 0, 0), (30.0, "B", 1, 0), (40.0, "A", 2, 
 """B maps again what A has mapped: time (s), vehicle, column and row of the cell."""
 
 
-class Style:
-    """As the package that draws hands it in; the colours are those of this test."""
-
-    black, grey = "#000000", "#666666"
-
-    @property
-    def looks(self) -> dict[str, SimpleNamespace]:
-        return {name: SimpleNamespace(colour=colour, line="-") for name, colour in (("A", "red"), ("B", "blue"))}
-
-    def tint(self, colour: str, strength: float) -> tuple[float, float, float]:
-        return {"red": (1.0, 0.8, 0.8), "blue": (0.8, 0.8, 1.0)}.get(colour, (0.8, 0.8, 0.8))
-
-    def axis(self, label: str, unit: str = "") -> str:
-        return f"{label} in {unit}"
-
-    def time(self, time_s: float) -> str:
-        return f"{time_s} s"
+STYLE = PlainStyle(A="red", B="blue")
 
 
 def results(rows: list[tuple[Any, ...]] = ROWS) -> Any:
@@ -144,7 +129,7 @@ def axes() -> Axes:
 
 
 def test_the_steps_end_at_the_share_of_the_summary(axes: Axes) -> None:
-    draw_coverage(axes, results(), Style())
+    draw_coverage(axes, results(), STYLE)
     steps = {line.get_label(): list(line.get_ydata()) for line in axes.get_lines()}
     assert steps["fleet"] == pytest.approx([0, 25, 50, 75, 75])  # three of four cells
     assert steps["A"] == pytest.approx([0, 25, 50, 50])
@@ -153,7 +138,7 @@ def test_the_steps_end_at_the_share_of_the_summary(axes: Axes) -> None:
 
 
 def test_mapped_cells_are_squares_in_the_tint_of_who_came_first(axes: Axes) -> None:
-    assert draw_mapped_cells(axes, results(), Style()).startswith("Cells are shaded in the colour")
+    assert draw_mapped_cells(axes, results(), STYLE).startswith("Cells are shaded in the colour")
     (cells,) = [one for one in axes.collections if isinstance(one, PolyCollection)]
     boxes = [path.get_extents().extents.tolist() for path in cells.get_paths()]
     assert boxes == [[0, 0, 25, 25], [25, 0, 50, 25], [50, 25, 75, 50]]
@@ -167,12 +152,12 @@ def test_objects_stand_where_they_lie_and_a_cross_where_each_was_seen(axes: Axes
     objects = "[[object]]\nposition_m = [10.0, 20.0]\nclassification = 'wreck'\n"
     tables = {"sightings": sightings}
     seen = SimpleNamespace(manifest={"scenario": objects}, has=tables.__contains__, table=tables.__getitem__)
-    assert draw_objects(axes, seen, Style()).endswith("n = 3 sightings.")
+    assert draw_objects(axes, seen, STYLE).endswith("n = 3 sightings.")
     drawn = [one.get_offsets().tolist() for one in axes.collections]
     assert drawn == [[[11.0, 20.0], [9.0, 21.0], [41.0, 52.0]], [], [[10.0, 20.0]]]
     assert [one.get_text() for one in axes.texts] == ["wreck"]
     assert axes.get_legend_handles_labels()[1] == ["seen there", "object"]
     blind = SimpleNamespace(manifest=seen.manifest, has=lambda name: False)
-    assert draw_objects(Sheet().subplots(), blind, Style()).endswith("n = 0 sightings.")
+    assert draw_objects(Sheet().subplots(), blind, STYLE).endswith("n = 0 sightings.")
     none = SimpleNamespace(manifest={"scenario": ""})
-    assert draw_objects(Sheet().subplots(), none, Style()) == ""
+    assert draw_objects(Sheet().subplots(), none, STYLE) == ""

@@ -29,15 +29,6 @@ def test_the_grid_of_table_ii() -> None:
     assert {math.dist(a, b) for a, b in pairwise(waypoints)} == {225.0, 25.0}
 
 
-@pytest.mark.parametrize(
-    ("start", "first"),
-    [((0.0, 0.0), (112.5, 112.5)), ((500.0, 0.0), (337.5, 112.5)), ((0.0, 500.0), (112.5, 337.5)),
-     ((500.0, 500.0), (337.5, 337.5))],
-)  # fmt: skip
-def test_it_begins_at_the_corner_nearest_to_the_vehicle(start: Point, first: Point) -> None:
-    assert zigzag(MIDFIELD, 25.0, start)[0] == first
-
-
 def test_a_width_that_is_no_multiple_of_the_swath_is_shared_out() -> None:
     """60 m in swaths of 25 m: three rows, 20 m apart, the outer ones 10 m from the border."""
     assert [begin[1] for begin, _ in rows([(0, 0), (100, 0), (100, 60), (0, 60)], 25.0)] == [10.0, 30.0, 50.0]
@@ -153,18 +144,6 @@ def test_where_less_is_left_a_vehicle_is_done_no_later(
         return min((math.dist(way.first_m, at_m) + way.length_m for way in survey.ways(left)), default=0.0)
 
     assert way_m(less) <= way_m(more) + 1e-6
-
-
-@pytest.mark.parametrize("wide_and_high_m", [(400.0, 100.0), (100.0, 400.0)])
-def test_a_row_lies_at_one_coordinate_across_and_reaches_along_the_longer_side(
-    wide_and_high_m: tuple[float, float],
-) -> None:
-    wide_m, high_m = wide_and_high_m
-    survey = ground_of(((0.0, 0.0), (wide_m, 0.0), (wide_m, high_m), (0.0, high_m)), 25.0).survey(25.0)
-    assert [[survey.across_m(end_m) for end_m in row.ends_m] for row in survey.rows] == [
-        [level_m] * 2 for level_m in (12.5, 37.5, 62.5, 87.5)
-    ]
-    assert [[survey.along_m(end_m) for end_m in row.ends_m] for row in survey.rows] == [[12.5, 387.5]] * 4
 
 
 SQUARE = SurveyJob("square", ((100.0, 100.0), (100.0, 350.0), (350.0, 350.0), (350.0, 100.0)))

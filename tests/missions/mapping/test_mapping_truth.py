@@ -180,14 +180,6 @@ def test_whom_a_head_that_waited_to_the_deadline_met_without_is_said() -> None:
     assert tuple(watching.milestones[1:3]) == gathered
 
 
-def test_who_met_may_have_gone_on_when_the_last_one_comes() -> None:
-    watching, fleet = truth(), Fleet()
-    fleet.a.position_m, fleet.a.met = JETTY_M, True
-    assert not watching.observe(fleet, 1.0)
-    fleet.a.position_m, fleet.b.position_m = (500.0, 500.0), JETTY_M
-    assert watching.observe(fleet, 2.0)
-
-
 def test_the_group_that_supervises_gathers_last() -> None:
     """Only the one that was given its mission waits, and both can come together in one look."""
     crew = Group("Crew", TEAM.roles, "jetty", None)
@@ -246,21 +238,6 @@ def test_being_together_is_not_enough() -> None:
     assert "mission_complete" not in names(watching)
 
 
-def test_a_head_that_does_not_take_its_group_for_gathered_is_given_the_time() -> None:
-    """It waits for somebody, or has given work anew: the 60 s of patience begin when it has met again."""
-    watching, fleet = truth(seabed=BANK, goal=0.8), Fleet()
-    fleet.a.position_m = fleet.b.position_m = JETTY_M
-    for now_s, has_met, is_over in (
-        (10.0, True, False),
-        (60.0, False, False),
-        (500.0, True, False),
-        (561.0, True, True),
-    ):
-        fleet.a.met = has_met
-        watching.observe(fleet, now_s)
-        assert watching.is_over is is_over
-
-
 def test_what_no_survivor_can_map_counts_and_is_out_of_reach() -> None:
     """B alone is able: when it is lost, half of the goal is reached, and no more is within reach."""
     watching, fleet = truth(seabed=BANK, able=("B",)), Fleet()
@@ -300,15 +277,3 @@ def test_it_is_over_once_nobody_left_can_do_more_and_who_lives_has_come_home() -
     fleet.a.position_m = JETTY_M
     assert not watching.observe(fleet, 12.0)
     assert watching.is_over
-
-
-def test_ground_that_only_who_will_be_back_can_map_is_within_reach() -> None:
-    """B, which alone can map, has yet to join: the rest is within reach until it is lost for good."""
-    watching, fleet = truth(seabed=BANK, goal=0.8), Fleet()
-    sweep(watching, fleet, 212.5, 237.5)
-    fleet.b.is_alive, fleet.b.will_return = False, True
-    watching.observe(fleet, 10.0)
-    assert (watching.goal_fraction, watching.reachable_fraction(fleet)) == (pytest.approx(0.5 / 0.8), 1.0)
-    fleet.b.will_return = False
-    watching.observe(fleet, 11.0)
-    assert watching.goal_fraction == watching.reachable_fraction(fleet) == pytest.approx(0.5 / 0.8)

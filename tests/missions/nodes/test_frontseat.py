@@ -218,33 +218,24 @@ def test_who_is_not_sure_of_the_time_withholds_its_packets() -> None:
 # The command ------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("text", "options", "expected"),
-    [
-        ("", ["--frontseat", "seat.py:seat"], "has no attribute 'seat'"),
-        ("def seat(): return 3", ["--frontseat", "seat.py:seat"], "returns int; allowed is a missions.nodes.Frontseat"),
-        ("def seat(): raise OSError('no port')", ["--frontseat", "seat.py:seat"], "OSError: no port"),
-        ("", ["--frontseat", "none.py:seat"], "no such file"),
-        (
-            "from missions.nodes import Frontseat\ndef seat(): return Frontseat(modem=print)",
-            ["--frontseat", "seat.py:seat", "--start-utc", "2026-05-01T09:00:00", "--peers", "ASV00=127.0.0.1:1"],
-            "its modem takes the place of others; leave out --serial, --unet, --bind and --peers",
-        ),
-        (
-            "from missions.nodes import Frontseat\ndef seat(): return Frontseat(modem=print)",
-            ["--frontseat", "seat.py:seat"],
-            "--start-utc is missing",
-        ),
-    ],
-)
+SEAT = "from missions.nodes import Frontseat\ndef seat(): return Frontseat"
+
+
+@pytest.mark.parametrize(("text", "options", "expected"), [
+    ("", (), "has no attribute 'seat'"),
+    ("def seat(): return 3", (), "returns int; allowed is a missions.nodes.Frontseat"),
+    ("def seat(): raise OSError('no port')", (), "OSError: no port"),
+    (f"{SEAT}(modem=print)", (), "--start-utc is missing"),
+    (f"{SEAT}(modem=print)", ("--start-utc", "2026-05-01T09:00:00", "--peers", "ASV00=127.0.0.1:1"),
+     "its modem takes the place of others; leave out --serial, --unet, --bind and --peers"),
+])  # fmt: skip
 def test_a_frontseat_that_cannot_be_is_a_line(
-    text: str, options: list[str], expected: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    text: str, options: tuple[str, ...], expected: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    name = f"seat_{abs(hash((text, *options)))}"
-    (tmp_path / f"{name}.py").write_text(text)
-    given = [option.replace("seat.py", f"{name}.py") for option in options]
-    result = CliRunner().invoke(app, ["node", "mapping-rendezvous", BOAT, *given])
+    name = f"seat_{abs(hash((text, *options)))}.py"
+    (tmp_path / name).write_text(text)
+    result = CliRunner().invoke(app, ["node", "mapping-rendezvous", BOAT, "--frontseat", f"{name}:seat", *options])
     assert result.exit_code == 2, result.output
     assert expected in result.stderr.replace("\n", " ")
 
@@ -374,19 +365,8 @@ def test_a_vehicle_whose_body_is_in_the_graph_goes_where_that_goes(graph: Graph)
 
 
 def test_a_simulated_vehicle_is_told(graph: Graph) -> None:
-    command = [
-        "node",
-        "mapping-rendezvous",
-        "AUV00",
-        "--ros",
-        "tell",
-        "--until",
-        "30",
-        "--settle",
-        "0",
-        "--speed",
-        "60",
-    ]
+    command = ["node", "mapping-rendezvous", "AUV00", "--ros", "tell"]
+    command += ["--until", "30", "--settle", "0", "--speed", "60"]
     done = CliRunner().invoke(app, [*command, "--json"])
     assert done.exit_code == 0, done.output
     told = graph.published["odometry"]

@@ -12,7 +12,7 @@ from exchange.packets import ItemUid
 from missions.errors import ConfigurationError
 from missions.nodes import logs
 from missions.nodes.alone import NodePlan, alone
-from missions.nodes.logs import Began, LineKind, NodeLog, gone_on, play, read_log
+from missions.nodes.logs import Began, NodeLog, gone_on, play, read_log
 from missions.nodes.node import Mishaps, NodeOutcome, VehicleNode
 from missions.scenarios import load
 
@@ -154,13 +154,6 @@ def test_one_that_is_started_again_tells_in_its_next_epoch(epoch: int) -> None:
     assert "AUV00" not in outcomes[0].digest
 
 
-def test_one_that_is_lost_by_a_fault_falls_silent(tmp_path: Path) -> None:
-    plan = plan_of("AUV00", fault='[{ kind = "lost", vehicle = "AUV00", at_s = 50.0 }]')
-    _, (outcome,) = together([plan], tmp_path)
-    assert not outcome.is_alive
-    assert max(entry.time_s for entry in read_log(tmp_path / "AUV00.jsonl").entries) < 50.0
-
-
 def test_misfits_are_named_with_what_is_allowed() -> None:
     with pytest.raises(ConfigurationError, match="VEHICLE = AUV0: one of ASV00, AUV00, AUV01, AUV02"):
         plan_of("AUV0")
@@ -270,16 +263,6 @@ def test_its_log_repeats_it_over_all_its_lives(dive: Dive) -> None:
     played = play(read_log(dive.path))
     assert played.difference == ""
     assert played.packets_sent > 50
-
-
-def test_a_line_that_was_not_finished_is_written_over(dive: Dive) -> None:
-    dive.go(150.0)
-    with dive.path.open("a", encoding="utf-8") as file:
-        file.write('{"kind": "heard", "time_')
-    dive.end_and_begin(150.0)
-    dive.ended()
-    lines = [json.loads(line) for line in dive.path.read_text(encoding="utf-8").splitlines()]
-    assert [line.get("kind") for line in lines].count(LineKind.BACK) == 1
 
 
 def test_a_log_that_cannot_be_gone_on_with_is_named(dive: Dive, tmp_path: Path) -> None:

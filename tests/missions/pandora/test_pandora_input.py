@@ -11,7 +11,6 @@ from servicing import raw, written
 
 from missions.errors import ConfigurationError
 from missions.pandora.assessment import SPARE_MPS, ActionMonitor
-from missions.pandora.scenario import PandoraSettings
 from missions.pandora.sequential import Cusum, readings_between_alarms, threshold
 from missions.scenarios import load
 from remoras.database import VehicleData
@@ -80,15 +79,6 @@ def test_a_surge_that_cannot_be(tmp_path: Path) -> None:
     assert load(str(written(tmp_path, tables))).current.surge[0].lasts_s == 5.0
 
 
-def test_a_structure_of_nothing(tmp_path: Path) -> None:
-    tables = raw()
-    for key in ("panel", "valve", "anode"):
-        del tables[key]
-    assert "there is nothing to be serviced: give one of [[panel]], [[valve]], [[chain]], [[anode]]" in refusal(
-        tmp_path, tables
-    )
-
-
 def between_alarms(stated: float, n_readings: int) -> float:
     """Readings for each alarm of one test that sees nothing but noise."""
     draws = np.random.Generator(np.random.Philox(7)).standard_normal(n_readings)
@@ -105,11 +95,6 @@ def test_the_threshold_is_that_of_the_tables() -> None:
     """Exactly, both sides together alarm once in 168 readings at h = 4 and in 465 at h = 5 (Montgomery, Table 9.3)."""
     assert readings_between_alarms(4.0) == pytest.approx(168.0, rel=0.02)
     assert readings_between_alarms(5.0) == pytest.approx(465.0, rel=0.02)
-
-
-def test_the_rate_is_stated_for_each_test_by_the_hour() -> None:
-    """0.01 per hour at a reading every 20 s is one alarm in 18,000 readings."""
-    assert PandoraSettings().alarm_at(20.0) == pytest.approx(threshold(18_000.0))
 
 
 @pytest.mark.parametrize("shift", [2.0, 3.0, -4.0])

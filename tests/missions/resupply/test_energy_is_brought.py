@@ -1,10 +1,9 @@
 """Energy is brought to drills that call, measured, and helped by who has it."""
 
 import math
-from pathlib import Path
 
 import pytest
-from resupplying import EMPTY, FULL, OFF, events, raw, sampled, written
+from resupplying import FULL, OFF, events, sampled
 from sample_vehicles import AUV
 
 from missions.errors import ConfigurationError
@@ -56,14 +55,6 @@ def test_without_its_cause_altruism_does_nothing(cause: tuple[str, ...]) -> None
     assert tracks(sampled(1, SHORT)) != tracks(sampled(1, SHORT, OFF))
 
 
-@pytest.mark.slow
-def test_a_call_moves_to_the_act_that_ends_the_wait_and_to_no_other() -> None:
-    """And those alone who have energy to give: the other drill's vehicle is called too."""
-    moved = {(row[4], row[1]) for row in sampled(1).recorder.decisions if row[9] > 0.0}
-    assert {activity for activity, _ in moved} == {"Helping"}
-    assert {vehicle for _, vehicle in moved} <= {"AUV00", "AUV01", "AUV02"}
-
-
 def test_no_energy_comes_from_nowhere() -> None:
     """What drills took is what their batteries had and what was brought; nobody gives what it does not have."""
     done = sampled(1)
@@ -86,47 +77,8 @@ def test_nobody_takes_a_hole_for_bored_that_is_not(keys: tuple[str, ...]) -> Non
     assert all(claimed[hole] >= bored_s[hole] for hole in claimed)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("keys", "says"), [
-    (EMPTY, "hole 6 impossible, as vehicles say"),
-    ((lost("AUV03", 700.0),), "no vehicle left that is able to do hole 2, hole 3, hole 4"),
-])  # fmt: skip
-def test_without_energy_or_drill_the_mission_ends_and_says_so(keys: tuple[str, ...], says: str) -> None:
-    """Nobody has energy to spare; who has called is lost. All sites are surveyed, and all come home before the end."""
-    done = sampled(1, *keys, "mission.wait_s=600.0")
-    assert not done.completed
-    assert says in done.reason
-    surveyed = {row[2] for row in done.recorder.rows("jobs") if row[2].startswith("site")}
-    assert len(surveyed) == 18
-
-
 AT = Pose(0.0, 0.0, 20.0, 0.0, 0.0)
 DRILL, CHARGER = DrillSettings(type="drill", name="corer"), ChargerSettings(type="charger", name="charger")
-
-
-def flown_with_sites_at_berths(folder: Path, seed: int, *keys: str) -> Run:
-    """A run with one more site at the berth of each hole."""
-    tables = raw()
-    tables["site"] += [
-        {"name": f"berth of {hole['name']}", "position_m": [hole["position_m"][0] + 10.0, hole["position_m"][1]]}
-        for hole in tables["boring"]
-    ]
-    return run(load(str(written(folder, tables)), [("--set", key) for key in keys]), seed)
-
-
-def claimed_too_early(of: Run) -> set[str]:
-    """Holes that were said to be bored before they were, or that never were."""
-    bored_s = {hole: time_s for time_s, _, hole, _ in events(of, "bored")}
-    claims = [(row[4], row[3]) for row in of.recorder.items if row[5] == "jobDone" and row[4].startswith("hole")]
-    return {hole for hole, time_s in claims if hole not in bored_s or time_s < bored_s[hole]}
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("keys", [(), ("decision.weight_external=0.0",)])
-def test_who_surveys_a_site_at_a_berth_is_not_taken_for_a_charger(tmp_path: Path, keys: tuple[str, ...]) -> None:
-    done = flown_with_sites_at_berths(tmp_path, 1, *keys)
-    assert done.completed
-    assert not claimed_too_early(done)
 
 
 def test_what_is_measured_is_what_was_so_a_tick_before() -> None:

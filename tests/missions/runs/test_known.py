@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 import pyarrow.parquet as pq
-import pyoxigraph
 import pytest
 from sampling import sampled
 
@@ -291,29 +290,6 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
     return Results.read(folder)
 
 
-def test_every_reception_is_of_a_packet_that_brought_it(results: Results) -> None:
-    """Sender and time are those of a packet which the vehicle heard; who repeats is not the origin."""
-    names = [one.name for one in results.scenario.vehicle]
-    nodes = {one.vehicle: one.model.owner for one in (results.known(name, 100.0) for name in names)}
-    packets = {
-        (nodes[row["sender"]], at_s, receiver, uid)
-        for row in results.table("packets").to_pylist()
-        for receiver, at_s in zip(row["receivers"], row["arrivals_s"], strict=True)
-        for uid in (*row["item_uids"], *row["status_uids"])
-    }
-    n_relayed = 0
-    for name in names:
-        known = results.known(name, 400.0)
-        items = [one for one in known.receptions if one.block.is_item]
-        assert {one.block for one in items} == {b for b in known.model.blocks() if b.origin != known.model.owner}
-        for one in items:
-            uid = f"{one.block.origin}-{one.block.sequence}"
-            found = {p for p in packets if p[:3] == (one.sender, one.time_s, name) and p[3].partition(".")[0] == uid}
-            assert found, one
-            n_relayed += one.sender != one.block.origin
-    assert n_relayed > 0
-
-
 def test_time_and_vehicle_say_whose_knowledge_and_when(results: Results) -> None:
     asked = "SELECT (COUNT(?f) AS ?n) { ?f sit:ofAttribute rm:mappedCell }"
     counts = [query(results, asked, "AUV01", at_s)[1][0][0] for at_s in (0.0, 200.0, 400.0)]
@@ -324,14 +300,6 @@ def test_time_and_vehicle_say_whose_knowledge_and_when(results: Results) -> None
     late = "SELECT ?f { ?r sit:received ?f ; sit:receivedAt ?at FILTER(?at > 200) }"
     assert query(results, late, "AUV01", 200.0)[1] == []
     assert query(results, late, "AUV01", 400.0)[1] != []
-
-
-def test_a_file_of_all_vehicles_has_a_graph_for_each(results: Results, tmp_path: Path) -> None:
-    write_knowledge(results, RdfFormat.TRIG, tmp_path / "all.trig", at_s=75.0)
-    quads = list(pyoxigraph.parse((tmp_path / "all.trig").read_bytes(), format=pyoxigraph.RdfFormat.TRIG))
-    graphs = {quad.graph_name for quad in quads} - {pyoxigraph.DefaultGraph()}
-    labels = {quad.object.value for quad in quads if quad.subject in graphs}
-    assert labels == set(knowledge(results))
 
 
 def test_what_cannot_be_written_or_asked_is_one_line(results: Results, tmp_path: Path) -> None:
@@ -421,15 +389,3 @@ def test_a_decision_leads_back_to_the_signal_behind_it(finished: Run) -> None:
         ]
         assert 0.0 < row["external"] <= weight * max(calls) / 128
     assert all((row["source"], row["slot"]) == ("", None) for row in rows(finished, "decisions") if not row["external"])
-
-
-def test_depths_are_those_of_the_scenario_and_of_the_surface_without_power() -> None:
-    weak = run(
-        load("mapping-rendezvous", [("--set", "vehicle.AUV01.energy_j=3000"), ("--set", "scenario.duration_s=60")]), 1
-    )
-    depths_m = {vehicle.name: vehicle.depth_m for vehicle in weak.scenario.vehicle}
-    empty_s = next(row["time_s"] for row in rows(weak, "faults") if row["kind"] == "energy")
-    assert depths_m["AUV01"] > 0.0
-    for row in rows(weak, "trajectories"):
-        afloat = row["vehicle"] == "AUV01" and row["time_s"] >= empty_s
-        assert row["depth_m"] == (0.0 if afloat else depths_m[row["vehicle"]])

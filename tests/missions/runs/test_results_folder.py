@@ -76,27 +76,6 @@ def test_a_mixture_of_two_runs_is_refused_by_name(runs: tuple[Run, Run], tmp_pat
     assert Results.read(tmp_path / "other").table("packets").num_rows > 0
 
 
-def without_id(path: Path) -> None:
-    if path.suffix == ".json":
-        content = json.loads(path.read_text(encoding="utf-8"))
-        del content["run_id"]
-        path.write_text(json.dumps(content), encoding="utf-8")
-    else:
-        pq.write_table(pq.read_table(path).replace_schema_metadata(None), path)
-
-
-def test_a_folder_of_an_older_version_has_no_ids_and_is_read(runs: tuple[Run, Run], tmp_path: Path) -> None:
-    write_results(runs[0], tmp_path / "out")
-    without_id(tmp_path / "out" / "packets.parquet")
-    with pytest.raises(OutputError, match=r"packets\.parquet of a run of an older version"):
-        Results.read(tmp_path / "out").table("packets")
-    for path in (tmp_path / "out").iterdir():
-        without_id(path)
-    results = Results.read(tmp_path / "out")
-    assert results.manifest["seed"] == 1
-    assert results.table("packets").num_rows == MemoryResults(runs[0]).table("packets").num_rows
-
-
 # The folder is exchanged whole --------------------------------------------------------------------
 
 
@@ -119,26 +98,22 @@ class Killed(BaseException):
     """A process that is killed does nothing any more: it does not clear up either."""
 
 
-_alive = -1
-"""Changes of files that the process makes before it is killed; below zero it lives on."""
+_alive, _end = -1, Killed
+"""Changes of files that the process makes before its end; below zero it lives on. What the end is: a kill or an error
+of the disk."""
+CHANGES = ("os.rename", "os.remove", "os.mkdir", "os.rmdir", "os.link", "shutil.rmtree", "open")
 
 
 def _watch(event: str, arguments: tuple[object, ...]) -> None:
     global _alive  # noqa: PLW0603  # an audit hook cannot be taken away
-    if _alive < 0 or event not in (
-        "os.rename",
-        "os.remove",
-        "os.mkdir",
-        "os.rmdir",
-        "os.link",
-        "shutil.rmtree",
-        "open",
-    ):
+    if _alive < 0 or event not in CHANGES:
         return
     if event == "open" and not (isinstance(arguments[1], str) and "w" in arguments[1]):
         return
     if _alive == 0:
-        raise Killed
+        if _end is OSError:
+            _alive = -1  # the disk is sound again
+        raise _end
     _alive -= 1
 
 
@@ -146,9 +121,9 @@ sys.addaudithook(_watch)
 
 
 @contextmanager
-def killed_after(changes: int) -> Iterator[None]:
-    global _alive  # noqa: PLW0603
-    _alive = changes
+def ended_after(changes: int, end: type[BaseException]) -> Iterator[None]:
+    global _alive, _end  # noqa: PLW0603
+    _alive, _end = changes, end
     try:
         yield
     finally:
@@ -173,73 +148,42 @@ def own_of(folder: Path) -> set[str]:
     return {path.read_text(encoding="utf-8") for path in files}
 
 
-def kill_everywhere(tmp_path: Path, out: Path, is_sound: Callable[[Path], bool]) -> int:
-    """Replace results again and again, killed one change of a file later each time; returns how often."""
+def is_whole(out: Path) -> bool:
+    return own_of(out) in ({"older"}, {"newer"}) and len(list(out.glob("*.json"))) == 2
+
+
+@pytest.mark.parametrize("end", [Killed, OSError])
+@pytest.mark.parametrize("place", ["elsewhere", "without swaps", "inside"])
+def test_killed_at_any_moment_the_folder_holds_the_older_run_or_the_new_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, place: str, end: type[BaseException]
+) -> None:
+    """A folder that one works in is filled in place, and refused until it is whole: a shell would be left in none."""
+    out = tmp_path / "out"
+    out.mkdir()
+    if place == "without swaps":
+        monkeypatch.setattr(folders, "_swapped", lambda one, other: False)
+    elif place == "inside":
+        monkeypatch.chdir(out)
     for changes in range(200):
         put(out, "older")
         drawn(out)
         try:
-            with killed_after(changes):
+            with ended_after(changes, end):
                 put(out, "newer")
-        except Killed:
-            assert is_sound(out), changes
+        except (Killed, OSError, OutputError):
+            folders.check_output(out, force=True)
+            if not is_whole(out):
+                assert place == "inside"
+                with pytest.raises(OutputError, match=r"missing: .*manifest\.json"):
+                    Results.read(out)
             assert (out / "notes" / "mine.md").read_text(encoding="utf-8") == "precious"
         else:
             assert own_of(out) == {"newer"}
-            left = {path.name for path in tmp_path.iterdir()}
-            assert left == {out.name}, "old drafts are cleared"
-            return changes
-    pytest.fail("never came to its end")
-
-
-def test_killed_at_any_moment_the_folder_holds_the_older_run_or_the_new_one(tmp_path: Path) -> None:
-    n_kills = kill_everywhere(
-        tmp_path,
-        tmp_path / "out",
-        lambda out: own_of(out) in ({"older"}, {"newer"}) and len(list(out.glob("*.json"))) == 2,
-    )
-    assert n_kills > 10
-
-
-def test_where_folders_cannot_be_swapped_in_one_step_the_older_run_is_put_back(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(folders, "_swapped", lambda one, other: False)
-
-    def is_sound(out: Path) -> bool:
-        folders.check_output(out, force=True)
-        return own_of(out) in ({"older"}, {"newer"}) and len(list(out.glob("*.json"))) == 2
-
-    assert kill_everywhere(tmp_path, tmp_path / "out", is_sound) > 10
-
-
-def test_a_folder_that_one_works_in_is_filled_in_place_and_refused_until_it_is_whole(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A shell in the folder would be left in one that is gone."""
-    out = tmp_path / "out"
-    out.mkdir()
-    monkeypatch.chdir(out)
-
-    def is_sound(out: Path) -> bool:
-        if own_of(out) in ({"older"}, {"newer"}) and len(list(out.glob("*.json"))) == 2:
-            return True
-        with pytest.raises(OutputError, match=r"missing: .*manifest\.json"):
-            Results.read(out)
-        return True
-
-    assert kill_everywhere(tmp_path, out, is_sound) > 10
-    assert Path.cwd().samefile(out)
-
-
-def test_a_folder_of_other_things_is_not_moved(tmp_path: Path) -> None:
-    out = tmp_path / "home"
-    out.mkdir()
-    drawn(out)
-    before, inode = everything_in(out), out.stat().st_ino
-    put(out, "newer")
-    assert out.stat().st_ino == inode
-    assert before.items() <= everything_in(out).items()
+            if changes > 10 and [path.name for path in tmp_path.iterdir()] == ["out"]:
+                break
+    else:
+        pytest.fail("never came to its end")
+    assert place != "inside" or Path.cwd().samefile(out)
 
 
 def test_an_older_draft_is_cleared_and_a_second_writer_is_refused(tmp_path: Path) -> None:

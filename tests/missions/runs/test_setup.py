@@ -7,14 +7,11 @@ import pytest
 from small_mission import SMALL
 
 from missions.errors import ConfigurationError
-from missions.mapping import MappingMission
 from missions.runs.assembly import actual, assemble
-from missions.runs.metrics import CORE_METRICS
 from missions.runs.setup import Setup, resolved, sensors_of
 from missions.scenarios import Scenario, load
 from remoras.errors import PluginError
 from remoras.fleet import Fleet
-from remoras.strategies.central import Central
 
 SECONDS_S = 200.0
 
@@ -60,28 +57,6 @@ def test_runs_of_one_setup_are_alike_and_leave_no_trace_in_it(pond: Setup, scena
 
 
 # What follows from a scenario ---------------------------------------------------------------------
-
-
-def test_what_the_whole_fleet_has_names_for(pond: Setup) -> None:
-    """Vehicles by slot, the group, its roles, the area, the rally point, the missions; uids in this order."""
-    assert [instance.name for instance in pond.instances] == [
-        "Diver", "Boat", "Team", "Team.Skipper", "Team.Hand", "Team.Mapper", "Team.Scout",
-        "north bank", "jetty", "Supervision", "AreaMapping",
-    ]  # fmt: skip
-    assert [instance.uid for instance in pond.instances] == list(range(11))
-    assert pond.nodes == {"Diver": 0, "Boat": 1}
-    assert pond.tbox.class_named("Area").uid == pond.instances[7].class_uid
-    assert pond.bounds_m == (-50.0, -50.0, 250.0, 250.0)
-    assert pond.rally_points_m == {"jetty": (200.0, 200.0)}
-    assert list(pond.metrics) == [metric.name for metric in (*CORE_METRICS, *MappingMission.metrics)]
-
-
-def test_a_strategy_given_as_an_object_takes_the_place_of_the_one_named(scenario: Scenario) -> None:
-    mine = Central(queue=1)
-    found = resolved(scenario, mine)
-    assert found.strategy is mine
-    assert found.scenario.strategy.name == "central"
-    assert scenario.strategy.name == "remoras"
 
 
 def test_a_vehicle_is_as_fast_as_it_really_is_and_believed_to_be_as_its_data_say(pond: Setup) -> None:

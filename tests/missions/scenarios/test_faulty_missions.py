@@ -100,19 +100,14 @@ def test_a_mission_that_does_not_keep_to_its_seam_is_one_fault_of_the_file(
         assert len(said.splitlines()) == 1
 
 
-@pytest.mark.parametrize(
-    ("name", "says"),
-    [
-        ("NoDirection", r"metric wear, better: allowed: Better\.HIGHER, Better\.LOWER, Better\.NEITHER"),
-        ("SameMetricTwice", r"metric energy_j: declared twice; give one of the two metrics another name"),
-        ("MetricNamedSeed", r"metric seed: a field that results have already; give the metric another name"),
-        ("UnknownClass", r"instances: no class is named 'Boy'"),
-        (
-            "OtherColumns",
-            r"table 'coverage' is declared twice, once with the columns time_s, vehicle, cell_x, cell_y: rename one",
-        ),
-    ],
-)
+@pytest.mark.parametrize(("name", "says"), [
+    ("NoDirection", r"metric wear, better: allowed: Better\.HIGHER, Better\.LOWER, Better\.NEITHER"),
+    ("SameMetricTwice", r"metric energy_j: declared twice; give one of the two metrics another name"),
+    ("MetricNamedSeed", r"metric seed: a field that results have already; give the metric another name"),
+    ("UnknownClass", r"instances: no class is named 'Boy'"),
+    ("OtherColumns",
+     r"table 'coverage' is declared twice, once with the columns time_s, vehicle, cell_x, cell_y: rename one"),
+])  # fmt: skip
 def test_metrics_and_tables_that_contradict_each_other_are_refused_before_the_run(
     tmp_path: Path, name: str, says: str
 ) -> None:

@@ -129,14 +129,6 @@ def test_one_name_for_a_table_and_for_that_of_a_file_is_refused(tmp_path: Path) 
     assert "quay.toml has one of this name, too; rename one of them" in said
 
 
-def test_on_the_acoustic_channel_the_profile_says_band_and_modulation() -> None:
-    text = SCENARIO.replace('name = "bernoulli"', 'name = "acoustic"').replace("per = 0.0\n", "")
-    assert 'name = "acoustic"' in text
-    said = refused(text + OWN)
-    assert "needs band_khz and modulation of the modem quay" in said
-    assert "the profile quay has no source_level_db" in said
-
-
 WORDS = """
 @prefix m: <https://w3id.org/x/mine#> .
 @prefix rm: <https://w3id.org/remoras/marine#> .
@@ -186,22 +178,14 @@ def test_names_are_relative_to_the_scenario_and_of_an_option_to_the_working_fold
     assert load("mapping-rendezvous", given).worldmodel.ontology_text == {"files/mine.ttl": WORDS}
 
 
-@pytest.mark.parametrize(
-    ("ontology", "content", "more", "says"),
-    [
-        ('["none.ttl"]', "", "", r'= "none.ttl": there is no file .*none.ttl; allowed: names of Turtle files'),
-        ('["mine.ttl"]', "m:A a owl:Class", "", r'= "mine.ttl": is not Turtle: .*; allowed: what Turtle 1.1 allows'),
-        ('["mine.ttl"]', WORDS.replace("m:SurveyAUV a", "rm:AUV a"), "", r'= "mine.ttl": rm:AUV: it redefines a term'),
-        ('["mine.ttl"]', WORDS.replace("boolean", "date"), "", r'= "mine.ttl": m:inspected: .*; allowed: '),
-        ("3", "", "", r"worldmodel.ontology = 3: .*"),
-        (
-            "[]",
-            "",
-            'ontology_text = {"x.ttl" = ""}',
-            r'ontology_text = "x.ttl": the text of no file; allowed: names in',
-        ),
-    ],
-)
+@pytest.mark.parametrize(("ontology", "content", "more", "says"), [
+    ('["none.ttl"]', "", "", r'= "none.ttl": there is no file .*none.ttl; allowed: names of Turtle files'),
+    ('["mine.ttl"]', "m:A a owl:Class", "", r'= "mine.ttl": is not Turtle: .*; allowed: what Turtle 1.1 allows'),
+    ('["mine.ttl"]', WORDS.replace("m:SurveyAUV a", "rm:AUV a"), "", r'= "mine.ttl": rm:AUV: it redefines a term'),
+    ('["mine.ttl"]', WORDS.replace("boolean", "date"), "", r'= "mine.ttl": m:inspected: .*; allowed: '),
+    ("3", "", "", r"worldmodel.ontology = 3: .*"),
+    ("[]", "", 'ontology_text = {"x.ttl" = ""}', r'ontology_text = "x.ttl": the text of no file; allowed: names in'),
+])  # fmt: skip
 def test_a_fault_is_one_line_with_file_and_key(
     tmp_path: Path, ontology: str, content: str, more: str, says: str
 ) -> None:
@@ -253,38 +237,17 @@ def test_several_sensors_of_one_vehicle_are_had_by_their_names(tmp_path: Path) -
     assert found.interval_s == 5.0
 
 
-def test_two_sensors_of_one_kind_need_names(tmp_path: Path) -> None:
-    """Without them the second would silently take the place of the first."""
-    again = "\n  [[vehicle.sensor]]\n  swath_m = 30.0\n  speed_limit_mps = 2.0\n"
-    found = fault(tmp_path, LISTED + again)
-    assert (found.key, found.given) == ("vehicle.Diver.sensor", '"mapping"')
-    assert "2 sensors of this name" in found.allowed
-    assert "give each its own name" in found.allowed
-    assert found.line is not None
-    named = again.replace("swath_m", 'name = "wide"\n  swath_m')
-    assert [sensor.name for sensor in diver(tmp_path, LISTED + named).sensors] == ["mapping", "wide"]
-
-
 @pytest.mark.parametrize("text", [SMALL, LISTED], ids=["table", "list"])
-@pytest.mark.parametrize(
-    ("old", "new", "key", "given", "says"),
-    [
-        ("swath_m = 10.0", "swath_m = 0.0", "swath_m", "0.0", "greater than or equal to 0.1"),
-        ("swath_m = 10.0", 'swath_m = "ten"', "swath_m", '"ten"', "valid number"),
-        ("swath_m = 10.0", "swath_m = 10.0\n  swathe_m = 1", "swathe_m", "1", "did you mean 'swath_m'"),
-        ("  swath_m = 10.0\n", "", "swath_m", "", "missing"),
-        ("swath_m = 10.0", 'type = "maping"\n  swath_m = 10.0', "type", '"maping"', "mean 'mapping'"),
-        ("swath_m = 10.0", 'type = "os:nothing"\n  swath_m = 10.0', "type", '"os:nothing"', "can be imported"),
-        (
-            "swath_m = 10.0",
-            'type = "os:getcwd"\n  swath_m = 10.0',
-            "type",
-            '"os:getcwd"',
-            "a subclass of remoras.Sensor",
-        ),
-        ("swath_m = 10.0", 'type = "faulty_missions:Bare"\n  swath_m = 1', "type", '"faulty_missions:Bare"', "make"),
-    ],
-)
+@pytest.mark.parametrize(("old", "new", "key", "given", "says"), [
+    ("swath_m = 10.0", "swath_m = 0.0", "swath_m", "0.0", "greater than or equal to 0.1"),
+    ("swath_m = 10.0", 'swath_m = "ten"', "swath_m", '"ten"', "valid number"),
+    ("swath_m = 10.0", "swath_m = 10.0\n  swathe_m = 1", "swathe_m", "1", "did you mean 'swath_m'"),
+    ("  swath_m = 10.0\n", "", "swath_m", "", "missing"),
+    ("swath_m = 10.0", 'type = "maping"\n  swath_m = 10.0', "type", '"maping"', "mean 'mapping'"),
+    ("swath_m = 10.0", 'type = "os:nothing"\n  swath_m = 10.0', "type", '"os:nothing"', "can be imported"),
+    ("swath_m = 10.0", 'type = "os:getcwd"\n  swath_m = 10.0', "type", '"os:getcwd"', "a subclass of remoras.Sensor"),
+    ("swath_m = 10.0", 'type = "faulty_missions:Bare"\n  swath_m = 1', "type", '"faulty_missions:Bare"', "make"),
+])  # fmt: skip
 def test_a_fault_in_a_sensors_table_is_told_with_its_line(
     tmp_path: Path, text: str, old: str, new: str, key: str, given: str, says: str
 ) -> None:

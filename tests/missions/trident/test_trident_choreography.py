@@ -1,13 +1,13 @@
 """The choreography, tables that cannot be, and figures."""
 
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any, ClassVar
+from typing import Any
 
 import pytest
 import tomli_w
 from intervening import Raw, metric, module, named, run, tables
 from matplotlib.figure import Figure as Sheet
+from plain_style import PlainStyle
 
 from missions.errors import ConfigurationError, ConfigurationFault
 from missions.runs.results import MemoryResults
@@ -185,22 +185,19 @@ def put(raw: Raw, path: str, value: Any) -> None:
 HOLD = "allowed: IAUV00 clamp, IAUV00 hover"
 
 
-@pytest.mark.parametrize(
-    ("path", "value", "key", "given", "allowed"),
-    [
-        ("block/east/x_m", [150.0, 300.0], "block.east", "", "overlaps block west; allowed: blocks side by side"),
-        ("block/east/x_m", [380.0, 220.0], "block.east.x_m", "[380.0, 220.0]", "allowed: the smaller border first"),
-        ("block/east/name", "recovery", "block.recovery.name", '"recovery"', "used twice; blocks need names of their"),
-        ("activity/hold/service", "IAUV00 arm", "activity.hold.service", '"IAUV00 arm"', HOLD),
-        ("activity/hold/service", None, "activity.hold.service", "", f"is missing; {HOLD}"),
-        ("vehicle/ASV00/sensor/console/self_test", False, "vehicle.ASV00.sensor.console.self_test", "false", ""),
-        ("choreography/message/0/state", "surveing", "choreography.message.1.state", '"surveing"', ""),
-        ("choreography/message/0/to", "nowhere", "choreography.message.1.to", '"nowhere"', ""),
-        ("choreography/message/0/says", "chossen", "choreography.message.1.says", '"chossen"', ""),
-        ("choreography/message/2/by", "ASV01", "choreography.message.3.by", '"ASV01"', ""),
-        ("choreography/message/3/value", "wreck", "choreography.message.4.value", '"wreck"', ""),
-    ],
-)
+@pytest.mark.parametrize(("path", "value", "key", "given", "allowed"), [
+    ("block/east/x_m", [150.0, 300.0], "block.east", "", "overlaps block west; allowed: blocks side by side"),
+    ("block/east/x_m", [380.0, 220.0], "block.east.x_m", "[380.0, 220.0]", "allowed: the smaller border first"),
+    ("block/east/name", "recovery", "block.recovery.name", '"recovery"', "used twice; blocks need names of their"),
+    ("activity/hold/service", "IAUV00 arm", "activity.hold.service", '"IAUV00 arm"', HOLD),
+    ("activity/hold/service", None, "activity.hold.service", "", f"is missing; {HOLD}"),
+    ("vehicle/ASV00/sensor/console/self_test", False, "vehicle.ASV00.sensor.console.self_test", "false", ""),
+    ("choreography/message/0/state", "surveing", "choreography.message.1.state", '"surveing"', ""),
+    ("choreography/message/0/to", "nowhere", "choreography.message.1.to", '"nowhere"', ""),
+    ("choreography/message/0/says", "chossen", "choreography.message.1.says", '"chossen"', ""),
+    ("choreography/message/2/by", "ASV01", "choreography.message.3.by", '"ASV01"', ""),
+    ("choreography/message/3/value", "wreck", "choreography.message.4.value", '"wreck"', ""),
+])  # fmt: skip
 def test_a_key_that_cannot_be_is_told(path: str, value: Any, key: str, given: str, allowed: str) -> None:
     raw = tables()
     put(raw, path, value)
@@ -296,23 +293,7 @@ def test_a_beacon_stands_or_is_carried(tmp_path: Path) -> None:
     assert found["beacon.deaf.sensor"].startswith("allowed: multibeam, usbl, console")
 
 
-class Style:
-    """As the package that draws hands it in."""
-
-    black, grey = "#000000", "#666666"
-    looks: ClassVar[Any] = {
-        name: SimpleNamespace(colour=colour, line="-", marker="o")
-        for name, colour in (("ASV00", "#0000ff"), ("IAUV00", "#ff0000"))
-    }
-
-    def tint(self, colour: str, strength: float) -> tuple[float, float, float]:
-        return (1.0 - strength, 1.0 - strength, 1.0 - strength)
-
-    def axis(self, label: str, unit: str = "") -> str:
-        return f"{label} in {unit}"
-
-    def time(self, time_s: float) -> str:
-        return f"{time_s} s"
+STYLE = PlainStyle(ASV00="#0000ff", IAUV00="#ff0000")
 
 
 @pytest.fixture(scope="module")
@@ -329,19 +310,19 @@ def test_services_show_when_each_worked_and_who_used_it(results: MemoryResults) 
     assert ("IAUV00", "IAUV00 arm") not in found
     assert all(from_s <= to_s for _, _, from_s, to_s in uses(results, said))
     axes = Sheet().subplots()
-    assert draw_services(axes, results, Style()).startswith("Grey: the service says")
+    assert draw_services(axes, results, STYLE).startswith("Grey: the service says")
     assert [label.get_text() for label in axes.get_yticklabels()] == list(said)
 
 
 def test_the_choreography_has_a_step_for_each_message(results: MemoryResults) -> None:
     axes = Sheet().subplots()
-    assert draw_choreography(axes, results, Style()).endswith("Violations of the pattern: 0.")
+    assert draw_choreography(axes, results, STYLE).endswith("Violations of the pattern: 0.")
     marks = [line for line in axes.lines if line.get_marker() == "o"]
     assert len(marks) == results.table("choreography").num_rows == 5
 
 
 def test_the_map_has_every_tile_once(results: MemoryResults) -> None:
     axes = Sheet().subplots()
-    draw_site(axes, results, Style())
+    draw_site(axes, results, STYLE)
     rows = results.table("charted").to_pylist()
     assert len(axes.patches) == len({(row["column"], row["row"]) for row in rows}) == 128

@@ -17,8 +17,6 @@ DECEIVED = 66
 """Seed of a run in which a decoy looks most like the target from above."""
 MISLED = 70
 """Seed of a run in which the first look of the sonar at a decoy takes it for the target."""
-MISSED = 62
-"""Seed of a run in which the first look of the sonar at the target takes it for a decoy."""
 CAMERA = ("IAUV00 camera",)
 
 
@@ -49,13 +47,6 @@ def test_one_map_is_made_of_what_both_have_charted() -> None:
     assert by["IAUV00"]
     assert not by["ASV00"] & by["IAUV00"]
     assert metric(finished, "charted_fraction") == 1.0
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("service", ["IAUV00 arm", "ASV00 console"])
-def test_a_fixed_plan_stops_where_its_service_fails(service: str) -> None:
-    assert recovered_s(run(response="fixed", failing=(service,))) == math.inf
-    assert recovered_s(run(failing=(service,))) < math.inf
 
 
 def test_a_repair_notices_by_what_does_not_come_of_it_and_matching_by_what_the_service_says() -> None:
@@ -125,16 +116,6 @@ def test_looks_go_on_until_they_are_sure_where_one_would_mislead() -> None:
     assert recovered_s(sure) < math.inf
 
 
-def test_a_candidate_that_was_rejected_is_looked_at_anew_once_none_is_left() -> None:
-    """One look rejects; it is wrong of the target, so that nothing is left to choose."""
-    hasty = "mission.p_missed=0.45"
-    never, again = (run(hasty, f"mission.looks_again={n}", failing=CAMERA, seed=MISSED, until_s=5000.0) for n in (0, 2))
-    assert recovered_s(never) == math.inf
-    assert recovered_s(again) < math.inf
-    assert [row[3] for row in said(never, "verdict")].count("open") == 0
-    assert [row[3] for row in said(again, "verdict")].count("open") >= 1
-
-
 # Navigation
 
 
@@ -183,19 +164,6 @@ def test_a_dead_positioning_system_is_made_up_for_at_the_transponder() -> None:
 
 
 # Communication
-
-
-@pytest.mark.slow
-def test_with_all_messages_lost_each_does_what_it_can_alone_and_comes_home() -> None:
-    """The AUV takes over all work, chooses by itself and recovers; both end where they meant to meet."""
-    silence = ",".join(f'{{kind="mute",vehicle="{name}",at_s=0.0}}' for name in ("ASV00", "IAUV00"))
-    finished = run(f"fault=[{silence}]", until_s=7200.0)
-    assert metric(finished, "charted_fraction") == 1.0
-    assert metric(finished, "recovered")
-    assert {row[1] for row in said(finished, "chosen")} >= {"IAUV00"}
-    last = {row[1]: row[2:4] for row in finished.recorder.trajectories}
-    for name in ("ASV00", "IAUV00"):  # as far as it knows where it is: it has no fixes
-        assert math.dist(last[name], (190.0, 60.0)) < 25.0 + 100.0
 
 
 SOUND = 3
@@ -271,15 +239,6 @@ BOTH = ("IAUV00", "IAUV01")
 
 
 # What is left to be looked at
-
-
-@pytest.mark.slow
-def test_what_no_survey_showed_is_found_by_another_one() -> None:
-    done = run("fleet.size=3", seed=UNSEEN, until_s=7200.0)
-    assert [value for _, _, _, value in said(done, "surveysAgain")] == ["1.0"]
-    assert {subject for _, _, subject, _ in said(done, "surveyedAgain")} == {"east", "west"}
-    assert done.completed, done.reason
-    assert metric(done, "n_violations") == 0
 
 
 def test_without_another_survey_nothing_is_left_and_that_is_said() -> None:

@@ -176,14 +176,6 @@ def test_a_survey_shows_the_target_more_like_itself_than_a_decoy_and_with_the_er
     assert {sigma_m for _, sigma_m in off_m} == {1.0}
 
 
-def test_what_a_look_shows_does_not_depend_on_the_looks_at_others() -> None:
-    alone, both = surveyor(p_seen=1.0), surveyor(p_seen=1.0)
-    both.sense(pose(*DECOY.position_m, 1.0), site(3, TARGET, DECOY), 0.0)
-    here = pose(*TARGET.position_m, 1.0)
-    first = [one for one in alone.sense(here, site(3, TARGET, DECOY), 90.0) if one.found]
-    assert first == [one for one in both.sense(here, site(3, TARGET, DECOY), 90.0) if one.found]
-
-
 def test_each_look_of_a_finder_is_right_as_often_as_it_says_whatever_the_one_before_was() -> None:
     both = {(first, second): 0 for first in (True, False) for second in (True, False)}
     for seed in range(400):
@@ -226,14 +218,6 @@ def test_an_attempt_takes_a_vehicle_that_stays_at_rest_with_the_module_on() -> N
     assert module.sense(pose(50.0, 50.0), site(), 19.0)
     assert module.sense(pose(50.0, 50.0), site(), 40.0) == []  # it was off meanwhile
     assert not effector().sense(pose(57.0, 50.0), site(), 100.0)  # out of reach
-
-
-def test_what_holds_says_so_of_the_candidate_with_the_place_in_the_vehicles_own_frame() -> None:
-    module = effector("hold", tolerance_m=50.0)
-    ticks = [module.sense(pose(50.0, 50.0, 0.0, (3.0, -2.0)), site(), float(s)) for s in range(11)]
-    ((place, held),) = [one.facts for one in ticks[-1]]
-    assert place[1:] == ("location", (53.0, 48.0), 0.5)
-    assert held[1:] == ("heldBy", AUV.name)
 
 
 def test_a_fix_takes_the_transponder_for_a_while() -> None:
