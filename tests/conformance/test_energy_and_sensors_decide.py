@@ -28,19 +28,20 @@ CASES = ["remoras", "central", "contract-net", "cbba", "status-broadcast", "fixe
 def visits(strategy: str, energy_j: float) -> Run:
     shipped = visiting_scenario(0.0)
     starts = {"AUV00": (0.0, 0.0), "AUV01": (50.0, 0.0)}
-    vehicles = tuple(
-        one.model_copy(
-            update={"start_m": starts[one.name], "energy_j": energy_j if one.name == "AUV01" else one.energy_j}
-        )
-        for one in shipped.vehicle
-        if one.name in starts
-    )
     places = {"place 0": (600.0, 0.0), "place 1": (-100.0, 0.0)}
     table = tuple(VisitTable(name=name, place_m=at_m, stay_s=40.0) for name, at_m in places.items())
     group = shipped.group[0]
     roles = tuple(role for role in group.role if role.job is None or role.job in places)
-    playable = tuple({"playable_roles": tuple(v.playable_roles[: len(v.playable_roles) - 3])} for v in vehicles)
-    vehicles = tuple(v.model_copy(update=of) for v, of in zip(vehicles, playable, strict=True))
+    vehicles = tuple(
+        one.model_copy(
+            update={
+                "start_m": starts[one.name], "playable_roles": one.playable_roles[:-3],
+                "energy_j": energy_j if one.name == "AUV01" else one.energy_j,
+            }
+        )
+        for one in shipped.vehicle
+        if one.name in starts
+    )  # fmt: skip
     world = shipped.world.model_copy(update={"x_m": (-300.0, 900.0)})
     groups = (group.model_copy(update={"role": roles}),)
     parts = {"vehicle": vehicles, "visit": table, "group": groups, "world": world}
@@ -68,17 +69,10 @@ def test_who_has_little_energy_is_given_what_it_can_finish(strategy: str, monkey
 
 # What was told -----------------------------------------------------------------------------------
 
-TEAM = Group(
-    "Team",
-    (
-        RoleSpecification("Head", 1, 1, head=True, founding=True),
-        *(RoleSpecification(name, 1, 1, job=name.lower()) for name in ("Far", "Near")),
-    ),
-)
+JOB_ROLES = [RoleSpecification(name, 1, 1, job=name.lower()) for name in ("Far", "Near")]
+TEAM = Group("Team", (RoleSpecification("Head", 1, 1, head=True, founding=True), *JOB_ROLES))
 JOBS = {"far": Visit("far", (600.0, 0.0)), "near": Visit("near", (100.0, 0.0))}
-FLEET = database(
-    auv("AUV00", playable_roles=("Head", "Far", "Near")), auv("AUV01", playable_roles=("Head", "Far", "Near"))
-)
+FLEET = database(*(auv(name, playable_roles=("Head", "Far", "Near")) for name in ("AUV00", "AUV01")))
 
 
 def work(energy_j: dict[str, float], *held: str) -> Work:
@@ -96,8 +90,7 @@ def roles_of(energy_j: dict[str, float]) -> dict[str, list[str]]:
 
 def needs_j(team: Work, vehicle: str, role: str) -> float:
     """The least energy, to the joule, that lasts for a job."""
-    data, of = FLEET[vehicle], TEAM.role(role)
-    assert of is not None
+    data, of = FLEET[vehicle], next(one for one in JOB_ROLES if one.name == role)
     low, high = 0, 10**7
     while low < high:
         middle = (low + high) // 2
@@ -116,9 +109,7 @@ def test_a_plan_moves_what_a_vehicle_cannot_finish_and_leaves_what_nobody_can() 
 
 
 def test_what_a_vehicle_holds_and_cannot_finish_any_more_is_not_counted_as_its_own() -> None:
-    far, near = (TEAM.role(name) for name in ("Far", "Near"))
-    assert far is not None
-    assert near is not None
+    far, near = JOB_ROLES
     engaged = Engagement((), (near, far), lambda: Outlook(0.0, (0.0, 0.0)))
     assert affordable(work({}), FLEET["AUV01"], engaged) == (near, far)
     near_j = needs_j(work({}), "AUV01", "Near")

@@ -4,7 +4,6 @@ from pathlib import Path
 
 import nonconforming_missions as broken
 import pytest
-from sampling import sampled
 from visiting_mission import VisitingMission, visiting_scenario
 
 from missions.arrows import ArrowsMission
@@ -20,6 +19,9 @@ from remoras.mission import Mission
 from remoras.testing import missions as conformance
 from tests.missions.small_mission import SMALL
 
+SHORT = ("scenario.duration_s=600.0",)
+SERVICE = ("fault=[]", "current.surge=[]", "chain=[]", "anode=[]", "scenario.duration_s=900.0")
+
 
 @pytest.mark.slow
 def test_the_mission_of_visits_conforms() -> None:
@@ -28,43 +30,28 @@ def test_the_mission_of_visits_conforms() -> None:
 
 @pytest.mark.slow
 def test_the_mapping_mission_conforms(tmp_path: Path) -> None:
+    """A whole mission."""
     file = tmp_path / "pond.toml"
     file.write_text(SMALL, encoding="utf-8")
     conformance.check(MappingMission, load(str(file)))
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("scenario", sampled(["mapping-rendezvous", "mapping-patches"], "mapping-rendezvous"))
-def test_every_shipped_scenario_conforms(scenario: str) -> None:
-    """Up to 600 s; a whole mission is flown in the pond."""
-    conformance.check(MappingMission, load(scenario, [("--set", "scenario.duration_s=600.0")]))
-
-
-@pytest.mark.slow
-def test_the_mission_of_service_conforms() -> None:
-    keys = "fault=[]", "current.surge=[]", "chain=[]", "anode=[]", "scenario.duration_s=900.0"
-    conformance.check(PandoraMission, load("pandora-inspection", [("--set", key) for key in keys]))
-
-
-@pytest.mark.slow
-def test_the_mission_of_search_conforms() -> None:
-    keys = "mission.search_s=200.0", "scenario.duration_s=500.0"
-    conformance.check(ArrowsMission, load("arrows-archaeology", [("--set", key) for key in keys]))
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize(
-    ("mission", "name"),
+    ("mission", "name", "keys"),
     [
-        (RecoveryMission, "recovery-field"),
-        (FerryMission, "ferry-passage"),
-        (EscortMission, "escort-lines"),
-        (ResupplyMission, "resupply-field"),
-        (MinehuntingMission, "minehunting-contacts"),
+        (MappingMission, "mapping-rendezvous", SHORT),
+        (PandoraMission, "pandora-inspection", SERVICE),
+        (ArrowsMission, "arrows-archaeology", ("mission.search_s=200.0", "scenario.duration_s=500.0")),
+        (RecoveryMission, "recovery-field", SHORT),
+        (FerryMission, "ferry-passage", SHORT),
+        (EscortMission, "escort-lines", SHORT),
+        (ResupplyMission, "resupply-field", SHORT),
+        (MinehuntingMission, "minehunting-contacts", SHORT),
     ],
 )
-def test_the_missions_of_one_question_conform(mission: type[Mission], name: str) -> None:
-    conformance.check(mission, load(name, [("--set", "scenario.duration_s=600.0")]))
+def test_shipped_missions_conform(mission: type[Mission], name: str, keys: tuple[str, ...]) -> None:
+    conformance.check(mission, load(name, [("--set", key) for key in keys]))
 
 
 @pytest.mark.slow

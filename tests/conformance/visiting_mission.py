@@ -190,12 +190,7 @@ def visiting_scenario(per: float) -> VisitingScenario:
         "scenario": {"name": "visits", "mission": f"{__name__}:VisitingMission", "duration_s": 3600.0},
         "world": {"x_m": [-300.0, 300.0], "y_m": [-300.0, 300.0]},
         "communication": {
-            "modem": "s2c-18-34",
-            "range_m": 1000.0,
-            "policy": "mps-ack-repeat",
-            "needs": dict.fromkeys(
-                ("playsRole", "leftRole", "objectiveVisiting", "jobDone", "gatheredAt", "position"), 50
-            ),
+            "modem": "s2c-18-34", "range_m": 1000.0, "policy": "mps-ack-repeat", "needs": dict.fromkeys(HEARD, 50),
         },
         "channel": {"name": "bernoulli", "per": per},
         "strategy": {"name": "remoras"},
@@ -204,36 +199,21 @@ def visiting_scenario(per: float) -> VisitingScenario:
             {"name": f"place {n}", "place_m": list(place_m), "stay_s": STAY_S, "needs": list(NEEDS.get(n, ()))}
             for n, place_m in enumerate(PLACES_M)
         ],
-        "group": [
-            {
-                "name": "Team",
-                "rally_point": "buoy",
-                "mission": "Visiting",
-                "role": [
-                    {"name": "Head", "minimum": 1, "maximum": 1, "head": True, "founding": True},
-                    {"name": "Hand", "founding": True},
-                    *({"name": role, "maximum": 1, "job": f"place {n}"} for n, role in enumerate(roles)),
-                ],
-            }
-        ],
+        "group": [{"name": "Team", "rally_point": "buoy", "mission": "Visiting", "role": [
+            {"name": "Head", "minimum": 1, "maximum": 1, "head": True, "founding": True},
+            {"name": "Hand", "founding": True},
+            *({"name": role, "maximum": 1, "job": f"place {n}"} for n, role in enumerate(roles)),
+        ]}],
         "vehicle": [
             {
-                "name": f"AUV{n:02d}",
-                "vehicle_type": "AUV",
-                "slot": n,
-                "start_m": [20.0 * n, -120.0],
-                "depth_m": 10.0 + 10.0 * n,
-                "depth_limit_m": 100.0,
-                "transit_speed_mps": 2.0,
-                "survey_speed_mps": 1.5,
-                "energy_j": 2.0e6,
-                "hotel_w": 20.0,
-                "drag_w_per_mps3": 10.0,
+                "name": f"AUV{n:02d}", "vehicle_type": "AUV", "slot": n, "start_m": [20.0 * n, -120.0],
+                "depth_m": 10.0 + 10.0 * n, "depth_limit_m": 100.0, "transit_speed_mps": 2.0, "survey_speed_mps": 1.5,
+                "energy_j": 2.0e6, "hotel_w": 20.0, "drag_w_per_mps3": 10.0,
                 "playable_roles": ["Hand", *roles] if n else ["Head", "Hand", *roles],
             }
             for n in range(3)
         ],
-    }
+    }  # fmt: skip
     file = FOLDER / f"visits-{per}.toml"
     file.write_text(tomli_w.dumps(raw), encoding="utf-8")
     scenario = load(str(file))

@@ -3,7 +3,6 @@
 import os
 import re
 import shlex
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -64,7 +63,7 @@ def typed(line: str, folder: Path) -> str:
 def test_a_newcomer_gets_to_the_figure_of_a_study(tmp_path: Path) -> None:
     """Who takes commands, files and nothing else out of README and tutorial; what these print is what comes out.
 
-    The program is installed already, so the commands that set it up are left out; ``thorough`` has them.
+    The program is installed already, so the commands that set it up are left out.
     """
     (study,) = [text for text in blocks(TUTORIAL, "toml") if text.startswith("# study.toml\n")]
     (tmp_path / "study.toml").write_text(study, encoding="utf-8")
@@ -86,24 +85,6 @@ def test_a_newcomer_gets_to_the_figure_of_a_study(tmp_path: Path) -> None:
     assert float(width_pt) == pytest.approx(3.5 * 72.0, abs=0.5)
     (tried,) = re.findall(r"`(remoras run mine.toml .*fault=.*?)` completes", TUTORIAL.read_text(encoding="utf-8"))
     assert is_in("completed            True", typed(tried, tmp_path))  # without the cause the difference is gone
-
-
-@pytest.mark.thorough
-def test_a_newcomer_installs_it(tmp_path: Path) -> None:
-    """The first command of the README in a copy of the checkout, then two of the tutorial; needs a package index."""
-    checkout = tmp_path / "checkout"
-    shutil.copytree(
-        ROOT, checkout, ignore=shutil.ignore_patterns(".git", ".venv*", "__pycache__", "*.egg-info", ".*_cache")
-    )
-    environment = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "VIRTUAL_ENV")}
-    first, second, third, *_ = commands_of_the_way()
-    done = subprocess.run(
-        ["bash", "-ec", f"{first}\n{second}\n{third}"],
-        cwd=checkout, env=environment, capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    assert (checkout / "results" / "paper" / "trajectories.png").is_file()
-    assert (checkout / "mine.toml").is_file()
 
 
 @pytest.mark.slow
@@ -147,7 +128,3 @@ def test_what_troubleshooting_shows_is_what_is_said(tmp_path: Path, monkeypatch:
 def test_relative_links_lead_somewhere(document: Path) -> None:
     for target in re.findall(r"\]\((?!https?:)([^)#]+)", document.read_text(encoding="utf-8")):
         assert (document.parent / target).exists(), f"{document.name}: {target}"
-
-
-def test_the_map_of_the_house_can_be_read_at_one_sitting() -> None:
-    assert len((ROOT / "docs" / "DESIGN.md").read_text(encoding="utf-8").split()) <= 2500

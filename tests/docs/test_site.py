@@ -108,12 +108,6 @@ def test_the_reference_has_every_public_name(site: Path) -> None:
             assert f"{'remoras' if is_ours else package}.{name}" in described
 
 
-def test_no_page_of_the_reference_is_endless(site: Path) -> None:
-    """0.6 megabytes at most: that of packages had 1.7, in which nobody finds anything."""
-    sizes = {page.name: page.stat().st_size for page in site.rglob("*.html") if page.name != "genindex.html"}
-    assert {name: size for name, size in sizes.items() if size > 600_000} == {}
-
-
 def test_the_reference_has_every_key(site: Path) -> None:
     text = re.sub(r"<[^>]+>", "", (site / "keys.html").read_text(encoding="utf-8"))
     known = explanations() | study_explanations()
@@ -174,23 +168,3 @@ def test_pages_show_their_figures_from_disk(opened: Any, name: str, n_figures: i
     assert len(widths) >= n_figures
     assert all(width > 0 for width in widths)
     assert page.evaluate("() => document.documentElement.scrollWidth <= innerWidth")
-
-
-EQUATIONS = {"vehicle": 2, "sea": 3, "mapping": 3, "channel": 20, "decision": 5}
-"""Lines of equations that a page of the model has at least."""
-
-
-@pytest.mark.parametrize("name", EQUATIONS)
-def test_equations_are_shown(opened: Any, name: str) -> None:
-    """As text: every line of every indented block of the page, as it was written."""
-    shown = opened(f"model/{name}.html").locator("article pre").all_inner_texts()
-    lines = {" ".join(line.split()) for text in shown for line in text.splitlines()}
-    written = re.findall(r"^    +(\S.*)$", (DOCS / "model" / f"{name}.md").read_text(encoding="utf-8"), re.MULTILINE)
-    assert len(written) >= EQUATIONS[name]
-    assert [line for line in written if " ".join(line.split()) not in lines] == []
-
-
-def test_words_are_found_without_a_server(opened: Any) -> None:
-    page = opened("search.html?q=lease")
-    page.wait_for_selector("#search-results li a")
-    assert "Organisation" in page.locator("#search-results li a").all_inner_texts()

@@ -280,12 +280,7 @@ class Fiction:
         ]
 
 
-ROLES = [
-    ("Coordination", "Administrator"),
-    ("Operational", "Performer"),
-    ("Operational", "Diver"),
-    ("Third", "Diver"),
-]
+ROLES = [("Coordination", "Administrator"), ("Operational", "Performer"), ("Operational", "Diver"), ("Third", "Diver")]
 FLEET = [f"AUV{number:02}" for number in range(16)]
 
 

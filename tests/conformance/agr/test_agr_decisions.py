@@ -141,17 +141,14 @@ AGE: tuple[Age, ...] = tuple((float(time_s), 0, 0, 0, 0) for time_s in range(20)
 
 
 def test_of_claims_that_count_the_greatest_leads_whatever_was_heard_first() -> None:
+    """Of one term that of the lower node."""
     lesser, greater = Claimed(Claim(1, -3), AGE[5], "V3"), Claimed(Claim(2, -2), AGE[6], "V2")
-    for order in ((lesser, greater), (greater, lesser)):
+    tied = Claimed(Claim(2, -3), AGE[6], "V3")
+    for order in ((lesser, greater), (greater, lesser), (greater, tied)):
         known = Leadership.founded(LED)
         for claimed in order:
             known = known.claim("Crew", claimed, excused={"V1", "V2", "V3"})
         assert known.leading["Crew"].vehicle == "V2"
-    tied = Claimed(Claim(2, -3), AGE[6], "V3")  # of one term the lower node
-    known = Leadership.founded(LED)
-    for claimed in (greater, tied):
-        known = known.claim("Crew", claimed, excused={"V1", "V2", "V3"})
-    assert known.leading["Crew"].vehicle == "V2"
 
 
 def test_a_claim_against_a_head_that_is_there_counts_for_nobody_until_the_head_is_missed() -> None:

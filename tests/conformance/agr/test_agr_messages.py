@@ -1,7 +1,6 @@
-"""What is told and what it does at those who hear it: behaviours 22 to 34, as far as a broadcast radio has them."""
+"""What is told and what it does at those who hear it, as AGR has it where a broadcast radio does."""
 
 import pytest
-from agr_behaviours import AGR_CODE
 from agr_fleet import fleet_at_rest, hear, named, say
 
 from missions.errors import ConfigurationError
@@ -23,17 +22,17 @@ def hear_a_call(fleet: Fleet, hearer: str, sender: str, frame: int = 0) -> set[s
     return set(named(fleet, hearer).executive.calls(opens_s + 1.0))
 
 
-def test_agr_22_who_shares_a_group_is_heeded_and_nobody_else_is() -> None:
+def test_who_shares_a_group_is_heeded_and_nobody_else_is() -> None:
     """ASV00 and AUV01 share no group; AUV00 shares one with each."""
     with fleet_at_rest() as fleet:
         performer = named(fleet, "AUV01")
         assert hear_a_call(fleet, "AUV01", "ASV00") == set()
         assert hear_a_call(fleet, "AUV01", "AUV00") == {"AUV00"}
         (ruling,) = hear(performer, say(named(fleet, "ASV00"), LEFT))
-        assert AGR_CODE[ruling.outcome] == "NOT_IN_GROUP"
+        assert ruling.outcome is Outcome.OUTSIDE
 
 
-def test_agr_23_who_is_outside_turns_to_the_head_alone() -> None:
+def test_who_is_outside_turns_to_the_head_alone() -> None:
     """What it may do is give the group its mission: the head plans it, members do nothing about it."""
     with fleet_at_rest() as fleet:
         block = say(named(fleet, "ASV00"), ("Operational", "hasMission", "AreaMapping"))
@@ -45,14 +44,14 @@ def test_agr_23_who_is_outside_turns_to_the_head_alone() -> None:
         assert not member.social.planner.due
 
 
-def test_agr_24_a_vehicle_signals_under_the_roles_that_it_holds() -> None:
+def test_a_vehicle_signals_under_the_roles_that_it_holds() -> None:
     with fleet_at_rest() as fleet:
         for vehicle in fleet.vehicles:
             held = {(one.group, one.role) for one in vehicle.social.organisation.roles_of(vehicle.name)}
             assert {role for role, _ in vehicle.executive.signals()} == held
 
 
-def test_agr_26_what_is_said_to_a_role_is_not_said_to_the_sender() -> None:
+def test_what_is_said_to_a_role_is_not_said_to_the_sender() -> None:
     """Of a block that concerns the whole group, all members have to hear but the one that states it."""
     with fleet_at_rest() as fleet:
         head = named(fleet, "AUV00")
@@ -61,7 +60,7 @@ def test_agr_26_what_is_said_to_a_role_is_not_said_to_the_sender() -> None:
         assert set(head.social.addressed(change)) == {"AUV01", "AUV02"}
 
 
-def test_agr_27_who_has_left_a_role_is_not_reached_by_it() -> None:
+def test_who_has_left_a_role_is_not_reached_by_it() -> None:
     with fleet_at_rest() as fleet:
         performer = named(fleet, "AUV01")
         assert hear_a_call(fleet, "AUV01", "AUV00") == {"AUV00"}
@@ -71,7 +70,7 @@ def test_agr_27_who_has_left_a_role_is_not_reached_by_it() -> None:
         assert hear_a_call(fleet, "AUV01", "AUV00", frame=1) == set()
 
 
-def test_agr_28_every_holder_has_one_copy_of_its_own() -> None:
+def test_every_holder_has_one_copy_of_its_own() -> None:
     """Heard twice it counts once; one vehicle's picture is not the other's."""
     with fleet_at_rest() as fleet:
         head = named(fleet, "AUV00")
@@ -85,7 +84,7 @@ def test_agr_28_every_holder_has_one_copy_of_its_own() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("strategy", ["remoras", "contract-net"])
-def test_agr_32_the_record_of_a_role_has_every_holder_and_drops_who_left(strategy: str) -> None:
+def test_the_record_of_a_role_has_every_holder_and_drops_who_left(strategy: str) -> None:
     """The table is the probe: whenever a vehicle takes or leaves a role itself, its view has the same row."""
     settings = [("--set", f"strategy.name='{strategy}'"), ("--set", "channel.per=0.3")]
     recorder = run(load("mapping-patches", settings), 3).recorder
@@ -99,7 +98,7 @@ def test_agr_32_the_record_of_a_role_has_every_holder_and_drops_who_left(strateg
     assert sorted(own) == sorted(taken)
 
 
-def test_agr_33_roles_go_to_members_alone_and_missions_to_other_groups_too() -> None:
+def test_roles_go_to_members_alone_and_missions_to_other_groups_too() -> None:
     with fleet_at_rest() as fleet:
         peer = named(fleet, "AUV02")
         (ruling,) = hear(peer, say(named(fleet, "AUV00"), ("ASV00", "playsRole", "Operational.LeftWinger")))
@@ -108,7 +107,7 @@ def test_agr_33_roles_go_to_members_alone_and_missions_to_other_groups_too() -> 
         assert ruling.outcome is Outcome.SUCCESS
 
 
-def test_agr_34_every_group_has_a_head_with_the_social_layer_and_all_reach_each_other() -> None:
+def test_every_group_has_a_head_with_the_social_layer_and_all_reach_each_other() -> None:
     """The fleet shares one channel; a group that nobody could lead is refused when the scenario is loaded."""
     with fleet_at_rest("channel.per=0") as fleet:
         organisation, database = named(fleet, "AUV00").social.organisation, named(fleet, "AUV00").social.database
@@ -133,7 +132,7 @@ def test_agr_34_every_group_has_a_head_with_the_social_layer_and_all_reach_each_
         ),  # holders of a role
     ],
 )
-def test_agr_34_targets_are_a_vehicle_or_a_role_of_a_group(fact: tuple[str, str, str], heard_by: set[str]) -> None:
+def test_targets_are_a_vehicle_or_a_role_of_a_group(fact: tuple[str, str, str], heard_by: set[str]) -> None:
     with fleet_at_rest() as fleet:
         head = named(fleet, "AUV00")
         change = head.beliefs.model.record([head.beliefs.fact(*fact)], 1.0)

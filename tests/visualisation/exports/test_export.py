@@ -92,11 +92,6 @@ def test_a_folder_with_other_files_is_never_replaced(run: Results, tmp_path: Pat
     assert (tmp_path / "thesis.tex").read_text() == "words"
 
 
-def test_an_unknown_format_is_told_the_nearest(run: Results, tmp_path: Path) -> None:
-    with pytest.raises(ExportError, match=r"'cdf'; known: mcap, .*; nearest: 'netcdf'"):
-        export(run, "cdf", tmp_path / "out")
-
-
 def test_a_library_that_is_missing_is_named(run: Results, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("visualisation.exports.formats.find_spec", lambda name: None)
     with pytest.raises(ExportError, match=r"needs mcap and rosbags, which .* install mcap rosbags"):

@@ -23,10 +23,6 @@ FATES = "([run]) => run.packets.map(({ to }) => to.map(({ v, why }) => [v, why |
 BETWEEN = """([run], [v, peer]) => [40, 99, 101, 160, 201].map((t) => [
   run.isParked(v, peer, t), run.linkAt(v, peer, t), run.isParked(peer, v, t),
 ])"""
-NONE = """([run]) => [
-  run.parked, run.refusals,
-  run.packets.flatMap(({ to }) => to).filter(({ why }) => why && why !== "lost"),
-]"""
 SAID = """() => {
   const view = R.app.views[0], said = [], own = CanvasRenderingContext2D.prototype, fill = own.fillText;
   R.app.clock.seek(150);
@@ -76,11 +72,7 @@ def failing(tmp_path_factory: pytest.TempPathFactory) -> Results:
 
 
 def test_every_packet_that_failed_tells_how(failing: Results, tmp_path: Path) -> None:
-    told = asked(
-        [data_of(failing)],
-        "([run]) => run.packets.map(({ to }) => to.map(({ v, why }) => [v, why || 'heard']))",
-        tmp_path,
-    )
+    told = asked([data_of(failing)], FATES, tmp_path)
     names = [vehicle.name for vehicle in failing.scenario.vehicle]
     refused = {(row["vehicle"], row["time_s"]) for row in failing.table("refused").to_pylist()}
     n = {"heard": 0, "lost": 0, "collided": 0, "refused": 0}
@@ -104,16 +96,6 @@ def test_peers_are_parked_and_links_estimated_as_the_tables_say(failing: Results
     incoming = [link["incoming"] for _, link, _ in told]
     assert incoming == [None, early, early, late, late]
     assert told[-1][1]["outgoing"] == {"p_loss": pytest.approx(0.5), "n": 4}
-
-
-def test_an_older_run_has_none_of_it(tmp_path: Path) -> None:
-    older = recorded(tmp_path / "run", LOSSY, "scenario.duration_s=60")
-    packets = older.table("packets")
-    kept = packets.select([name for name in packets.column_names if name != COLLIDED])
-    pq.write_table(kept, older.folder / "packets.parquet")
-    for name in ("refused", "links", "peers"):
-        (older.folder / f"{name}.parquet").unlink(missing_ok=True)
-    assert asked([data_of(Results.read(older.folder))], NONE, tmp_path) == [[], [], []]
 
 
 @pytest.fixture

@@ -53,18 +53,6 @@ ROWS = (
 )
 
 
-def test_what_drives_each_vehicle_is_said_as_the_tables_have_it(window: Window, results: Results) -> None:
-    rows = results.table("roles").to_pylist()
-    times_s = moments_s(results)
-    for at_s, told in zip(times_s, seek(window, times_s, ROWS), strict=True):
-        for name, driving, *_ in told:
-            so: dict[str, bool] = {}
-            for row in rows:
-                if row["vehicle"] == name and row["time_s"] <= at_s and row["event"] in ("active", "inactive"):
-                    so[row["role"]] = row["event"] == "active"
-            assert set(driving.split(" + ")) == ({role for role, on in so.items() if on} or {"waits"}), (at_s, name)
-
-
 def test_what_a_vehicle_knows_is_said_as_its_rebuilt_world_model_has_it(window: Window, results: Results) -> None:
     tracks = {(row["time_s"], row["vehicle"]): row for row in results.table("trajectories").to_pylist()}
     names = [vehicle.name for vehicle in results.scenario.vehicle]
@@ -104,28 +92,6 @@ def test_silences_are_the_gaps_between_packets_heard(window: Window, results: Re
         for spell in spells:
             lost = [row for row in packets if spell["from_s"] < row["time_s"] < spell["to_s"]]
             assert spell["lost"] >= len([row for row in lost if vehicle.name in row["lost_by"]]) > 0
-
-
-CHAINS = """() => R.app.views[0].facts.decisions[1].filter((one) => one.changed).map((one) => {
-  R.app.views[0].showTab("why");
-  R.app.go(one.time_s, "AUV00");
-  return document.querySelector(".chain").innerText;
-})"""
-
-
-def test_a_chain_leads_to_the_signal_of_a_peer_only_while_signals_count(
-    chrome: Any, results: Results, tmp_path: Path
-) -> None:
-    """AUV00 gives up its mapping as AUV01 stands still in the rendezvous; without weight no signal moves it."""
-    deaf = recorded(tmp_path / "without", LOSSY, "decision.weight_external=0")
-    for runs, is_moved in ((results, True), (deaf, False)):
-        folder = tmp_path / str(is_moved)
-        folder.mkdir()
-        with opened(chrome, written(folder, runs)) as window:
-            chains = window.ask(CHAINS)
-            assert len(chains) > 3
-            assert any("heard a signal of AUV0" in chain for chain in chains) == is_moved
-            assert any("Homing stood still" in chain for chain in chains) == is_moved
 
 
 @pytest.mark.parametrize("without", [("items",), ("decisions",), ("packets", "items"), ("organisation", "decisions")])

@@ -13,7 +13,7 @@ from sampling import sampled
 from synthetic_runs import DECLARED, FICTIONS, FINDS
 
 from missions.runs.results import Results
-from visualisation import KINDS, DrawingError, style
+from visualisation import KINDS, style
 from visualisation.runs import draw_run_figures, run_picture
 
 ALL_KINDS = [*KINDS, FINDS.name]
@@ -34,12 +34,6 @@ def test_a_figure_is_as_wide_as_it_is_wanted(
     figure = run_picture(runs[name], kind, DECLARED, FICTIONS[name].places, width_in).figure
     assert figure.get_figwidth() == width_in
     check_texts(figure, monkeypatch)
-
-
-def test_a_width_out_of_range_is_refused(tmp_path: Path, runs: dict[str, Results]) -> None:
-    with pytest.raises(DrawingError, match="width 90 in: allowed are 3 to 20 inches"):
-        draw_run_figures(runs["two vehicles"], ["roles"], tmp_path / "out", width_in=90.0)
-    assert not (tmp_path / "out").exists()
 
 
 def colours(figure: Figure) -> set[str]:

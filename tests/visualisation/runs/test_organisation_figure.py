@@ -11,8 +11,7 @@ from synthetic_runs import FICTIONS, FLEET, Fiction, nested
 from missions.runs.results import Results, write_results
 from missions.runs.run import run
 from missions.scenarios import load
-from visualisation import DrawingError
-from visualisation.runs import ViewAt, draw_run_figures, organisation, run_picture
+from visualisation.runs import ViewAt, organisation, run_picture
 from visualisation.runs.views import ActMark, Span, View, view_of
 
 SETTINGS = ("channel.per=0.4", "fault=[{kind='lost',vehicle='AUV00',at_s=200}]", "scenario.duration_s=700")
@@ -159,23 +158,3 @@ def test_three_nested_teams_fit_a_column_with_all_names(tmp_path: Path) -> None:
     assert not [text.get_text() for text in drawn.figure.texts if "work done" in text.get_text()]
     wide = run_picture(fiction.write(tmp_path / "wide"), "organisation").figure
     assert [text.get_text() for text in wide.texts if "work done" in text.get_text()]
-
-
-@pytest.mark.parametrize(
-    ("moment", "message"),
-    [
-        (ViewAt(1200.0), "at 1200 s: this run lasts from 0 to 1000 s"),
-        (ViewAt(None, "a"), "unknown vehicle 'a'; known: A, B; nearest: '[AB]'"),
-    ],
-)
-def test_a_moment_that_the_run_has_not_is_refused(tmp_path: Path, moment: ViewAt, message: str) -> None:
-    results = Fiction().write(tmp_path / "run")
-    with pytest.raises(DrawingError, match=message):
-        draw_run_figures(results, ["organisation"], tmp_path / "out", moment=moment)
-    assert not (tmp_path / "out").exists()
-
-
-def test_a_moment_is_for_the_organisation(tmp_path: Path) -> None:
-    results = Fiction().write(tmp_path / "run")
-    with pytest.raises(DrawingError, match="at 9 s, viewer A: is about the figure organisation; name that too"):
-        draw_run_figures(results, ["roles"], tmp_path / "out", moment=ViewAt(9.0, "A"))

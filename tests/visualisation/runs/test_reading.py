@@ -60,11 +60,7 @@ def test_roles_of_one_group_stay_together(tmp_path: Path) -> None:
         for at, (group, role) in enumerate([("One", "p"), ("Two", "q"), ("One", "r")])
     ]
     run = Fiction(roles=(), extra_roles=rows).write(tmp_path / "run")
-    assert [(own.group, own.role) for own in reading.tenures(run)["A"]] == [
-        ("One", "p"),
-        ("One", "r"),
-        ("Two", "q"),
-    ]
+    assert [(own.group, own.role) for own in reading.tenures(run)["A"]] == [("One", "p"), ("One", "r"), ("Two", "q")]
 
 
 def test_a_position_between_two_records_is_between_them() -> None:

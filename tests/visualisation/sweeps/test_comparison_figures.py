@@ -27,16 +27,7 @@ from visualisation.sweeps.arrangement import RANKED, by_kind
 from visualisation.sweeps.comparison import MOST_FIGURES, _charts, _file_name, _numbers
 
 CHARTS = by_kind([MetricRecord.of(metric) for metric in METRICS])
-DRAWN = (
-    "mission-time",
-    "success-rate",
-    "coverage",
-    "double-work",
-    "bytes",
-    "energy",
-    "latency",
-    "consistency-time",
-)
+DRAWN = ("mission-time", "success-rate", "coverage", "double-work", "bytes", "energy", "latency", "consistency-time")
 """Charts of metrics that the made-up runs have."""
 COUNTING_FAILURES = ("mission-time", "success-rate", "differences", "ranking")
 """Figures of metrics of which a failed run has a value."""
@@ -71,19 +62,13 @@ def table(path: Path) -> list[dict[str, str]]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SWEEPS)
-def test_texts_overlap_nothing_and_are_not_cut_off(
+def test_texts_overlap_nothing_and_means_are_inside_the_frame(
     sweeps: dict[str, SweepResults], name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for title, figure in figures(sweeps[name]).items():
         wide = title.startswith("overview") or len(figure.axes) > 1
         assert figure.get_figwidth() in ({style.PAGE_IN} if wide else {style.COLUMN_IN, style.PAGE_IN}), title
         check_texts(figure, monkeypatch)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", SWEEPS)
-def test_every_mean_is_inside_the_frame(sweeps: dict[str, SweepResults], name: str) -> None:
-    for title, figure in figures(sweeps[name]).items():
         for axes in figure.axes:
             (left, right), (bottom, top) = axes.get_xlim(), sorted(axes.get_ylim())
             for line in axes.get_lines():
@@ -206,11 +191,6 @@ def test_a_metric_without_values_is_left_out_or_refused(tmp_path: Path, sweeps: 
     assert not (tmp_path / "named").exists()
 
 
-def test_one_series_has_no_ranking(tmp_path: Path, sweeps: dict[str, SweepResults]) -> None:
-    with pytest.raises(DrawingError, match="ranking: needs two strategies or policies"):
-        draw_sweep_figures(sweeps["one point"], ["ranking"], tmp_path)
-
-
 def test_a_bound_is_drawn_beside_the_others_and_not_ranked(tmp_path: Path) -> None:
     """With one strategy beside the bound there is nothing to rank."""
     sweep = Sweep(["remoras", "central", "oracle"], channels=[("bernoulli", FEW, {})], repeats=2)
@@ -318,8 +298,6 @@ def test_figures_are_as_wide_as_they_are_wanted(
 
 
 def test_files_of_a_sweep_say_what_study_they_show(tmp_path: Path, sweeps: dict[str, SweepResults]) -> None:
-    from PIL import Image
-
     draw_sweep_figures(sweeps["one point"], ["bytes"], tmp_path)
     said = Image.open(tmp_path / "bytes.png").text  # type: ignore[attr-defined]
     assert said["seed"] == str(sweeps["one point"].file.study.seed)
