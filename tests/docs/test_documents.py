@@ -51,11 +51,14 @@ def is_in(line: str, text: str) -> bool:
 def typed(line: str, folder: Path) -> str:
     """What a command prints in a folder, of a program that is installed here."""
     program, *arguments = shlex.split(line)
-    done = subprocess.run(
-        [sys.executable, *INSTALLED[program], *arguments],
-        cwd=folder, env=ENVIRONMENT, capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    assert done.returncode == 0, f"{line}\n{done.stdout}\n{done.stderr}"
+    return called([*INSTALLED[program], *arguments], folder)
+
+
+def called(arguments: list[str], folder: Path) -> str:
+    """What a Python program prints that is called in a folder."""
+    command = [sys.executable, *arguments]
+    done = subprocess.run(command, cwd=folder, env=ENVIRONMENT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, f"{command}\n{done.stdout}\n{done.stderr}"
     return done.stdout
 
 
@@ -92,11 +95,7 @@ def test_the_lines_of_python_in_the_readme_work(tmp_path: Path) -> None:
     (text,) = blocks(README, "python")
     assert len([line for line in text.splitlines() if line]) <= 10
     (tmp_path / "ten.py").write_text(text, encoding="utf-8")
-    done = subprocess.run(
-        [sys.executable, "ten.py"], cwd=tmp_path, env=ENVIRONMENT, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stderr
-    assert "mission_complete" in done.stdout
+    assert "mission_complete" in called(["ten.py"], tmp_path)
     assert {path.name for path in tmp_path.iterdir()} >= {"tracks.pdf", "watch.html", "lossy"}
 
 

@@ -7,10 +7,8 @@ A block whose first line is ``# name.ext`` is that file; a Python block without 
 import itertools
 import json
 import math
-import os
 import re
 import shlex
-import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -18,7 +16,7 @@ from typing import Any
 
 import pyarrow.parquet as pq
 import pytest
-from sampling import sampled
+from test_documents import called
 from typer.testing import CliRunner
 
 from missions.scenarios import shipped
@@ -27,13 +25,11 @@ from remoras import face
 from remoras.avoidance import SEPARATION_M
 from remoras.cli import app
 from remoras.functional import guidance
-from remoras.strategies import strategies
 
 pytestmark = pytest.mark.slow
 
 ROOT = Path(__file__).parents[2]
 PAGES = sorted((ROOT / "docs" / "howto").glob("*.md"))
-ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "200"}
 
 
 def blocks(page: Path) -> Iterator[tuple[str, str]]:
@@ -50,24 +46,16 @@ def execute(page: Path, folder: Path) -> dict[str, str]:
             (folder / name[1]).write_text(text, encoding="utf-8")
         elif language == "python":
             (folder / f"block{number}.py").write_text(text, encoding="utf-8")
-            said[text] = called(f"{page.name}: {text}", [f"block{number}.py"], folder)
+            said[text] = called([f"block{number}.py"], folder)
         elif language == "sh":
             for line in text.splitlines():
                 command, _, target = line.partition(" > ")
                 program, *arguments = shlex.split(command)
                 where = f"{page.name}: {line}"
-                said[line] = answered(where, arguments) if program == "remoras" else called(where, arguments, folder)
+                said[line] = answered(where, arguments) if program == "remoras" else called(arguments, folder)
                 if target:
                     (folder / target).write_text(said[line], encoding="utf-8")
     return said
-
-
-def called(where: str, arguments: list[str], folder: Path) -> str:
-    """What a Python program prints that is called in a folder."""
-    command = [sys.executable, *arguments]
-    done = subprocess.run(command, cwd=folder, env=ENVIRONMENT, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, f"{where}\n{done.stdout}\n{done.stderr}"
-    return done.stdout
 
 
 def answered(where: str, arguments: list[str]) -> str:
@@ -129,9 +117,7 @@ def test_tables_printed_alone_load(page: Path, tmp_path: Path) -> None:
             assert load_study(str(file)).configurations
             continue
         table = re.escape(text.splitlines()[0])
-        changed, n = re.subn(
-            rf"^{table}\n.*?(?=^\[)", lambda _, text=text: text + "\n", shipped_text, flags=re.M | re.S
-        )
+        changed, n = re.subn(rf"^{table}\n.*?(?=^\[)", lambda _, own=text: f"{own}\n", shipped_text, flags=re.M | re.S)
         assert n == 1, text
         file.write_text(changed, encoding="utf-8")
         done = CliRunner().invoke(app, ["validate", str(file)])
@@ -269,45 +255,29 @@ def test_vehicles_that_do_not_heed_what_they_see_lose_the_plume(executed: Any) -
     assert said["python blind.py"].split() == ["26", "3"]
 
 
-HEAD_ON = {
-    "vehicle.AUV01.start_m": [-100.0, 0.0],
-    "vehicle.AUV02.start_m": [100.0, 0.0],
-    "vehicle.AUV01.playable_roles": ["Hand", "Servicereast"],
-    "vehicle.AUV02.playable_roles": ["Hand", "Servicerwest"],
-}
+HEAD_ON: dict[str, Any] = {
+    "vehicle.AUV01.start_m": [-100.0, 0.0], "vehicle.AUV02.start_m": [100.0, 0.0],
+    "vehicle.AUV01.playable_roles": ["Hand", "Servicereast"], "vehicle.AUV02.playable_roles": ["Hand", "Servicerwest"],
+}  # fmt: skip
 """As the page has it: each has to go to where the other is, at one depth."""
 
 
 def nearest_m(found: list[dict[str, Any]]) -> float:
     """Least distance of AUV01 and AUV02 at any time."""
-    tracks = [
-        [(row["x_m"], row["y_m"]) for row in found if row["vehicle"] == vehicle] for vehicle in ("AUV01", "AUV02")
-    ]
-    return min(math.dist(one, other) for one, other in zip(*tracks, strict=True))
+    one, other = ([(row["x_m"], row["y_m"]) for row in found if row["vehicle"] == name] for name in ("AUV01", "AUV02"))
+    return min(itertools.starmap(math.dist, zip(one, other, strict=True)))
 
 
-def test_two_vehicles_keep_their_distance_as_the_page_says(executed: Any) -> None:
+def test_two_vehicles_keep_their_distance_by_what_a_vehicle_needs_to_live(
+    executed: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
     folder, _ = executed("mission")
     assert nearest_m(rows(folder / "headon", "trajectories")) >= SEPARATION_M
-
-
-@pytest.mark.parametrize("strategy", strategies())
-def test_vehicles_keep_their_distance_though_no_author_wrote_of_it(
-    executed: Any, strategy: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Without what the vehicle needs to live the same run has them pass nearer: so it is this that keeps them apart."""
-    folder, _ = executed("mission")
     monkeypatch.chdir(folder)
     monkeypatch.syspath_prepend(str(folder))
-    assert closest_in(strategy) >= SEPARATION_M
     monkeypatch.setattr(guidance, "clear_velocity", lambda *_: None)
-    assert closest_in(strategy) < SEPARATION_M
-
-
-def closest_in(strategy: str) -> float:
-    run = face.run("buoys.toml", strategy=strategy, seed=1, set=HEAD_ON)
-    found: list[dict[str, Any]] = run.table("trajectories").to_dict("records")
-    return nearest_m(found)
+    run = face.run("buoys.toml", seed=1, set=HEAD_ON)
+    assert nearest_m(run.table("trajectories").to_dict("records")) < SEPARATION_M
 
 
 def test_a_vehicle_low_on_energy_goes_home_though_no_author_wrote_of_it(executed: Any) -> None:
@@ -319,16 +289,6 @@ def test_a_vehicle_low_on_energy_goes_home_though_no_author_wrote_of_it(executed
     assert summary(folder / "weak")["serviced_fraction"] == 1.0
 
 
-@pytest.mark.parametrize("strategy", sampled(strategies(), "rendezvous-sync"))
-def test_every_shipped_strategy_runs_it(executed: Any, strategy: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    folder, _ = executed("mission")
-    monkeypatch.chdir(folder)
-    monkeypatch.syspath_prepend(str(folder))
-    found = face.run("buoys.toml", strategy=strategy, seed=1).summary
-    assert found["completed"]
-    assert found["serviced_fraction"] == 1.0
-
-
 def test_vehicles_that_start_at_the_rally_point_do_their_jobs_before_they_count_as_gathered(
     executed: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -338,7 +298,6 @@ def test_vehicles_that_start_at_the_rally_point_do_their_jobs_before_they_count_
     monkeypatch.syspath_prepend(str(folder))
     near = {"rally_point.tender.position_m": [0.0, -10.0], "mission.arrival_radius_m": 40.0}
     found = face.run("buoys.toml", strategy="remoras", seed=1, set=near).summary
-    assert found["completed"]
-    assert found["serviced_fraction"] == 1.0
+    assert (found["completed"], found["serviced_fraction"]) == (True, 1.0)
     short = face.run("buoys.toml", strategy="remoras", seed=1, set={**near, "scenario.duration_s": 100.0}).summary
     assert short["reason"].endswith("jobs not done: mother, north, east, south, west")

@@ -187,16 +187,9 @@ class Fiction:
 
     def _rows(self) -> dict[str, list[tuple[Any, ...]]]:
         times_s = [self.end_s * step / 60 for step in range(61)]
+        r_m = self.radius_m
         tracks = [
-            (
-                t,
-                name,
-                self.radius_m * (1 + at / 9) * math.cos(t / 60 + at),
-                self.radius_m * math.sin(t / 60 + at),
-                0.0,
-                1.0,
-                t,
-            )
+            (t, name, r_m * (1 + at / 9) * math.cos(t / 60 + at), r_m * math.sin(t / 60 + at), 0.0, 1.0, t)
             for t in times_s
             for at, name in enumerate(self.vehicles)
         ]
@@ -323,20 +316,14 @@ FICTIONS = {
     "two vehicles": Fiction(),
     "one vehicle": Fiction(vehicles=("Solo",), milestones=[("mission_complete", "", "", 1000.0)]),
     "sixteen vehicles": Fiction(
-        vehicles=FLEET,
-        roles=ROLES,
-        outlines=[f"box {number}" for number in range(16)],
-        points=[f"dock {number}" for number in range(6)],
+        FLEET, ROLES, [f"box {number}" for number in range(16)], [f"dock {number}" for number in range(6)],
         milestones=[("work_done", name, "", 900.0 + at) for at, name in enumerate(FLEET)],
     ),
     "no places": Fiction(outlines=(), points=()),
     "not completed": Fiction(completed=False, end_s=14400.0, milestones=[("work_done", "A", "", 1700.0)]),
     "empty tables": Fiction(recorded=False),
     "long names": Fiction(
-        vehicles=[LONG, LONG[::-1]],
-        roles=[(LONG, LONG), (LONG[::-1], LONG)],
-        outlines=[LONG, LONG[::-1]],
-        points=[LONG, "US$ and $x^2"],
+        [LONG, LONG[::-1]], [(LONG, LONG), (LONG[::-1], LONG)], [LONG, LONG[::-1]], [LONG, "US$ and $x^2"],
         milestones=[("broken_off", LONG, "", 500.0), ("gathered", "", LONG, 500.0)],
     ),
     "nobody moves": Fiction(radius_m=0.0, outlines=(), points=()),
@@ -360,8 +347,6 @@ FICTIONS = {
             (650.0, "A", "C", "begins anew"), (900.0, "C", "D", "parked"),
         ],
     ),
-    "nested": Fiction(
-        vehicles=FLEET, roles=(("Fleet", "Reporter"),), groups=nested(), changes=seats(FLEET),
-    ),
+    "nested": Fiction(FLEET, (("Fleet", "Reporter"),), groups=nested(), changes=seats(FLEET)),
     "at once": Fiction(end_s=0.0, recorded=False, completed=False),
 }  # fmt: skip

@@ -10,12 +10,13 @@ from sample_vehicles import AUV
 
 from remoras.authority import Act, Authority, Request, Rules, may_assign
 from remoras.database import AUVDatabase
-from remoras.errors import OrganisationError
 from remoras.organisation import Group, Organisation, Outcome, RoleAssignment, RoleSpecification
+from remoras.social.leadership import stepping_down
 from remoras.strategies.founding import founded
+from remoras.testing.sample_worlds import Visit
 from remoras.work import Job
 
-OPEN, OTHER = Group("Open"), Group("Other")  # they name no roles: one exists as soon as somebody plays it
+OPEN = Group("Open")  # it names no roles: one exists as soon as somebody plays it
 TEAM = Group(
     "Team",
     (
@@ -27,7 +28,7 @@ TEAM = Group(
 ABLE = ("Head", "Hand", "Digger")
 FLEET = AUVDatabase(tuple(replace(AUV, name=f"AUV0{node}", node=node, playable_roles=ABLE) for node in range(4)))
 RULES = Rules(FLEET)
-EMPTY = Organisation.of([OPEN, OTHER, TEAM])
+EMPTY = Organisation.of([OPEN, TEAM])
 
 
 def played(*assignments: tuple[str, str, str]) -> Organisation:
@@ -48,54 +49,6 @@ def test_the_creator_of_a_group_leads_it_immediately() -> None:
     assert [len(formed.heads(group)) for group in formed.groups] == [1, 1]
     first = next(iter(formed.heads("Team")))
     assert formed.roles_of(first, "Team")[0].role == "Head"
-
-
-ASSIGN, LEAVE = Organisation.assign, Organisation.leave_role
-
-
-@pytest.mark.parametrize(
-    ("change", "what", "outcome"),
-    [
-        (ASSIGN, ("AUV00", "Rescue", "Diver"), Outcome.NOT_GROUP),
-        (ASSIGN, ("AUV00", "Team", "Diver"), Outcome.NOT_ROLE),  # a group that names its roles has no others
-        (ASSIGN, ("AUV01", "Team", "Hand"), Outcome.ROLE_ALREADY_HANDLED),
-        (ASSIGN, ("AUV01", "Team", "Head"), Outcome.NO_ROOM),
-        (LEAVE, ("AUV01", "Team", "Digger"), Outcome.ROLE_NOT_HANDLED),
-        (LEAVE, ("AUV02", "Team", "Digger"), Outcome.NOT_IN_GROUP),
-    ],
-)
-def test_what_is_refused_changes_nothing(change: Any, what: tuple[str, str, str], outcome: Outcome) -> None:
-    after, found = change(LED, *what)
-    assert after is LED
-    assert found is outcome
-
-
-NEW = Rules(FLEET, at_sea={"New": Group("New", TEAM.roles, formed_by="Team")})
-
-
-@pytest.mark.parametrize(
-    ("asked", "rules", "outcome"),
-    [
-        (Request("AUV00", Act.CREATE, "Team"), RULES, Outcome.ALREADY_GROUP),
-        (Request("AUV00", Act.CREATE, "New", "Head", "AUV01"), NEW, Outcome.SUCCESS),
-        (Request("AUV00", Act.ASSIGN, "Rescue", "Diver", "AUV00"), RULES, Outcome.NOT_GROUP),
-        (Request("AUV01", Act.ASSIGN, "Team", "Head", "AUV01"), RULES, Outcome.NO_AUTHORITY),
-    ],
-)
-def test_groups_are_formed_once_and_their_heads_are_named_by_others(
-    asked: Request, rules: Rules, outcome: Outcome
-) -> None:
-    assert may_assign(asked, LED, rules) is outcome
-
-
-def test_an_accepted_request_creates_the_role_in_that_group_only() -> None:
-    organisation = played(("AUV00", "Open", "Diver"))
-    assert organisation.members("Open", "Diver") == ("AUV00",)
-    assert organisation.members("Other", "Diver") == ()
-    organisation, _ = played(("AUV00", "Open", "Diver"), ("AUV01", "Other", "Diver")).leave_role(
-        "AUV00", "Open", "Diver"
-    )
-    assert (organisation.members("Open", "Diver"), organisation.members("Other", "Diver")) == ((), ("AUV01",))
 
 
 @pytest.mark.parametrize("role", ["Head", "Digger"])
@@ -141,35 +94,28 @@ def test_an_exception_in_the_gatekeeper_reaches_the_requester() -> None:
     assert LED.assignments == before
 
 
-@pytest.mark.parametrize("missing", [("", "Open", "Diver"), ("AUV00", "", "Diver"), ("AUV00", "Open", "")])
-@pytest.mark.parametrize("operation", ["assign", "leave_role"])
-def test_a_missing_argument_is_an_error_and_no_code(operation: str, missing: tuple[str, str, str]) -> None:
-    with pytest.raises(OrganisationError, match="needs a group, a role and a vehicle"):
-        getattr(EMPTY, operation)(*missing)
+def test_who_is_not_able_to_do_its_job_is_given_no_role() -> None:
+    rules = Rules(FLEET, frozenset({Authority.TAKE}), {"pit": Visit("pit", (0.0, 0.0), greatest_depth_m=1e4)})
+    asked = Request("AUV01", Act.ASSIGN, "Team", "Digger", "AUV01")
+    assert may_assign(asked, LED, rules) is Outcome.UNABLE
 
 
-def test_several_roles_and_several_groups_at_once() -> None:
-    organisation = played(("AUV00", "Team", "Head"), ("AUV00", "Team", "Digger"), ("AUV00", "Open", "Diver"))
-    assert [one.role for one in organisation.roles_of("AUV00", "Team")] == ["Digger", "Head"]
-    assert {one.group for one in organisation.roles_of("AUV00")} == {"Team", "Open"}
+def test_a_head_that_steps_down_leaves_its_role_and_takes_one_of_the_succession() -> None:
+    crew = Group("Crew", TEAM.roles, succession=("Hand",))
+    held = [RoleAssignment(*one) for one in (("Crew", "Head", "AUV00"), ("Crew", "Hand", "AUV01"))]
+    led = Organisation.of([crew], held)
+    said = [("AUV00", "playsRole", "Crew.Hand"), ("AUV00", "leftRole", "Crew.Head")]
+    assert stepping_down("AUV00", led, FLEET) == said
+    assert stepping_down("AUV01", led, FLEET) == []
+    assert stepping_down("AUV00", LED, FLEET) == []  # nobody may succeed it
 
 
-def test_holders_come_once_each_in_one_order() -> None:
-    names = ("AUV02", "AUV00", "AUV01")
-    forth = played(*((name, "Team", "Hand") for name in names))
-    back = played(*((name, "Team", "Hand") for name in reversed(names)))
-    assert forth.members("Team", "Hand") == back.members("Team", "Hand") == ("AUV00", "AUV01", "AUV02")
-
-
-def test_a_member_is_who_plays_a_role() -> None:
-    for name in FLEET.names:
-        assert LED.is_member(name, "Team") == bool(LED.roles_of(name, "Team")) == (name in LED.members("Team"))
-
-
-def test_leaving_the_last_role_ends_membership() -> None:
-    organisation, outcome = LED.leave_role("AUV01", "Team", "Hand")
-    assert outcome is Outcome.SUCCESS
-    assert not organisation.is_member("AUV01", "Team")
+def test_a_member_that_claims_a_group_whose_head_is_heard_is_obeyed_by_nobody() -> None:
+    with fleet_at_rest() as fleet:
+        claim = say(named(fleet, "AUV01"), ("Operational", "headedBy", "AUV01"), ("Operational", "headTerm", 1))  # type: ignore[arg-type]
+        for name in ("AUV00", "AUV02"):
+            hear(named(fleet, name), claim)
+            assert named(fleet, name).social.organisation.heads("Operational") == ("AUV00",)
 
 
 def test_who_leaves_a_group_leaves_all_its_roles_there_and_none_elsewhere() -> None:
@@ -182,12 +128,6 @@ def test_who_leaves_a_group_leaves_all_its_roles_there_and_none_elsewhere() -> N
         hear(peer, block)
         assert peer.social.organisation.roles_of("AUV00", "Operational") == ()
         assert [one.role for one in peer.social.organisation.roles_of("AUV00", "Coordination")] == ["Tactician"]
-
-
-def test_a_role_without_holders_ceases_to_exist() -> None:
-    organisation, _ = played(("AUV00", "Open", "Diver")).leave_role("AUV00", "Open", "Diver")
-    assert organisation == EMPTY
-    assert organisation.members("Open") == organisation.heads("Open") == ()
 
 
 def test_who_is_lost_is_removed_from_every_role() -> None:

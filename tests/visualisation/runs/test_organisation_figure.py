@@ -100,12 +100,8 @@ def test_boxes_are_of_the_time_and_of_the_viewer(tmp_path: Path) -> None:
     of_first = shown(results, 600.0, "AUV00")
     assert "as AUV00 sees it" in of_first[0]
     assert of_first[of_first.index("Team A") :][1:6] == [
-        "\u2605 Leader (1)",
-        "vacant",
-        "Diver (2\u20139)",
-        "2 vacant",
-        "Spare",
-    ]
+        "\u2605 Leader (1)", "vacant", "Diver (2\u20139)", "2 vacant", "Spare",
+    ]  # fmt: skip
 
 
 def test_the_last_time_with_the_most_holders_is_shown_if_none_is_named(tmp_path: Path) -> None:

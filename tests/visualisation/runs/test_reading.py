@@ -12,27 +12,23 @@ from visualisation.runs import reading
 from visualisation.runs.reading import PlanTrack, Span, Tenure, VehicleFault
 
 
-def tenures_of(tmp_path: Path, *events: tuple[float, str]) -> list[Tenure]:
+@pytest.mark.parametrize(
+    ("events", "held", "active"),
+    [
+        ([(10.0, "assigned"), (20.0, "active"), (30.0, "left")], [Span(10.0, 30.0)], [Span(20.0, 30.0)]),
+        (  # never left: it lasts to the end
+            [(10.0, "assigned"), (20.0, "active"), (30.0, "inactive"), (40.0, "active")],
+            [Span(10.0, 1000.0)], [Span(20.0, 30.0), Span(40.0, 1000.0)],
+        ),  # without a beginning, or told twice: nothing changes
+        ([(5.0, "inactive"), (10.0, "assigned"), (15.0, "assigned"), (50.0, "left")], [Span(10.0, 50.0)], []),
+    ],
+)  # fmt: skip
+def test_a_role_is_held_and_drives_from_event_to_event(
+    tmp_path: Path, events: list[tuple[float, str]], held: list[Span], active: list[Span]
+) -> None:
     rows = [(time_s, "A", "Team", "Diver", event) for time_s, event in events]
-    run = Fiction(vehicles=("A", "B"), roles=(), extra_roles=rows).write(tmp_path / "run")
-    return reading.tenures(run)["A"]
-
-
-def test_a_role_that_is_left_ends_what_it_drove(tmp_path: Path) -> None:
-    found = tenures_of(tmp_path, (10.0, "assigned"), (20.0, "active"), (30.0, "left"))
-    assert found == [Tenure("Team", "Diver", (Span(10.0, 30.0),), (Span(20.0, 30.0),))]
-
-
-def test_a_role_that_is_never_left_lasts_to_the_end(tmp_path: Path) -> None:
-    (found,) = tenures_of(tmp_path, (10.0, "assigned"), (20.0, "active"), (30.0, "inactive"), (40.0, "active"))
-    assert found.held == (Span(10.0, 1000.0),)
-    assert found.active == (Span(20.0, 30.0), Span(40.0, 1000.0))
-
-
-def test_events_without_a_beginning_or_told_twice_change_nothing(tmp_path: Path) -> None:
-    (found,) = tenures_of(tmp_path, (5.0, "inactive"), (10.0, "assigned"), (15.0, "assigned"), (50.0, "left"))
-    assert found.held == (Span(10.0, 50.0),)
-    assert found.active == ()
+    run = Fiction(roles=(), extra_roles=rows).write(tmp_path / "run")  # type: ignore[arg-type]
+    assert reading.tenures(run) == {"A": [Tenure("Team", "Diver", tuple(held), tuple(active))], "B": []}
 
 
 def test_no_role_drives_a_vehicle_that_is_out_of_the_mission(tmp_path: Path) -> None:
@@ -47,11 +43,6 @@ def test_no_role_drives_a_vehicle_that_is_out_of_the_mission(tmp_path: Path) -> 
     (found,) = reading.tenures(run)["A"]
     assert found.held == (Span(10.0, 1000.0),)
     assert found.active == (Span(20.0, 30.0), Span(50.0, 70.0))
-
-
-def test_a_vehicle_without_roles_is_not_forgotten(tmp_path: Path) -> None:
-    run = Fiction(vehicles=("A", "B"), roles=()).write(tmp_path / "run")
-    assert reading.tenures(run) == {"A": [], "B": []}
 
 
 def test_roles_of_one_group_stay_together(tmp_path: Path) -> None:
@@ -71,14 +62,11 @@ def test_a_position_between_two_records_is_between_them() -> None:
 
 def test_faults_of_vehicles_last_until_they_are_over(tmp_path: Path) -> None:
     """An empty battery is none that the scenario declares."""
-    assert reading.vehicle_faults(FICTIONS["faults"].write(tmp_path / "run")) == [
+    run = FICTIONS["faults"].write(tmp_path / "run")
+    assert reading.vehicle_faults(run) == [
         VehicleFault("B", "joins", "away until 200 s", Span(0.0, 200.0)),
         VehicleFault("A", "mute", "until 600 s", Span(300.0, 600.0)),
         VehicleFault("B", "lost", "for good", Span(500.0, 1000.0)),
     ]
-
-
-def test_results_of_an_older_version_have_no_faults_of_vehicles(tmp_path: Path) -> None:
-    run = FICTIONS["faults"].write(tmp_path / "run")
-    (run.folder / "faults.parquet").unlink()
+    (run.folder / "faults.parquet").unlink()  # as an older version wrote it
     assert reading.vehicle_faults(run) == []

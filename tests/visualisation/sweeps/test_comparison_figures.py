@@ -8,6 +8,7 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from legibility import check_texts
@@ -55,6 +56,17 @@ def figures(results: SweepResults) -> dict[str, Figure]:
     return found
 
 
+def few(*strategies: str, repeats: int = 2, **given: Any) -> Sweep:
+    """A small sweep over three loss rates."""
+    return Sweep(strategies, **{"channels": [("bernoulli", FEW, {})], "repeats": repeats, **given})
+
+
+def captions(results: SweepResults, kinds: Sequence[str], folder: Path, ranked: str = RANKED) -> list[str]:
+    """Captions of the figures that are written, in their order."""
+    files = draw_sweep_figures(results, kinds, folder, "svg", ranked=ranked).files
+    return [path.read_text(encoding="utf-8") for path in files if path.suffix == ".txt"]
+
+
 def table(path: Path) -> list[dict[str, str]]:
     with path.open(encoding="utf-8", newline="") as file:
         return list(csv.DictReader(file))
@@ -81,10 +93,9 @@ def test_texts_overlap_nothing_and_means_are_inside_the_frame(
 def test_the_same_sweep_gives_the_same_bytes(
     tmp_path: Path, seven: SweepResults, file_format: str, kinds: Sequence[str]
 ) -> None:
-    made = [
+    first, again = (
         draw_sweep_figures(seven, kinds, tmp_path / name, file_format, draw_all=True) for name in ("first", "again")
-    ]
-    first, again = made
+    )
     names = [path.name for path in first.files]
     drawn = kinds or (*DRAWN, *SWEEP_KINDS)
     assert set(names) >= {f"{kind}.{suffix}" for kind in drawn for suffix in (file_format, "csv", "txt")}
@@ -117,11 +128,10 @@ def test_unasked_the_figures_that_say_most_are_drawn(tmp_path: Path, seven: Swee
 
 
 def test_of_policies_the_trade_off_is_drawn_and_of_one_series_no_ranking(tmp_path: Path) -> None:
-    policies = Sweep(("remoras",), policies=("ack", "mps-ack"), channels=[("bernoulli", FEW, {})], repeats=4)
-    assert kinds_of(draw_sweep_figures(policies.write(tmp_path / "two"), (), tmp_path / "of two", "svg").files)[:4] == [
-        "overview", "ranking", "differences", "trade-off",
-    ]  # fmt: skip
-    single = Sweep(("remoras",), channels=[("bernoulli", FEW, {})], repeats=4).write(tmp_path / "one")
+    policies = few("remoras", policies=("ack", "mps-ack"), repeats=4).write(tmp_path / "two")
+    kinds = kinds_of(draw_sweep_figures(policies, (), tmp_path / "of two", "svg").files)
+    assert kinds[:4] == ["overview", "ranking", "differences", "trade-off"]
+    single = few("remoras", repeats=4).write(tmp_path / "one")
     kinds = kinds_of(draw_sweep_figures(single, (), tmp_path / "of one", "svg").files)
     assert kinds[0] == "overview"
     assert not {"ranking", "differences", "trade-off"} & {*kinds}
@@ -135,7 +145,7 @@ def test_never_more_than_eight_are_drawn_unasked(sweeps: dict[str, SweepResults]
 
 def test_a_success_of_all_has_its_interval(tmp_path: Path) -> None:
     """Of 10 runs that all succeed Wilson's interval is [0.72, 1]; it is drawn as every other."""
-    results = Sweep(("remoras", "central"), channels=[("bernoulli", FEW, {})], repeats=10).write(tmp_path / "sweep")
+    results = few("remoras", "central", repeats=10).write(tmp_path / "sweep")
     (axes,) = sweep_picture(results, "success-rate").figure.axes
     ends = [tuple(segment[:, 1]) for lines in axes.collections for segment in lines.get_segments()]  # type: ignore[attr-defined]
     rows = compare(results, ["completed"])
@@ -166,9 +176,8 @@ def test_the_numbers_of_several_metrics_and_of_the_ranking(tmp_path: Path, seven
 
 @pytest.mark.parametrize("kind", [*DRAWN, *SWEEP_KINDS])
 def test_captions_say_what_the_figure_rests_on(tmp_path: Path, kind: str) -> None:
-    results = Sweep(SEVEN[:2], channels=[("bernoulli", FEW, {})], repeats=4, n_failed=1, consistency=True)
-    draw_sweep_figures(results.write(tmp_path / "sweep"), [kind], tmp_path / "out")
-    text = (tmp_path / "out" / f"{kind}.txt").read_text(encoding="utf-8")
+    results = few(*SEVEN[:2], repeats=4, n_failed=1, consistency=True).write(tmp_path / "sweep")
+    [text] = captions(results, [kind], tmp_path / "out")
     for part in (
         {"consistency-time": "n = 2 to 3", **dict.fromkeys(COUNTING_FAILURES, "n = 4 ")}.get(kind, "n = 3 to 4"),
         "master seed 11", "strategies remoras, fixed-partition", "policy m-ack",
@@ -193,40 +202,52 @@ def test_a_metric_without_values_is_left_out_or_refused(tmp_path: Path, sweeps: 
 
 def test_a_bound_is_drawn_beside_the_others_and_not_ranked(tmp_path: Path) -> None:
     """With one strategy beside the bound there is nothing to rank."""
-    sweep = Sweep(["remoras", "central", "oracle"], channels=[("bernoulli", FEW, {})], repeats=2)
-    results = sweep.write(tmp_path / "three")
+    results = few("remoras", "central", "oracle").write(tmp_path / "three")
     legend = [text.get_text() for legend in figures(results)["bytes "].legends for text in legend.get_texts()]
     assert "oracle (bound)" in legend
-    draw_sweep_figures(results, ["bytes", "ranking"], tmp_path / "out", "svg")
+    texts = captions(results, ["bytes", "ranking"], tmp_path / "out")
+    assert all("Not ranked, as a bound: oracle." in text for text in texts)
     assert {row["strategy"] for row in table(tmp_path / "out" / "bytes.csv")} == {"remoras", "central", "oracle"}
     assert {row["strategy"] for row in table(tmp_path / "out" / "ranking.csv")} == {"remoras", "central"}
-    for kind in ("bytes", "ranking"):
-        assert "Not ranked, as a bound: oracle." in (tmp_path / "out" / f"{kind}.txt").read_text(encoding="utf-8")
-    two = Sweep(["remoras", "oracle"], channels=[("bernoulli", FEW, {})], repeats=2).write(tmp_path / "two")
+    two = few("remoras", "oracle").write(tmp_path / "two")
     with pytest.raises(DrawingError, match="ranking: needs two strategies or policies that are no bounds"):
         draw_sweep_figures(two, ["ranking"], tmp_path / "out2")
 
 
 def test_an_unfinished_sweep_is_drawn_and_said_to_be(tmp_path: Path) -> None:
-    results = Sweep(SEVEN[:2], channels=[("bernoulli", FEW, {})], repeats=2, n_remaining=3).write(tmp_path / "sweep")
+    results = few(*SEVEN[:2], n_remaining=3).write(tmp_path / "sweep")
     drawn = draw_sweep_figures(results, ["bytes", "ranking"], tmp_path / "out", "svg")
     assert drawn.notes == ["the sweep is not finished, 3 runs are missing in the figures"]
     assert "3 not made yet" in (tmp_path / "out" / "bytes.txt").read_text(encoding="utf-8")
 
 
-def test_what_cannot_be_drawn_is_refused(tmp_path: Path, seven: SweepResults) -> None:
-    with pytest.raises(DrawingError, match=r"unknown kind of figure of a sweep 'misson-time'.*nearest: 'mission-time'"):
-        draw_sweep_figures(seven, ["misson-time"], tmp_path / "out")
-    with pytest.raises(DrawingError, match="'roles' is a figure of a single run"):
-        draw_sweep_figures(seven, ["roles"], tmp_path / "out")
-    with pytest.raises(DrawingError, match="unknown format 'bmp'"):
-        draw_sweep_figures(seven, ["bytes"], tmp_path / "out", "bmp")
-    with pytest.raises(OutputError, match=r"'n_byte'.*did you mean 'n_bytes'"):
-        draw_sweep_figures(seven, ["ranking"], tmp_path / "out", ranked="n_byte")
+@pytest.mark.parametrize(
+    ("kind", "given", "error", "message"),
+    [
+        ("misson-time", {}, DrawingError, r"unknown kind of figure of a sweep 'misson-time'.*nearest: 'mission-time'"),
+        ("roles", {}, DrawingError, "'roles' is a figure of a single run"),
+        ("bytes", {"format": "bmp"}, DrawingError, "unknown format 'bmp'"),
+        ("ranking", {"ranked": "n_byte"}, OutputError, r"'n_byte'.*did you mean 'n_bytes'"),
+    ],
+)
+def test_what_cannot_be_drawn_is_refused(
+    tmp_path: Path, seven: SweepResults, kind: str, given: dict[str, Any], error: type[Exception], message: str
+) -> None:
+    with pytest.raises(error, match=message):
+        draw_sweep_figures(seven, [kind], tmp_path / "out", **given)
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_sweep_of_which_no_run_has_finished_is_refused(tmp_path: Path) -> None:
     empty = Sweep(["remoras"], repeats=1, n_remaining=len(TEN)).write(tmp_path / "empty")
     with pytest.raises(OutputError, match="no run has finished"):
         draw_sweep_figures(empty, (), tmp_path / "out")
     assert not (tmp_path / "out").exists()
+
+
+def combinations(n: int) -> Sweep:
+    channels = [("bernoulli", [0.1, 0.2], {})]
+    return Sweep(["remoras"], channels=channels, repeats=1, grid={"mission.mode": list(range(n))})
 
 
 def test_up_to_six_combinations_share_a_figure_and_more_have_one_each(tmp_path: Path) -> None:
@@ -234,10 +255,8 @@ def test_up_to_six_combinations_share_a_figure_and_more_have_one_each(tmp_path: 
         (6, {"bytes.svg", "bytes.csv", "bytes.txt"}),
         (7, {f"bytes-mission.mode={at}.{suffix}" for at in range(7) for suffix in ("svg", "csv", "txt")}),
     ):
-        sweep = Sweep(
-            ["remoras"], channels=[("bernoulli", [0.1, 0.2], {})], repeats=1, grid={"mission.mode": list(range(n))}
-        )
-        drawn = draw_sweep_figures(sweep.write(tmp_path / f"sweep{n}"), ["bytes"], tmp_path / f"out{n}", "svg")
+        results = combinations(n).write(tmp_path / f"sweep{n}")
+        drawn = draw_sweep_figures(results, ["bytes"], tmp_path / f"out{n}", "svg")
         assert {path.name for path in drawn.files} == names
     rows = table(tmp_path / "out7" / "bytes-mission.mode=3.csv")
     assert [json.loads(row["settings"]) for row in rows] == [{"mission.mode": "3"}] * 2
@@ -246,16 +265,12 @@ def test_up_to_six_combinations_share_a_figure_and_more_have_one_each(tmp_path: 
 
 def test_every_case_of_what_is_unforeseen_has_a_panel_or_is_a_place_on_the_axis(tmp_path: Path) -> None:
     cases = ("nothing", "speeds within 30 %", "one vehicle lost")
-    several = Sweep(SEVEN[:3], channels=[("bernoulli", FEW, {})], repeats=4, unforeseen=cases).write(
-        tmp_path / "panels"
-    )
-    draw_sweep_figures(several, ["mission-time", "differences"], tmp_path, "svg")
-    for kind in ("mission-time", "differences"):
-        caption = (tmp_path / f"{kind}.txt").read_text(encoding="utf-8")
+    several = few(*SEVEN[:3], repeats=4, unforeseen=cases).write(tmp_path / "panels")
+    for caption in captions(several, ["mission-time", "differences"], tmp_path):
         assert "Panels: (a) nothing; (b) speeds within 30 %; (c) one vehicle lost." in caption
-    one = Sweep(SEVEN[:3], channels=[("bernoulli", [0.4], {})], repeats=4, unforeseen=cases).write(tmp_path / "axis")
-    draw_sweep_figures(one, ["mission-time", "ranking"], tmp_path / "out", "svg")
-    caption = (tmp_path / "out" / "mission-time.txt").read_text(encoding="utf-8")
+    channels = [("bernoulli", [0.4], {})]
+    one = few(*SEVEN[:3], channels=channels, repeats=4, unforeseen=cases).write(tmp_path / "axis")
+    caption, _ = captions(one, ["mission-time", "ranking"], tmp_path / "out")
     assert "Mission time over case of what is unforeseen." in caption
     assert "Cases: 1 nothing, 2 speeds within 30 %, 3 one vehicle lost." in caption
     assert {row["unforeseen"] for row in table(tmp_path / "out" / "ranking.csv")} == set(cases)
@@ -273,10 +288,8 @@ def test_a_bound_makes_nobodys_work_unequal(tmp_path: Path) -> None:
     def law_of_bound(*what: object) -> dict[str, object]:
         return {**law(*what), "completed": what[0] == "oracle"}
 
-    names = ["remoras", "central", "oracle"]
-    results = Sweep(names, channels=[("bernoulli", FEW, {})], summary=law_of_bound).write(tmp_path / "sweep")
-    draw_sweep_figures(results, ["bytes"], tmp_path / "out", "svg")
-    assert "Unequal work" not in (tmp_path / "out" / "bytes.txt").read_text(encoding="utf-8")
+    results = few("remoras", "central", "oracle", repeats=30, summary=law_of_bound).write(tmp_path / "sweep")
+    assert "Unequal work" not in captions(results, ["bytes"], tmp_path / "out")[0]
 
 
 @pytest.mark.slow
@@ -307,20 +320,18 @@ def test_files_of_a_sweep_say_what_study_they_show(tmp_path: Path, sweeps: dict[
 
 def test_unequal_work_is_ranked_behind_and_marked(tmp_path: Path) -> None:
     """By time alone central would be the first."""
-    results = Sweep(SEVEN[:3], channels=[("bernoulli", FEW, {})], summary=half).write(tmp_path / "sweep")
+    results = few(*SEVEN[:3], repeats=30, summary=half).write(tmp_path / "sweep")
     texts = [text.get_text() for text in figures(results)["ranking "].axes[0].texts]
     assert texts.count("3*") == len(FEW)
     assert any(text.endswith("; *: unequal work") for text in texts)
-    draw_sweep_figures(results, ["ranking", "bytes"], tmp_path / "out", "svg")
-    caption = (tmp_path / "out" / "ranking.txt").read_text(encoding="utf-8")
+    caption, of_bytes = captions(results, ["ranking", "bytes"], tmp_path / "out")
     assert "Success is the mission's whole goal (goal_fraction = 1), reached before its end." in caption
     assert "Here: central at 0.1,0.5,0.8." in caption
-    caption = (tmp_path / "out" / "bytes.txt").read_text(encoding="utf-8")
-    assert "Unequal work: success rates of central are told from the highest." in caption
+    assert "Unequal work: success rates of central are told from the highest." in of_bytes
 
 
 def test_differences_are_those_of_compare_and_the_baseline_has_none(tmp_path: Path) -> None:
-    results = Sweep(SEVEN[:3], channels=[("bernoulli", FEW, {})], repeats=4).write(tmp_path / "sweep")
+    results = few(*SEVEN[:3], repeats=4).write(tmp_path / "sweep")
     figure = figures(results)["differences "]
     lines = {len(line.get_ydata()): line.get_ydata() for line in figure.axes[0].get_lines()}
     assert list(lines[2]) == [0.0, 0.0]
@@ -330,8 +341,7 @@ def test_differences_are_those_of_compare_and_the_baseline_has_none(tmp_path: Pa
     assert len(found) == 2 * 3
     legend = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
     assert legend == list(SEVEN[1:3])  # the baseline is the line at zero
-    draw_sweep_figures(results, ["differences"], tmp_path / "out", ranked="n_bytes")
-    caption = (tmp_path / "out" / "differences-n_bytes.txt").read_text(encoding="utf-8")
+    [caption] = captions(results, ["differences"], tmp_path / "out", "n_bytes")
     assert caption.startswith("Bytes: mean differences to remoras over packet error rate")
     assert "Below zero is better." in caption
 
@@ -345,11 +355,8 @@ def test_a_figure_in_memory_is_the_one_that_is_written(tmp_path: Path, seven: Sw
     assert size == pytest.approx([side_in * dpi for side_in in drawn.figure.get_size_inches()], abs=1)
     with pytest.raises(DrawingError, match="nearest: 'differences'"):
         sweep_picture(seven, "diferences")
-    grown = Sweep(
-        ["remoras"], channels=[("bernoulli", [0.1, 0.2], {})], repeats=1, grid={"mission.mode": list(range(7))}
-    )
     with pytest.raises(DrawingError, match="has 7 of it"):
-        sweep_picture(grown.write(tmp_path / "grown"), "bytes")
+        sweep_picture(combinations(7).write(tmp_path / "grown"), "bytes")
 
 
 def test_names_of_files_are_safe_and_differ() -> None:
@@ -378,30 +385,20 @@ def test_a_metric_that_a_mission_brings_is_drawn_ranked_and_captioned_by_its_dec
     tmp_path: Path, better: Better, first: str
 ) -> None:
     depth = Metric("depth_m", "m", better, "depth reached", lambda run: 0.0, note="Dives above 10 m are left out.")
-    results = Sweep(
-        ["remoras", "central"], channels=[("bernoulli", FEW, {})], repeats=4, summary=depth_law,
-        declared=(*METRICS, depth),
-    )  # fmt: skip
-    kinds = ["depth-reached", "ranking"]
-    drawn = draw_sweep_figures(results.write(tmp_path / "sweep"), kinds, tmp_path / "out", "svg", ranked="depth_m")
-    assert {path.name for path in drawn.files if path.suffix == ".svg"} == {"depth-reached.svg", "ranking-depth_m.svg"}
-    text = (tmp_path / "out" / "depth-reached.txt").read_text(encoding="utf-8")
+    results = few("remoras", "central", repeats=4, summary=depth_law, declared=(*METRICS, depth))
+    kinds, swept = ["depth-reached", "ranking"], results.write(tmp_path / "sweep")
+    text, caption = captions(swept, kinds, tmp_path / "out", "depth_m")
+    assert {path.name for path in (tmp_path / "out").glob("*.svg")} == {"depth-reached.svg", "ranking-depth_m.svg"}
     assert text.startswith("Depth reached over packet error rate.")
     assert "Dives above 10 m are left out." in text
-    caption = (tmp_path / "out" / "ranking-depth_m.txt").read_text(encoding="utf-8")
     assert f"1 is the {'highest' if better is Better.HIGHER else 'lowest'}" in caption
-    ranks_of_first = [
-        row["rank"] for row in table(tmp_path / "out" / "ranking-depth_m.csv") if row["strategy"] == first
-    ]
-    assert ranks_of_first == ["1.0"] * len(FEW)
+    rows = table(tmp_path / "out" / "ranking-depth_m.csv")
+    assert [row["rank"] for row in rows if row["strategy"] == first] == ["1.0"] * len(FEW)
 
 
 def test_the_overview_shows_the_metrics_of_the_study(tmp_path: Path) -> None:
-    results = Sweep(
-        SEVEN[:2], channels=[("bernoulli", FEW, {})], repeats=2, metrics=("n_packets", "energy_j", "distance_m")
-    )
-    swept = results.write(tmp_path / "sweep")
-    figure = figures(swept)["overview "]
+    results = few(*SEVEN[:2], metrics=("n_packets", "energy_j", "distance_m")).write(tmp_path / "sweep")
+    figure = figures(results)["overview "]
     titles = [axes.get_title(loc="left") for axes in figure.axes]
     assert titles == ["(a) packets", "(b) energy", "(c) distance"]
 
@@ -409,8 +406,7 @@ def test_the_overview_shows_the_metrics_of_the_study(tmp_path: Path) -> None:
 def test_a_metric_without_direction_is_not_ranked(tmp_path: Path) -> None:
     neither = [replace(metric, better=Better.NEITHER) if metric.name == "n_bytes" else metric for metric in METRICS]
     for name, declared in (("neither", neither), ("older", ())):
-        results = Sweep(SEVEN[:2], channels=[("bernoulli", FEW, {})], repeats=2, declared=declared)
-        swept = results.write(tmp_path / name)
+        swept = few(*SEVEN[:2], declared=declared).write(tmp_path / name)
         metric = "n_bytes" if declared else "coverage_fraction"
         with pytest.raises(DrawingError, match=f"ranking: {metric} has no value that is the best one, or this folder"):
             draw_sweep_figures(swept, ["ranking"], tmp_path / "out", ranked=metric)
@@ -418,7 +414,7 @@ def test_a_metric_without_direction_is_not_ranked(tmp_path: Path) -> None:
 
 
 def test_a_folder_that_declares_no_metrics_is_drawn(tmp_path: Path) -> None:
-    results = Sweep(SEVEN[:2], channels=[("bernoulli", FEW, {})], repeats=2, declared=()).write(tmp_path / "sweep")
+    results = few(*SEVEN[:2], declared=()).write(tmp_path / "sweep")
     drawn = draw_sweep_figures(results, ["bytes", "coverage_fraction", "ranking"], tmp_path / "out", "svg")
     assert [path.name for path in drawn.files[::3]] == ["bytes.svg", "coverage-fraction.svg", "ranking.svg"]
 
