@@ -1,7 +1,6 @@
 """Channel models that break one rule each, and one from outside that keeps to all: they prove that checks can fail."""
 
 import random
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -99,14 +98,6 @@ class Wordy(BernoulliChannel):
         return Answers(lambda *asked: "few")
 
 
-class Failing(BernoulliChannel):
-    """Fails when a packet of slot 8 or later is sent."""
-
-    def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
-        """Links that are lost in the end."""
-        return Answers(lambda packet, *asked: ([0.1] * 8)[packet.slot])
-
-
 class Nothing(BernoulliChannel):
     """Makes no links."""
 
@@ -159,15 +150,6 @@ class Optimist(BernoulliChannel):
     def mean_per(self, deployment: Deployment) -> float:
         """Too little."""
         return self.per / 2
-
-
-class Grumbling(BernoulliChannel):
-    """Its checks of settings fail."""
-
-    @classmethod
-    def faults(cls, given: Mapping[str, Any]) -> Any:
-        """Raises."""
-        raise KeyError("per")
 
 
 NO_CLASS = Bernoulli(0.1)

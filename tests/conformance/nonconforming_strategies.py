@@ -2,7 +2,8 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Annotated, ClassVar
+from itertools import product
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
@@ -12,7 +13,7 @@ from remoras.strategies.central import Central
 from remoras.strategies.fixed_partition import FixedPartition
 from remoras.strategies.founding import common_roles
 from remoras.strategies.status_broadcast import StatusBroadcast
-from remoras.strategy import Declaration, Move, Negotiator, Situation, Statement
+from remoras.strategy import Declaration, Move, Negotiator, Situation, Statement, Strategy
 from remoras.testing.strategies import OFTEN
 from remoras.work import Work
 
@@ -57,11 +58,8 @@ class Outsiders(FixedPartition):
     """Gives jobs to vehicles of other groups too."""
 
     def adapt(self, work: Work) -> tuple[RoleAssignment, ...]:
-        return tuple(
-            work.assignment(role, data.name)
-            for role, data in zip(work.open, work.database.values(), strict=False)
-            if work.able(data, role)
-        )
+        pairs = zip(work.open, work.database.values(), strict=False)
+        return tuple(work.assignment(role, data.name) for role, data in pairs if work.able(data, role))
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,12 +67,8 @@ class Doubled(FixedPartition):
     """Gives a job to everybody who is able to do it."""
 
     def adapt(self, work: Work) -> tuple[RoleAssignment, ...]:
-        return tuple(
-            work.assignment(role, name)
-            for role in work.open
-            for name in work.members
-            if work.able(work.database[name], role)
-        )
+        pairs = product(work.open, work.members)
+        return tuple(work.assignment(role, name) for role, name in pairs if work.able(work.database[name], role))
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,6 +121,16 @@ class _Altered:
         raise NotImplementedError
 
 
+def altering(base: type[Strategy], kind: type[_Altered]) -> Any:
+    """A strategy whose negotiators are altered."""
+
+    def negotiator(self: Strategy, me: str, group: Group) -> Negotiator:
+        return kind(base.negotiator(self, me, group), me, group)
+
+    parts = {"negotiator": negotiator, "__module__": __name__, "__slots__": ()}
+    return dataclass(frozen=True)(type(kind.__name__.removeprefix("_"), (base,), parts))
+
+
 class _Skipping(_Altered):
     """Forgets one job."""
 
@@ -136,10 +140,7 @@ class _Skipping(_Altered):
         return replace(move, statements=tuple(kept))
 
 
-@dataclass(frozen=True, slots=True)
-class Skipping(Central):
-    def negotiator(self, me: str, group: Group) -> Negotiator:
-        return _Skipping(Central.negotiator(self, me, group), me, group)
+Skipping = altering(Central, _Skipping)
 
 
 class _Gullible(_Altered):
@@ -151,10 +152,7 @@ class _Gullible(_Altered):
         return replace(move, statements=move.statements + said)
 
 
-@dataclass(frozen=True, slots=True)
-class Gullible(Central):
-    def negotiator(self, me: str, group: Group) -> Negotiator:
-        return _Gullible(Central.negotiator(self, me, group), me, group)
+Gullible = altering(Central, _Gullible)
 
 
 class _Presumptuous(_Altered):
@@ -167,10 +165,7 @@ class _Presumptuous(_Altered):
         return replace(move, statements=move.statements + said)
 
 
-@dataclass(frozen=True, slots=True)
-class Presumptuous(Central):
-    def negotiator(self, me: str, group: Group) -> Negotiator:
-        return _Presumptuous(Central.negotiator(self, me, group), me, group)
+Presumptuous = altering(Central, _Presumptuous)
 
 
 class _Fickle(_Altered):
@@ -212,10 +207,7 @@ class _Resentful(_Altered):
         return Move(tuple(Statement(((self._me, "leftRole", self._group.path(role.name)),)) for role in held), True)
 
 
-@dataclass(frozen=True, slots=True)
-class Resentful(Central):
-    def negotiator(self, me: str, group: Group) -> Negotiator:
-        return _Resentful(Central.negotiator(self, me, group), me, group)
+Resentful = altering(Central, _Resentful)
 
 
 class _Talkative(_Altered):
@@ -226,25 +218,18 @@ class _Talkative(_Altered):
         return replace(move, statements=move.statements + 3 * told)
 
 
-@dataclass(frozen=True, slots=True)
-class Talkative(StatusBroadcast):
-    def negotiator(self, me: str, group: Group) -> Negotiator:
-        return _Talkative(StatusBroadcast.negotiator(self, me, group), me, group)
+Talkative = altering(StatusBroadcast, _Talkative)
 
 
 class _Undeclared(_Altered):
     """Tells what its strategy does not declare."""
 
     def altered(self, move: Move, situation: Situation) -> Move:
-        return replace(
-            move, statements=(*move.statements, Statement(((self._group.name, "hasMission", "AreaMapping"),)))
-        )
+        told = Statement(((self._group.name, "hasMission", "AreaMapping"),))
+        return replace(move, statements=(*move.statements, told))
 
 
-@dataclass(frozen=True, slots=True)
-class Undeclared(StatusBroadcast):
-    def negotiator(self, me: str, group: Group) -> Negotiator:
-        return _Undeclared(StatusBroadcast.negotiator(self, me, group), me, group)
+Undeclared = altering(StatusBroadcast, _Undeclared)
 
 
 class _Trusting(_Altered):
@@ -257,10 +242,7 @@ class _Trusting(_Altered):
         return move
 
 
-@dataclass(frozen=True, slots=True)
-class Trusting(Central):
-    def negotiator(self, me: str, group: Group) -> Negotiator:
-        return _Trusting(Central.negotiator(self, me, group), me, group)
+Trusting = altering(Central, _Trusting)
 
 
 class _Waiting(_Altered):
@@ -270,10 +252,7 @@ class _Waiting(_Altered):
         return move if situation.heard_s else Move(holding=True)
 
 
-@dataclass(frozen=True, slots=True)
-class Waiting(StatusBroadcast):
-    def negotiator(self, me: str, group: Group) -> Negotiator:
-        return _Waiting(StatusBroadcast.negotiator(self, me, group), me, group)
+Waiting = altering(StatusBroadcast, _Waiting)
 
 
 @dataclass(frozen=True, slots=True)

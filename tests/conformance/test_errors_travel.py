@@ -11,16 +11,13 @@ from worldmodel.errors import OntologyError, UnknownNameError
 FAULTS = [ConfigurationFault("channel.per", "2", "0 to 1", line=7)]
 
 
-@pytest.mark.parametrize(
-    "error",
-    [
-        ConfigurationError("sea.toml", FAULTS),
-        StrategyError("strategy.queue", "1 to 64"),
-        OntologyError(["two names", "no class"]),
-        UnknownNameError(["unknown class 'Aria'"]),
-    ],
-    ids=lambda error: type(error).__name__,
-)
+ERRORS = [
+    ConfigurationError("sea.toml", FAULTS), StrategyError("strategy.queue", "1 to 64"),
+    OntologyError(["two names", "no class"]), UnknownNameError(["unknown class 'Aria'"]),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("error", ERRORS, ids=lambda error: type(error).__name__)
 def test_an_error_says_the_same_in_another_process(error: Exception) -> None:
     back = pickle.loads(pickle.dumps(error))
     assert type(back) is type(error)

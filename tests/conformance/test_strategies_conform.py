@@ -11,17 +11,12 @@ from remoras.strategies import Strategy, strategies
 from remoras.testing import strategies as conformance
 
 SHIPPED = strategies()
-LONG = {conformance.check_states_within_the_group}
 IN_THE_SAME_CODE = ("remoras-planned", "plan-and-dispatch", "central", "cbba-plain")
 """Strategies whose vehicles negotiate as those of ``remoras`` and ``cbba``, by other parameters."""
 CASES = [
-    pytest.param(
-        check,
-        name,
-        marks=() if check not in LONG else pytest.mark.thorough if name in IN_THE_SAME_CODE else pytest.mark.slow,
-        id=f"{check.__name__.removeprefix('check_')}-{name}",
-    )
+    pytest.param(check, name, id=f"{check.__name__.removeprefix('check_')}-{name}")
     for check, name in product(conformance.CHECKS, SHIPPED)
+    if check is not conformance.check_states_within_the_group or name not in IN_THE_SAME_CODE
 ]
 
 
@@ -57,9 +52,7 @@ def test_every_shipped_strategy_is_deterministic() -> None:
         (conformance.check_runs, broken.Talkative(), "states .* blocks, its declaration allows"),
         (conformance.check_runs, broken.Undeclared(), "does not declare: {'hasMission'}"),
         (conformance.check_survives_silence, broken.Waiting(), "nobody maps a single area"),
-        pytest.param(
-            conformance.check_survives_the_silence_of_one, broken.Fickle(), "leaves .* times", marks=pytest.mark.slow
-        ),
+        (conformance.check_survives_the_silence_of_one, broken.Fickle(), "leaves .* times"),
         (conformance.check_survives_the_silence_of_one, broken.Resentful(), "cut off for a time: not together"),
     ],
     ids=lambda value: value.__name__ if callable(value) else type(value).__name__,

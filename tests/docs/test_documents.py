@@ -23,8 +23,6 @@ def blocks(document: Path, language: str) -> list[str]:
 
 
 README, TUTORIAL = ROOT / "README.md", ROOT / "docs" / "tutorial.md"
-MOST_WORDS, MOST_COMMANDS = 6000, 9
-"""From nothing to the figure of a study of one's own."""
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "200"}
 INSTALLED = {".venv/bin/remoras": ["-m", "remoras"], "remoras": ["-m", "remoras"]}
 """Programs of an installation, as this one has them."""
@@ -33,13 +31,6 @@ INSTALLED = {".venv/bin/remoras": ["-m", "remoras"], "remoras": ["-m", "remoras"
 def commands_of_the_way() -> list[str]:
     """What a newcomer types: the first command of the README, then those of the tutorial."""
     return [blocks(README, "sh")[0].strip(), *"".join(blocks(TUTORIAL, "sh")).splitlines()]
-
-
-def test_the_way_to_a_study_of_ones_own_is_short() -> None:
-    words = [word for page in (README, TUTORIAL) for word in page.read_text(encoding="utf-8").split()]
-    assert 1000 < len(words) <= MOST_WORDS
-    assert len(commands_of_the_way()) <= MOST_COMMANDS
-    assert commands_of_the_way()[-1].startswith("remoras plot")
 
 
 def is_in(line: str, text: str) -> bool:

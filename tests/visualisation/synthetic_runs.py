@@ -8,6 +8,7 @@ import json
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -193,30 +194,22 @@ class Fiction:
             for t in times_s
             for at, name in enumerate(self.vehicles)
         ]
-        roles = [
-            (time_s, name, *role, event)
-            for time_s, event in ((0.0, "assigned"), (0.1 * self.end_s, "active"), (0.8 * self.end_s, "inactive"))
-            for name in self.vehicles
-            for role in self.roles
-        ]
-        seats = [
-            (time_s, name, *role, event)
-            for time_s, name, _, *role, event, _, _, _, _, _ in self.changes
-            if event in ("assigned", "left")
-        ]
+        events = ((0.0, "assigned"), (0.1 * self.end_s, "active"), (0.8 * self.end_s, "inactive"))
+        each = list(product(self.vehicles, self.roles))
+        roles = [(time_s, name, *role, event) for time_s, event in events for name, role in each]
+        seats = [(row[0], row[1], *row[3:6]) for row in self.changes if row[5] in ("assigned", "left")]
         values = [
-            (t, name, *role, int(120 * math.sin(t / 99 + at)))
+            (t, name, *role, int(120 * math.sin(t / 99 + self.roles.index(role))))
             for t in times_s
-            for name in self.vehicles
-            for at, role in enumerate(self.roles)
+            for name, role in each
         ]
         finds = [(times_s[at], name, 10.0 * at, 0.0) for at, name in enumerate(self.vehicles) if self.outlines]
         packets = [self._packet(slot) for slot in range(int(self.end_s / SLOT_S))]
         told = [(packet[1], packet[2], f"{packet[2]}-{packet[0]}", packet[2], "observed") for packet in packets]
         heard = [
-            (packet[1] + 1.0, receiver, f"{packet[2]}-{packet[0]}", packet[2], "received")
-            for packet in packets
-            for receiver in packet[6]
+            (time_s + 1.0, name, item, sender, "received")
+            for (time_s, sender, item, *_), packet in zip(told, packets, strict=True)
+            for name in packet[6]
         ]
         (_, leader), (_, diver) = self._first_and_last
         weighed = [

@@ -45,11 +45,3 @@ def test_eight_vehicles_stay_apart(simulation: str) -> None:
     assert len(set(fills)) == 8
     assert nearest(fills, simulation) > LEAST
     assert nearest((*fills, style.YELLOW, style.BLACK), simulation) > 14.0  # places, and the fleet
-
-
-def test_the_simulation_tells_what_is_mixed_up() -> None:
-    """A red and a green of one brightness are far apart, but not to whom red or green is lacking."""
-    pair = "#C04040", "#5A7A00"
-    assert nearest(pair, "all colours") > 60.0
-    assert nearest(pair, "deuteranopia") < 30.0
-    assert nearest((style.BLUE, "#0072B3"), "all colours") < 2.3

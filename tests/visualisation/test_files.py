@@ -25,12 +25,6 @@ def room_for(size: int) -> Iterator[None]:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
-def test_figures_are_written(tmp_path: Path) -> None:
-    contents = [("roles.png", PICTURE), ("roles.txt", b"caption")]
-    assert write_folder(tmp_path / "new", contents) == [tmp_path / "new" / name for name, _ in contents]
-    assert {path.name: path.read_bytes() for path in (tmp_path / "new").iterdir()} == dict(contents)
-
-
 def test_a_full_disk_leaves_no_cut_file_and_keeps_what_was_there(tmp_path: Path) -> None:
     (tmp_path / "roles.txt").write_text("older", encoding="utf-8")
     with room_for(65_536), pytest.raises(DrawingError, match=r"roles\.png: cannot be written: File too large"):

@@ -45,13 +45,6 @@ def test_a_longer_page_keeps_its_panels_in_inches() -> None:
         assert box_of(page, axes) == pytest.approx(box)
 
 
-def test_text_stands_at_its_place() -> None:
-    page = Page(4.0, 2.0)
-    page.text(1.0, 0.5, "here")
-    (text,) = page.figure.texts
-    assert text.get_position() == pytest.approx((0.25, 0.75))
-
-
 def test_a_legend_has_as_many_columns_as_have_room_and_its_height_counts_lines() -> None:
     entries = tuple(Line2D([], [], label=name) for name in ("one", "two", "three", "four", "five"))
     wide, narrow = Legend(entries, 7.0), Legend(entries, 0.5)
@@ -62,12 +55,6 @@ def test_a_legend_has_as_many_columns_as_have_room_and_its_height_counts_lines()
     assert Legend((), 7.0).height_in == 0.0
 
 
-def test_a_legend_without_entries_is_none() -> None:
-    page = Page(3.0, 1.0)
-    page.legend(Legend((), 3.0))
-    assert page.figure.legends == []
-
-
 def test_open_panels_have_letters_and_titles_that_fit() -> None:
     grid = PanelGrid(2, 2, 3.5, 0.5, 0.1, 0.2, 1.0, gap_in=0.5)
     with style.paper():
@@ -76,15 +63,3 @@ def test_open_panels_have_letters_and_titles_that_fit() -> None:
     assert titles[0] == "(a) short"
     assert titles[1].startswith("(b) far")
     assert titles[1].endswith("\u2026")
-
-
-def test_the_overhang_of_a_panel_is_what_its_labels_take() -> None:
-    page = Page(4.0, 4.0)
-    axes = page.panel(Box(1.0, 1.0, 2.0, 2.0))
-    axes.set_xticks([])
-    axes.set_yticks([])
-    bare = page.overhang(axes)
-    axes.set_ylabel("depth (m)")
-    labelled = page.overhang(axes)
-    assert labelled.left_in > bare.left_in + 0.1
-    assert labelled[1:] == pytest.approx(bare[1:], abs=0.01)

@@ -64,13 +64,9 @@ def test_every_policy_has_a_look_of_its_own(rows: list[StudyRow]) -> None:
 def test_axes_name_quantity_and_unit(rows: list[StudyRow], loaded: list[StudyRow]) -> None:
     labels = [axes.get_ylabel() for axes in (*unloaded_figure(rows, "source").axes, *loaded_figure(loaded).axes)]
     assert labels == [
-        "time relative to ACK",
-        "time (slots)",
-        "delivery latency (slots)",
-        "acknowledgement latency (slots)",
-        "items in flight",
-        "goodput (items per slot)",
-    ]
+        "time relative to ACK", "time (slots)", "delivery latency (slots)", "acknowledgement latency (slots)",
+        "items in flight", "goodput (items per slot)",
+    ]  # fmt: skip
 
 
 def test_a_figure_stands_with_a_single_point_and_with_none(tmp_path: Path) -> None:
@@ -80,15 +76,16 @@ def test_a_figure_stands_with_a_single_point_and_with_none(tmp_path: Path) -> No
     assert "Censored, and not in the means: 18" in text.read_text(encoding="utf-8")
 
 
-def test_what_cannot_be_drawn_is_refused(rows: list[StudyRow], tmp_path: Path) -> None:
-    with pytest.raises(DrawingError, match=r"unknown kind of figure 'sorce'.*nearest: 'source'"):
-        write_figure(rows, "sorce", tmp_path, "x")
-    with pytest.raises(DrawingError, match="unknown format 'bmp'"):
-        write_figure(rows, "source", tmp_path, "x", "bmp")
-    with pytest.raises(DrawingError, match="there are none"):
-        write_figure([], "source", tmp_path, "x")
-    with pytest.raises(DrawingError, match="needs rows of Poisson load"):
-        write_figure(rows, "loaded", tmp_path, "x")
+@pytest.mark.parametrize(
+    ("kind", "format", "message"),
+    [
+        ("sorce", "png", r"unknown kind of figure 'sorce'.*nearest: 'source'"), ("source", "bmp", "format 'bmp'"),
+        ("loaded", "png", "needs rows of Poisson load"), ("none", "png", "there are none"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_drawn_is_refused(rows: list[StudyRow], kind: str, format: str, message: str) -> None:
+    with pytest.raises(DrawingError, match=message):
+        contents([], "source", "x", format) if kind == "none" else contents(rows, kind, "x", format)
 
 
 def test_a_policy_from_outside_is_drawn_with_a_look_of_its_own(rows: list[StudyRow], tmp_path: Path) -> None:

@@ -17,14 +17,8 @@ from remoras.testing.sample_worlds import Visit
 from remoras.work import Job
 
 OPEN = Group("Open")  # it names no roles: one exists as soon as somebody plays it
-TEAM = Group(
-    "Team",
-    (
-        RoleSpecification("Head", 1, 1, head=True, founding=True),
-        RoleSpecification("Hand", founding=True),
-        RoleSpecification("Digger", 0, 2, job="pit"),
-    ),
-)
+HEAD = RoleSpecification("Head", 1, 1, head=True, founding=True)
+TEAM = Group("Team", (HEAD, RoleSpecification("Hand", founding=True), RoleSpecification("Digger", 0, 2, job="pit")))
 ABLE = ("Head", "Hand", "Digger")
 FLEET = AUVDatabase(tuple(replace(AUV, name=f"AUV0{node}", node=node, playable_roles=ABLE) for node in range(4)))
 RULES = Rules(FLEET)

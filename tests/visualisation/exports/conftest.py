@@ -36,9 +36,3 @@ def older(tmp_path: Path) -> Results:
     for name in ("packets", "knowledge"):
         (found.folder / f"{name}.parquet").unlink()
     return found
-
-
-@pytest.fixture
-def at_once(tmp_path: Path) -> Results:
-    """A run of 0 s, of which nothing was recorded."""
-    return Fiction(end_s=0.0, recorded=False, completed=False).write(tmp_path / "at-once")

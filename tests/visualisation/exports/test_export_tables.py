@@ -35,16 +35,12 @@ def test_netcdf_has_the_rows_of_the_table_by_vehicle(run: Results, netcdf: Expor
 def test_netcdf_says_what_it_is(netcdf: Exported) -> None:
     """The rules of CF 1.8, 9.3.3 and appendix A for a contiguous ragged array of trajectories."""
     with h5netcdf.File(netcdf.path, "r") as file:
-        assert file.attrs["Conventions"] == "CF-1.8"
-        assert file.attrs["featureType"] == "trajectory"
-        assert file.variables["trajectory"].attrs["cf_role"] == "trajectory_id"
+        said = (file.attrs["Conventions"], file.attrs["featureType"], file.variables["trajectory"].attrs["cf_role"])
+        assert said == ("CF-1.8", "trajectory", "trajectory_id")
         assert file.variables["row_size"].attrs["sample_dimension"] == "obs"
-        found = {name: file.variables[name].attrs["units"] for name in ("time", "latitude", "longitude", "depth")}
-        units = {name: unit.decode() if isinstance(unit, bytes) else unit for name, unit in found.items()}
-        assert units == {
-            "time": "seconds since 1970-01-01 00:00:00 UTC", "latitude": "degrees_north",
-            "longitude": "degrees_east", "depth": "m",
-        }  # fmt: skip
+        found = [file.variables[name].attrs["units"] for name in ("time", "latitude", "longitude", "depth")]
+        units = [unit.decode() if isinstance(unit, bytes) else unit for unit in found]
+        assert units == ["seconds since 1970-01-01 00:00:00 UTC", "degrees_north", "degrees_east", "m"]
         assert file.variables["depth"].attrs["positive"] == "down"
         state = file.variables["state"]
         meanings = str(state.attrs["flag_meanings"]).split(" ")

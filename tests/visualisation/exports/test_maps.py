@@ -34,11 +34,8 @@ def distance_m(from_deg: tuple[float, float], to_deg: tuple[float, float]) -> fl
     u_2 = cos2_a * (MAJOR_M**2 - MINOR_M**2) / MINOR_M**2
     a = 1 + u_2 / 16384 * (4096 + u_2 * (-768 + u_2 * (320 - 175 * u_2)))
     b = u_2 / 1024 * (256 + u_2 * (-128 + u_2 * (74 - 47 * u_2)))
-    delta = (
-        b
-        * sin_s
-        * (cos_2m + b / 4 * (cos_s * (2 * cos_2m**2 - 1) - b / 6 * cos_2m * (4 * sin_s**2 - 3) * (4 * cos_2m**2 - 3)))
-    )
+    second = b / 6 * cos_2m * (4 * sin_s**2 - 3) * (4 * cos_2m**2 - 3)
+    delta = b * sin_s * (cos_2m + b / 4 * (cos_s * (2 * cos_2m**2 - 1) - second))
     return MINOR_M * a * (sigma - delta)
 
 

@@ -6,12 +6,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from replayed import asked, data_of
+from replayed import LOSSY, asked, data_of, recorded
 
 from exchange.packets import name_of
-from missions.runs.results import Results, write_results
-from missions.runs.run import run
-from missions.scenarios import load
+from missions.runs.results import Results
 from missions.scenarios.parts import mission_of
 
 FAULTS = (
@@ -43,8 +41,7 @@ def case(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
     """A run at PER 0.6, what a page holds of it, and a folder."""
     name, settings = CASES[request.param]
     folder = tmp_path_factory.mktemp("model")
-    write_results(run(load(name, [("--set", one) for one in ("channel.per=0.6", *settings)]), 3), folder / "run")
-    results = Results.read(folder / "run")
+    results = recorded(folder / "run", LOSSY, *settings, scenario=name, seed=3)
     return results, data_of(results), folder
 
 
@@ -73,11 +70,10 @@ def known_by(results: Results, vehicle: str, at_s: float, names: list[str]) -> d
     known, mission = results.known(vehicle, at_s), mission_of(results.scenario)
     positions = {name: known.value(name, "position") for name in names if name != vehicle}
     tiles: set[int] = set()
-    first = 0
+    first, model, places = 0, known.model, {place.name for place in mission.places}
     for place in mission.places:
         if place.tiles is None:
             continue
-        model = known.model
         subject, attribute = model.instance_named(place.name).uid, model.tbox.attribute_named(place.tiles.attribute).uid
         values = {int(entry.fact.value) for entry in model.history(subject, attribute)}
         tiles |= {first + value for value in values}
@@ -88,11 +84,7 @@ def known_by(results: Results, vehicle: str, at_s: float, names: list[str]) -> d
         "peers": {(name, *at_m) for name, at_m in positions.items() if at_m is not None},
         "roles": {(one.group, one.role, one.vehicle) for one in known.organisation.assignments},
         "absent": set(known.absent),
-        "places": {
-            place.name
-            for place in mission.places
-            if place.name in done and known.value(done[place.name][1], done[place.name][0]) is not None
-        },
+        "places": {name for name, (what, of) in done.items() if name in places and known.value(of, what) is not None},
         "tiles": tiles,
     }
 
@@ -235,9 +227,8 @@ def test_packets_are_those_of_the_table(case: tuple[Results, bytes, Path]) -> No
     told = asked([data], PACKETS, folder)
     assert len(told) == len(rows)
     for packet, row in zip(told, rows, strict=True):
-        assert [packet[key] for key in ("slot", "time_s", "end_s", "sender", "size_bits")] == [
-            row[key] for key in ("slot", "time_s", "end_s", "sender", "size_bits")
-        ]
+        same = ("slot", "time_s", "end_s", "sender", "size_bits")
+        assert [packet[key] for key in same] == [row[key] for key in same]
         arrivals = zip(row["receivers"], row["arrivals_s"], strict=True)
         heard = {(name, at_s) for name, at_s in arrivals if at_s <= empty_s.get(name, math.inf)}
         assert {tuple(one) for one in packet["heard"]} == heard

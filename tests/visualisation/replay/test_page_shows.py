@@ -80,11 +80,11 @@ def test_silences_are_the_gaps_between_packets_heard(window: Window, results: Re
     packets = results.table("packets").to_pylist()
     told = window.ask("() => R.app.views[0].facts.silences")
     for vehicle, spells in zip(results.scenario.vehicle, told, strict=True):
-        heard_s = [row["time_s"] for row in packets if vehicle.name in row["receivers"]]
+        heard = [row for row in packets if vehicle.name in row["receivers"]]
+        heard_s = [row["time_s"] for row in heard]
         bounds_s = [0.0, *heard_s, results.summary["mission_time_s"]]
         longest_s = max(b - a for a, b in pairwise(bounds_s))
         assert max(spell["to_s"] - spell["from_s"] for spell in spells) == pytest.approx(longest_s, abs=0.01)
-        heard = [row for row in packets if vehicle.name in row["receivers"]]
         gaps = [(a["time_s"], b["time_s"]) for a, b in pairwise(heard) if b["slot"] - a["slot"] >= 12]  # three frames
         assert [
             (one["from_s"], one["to_s"]) for one in spells if one["from_s"] > 0.0 and one["to_s"] in heard_s

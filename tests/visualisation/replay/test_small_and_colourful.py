@@ -169,15 +169,3 @@ def test_no_flag_covers_the_name_of_a_role_or_of_a_milestone(window: Window, wid
             assert covered == [], (span_s, around_s)
     window.ask("() => R.app.views[0].setSpan(4000, 0)")
     assert window.ask(f"() => ({ON_BARS})(R.app.views[0])")[0] == 9
-
-
-@pytest.mark.parametrize(
-    ("flags", "room"),
-    [((), (104, 196)), ((100,), (111, 196)), ((120,), (131, 196)), ((97,), (108, 196)), ((130, 150), (161, 196)),
-     ((120, 140, 160, 180), (104, 116)), ((300,), (104, 196)), ((50,), (104, 196))],
-)  # fmt: skip
-def test_a_name_stands_where_it_has_room_beside_the_flags(
-    window: Window, flags: tuple[int, ...], room: tuple[int, int]
-) -> None:
-    """A bar from 100 to 200 px, with 4 px at its ends; a flag is 7 px wide, with 4 px on each side. A name takes 30."""
-    assert window.ask("(flags) => R.besideFlags(100, 200, flags, 30)", list(flags)) == list(room)

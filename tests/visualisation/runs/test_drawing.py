@@ -156,8 +156,3 @@ def test_of_two_choices_at_one_time_the_later_counts(tmp_path: Path) -> None:
     once, path = motivation.contested(run), run.folder / "decisions.parquet"
     pq.write_table(pa.concat_tables([pq.read_table(path)] * 2), path)
     assert motivation.contested(Results(run.folder)) == once
-
-
-def test_a_run_without_a_contested_choice_says_so(tmp_path: Path) -> None:
-    drawn = run_picture(Fiction(recorded=False).write(tmp_path / "run"), "motivation")
-    assert [text.get_text() for text in drawn.figure.texts] == ["no choice was contested"]

@@ -130,12 +130,6 @@ def test_the_slots_tell_apart_how_a_packet_was_lost(collisions: Results, tmp_pat
     assert [text.get_text() for text in quiet.get_texts()] == ["sent", "heard (up)", "lost (down)"]
 
 
-def test_older_results_have_neither(tmp_path: Path) -> None:
-    results = Fiction().write(tmp_path / "older")
-    (results.folder / "refused.parquet").unlink()
-    assert not news.traffic(Results(results.folder)).outcome.refused.any()
-
-
 # Links -------------------------------------------------------------------------------------------
 
 

@@ -19,13 +19,8 @@ def test_flags_that_have_room_are_apart_in_order_and_inside(wanted_in: list[floa
 
 
 def test_milestones_of_one_time_share_a_number() -> None:
-    found = grouped(
-        [
-            MilestoneRow("gathered", "", "Red", 200.0),
-            MilestoneRow("done", "", "", 200.0),
-            MilestoneRow("begun", "A", "", 2.0),
-        ]
-    )
+    done = [("gathered", "", "Red", 200.0), ("done", "", "", 200.0), ("begun", "A", "", 2.0)]
+    found = grouped([MilestoneRow(*one) for one in done])
     assert [(mark.number, mark.label) for mark in found] == [
         (1, "begun: A (2.0 s)"),
         (2, "gathered: Red; done (200 s)"),

@@ -33,13 +33,6 @@ def test_kinds_of_places_have_their_symbols_and_their_words(tmp_path: Path) -> N
     assert {"*", "P"} <= {line.get_marker() for line in axes.get_lines()}
 
 
-def test_without_places_there_is_nothing_of_them(tmp_path: Path) -> None:
-    found = run_picture(Fiction().write(tmp_path / "run"), "trajectories")
-    assert {text.get_text() for text in found.figure.legends[0].get_texts()} == {"A", "B", "start", "end"}
-    assert "Outlines" not in found.caption
-    assert "Stars" not in found.caption
-
-
 def test_a_place_without_points_is_refused() -> None:
     with pytest.raises(ValueError, match="place 'dock' has no point"):
         Place("dock", "dock", ())

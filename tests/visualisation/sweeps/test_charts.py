@@ -25,11 +25,6 @@ def chart(rows: list[Comparison]) -> Axes:
     return axes
 
 
-def test_seven_strategies_differ_in_colour_and_marker_and_in_line_or_fill(tmp_path: Path) -> None:
-    looks = charts.looks(arranged(rows_of(tmp_path, Sweep(repeats=1))).series).values()
-    assert len({look["color"] for look in looks}) == len({look["marker"] for look in looks}) == len(SEVEN)
-
-
 def test_a_strategy_looks_the_same_in_every_study(tmp_path: Path) -> None:
     whole = arranged(rows_of(tmp_path, Sweep([*SEVEN, "own"], repeats=1)))
     part = arranged(rows_of(tmp_path, Sweep(["own", "rendezvous-sync", "contract-net"], repeats=1)))

@@ -41,13 +41,10 @@ def test_large_values_take_a_prefix_where_the_unit_has_one(
 @pytest.mark.parametrize(
     ("means", "unit", "share"),
     [
-        ([0.0, 1.0], "1", True),
-        ([0.2, 0.3], "", True),
-        ([0.2, 1.1], "", False),
-        ([-0.1], "", False),
+        ([0.0, 1.0], "1", True), ([0.2, 0.3], "", True), ([0.2, 1.1], "", False), ([-0.1], "", False),
         ([0.5], "s", False),
     ],
-)
+)  # fmt: skip
 def test_a_share_is_what_lies_between_0_and_1(row: Comparison, means: list[float], unit: str, share: bool) -> None:
     assert measure(replace(ENERGY, unit=unit), [replace(row, mean=mean) for mean in means]).share is share
 
