@@ -11,7 +11,7 @@ from sample_vehicles import AUV
 from remoras.authority import Act, Authority, Request, Rules, may_assign
 from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, Outcome, RoleAssignment, RoleSpecification
-from remoras.social.leadership import stepping_down
+from remoras.social.leadership import Age, Claim, Claimed, Leadership, next_term, read_claim, stepping_down
 from remoras.strategies.founding import founded
 from remoras.testing.sample_worlds import Visit
 from remoras.work import Job
@@ -92,6 +92,53 @@ def test_who_is_not_able_to_do_its_job_is_given_no_role() -> None:
     rules = Rules(FLEET, frozenset({Authority.TAKE}), {"pit": Visit("pit", (0.0, 0.0), greatest_depth_m=1e4)})
     asked = Request("AUV01", Act.ASSIGN, "Team", "Digger", "AUV01")
     assert may_assign(asked, LED, rules) is Outcome.UNABLE
+
+
+def test_room_is_made_by_the_absent_and_jobs_go_to_who_takes_them() -> None:
+    rules, asked = RULES, Request("AUV00", Act.ASSIGN, "Team", "Digger", "AUV01")
+    full = played(
+        *(("AUV00", "Team", "Head"), ("AUV01", "Team", "Hand")), *((f"AUV0{n}", "Team", "Digger") for n in (2, 3))
+    )
+    assert may_assign(asked, LED, rules) is Outcome.SUCCESS
+    assert may_assign(asked, full, rules) is Outcome.NO_ROOM
+    assert may_assign(asked, full, rules, absent={"AUV02"}) is Outcome.NO_ROOM  # one of two
+    assert may_assign(asked, full, rules, absent={"AUV02", "AUV03"}) is Outcome.SUCCESS
+    assert may_assign(asked, LED, rules, unavailable={"AUV01"}) is Outcome.UNAVAILABLE
+
+
+@pytest.mark.parametrize(
+    ("issuer", "outcome"), [("AUV01", Outcome.SUCCESS), ("AUV00", Outcome.SUCCESS), ("AUV02", Outcome.OUTSIDE)]
+)
+def test_everybody_may_leave_and_the_head_alone_sends_away(issuer: str, outcome: Outcome) -> None:
+    assert may_assign(Request(issuer, Act.RELEASE, "Team", "Hand", "AUV01"), LED, RULES) is outcome
+
+
+AGE: tuple[Age, ...] = tuple((float(time_s), 0, 0, 0, 0) for time_s in range(20))
+
+
+def test_of_claims_that_count_the_greatest_leads_whatever_was_heard_first() -> None:
+    """Of one term that of the lower node."""
+    lesser, greater = Claimed(Claim(1, -3), AGE[5], "AUV03"), Claimed(Claim(2, -2), AGE[6], "AUV02")
+    tied = Claimed(Claim(2, -3), AGE[6], "AUV03")
+    for order in ((lesser, greater), (greater, lesser), (greater, tied)):
+        known = Leadership.founded(LED)
+        for claimed in order:
+            known = known.claim("Team", claimed, excused={"AUV00", "AUV02", "AUV03"})
+        assert known.leading["Team"].vehicle == "AUV02"
+
+
+def test_a_claim_against_a_head_that_is_there_counts_for_nobody_until_the_head_is_missed() -> None:
+    known = Leadership.founded(LED).claim("Team", Claimed(Claim(1, -2), AGE[5], "AUV02"))
+    assert known.leading == {}
+    assert known.miss({"AUV00"}).leading["Team"].vehicle == "AUV02"
+    assert known.miss({"AUV03"}).leading == {}
+
+
+def test_terms_go_on_by_one_and_none_leaps() -> None:
+    assert (next_term(None), next_term(Claim(7, 0))) == (1, 8)
+    assert read_claim(Claim(8, 0), Claim(7, 0)) == Claim(8, 0)
+    assert read_claim(Claim(80, 0), Claim(7, 0)) is None
+    assert read_claim(Claim(200, 0), Claim(7, 0)) is None  # 63 before it
 
 
 def test_a_head_that_steps_down_leaves_its_role_and_takes_one_of_the_succession() -> None:
