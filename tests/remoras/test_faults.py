@@ -145,7 +145,7 @@ def test_faults_of_one_vehicle_add_up() -> None:
         Fault("sensor", "A", 0.0, leaves=Condition(dead_sensors=frozenset({"sonar"}))),
     ]
     found = condition_under(faults)
-    assert (found.is_alive, found.is_mute, found.is_deaf) == (True, True, False)
+    assert (found.is_alive, found.is_mute, found.hears, found.is_in_contact) == (True, True, True, False)
     assert found.speed_factor == pytest.approx(0.2)
     assert found.dead_sensors == {"swath", "sonar"}
     assert condition_under([]) == SOUND
