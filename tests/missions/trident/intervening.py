@@ -59,15 +59,3 @@ def metric(of: Run, name: str) -> Any:
 def said(of: Run, attribute: str) -> list[tuple[float, str, str, str]]:
     """Time, vehicle, subject and value of every fact of an attribute, as recorded."""
     return [(row[3], row[1], row[4], row[6]) for row in of.recorder.items if row[5] == attribute]
-
-
-def used(of: Run) -> list[str]:
-    """Services that steps of plans were bound to, in the order in which they were."""
-    found: list[str] = []
-    services = of.mission.matching.services
-    for row in of.recorder.plans:
-        task = str(row[8])
-        for name in services:
-            if f" {name}" in f" {task.replace('(', ' ').replace(')', ' ').replace(',', ' ')}" and name not in found:
-                found.append(name)
-    return found
